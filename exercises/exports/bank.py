@@ -22,23 +22,23 @@ from qdot.exercises.families.family import describe_variation
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import compute_digests
 
-WorkResult = TypeVar("WorkResult")
+Conversion = TypeVar("Conversion")
 
 MAX_PROBLEMS_PER_VARIANT = 10
 """Maximum number of problems to generate for each variant. It matters if a family has only few different problems."""
 
-Work = Callable[[ExportRequest, Slot, Problem], WorkResult]
-"""A function that converts a problem for an export. It must belong to a module, to be pickled for other processes."""
-_WorkerState = tuple[ExportRequest, Slot, Work[WorkResult], set[str]]
+ConvertProblem = Callable[[ExportRequest, Slot, Problem], Conversion]
+"""A function that converts a problem for an export. It belongs to a module, so that other processes can unpickle it."""
+_WorkerState = tuple[ExportRequest, Slot, ConvertProblem[Conversion], set[str]]
 """The state of a worker process: its task, and the fingerprints of the problems that exist already."""
 
 
-class _Candidate(NamedTuple, Generic[WorkResult]):
-    """A generated problem, its fingerprint (equal for equal problems), and the result of `work`."""
+class _Candidate(NamedTuple, Generic[Conversion]):
+    """A generated problem, its fingerprint (equal for equal problems), and the result of converting it."""
 
     problem: Problem
     fingerprint: str
-    work_result: WorkResult
+    work_result: Conversion
 
 
 def iterate_bank(request: ExportRequest) -> Generator[Variant, None, None]:
@@ -48,22 +48,24 @@ def iterate_bank(request: ExportRequest) -> Generator[Variant, None, None]:
     get the same problems only by chance. Problems that fail their certificate are skipped. Raises QdotError if all
     problems of a slot fail.
     """
-    for variant, _ in process_bank(request, _ignore_problem):
+    for variant, _ in convert_bank(request, _ignore_problem):
         yield variant
 
 
-def process_bank(request: ExportRequest, work: Work[WorkResult]) -> Generator[tuple[Variant, WorkResult], None, None]:
-    """Yield the variants of a bank, each with the result of `work`.
+def convert_bank(
+    request: ExportRequest, convert: ConvertProblem[Conversion]
+) -> Generator[tuple[Variant, Conversion], None, None]:
+    """Yield the variants of a bank, each with the result of `convert`.
 
-    `work` runs in the process that has generated and certified the problem. So the formulas of each arm are derived
+    `convert` runs in the process that has generated and certified the problem. So the formulas of each arm are derived
     only once, and the processes share the work evenly.
     """
     for slot in request.assignment.slots:
         count, failures = 0, list[str]()
-        for problem, work_result in _iterate_distinct_problems(request, slot, work, failures):
+        for problem, conversion in _iterate_distinct_problems(request, slot, convert, failures):
             count += 1
             request.on_step()
-            yield Variant(slot, count, problem), work_result
+            yield Variant(slot, count, problem), conversion
         if not count:
             failed_slot = FailedSlot("", slot.name, slot.family.name, failures[0])
             raise QdotError(f"{failed_slot}. Nothing is exported. {CHANGE_ADVICE.format(slot.name)}")
@@ -84,13 +86,13 @@ def process_bank(request: ExportRequest, work: Work[WorkResult]) -> Generator[tu
 
 
 def _ignore_problem(request: ExportRequest, slot: Slot, problem: Problem) -> None:
-    """Return None. Use this function as `work` if only the variants are needed."""
+    """Return None. Use this function as `convert` if only the variants are needed."""
 
 
 def _iterate_distinct_problems(
-    request: ExportRequest, slot: Slot, work: Work[WorkResult], failure_messages: list[str]
-) -> Generator[tuple[Problem, WorkResult], None, None]:
-    """Yield different problems that pass their certificate, each with the result of `work`.
+    request: ExportRequest, slot: Slot, convert: ConvertProblem[Conversion], failure_messages: list[str]
+) -> Generator[tuple[Problem, Conversion], None, None]:
+    """Yield different problems that pass their certificate, each with the result of `convert`.
 
     For each problem that fails its certificate, append a message to `failure_messages`.
     """
@@ -103,7 +105,7 @@ def _iterate_distinct_problems(
     ):
         numbers = range(tried_count, tried_count + request.variant_count - len(seen_fingerprints))
         tried_count = numbers.stop
-        state = request.without_callbacks, slot, work, set(seen_fingerprints)
+        state = request.without_callbacks, slot, convert, set(seen_fingerprints)
         with closing(
             map_in_order(_generate_candidate, numbers, request.jobs, setup=return_state, arguments=(state,))
         ) as candidates:
@@ -115,13 +117,13 @@ def _iterate_distinct_problems(
                     yield candidate.problem, candidate.work_result
 
 
-def _generate_candidate(state: _WorkerState[WorkResult], number: int) -> _Candidate[WorkResult] | Reason | None:
+def _generate_candidate(state: _WorkerState[Conversion], number: int) -> _Candidate[Conversion] | Reason | None:
     """Return the problem with a number, the reason why it fails its certificate, or None if an equal problem exists.
 
     Each process handles its numbers in ascending order. So for equal problems of one process, the caller receives first
     the problem that has a result.
     """
-    request, slot, work, known_fingerprints = state
+    request, slot, convert, known_fingerprints = state
     student = f"bank/{number}"  # no student has this identifier, because identifiers contain no slash
     generate = partial(slot.generate_problem, request.assignment.secret, student)
     result = generate_and_certify(generate, partial(certify_with, request.find_failures))
@@ -132,4 +134,4 @@ def _generate_candidate(state: _WorkerState[WorkResult], number: int) -> _Candid
     if fingerprint in known_fingerprints:
         return None
     known_fingerprints.add(fingerprint)
-    return _Candidate(problem, fingerprint, work(request, slot, problem))
+    return _Candidate(problem, fingerprint, convert(request, slot, problem))

@@ -5,17 +5,14 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import sympy as sp
-
 from qdot.exercises import reference_answers
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE, Number
-from qdot.exercises.short_questions import question_of
 from qdot.exercises.short_questions.options import Options
 from qdot.exercises.writing.fit import estimate_width
 from qdot.exercises.writing.latex import tex
-from qdot.exercises.writing.problem_texts import write_option
+from qdot.exercises.writing.problem_texts import name_entries, write_option
 from qdot.exercises.writing.short_answer import format_unit
 
 ROW_HEIGHT, LINE_HEIGHT = 8, 4
@@ -113,7 +110,7 @@ def arrange_options(problem: Problem, part: Part, width_share: float = 1.0) -> P
     if not answer.offered_options:
         return None
     if answer.offered_options == TRUE_FALSE:
-        return PaperOptions(tuple(PaperOption("", word) for word in TRUE_FALSE), 4)
+        return PaperOptions(tuple(PaperOption("", word) for word in TRUE_FALSE), columns=4)
     texts = [write_option(problem, part, index) for index in range(len(answer.offered_options))]
     if isinstance(part.details, Options):
         texts = [_SINGLE_ENTRY_MATRIX.sub(r"$\1$", text) for text in texts]
@@ -148,8 +145,8 @@ def compute_share_that_fits(boxes: Sequence[AnswerBox], fixed_height: int, page_
 
 def scale_working_space(box: AnswerBox, share: float) -> AnswerBox:
     """Return a box with a share of its working space; with share 1, it keeps all its space if pages are filled up."""
-    packed_space = box.working_space if share == 1 else round(PACKED_SHARE * box.working_space)
-    return replace(box, working_space=round(share * box.working_space), min_working_space=packed_space)
+    min_working_space = box.working_space if share == 1 else round(PACKED_SHARE * box.working_space)
+    return replace(box, working_space=round(share * box.working_space), min_working_space=min_working_space)
 
 
 def compute_working_space(solution: str) -> int:
@@ -166,9 +163,10 @@ def make_box(problem: Problem, part: Part, solution: str = "") -> AnswerBox | No
             return None
         case reference_answers.Matching():
             labels = tuple(rf"\text{{{item}}}" for item in answer.items)
-            return AnswerBox(0, 1, len(answer.items), holds_letters=True, labels=labels)
+            return AnswerBox(0, columns=len(answer.items), holds_letters=True, labels=labels)
         case reference_answers.ConditionSet():
-            return AnswerBox(working_space, max(2, math.ceil(len(answer.components) / 2) * 2))
+            row_count = 2 * max(1, math.ceil(len(answer.components) / 2))  # even: it must not reveal their number
+            return AnswerBox(working_space, row_count)
         case reference_answers.Words():
             return AnswerBox(MIN_WORKING_SPACE, row_height=TEXT_HEIGHT)
         case Number():
@@ -182,9 +180,7 @@ def make_box(problem: Problem, part: Part, solution: str = "") -> AnswerBox | No
 
 
 def _make_number_box(problem: Problem, part: Part, answer: Number, working_space: int) -> AnswerBox:
-    chain, question = problem.chain, question_of(part)
-    names_to_type = (tex(sp.Symbol(name), chain) for name in question.list_labels(chain))
-    labels = tuple(question.name_entries(chain, part.details) or names_to_type)
+    labels = name_entries(problem, part)
     units = tuple(map(format_unit, answer.units))
     rows, columns = answer.shape or (1, 1)
     return AnswerBox(working_space, rows * columns, 1, labels=labels if len(labels) == len(units) else (), units=units)

@@ -27,7 +27,7 @@ ComputeEarnedShare = Callable[[Problem, Part, str], Fraction]
 """A function that returns the share of a part's points for a typed answer."""
 
 
-def _refuse(failure: FailedSlot) -> None:
+def _raise_failure(failure: FailedSlot) -> None:
     raise QdotError(str(failure))
 
 
@@ -59,7 +59,7 @@ class ExportRequest:
     jobs: int = 1
     on_step: Callable[[], None] = _ignore
     report: Callable[[str], None] = _ignore
-    on_left_out: Callable[[FailedSlot], None] = _refuse
+    on_left_out: Callable[[FailedSlot], None] = _raise_failure
     compute_earned_share: ComputeEarnedShare | None = None
     passing_share: Fraction | None = None
 
@@ -82,7 +82,7 @@ class ExportRequest:
     @property
     def without_callbacks(self) -> "ExportRequest":
         """The same request without its callbacks, because other processes could not call them."""
-        return replace(self, on_step=_ignore, report=_ignore, on_left_out=_refuse)
+        return replace(self, on_step=_ignore, report=_ignore, on_left_out=_raise_failure)
 
 
 @dataclass(frozen=True)
@@ -121,10 +121,11 @@ def list_used_files(request: ExportRequest) -> list[str]:
     assignment = request.assignment
     content = tomllib.loads((assignment.folder / "assignment.toml").read_text(encoding="utf-8"))
     robots = [entry["robot"] for entry in content["problem"] if "robot" in entry]
-    lists = (entry.get("questions") for entry in content["problem"])
-    files = [name for names in lists if isinstance(names, list) for name in names if name.lower().endswith(".toml")]
+    question_lists = (entry.get("questions") for entry in content["problem"])
+    question_names = [name for names in question_lists if isinstance(names, list) for name in names]
+    question_files = [name for name in question_names if name.lower().endswith(".toml")]
     logo = content.get("paper", {}).get("logo")
-    names = list(dict.fromkeys([*robots, *files, *([logo] if logo else [])]))
+    names = list(dict.fromkeys([*robots, *question_files, *([logo] if logo else [])]))
     for name in names:
         if PurePath(name).is_absolute() or ".." in PurePath(name).parts:
             raise QdotError(f"{name} is outside {assignment.folder}; to export the assignment, move the file there")

@@ -11,13 +11,12 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-import sympy as sp
 
 from qdot.exercises.assignment.assignment import Slot
 from qdot.exercises.assignment.certified_problems import Variant
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.exports.bank import process_bank
+from qdot.exercises.exports.bank import convert_bank
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.numeric_part import NumericPart, ask_in_numbers
 from qdot.exercises.exports.platform_markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
@@ -27,7 +26,6 @@ from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE, Matching, Numb
 from qdot.exercises.short_questions import ALL_QUESTIONS, question_of
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing import problem_texts
-from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.render import render
 
 MAX_WRONG_VALUES = 6
@@ -182,7 +180,7 @@ class QuizItem:
 def make_items(request: ExportRequest) -> Generator[QuizItem, None, None]:
     """Yield the parts of all variants as items. For each slot, report once which parts can't be asked."""
     reported_messages: set[str] = set()
-    for variant, variant_items in process_bank(request, _make_problem_items):
+    for variant, variant_items in convert_bank(request, _make_problem_items):
         for part, item in zip(variant.problem.parts, variant_items, strict=True):
             if item is not None:
                 yield _add_variant_key(item, variant)
@@ -228,7 +226,8 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
         if short_problem is None:
             return None
         problem, (part,) = short_problem, short_problem.parts
-    explains_mistakes, numeric_part = request.includes_feedback("mistake"), None
+    explains_mistakes = request.includes_feedback("mistake")
+    numeric_part: NumericPart | None = None
     form: ItemForm
     if part.answer.offered_options:
         form = _make_option_form(problem, part, explains_mistakes)
@@ -276,8 +275,10 @@ def _ask_short_question(problem: Problem, part: Part, request: ExportRequest) ->
     return None
 
 
-_ANSWER = re.compile(r"^\*\*Answer:\*\* (.*?)(?:\n\n|\Z)", re.MULTILINE | re.DOTALL)
-_OPTION = re.compile(r"^- \*\*[A-H]\.\*\* .*\n?|^\$\$\n\\text\{[A-H]\.\} \\quad .*?\n\$\$\n?", re.MULTILINE | re.DOTALL)
+_ANSWER_PATTERN = re.compile(r"^\*\*Answer:\*\* (.*?)(?:\n\n|\Z)", re.MULTILINE | re.DOTALL)
+_OPTION_PATTERN = re.compile(
+    r"^- \*\*[A-H]\.\*\* .*\n?|^\$\$\n\\text\{[A-H]\.\} \\quad .*?\n\$\$\n?", re.MULTILINE | re.DOTALL
+)
 _TYPING_PHRASES = (
     (re.compile(r"; the joint rates are typed [^.]*\."), "."),
     (re.compile(r" The components are typed [^;]*; "), " "),
@@ -289,14 +290,12 @@ _TYPING_PHRASES = (
 
 def write_question_alone(problem: Problem, part: Part) -> str:
     """Return a prompt without its options and without the line that says how to type the answer."""
-    return _ANSWER.sub("", _OPTION.sub("", problem_texts.write_prompt(problem, part))).strip()
+    return _ANSWER_PATTERN.sub("", _OPTION_PATTERN.sub("", problem_texts.write_prompt(problem, part))).strip()
 
 
 def list_entry_labels(problem: Problem, part: Part, shape: tuple[int, ...]) -> tuple[str, ...]:
     """Return the LaTeX labels of the entries of an answer with a given shape, row by row."""
-    chain, question, count = problem.chain, question_of(part), int(np.prod(shape))
-    names_to_type = (tex(sp.Symbol(name), chain) for name in question.list_labels(chain))
-    entry_names = tuple(question.name_entries(chain, part.details) or names_to_type)
+    entry_names, count = problem_texts.name_entries(problem, part), int(np.prod(shape))
     if len(entry_names) == count:
         return entry_names
     return tuple(f"({index // shape[1] + 1}, {index % shape[1] + 1})" for index in range(count))
@@ -363,7 +362,10 @@ def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, e
         wrong_value = float(values.ravel()[index]) if values.shape == numeric_part.values.shape else np.nan
         wrong_tolerance = compute_tolerance(wrong_value)
         is_zero = abs(wrong_value) <= 1e-9 and not is_count  # zero is left out, because many mistakes lead to it
-        is_new = all(abs(wrong_value - v) > wrong_tolerance + t for v, t in values_with_tolerance)
+        is_new = all(
+            abs(wrong_value - earlier_value) > wrong_tolerance + earlier_tolerance
+            for earlier_value, earlier_tolerance in values_with_tolerance
+        )
         if is_new and np.isfinite(wrong_value) and not is_zero:
             values_with_tolerance.append((wrong_value, wrong_tolerance))
             wrong_values.append(WrongValue(wrong_value, wrong_tolerance, feedback))
@@ -388,14 +390,14 @@ def _write_numeric_question(
 ) -> str:
     """Return the question that asks for some fields of an answer with `entry_count` entries."""
     text = problem_texts.write_prompt(problem, part)
-    answer_line = _ANSWER.search(text)
+    answer_line = _ANSWER_PATTERN.search(text)
     convention = "" if answer_line is None or part.type in ("expression", "direction") else answer_line[1].strip()
     for pattern, replacement in _TYPING_PHRASES:
         convention = pattern.sub(replacement, convention)
     labels = list_entry_labels(problem, part, numeric_part.values.shape)
     unit_entry = "" if numeric_part.unit_entry is None else f"its entry ${labels[numeric_part.unit_entry]}$"
     return render(
-        "exports/question.md.j2", asked=_ANSWER.sub("", text).strip(), given=numeric_part.given_values,
+        "exports/question.md.j2", prompt=_ANSWER_PATTERN.sub("", text).strip(), given_values=numeric_part.given_values,
         unit_entry=unit_entry, convention=convention, fields=fields, entries=entry_count,
         precision="exactly" if fields[0].tolerance == 0 else part.precision,
     ).strip()  # fmt: skip

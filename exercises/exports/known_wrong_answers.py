@@ -3,11 +3,10 @@
 qdot's grader judges each of these answers as wrong. No two of these answers are equal.
 """
 
+import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
-from itertools import chain as chained
-from itertools import islice
 
 import numpy as np
 import sympy as sp
@@ -75,7 +74,7 @@ def find_known_wrong_answers(problem: Problem, part: Part, max_count: int) -> tu
         return tuple(_find_wrong_numbers(problem, part, max_count))
     if not part.answer.is_symbolic:
         return ()
-    return tuple(islice(_find_wrong_formulas(problem, part, MISTAKES_PER_ANSWER * max_count), max_count))
+    return tuple(itertools.islice(_find_wrong_formulas(problem, part, MISTAKES_PER_ANSWER * max_count), max_count))
 
 
 def make_domain(problem: Problem) -> Domain:
@@ -84,19 +83,19 @@ def make_domain(problem: Problem) -> Domain:
 
 
 def _select_distinct(correct: np.ndarray, predictions: Iterable[PredictedAnswer]) -> Iterator[PredictedAnswer]:
-    """Yield a numeric wrong answer for each mistake: finite, of the correct shape, and different from all others."""
+    """Yield the numeric wrong answers that are finite, nonzero and of the correct shape, one for each mistake."""
     accepted_answers, mistake_names = [correct], set[str]()
-    for wrong in predictions:
-        answer = wrong.answer
-        if wrong.mistake.name in mistake_names or answer.shape != correct.shape or not np.isfinite(answer).all():
+    for prediction in predictions:
+        answer = prediction.answer
+        if prediction.mistake.name in mistake_names or answer.shape != correct.shape or not np.isfinite(answer).all():
             continue
         is_new = all(
             wrong_formulas.have_different_values(answer, earlier_answer) for earlier_answer in accepted_answers
         )
         if is_new and np.abs(answer).max() > ZERO_TOLERANCE:
             accepted_answers.append(answer)
-            mistake_names.add(wrong.mistake.name)
-            yield wrong
+            mistake_names.add(prediction.mistake.name)
+            yield prediction
 
 
 # --- formulas ---
@@ -153,8 +152,8 @@ def _find_wrong_formulas(problem: Problem, part: Part, mistake_count: int) -> It
     result_choice = part.details if isinstance(part.details, ResultChoiceDetails) else None
     question = _StructureQuestion(symbolic_arm_of(problem.chain).chain, part.kind, result_choice, part)
     reference = part.answer.as_matrix()
-    for index, wrong in enumerate(_find_numeric_wrong_answers(question)[:mistake_count]):
-        changes = wrong.stages.changes
+    for index, prediction in enumerate(_find_numeric_wrong_answers(question)[:mistake_count]):
+        changes = prediction.stages.changes
         if all(stage == RESULT for stage, _ in changes):
             entries = np.array(reference.tolist(), dtype=object)[..., None]
             for _, change in changes:
@@ -168,7 +167,7 @@ def _find_wrong_formulas(problem: Problem, part: Part, mistake_count: int) -> It
         if answer.shape == reference.shape and len(str(answer.tolist())) <= MAX_CHARACTERS:
             entries_equal = compare_entry_by_entry(problem, answer, reference)
             if not all(entries_equal):
-                feedback, mistake = name_chapter(wrong.sentence), wrong.mistake
+                feedback, mistake = name_chapter(prediction.sentence), prediction.mistake
                 yield KnownWrongAnswer(mistake.name, mistake.title, feedback, answer, entries_equal)
 
 
@@ -188,19 +187,19 @@ def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterato
     stream = Stream(f"known/{problem.id}/{part.name}")
     samples = sample_configurations(problem.chain, part, make_domain(problem), SAMPLE_COUNT, stream)
     stages = compute_numeric_stages(problem.chain, samples)
-    wrong_answers = _select_distinct(compute_answer(stages, part), predict_wrong_answers(stages, part))
+    predictions = _select_distinct(compute_answer(stages, part), predict_wrong_answers(stages, part))
     expected_numbers = np.array([float(value) for value in part.answer.as_matrix()])
     tolerances = np.array(list_tolerances(part))
     earlier_answers = [expected_numbers]
-    for wrong in wrong_answers:
-        values = wrong.answer[..., 0].ravel()
-        is_new = all((np.abs(values - earlier) > MIN_DIFFERENCE * tolerances).any() for earlier in earlier_answers)
+    for prediction in predictions:
+        values = prediction.answer[..., 0].ravel()
+        is_new = all((np.abs(values - answer) > MIN_DIFFERENCE * tolerances).any() for answer in earlier_answers)
         if is_new and len(earlier_answers) <= max_count:
             earlier_answers.append(values)
-            is_correct = tuple(map(bool, np.abs(values - expected_numbers) <= tolerances))
+            entries_equal = tuple(map(bool, np.abs(values - expected_numbers) <= tolerances))
             rounded_answer = sp.Matrix([sp.Rational(f"{value:.6g}") for value in values])
-            feedback = name_chapter(wrong.sentence)
-            yield KnownWrongAnswer(wrong.mistake.name, wrong.mistake.title, feedback, rounded_answer, is_correct)
+            feedback, mistake = name_chapter(prediction.sentence), prediction.mistake
+            yield KnownWrongAnswer(mistake.name, mistake.title, feedback, rounded_answer, entries_equal)
 
 
 def list_tolerances(part: Part) -> list[float]:
@@ -209,19 +208,19 @@ def list_tolerances(part: Part) -> list[float]:
 
 
 def _find_wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]:
-    """Yield a wrong set for each mistake; no two sets have the same conditions."""
+    """Yield a wrong set of singular configurations for each mistake; no two sets have the same conditions."""
     earlier_conditions, mistake_names = [_list_conditions(part.answer_as(ConditionSet))], set[str]()
-    for mistake, mistaken in generate_mistaken_answers(problem.chain, part):
-        if isinstance(mistaken.answer, ConditionSet) and mistake.name not in mistake_names:
-            conditions = _list_conditions(mistaken.answer)
+    for mistake, mistaken_answer in generate_mistaken_answers(problem.chain, part):
+        if isinstance(mistaken_answer.answer, ConditionSet) and mistake.name not in mistake_names:
+            conditions = _list_conditions(mistaken_answer.answer)
             if conditions and conditions not in earlier_conditions:
                 earlier_conditions.append(conditions)
                 mistake_names.add(mistake.name)
-                feedback = name_chapter(mistake.format_message(mistaken.words))
-                yield KnownWrongAnswer(mistake.name, mistake.title, feedback, mistaken.answer.components)
+                feedback = name_chapter(mistake.format_message(mistaken_answer.words))
+                yield KnownWrongAnswer(mistake.name, mistake.title, feedback, mistaken_answer.answer.components)
 
 
 def _list_conditions(answer: ConditionSet) -> frozenset[str]:
     """Return the conditions of a set as text. Angles are wrapped, so that pi and -pi are the same."""
-    wrapped = (component.map_values(lambda _, angle: wrap_angle(angle)) for component in answer.components)
-    return frozenset(chained.from_iterable(component.pieces() for component in wrapped))
+    wrapped_components = (component.map_values(lambda _, angle: wrap_angle(angle)) for component in answer.components)
+    return frozenset(itertools.chain.from_iterable(component.list_pieces() for component in wrapped_components))

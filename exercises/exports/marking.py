@@ -52,9 +52,9 @@ def explain_marking(problem: Problem, part: Part, compute_earned_share: ComputeE
     correct_answer = _keep_if_legible(write_short_answer(problem, part)) or "see the key"
     correct_line = MarkingLine("Right", correct_answer, _format_points(part, Fraction(1)))
     legend = correct_answer[: max(0, correct_answer.find("$$"))]  # explains s1, c12 …; only the first line shows it
-    wrong_lines = (
-        _list_options(part) if part.answer.offered_options else _list_mistakes(problem, part, compute_earned_share)
-    )
+    wrong_lines = _make_mistake_lines(problem, part, compute_earned_share)
+    if part.answer.offered_options:
+        wrong_lines = _make_option_lines(part)
     other_lines = (replace(line, answer=line.answer.removeprefix(legend)) for line in wrong_lines)
     return MarkingInstructions((correct_line, *other_lines), _state_rule(problem, part))
 
@@ -70,7 +70,7 @@ def _format_points(part: Part, share: Fraction) -> str:
     return f"{float(share) * part.points:.3g}"
 
 
-def _list_options(part: Part) -> Iterator[MarkingLine]:
+def _make_option_lines(part: Part) -> Iterator[MarkingLine]:
     """Yield a line for each wrong option that a known mistake leads to, if exactly one option is correct."""
     if isinstance(part.answer, reference_answers.Choice):
         for index in range(len(part.answer.options)):
@@ -79,18 +79,20 @@ def _list_options(part: Part) -> Iterator[MarkingLine]:
                 yield MarkingLine(f"{LETTERS[index]}: {', and '.join(mistakes)}", "", _format_points(part, Fraction(0)))
 
 
-def _list_mistakes(problem: Problem, part: Part, compute_earned_share: ComputeEarnedShare) -> Iterator[MarkingLine]:
+def _make_mistake_lines(
+    problem: Problem, part: Part, compute_earned_share: ComputeEarnedShare
+) -> Iterator[MarkingLine]:
     """Yield a line for each answer that a known mistake leads to."""
     for known_answer in find_known_wrong_answers(problem, part, MAX_MISTAKES):
-        wrong_part = replace(part, answer=_replace_answer(part.answer, known_answer))
-        typed_answer, shown_answer = wrong_part.answer.as_typed(), ""
-        if len(typed_answer) <= MAX_CHARACTERS:
-            shown_answer = _keep_if_legible(write_short_answer(problem, wrong_part))
+        wrong_part = replace(part, answer=_make_wrong_answer(part.answer, known_answer))
+        typed_answer = wrong_part.answer.as_typed()
+        is_short = len(typed_answer) <= MAX_CHARACTERS
+        shown_answer = _keep_if_legible(write_short_answer(problem, wrong_part)) if is_short else ""
         points = _format_points(part, compute_earned_share(problem, part, typed_answer))
         yield MarkingLine(known_answer.title, shown_answer or TOO_LONG, points)
 
 
-def _replace_answer(correct: Answer, known_answer: KnownWrongAnswer) -> Answer:
+def _make_wrong_answer(correct: Answer, known_answer: KnownWrongAnswer) -> Answer:
     """Return a known wrong answer as an answer of the same type as the correct one."""
     match correct, known_answer.answer:
         case reference_answers.ConditionSet(), tuple(components):
@@ -147,10 +149,10 @@ def _list_rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
         count = sum(any(entries.col(k)) for k in range(entries.cols))
         yield f"Each right column: {_format_partial_points(part, Fraction(1, count))}."
     elif not is_single:
-        kind = "nonzero " if 0 in entries else ""
+        nonzero_word = "nonzero " if 0 in entries else ""
         points = _format_partial_points(part, Fraction(1, len(counted_entries)))
-        yield f"Each of the {len(counted_entries)} {kind}entries: {points}."
-        if kind:
+        yield f"Each of the {len(counted_entries)} {nonzero_word}entries: {points}."
+        if nonzero_word:
             yield "Each zero that is answered with something else deducts as much."
     if has_varying_entries and not all(is_varying):
         yield "No points if no right entry depends on the configuration."

@@ -17,8 +17,8 @@ from qdot.exercises.writing.render import render
 CREDIT_PERCENTAGES = {1: "100", 2: "50", 3: "33.33333", 4: "25", 5: "20", 6: "16.66667", 7: "14.28571", 8: "12.5"}
 """The percentage for each correct option, by the number of correct options, from the list that Moodle accepts."""
 
-FIELD_WEIGHTS = {True: 1, False: 2}
-"""The weight of a field whose value is zero (True) or not (False); zeros weigh less, because they are often obvious."""
+ZERO_WEIGHT, NONZERO_WEIGHT = 1, 2
+"""The weights of fields with the value zero and with other values. Zeros weigh less, because they are often obvious."""
 
 DIGITS = 14
 """Significant digits of a number in Moodle."""
@@ -98,9 +98,11 @@ def _encode_pictures(body: Sequence[str | platform_markup.Picture]) -> tuple[tup
 def _make_option_answers(form: items.ChoiceForm) -> tuple[MoodleAnswer, ...]:
     percentage = CREDIT_PERCENTAGES[form.correct_count]
     wrong_percentage = f"-{percentage}" if form.allows_several else "0"
-    write = str if form.is_true_or_false else platform_markup.write_line_html
+    write_text = str if form.is_true_or_false else platform_markup.write_line_html
     return tuple(
-        MoodleAnswer(write(text), percentage if option.is_correct else wrong_percentage, html.escape(option.feedback))
+        MoodleAnswer(
+            write_text(text), percentage if option.is_correct else wrong_percentage, html.escape(option.feedback)
+        )
         for _, text, option in form.lettered_options
     )
 
@@ -127,7 +129,7 @@ def _make_boxes(form: items.NumberForm) -> tuple[InputBox, ...]:
     for field, answers in zip(form.fields, answers_by_field, strict=True):
         all_answers = (*answers, filler) if len(answers_by_field) > 1 else answers
         escaped_answers = [(answer, _escape_feedback(answer.feedback)) for answer in all_answers]
-        weight = FIELD_WEIGHTS[round(field.value, 9) == 0]
+        weight = ZERO_WEIGHT if round(field.value, 9) == 0 else NONZERO_WEIGHT
         notation = render("exports/moodle-box.txt.j2", weight=weight, answers=escaped_answers).strip()
         boxes.append(InputBox(all_answers, weight, notation))
     return tuple(boxes)

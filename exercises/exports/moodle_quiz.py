@@ -102,20 +102,21 @@ def make_quiz_backup(request: ExportRequest, categories: Sequence[Category]) -> 
     Values and solutions that the assignment hides are shown once the quiz is closed.
     """
     assignment = request.assignment
-    folders = _number_categories(assignment.key, categories)
-    question_folders = [folder for folder in folders if folder["questions"]]
-    files = [file for folder in question_folders for entry in folder["questions"] for file in _list_files(entry)]
+    numbered_categories = _number_categories(assignment.key, categories)
+    question_categories = [category for category in numbered_categories if category["questions"]]
+    question_records = [record for category in question_categories for record in category["questions"]]
+    files = [file for record in question_records for file in _list_files(record)]
     context = {
-        "title": categories[0].names[0], "key": assignment.key, "folders": folders, "files": files,
-        "release": MOODLE_RELEASE, "version": MOODLE_VERSION, "quiz": QUIZ_ID, "context": CONTEXT_ID,
+        "title": categories[0].names[0], "key": assignment.key, "categories": numbered_categories, "files": files,
+        "release": MOODLE_RELEASE, "version": MOODLE_VERSION, "quiz_id": QUIZ_ID, "context_id": CONTEXT_ID,
         "slots": [
-            {"filter": _write_category_filter(folder), "points": folder["questions"][0]["question"].points}
-            for folder in question_folders
+            {"filter": _write_category_filter(category), "points": category["questions"][0]["question"].points}
+            for category in question_categories
         ],
         "points": sum(category.questions[0].points for category in categories),
-        "types": INTERNAL_TYPES, "after": SHOWN_AFTER_ATTEMPT, "always": SHOWN_ALWAYS,
-        "values": SHOWN_AFTER_ATTEMPT if request.includes_feedback("values") else SHOWN_WHEN_CLOSED,
-        "solutions": SHOWN_AFTER_ATTEMPT if request.includes_feedback("solutions") else SHOWN_WHEN_CLOSED,
+        "types": INTERNAL_TYPES, "shown_after_attempt": SHOWN_AFTER_ATTEMPT, "shown_always": SHOWN_ALWAYS,
+        "values_shown": SHOWN_AFTER_ATTEMPT if request.includes_feedback("values") else SHOWN_WHEN_CLOSED,
+        "solutions_shown": SHOWN_AFTER_ATTEMPT if request.includes_feedback("solutions") else SHOWN_WHEN_CLOSED,
         **_describe_attempts(assignment),
     }  # fmt: skip
     activity = f"activities/quiz_{QUIZ_ID}"
@@ -127,9 +128,9 @@ def make_quiz_backup(request: ExportRequest, categories: Sequence[Category]) -> 
     return make_zip(contents)
 
 
-def _write_category_filter(folder: Json) -> str:
+def _write_category_filter(category: Json) -> str:
     """Return the category from which a slot picks, in the notation of Moodle 4.0, which later versions also accept."""
-    return json.dumps({"questioncategoryid": str(folder["id"]), "includingsubcategories": "0", "tags": []})
+    return json.dumps({"questioncategoryid": str(category["id"]), "includingsubcategories": "0", "tags": []})
 
 
 def _describe_attempts(assignment: Assignment) -> Json:
@@ -145,17 +146,21 @@ def _describe_attempts(assignment: Assignment) -> Json:
 def _number_categories(key: str, categories: Sequence[Category]) -> list[Json]:
     """Return the categories of the bank with their questions and with ids; each category follows its parent."""
     ids = count(1)
-    folders: dict[tuple[str, ...], Json] = {(): {"id": next(ids), "name": "top", "parent": 0, "questions": []}}
+    categories_by_path: dict[tuple[str, ...], Json] = {
+        (): {"id": next(ids), "name": "top", "parent": 0, "questions": []}
+    }
     for category in categories:
         for depth in range(1, len(category.names) + 1):
             names = category.names[:depth]
-            if names not in folders:
-                parent = folders[names[:-1]]["id"]
-                folders[names] = {"id": next(ids), "name": names[-1], "parent": parent, "questions": []}
-        folders[category.names]["questions"] = [_number_question(question, ids) for question in category.questions]
-    for names, folder in folders.items():
-        folder["stamp"] = "qdot+" + hashlib.sha256(repr((key, names)).encode()).hexdigest()[:40]
-    return list(folders.values())
+            if names not in categories_by_path:
+                parent = categories_by_path[names[:-1]]["id"]
+                categories_by_path[names] = {"id": next(ids), "name": names[-1], "parent": parent, "questions": []}
+        categories_by_path[category.names]["questions"] = [
+            _number_question(question, ids) for question in category.questions
+        ]
+    for names, record in categories_by_path.items():
+        record["stamp"] = "qdot+" + hashlib.sha256(repr((key, names)).encode()).hexdigest()[:40]
+    return list(categories_by_path.values())
 
 
 def _number_question(question: MoodleQuestion, ids: Iterator[int]) -> Json:
@@ -180,10 +185,10 @@ def _number_answers(answers: Sequence[MoodleAnswer], ids: Iterator[int]) -> list
     return [{"id": next(ids), "share": float(answer.percentage) / 100, "answer": answer} for answer in answers]
 
 
-def _list_files(entry: Json) -> Iterator[Json]:
-    question = entry["question"]
+def _list_files(question_record: Json) -> Iterator[Json]:
+    question = question_record["question"]
     for area, files in (("questiontext", question.files), ("generalfeedback", question.solution_files)):
         for name, encoded in files:
             content = base64.b64decode(encoded)
             digest = hashlib.sha1(content, usedforsecurity=False).hexdigest()
-            yield {"area": area, "question": entry["id"], "name": name, "hash": digest, "content": content}
+            yield {"area": area, "question": question_record["id"], "name": name, "hash": digest, "content": content}

@@ -49,13 +49,14 @@ def export_nbgrader(request: ExportRequest) -> Generator[ExportedFile, None, Non
     for path, data in read_assignment_files(request):
         yield ExportedFile(f"qdot/{key}/{path}", data)
     yield ExportedFile(f"qdot/{key}/{SECRET_FILE}", f"{assignment.secret}\n", is_private=True)
-    points, text_parts = {part.name: part.points for part in list_parts(assignment)}, find_text_parts(assignment)
+    points_by_part = {part.name: part.points for part in list_parts(assignment)}
+    text_parts = find_text_parts(assignment)
     for student, text in handouts.iterate_notebooks():
         if "+" in student.id:
             request.report(f"{student.id}: nbgrader does not accept identifiers with +")
         notebook = json.loads(text)
         notebook["cells"] = [
-            new_cell for cell in notebook["cells"] for new_cell in _mark_cells(cell, points, text_parts)
+            new_cell for cell in notebook["cells"] for new_cell in _add_marks_cell(cell, points_by_part, text_parts)
         ]
         yield ExportedFile(f"handout/{student.id}/{key}/{key}.ipynb", write_notebook(notebook))
 
@@ -139,15 +140,15 @@ def _make_metadata(name: str, **flags: bool) -> Cell:
     return {"deletable": False, "nbgrader": {"grade_id": name, "schema_version": SCHEMA_VERSION, **defaults}}
 
 
-def _mark_cells(cell: Cell, points: dict[str, float], text_parts: AbstractSet[str]) -> list[Cell]:
+def _add_marks_cell(cell: Cell, points_by_part: dict[str, float], text_parts: AbstractSet[str]) -> list[Cell]:
     """Return a cell of a student's notebook, followed by the cell with its marks if qdot marks the answer in it."""
     part = cell["metadata"].get("qdot", {}).get("part")
     if part is None:
         return [cell]
     is_text = part in text_parts
-    cell["metadata"].update(make_text_metadata(part, points[part]) if is_text else make_answer_metadata(part))
+    cell["metadata"].update(make_text_metadata(part, points_by_part[part]) if is_text else make_answer_metadata(part))
     cell["metadata"]["nbgrader"]["checksum"] = compute_checksum(cell)
-    return [cell] if is_text else [cell, make_marks_cell(part, points[part])]
+    return [cell] if is_text else [cell, make_marks_cell(part, points_by_part[part])]
 
 
 def _make_source_notebook(title: str, key: str, slots: tuple[Slot, ...]) -> dict[str, Any]:
@@ -159,6 +160,6 @@ def _make_source_notebook(title: str, key: str, slots: tuple[Slot, ...]) -> dict
             answer = f"{name_answer_variable(slot.name, part)} = blank"
             cells.append(new_markdown_cell(heading, id=f"{make_grade_id(name)}-question"))
             cell = new_code_cell(answer, id=make_grade_id(name), metadata={"qdot": {"part": name}})
-            cells += _mark_cells(cell, {name: part_points}, {name} if part in slot.text_questions else frozenset())
+            cells += _add_marks_cell(cell, {name: part_points}, {name} if part in slot.text_questions else frozenset())
     metadata = {"kernelspec": KERNEL, "language_info": {"name": "python"}}
     return {"cells": cells, "metadata": metadata, "nbformat": 4, "nbformat_minor": 5}

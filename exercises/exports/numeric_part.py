@@ -81,8 +81,10 @@ def ask_in_numbers(problem: Problem, part: Part) -> NumericPart | None:
     answer = part.answer
     numeric_part: NumericPart | None = None
     if answer.is_numeric:
-        as_number = _make_number(part, answer.as_matrix()) if answer.counts_up_to_a_factor else answer
-        numeric_part = _take_numbers(problem, replace(part, answer=as_number), answer.counts_up_to_a_factor)
+        number_answer = _make_number(part, answer.as_matrix()) if answer.counts_up_to_a_factor else answer
+        numeric_part = _convert_numeric_answer(
+            problem, replace(part, answer=number_answer), answer.counts_up_to_a_factor
+        )
     elif answer.list_entries() and is_derived(part):
         numeric_part = _evaluate_formulas(problem, part)
     return _scale_direction(numeric_part) if numeric_part and answer.counts_up_to_a_factor else numeric_part
@@ -93,14 +95,14 @@ def _make_number(part: Part, values: sp.Matrix) -> Number:
     return Number(values, units, inversion.THREE_DIGIT_TOLERANCE, ABSOLUTE_TOLERANCE * float(max(map(abs, values))))
 
 
-def _take_numbers(problem: Problem, part: Part, is_direction: bool) -> NumericPart:
-    """Return a part whose answer is numbers already, with the answers that mistakes lead to."""
+def _convert_numeric_answer(problem: Problem, part: Part, is_direction: bool) -> NumericPart:
+    """Return a part that already asks for numbers, with the wrong numbers that mistakes lead to."""
     answer = part.answer_as(Number)
     reference = _to_floats(answer)
     wrong_answers = [
-        (name_chapter(mistake.format_message(mistaken.words)), _to_floats(mistaken.answer))
-        for mistake, mistaken in catalogue.generate_mistaken_answers(problem.chain, part)
-        if isinstance(mistaken.answer, Number)
+        (name_chapter(mistake.format_message(mistaken_answer.words)), _to_floats(mistaken_answer.answer))
+        for mistake, mistaken_answer in catalogue.generate_mistaken_answers(problem.chain, part)
+        if isinstance(mistaken_answer.answer, Number)
     ]
     if is_derived(part):
         roles: Mapping[str, Any] = domain_of(problem.chain).roles
@@ -109,7 +111,7 @@ def _take_numbers(problem: Problem, part: Part, is_direction: bool) -> NumericPa
         stages = compute_numeric_stages(problem.chain, sample_configurations(problem.chain, part, domain, 1, stream))
         _check_agreement(problem, part, reference, compute_answer(stages, part)[..., 0], is_direction)
         predictions = _list_wrong_answers(stages, part)
-        wrong_answers += [(name_chapter(wrong.sentence), wrong.answer[..., 0]) for wrong in predictions]
+        wrong_answers += [(name_chapter(prediction.sentence), prediction.answer[..., 0]) for prediction in predictions]
     return NumericPart(part, reference, None, tuple(wrong_answers))
 
 
@@ -134,7 +136,7 @@ def _list_wrong_answers(stages: StageResults, part: Part) -> list[catalogue.Pred
     """Return the answers that mistakes lead to; if the derivation is long, only for a few likely mistakes."""
     if stages.n > MAX_JOINTS_FOR_ALL_MISTAKES and is_made_of_jacobian(part):
         mistakes = [m for m in catalogue.list_likely_mistakes(part) if m.name in catalogue.MISTAKES_FOR_ONE_NUMBER]
-        return [wrong for mistake in mistakes for wrong in catalogue.apply_mistake(mistake, stages, part)]
+        return [prediction for mistake in mistakes for prediction in catalogue.apply_mistake(mistake, stages, part)]
     return list(catalogue.predict_wrong_answers(stages, part))
 
 
@@ -147,12 +149,11 @@ def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     stream = Stream(f"qdot/{problem.id.engine}/{problem.id}/{part.name}/in numbers")
     configurations = list(_sample_configurations(chain, part, stream))
     values = _collect_values(chain, part, configurations)
-    as_number = replace(part, answer=_make_number(part, sp.ones(*reference.shape)))
+    number_part = replace(part, answer=_make_number(part, sp.ones(*reference.shape)))
     stages = compute_numeric_stages(chain, values)
-    derived_answer = compute_answer(stages, as_number)
-    predictions = [
-        wrong for wrong in _list_wrong_answers(stages, as_number) if wrong.answer.shape == derived_answer.shape
-    ]
+    derived_answer = compute_answer(stages, number_part)
+    all_predictions = _list_wrong_answers(stages, number_part)
+    predictions = [prediction for prediction in all_predictions if prediction.answer.shape == derived_answer.shape]
     best_index = _choose_configuration(derived_answer, predictions)
     if best_index is None:
         return None
@@ -160,24 +161,26 @@ def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     exact_values = reference.applyfunc(
         lambda entry: round_to_ten_digits(evaluate_in_context(entry.xreplace(substitutions)))
     )
-    as_number = replace(part, answer=_make_number(part, exact_values))
+    number_part = replace(part, answer=_make_number(part, exact_values))
     float_values = np.array(exact_values.tolist(), dtype=float)
     _check_agreement(problem, part, float_values, derived_answer[..., best_index], part.answer.counts_up_to_a_factor)
-    wrong_answers = tuple((name_chapter(wrong.sentence), wrong.answer[..., best_index]) for wrong in predictions)
+    wrong_answers = tuple(
+        (name_chapter(prediction.sentence), prediction.answer[..., best_index]) for prediction in predictions
+    )
     given_values = _describe_given_values(chain, part, configurations[best_index], reference)
-    return NumericPart(as_number, float_values, given_values, wrong_answers)
+    return NumericPart(number_part, float_values, given_values, wrong_answers)
 
 
-Configuration = dict[sp.Symbol, sp.Expr]
-"""The value of each symbol: joint variables, joint rates, velocities, loads, lengths and constant angles."""
+ExactValues = dict[sp.Symbol, sp.Expr]
+"""The exact value of each symbol: joint variables, joint rates, velocities, loads, lengths and constant angles."""
 
 
-def _sample_configurations(chain: Chain, part: Part, stream: Stream) -> Iterator[Configuration]:
+def _sample_configurations(chain: Chain, part: Part, stream: Stream) -> Iterator[ExactValues]:
     """Yield values of all symbols; the joint values are such that J is well-conditioned, if that is possible.
 
     All values have few digits: angles are multiples of 10 degrees, rates of 0.1, velocities of 0.05, and loads of 1.
     """
-    needs_full_rank = min(len(chain.task), chain.n) and not part.details.given_joints
+    needs_full_rank = bool(chain.task and chain.n and not part.details.given_joints)
     for _ in range(CONFIGURATION_COUNT):
         for _ in range(MAX_TRIES):
             lengths = {
@@ -206,12 +209,12 @@ def _sample_nonzero(stream: Stream, maximum: int) -> int:
     return stream.choice([k for k in range(-maximum, maximum + 1) if k])
 
 
-def _add_given_joints(part: Part, configuration: Configuration) -> Configuration:
+def _add_given_joints(part: Part, configuration: ExactValues) -> ExactValues:
     """Return a configuration in which the joint values that the question states replace sampled joint values."""
     return {**configuration, **{q: value.xreplace(configuration) for q, value in part.details.given_joints.items()}}
 
 
-def _collect_values(chain: Chain, part: Part, configurations: Sequence[Configuration]) -> SymbolValues:
+def _collect_values(chain: Chain, part: Part, configurations: Sequence[ExactValues]) -> SymbolValues:
     """Return the values (N,) of each symbol at all N configurations."""
     exact_configurations = [_add_given_joints(part, configuration) for configuration in configurations]
     columns = {
@@ -222,20 +225,20 @@ def _collect_values(chain: Chain, part: Part, configurations: Sequence[Configura
     return columns | {name: np.ones(len(configurations)) for name in sorted(other_names)}
 
 
-def _choose_configuration(correct: np.ndarray, wrong_answers: Sequence[catalogue.PredictedAnswer]) -> int | None:
+def _choose_configuration(correct: np.ndarray, predictions: Sequence[catalogue.PredictedAnswer]) -> int | None:
     """Return the index of the best configuration; None if the answer is infinite or zero at all configurations.
 
     The best configuration has the fewest tiny entries; if several have equally few, it distinguishes the most mistakes.
     """
-    max_entry = np.abs(correct).max(axis=(0, 1))
-    max_values = np.nan_to_num(np.abs(correct)).max(axis=-1)
-    is_nonzero = max_values > MAX_DISAGREEMENT * max_values.max()
-    tiny_count = ((np.abs(correct) < TINY_SHARE * max_entry) & is_nonzero[..., None]).sum(axis=(0, 1))
+    max_by_configuration = np.abs(correct).max(axis=(0, 1))
+    max_by_entry = np.nan_to_num(np.abs(correct)).max(axis=-1)
+    is_nonzero = max_by_entry > MAX_DISAGREEMENT * max_by_entry.max()
+    tiny_count = ((np.abs(correct) < TINY_SHARE * max_by_configuration) & is_nonzero[..., None]).sum(axis=(0, 1))
     distinguished_count = np.zeros(correct.shape[-1], dtype=int)
-    for wrong in wrong_answers:
-        difference = np.nan_to_num(np.abs(wrong.answer - correct), posinf=0.0)
-        distinguished_count += difference.max(axis=(0, 1)) > MIN_DIFFERENCE * max_entry
-    is_usable = np.isfinite(correct).all(axis=(0, 1)) & (max_entry > MAX_DISAGREEMENT)
+    for prediction in predictions:
+        difference = np.nan_to_num(np.abs(prediction.answer - correct), posinf=0.0)
+        distinguished_count += difference.max(axis=(0, 1)) > MIN_DIFFERENCE * max_by_configuration
+    is_usable = np.isfinite(correct).all(axis=(0, 1)) & (max_by_configuration > MAX_DISAGREEMENT)
     return min(np.flatnonzero(is_usable).tolist(), key=lambda k: (tiny_count[k], -distinguished_count[k]), default=None)
 
 
@@ -254,7 +257,7 @@ def _scale_direction(direction: NumericPart) -> NumericPart:
 # --- given values ---
 
 
-def _describe_given_values(chain: Chain, part: Part, configuration: Configuration, reference: sp.Matrix) -> GivenValues:
+def _describe_given_values(chain: Chain, part: Part, configuration: ExactValues, reference: sp.Matrix) -> GivenValues:
     """Return the values to state: joint values that the prompt doesn't state, and others that the answer depends on."""
     wording, used_symbols = Wording(chain), reference.free_symbols
     joints = tuple((tex(q), tex_value(configuration[q], q)) for q in chain.q if q not in part.details.given_joints)
@@ -262,9 +265,9 @@ def _describe_given_values(chain: Chain, part: Part, configuration: Configuratio
     if used_symbols & set(chain.rates):
         units = zip(chain.rates, wording.rate_units, strict=True)
         other_values += [(tex(rate, chain), rf"{tex(configuration[rate])}\,\text{{{unit}}}") for rate, unit in units]
-    rows = [sp.Symbol(row) for row in chain.task]
-    if used_symbols & set(rows):
-        other_values += [(tex(row), wording.write_velocity(row, configuration[row])) for row in rows]
+    velocities = [sp.Symbol(name) for name in chain.task]
+    if used_symbols & set(velocities):
+        other_values += [(tex(v), wording.write_velocity(v, configuration[v])) for v in velocities]
     other_values += [
         (tex(sp.Symbol(name)), rf"{tex(configuration[sp.Symbol(name)])}\,\text{{{info.unit}}}")
         for name, info in part.symbols.items()

@@ -53,9 +53,9 @@ def check_sheet(request: ExportRequest) -> None:
 
 
 _TEMPLATES: dict[str, tuple[str, dict[str, Callable[..., str]]]] = {
-    "html": ("paper.html.j2", {"markup": lambda text, share=1.0: to_html(text, width_share=share)}),
-    "tex": ("paper.tex.j2", {"markup": to_latex, "plain": escape_latex, "draw": convert_to_tikz}),
-    "pdf": ("paper.typ.j2", {"markup": to_typst, "plain": escape_typst, "string": typst_string}),
+    "html": ("paper.html.j2", {"write_markup": lambda text, share=1.0: to_html(text, width_share=share)}),
+    "tex": ("paper.tex.j2", {"write_markup": to_latex, "escape_text": escape_latex, "draw_figure": convert_to_tikz}),
+    "pdf": ("paper.typ.j2", {"write_markup": to_typst, "escape_text": escape_typst, "quote": typst_string}),
 }
 """For each file type, the template and the functions that it calls."""
 

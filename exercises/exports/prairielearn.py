@@ -27,11 +27,11 @@ def export_prairielearn(request: ExportRequest) -> Generator[ExportedFile, None,
     request = request.without_text_questions("PrairieLearn")
     assignment = request.assignment
     key = assignment.key.lower()
-    seeds: dict[str, list[str]] = {slot.name: [] for slot in assignment.slots}
+    seeds_by_slot: dict[str, list[str]] = {slot.name: [] for slot in assignment.slots}
     parts_by_slot: dict[str, tuple[Part, ...]] = {}
     for variant in iterate_bank(request):
         parts_by_slot.setdefault(variant.slot.name, variant.problem.parts)
-        seeds[variant.slot.name].append(str(variant.problem.id.seed))  # as text: JavaScript rounds whole numbers
+        seeds_by_slot[variant.slot.name].append(str(variant.problem.id.seed))  # text: JavaScript rounds integers
     topic = {"name": TOPIC, "color": "blue3", "description": "Velocities and singularities of robot arms"}
     tag = {"name": "qdot", "color": "gray2", "description": "Made and graded by qdot"}
     course = {"name": assignment.key, "title": assignment.title, "topics": [topic], "tags": [tag]}
@@ -42,7 +42,7 @@ def export_prairielearn(request: ExportRequest) -> Generator[ExportedFile, None,
     yield ExportedFile(f"{INSTANCE_FOLDER}/infoCourseInstance.json", _write_json(instance))
     for kind, assessment in _make_assessments(assignment, request.attempt_count).items():
         yield ExportedFile(f"{INSTANCE_FOLDER}/assessments/{key}-{kind}/infoAssessment.json", _write_json(assessment))
-    yield from _make_server_files(request, f"serverFilesCourse/qdot/{key}", seeds)
+    yield from _make_server_files(request, f"serverFilesCourse/qdot/{key}", seeds_by_slot)
 
 
 def _make_question_files(
@@ -95,7 +95,7 @@ def list_input_names(part: Part) -> list[str]:
 
 
 def _make_server_files(
-    request: ExportRequest, folder: str, seeds: dict[str, list[str]]
+    request: ExportRequest, folder: str, seeds_by_slot: dict[str, list[str]]
 ) -> Generator[ExportedFile, None, None]:
     assignment = request.assignment
     text = (assignment.folder / "assignment.toml").read_text(encoding="utf-8")
@@ -104,7 +104,7 @@ def _make_server_files(
         yield ExportedFile(f"{folder}/{name}", (assignment.folder / name).read_bytes(), is_private=True)
     yield ExportedFile(f"{folder}/roster.csv", "student\nprairielearn\n", is_private=True)
     yield ExportedFile(f"{folder}/{SECRET_FILE}", _derive_hash(assignment, "seed") + "\n", is_private=True)
-    bank = _write_json({"digest": assignment.notebook_digest, "seeds": seeds})
+    bank = _write_json({"digest": assignment.notebook_digest, "seeds": seeds_by_slot})
     yield ExportedFile(f"{folder}/{BANK_FILE}", bank, is_private=True)
     yield ExportedFile(f"{folder}/README.md", render("exports/prairielearn/assignment-README.md.j2"))
 

@@ -17,9 +17,9 @@ from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site import bank
-from qdot.exercises.site.bank_problem import find_custom_questions, problems_of_variants
+from qdot.exercises.site.bank_problem import find_custom_questions, list_problems_of_variants
 from qdot.exercises.site.build import NOT_BUILT_MESSAGE
-from qdot.exercises.site.pages import Assets, favicon_text, find_assets
+from qdot.exercises.site.pages import Assets, find_assets, read_favicon
 from qdot.exercises.writing.languages import LANGUAGES
 from qdot.exercises.writing.render import render
 
@@ -45,7 +45,7 @@ def export_scorm(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     for slot in assignment.slots:
         _report_differences(request, slot)
     scripts = {path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files}
-    files = _make_bank_files(request) | scripts | {"icon.svg": favicon_text()}
+    files = _make_bank_files(request) | scripts | {"icon.svg": read_favicon()}
     for version, name in PACKAGE_NAMES.items():
         page = _render_page(request, version, assets)
         manifest = render(
@@ -113,7 +113,7 @@ def _make_bank_files(request: ExportRequest) -> _Files:
     """Return the files of the bank by path: problems, translations, and also solutions if students may see them."""
     assignment = request.assignment
     level = FEEDBACK[-1] if request.has_solutions else assignment.feedback
-    bank_problems = problems_of_variants(list(iterate_bank(replace(request, on_step=lambda: None))))
+    bank_problems = list_problems_of_variants(list(iterate_bank(replace(request, on_step=lambda: None))))
     titles = [(slot.name, slot.family.title, slot.family.source) for slot in assignment.slots]
     with tempfile.TemporaryDirectory() as folder:
         failures: list[FailedSlot] = []
@@ -130,10 +130,10 @@ def _make_bank_files(request: ExportRequest) -> _Files:
             path.relative_to(folder).as_posix(): _compact_record(json.loads(path.read_bytes()), assignment.hints)
             for path in paths
         }
-    files[f"{bank.BANK_FOLDER}/index.json"] = bank.index_text(
+    files[f"{bank.BANK_FOLDER}/index.json"] = bank.make_index_json(
         entries, titles, level, find_custom_questions(bank_problems)
     )
-    return files | {f"{bank.BANK_FOLDER}/index.{code}.json": bank.titles_text(code, titles) for code in LANGUAGES}
+    return files | {f"{bank.BANK_FOLDER}/index.{code}.json": bank.make_titles_json(code, titles) for code in LANGUAGES}
 
 
 def _compact_record(record: Json, has_hints: bool) -> str:
@@ -141,4 +141,4 @@ def _compact_record(record: Json, has_hints: bool) -> str:
     fields = {name: value for name, value in record.items() if name not in _BUILD_ONLY_FIELDS}
     if not has_hints:
         fields["parts"] = [part | {"hints": []} if "hints" in part else part for part in fields["parts"]]
-    return json.dumps(fields, ensure_ascii=False, separators=(",", ":"), allow_nan=False) + "\n"
+    return bank.write_compact_json(fields)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from qdot.exercises.assignment.assignment import Slot
 from qdot.exercises.assignment.certified_problems import Variant
 from qdot.exercises.common.errors import QdotError, Reason
-from qdot.exercises.exports.bank import process_bank
+from qdot.exercises.exports.bank import convert_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.moodle import MAX_ID_LENGTH, make_category_path, make_moodle_name
 from qdot.exercises.exports.platform_markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
@@ -59,7 +59,7 @@ def export_stack(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the file. For each slot, report once which parts STACK can't ask or grades differently from qdot."""
     messages: dict[str, None] = {}
     questions: dict[str, list[StackQuestion]] = {}
-    for variant, (variant_questions, new_messages) in process_bank(request, _make_questions):
+    for variant, (variant_questions, new_messages) in convert_bank(request, _make_questions):
         messages |= new_messages
         for question in variant_questions:
             questions.setdefault(question.category, []).append(_add_variant_key(request, variant, question))

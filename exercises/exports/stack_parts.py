@@ -130,17 +130,18 @@ class StackPart:
         return self.input_type in ("algebraic", "numerical")
 
     def add_mistake(
-        self, index: int, wrong: KnownWrongAnswer, answer: str, likeness: str, expected: str, share: float
+        self, index: int, known_answer: KnownWrongAnswer, answer: str, likeness: str, expected: str, share: float
     ) -> None:
-        """Add a known mistake, with its answer as the variable wrongN (N is `index`) and the share that it earns.
+        """Add a known wrong answer, as the variable wrongN (N is `index`), with the share of the points that it earns.
 
-        The mistake explains a student's answer if the Maxima expression `likeness` equals `expected`.
+        All texts are Maxima expressions. A student has given this answer if `likeness` equals `expected`.
         """
-        name, note = f"wrong{index}", f"prt1-{wrong.mistake}"
+        name, note = f"wrong{index}", f"prt1-{known_answer.mistake}"
         self.variables.append(f"{name}: {answer};")
         self.marking_lines.append(f"like{index}: {likeness};")
-        self.nodes.append(ResponseNode("AlgEquiv", f"like{index}", expected, note, self.score_variable, wrong.feedback))
-        self.question_tests.append(QuestionTest(wrong.title, name, share, note))
+        feedback = known_answer.feedback
+        self.nodes.append(ResponseNode("AlgEquiv", f"like{index}", expected, note, self.score_variable, feedback))
+        self.question_tests.append(QuestionTest(known_answer.title, name, share, note))
 
 
 def convert_part(problem: Problem, part: Part) -> StackPart | Reason:
@@ -166,13 +167,13 @@ def convert_part(problem: Problem, part: Part) -> StackPart | Reason:
             raise TypeError(f"STACK does not support answers of type {answer.type}")
 
 
-def compute_share(
-    problem: Problem, part: Part, answer: sp.Matrix, entries_equal: Sequence[bool], is_known: bool = False
+def compute_share_of_formulas(
+    problem: Problem, part: Part, answer: sp.Matrix, entries_equal: Sequence[bool], is_explained: bool = False
 ) -> float:
     """Return the share of the points that formulas earn. `entries_equal` says which entries are correct.
 
     The share is the same as with `qdot grade`, but factors of a product earn nothing. If a single known mistake
-    explains the answer (`is_known`), the answer earns at least half of the points.
+    explains the answer (`is_explained`), the answer earns at least half of the points.
     """
     if all(entries_equal):
         return 1.0
@@ -180,18 +181,18 @@ def compute_share(
     if credit.rule == "whole":
         return 0.0
     reference = part.answer.as_matrix()
-    share = _compute_minimum_share(problem, part, answer) if is_known else Fraction(0)
+    share = _compute_minimum_share(problem, part, answer) if is_explained else Fraction(0)
     if part.shape is not None:
         correct_indices = {k for k, is_equal in enumerate(entries_equal) if is_equal}
         if credit.rule == "columns" and reference.cols > 1:
             entry_share = share_of_columns(list(map(correct_indices.issuperset, _list_nonzero_columns(reference))))
         else:
-            _, zeros = _split_zeros(reference)
-            entry_share = share_of_entries(entries_equal, [k in zeros for k in range(len(entries_equal))])
-        varying_entries = _find_varying_entries(problem, reference)
-        if not varying_entries or correct_indices.intersection(varying_entries):
+            _, zero_indices = _separate_zeros(reference)
+            entry_share = share_of_entries(entries_equal, [k in zero_indices for k in range(len(entries_equal))])
+        varying_indices = _find_varying_indices(problem, reference)
+        if not varying_indices or correct_indices.intersection(varying_indices):
             share = max(share, entry_share)
-    if _find_pivot(problem, reference) is not None:
+    if _find_pivot_position(problem, reference) is not None:
         share = max(share, _compute_share_up_to_a_factor(problem, answer, reference, entries_equal))
     return float(share * credit.factor)
 
@@ -199,7 +200,7 @@ def compute_share(
 def _compute_minimum_share(problem: Problem, part: Part, answer: sp.Matrix) -> Fraction:
     """Return the minimum share of the points for an answer that a single known mistake explains."""
     reference = part.answer.as_matrix()
-    has_varying_entries = _find_varying_entries(problem, reference) and _find_varying_entries(problem, answer)
+    has_varying_entries = _find_varying_indices(problem, reference) and _find_varying_indices(problem, answer)
     if not part.credit.is_by_mistakes or not has_varying_entries:
         return Fraction(0)
     determinant = find_determinant_in_denominator(problem.chain, part, make_domain(problem).roles)
@@ -216,7 +217,7 @@ def _compute_share_up_to_a_factor(
 
     The reference is first multiplied by `common_factor`. The share is 0 if there are other differences.
     """
-    domain, varying_entries = make_domain(problem), _find_varying_entries(problem, reference)
+    domain, varying_indices = make_domain(problem), _find_varying_indices(problem, reference)
     wrong_indices = [k for k, is_equal in enumerate(entries_equal) if not is_equal]
     answer_entries, reference_entries = (
         [parse_formula(expression_text(matrix[k]), domain.roles) for k in wrong_indices]
@@ -226,35 +227,35 @@ def _compute_share_up_to_a_factor(
     factor = find_constant_factor(
         answer_entries, multiplied_entries, domain, set(domain.roles) - problem.constants, f"stack/{problem.id}"
     )
-    if factor is None or (factor.changes_size and set(varying_entries).isdisjoint(wrong_indices)):
+    if factor is None or (factor.changes_size and set(varying_indices).isdisjoint(wrong_indices)):
         return Fraction(0)
     return share_up_to_sign_and_factor(factor.is_negative, factor.changes_size or common_factor != ONE)
 
 
-def _find_varying_entries(problem: Problem, reference: sp.Matrix) -> list[int]:
+def _find_varying_indices(problem: Problem, reference: sp.Matrix) -> list[int]:
     """Return the indices (from 0, row by row) of entries that depend on joint variables, joint rates or velocities."""
     constants = problem.constants
     return [k for k, entry in enumerate(reference) if {symbol.name for symbol in entry.free_symbols} - constants]
 
 
-def _find_pivot(problem: Problem, reference: sp.Matrix) -> int | None:
+def _find_pivot_position(problem: Problem, reference: sp.Matrix) -> int | None:
     """Return the position of the pivot, the first nonzero entry; None for zeros and for a single constant.
 
     Positions count the entries row by row from 1, as Maxima does.
     """
     nonzero_positions = [k for k, entry in enumerate(reference, 1) if entry != 0]
-    has_pivot = len(nonzero_positions) > 1 or (nonzero_positions and _find_varying_entries(problem, reference))
+    has_pivot = len(nonzero_positions) > 1 or (nonzero_positions and _find_varying_indices(problem, reference))
     return nonzero_positions[0] if has_pivot else None
 
 
-def _split_zeros(reference: sp.Matrix) -> tuple[list[int], list[int]]:
+def _separate_zeros(reference: sp.Matrix) -> tuple[list[int], list[int]]:
     """Return the indices of the entries that earn points, and those of the zeros, which earn nothing.
 
     If all entries are zero, all earn points.
     """
     nonzero_indices = [k for k, entry in enumerate(reference) if entry != 0]
-    zeros = [k for k in range(len(reference)) if k not in nonzero_indices]
-    return (nonzero_indices, zeros) if nonzero_indices else (zeros, [])
+    zero_indices = [k for k in range(len(reference)) if k not in nonzero_indices]
+    return (nonzero_indices, zero_indices) if nonzero_indices else (zero_indices, [])
 
 
 def _list_nonzero_columns(reference: sp.Matrix) -> list[list[int]]:
@@ -269,7 +270,8 @@ def _list_nonzero_columns(reference: sp.Matrix) -> list[list[int]]:
 def _convert_formulas(problem: Problem, part: Part) -> StackPart | Reason:
     """Return a part that asks for a formula or a matrix of formulas, or the reason why STACK can't ask it."""
     is_single, reference = part.shape is None, part.answer.as_matrix()
-    points = _sample_points(problem, reference, _find_pivot(problem, reference) or 1)
+    pivot_position = _find_pivot_position(problem, reference) or 1  # 1: the only entry, or the first of many zeros
+    points = _sample_points(problem, reference, pivot_position)
     if points is None:
         return NO_POINTS
     variables = stack_maxima.write_definitions(problem, stack_maxima.FORMULA_FUNCTIONS, points)
@@ -291,11 +293,13 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | Reason:
         [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")], tests, feedback, score,
         min(max_width, max(min_width, max_length)), typing_help=explain_typing(problem),
     )  # fmt: skip
-    for index, wrong in enumerate(find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
-        share = compute_share(problem, part, wrong.matrix, wrong.entries_equal, is_known=True)
-        maxima = _write_maxima(wrong.matrix, is_single)
-        stack_part.add_mistake(index, wrong, maxima, f"qdot_same(said, wrong{index})", "1", share)
-        if min_share := _compute_minimum_share(problem, part, wrong.matrix):
+    for index, known_answer in enumerate(find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
+        share = compute_share_of_formulas(
+            problem, part, known_answer.matrix, known_answer.entries_equal, is_explained=True
+        )
+        maxima = _write_maxima(known_answer.matrix, is_single)
+        stack_part.add_mistake(index, known_answer, maxima, f"qdot_same(said, wrong{index})", "1", share)
+        if min_share := _compute_minimum_share(problem, part, known_answer.matrix):
             marking.append(_write_minimum_share_line(part, min_share, f"like{index} = 1"))
     unusual_form = _write_unusual_form(problem, reference)
     if unusual_form is not None:
@@ -303,7 +307,7 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | Reason:
         tests.append(UNUSUAL_FORM_TEST)
     unrelated_answer = sp.ones(*reference.shape) * UNRELATED_VALUE
     entries_equal = compare_entry_by_entry(problem, unrelated_answer, reference)
-    share = compute_share(problem, part, unrelated_answer, entries_equal)
+    share = compute_share_of_formulas(problem, part, unrelated_answer, entries_equal)
     tests.append(replace(UNRELATED_TEST, score=share))
     return stack_part
 
@@ -322,7 +326,7 @@ def _write_maxima(matrix: sp.Matrix, is_single: bool) -> str:
     return maxima_text(matrix[0]) if is_single else maxima_matrix(matrix)
 
 
-def _sample_points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | None:
+def _sample_points(problem: Problem, reference: sp.Matrix, pivot_position: int) -> str | None:
     """Return the line with the points at which formulas are compared; None if no usable points were found.
 
     The first two points have the same lengths, so a factor with the same value at both is a constant. `pivot` is a
@@ -335,7 +339,7 @@ def _sample_points(problem: Problem, reference: sp.Matrix, pivot: int) -> str | 
         samples = domain.sample(set(domain.roles), READABLE_POINTS, stream)
         points = [{name: float(values[i]) for name, values in samples.items()} for i in range(POINT_COUNT)]
         points[1].update({name: value for name, value in points[0].items() if name in problem.constants})
-        if _are_usable(program, points, None if reference[pivot - 1] == 0 else pivot - 1):
+        if _are_usable(program, points, None if reference[pivot_position - 1] == 0 else pivot_position - 1):
             point_texts = (", ".join(f"{name} = {value}" for name, value in point.items()) for point in points)
             return f"points: [{', '.join(f'[{point}]' for point in point_texts)}];"
     return None
@@ -357,9 +361,9 @@ def _write_minimum_share_line(part: Part, minimum_share: Fraction, condition: st
 def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
     """Return the lines that compute the share of partly correct formulas, and the feedback on such formulas."""
     lines, feedback = (["share: 0;"], "") if part.shape is None else _write_entry_lines(problem, part, reference)
-    if _find_pivot(problem, reference) is None:
+    if _find_pivot_position(problem, reference) is None:
         return lines, feedback
-    varying_positions = [k + 1 for k in _find_varying_entries(problem, reference)]
+    varying_positions = [k + 1 for k in _find_varying_indices(problem, reference)]
     lines += [
         f"amiss: qdot_amiss(said, due, agree, {varying_positions});",
         f"share: max(share, if amiss = 0 then 0 else {part.credit.factor}*(1 - {SIGN_OR_FACTOR_COST}*amiss));",
@@ -371,28 +375,28 @@ def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matr
 def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
     """Return the lines that compute the share of a partly correct matrix, and the feedback on the matrix."""
     credit = part.credit
-    counted_entries, zeros = _split_zeros(reference)
+    counted_indices, zero_indices = _separate_zeros(reference)
 
     def write_agreeing_count(entries: Sequence[int]) -> str:
         return f"qdot_count(makelist(agree[i], i, {[k + 1 for k in entries]}))"
 
-    factor = "" if credit.factor == 1 else f"*{credit.factor}"
+    factor_text = "" if credit.factor == 1 else f"*{credit.factor}"
     if credit.rule == "columns" and reference.cols > 1:
         columns = _list_nonzero_columns(reference)
         n = len(columns)
         tests = ", ".join(f"is({write_agreeing_count(column)} = {len(column)})" for column in columns)
-        lines = [f"right: qdot_count([{tests}]);", f"share: min(right, {n - 1})/{n}{factor};"]
+        lines = [f"right: qdot_count([{tests}]);", f"share: min(right, {n - 1})/{n}{factor_text};"]
         feedback = f"{n} columns are right"
     else:
-        n = len(counted_entries)
-        spoiled_count = f"{len(zeros)} - {write_agreeing_count(zeros)}" if zeros else "0"
-        lines = [f"right: {write_agreeing_count(counted_entries)};", f"spoiled: {spoiled_count};"]
-        lines.append(f"share: max(0, min(right - spoiled, {n - 1}))/{n}{factor};")
+        n = len(counted_indices)
+        spoiled_count = f"{len(zero_indices)} - {write_agreeing_count(zero_indices)}" if zero_indices else "0"
+        lines = [f"right: {write_agreeing_count(counted_indices)};", f"spoiled: {spoiled_count};"]
+        lines.append(f"share: max(0, min(right - spoiled, {n - 1}))/{n}{factor_text};")
         feedback = f"{n} entries are right"
-        if zeros:
-            feedback = f"{n} nonzero entries are right; {{@spoiled@}} of {len(zeros)} zeros have another answer"
-    if varying_entries := _find_varying_entries(problem, reference):
-        lines.append(f"share: if share > 0 and {write_agreeing_count(varying_entries)} = 0 then 0 else share;")
+        if zero_indices:
+            feedback = f"{n} nonzero entries are right; {{@spoiled@}} of {len(zero_indices)} zeros have another answer"
+    if varying_indices := _find_varying_indices(problem, reference):
+        lines.append(f"share: if share > 0 and {write_agreeing_count(varying_indices)} = 0 then 0 else share;")
     return lines, f"<p>{{@right@}} of {feedback}.</p>"
 
 
@@ -409,11 +413,11 @@ def _write_unusual_form(problem: Problem, reference: sp.Matrix) -> sp.Matrix | N
 def _convert_direction(problem: Problem, part: Part) -> StackPart | Reason:
     """Return a part that asks for a direction: any nonzero multiple of the reference is correct."""
     reference = part.answer_as(reference_answers.Direction).reference
-    pivot = next(i for i, entry in enumerate(reference, 1) if entry != 0)
-    points = _sample_points(problem, reference, pivot)
+    pivot_position = next(i for i, entry in enumerate(reference, 1) if entry != 0)
+    points = _sample_points(problem, reference, pivot_position)
     if points is None:
         return NO_POINTS
-    same_line = f"same: if qdot_along(said, qdot_values(ta1), {pivot}) then 1 else 0;"
+    same_line = f"same: if qdot_along(said, qdot_values(ta1), {pivot_position}) then 1 else 0;"
     variables = stack_maxima.write_definitions(problem, stack_maxima.FORMULA_FUNCTIONS, points)
     variables += [f"ta1: {maxima_matrix(reference)};", "form1: -3*ta1;", "other1: 0*ta1;"]
     return StackPart(
@@ -434,10 +438,10 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     tolerances = [sp.Rational(f"{tolerance:.12g}") for tolerance in list_tolerances(part)]
     known_answers = find_known_wrong_answers(problem, part, MAX_MISTAKES)
     exact_reference = sp.Matrix([sp.Rational(f"{float(value):.12g}") for value in answer.reference])
-    index = "" if is_single else "[i, 1]"
+    subscript = "" if is_single else "[i, 1]"
 
     def write_near_count(variable: str) -> str:
-        return f"qdot_count(makelist(qdot_near(said{index}, float({variable}{index}), room[i]), i, 1, {n}))"
+        return f"qdot_count(makelist(qdot_near(said{subscript}, float({variable}{subscript}), room[i]), i, 1, {n}))"
 
     _, floor = answer.tolerance_and_floor(part.rounding)
     is_zero = [abs(float(value)) <= floor for value in answer.reference]
@@ -457,17 +461,17 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
         part, "numerical" if is_single else "matrix", expected_answer, variables, lines, [correct_node], tests,
         feedback, "share", box_width=12, reports_wrong_type=False,
     )  # fmt: skip
-    for number, wrong in enumerate(known_answers, 1):
-        share = _compute_share_of_numbers(part, wrong, is_zero)
-        floats = _write_floats(wrong.matrix, is_single)
-        stack_part.add_mistake(number, wrong, floats, write_near_count(f"wrong{number}"), str(n), share)
+    for number, known_answer in enumerate(known_answers, 1):
+        share = _compute_share_of_numbers(part, known_answer, is_zero)
+        floats = _write_floats(known_answer.matrix, is_single)
+        stack_part.add_mistake(number, known_answer, floats, write_near_count(f"wrong{number}"), str(n), share)
         if not is_single and part.credit.is_by_mistakes:
             lines.append(_write_minimum_share_line(part, MISTAKE_FACTOR, f"like{number} = {n}"))
     values_outside = exact_reference + 50 * sp.Matrix(tolerances)  # clearly wrong
     values_inside = exact_reference + sp.Matrix(tolerances) / 2
     variables.append(f"form1: {_write_floats(values_inside, is_single)};")
     tests.append(QuestionTest("off by half of what is allowed", "form1", 1.0, CORRECT_NOTE))
-    if not any(_are_near(values_outside, wrong.matrix, tolerances) for wrong in known_answers):
+    if not any(_are_near(values_outside, known_answer.matrix, tolerances) for known_answer in known_answers):
         variables.append(f"other1: {_write_floats(values_outside, is_single)};")
         tests.append(UNRELATED_TEST)
     return stack_part
@@ -480,12 +484,13 @@ def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
         return ["share: 0;"]
     counted_positions = [i for i, zero in enumerate(is_zero, 1) if not zero] or list(range(1, n + 1))
     zero_positions = [i for i in range(1, n + 1) if i not in counted_positions]
-    near = "qdot_count(makelist(qdot_near(said[i, 1], float(ta1[i, 1]), room[i]), i, {}))"
-    points = f"{near.format(counted_positions)} - ({len(zero_positions)} - {near.format(zero_positions)})"
-    lines = [f"share: max(0, min({points}, {len(counted_positions) - 1}))/{len(counted_positions)};"]
+    near_count = "qdot_count(makelist(qdot_near(said[i, 1], float(ta1[i, 1]), room[i]), i, {}))"
+    spoiled_count = f"{len(zero_positions)} - {near_count.format(zero_positions)}"
+    counted_points = f"{near_count.format(counted_positions)} - ({spoiled_count})"
+    lines = [f"share: max(0, min({counted_points}, {len(counted_positions) - 1}))/{len(counted_positions)};"]
     if all(part.answer.expected_units) and not all(is_zero):
-        same_size = "qdot_near(abs(said[i, 1]), float(abs(ta1[i, 1])), room[i])"
-        condition = f"qdot_count(makelist({same_size}, i, 1, {n})) = {n}"
+        same_size_test = "qdot_near(abs(said[i, 1]), float(abs(ta1[i, 1])), room[i])"
+        condition = f"qdot_count(makelist({same_size_test}, i, 1, {n})) = {n}"
         lines.append(f"share: if {condition} then max(share, {1 - SIGN_OR_FACTOR_COST}) else share;")
     credit_factor = part.credit.factor
     return lines if credit_factor == 1 else [*lines, f"share: share*{credit_factor};"]
@@ -505,14 +510,15 @@ def _compute_share_of_numbers(part: Part, known_answer: KnownWrongAnswer, is_zer
 
 
 def _write_floats(matrix: sp.Matrix, is_single: bool) -> str:
-    parts = (f"{float(value):.12g}".partition("e") for value in matrix)
-    values = [f"{mantissa}*10^({power})" if power else mantissa for mantissa, _, power in parts]
+    """Return a number or a column as Maxima code with decimals; powers of ten are exact numbers in it."""
+    mantissas_and_powers = (f"{float(value):.12g}".partition("e") for value in matrix)
+    values = [f"{mantissa}*10^({power})" if power else mantissa for mantissa, _, power in mantissas_and_powers]
     return values[0] if is_single else f"matrix({', '.join(f'[{value}]' for value in values)})"
 
 
 def _are_near(numbers: sp.Matrix, other_numbers: sp.Matrix, tolerances: Sequence[sp.Expr]) -> bool:
     """Return whether one answer could match both vectors: whether they differ by at most twice the tolerances."""
-    return all(abs(a - b) <= 2 * r for a, b, r in zip(numbers, other_numbers, tolerances, strict=True))
+    return all(abs(a - b) <= 2 * tolerance for a, b, tolerance in zip(numbers, other_numbers, tolerances, strict=True))
 
 
 # --- options and sets ---
@@ -581,18 +587,18 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
     )  # fmt: skip
     correct_values = _list_joint_values(answer.components)
     # Twice as many mistakes are tried, because some lead to conditions that STACK can't compare.
-    for index, wrong in enumerate(find_known_wrong_answers(problem, part, 2 * MAX_MISTAKES), 1):
-        assert isinstance(wrong.answer, tuple)
-        if len(nodes) > MAX_MISTAKES or not all(map(_has_numeric_values_of_one_joint, wrong.answer)):
+    for index, known_answer in enumerate(find_known_wrong_answers(problem, part, 2 * MAX_MISTAKES), 1):
+        assert isinstance(known_answer.answer, tuple)
+        if len(nodes) > MAX_MISTAKES or not all(map(_has_numeric_values_of_one_joint, known_answer.answer)):
             continue
         arguments = f"(said, args(wrong{index}))"
         likeness = f"[qdot_covered{arguments} - length(wrong{index}), qdot_beyond{arguments}]"
-        given_values = _list_joint_values(wrong.answer)
-        false_joints = [joint for joint, _ in given_values - correct_values]
-        false_count = count_false_conditions(false_joints, [joint for joint, _ in given_values & correct_values])
-        value_counts = [(len(given_values & expected), len(expected)) for expected in values_by_condition]
-        share = float(share_of_set(value_counts, false_count) * factor)
-        stack_part.add_mistake(index, wrong, write_equations(wrong.answer), likeness, "[0, 0]", share)
+        wrong_values = _list_joint_values(known_answer.answer)
+        false_joints = [joint for joint, _ in wrong_values - correct_values]
+        false_count = count_false_conditions(false_joints, [joint for joint, _ in wrong_values & correct_values])
+        found_and_all_counts = [(len(wrong_values & expected), len(expected)) for expected in values_by_condition]
+        share = float(share_of_set(found_and_all_counts, false_count) * factor)
+        stack_part.add_mistake(index, known_answer, write_equations(known_answer.answer), likeness, "[0, 0]", share)
     variables += [f"form1: {write_equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
     tests += [UNUSUAL_FORM_TEST, UNRELATED_TEST]
     return stack_part

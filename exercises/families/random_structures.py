@@ -31,8 +31,8 @@ from qdot.exercises.families.structures import Structure, build_arm, group_clean
 from qdot.exercises.families.variations import ANGLES, RIGHT_ANGLES, SIGNED_LENGTHS
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Program, compile_program, evaluate
-from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, difficulty_band
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, rate_difficulty_band
+from qdot.exercises.singularities.singular_set import find_singular_set
 
 Band = tuple[int, int]
 """The minimum and the maximum difficulty band of an arm."""
@@ -69,7 +69,7 @@ def _sample_structure(
     has_arm_in_band = False
     for index, structure in enumerate((_order_structures(classes, rng) * MAX_ARMS_PER_STRUCTURE)[:MAX_ARMS]):
         chain = None if structure in rejected_structures else _sample_arm(structure, rng.substream(str(index)), axes)
-        if chain is None or not low <= difficulty_band(chain) <= high:
+        if chain is None or not low <= rate_difficulty_band(chain) <= high:
             continue
         has_arm_in_band = True
         if accepts is None or accepts(chain):
@@ -121,7 +121,7 @@ def _sample_lengths(chain: Chain, rng: Stream, needs_clean_roots: bool) -> Value
     One length that no condition contains stays symbolic. If `needs_clean_roots`, the joint values of singular
     configurations contain no inverse functions such as arctan(35/6).
     """
-    components = singular_set(chain) or ()
+    components = find_singular_set(chain) or ()
     conditions = tuple(condition for component in components for condition in component.conditions)
     roots = [root for component in components for _, values in component.solutions or () for root in values]
     irrelevant_lengths = [s for s in chain.parameters if not any(condition.has(s) for condition in conditions)]

@@ -23,7 +23,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain, HasKind, Joint
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.trigonometry import count_terms
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.singular_set import find_singular_set
 
 STRUCTURES_FILE = Path(__file__).with_name("structures.txt")
 MAX_TERMS, MAX_TERMS_PER_CONDITION = 15, 4
@@ -80,7 +80,7 @@ def is_clean(chain: Chain) -> bool:
     """Return whether an arm can be solved by hand: J and the conditions of the singular set have few terms."""
     if count_terms(derive(chain).jacobian) > MAX_TERMS:
         return False
-    components = singular_set(chain)
+    components = find_singular_set(chain)
     if components is None:
         return False
     conditions = [condition for component in components for condition in component.conditions]

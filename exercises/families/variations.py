@@ -55,7 +55,7 @@ def are_distinct(centimetres: Sequence[int]) -> bool:
 
 
 def set_lengths(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres], candidates: Sequence[str]) -> Chain:
-    """Return the arm with random numbers for the lengths in `ranges`; one of the `candidates`, if any, stays a symbol."""
+    """Return the arm with random numbers for lengths in `ranges`; one of the `candidates`, if any, stays a symbol."""
     symbolic_length = rng.choice(candidates) if candidates else None
     names = [name for name in ranges if name != symbolic_length]
     while not are_distinct(lengths := [rng.choice(ranges[name]) for name in names]):

@@ -73,9 +73,7 @@ def _keep_last_link(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _mirror_link_derivatives(stages: StageResults, joint: int) -> np.ndarray:
-    """Return the derivatives of the link vectors by a joint variable, with the angles of its run negated.
-
-    Their shape is (n + 1, 3, …).
+    """Return the derivatives (n + 1, 3, …) of the link vectors by a joint variable, with the angles of its run negated.
 
     The run consists of the consecutive parallel joints to which the joint belongs. Negating their angles flips the
     derivatives of all sines and leaves the derivatives of all cosines unchanged.
@@ -100,10 +98,10 @@ def _flip_derivative(sign: int) -> VariantGenerator:
     """
 
     def apply_change(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
-        changed = np.array(link_derivatives)
+        new_derivatives = np.array(link_derivatives)
         for i in [i for i, kind in enumerate(stages["kinds"]) if kind == REVOLUTE]:
-            changed[i] = sign * _mirror_link_derivatives(stages, i)
-        return changed
+            new_derivatives[i] = sign * _mirror_link_derivatives(stages, i)
+        return new_derivatives
 
     return vary_if(lambda chain: chain.revolute_joints, {"link derivatives": apply_change})
 
@@ -212,6 +210,7 @@ def _keep_one_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _use_next_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    """Yield the variant that uses the next joint's axis in the angular column of each revolute joint."""
     yield _replace_angular(
         lambda stages, i, column: column if stages["kinds"][i] == PRISMATIC else stages["axes"][i + 1],
         _make_axis_words(chain),
@@ -303,8 +302,8 @@ def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
         if not stages.depends_on("joint rates"):
             return velocity
         try:
-            shorter = stages if frame == stages.n else stages.for_first_joints(frame)
-            jacobian = shorter["tool jacobian" if stages.depends_on("tool jacobian") else "geometric"]
+            frame_stages = stages if frame == stages.n else stages.for_first_joints(frame)
+            jacobian = frame_stages["tool jacobian" if stages.depends_on("tool jacobian") else "geometric"]
             return apply_matrix(jacobian, stages["joint rates"][:frame])[:, None]
         except IndexError:  # another mistake in these stages is at a joint after the frame
             return velocity
@@ -360,7 +359,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     ),
     "angular-of-one-joint": _keep_one_angular,
     "angular-of-next-axis": _use_next_angular,
-    "blocks-exchanged": vary_always({"geometric": lambda stages, both: np.roll(both, 3, axis=0)}),
+    "blocks-exchanged": vary_always({"geometric": lambda stages, rows: np.roll(rows, 3, axis=0)}),
     "tool-frame": _use_tool_frame,
     "axes-in-own-frames": _vary_propagation({"axes": _use_local_axes}),
     "wrong-axis": vary_each(lambda _: [("x",), ("y",)], _use_frame_axis),

@@ -89,7 +89,7 @@ def _use_relative_angle(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
     """Yield variants in which one link has its relative angle instead of its absolute angle."""
     for keeps_constants in _list_choices_for_constants(chain):
         yield from _change_links(
-            lambda stages, _, link, keeps=keeps_constants: _compute_relative_link(stages, link, keeps),  # type: ignore[misc]
+            lambda stages, _, link, k=keeps_constants: _compute_relative_link(stages, link, k),  # type: ignore[misc]
             lambda chain, link: link < chain.n and chain.joints[link].a != 0 and bool(list_earlier_joints(chain, link)),
         )(chain, shape)
 
@@ -112,13 +112,13 @@ def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVarian
         return [_compute_relative_link(stages, link, keeps_constants) for link in range(len(correct_links))]
 
     relative_link_count = sum(bool(list_earlier_joints(chain, link)) for link in range(chain.n))
-    for keeps in _list_choices_for_constants(chain):
-        changes: dict[str, Change] = {"links": partial(change_links, keeps_constants=keeps)}
+    for keeps_constants in _list_choices_for_constants(chain):
+        changes: dict[str, Change] = {"links": partial(change_links, keeps_constants=keeps_constants)}
         if relative_link_count > 1:
             yield MistakeVariant(changes, {"link": "each"})
         if relative_link_count:
-            rotations = partial(change_rotations, keeps_constants=keeps)
-            yield MistakeVariant({"rotations": rotations, **changes}, {"link": "each"})
+            changes = {"rotations": partial(change_rotations, keeps_constants=keeps_constants), **changes}
+            yield MistakeVariant(changes, {"link": "each"})
 
 
 def _list_earlier_joints_of_runs(chain: Chain, frame: int) -> list[int]:
@@ -153,7 +153,7 @@ def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVaria
         yield MistakeVariant({"links": swap})
 
 
-def _slide_along_axes_in_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+def _slide_along_world_axes(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant in which the joints of a prismatic arm move along x, y and z of the world frame, in order."""
 
     def apply_change(stages: StageResults, links: LinkVectors) -> LinkVectors:
@@ -183,5 +183,5 @@ VARIANTS: dict[str, VariantGenerator] = {
         {"links": lambda stages, _: stages["local links"]},
         {"link": "each"},
     ),
-    "prismatic-joints-along-xyz": _slide_along_axes_in_order,
+    "prismatic-joints-along-xyz": _slide_along_world_axes,
 }

@@ -202,20 +202,20 @@ class ConditionSet(Answer):
     is_set = True
     typed_form = "a list of conditions"
 
-    def pieces(self) -> list[str]:
+    def list_pieces(self) -> list[str]:
         """Return every piece of the set as text: a value of a joint, or conditions that hold simultaneously."""
-        return [piece for component in self.components for piece in component.pieces()]
+        return [piece for component in self.components for piece in component.list_pieces()]
 
-    list_formulas = as_json = pieces
+    list_formulas = as_json = list_pieces
 
     def group_by_condition(self, pieces: Sequence[T]) -> list[list[T]]:
         """Return the items of a sequence, one for each piece of the set, in groups: one group for each component."""
         remaining = iter(pieces)
-        return [list(islice(remaining, len(component.pieces()))) for component in self.components]
+        return [list(islice(remaining, len(component.list_pieces()))) for component in self.components]
 
     def as_typed(self) -> str:
         """Return the pieces in brackets."""
-        return f"[{', '.join(self.pieces())}]"
+        return f"[{', '.join(self.list_pieces())}]"
 
     def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return a list of `Eq` and `And`, one for each value or combination of values."""

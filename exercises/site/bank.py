@@ -27,7 +27,7 @@ from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.base import Question
 from qdot.exercises.short_questions import ALL_QUESTIONS
-from qdot.exercises.singularities.difficulty import difficulty_band
+from qdot.exercises.singularities.difficulty import rate_difficulty_band
 from qdot.exercises.site.bank_problem import BankProblem
 from qdot.exercises.site.record import make_site_record, make_solutions_record, translate_record, translate_solutions
 from qdot.exercises.writing.languages import LANGUAGES, LOCALE, load_catalogue
@@ -83,7 +83,7 @@ def _write_problem(state: _BankState, bank_problem: BankProblem) -> Json | Faile
         return problem
     record = make_site_record(problem)
     entry = {
-        "family": bank_problem.family, "key": bank_problem.key, "difficulty": difficulty_band(problem.chain),
+        "family": bank_problem.family, "key": bank_problem.key, "difficulty": rate_difficulty_band(problem.chain),
         "title": record["title"], "questions": [part.kind for part in problem.parts],
         "variation": problem.id.variation, **({"flat": True} if is_drawn_flat(problem.chain) else {}),
     }  # fmt: skip
@@ -105,7 +105,7 @@ def _write_solutions(path: Path, problem: Problem, key: str) -> None:
 
 def _write_text(path: Path, content: Json) -> None:
     """Write a file without syncing the disk, which is slow; a rerun can regenerate the file."""
-    write_atomically(path, _json_text(content), is_synced=False)
+    write_atomically(path, write_compact_json(content), is_synced=False)
 
 
 def _find_current_entry(path: Path, source_digest: str, endings: Sequence[str]) -> Json | None:
@@ -131,14 +131,14 @@ def _compute_texts_digest() -> str:
     return digest.hexdigest()
 
 
-def index_text(
+def make_index_json(
     entries: Sequence[Json], titles: Sequence[tuple[str, str, str]], feedback: str, custom_questions: Iterable[Question]
 ) -> str:  # fmt: skip
     """Return index.json; `titles` are (name, title, source) of the families or slots, in order.
 
     `feedback` is the level of feedback on wrong answers, as in an assignment.
     """
-    asked_names = {asked_name for entry in entries for asked_name in entry["questions"]}
+    asked_names = {name for entry in entries for name in entry["questions"]}
     problems: dict[str, list[Json]] = defaultdict(list)
     for entry in entries:
         problems[entry["family"]].append({name: value for name, value in entry.items() if name != "family"})
@@ -150,21 +150,21 @@ def index_text(
         for question in (*ALL_QUESTIONS.values(), *custom_questions)
         if question.name in asked_names
     ]
-    return _json_text({"format": 1, "feedback": feedback, "families": families, "questions": questions})
+    return write_compact_json({"format": 1, "feedback": feedback, "families": families, "questions": questions})
 
 
-def titles_text(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
+def make_titles_json(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
     """Return the titles in index.json in another language: {"families": {name: title}, "questions": {name: title}}.
 
     A slot of an instructor's assignment keeps its own title, whatever its name.
     """
-    words = load_catalogue(language)
+    messages = load_catalogue(language)
     library_names = {name for name, title, _ in titles if name in FAMILIES and FAMILIES[name].title == title}
-    families = {name: words.translate_family(FAMILIES[name].title) for name in sorted(library_names)}
-    return _json_text(
-        {"families": families, "questions": {q.name: words.translate_question(q.title) for q in ALL_QUESTIONS.values()}}
-    )
+    families = {name: messages.translate_family(FAMILIES[name].title) for name in sorted(library_names)}
+    questions = {name: messages.translate_question(question.title) for name, question in ALL_QUESTIONS.items()}
+    return write_compact_json({"families": families, "questions": questions})
 
 
-def _json_text(content: Json) -> str:
+def write_compact_json(content: Json) -> str:
+    """Return a file of the bank as JSON on one line."""
     return json.dumps(content, ensure_ascii=False, separators=(",", ":"), allow_nan=False) + "\n"

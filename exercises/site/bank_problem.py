@@ -54,6 +54,13 @@ class FrameConvention(NamedTuple):
 DEFAULT_FRAME_CONVENTION = FrameConvention()
 
 
+class ArmShare(NamedTuple):
+    """The share of an arm in questions that several arms share: its index among these arms, and their number."""
+
+    arm_index: int
+    arm_count: int
+
+
 @dataclass(frozen=True)
 class BankProblem:
     """A problem for the bank: its family, its key, and how to generate it.
@@ -62,8 +69,7 @@ class BankProblem:
       one short question of each form
     - `variation`: how much its arm differs from the chapter's
     - `problem`: the problem, if it exists already
-    - `question_share`: set for an arm that is in the bank already: its index among such arms, and their number; these
-      arms share the questions with sampled numbers
+    - `question_share`: set for an arm that is in the bank already; such arms share the questions with sampled numbers
     - `frame_convention`: the convention and the order of twists that describe the arm
     """
 
@@ -73,7 +79,7 @@ class BankProblem:
     questions: tuple[str, ...] = ()
     variation: str = DEFAULT_VARIATION
     problem: Problem | None = None
-    question_share: tuple[int, int] | None = None
+    question_share: ArmShare | None = None
     frame_convention: FrameConvention = DEFAULT_FRAME_CONVENTION
 
     def generate(self, seed_number: int = 1) -> Problem:
@@ -107,18 +113,18 @@ class BankProblem:
         return FailedSlot("", self.key, self.family, first_failure)
 
 
-def problems_of_variants(variants: Sequence[Variant]) -> list[BankProblem]:
+def list_problems_of_variants(variants: Sequence[Variant]) -> list[BankProblem]:
     """Return the problems for the variants of an assignment's bank; the name of a slot replaces the family's name."""
     return [BankProblem(variant.slot.name, variant.key, problem=variant.problem) for variant in variants]
 
 
 def find_custom_questions(problems: Sequence[BankProblem]) -> list[Question]:
     """Return the questions that an instructor has defined, each once."""
-    parts = [part for each in problems if each.problem is not None for part in each.problem.parts]
+    parts = [part for problem in problems if problem.problem is not None for part in problem.problem.parts]
     return list({part.kind: question_of(part) for part in parts if part.kind not in ALL_QUESTIONS}.values())
 
 
-def problems_of_families(
+def list_problems_of_families(
     names: Sequence[str], variants: int, variation: str = "", convention: str = "", twist_order: str = ""
 ) -> list[BankProblem]:
     """Return the problems for `variants` arms of each family; some of the arms have short questions, too.
@@ -153,7 +159,9 @@ def _list_problems(family: str, step: str, seeds: range, frame_convention: Frame
         names = deal_questions(_list_questions(family, frame_convention.name), index, len(distinct_seeds) - 1)
         yield BankProblem(family, f"{seed:03d}", seed, names, step)
     for index, seed in enumerate(repeated_seeds):
-        yield BankProblem(family, f"{seed:03d}", seed, variation=step, question_share=(index, len(repeated_seeds)))
+        yield BankProblem(
+            family, f"{seed:03d}", seed, variation=step, question_share=ArmShare(index, len(repeated_seeds))
+        )
 
 
 def _find_distinct_seeds(family: str, step: str, seeds: range) -> tuple[list[int], list[int]]:

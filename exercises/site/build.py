@@ -11,18 +11,17 @@ from qdot.exercises.assignment.certified_problems import FailedSlot, FailureFind
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import make_folder, write_atomically
 from qdot.exercises.problem.record import Json
-from qdot.exercises.site import pages
-from qdot.exercises.site.bank import BANK_FOLDER, PROBLEM_ENDINGS, SOLUTION_ENDINGS, index_text, titles_text, write_bank
+from qdot.exercises.site import bank, pages
 from qdot.exercises.site.bank_problem import BankProblem, find_custom_questions
 from qdot.exercises.site.page import INDEX_FILE, ROBOTS_FILE
-from qdot.exercises.site.robots import robots_text
+from qdot.exercises.site.robots import make_tables_json
 from qdot.exercises.writing.languages import LANGUAGES
 from qdot.exercises.writing.render import render
 
 NOT_BUILT_MESSAGE = (
     "the site's scripts are not built: run `make site`, which needs Node and npm; an installed qdot has them already"
 )
-SIZES_FILE = f"{BANK_FOLDER}/sizes.json"
+SIZES_FILE = f"{bank.BANK_FOLDER}/sizes.json"
 """The sizes of the files of each problem: {"files": {"FAMILY/KEY": {ending: bytes}}}."""
 GALLERY_FOLDER = "docs/families/"
 """The folder with the pictures of the gallery; unlike other drawings, they are available offline."""
@@ -68,20 +67,21 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
     if assets is None:
         raise QdotError(NOT_BUILT_MESSAGE)
     make_folder(spec.folder)
-    entries = write_bank(
+    entries = bank.write_bank(
         spec.folder, spec.problems, spec.find_failures, spec.jobs, on_problem, on_failed, spec.has_solutions
     )
-    endings = PROBLEM_ENDINGS + SOLUTION_ENDINGS * spec.has_solutions
+    endings = bank.PROBLEM_ENDINGS + bank.SOLUTION_ENDINGS * spec.has_solutions
     names = [f"{entry['family']}/{entry['key']}" for entry in entries]
-    bank_paths = {name: {ending: spec.folder / BANK_FOLDER / f"{name}{ending}" for ending in endings} for name in names}
+    folder = spec.folder / bank.BANK_FOLDER
+    bank_paths = {name: {ending: folder / f"{name}{ending}" for ending in endings} for name in names}
     sizes = {name: {ending: path.stat().st_size for ending, path in bank_paths[name].items()} for name in names}
     files: dict[str, str | bytes] = {
         **{path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files},
-        ROBOTS_FILE: robots_text(),
+        ROBOTS_FILE: make_tables_json(),
         SIZES_FILE: json.dumps({"format": 1, "files": sizes}, separators=(",", ":")),
-        INDEX_FILE: index_text(entries, spec.titles, spec.feedback, find_custom_questions(spec.problems)),
-        **{f"{BANK_FOLDER}/index.{language}.json": titles_text(language, spec.titles) for language in LANGUAGES},
-        "icon.svg": pages.favicon_text(),
+        INDEX_FILE: bank.make_index_json(entries, spec.titles, spec.feedback, find_custom_questions(spec.problems)),
+        **{f"{bank.BANK_FOLDER}/index.{code}.json": bank.make_titles_json(code, spec.titles) for code in LANGUAGES},
+        "icon.svg": pages.read_favicon(),
         "manifest.webmanifest": render(  # for adding the site to a phone's home screen
             "site/manifest.json.j2", name=spec.course or "qdot: velocity kinematics", short=spec.course or "qdot"
         ),
@@ -104,9 +104,9 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
 def _write_pages(spec: SiteSpec, assets: pages.Assets) -> dict[str, str]:
     """Return all pages as HTML, and their translations as JSON, by their paths in the site."""
     files = {}
-    families, licences = [name for name, _, _ in spec.titles], pages.licences_text(assets.folder)
+    families, licences = [name for name, _, _ in spec.titles], pages.render_licences(assets.folder)
     for page in pages.make_pages(spec.docs, spec.command_reference, spec.course, families, licences):
-        files[page.path] = pages.page_text(page, assets, spec.course, spec.docs is not None)
+        files[page.path] = pages.render_page(page, assets, spec.course, spec.docs is not None)
         for language, (title, body) in page.translations.items():
             translation = json.dumps({"title": title, "body": body}, ensure_ascii=False)
             files[page.translated_path(language)] = translation

@@ -21,10 +21,10 @@ FORMULA_SHARE = 0.62
 """The fraction of the page's width that is left for formulas beside the arm."""
 
 
-def example_path(number: str) -> str:
+def make_example_path(number: str) -> str:
     """Return the path of an example's page.
 
-    >>> example_path("6.1")
+    >>> make_example_path("6.1")
     'examples/6-1.html'
     """
     return f"examples/{number.replace('.', '-')}.html"
@@ -34,7 +34,7 @@ def make_chapter_pages() -> Iterator[Page]:
     """Yield the overview of the chapter's examples, their pages, and the errata."""
     yield _make_translated_page(OVERVIEW_PATH, _write_overview, "wide")
     for index, example in enumerate(solve_examples()):
-        yield _make_translated_page(example_path(example.number), partial(_write_example, index), "wide")
+        yield _make_translated_page(make_example_path(example.number), partial(_write_example, index), "wide")
     yield _make_translated_page(ERRATA_PATH, _write_errata)
 
 
@@ -47,7 +47,7 @@ def _make_translated_page(path: str, write: Callable[[str], tuple[str, str]], ki
 def _list_examples(language: str) -> list[dict[str, object]]:
     """Return the number, title, address and figure of each example; `is_translated` is about the figure's words."""
     return [
-        {"number": example.number, "title": example.title, "address": example_path(example.number)}
+        {"number": example.number, "title": example.title, "address": make_example_path(example.number)}
         | _draw_card_figure(example, language)
         for example in solve_examples(language)
     ]
@@ -80,7 +80,7 @@ def _write_example(index: int, language: str) -> tuple[str, str]:
     templates, all_examples = make_environment(language), _list_examples(language)
     example = solve_examples(language)[index]
     arm = example.arm
-    path = example_path(example.number)
+    path = make_example_path(example.number)
     numbers = [number for number, page in _find_errata_pages().items() if page == path]
     corrections_here = [(number, read_errata(language)[number - 1]) for number in numbers]
     errata_template = templates.get_template("site/errata-list.md.j2")
@@ -109,7 +109,7 @@ def make_arm_data(chain: Chain) -> Json:
 def _find_errata_pages() -> dict[int, str]:
     """Return, by a correction's number, the address of the page of the example that it corrects."""
     return {
-        number: example_path(example.number)
+        number: make_example_path(example.number)
         for number, erratum in enumerate(read_errata(), 1)
         for example in solve_examples()
         if erratum.where.startswith(f"Example {example.number}")

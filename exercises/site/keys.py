@@ -18,8 +18,8 @@ key has the same bytes on every machine. The forms of a key:
      "option_mistakes": [[{"name", "title", "says"} of a mistake that leads to a wrong option]]}
 
 "print" is a fingerprint, one number for a whole answer at a configuration: the sum of its entries, row by row, each
-times `weight(index)`. For a direction, it is the absolute value of this sum for its unit vector. A numeric direction
-has that vector as "values". The page itself finds single mistakes in a formula, and mistakes in conditions
+times `compute_weight(index)`. For a direction, it is the absolute value of this sum for its unit vector. A numeric
+direction has that vector as "values". The page itself finds single mistakes in a formula, and mistakes in conditions
 (site/src/grade/slips.ts, set-slips.ts).
 """
 
@@ -42,7 +42,7 @@ from qdot.exercises.formula.trees import as_matrix, find_names
 from qdot.exercises.mistakes import catalogue
 from qdot.exercises.mistakes.catalogue import PredictedAnswer
 from qdot.exercises.mistakes.configurations import SymbolValues, fix_given_joints, sample_configurations
-from qdot.exercises.mistakes.finished import edit_throughout
+from qdot.exercises.mistakes.formula_edits import edit_all_entries
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.results import compute_answer, is_derived
@@ -81,10 +81,10 @@ DIGITS = 30
 """Number of digits with which correct values are computed."""
 
 
-def weight(index: int) -> float:
+def compute_weight(index: int) -> float:
     """Return the weight of entry number `index` (from 0) in the fingerprint ("print") of an answer.
 
-    >>> weight(0), round(weight(1), 6)
+    >>> compute_weight(0), round(compute_weight(1), 6)
     (1.0, 1.618034)
     """
     return 1.0 + (index * GOLDEN_RATIO) % 1.0
@@ -109,8 +109,8 @@ class _KeyMaker(AnswerVisitor[Json]):
             return key
         key["mistakes"] = list(_find_mistakes_in_formulas(self.problem, self.part, points))
         if not answer.counts_up_to_a_factor:
-            if factors := _find_linear_coefficients(self.problem, self.part, points):
-                key["linear"] = factors
+            if coefficients := _find_linear_coefficients(self.problem, self.part, points):
+                key["linear"] = coefficients
             if mistakes_throughout := list(_find_mistakes_throughout(self.problem, self.part, points, key)):
                 key["throughout"] = mistakes_throughout
         return key
@@ -155,7 +155,9 @@ class _KeyMaker(AnswerVisitor[Json]):
 
     def _explain_options(self) -> list[list[Json]]:
         blames_by_option = explain_options(self.problem, self.part, _make_stream(self.problem, self.part))
-        return [[_record_mistake(blame.mistake, blame.sentence) for blame in blames] for blames in blames_by_option]
+        return [
+            [_make_mistake_record(blame.mistake, blame.sentence) for blame in blames] for blames in blames_by_option
+        ]
 
     def _collect(self, mistakes: Iterator[Json]) -> list[Json]:
         return list(mistakes) if self.with_mistakes else []
@@ -170,8 +172,8 @@ def _make_formula_key(problem: Problem, part: Part) -> tuple[Json, SymbolValues]
     key = make_values_key(texts, shape, problem.domain, _make_stream(problem, part))
     reference = part.answer.as_matrix()
     symbols_by_entry = [{symbol.name for symbol in entry.free_symbols} for entry in reference]
-    without_number = {name for name, role in problem.domain.roles.items() if isinstance(role, str)}
-    key["constants"] = sorted(problem.constants & {*key["symbols"]} & without_number)
+    symbolic_names = {name for name, role in problem.domain.roles.items() if isinstance(role, str)}
+    key["constants"] = sorted(problem.constants & {*key["symbols"]} & symbolic_names)
     key["moving"] = [index for index, symbols in enumerate(symbols_by_entry) if symbols - problem.constants]
     columns = zip(*key["points"], strict=True)
     return key, {name: np.array(column) for name, column in zip(key["symbols"], columns, strict=True)}
@@ -182,14 +184,15 @@ def _find_linear_coefficients(problem: Problem, part: Part, points: SymbolValues
     nodes = [parse_formula(text, problem.domain.roles) for text in part.answer.list_formulas()]
     program, used_names = compile_program(nodes), set().union(*map(find_names, nodes))
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items() if name in used_names}
-    factors = {}
+    coefficients = {}
     for name, symbol in problem.symbols.items():
         if name in used_names and symbol.role in ("rate", "velocity", "force"):
-            samples = (first_points | {name: first_points[name] * 0 + k} for k in range(3))
-            at_0, at_1, at_2 = [evaluate(program, sample, FINGERPRINT_POINT_COUNT).values.real for sample in samples]
-            if np.allclose(at_2 - at_1, at_1 - at_0, rtol=1e-9, atol=1e-12):
-                factors[name] = [[round_to_six_digits(value) + 0.0 for value in entry] for entry in at_1 - at_0]
-    return factors
+            samples = (first_points | {name: first_points[name] * 0 + value} for value in range(3))
+            entries = [evaluate(program, sample, FINGERPRINT_POINT_COUNT).values.real for sample in samples]
+            slopes = entries[1] - entries[0]
+            if np.allclose(entries[2] - entries[1], slopes, rtol=1e-9, atol=1e-12):
+                coefficients[name] = [[round_to_six_digits(slope) + 0.0 for slope in row] for row in slopes]
+    return coefficients
 
 
 def make_values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain, stream: Stream) -> Json:
@@ -230,14 +233,14 @@ def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValue
     values = fix_given_joints(part, first_points) if is_direction else first_points
     stages = compute_numeric_stages(problem.chain, values)
     known_fingerprints = {_compute_fingerprint(compute_answer(stages, part), is_direction)}
-    for wrong in _predict_wrong_answers(stages, part, known_fingerprints):
-        if wrong.answer.shape[:2] != (part.shape or (1, 1)) or not _is_finite_and_nonzero(wrong.answer):
+    for prediction in _predict_wrong_answers(stages, part, known_fingerprints):
+        if prediction.answer.shape[:2] != (part.shape or (1, 1)) or not _is_finite_and_nonzero(prediction.answer):
             continue
-        fingerprint = _compute_fingerprint(wrong.answer, is_direction)
+        fingerprint = _compute_fingerprint(prediction.answer, is_direction)
         is_constant = is_direction and len(set(fingerprint)) == 1  # many mistakes lead to a constant
         if fingerprint not in known_fingerprints and not is_constant:
             known_fingerprints.add(fingerprint)
-            yield {**_describe_mistake(wrong), "print": [float(text) for text in fingerprint]}
+            yield {**_make_prediction_record(prediction), "print": [float(text) for text in fingerprint]}
 
 
 def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues, key: Json) -> Iterator[Json]:
@@ -245,7 +248,7 @@ def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
     rows = as_matrix(parse_formula(write_answer_code(problem, part), problem.domain.roles))
     reference_names = set().union(*(find_names(entry) for row in rows for entry in row))
-    edits = list(edit_throughout(rows))
+    edits = list(edit_all_entries(rows))
     likely_edits = [edit for likely_name in THROUGHOUT_MISTAKES for edit in edits if edit[0] == likely_name]
     correct = np.array(key["right"])[:, :FINGERPRINT_POINT_COUNT].reshape(key["rows"], key["columns"], -1)
     known_fingerprints = {_compute_fingerprint(correct)}
@@ -257,18 +260,21 @@ def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues
         known_fingerprints.add(fingerprint)
         missing_names = reference_names - set().union(*map(find_names, entries)) if name == "lengths-missing" else set()
         sentence = catalogue.CATALOGUE[name].format_message({"Where": "In your answer"})
-        mistake = _record_mistake(name, sentence, ", ".join(sorted(missing_names)))
+        mistake = _make_mistake_record(name, sentence, ", ".join(sorted(missing_names)))
         yield {**mistake, "print": [float(text) for text in fingerprint]}
 
 
 def _predict_wrong_answers(
     stages: StageResults, part: Part, known_answers: Collection[object]
 ) -> Iterator[PredictedAnswer]:
-    """Yield wrong answers of known mistakes until there are enough, and then of mistakes that are always included."""
-    for wrong in catalogue.predict_wrong_answers(stages, part):
+    """Yield wrong answers of known mistakes until there are enough, and then of mistakes that are always included.
+
+    The caller adds each new wrong answer to `known_answers` before it asks for the next one.
+    """
+    for prediction in catalogue.predict_wrong_answers(stages, part):
         if len(known_answers) > MAX_MISTAKES:
             break
-        yield wrong
+        yield prediction
     else:
         return
     for mistake in catalogue.list_likely_mistakes(part):
@@ -313,7 +319,7 @@ def _compute_fingerprint(answer: np.ndarray, up_to_a_factor: bool = False) -> tu
     entries = answer.reshape(-1, answer.shape[-1])
     if up_to_a_factor:
         entries = entries / np.sqrt((np.abs(entries) ** 2).sum(axis=0))
-    values = np.asarray(sum(weight(i) * entry for i, entry in enumerate(entries))).real
+    values = np.asarray(sum(compute_weight(i) * entry for i, entry in enumerate(entries))).real
     return tuple(f"{value:.5e}" for value in (np.abs(values) if up_to_a_factor else values))
 
 
@@ -322,11 +328,11 @@ def _is_finite_and_nonzero(answer: np.ndarray) -> bool:
     return bool(np.isfinite(answer).all() and (np.abs(answer) > 1e-9).any())
 
 
-def _describe_mistake(wrong: PredictedAnswer) -> Json:
-    return _record_mistake(wrong.mistake.name, wrong.sentence, wrong.variant.missing_symbols)
+def _make_prediction_record(prediction: PredictedAnswer) -> Json:
+    return _make_mistake_record(prediction.mistake.name, prediction.sentence, prediction.variant.missing_symbols)
 
 
-def _record_mistake(mistake: str, sentence: str, missing: str = "") -> Json:
+def _make_mistake_record(mistake: str, sentence: str, missing: str = "") -> Json:
     record = {"name": mistake, "title": catalogue.CATALOGUE[mistake].title, "says": sentence}
     return record | {"missing": missing} if missing else record
 
@@ -348,36 +354,36 @@ def _find_mistakes_in_numbers(problem: Problem, part: Part, answer: Number, is_p
 
 def _list_mistaken_answers(problem: Problem, part: Part) -> Iterator[_NumericMistake]:
     """Yield the wrong numbers of mistakes that are defined for this question alone."""
-    for mistake, mistaken in catalogue.generate_mistaken_answers(problem.chain, part):
-        if isinstance(mistaken.answer, Number):
-            values = [float(value) for value in mistaken.answer.reference]
-            record = _record_mistake(mistake.name, mistake.format_message(mistaken.words))
+    for mistake, mistaken_answer in catalogue.generate_mistaken_answers(problem.chain, part):
+        if isinstance(mistaken_answer.answer, Number):
+            values = [float(value) for value in mistaken_answer.answer.reference]
+            record = _make_mistake_record(mistake.name, mistake.format_message(mistaken_answer.words))
             yield _NumericMistake(1.0, record, values)
 
 
 def _find_derived_mistakes(problem: Problem, part: Part, is_precise: bool = False) -> Iterator[_NumericMistake]:
     """Yield the wrong numbers that follow from a mistake in the derivation."""
-    derived_part, extract_numbers = _find_derived_part(part)
+    derived_part, extract_numbers = _find_derived_question(part)
     if derived_part is None:
         return
-    for wrong in catalogue.predict_wrong_answers(_evaluate_derivation(problem, part), derived_part, is_precise):
-        numbers = extract_numbers(wrong.answer)
-        if _is_finite_and_nonzero(numbers) and (derived_part is part or wrong.mistake.name not in _RATE_MISTAKES):
-            yield _NumericMistake(wrong.frequency, _describe_mistake(wrong), numbers.tolist())
+    for prediction in catalogue.predict_wrong_answers(_evaluate_derivation(problem, part), derived_part, is_precise):
+        numbers = extract_numbers(prediction.answer)
+        if _is_finite_and_nonzero(numbers) and (derived_part is part or prediction.mistake.name not in _RATE_MISTAKES):
+            yield _NumericMistake(prediction.frequency, _make_prediction_record(prediction), numbers.tolist())
 
 
 def _list_speed_mistakes(problem: Problem, part: Part) -> Iterator[_NumericMistake]:
     """Yield wrong speeds that students compute from the components of a velocity; nothing for other questions."""
     if part.kind != "speed":
         return
-    derived_part, _ = _find_derived_part(part)
+    derived_part, _ = _find_derived_question(part)
     assert derived_part is not None
     velocity = _flatten(compute_answer(_evaluate_derivation(problem, part), derived_part))
-    moving = np.abs(velocity[np.abs(velocity) > 1e-9])
-    wrong_speeds = [("components-added", moving.sum()), ("components-added", abs(velocity.sum()))]
-    wrong_speeds += [("component-alone", component) for component in moving]
-    for name, value in [*wrong_speeds, ("speed-squared", (moving**2).sum())]:
-        record = _record_mistake(name, catalogue.CATALOGUE[name].format_message({}))
+    nonzero_components = np.abs(velocity[np.abs(velocity) > 1e-9])
+    wrong_speeds = [("components-added", nonzero_components.sum()), ("components-added", abs(velocity.sum()))]
+    wrong_speeds += [("component-alone", component) for component in nonzero_components]
+    for name, value in [*wrong_speeds, ("speed-squared", (nonzero_components**2).sum())]:
+        record = _make_mistake_record(name, catalogue.CATALOGUE[name].format_message({}))
         yield _NumericMistake(1.0, record, [float(value)])
 
 
@@ -406,7 +412,7 @@ _RATE_MISTAKES = frozenset({"rates-in-degrees", "rates-in-turns"})
 """Mistakes in joint rates; no short question asks for joint rates."""
 
 
-def _find_derived_part(part: Part) -> tuple[Part | None, Callable[[np.ndarray], np.ndarray]]:
+def _find_derived_question(part: Part) -> tuple[Part | None, Callable[[np.ndarray], np.ndarray]]:
     """Return the derived question behind a part, and a function that extracts the part's numbers from its answer.
 
     The question is the part itself, or a question of the chapter; None if there is no such question.
@@ -436,7 +442,7 @@ def _count_pieces(problem: Problem, answer: ConditionSet) -> list[int]:
     """Return the number of pieces of each component of the singular set."""
     roles = problem.domain.roles
     joints = [q.name for q in problem.chain.q]
-    groups = answer.group_by_condition(answer.pieces())
+    groups = answer.group_by_condition(answer.list_pieces())
     return [sum(len(parse_pieces(parse_formula(text, roles), joints)) for text in group) for group in groups]
 
 
@@ -446,14 +452,16 @@ def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[A
     domain, stream = problem.domain, _make_stream(problem, part)
     space = ConfigurationSpace(joints, domain)
     rows_by_piece = []
-    for text in answer.pieces():
+    for text in answer.list_pieces():
         for piece in parse_pieces(parse_formula(text, domain.roles), joints):
             values = space.sample_piece(piece, {*joints, *symbols}, stream, 4 * CONFIGURATIONS_PER_PIECE)
             exact_values = {atom.joint: evaluate_constant(atom.expression) for atom in piece if atom.joint is not None}
             columns = []
             for name in symbols:
-                exact = exact_values.get(name)
-                columns.append([float(f"{value:.9f}" if exact is None else exact) + 0.0 for value in values[name]])
+                exact_value = exact_values.get(name)
+                columns.append(
+                    [float(f"{value:.9f}" if exact_value is None else exact_value) + 0.0 for value in values[name]]
+                )
             rows_by_piece.append([list(row) for row in zip(*columns, strict=True)][:CONFIGURATIONS_PER_PIECE])
     return rows_by_piece
 

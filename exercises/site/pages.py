@@ -19,7 +19,7 @@ from qdot.exercises.site.chapter import make_arm_data, make_chapter_pages
 from qdot.exercises.site.guide import COMMANDS, REPLACED_PAGES, arrange_pages
 from qdot.exercises.site.page import Page, translate_message
 from qdot.exercises.writing.markup import to_html
-from qdot.exercises.writing.render import find_template_folder, render
+from qdot.exercises.writing.render import find_folder, find_template_folder, render
 
 SCRIPT_SOURCES = {
     "practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "own": "src/own/main.tsx",
@@ -49,7 +49,7 @@ class Assets:
     folder: Path
 
 
-def licences_text(folder: Path) -> str:
+def render_licences(folder: Path) -> str:
     """Return the licences of the libraries in the scripts as Markdown, from the files that Vite wrote to a folder."""
     paths = {name: folder / ".vite" / f"{name}.md" for name in ("licences", "notices")}
     texts = {name: path.read_text(encoding="utf-8") if path.exists() else "" for name, path in paths.items()}
@@ -57,16 +57,9 @@ def licences_text(folder: Path) -> str:
     return render("site/licences.md.j2", licences=f"## {libraries}".strip(), notices=texts["notices"].strip())
 
 
-def _find_folder(name_in_package: str, path_in_checkout: str) -> Path | None:
-    """Return a folder inside the installed package or, if there is none, in a checkout of the repository."""
-    package_folder = Path(__file__).resolve().parents[1]
-    folders = package_folder / name_in_package, package_folder.parent / path_in_checkout
-    return next((folder for folder in folders if folder.is_dir()), None)
-
-
 def find_docs_folder() -> Path | None:
     """Return the folder of the documentation, or None if there is none."""
-    return _find_folder("site_docs", "docs")
+    return find_folder("site_docs", "docs")
 
 
 def find_assets() -> Assets | None:
@@ -74,7 +67,7 @@ def find_assets() -> Assets | None:
 
     Raises QdotError if they belong to another version of qdot.
     """
-    folder = _find_folder("site_dist", "site/dist")
+    folder = find_folder("site_dist", "site/dist")
     return None if folder is None else read_assets(folder)
 
 
@@ -204,7 +197,7 @@ def find_headings(page: str) -> list[tuple[str, str]]:
     return [(anchor, re.sub(r"<[^>]*>", "", text)) for anchor, text in matches]
 
 
-def page_text(page: Page, assets: Assets, course: str, has_docs: bool = True) -> str:
+def render_page(page: Page, assets: Assets, course: str, has_docs: bool = True) -> str:
     """Return the whole HTML of a page; the page links to the documentation only if the site has one (`has_docs`)."""
     root = "../" * page.path.count("/")
     return render(
@@ -213,6 +206,6 @@ def page_text(page: Page, assets: Assets, course: str, has_docs: bool = True) ->
     )  # fmt: skip
 
 
-def favicon_text() -> str:
+def read_favicon() -> str:
     """Return the site's icon (SVG)."""
     return (find_template_folder() / "site" / "icon.svg").read_text(encoding="utf-8")

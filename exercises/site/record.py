@@ -22,12 +22,15 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json, make_robot_json
 from qdot.exercises.questions.inversion import list_table_lengths
 from qdot.exercises.short_questions import question_of
-from qdot.exercises.singularities.difficulty import difficulty_band
+from qdot.exercises.singularities.difficulty import rate_difficulty_band
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.latex import tex, write_symbol
 from qdot.exercises.writing.markup import to_html
+
+LENGTH_TOLERANCE, SHORTENING_FACTOR = 1e-9, 0.85
+"""Difference in metres below which two lengths count as equal, and the factor by which one of them is then changed."""
 
 
 def make_site_record(problem: Problem) -> Json:
@@ -44,7 +47,10 @@ def make_site_record(problem: Problem) -> Json:
     """
     chain, sentences = problem.chain, MistakeSentences()
     record: Json = {"id": str(problem.id), "family": problem.id.family, "title": problem.title}
-    record |= {"difficulty": difficulty_band(chain), "statement": to_html(problem_texts.write_statement(problem, ""))}
+    record |= {
+        "difficulty": rate_difficulty_band(chain),
+        "statement": to_html(problem_texts.write_statement(problem, "")),
+    }
     record |= {"figure": draw_figure_svg(chain), "alt": describe_figure(chain), **make_arm_record(problem)}
     parts = [_make_part_record(problem, part, sentences) for part in problem.parts]
     return record | {"parts": parts, "said": sentences.rows}
@@ -81,34 +87,36 @@ def translate_record(problem: Problem, record: Json, language: str) -> Json:
 
     {"title", "statement", "parts": [{"name", "title", "prompt", "hints", "options"}], "said": as in the record}
     """
-    words = load_catalogue(language)
-    title = words.translate_arm_title(problem.chain.title)
+    messages = load_catalogue(language)
+    title = messages.translate_arm_title(problem.chain.title)
     parts = []
     for part in problem.parts:
-        shown_hints = [html_with_latex(hint) for hint in problem_texts.write_hints(problem, part, language)]
-        texts: Json = {"name": part.name, "title": words.translate_question(question_of(part).title)}
+        shown_hints = [write_html_with_latex(hint) for hint in problem_texts.write_hints(problem, part, language)]
+        texts: Json = {"name": part.name, "title": messages.translate_question(question_of(part).title)}
         texts |= {"prompt": to_html(problem_texts.write_prompt(problem, part, language)), "hints": shown_hints}
         parts.append(texts | {"options": _list_options(problem, part, language)})
-    translated_sentences = [_translate_sentence(words, *row) for row in record["said"]]
+    translated_sentences = [_translate_sentence(messages, *row) for row in record["said"]]
     html_statement = to_html(problem_texts.write_statement(problem, "", language=language))
-    translated = {"title": title[0].upper() + title[1:], "statement": html_statement}
-    return translated | {"parts": parts, "said": translated_sentences}
+    translated_record = {"title": title[0].upper() + title[1:], "statement": html_statement}
+    return translated_record | {"parts": parts, "said": translated_sentences}
 
 
 def translate_solutions(problem: Problem, language: str) -> Json:
     """Return the worked solutions in another language: {"parts": [{"name", "solution"}]}."""
     parts = [
-        {"name": part.name, "solution": html_with_latex(problem_texts.write_solution(problem, part, language))}
+        {"name": part.name, "solution": write_html_with_latex(problem_texts.write_solution(problem, part, language))}
         for part in problem.parts
     ]
     return {"parts": parts}
 
 
-def _translate_sentence(words: Catalogue, name: str, _: str, sentence: str, *missing: str) -> list[str]:
+def _translate_sentence(messages: Catalogue, name: str, _: str, sentence: str, *missing: str) -> list[str]:
     """Return a row of `MistakeSentences` in another language."""
     mistake = CATALOGUE[name]
-    translated = words.translate_mistake_sentence(name, mistake.message, mistake.chapter_reference, sentence)
-    return [name, words.translate_mistake_title(name, mistake.title), translated, *missing]
+    translated_sentence = messages.translate_mistake_sentence(
+        name, mistake.message, mistake.chapter_reference, sentence
+    )
+    return [name, messages.translate_mistake_title(name, mistake.title), translated_sentence, *missing]
 
 
 def make_solutions_record(problem: Problem) -> Json:
@@ -121,14 +129,14 @@ def make_solutions_record(problem: Problem) -> Json:
         figure = draw_singular_configurations(problem, part, f"{part.name}-solution")
         record = {
             "name": part.name,
-            "solution": html_with_latex(problem_texts.write_solution(problem, part)),
+            "solution": write_html_with_latex(problem_texts.write_solution(problem, part)),
             "figure": figure,
         }
         parts.append(record | {"typed": problem_texts.write_answer_code(problem, part)})
     return {"id": str(problem.id), "factors": list_determinant_factors(problem.chain), "parts": parts}
 
 
-def html_with_latex(text: str) -> str:
+def write_html_with_latex(text: str) -> str:
     """Return Markdown as HTML, with formulas left as LaTeX."""
     return to_html(text, _make_latex_element, join_punctuation=True)
 
@@ -149,7 +157,7 @@ def _list_symbols(problem: Problem) -> Json:
     return symbols
 
 
-def find_names_to_type(problem: Problem, prompt_text: str) -> list[str]:
+def find_mentioned_names(problem: Problem, prompt_text: str) -> list[str]:
     """Return the names of rates, velocities and forces that a prompt mentions; the page has a button for each."""
     names = (name for name, info in problem.symbols.items() if info.role in ("rate", "velocity", "force"))
     return [name for name in names if f"`{name}`" in prompt_text]
@@ -171,8 +179,8 @@ def _choose_values(chain: Chain) -> Json:
     return values
 
 
-MISTAKE_LISTS = ("mistakes", "throughout", "precise")
-"""The keys of a key's lists of mistakes (`keys`)."""
+MISTAKE_LIST_NAMES = ("mistakes", "throughout", "precise")
+"""The names of the lists of mistakes in a key for grading (`keys`)."""
 
 
 class MistakeSentences:
@@ -188,14 +196,15 @@ class MistakeSentences:
     def shorten_key(self, key: Json) -> Json:
         """Return a key for the bank, in which each mistake is an index into `rows`."""
         if "option_mistakes" in key:
-            indices = [list(map(self._index_of, mistakes)) for mistakes in key["option_mistakes"]]
+            indices = [list(map(self._add_sentence, mistakes)) for mistakes in key["option_mistakes"]]
             return key | {"option_mistakes": indices}
-        return key | {name: list(map(self._shorten_mistake, key[name])) for name in MISTAKE_LISTS if name in key}
+        return key | {name: list(map(self._shorten_mistake, key[name])) for name in MISTAKE_LIST_NAMES if name in key}
 
     def _shorten_mistake(self, mistake: Json) -> list[Any]:
-        return [self._index_of(mistake), *next(mistake[name] for name in ("print", "values") if name in mistake)]
+        return [self._add_sentence(mistake), *next(mistake[name] for name in ("print", "values") if name in mistake)]
 
-    def _index_of(self, mistake: Json) -> int:
+    def _add_sentence(self, mistake: Json) -> int:
+        """Return the index of a mistake's sentence in `rows`, which gets a new row if the sentence is new."""
         missing = [mistake["missing"]] if "missing" in mistake else []
         index = self._indices.setdefault((mistake["says"], *missing), len(self.rows))
         if index == len(self.rows):
@@ -209,12 +218,12 @@ def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences)
     svg = draw_part_svg(chain, part, part.name)
     record: Json = {"name": part.name, "kind": part.kind, "title": question.title, "type": part.type}
     record |= {"shape": part.shape and list(part.shape), "points": part.points, "prompt": to_html(prompt_text)}
-    record |= {"names": find_names_to_type(problem, prompt_text)}
+    record |= {"names": find_mentioned_names(problem, prompt_text)}
     record |= {"labels": list(question.list_names_to_type(chain, part))}
     record |= {"columns": list(question.name_columns(chain)), "grid": _list_labels(chain, part), "figure": svg}
     record |= {"alt": describe_part_figure(chain, part) if svg else "", "pose": _find_given_pose(chain, part)}
     record |= {
-        "hints": list(map(html_with_latex, problem_texts.write_hints(problem, part))),
+        "hints": list(map(write_html_with_latex, problem_texts.write_hints(problem, part))),
         "options": _list_options(problem, part),
     }
     return record | {"key": sentences.shorten_key(make_key(problem, part))}
@@ -232,10 +241,6 @@ def _list_labels(chain: Chain, part: Part) -> list[list[str]]:
 
 def _write_label(name: str, chain: Chain) -> str:
     return name if "_" in name else tex(sp.Symbol(name), chain)
-
-
-LENGTH_TOLERANCE, SHORTENING_FACTOR = 1e-9, 0.85
-"""Difference in metres below which two lengths count as equal, and the factor by which one of them is then changed."""
 
 
 def _find_given_pose(chain: Chain, part: Part) -> dict[str, float] | None:

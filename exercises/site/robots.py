@@ -27,7 +27,7 @@ PLAIN_FAMILIES = ("planar-2r", "scara", "elbow-3r", "spherical", "anthropomorphi
 ZERO_VECTOR = ["0", "0", "0"]
 
 
-def robots_text() -> str:
+def make_tables_json() -> str:
     """Return the JSON text of all tables: {"format": 1, "plain": [table], "robots": [table with its source]}."""
     content = {"format": 1, "plain": [*_make_plain_tables()], "robots": [*_make_library_tables()]}
     return json.dumps(content, ensure_ascii=False, separators=(",", ":"))

@@ -45,19 +45,19 @@ class AngleNames:
         return shortening.replace_squares(shortening.use_angle_sums(expression, self._has_notation))
 
     def _has_notation(self, angle: sp.Expr) -> bool:
-        return needs_no_name(angle) or _express_by_name(angle, self.angle_by_name) is not None
+        return not needs_name(angle) or _express_by_name(angle, self.angle_by_name) is not None
 
     def _use_name(self, trig: sp.Expr) -> sp.Expr:
         if trig not in self._named_trigs:
             (angle,) = trig.args
-            renamed = None if needs_no_name(angle) else _express_by_name(angle, self.angle_by_name)
+            renamed = _express_by_name(angle, self.angle_by_name) if needs_name(angle) else None
             self._named_trigs[trig] = trig if renamed is None else trig.func(renamed)
         return self._named_trigs[trig]
 
-    def python_code(self, expression: sp.Expr) -> str:
+    def write_python_code(self, expression: sp.Expr) -> str:
         """Return an expression as Python code, with angles such as theta1 + 5*pi/6 instead of their names."""
-        renamed = shortening.multiply_numbers(self.use_names(self.shorten(expression)))
-        return python_text(renamed, {name: python_text(meaning) for name, meaning in self.angle_by_name.items()})
+        new_expression = shortening.multiply_numbers(self.use_names(self.shorten(expression)))
+        return python_text(new_expression, {name: python_text(angle) for name, angle in self.angle_by_name.items()})
 
 
 def name_angles(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
@@ -72,18 +72,18 @@ def name_angles(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
     ({\varphi_{1}: theta1 - 2*pi/3}, True)
     """
     other_angles = {trig.args[0] for matrix in matrices for trig in matrix.atoms(sp.sin, sp.cos)}
-    meanings: dict[sp.Symbol, sp.Expr] = {}
+    angle_by_name: dict[sp.Symbol, sp.Expr] = {}
     for angle in (*angles, *sorted(other_angles, key=lambda a: (len(a.free_symbols), expression_text(a)))):
         has_unit_coefficients = all(abs(angle.coeff(symbol)) == 1 for symbol in angle.free_symbols)
-        if not needs_no_name(angle) and has_unit_coefficients and _express_by_name(angle, meanings) is None:
-            meanings[_make_name(angle, meanings)] = angle
-    return AngleNames(meanings)
+        if needs_name(angle) and has_unit_coefficients and _express_by_name(angle, angle_by_name) is None:
+            angle_by_name[_make_name(angle, angle_by_name)] = angle
+    return AngleNames(angle_by_name)
 
 
-def needs_no_name(angle: sp.Expr) -> bool:
-    """Return whether an angle is a number, or a sum of joint variables and multiples of 90 degrees."""
+def needs_name(angle: sp.Expr) -> bool:
+    """Return whether an angle contains a symbol but is no sum of joint variables and multiples of 90 degrees."""
     remainder, constant = shortening.split_constant(angle)
-    return remainder == 0 or ((2 * constant / sp.pi).is_Integer and shortening.is_joint_sum(remainder))
+    return remainder != 0 and not ((2 * constant / sp.pi).is_Integer and shortening.is_joint_sum(remainder))
 
 
 def _express_by_name(angle: sp.Expr, angle_by_name: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:

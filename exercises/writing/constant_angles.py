@@ -32,8 +32,8 @@ def list_constant_angles(chain: Chain) -> tuple[sp.Expr, ...]:
     rows = convention_of(chain).rows
     table_constants = (angle for row in rows for angle in (row.alpha, split_constant(row.theta).constant))
     constants = [*table_constants, chain.base.yaw, chain.base.tilt]
-    rational = (angle for angle in constants if (angle / sp.pi).is_Rational)
-    reduced_angles = (abs(sp.Mod(angle + sp.pi / 2, sp.pi) - sp.pi / 2) for angle in rational)
+    rational_angles = (angle for angle in constants if (angle / sp.pi).is_Rational)
+    reduced_angles = (abs(sp.Mod(angle + sp.pi / 2, sp.pi) - sp.pi / 2) for angle in rational_angles)
     return tuple(dict.fromkeys(angle for angle in reduced_angles if angle != 0))
 
 

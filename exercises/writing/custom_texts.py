@@ -27,19 +27,19 @@ _LATEX_BRACE = re.compile(r"[A-Za-z_^}\]]$")
 
 def write_text(part: Part, name: str, wording: "Wording") -> str:
     """Return the prompt or the solution of a custom question."""
-    return fill_text(str(getattr(_texts(part, wording), name)), part, wording)
+    return fill_text(str(getattr(_select_texts(part, wording), name)), part, wording)
 
 
 def write_hints(part: Part, wording: "Wording") -> list[str]:
     """Return the hints of a custom question."""
-    return [fill_text(hint, part, wording) for hint in _texts(part, wording).hints]
+    return [fill_text(hint, part, wording) for hint in _select_texts(part, wording).hints]
 
 
 def list_symbols(part: Part, wording: "Wording") -> list[str]:
     """Return the names that an answer may contain besides joint variables and lengths, whole groups of names."""
-    chain, used = wording.chain, {symbol.name for symbol in part.answer.as_matrix().free_symbols}
+    chain, used_names = wording.chain, {symbol.name for symbol in part.answer.as_matrix().free_symbols}
     groups = ([rate.name for rate in chain.rates], list(chain.task), list(part.symbols))
-    return [name for names in groups if not used.isdisjoint(names) for name in names]
+    return [name for names in groups if not used_names.isdisjoint(names) for name in names]
 
 
 def write_options(part: Part, wording: "Wording") -> list[str]:
@@ -51,7 +51,7 @@ def write_options(part: Part, wording: "Wording") -> list[str]:
     ]
 
 
-def _texts(part: Part, wording: "Wording") -> Texts:
+def _select_texts(part: Part, wording: "Wording") -> Texts:
     return part.details_as(CustomDetails).definition.texts_in(wording.messages.language)
 
 
@@ -69,8 +69,8 @@ def fill_text(text: str, part: Part, wording: "Wording") -> str:
         elif in_formula and _LATEX_BRACE.search(text[: match.start()]):
             pieces.append(match[0])
         else:
-            filled, is_formula = _fill_placeholder(match["content"].strip(), part, wording)
-            pieces.append(filled if in_formula or not is_formula else f"${filled}$")
+            filled_text, is_formula = _fill_placeholder(match["content"].strip(), part, wording)
+            pieces.append(filled_text if in_formula or not is_formula else f"${filled_text}$")
     return "".join([*pieces, text[position:]])
 
 
@@ -106,18 +106,18 @@ def _write_values(details: CustomDetails, chain: Chain) -> Mapping[sp.Symbol, st
         elif symbol in chain.parameters:
             text = tex_length(value)
         else:
-            text = _with_unit(value, _unit_of(symbol, chain) or units.get(symbol.name, ""))
+            text = _append_unit(value, _find_unit(symbol, chain) or units.get(symbol.name, ""))
         texts[symbol] = f"{tex(symbol, chain)} = {text}"
     return texts
 
 
-def _unit_of(symbol: sp.Symbol, chain: Chain) -> str:
+def _find_unit(symbol: sp.Symbol, chain: Chain) -> str:
     """Return the unit of a joint rate or of a component of the task's velocity; "" for other symbols."""
     if symbol in chain.rates:
         return "rad/s" if chain.joints[chain.rates.index(symbol)].is_revolute else "m/s"
     return {"v": "m/s", "w": "rad/s"}[symbol.name[0]] if symbol.name in chain.task else ""
 
 
-def _with_unit(value: sp.Expr, unit: str) -> str:
+def _append_unit(value: sp.Expr, unit: str) -> str:
     number = f"{float(value):g}"
     return rf"{number}\,\text{{{unit}}}" if unit else number

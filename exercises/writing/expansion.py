@@ -75,8 +75,8 @@ def _remove_signs(product: sp.Expr) -> sp.Expr:
 
 def _simplify_entry(entry: sp.Expr) -> sp.Expr:
     """Return an entry multiplied out, and in the textbook's form unless it contains roots of numbers."""
-    expanded = sp.expand(entry)
-    return expanded if any(power.is_number for power in expanded.atoms(sp.Pow)) else textbook_form(expanded)
+    new_entry = sp.expand(entry)
+    return new_entry if any(power.is_number for power in new_entry.atoms(sp.Pow)) else textbook_form(new_entry)
 
 
 def find_joint_1_value(chain: Chain) -> sp.Expr:
@@ -90,8 +90,8 @@ def shorten_by_joint_1(chain: Chain) -> sp.Matrix | None:
     d, theta_1 = derive(chain), chain.q[0]
     if chain.joints[0].is_prismatic or not d.jacobian.has(theta_1) or d.determinant.has(theta_1):
         return None
-    shortened = d.jacobian.xreplace({theta_1: find_joint_1_value(chain)})
-    return shortened.applyfunc(_simplify_entry)
+    jacobian = d.jacobian.xreplace({theta_1: find_joint_1_value(chain)})
+    return jacobian.applyfunc(_simplify_entry)
 
 
 @lru_cache(maxsize=1024)

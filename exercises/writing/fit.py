@@ -20,6 +20,10 @@ OPERATOR_WIDTHS = {"=": 1.05, "+": 0.95, "−": 0.95, "×": 0.95, "≠": 1.05, "
 """Widths of operators, including the space around them; all widths are in em."""
 LETTER_WIDTHS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]", 0.33), ",": 0.45}
 LETTER_WIDTH, SIGN_WIDTH, SCRIPT_SCALE, COLUMN_GAP = 0.54, 0.4, 0.71, 0.85
+FRACTION_MARGIN, ROOT_WIDTH, WORD_MARGIN = 0.2, 0.9, 0.17
+"""Widths that the bar adds to a fraction, the sign to a root, and the space around it to a function's name."""
+INDENT_WIDTH = 1.0
+"""Width of the space, or of the equals sign, before a broken line."""
 MAX_OVERWIDTH = 1.2
 """A term is broken inside brackets only if it is wider than this many lines; otherwise, it is shrunk to fit."""
 MAX_BRACKET_DEPTH = 4
@@ -44,7 +48,7 @@ def estimate_width(formula: Layout, scale: float = 1.0) -> float:
     if kind == "script":
         return estimate_width(inner[0]) + SCRIPT_SCALE * max(estimate_width(inner[1]), estimate_width(inner[2]))
     if kind == "fraction":
-        return 0.2 + scale * max(estimate_width(inner[0], scale), estimate_width(inner[1], scale))
+        return FRACTION_MARGIN + scale * max(estimate_width(inner[0], scale), estimate_width(inner[1], scale))
     if kind == "dotted":
         return estimate_width(inner[0])
     if kind in ("matrix", "aligned"):
@@ -52,7 +56,9 @@ def estimate_width(formula: Layout, scale: float = 1.0) -> float:
         rows = ([estimate_width(cell, cell_size) for cell in cells.inner] for cells in inner)
         return brackets + sum(max(column) + COLUMN_GAP for column in zip_longest(*rows, fillvalue=0.0))
     if kind in ("root", "fenced"):
-        return estimate_width(inner[0], scale) + (0.9 if kind == "root" else SIGN_WIDTH * len(text.replace(".", "")))
+        return estimate_width(inner[0], scale) + (
+            ROOT_WIDTH if kind == "root" else SIGN_WIDTH * len(text.replace(".", ""))
+        )
     return _estimate_leaf_width(kind, text)
 
 
@@ -76,7 +82,7 @@ def _estimate_leaf_width(kind: str, text: str) -> float:
         return layout.SPACES[text]
     if kind == "sign" or text in OPERATOR_WIDTHS:
         return OPERATOR_WIDTHS.get(text, SIGN_WIDTH)
-    margin = 0.17 if kind == "word" else 0.0
+    margin = WORD_MARGIN if kind == "word" else 0.0
     return margin + sum(LETTER_WIDTHS.get(letter, LETTER_WIDTH) for letter in text)
 
 
@@ -104,7 +110,7 @@ def _split_equations(formula: Layout, max_width: float) -> EquationSides:
             rows[-1] = (rows[-1][0], (*rows[-1][1], *(right[1:] if right[:1] == (layout.QUAD,) else right)))
             continue
         joined_equations = layout.join_pieces((layout.QUAD,), [(*a, *b) for a, b in pairs])
-        if len(pairs) > 1 and _total_width(joined_equations) <= max_width - 2.0:
+        if len(pairs) > 1 and _total_width(joined_equations) <= max_width - 2 * INDENT_WIDTH:
             pairs = [(left, joined_equations[len(left) :])]
         rows += pairs
     return rows
@@ -117,13 +123,13 @@ def _split_at_equals(equation: Pieces) -> tuple[Pieces, Pieces]:
 
 def _break_equation(left: Pieces, right: Pieces, max_width: float) -> EquationSides:
     """Return the lines of an equation whose right side may be `max_width` (em) wide."""
-    if _total_width(right) <= max_width - 1.0:
+    if _total_width(right) <= max_width - INDENT_WIDTH:
         return [(left, right)]
     sign = right[:1] if right[:1] == (layout.EQUALS,) else ()
-    space = max_width - 2.0 if sign else max_width - 1.0
+    available_width = max_width - (2 if sign else 1) * INDENT_WIDTH
     lines: EquationSides = []
     for index, part in enumerate(layout.split_at(right[1:], layout.EQUALS) if sign else [right]):
-        broken_lines = _break_side(part, space)
+        broken_lines = _break_side(part, available_width)
         lines.append((() if index else left, (*sign, *broken_lines[0])))
         lines += [((), (layout.QUAD, *line)) for line in broken_lines[1:]]
     return lines
@@ -135,7 +141,9 @@ def _break_side(side: Pieces, max_width: float) -> Lines:
         return [side]
     for factors, sign in ((layout.split_at(side, _CROSS), _CROSS), (_split_matrices(side), layout.DOT)):
         if len(factors) > 1:
-            parts = [_break_side(factor, max_width - 1.5) for factor in factors]
+            parts = [
+                _break_side(factor, max_width - 1.5) for factor in factors
+            ]  # 1.5: the sign and the space around it
             continued_parts = ([(layout.EMPTY, sign, *lines[0]), *lines[1:]] for lines in parts[1:])
             return [*parts[0], *chain.from_iterable(continued_parts)]
     terms = layout.split_terms(side)
@@ -167,8 +175,8 @@ def _break_fraction(formula_pieces: Pieces, max_width: float) -> Lines:
     if is_bracketed and numerator[0].kind == "number":  # 0.5 (a + b)
         factor, numerator = numerator[0], numerator[2:-1]
     first_line, *other_lines = fill_lines(layout.split_terms(numerator), max_width - _total_width(denominator))
-    opening = (*sign, layout.fraction((factor,), denominator), _OPEN)
-    return [(*opening, *first_line), *other_lines[:-1], (*other_lines[-1], _CLOSE)] if other_lines else []
+    opening_pieces = (*sign, layout.fraction((factor,), denominator), _OPEN)
+    return [(*opening_pieces, *first_line), *other_lines[:-1], (*other_lines[-1], _CLOSE)] if other_lines else []
 
 
 def _split_wide_terms(terms: Sequence[Pieces], max_width: float) -> list[Pieces]:
@@ -187,13 +195,13 @@ def _split_wide_terms(terms: Sequence[Pieces], max_width: float) -> list[Pieces]
 
 def _open_brackets(pieces: Pieces, max_width: float) -> Pieces:
     """Replace wide brackets that grow with their content by plain brackets, inside which a line can be broken."""
-    opened: list[Layout] = []
+    opened_pieces: list[Layout] = []
     for piece in pieces:
         if piece.kind == "fenced" and piece.text == "()" and estimate_width(piece) > max_width / 2:
-            opened += (_OPEN, *_open_brackets(layout.row_pieces(piece.inner[0]), max_width), _CLOSE)
+            opened_pieces += (_OPEN, *_open_brackets(layout.row_pieces(piece.inner[0]), max_width), _CLOSE)
         else:
-            opened.append(piece)
-    return tuple(opened)
+            opened_pieces.append(piece)
+    return tuple(opened_pieces)
 
 
 def fill_lines(terms: Sequence[Pieces], max_width: float) -> Lines:
@@ -201,7 +209,7 @@ def fill_lines(terms: Sequence[Pieces], max_width: float) -> Lines:
     lines, line_width = [terms[0]], _total_width(terms[0])
     for part in terms[1:]:
         part_width = _total_width(part)
-        if line_width + part_width <= max_width - 1.0:
+        if line_width + part_width <= max_width - INDENT_WIDTH:
             lines[-1] += part
             line_width += part_width
         else:

@@ -16,7 +16,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import Derivation, derive
 from qdot.exercises.formula.order import natural_sort_key
 from qdot.exercises.questions.wrist import derive_blocks, find_block_objection
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.wording import join
 
@@ -59,7 +59,7 @@ class HintContext:
 
         Entries are not different if they differ only by their sign. Returns None if there is no such column.
         """
-        columns = [set(map(_without_sign, matrix.col(j))) - {sp.S.Zero} for j in range(matrix.cols)]
+        columns = [set(map(_remove_sign, matrix.col(j))) - {sp.S.Zero} for j in range(matrix.cols)]
         for j in reversed(range(matrix.cols)):
             other_entries = set().union(*(columns[:j] + columns[j + 1 :])) - columns[j]
             if any(map(_is_variable, columns[j])) and any(map(_is_variable, other_entries)):
@@ -130,18 +130,18 @@ class HintContext:
         return None if blocks.arm_block_in_frame_1 == blocks.arm_block else blocks.arm_block_in_frame_1
 
     @property
-    def conditions(self) -> list[tuple[int, list[str]]]:
+    def condition_summaries(self) -> list[tuple[int, list[str]]]:
         """For each component of the singular set, the number of its conditions and the joint variables in them."""
         return [
             (len(part.conditions), [tex(q, self.chain) for q in self.chain.q if any(c.has(q) for c in part.conditions)])
-            for part in singular_set(self.chain) or ()
+            for part in find_singular_set(self.chain) or ()
         ]
 
 
 def _find_first_variable(items: Iterable[tuple[Item, sp.Expr]]) -> Item | None:
     """Return the first item whose value is not constant, if another such value differs by more than its sign."""
     variable_items = [(item, value) for item, value in items if _is_variable(value)]
-    has_different_values = len({_without_sign(value) for _, value in variable_items}) > 1
+    has_different_values = len({_remove_sign(value) for _, value in variable_items}) > 1
     return next((item for item, _ in variable_items), None) if has_different_values else None
 
 
@@ -149,11 +149,11 @@ def _is_variable(entry: sp.Expr) -> bool:
     return bool(entry.free_symbols)
 
 
-def _without_sign(entry: sp.Expr) -> sp.Expr:
+def _remove_sign(entry: sp.Expr) -> sp.Expr:
     return -entry if entry.could_extract_minus_sign() else entry
 
 
 def _are_nearly_equal(a: sp.Expr, b: sp.Expr) -> bool:
     if a.is_number and b.is_number:
         return bool(abs(abs(a) - abs(b)) <= sp.Rational(1, 200) * abs(b))
-    return bool(_without_sign(a) == _without_sign(b))
+    return bool(_remove_sign(a) == _remove_sign(b))

@@ -90,15 +90,16 @@ class _ExpressionLayout:
         coefficient, remainder = expression.as_coeff_Mul()
         if remainder == 1:
             return self.lay_out_number(coefficient)
-        ordered = order.order_product(expression)
-        top, bottom, flips = ordered.numerator, ordered.denominator, ordered.flipped_sums
-        top_number, bottom_number = self.split_coefficient(ordered.number, remainder, bool(bottom))
-        is_alone = not top_number and len(top) == 1 and bool(bottom or bottom_number)
-        numerator = top_number + self.lay_out_factors(top, flips, is_alone) or number("1")
-        denominator = bottom_number + self.lay_out_factors(bottom, flips, not bottom_number and len(bottom) == 1)
+        product = order.order_product(expression)
+        factors_above, factors_below = product.numerator, product.denominator
+        number_above, number_below = self.split_coefficient(product.number, remainder, bool(factors_below))
+        is_alone = not number_above and len(factors_above) == 1 and bool(factors_below or number_below)
+        numerator = number_above + self.lay_out_factors(factors_above, product.flipped_sums, is_alone) or number("1")
+        is_alone = not number_below and len(factors_below) == 1
+        denominator = number_below + self.lay_out_factors(factors_below, product.flipped_sums, is_alone)
         if not denominator:
-            return _SignedTerm(ordered.is_negative, numerator)
-        return _SignedTerm(ordered.is_negative, (layout.fraction(numerator, denominator, remainder.is_number),))
+            return _SignedTerm(product.is_negative, numerator)
+        return _SignedTerm(product.is_negative, (layout.fraction(numerator, denominator, remainder.is_number),))
 
     def lay_out_factors(self, factors: Sequence[sp.Expr], flipped_sums: frozenset[sp.Expr], is_alone: bool) -> Pieces:
         """Return factors side by side; sums get brackets unless the only factor of a numerator or denominator."""
@@ -240,8 +241,8 @@ def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames 
     >>> tex_zero(-2 * sp.sin(sp.Symbol("theta3"))), tex_zero(sp.Symbol("a1") - sp.Symbol("a2"))
     ('s_{3}', 'a_{1} - a_{2}')
     """
-    named = sp.sympify(condition if angles is None else angles.use_names(condition))
-    return tex(remove_numeric_factor(named), chain)
+    named_condition = sp.sympify(condition if angles is None else angles.use_names(condition))
+    return tex(remove_numeric_factor(named_condition), chain)
 
 
 def remove_numeric_factor(condition: sp.Expr) -> sp.Expr:

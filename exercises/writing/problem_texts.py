@@ -8,6 +8,8 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
+import sympy as sp
+
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.problem.problem import Part, Problem
@@ -15,7 +17,7 @@ from qdot.exercises.reference_answers import LETTERS
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.short_questions.options import ConfigurationOptions, Options
 from qdot.exercises.writing.languages import ENGLISH, load_catalogue
-from qdot.exercises.writing.latex import tex_angle
+from qdot.exercises.writing.latex import tex, tex_angle
 from qdot.exercises.writing.render import make_environment
 from qdot.exercises.writing.solution_steps import SolutionSteps
 from qdot.exercises.writing.wording import Wording
@@ -60,6 +62,13 @@ def write_option(problem: Problem, part: Part, index: int, language: str = ENGLI
     return option_line[1] if option_line is not None else messages.translate_phrase(part.answer.offered_options[index])
 
 
+def name_entries(problem: Problem, part: Part) -> tuple[str, ...]:
+    """Return the names of the entries of an answer, row by row, as LaTeX; () if the entries have no names."""
+    chain, question = problem.chain, question_of(part)
+    typed_names = (tex(sp.Symbol(name), chain) for name in question.list_labels(chain))
+    return tuple(question.name_entries(chain, part.details) or typed_names)
+
+
 def write_hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[str, ...]:
     """Return three hints for this arm, from vague to detailed; no hint contains the answer.
 
@@ -68,8 +77,9 @@ def write_hints(problem: Problem, part: Part, language: str = ENGLISH) -> tuple[
     chain, messages = problem.chain, load_catalogue(language)
     steps = get_solution_steps(chain)
     text = _get_question_macros(part, language).hints(part, chain, derive(chain), Wording(chain, messages), steps)
-    with_legends = (add_angle_legend(steps, hint, language) for hint in re.split(r"^---$", text, flags=re.MULTILINE))
-    return tuple(filter(str.strip, map(messages.localize_formulas, with_legends)))
+    hints = re.split(r"^---$", text, flags=re.MULTILINE)
+    hints_with_legends = (add_angle_legend(steps, hint, language) for hint in hints)
+    return tuple(filter(str.strip, map(messages.localize_formulas, hints_with_legends)))
 
 
 def write_solution(problem: Problem, part: Part, language: str = ENGLISH) -> str:
@@ -118,7 +128,7 @@ def write_answer_code(problem: Problem, part: Part, prefix_width: int = 0) -> st
 
     The code is broken into lines as if `prefix_width` columns before its first line were taken.
     """
-    return part.answer.write_code(prefix_width, get_solution_steps(problem.chain).angles.python_code)
+    return part.answer.write_code(prefix_width, get_solution_steps(problem.chain).angles.write_python_code)
 
 
 def add_angle_legend(steps: SolutionSteps, text: str, language: str = ENGLISH) -> str:

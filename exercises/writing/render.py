@@ -21,12 +21,18 @@ _MARKUP_EXTENSIONS = (".html.j2", ".svg.j2", ".xml.j2")
 _MARKDOWN_SYNTAX = re.compile(r"[\\`*<\[$]|~~|(?<!\w)_|_(?!\w)|&(?=#?\w+;)")
 
 
+def find_folder(name_in_package: str, path_in_checkout: str) -> Path | None:
+    """Return a folder inside the installed package or, if there is none, in a checkout of the repository."""
+    folders = _PACKAGE_FOLDER / name_in_package, _PACKAGE_FOLDER.parent / path_in_checkout
+    return next((folder for folder in folders if folder.is_dir()), None)
+
+
 def find_template_folder() -> Path:
-    """Return the folder of the templates: inside the package (wheel) or beside it (checkout)."""
-    for folder in (_PACKAGE_FOLDER / "templates", _PACKAGE_FOLDER.parent / "templates"):
-        if folder.is_dir():
-            return folder
-    raise FileNotFoundError(f"no templates folder in {_PACKAGE_FOLDER} or beside it")
+    """Return the folder of the templates."""
+    folder = find_folder("templates", "templates")
+    if folder is None:
+        raise FileNotFoundError(f"no templates folder in {_PACKAGE_FOLDER} or beside it")
+    return folder
 
 
 class MessageLines(Extension):

@@ -99,10 +99,10 @@ def _shorten_sums(expression: sp.Expr, shorten_once: Callable[[sp.Expr], sp.Expr
     if not expression.args or expression.is_Function:
         return expression
     args = tuple(_shorten_sums(arg, shorten_once) for arg in expression.args)
-    shortened = expression if args == expression.args else expression.func(*args)
-    while shortened.is_Add and (shorter := shorten_once(shortened)) is not None:
-        shortened = shorter
-    return shortened
+    new_expression = expression if args == expression.args else expression.func(*args)
+    while new_expression.is_Add and (shorter_expression := shorten_once(new_expression)) is not None:
+        new_expression = shorter_expression
+    return new_expression
 
 
 def _has_shift(angle: sp.Expr) -> bool:
@@ -142,9 +142,9 @@ def _join_shifted_terms(total: sp.Expr) -> sp.Expr | None:
     shifted_angles = {angle for trig, angle in variable_parts.items() if _has_shift(trig.args[0])}
     for angle in sorted(shifted_angles, key=sp.default_sort_key):
         expanded_trigs = {trig: _expand_shift(trig) for trig in trigs if variable_parts[trig] == angle}
-        joined = sp.expand(total.xreplace(expanded_trigs))
-        if len(sp.Add.make_args(joined)) < len(total.args):
-            return joined
+        new_total = sp.expand(total.xreplace(expanded_trigs))
+        if len(sp.Add.make_args(new_total)) < len(total.args):
+            return new_total
     return None
 
 
@@ -168,9 +168,9 @@ def _iterate_pairs_of_terms(total: sp.Expr) -> Iterator[tuple[tuple[sp.Expr, sp.
     for term in total.args:
         number, factors = _split_number(term)
         trigs = [factor for factor in factors if isinstance(factor, (sp.sin, sp.cos)) and factor.free_symbols]
-        for first, second in combinations(trigs, 2):
-            functions = {first.args[0]: first.func, second.args[0]: second.func}
-            other_factors = sp.Mul(*(factor for factor in factors if factor not in (first, second)))
+        for first_trig, second_trig in combinations(trigs, 2):
+            functions = {first_trig.args[0]: first_trig.func, second_trig.args[0]: second_trig.func}
+            other_factors = sp.Mul(*(factor for factor in factors if factor not in (first_trig, second_trig)))
             if len(functions) == 2:
                 products.setdefault((frozenset(functions), other_factors), []).append((term, number, functions))
     for (angles, other_factors), terms in products.items():
@@ -182,10 +182,10 @@ def _iterate_pairs_of_terms(total: sp.Expr) -> Iterator[tuple[tuple[sp.Expr, sp.
             is_cosine = functions[alpha] is functions[beta]  # cos cos and sin sin
             is_difference = (number == second_number) == is_cosine
             function = sp.cos if is_cosine else sp.sin
-            leading = number if functions[alpha] is function else second_number
+            leading_number = number if functions[alpha] is function else second_number
             factor, trig = function(alpha - beta if is_difference else alpha + beta).as_coeff_Mul()
             if trig.free_symbols:
-                yield (term, second_term), leading * factor * other_factors, trig
+                yield (term, second_term), leading_number * factor * other_factors, trig
 
 
 @lru_cache(maxsize=4096)
@@ -199,11 +199,11 @@ def factor_sums(expression: sp.Expr) -> sp.Expr:
     if not expression.args or expression.is_Function:
         return expression
     args = tuple(map(factor_sums, expression.args))
-    gathered = expression if args == expression.args else expression.func(*args)
-    if not gathered.is_Add:
-        return gathered
-    has_rates = any(map(is_rate_or_component, gathered.free_symbols))
-    return _collect_rates(gathered) if has_rates else _collect_first_joint(gathered)
+    new_expression = expression if args == expression.args else expression.func(*args)
+    if not new_expression.is_Add:
+        return new_expression
+    has_rates = any(map(is_rate_or_component, new_expression.free_symbols))
+    return _collect_rates(new_expression) if has_rates else _collect_first_joint(new_expression)
 
 
 def _collect_rates(total: sp.Add) -> sp.Expr:

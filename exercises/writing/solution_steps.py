@@ -27,7 +27,7 @@ from qdot.exercises.questions.singular import ConfigurationsOfOneKind, find_comp
 from qdot.exercises.questions.wrist import derive_block_determinants, derive_wrist_block, find_block_objection
 from qdot.exercises.singularities.classification import Classification, classify, is_one_sided, split_by_value
 from qdot.exercises.singularities.existence_conditions import ExistenceCondition, find_existence_condition
-from qdot.exercises.singularities.singular_set import Component, Values, never_vanishes, singular_set
+from qdot.exercises.singularities.singular_set import Component, Values, find_singular_set, never_vanishes
 from qdot.exercises.writing import expansion
 from qdot.exercises.writing.angles import AngleNames, iterate_arm_angles, list_link_angles, name_angles
 from qdot.exercises.writing.expansion import Expansion, expand_determinant, expand_jacobian
@@ -165,8 +165,10 @@ class SolutionSteps:
             i = self.convention.frame_on_axis(joint)
             vector, origin = self.derivation.p_star[:, joint - 1], self.origins[i]
             if self._depends_on_joints(vector):
-                depends = [(self._depends_on_joints(vector[k]), self._depends_on_joints(origin[k])) for k in range(3)]
-                return (i, vector) if self._depends_on_joints(origin) and depends.count((True, False)) < 2 else None
+                depends = self._depends_on_joints
+                # Where only the vector depends on the joints, it shows how the coordinate of P depends on them.
+                revealed_count = sum(depends(vector[k]) and not depends(origin[k]) for k in range(3))
+                return (i, vector) if depends(origin) and revealed_count < 2 else None
         return None
 
     def _depends_on_joints(self, expression: sp.Matrix | sp.Expr) -> bool:
@@ -189,7 +191,7 @@ class SolutionSteps:
         pairs = enumerate(zip(self.chain.q, axes, strict=True), 1)
         return [(f"e^{{[S_{{{i}}}]{tex(q)}}}", screws.compute_exponential(axis, q)) for i, (q, axis) in pairs]
 
-    def jacobian_of(self, frame: str) -> sp.Matrix:
+    def derive_jacobian(self, frame: str) -> sp.Matrix:
         """Return the Jacobian (6 x n) in the "space" or "body" frame; its rows have the order of the arm's twists."""
         derive_jacobian = screws.derive_space_jacobian if frame == "space" else screws.derive_body_jacobian
         return self.convention.reorder_twists(derive_jacobian(self.chain))
@@ -222,8 +224,8 @@ class SolutionSteps:
 
     def derive_rotation(self, joint: int) -> sp.Matrix:
         """Return the rotation matrix (3 x 3) of the frame on a joint's axis; the last column is the axis."""
-        shortened = self.angles.shorten(self.derivation.rotations[self.convention.frame_on_axis(joint)])
-        return sp.Matrix.hstack(shortened[:, :2], self.derivation.z[:, joint - 1])
+        rotation = self.angles.shorten(self.derivation.rotations[self.convention.frame_on_axis(joint)])
+        return sp.Matrix.hstack(rotation[:, :2], self.derivation.z[:, joint - 1])
 
     @cached_property
     def recursion(self) -> list[RecursionStep]:
@@ -284,8 +286,8 @@ class SolutionSteps:
         return expand_jacobian(self._structure).with_numbers(d.substitute_values, d.determinant)
 
     @property
-    def sparsest_line(self) -> str:
-        """The name of the row or column of J with the most zeros."""
+    def sparsest_line_name(self) -> str:
+        """The name of the row or column of J with the most zeros, such as "row 2"."""
         return expansion.find_sparsest_line(self.derivation.jacobian).name
 
     @cached_property
@@ -306,7 +308,7 @@ class SolutionSteps:
         return steps.with_numbers(self.derivation.substitute_values, derive_block_determinants(self.chain)[1])
 
     @property
-    def wrist(self) -> sp.Matrix:
+    def wrist_block(self) -> sp.Matrix:
         """The block J22: the axes of joints 4 to 6 in frame 3, for an arm with a spherical wrist."""
         return derive_wrist_block(self.chain)
 
@@ -324,7 +326,7 @@ class SolutionSteps:
         return None if jacobian is None else jacobian.applyfunc(self.derivation.substitute_values)
 
     @cached_property
-    def blocks(self) -> sp.Matrix | None:
+    def block_determinants(self) -> sp.Matrix | None:
         """The determinants of J11 and J22 (2 x 1) if the wrist's axes meet in P; None for other arms."""
         return derive_block_determinants(self.chain) if find_block_objection(self.chain) is None else None
 
@@ -349,21 +351,23 @@ class SolutionSteps:
     @property
     def components(self) -> list[Component]:
         """The components of the singular set, with their conditions in the form that solutions show."""
-        return [replace(part, conditions=self._shown_conditions(part)) for part in singular_set(self.chain) or ()]
+        return [
+            replace(part, conditions=self._simplify_conditions(part)) for part in find_singular_set(self.chain) or ()
+        ]
 
-    def _shown_conditions(self, component: Component) -> tuple[sp.Expr, ...]:
-        return tuple(map(self.shown_condition, component.conditions))
+    def _simplify_conditions(self, component: Component) -> tuple[sp.Expr, ...]:
+        return tuple(map(self.simplify_condition, component.conditions))
 
     @property
     def may_be_singular(self) -> bool:
         """Whether the arm has singular configurations; True if the derivation is too long to find out."""
         try:
-            return singular_set(self.chain) != ()
+            return find_singular_set(self.chain) != ()
         except TooLong:
             return True
 
     @property
-    def all_at_boundary(self) -> bool:
+    def has_only_boundary_singularities(self) -> bool:
         """Whether all singular configurations are on the workspace boundary."""
         kinds = (component.kind for component in self.singular_components)
         return all(kind.kind == "boundary" and kind.uniform for kind in kinds)
@@ -371,17 +375,17 @@ class SolutionSteps:
     @cached_property
     def singular_components(self) -> list[SingularComponent]:
         """The components of the singular set, classified."""
-        return [self.classify_component(component) for component in singular_set(self.chain) or ()]
+        return [self.classify_component(component) for component in find_singular_set(self.chain) or ()]
 
     def classify_component(self, component: Component) -> SingularComponent:
         """Return a component of the singular set with its geometric meaning and its kind."""
-        conditions = self._shown_conditions(component)
+        conditions = self._simplify_conditions(component)
         kind = classify(self.chain, component)
         inequalities = (find_existence_condition(condition, self.chain) for condition in conditions)
         inequality = next(filter(None, inequalities), None)
         return SingularComponent(conditions, component.solutions, kind, self._find_cases(component, kind), inequality)
 
-    def shown_condition(self, condition: sp.Expr) -> sp.Expr:
+    def simplify_condition(self, condition: sp.Expr) -> sp.Expr:
         """Return a condition without its numeric factor; a sum has the same signs as in the det J that is shown."""
         without_number = remove_numeric_factor(condition)
         if not without_number.is_Add or not self.derivation.is_square:
@@ -397,8 +401,8 @@ class SolutionSteps:
     def find_components(self, configuration: ConfigurationsOfOneKind) -> list[SingularComponent]:
         """Return the components of the singular set that contain a configuration; none if it is regular."""
         return [
-            SingularComponent(self._shown_conditions(component), component.solutions, classify(self.chain, component))
-            for component in find_components_containing(self.chain, configuration)
+            SingularComponent(self._simplify_conditions(c), c.solutions, classify(self.chain, c))
+            for c in find_components_containing(self.chain, configuration)
         ]
 
     def is_one_sided(self, configurations: ConfigurationsOfOneKind | MeaningDetails) -> bool:
@@ -411,7 +415,7 @@ class SolutionSteps:
         """Return the value of a formula or matrix at a configuration, to four significant digits."""
         substituted = expression.xreplace(configuration.values)
         is_matrix = isinstance(substituted, sp.MatrixBase)
-        return substituted.applyfunc(_round_to_four_digits) if is_matrix else _round_to_four_digits(substituted)
+        return substituted.applyfunc(_evaluate_to_four_digits) if is_matrix else _evaluate_to_four_digits(substituted)
 
     def evaluate_inverse(self, configuration: ConfigurationAndVelocity) -> sp.Matrix:
         """Return the inverse of the task Jacobian at a configuration, to four significant digits."""
@@ -424,7 +428,9 @@ class SolutionSteps:
     def substitute_joints(self, configuration: ConfigurationsOfOneKind, expression: sp.Expr) -> sp.Expr:
         """Return an expression with joint values substituted: lengths stay symbols, numbers get four digits."""
         substituted = sp.expand(sp.N(expression.xreplace(configuration.joints), 15))
-        return substituted.xreplace({number: _round_to_four_digits(number) for number in substituted.atoms(sp.Float)})
+        return substituted.xreplace(
+            {number: _evaluate_to_four_digits(number) for number in substituted.atoms(sp.Float)}
+        )
 
     def format_answer(self, part: Part) -> list[str]:
         """Return the numbers of an answer as text, to three significant digits."""
@@ -449,7 +455,8 @@ def format_three_digits(value: sp.Expr) -> str:
     return f"{float(text):.0f}" if "e+" in text else text.rstrip(".")
 
 
-def _round_to_four_digits(value: sp.Expr) -> sp.Expr:
+def _evaluate_to_four_digits(value: sp.Expr) -> sp.Expr:
+    """Return the value of an exact number, such as sqrt(2)/3, to four significant digits."""
     number = sp.N(value, 15)
     if abs(number) < sp.Float("1e-12"):
         return sp.S.Zero

@@ -90,7 +90,7 @@ class Wording:
         return self.join([{"v": "m/s", "w": "rad/s"}[motion] for motion in self.task_motions])
 
     @property
-    def linear(self) -> list[str]:
+    def linear_components(self) -> list[str]:
         """The linear components of velocity that belong to the task."""
         return [write_symbol(row) for row in self.chain.task if row[0] == "v"]
 
@@ -120,7 +120,7 @@ class Wording:
         return "".join(kind for kind in "vw" if any(row[0] == kind for row in self.chain.task))
 
     @property
-    def always_invertible(self) -> bool:
+    def is_always_invertible(self) -> bool:
         """Whether J has an inverse in every configuration, because det J is a nonzero constant."""
         d = derive(self.chain)
         return d.is_square and d.determinant != 0 and not d.determinant.free_symbols & set(self.chain.q)
@@ -282,7 +282,7 @@ class Wording:
         return all(joint.alpha in (0, sp.pi, -sp.pi) for joint in self.chain.joints[:-1])
 
     @property
-    def smaller_size(self) -> int:
+    def max_rank(self) -> int:
         """The size of the largest square part of the task Jacobian."""
         return min(len(self.chain.task), self.chain.n)
 

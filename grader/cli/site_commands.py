@@ -18,7 +18,12 @@ from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import look_up_family
-from qdot.exercises.site.bank_problem import ARMS_PER_STEP, MAX_ARMS, problems_of_families, problems_of_variants
+from qdot.exercises.site.bank_problem import (
+    ARMS_PER_STEP,
+    MAX_ARMS,
+    list_problems_of_families,
+    list_problems_of_variants,
+)
 from qdot.exercises.site.build import SiteSpec, write_site
 from qdot.exercises.site.command_reference import render_reference
 from qdot.exercises.site.pages import find_docs_folder
@@ -72,7 +77,7 @@ def build_site(
         names = [look_up_family(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
         titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
         arm_count = variants or ARMS_PER_STEP * (1 if variation else len(VARIATION_STEPS))
-        problems = problems_of_families(names, arm_count, variation, convention, twist_order)
+        problems = list_problems_of_families(names, arm_count, variation, convention, twist_order)
         course, default_level = "", FEEDBACK[-1]
     elif convention or twist_order:
         advice = 'for an assignment, set them in assignment.toml, as in convention = "screws"'
@@ -85,7 +90,7 @@ def build_site(
         bank_assignment = loaded_assignment.with_variation(variation) if variation else loaded_assignment
         variant_count = variants or VARIANTS_PER_PROBLEM
         request = ExportRequest(bank_assignment, find_failures, variant_count, jobs=jobs, report=note)
-        problems = problems_of_variants(list(iterate_bank(request)))
+        problems = list_problems_of_variants(list(iterate_bank(request)))
         course, default_level = loaded_assignment.title, loaded_assignment.feedback
     level, jobs = feedback or default_level, min(jobs, len(problems))
     commands = render_reference(context.find_root().command)

@@ -251,7 +251,7 @@ class _Fingerprinter:
     def _fingerprint_component(self, component: Component) -> Iterator[PieceFingerprint]:
         if component.solutions is None:
             yield frozenset(self._fingerprint(None, compile_expression(zero)) for zero in component.conditions)
-        for values in component.value_combinations():
+        for values in component.list_value_combinations():
             yield frozenset(self._fingerprint(q.name, compile_expression(value)) for q, value in values)
 
     def _collect(self, pieces: Iterable[PieceFingerprint]) -> SetFingerprint:

@@ -28,12 +28,12 @@ from qdot.grader.sandbox.time_budgets import TimeBudgets
 from qdot.grader.submissions.answer_locator import Answers, find_answers
 from qdot.grader.submissions.cells import OverLimit, Unreadable, empty_self_checks, make_printable
 from qdot.grader.submissions.submission import (
-    Notes,
     StudentFiles,
     Submission,
+    SubmissionNote,
+    describe_unusual_metadata,
     explain_wrong_assignment,
     find_modification_time,
-    find_oddities,
     find_python_files,
     read_submission,
     select_likely_notebooks,
@@ -81,7 +81,7 @@ def _read_attempt(student_files: StudentFiles, assignment_key: str, path: Path) 
     except Unreadable as error:
         return _make_unreadable_attempt(path, str(error), isinstance(error, OverLimit))
     notes = (*student_files.notes, *submission.notes)
-    submission = replace(submission, notes=notes, late=student_files.late)
+    submission = replace(submission, notes=notes, flagged_late=student_files.flagged_late)
     if student_files.received is None:
         return submission
     return replace(submission, received=student_files.received, time_source=student_files.platform)
@@ -148,17 +148,18 @@ def grade_attempt(grader: Grader, student: str, submission: Submission | None) -
     sha256 = None if submission is None else submission.sha256
     seed = f"{assignment.secret}/{sha256 or ''}"
     ungraded_reason: str | None = "nothing was submitted"
-    answers, notes = Answers(Run()), Notes()
+    answers, notes = Answers(Run()), list[SubmissionNote]()
     if submission is not None:
         if submission.over_limit:
             raise OverLimit(submission.unreadable_reason)
-        notes += [(note, note) for note in submission.notes]
+        notes += [SubmissionNote(note, note) for note in submission.notes]
         ungraded_reason = submission.unreadable_reason or explain_wrong_assignment(submission, assignment)
         if ungraded_reason is None:
             answers = run_notebook(grader.sandbox, submission, problems, seed)
-            notes += find_oddities(submission, assignment, student)
-            notes += [(note, note) for note in answers.notes]
-            notes += [(f"refused: {stop}", "") for stop in answers.forbidden_stops if stop not in answers.notes]
+            notes += describe_unusual_metadata(submission, assignment, student)
+            notes += [SubmissionNote(note, note) for note in answers.notes]
+            forbidden_stops = [stop for stop in answers.forbidden_stops if stop not in answers.notes]
+            notes += [SubmissionNote(f"refused: {stop}") for stop in forbidden_stops]
     is_other_students = submission is not None and submission.qdot_metadata.get("student") not in (None, student)
     credit = Fraction(0) if is_other_students else assignment.follow_through
     mark_problem = partial(mark, secret=assignment.secret, points_seed=seed, allowance=TimeBudgets())
@@ -171,8 +172,8 @@ def grade_attempt(grader: Grader, student: str, submission: Submission | None) -
         results.append(ProblemResult(str(problem.id), slot, parts))
     return NotebookMarks(
         sha256=sha256, obstacle=ungraded_reason, made_from=make_marking_versions(assignment, student),
-        notes=tuple(student_note for _, student_note in notes if student_note),
-        staff_notes=tuple(staff_note for staff_note, _ in notes if staff_note), problems=tuple(results),
+        notes=tuple(note.for_student for note in notes if note.for_student),
+        staff_notes=tuple(note.for_staff for note in notes if note.for_staff), problems=tuple(results),
     )  # fmt: skip
 
 

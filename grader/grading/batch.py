@@ -198,7 +198,7 @@ class _GradingWorker:
         for attempt in sorted(attempts, key=lambda attempt: attempt.received):
             marks = self._mark(student, attempt) if attempt in counting_attempts else None
             name = make_printable(attempt.file.name)
-            notebooks.append(GradedNotebook(name, attempt.received, marks, attempt.time_source, attempt.late))
+            notebooks.append(GradedNotebook(name, attempt.received, marks, attempt.time_source, attempt.flagged_late))
         return notebooks
 
     def _mark(self, student: str, attempt: Submission | None) -> NotebookMarks:

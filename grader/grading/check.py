@@ -84,7 +84,7 @@ def check_notebook(path: Path) -> CheckedNotebook:
             form = find_claimed_form(submission.qdot_metadata, slot, kind)
             rows.append(_check_answer(part, answers.run.answers[name], form))
         else:
-            rows.append(CheckedAnswer(part, False, answers.reasons[name]))
+            rows.append(CheckedAnswer(part, False, answers.missing_reasons[name]))
     return CheckedNotebook(tuple(rows), tuple(note for note in (*submission.notes, *answers.notes) if note))
 
 

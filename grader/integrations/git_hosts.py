@@ -96,9 +96,9 @@ def _list_github_pushes(host: Host, repository: str, branch: str) -> Iterator[Pu
 def _list_gitlab_pushes(host: Host, repository: str, branch: str) -> Iterator[Push]:
     path = f"projects/{quote(repository, safe='')}/events?action=pushed&per_page=100"
     for event in _list_pages(host, path):
-        pushed = event["push_data"]
-        if pushed["ref"] == branch and pushed.get("ref_type", "branch") == "branch" and pushed["commit_to"]:
-            yield Push(pushed["commit_to"], datetime.datetime.fromisoformat(event["created_at"]))
+        push_data = event["push_data"]
+        if push_data["ref"] == branch and push_data.get("ref_type", "branch") == "branch" and push_data["commit_to"]:
+            yield Push(push_data["commit_to"], datetime.datetime.fromisoformat(event["created_at"]))
 
 
 def _list_pages(host: Host, path: str) -> Iterator[Any]:

@@ -148,7 +148,7 @@ def _collect_repository(
     row = {"counts_until": "" if cutoff is None else cutoff.isoformat()}
     try:
         head = _run_git(host, "ls-remote", "--symref", host.make_repository_url(repository), "HEAD").split()
-        if head[:1] != ["ref:"]:
+        if head[:1] != ["ref:"]:  # the name of the default branch follows "ref:"
             raise _NothingToGrade("nothing was pushed to it")
         row["branch"] = head[1].removeprefix("refs/heads/")
         push = _find_counting_push(host, repository, row["branch"], cutoff, accepts_late=assignment.late_rule is None)

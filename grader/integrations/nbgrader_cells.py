@@ -33,22 +33,22 @@ def restore_cells(
     marks_cells = {
         name: nbgrader.make_marks_cell(part, points[part]) for name, part in parts.items() if part not in text_parts
     }
-    unplaced_texts = set(text_parts)
+    unplaced_text_parts = set(text_parts)
     unplaced_cells, restored_cells = dict(marks_cells), list[Cell]()
-    ids = {cell["id"] for cell in marks_cells.values()}
+    marks_cell_ids = {cell["id"] for cell in marks_cells.values()}
     for index, cell in enumerate(cells):
         name = _read_metadata_text(cell["metadata"].pop("nbgrader", None), "grade_id")
         part = _read_metadata_text(cell["metadata"].get("qdot"), "part")
         answer_name = make_grade_id(part) if part in points else name.removesuffix(ANSWER_SUFFIX)
         if name in marks_cells and cell["source"].strip() == marks_cells[name]["source"]:
             continue
-        if cell.get("id") in ids:
+        if cell.get("id") in marks_cell_ids:
             cell["id"] = f"changed-{index}"
         restored_cells.append(cell)
         is_answer = cell["cell_type"] == "code" and (part in points or name.endswith(ANSWER_SUFFIX))
         answered_part = parts.get(answer_name, "")
-        if is_answer and answered_part in unplaced_texts:
-            unplaced_texts.remove(answered_part)
+        if is_answer and answered_part in unplaced_text_parts:
+            unplaced_text_parts.remove(answered_part)
             cell["metadata"].update(nbgrader.make_text_metadata(answered_part, points[answered_part]))
         elif is_answer and answer_name in unplaced_cells:
             cell["metadata"].update(nbgrader.make_answer_metadata(parts[answer_name]))
@@ -88,7 +88,7 @@ def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
         elif metadata.get("grade"):
             row = unplaced_rows.pop(metadata["grade_id"], None)
             if row is None or row.points is None or float(metadata["points"]) != row.max_points:
-                reason = f"the assignment does not have this part, or it has other points; {GENERATE_AGAIN}"
+                reason = f"the assignment does not have this part, or it has other points; {EXPORT_AGAIN_ADVICE}"
                 if row is not None and row.points is None:
                     reason = f"there is no mark, because qdot failed: {row.message}"
                 raise QdotError(f"{metadata['grade_id']}: {reason}")
@@ -98,12 +98,12 @@ def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
             if row is not None and row.outcome == Outcome.MISSING and "blank" in cell["source"]:
                 metadata["checksum"] = nbgrader.compute_checksum(cell)
     if unplaced_rows:
-        raise QdotError(f"{', '.join(unplaced_rows)}: nbgrader's database has no such cells; {GENERATE_AGAIN}")
+        raise QdotError(f"{', '.join(unplaced_rows)}: nbgrader's database has no such cells; {EXPORT_AGAIN_ADVICE}")
 
 
 MAX_LINE_LENGTH = 76
 """Maximum length of a line that nbgrader's pages show without scrolling, even in a window 860 pixels wide."""
-GENERATE_AGAIN = "export the assignment again and run nbgrader generate_assignment again"
+EXPORT_AGAIN_ADVICE = "export the assignment again and run nbgrader generate_assignment again"
 
 
 def make_outputs(row: PartRow) -> list[dict[str, Any]]:

@@ -23,7 +23,12 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.nbgrader import MARKS_COMMENT, find_text_parts
 from qdot.grader.grading.batch import find_student, grade_one, make_limits
 from qdot.grader.grading.result import Result
-from qdot.grader.integrations.nbgrader_cells import GENERATE_AGAIN, fill_in_marks, remove_self_checks, restore_cells
+from qdot.grader.integrations.nbgrader_cells import (
+    EXPORT_AGAIN_ADVICE,
+    fill_in_marks,
+    remove_self_checks,
+    restore_cells,
+)
 from qdot.grader.marking.marking import compute_points, format_points, map_max_points
 from qdot.grader.reports.rows import make_part_rows
 from qdot.grader.sandbox.guarantees import check_sandbox
@@ -67,7 +72,9 @@ class RestoreCells(NbGraderPreprocessor):
             return nb, resources
         points, text_parts = map_max_points(assignment), find_text_parts(assignment)
         if sum(source.startswith(MARKS_COMMENT) for source in sources) != len(points) - len(text_parts):
-            raise QdotError(f"the cells in nbgrader's database are not those of {info['assignment']}; {GENERATE_AGAIN}")
+            raise QdotError(
+                f"the cells in nbgrader's database are not those of {info['assignment']}; {EXPORT_AGAIN_ADVICE}"
+            )
         nb.cells = [from_dict(cell) for cell in restore_cells(nb.cells, points, text_parts)]
         return nb, resources
 
@@ -77,20 +84,21 @@ class Mark(Execute):
 
     seconds = Float(Limits.seconds, help="Processor time that a student's notebook may take.").tag(config=True)
 
-    def preprocess(self, nb: NotebookNode, resources: Any, *others: Any, **named: Any) -> NotebookAndResources:
+    def preprocess(self, nb: NotebookNode, resources: Any, *others: Any, **options: Any) -> NotebookAndResources:
         """Return the notebook with the marks and the reasons. Raises QdotError if it can't be marked."""
         info = resources["nbgrader"]
         assignment = _load_qdot_assignment(self, info["assignment"])
         if assignment is None:
-            return super().preprocess(nb, resources, *others, **named)
+            return super().preprocess(nb, resources, *others, **options)
         result = _grade(assignment, info, self)
         rows = make_part_rows(result, assignment.feedback)
         fill_in_marks(nb.cells, rows)
         problems = assignment.generate_problems(info["student"])
         nb.cells = [from_dict(cell) for cell in remove_self_checks(nb.cells, problems)]
-        late = result.late  # the penalty is rounded as in qdot's own results
-        penalty = late and compute_points(late.points_before, 1.0, Fraction(str(late.penalty)))
-        resources["qdot"] = {"late": penalty}
+        late, penalty = result.late, None
+        if late is not None:  # the penalty is rounded as in qdot's own results
+            penalty = compute_points(late.points_before, 1.0, Fraction(str(late.penalty)))
+        resources["qdot"] = {"late_penalty": penalty}
         if result.override is not None and result.override.points is not None:
             total = format_points(result.override.points)
             note(f"{info['student']}: overrides.csv sets the total to {total}, but nbgrader uses the sum of the parts")
@@ -107,7 +115,7 @@ class ApplyLateRule(AssignLatePenalties):
         info = resources["nbgrader"]
         with Gradebook(info["db_url"]) as gradebook:
             names = info["notebook"], info["assignment"], info["student"]
-            gradebook.find_submission_notebook(*names).late_submission_penalty = resources["qdot"]["late"]
+            gradebook.find_submission_notebook(*names).late_submission_penalty = resources["qdot"]["late_penalty"]
             gradebook.db.commit()
         return nb, resources
 

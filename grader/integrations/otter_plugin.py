@@ -35,7 +35,7 @@ class Marks(AbstractOtterPlugin):
         Raises QdotError if it can't be marked.
         """
         submission = Path(self.submission_path).absolute()
-        _remove_all_but({submission, submission.parent / OTTER_TESTS_FOLDER})
+        _remove_other_files({submission, submission.parent / OTTER_TESTS_FOLDER})
         assignment = submission.parent.parent / "source" / "files" / ASSIGNMENT_FOLDER
         try:
             # New processes then import nothing from their working folder.
@@ -63,9 +63,9 @@ class Marks(AbstractOtterPlugin):
             results.set_output(self.results.output)
 
 
-def _remove_all_but(kept_paths: set[Path]) -> None:
-    """Remove everything except the paths in `kept_paths` from the folder of these paths."""
-    for path in set(next(iter(kept_paths)).parent.iterdir()) - kept_paths:
+def _remove_other_files(needed_paths: set[Path]) -> None:
+    """Remove everything except the paths in `needed_paths` from the folder that contains them."""
+    for path in set(next(iter(needed_paths)).parent.iterdir()) - needed_paths:
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path)
         else:

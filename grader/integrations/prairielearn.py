@@ -52,12 +52,12 @@ def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
     seed = seeds[int(data["variant_seed"]) % len(seeds)]
     problem = _find_slot(assignment, slot).generate_from_seed(int(seed))
     figure = draw_figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-"))
-    shown_parts = {part.name: _show_part(problem, part, assignment.hints) for part in problem.parts}
+    shown_parts = {part.name: _make_part_data(problem, part, assignment.hints) for part in problem.parts}
     text = to_html_for_mathjax(write_statement(problem, ""))
     data["params"].update(seed=seed, engine=ENGINE, statement=text, figure=figure, shown=shown_parts)
-    choices = [part for part in problem.parts if part.answer.offered_options]
-    options = {part.name: _list_options(problem, part) for part in choices}
-    solutions = {part.name: _show_solution(problem, part) for part in problem.parts}
+    choice_parts = [part for part in problem.parts if part.answer.offered_options]
+    options = {part.name: _list_options(problem, part) for part in choice_parts}
+    solutions = {part.name: _make_solution_data(problem, part) for part in problem.parts}
     data["correct_answers"].update(options=options, solutions=solutions)
 
 
@@ -74,7 +74,7 @@ def parse(data: PrairieLearnData, folder: str, slot: str) -> None:
         if not {part.name, *names} & set(errors):
             text = _read_typed_answer(data, part)
             is_blank = is_blank and not text
-            if error := _describe_incomplete(data, part) or _explain_unreadable(problem, part, text):
+            if error := _describe_missing_inputs(data, part) or _explain_unreadable(problem, part, text):
                 errors[names[0]] = error
     if is_blank:
         errors[list_input_names(problem.parts[0])[0]] = "You have not answered any part."
@@ -125,7 +125,8 @@ def _find_assignment_folder(data: PrairieLearnData, folder: str) -> Path:
 
 
 def _load_assignment(data: PrairieLearnData, folder: str) -> Assignment:
-    return load_assignment(_find_assignment_folder(data, folder)).without_text_questions()[0]
+    assignment, _ = load_assignment(_find_assignment_folder(data, folder)).without_text_questions()
+    return assignment
 
 
 def _find_slot(assignment: Assignment, name: str) -> Slot:
@@ -140,7 +141,8 @@ def _load_problem(data: PrairieLearnData, folder: str, slot: str) -> Problem:
     return _find_slot(_load_assignment(data, folder), slot).generate_from_seed(int(data["params"]["seed"]))
 
 
-def _show_part(problem: Problem, part: Part, has_hints: bool) -> PrairieLearnData:
+def _make_part_data(problem: Problem, part: Part, has_hints: bool) -> PrairieLearnData:
+    """Return what the question's template shows of a part."""
     shown_hints = write_hints(problem, part) if has_hints else ()
     question = write_question_alone(problem, part) if part.answer.offered_options else write_prompt(problem, part)
     return {
@@ -188,7 +190,7 @@ def _make_placeholder(part: Part) -> str:
     return "" if shape == "blank" else " ".join(shape.split()).replace("blank", "…")
 
 
-def _show_solution(problem: Problem, part: Part) -> PrairieLearnData:
+def _make_solution_data(problem: Problem, part: Part) -> PrairieLearnData:
     figure = draw_singular_configurations(problem, part, f"{part.name}-solution")
     return {"solution": to_html_for_mathjax(write_solution(problem, part)), "figure": figure}
 
@@ -223,15 +225,15 @@ def _list_typed_texts(data: PrairieLearnData, part: Part) -> list[str]:
     return [str(text).strip() if isinstance(text, str | int) else "" for text in texts]
 
 
-def _describe_incomplete(data: PrairieLearnData, part: Part) -> str:
+def _describe_missing_inputs(data: PrairieLearnData, part: Part) -> str:
     """Return a message on the missing numbers or matches of an incomplete part; "" if it is complete or blank."""
     texts = _list_typed_texts(data, part)
     items = part.answer.matched_items
-    is_filled = [text in _MATCHING_OPTION_NAMES if items else bool(text) for text in texts]
-    if all(is_filled) or not any(is_filled):
+    are_filled = [text in _MATCHING_OPTION_NAMES if items else bool(text) for text in texts]
+    if all(are_filled) or not any(are_filled):
         return ""
     names = items or [f"number {number}" for number in range(1, len(texts) + 1)]
-    missing_names = ", ".join(name for name, filled in zip(names, is_filled, strict=True) if not filled)
+    missing_names = ", ".join(name for name, filled in zip(names, are_filled, strict=True) if not filled)
     return f"You have not chosen an option for {missing_names}." if items else f"You have not answered {missing_names}."
 
 

@@ -15,7 +15,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.common.errors import count_noun
-from qdot.exercises.singularities.difficulty import difficulty_band
+from qdot.exercises.singularities.difficulty import rate_difficulty_band
 from qdot.grader.statistics.statistics import compute_permutation_p_value, correct_by_holm
 
 MIN_GROUP_SIZE = 3
@@ -94,7 +94,7 @@ TABLE_FEATURES: Features = {
 """Features in which arms described by a DH table may differ, in the frames of that table."""
 SCREW_FEATURES: Features = {"directions of the axes": _describe_directions, "senses of the axes": _describe_components}
 """Features in which arms described by their axes, which have no frames, may differ."""
-STRUCTURE_FEATURES: Features = {"difficulty": lambda chain: f"difficulty {difficulty_band(chain)}"}
+STRUCTURE_FEATURES: Features = {"difficulty": lambda chain: f"difficulty {rate_difficulty_band(chain)}"}
 """Features in which arms differ only if their family samples the structure, too; they take time to compute."""
 
 

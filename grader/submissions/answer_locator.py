@@ -20,8 +20,11 @@ from qdot.grader.sandbox.notebook_process.ipython import translate_to_python
 from qdot.grader.sandbox.sandbox import Run
 from qdot.grader.submissions.cells import Cell, OverLimit, find_first_syntax_error, make_printable, parse_python
 
-MAX_SEARCHED = 50
+MAX_SEARCHED_CANDIDATES = 50
 """Maximum number of text cells, and of variables with similar names, that are searched for an answer."""
+
+MAX_TEXT_LINES = 60
+"""Maximum number of lines of a text cell that are tried as the code of an answer."""
 
 MAX_CELL_CHARACTERS = 30_000
 """Maximum length in characters of a cell that is parsed for answers; longer cells are only run."""
@@ -37,12 +40,12 @@ RunCells = Callable[[Sequence[str | None], Sequence[str]], Run]
 class Answers:
     """The answers of a notebook: its run with the answers by variable, and notes for the student.
 
-    `reasons` maps the variable of each missing answer to the reason why the answer is missing. `forbidden_stops` has a
+    `missing_reasons` maps the variable of each missing answer to the reason why it is missing. `forbidden_stops` has a
     note for the staff on each cell that stopped because it tried something forbidden.
     """
 
     run: Run
-    reasons: dict[str, str] = field(default_factory=dict)
+    missing_reasons: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     forbidden_stops: list[str] = field(default_factory=list)
 
@@ -53,7 +56,7 @@ class Answers:
 
     def explain_missing(self, slot: str, part: str) -> str:
         """Return the reason why there is no answer to a part; empty if there is an answer."""
-        return self.reasons.get(name_answer_variable(slot, part), "")
+        return self.missing_reasons.get(name_answer_variable(slot, part), "")
 
 
 def find_answers(cells: Sequence[Cell], parts: Sequence[str], run_cells: RunCells) -> Answers:
@@ -64,10 +67,10 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run_cells: RunCell
     names = {part: name_answer_variable(*part.split(".", 1)) for part in parts}
     notebook = _Notebook(cells, names)
     for part in parts:
-        notebook.locate(part)
+        notebook.locate_answer(part)
     sources = [notebook.sources.get(index) for index in range(len(cells))]
-    result = run_cells(sources, list(names.values()))
-    errors = result.cell_errors
+    run = run_cells(sources, list(names.values()))
+    errors = run.cell_errors
     cells_lacking_name = [index for index, error in sorted(errors.items()) if error.startswith("NameError")]
 
     @functools.cache
@@ -75,24 +78,22 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run_cells: RunCell
         """Run the cells that lacked a name again after all others, because students can run cells in any order."""
         return run_cells([*sources, *(sources[index] for index in cells_lacking_name)], list(names.values()))
 
-    stop_notes = {index: _describe_stop(notebook, index, result) for index in sorted({*errors, *result.failed_imports})}
+    stop_notes = {index: _describe_stop(notebook, index, run) for index in sorted({*errors, *run.failed_imports})}
     forbidden_cells = [index for index, error in sorted(errors.items()) if error.startswith("PermissionError")]
-    answers = Answers(result, {}, notebook.notes, [stop_notes[index] for index in forbidden_cells])
+    answers = Answers(run, {}, notebook.notes, [stop_notes[index] for index in forbidden_cells])
     answers.notes += _find_first_stop(notebook, stop_notes)
-    answers.notes += [
-        _describe_replacement(name, *replacement) for name, replacement in result.replaced_symbols.items()
-    ]
-    answers.notes += [*_describe_overtime(notebook, result), *filter(None, [_describe_end(result)])]
+    answers.notes += [_describe_replacement(name, *replacement) for name, replacement in run.replaced_symbols.items()]
+    answers.notes += [*_describe_overtime(notebook, run), *filter(None, [_describe_end(run)])]
     for part, name in names.items():
-        if _is_missing(result, name):
+        if _is_missing(run, name):
             _use_earlier_value(answers, name)
         setters = [index for index in cells_lacking_name if index in notebook.find_setters(name)]
-        if _is_missing(result, name) and setters and result.end == "done":
+        if _is_missing(run, name) and setters and run.end == "done":
             _use_second_run(answers, name, setters, run_again())
-        if name in result.answers:
+        if name in run.answers:
             _note_several_values(answers, part, name, notebook)
         else:
-            answers.reasons[name] = _explain_missing(part, name, notebook, result, stop_notes)
+            answers.missing_reasons[name] = _explain_missing(part, name, notebook, run, stop_notes)
     return answers
 
 
@@ -113,10 +114,10 @@ def guess_parts(cells: Sequence[Cell], questions: Sequence[str]) -> list[str]:
 
 
 class _Notebook:
-    """A notebook's cells, with the source that is run for each cell and the names that this source sets.
+    """A notebook's cells, with the source that is run for each code cell, and the names that this source sets.
 
-    `names` maps each part to its variable. `notes` describe changes of the source, made to save answers. Cells are
-    given by their indices.
+    `names` maps each part to its variable. `sources` and `bound_names` have the sources and the names by the index of
+    the cell. `notes` describe changes of the sources, made to save answers.
     """
 
     def __init__(self, cells: Sequence[Cell], names: Mapping[str, str]) -> None:
@@ -124,13 +125,13 @@ class _Notebook:
         self._trees, self._remaining_characters = dict[str, ast.Module | None](), MAX_PARSED_CHARACTERS
         self.sources = {index: cell.source for index, cell in enumerate(cells) if cell.is_code}
         slots = "|".join(sorted({re.escape(part.split(".")[0]) for part in names})) or "$^"
-        self._relevant = re.compile(rf"\b(?:{slots})_?\w", re.IGNORECASE)
-        self.names_set = {index: self._find_names_set(index) for index in self.sources}
+        self._likely_variable = re.compile(rf"\b(?:{slots})_?\w", re.IGNORECASE)
+        self.bound_names = {index: self._find_names_in_cell(index) for index in self.sources}
 
-    def _find_names_set(self, index: int) -> set[str]:
+    def _find_names_in_cell(self, index: int) -> set[str]:
         """Return the names that a cell sets; an empty set if the cell can't contain an answer."""
         cell = self.cells[index]
-        if cell.part not in self.names and not self._relevant.search(cell.source):
+        if cell.part not in self.names and not self._likely_variable.search(cell.source):
             return set()
         tree = self._parse_cell(cell.source)
         if tree is None:  # guess the names; the run will report the error in the cell
@@ -139,13 +140,13 @@ class _Notebook:
 
     def find_setters(self, name: str) -> list[int]:
         """Return the indices of the cells that set a variable."""
-        return [index for index, names in self.names_set.items() if name in names]
+        return [index for index, names in self.bound_names.items() if name in names]
 
     def find_marked_cells(self, part: str) -> list[int]:
         """Return the indices of the cells whose metadata name them as the answer to a part, including text cells."""
         return [index for index, cell in enumerate(self.cells) if cell.part == part]
 
-    def locate(self, part: str) -> None:
+    def locate_answer(self, part: str) -> None:
         """If no cell sets the variable of a part, find the answer elsewhere and assign it in the source that is run."""
         name, setters = self.names[part], self.find_setters(self.names[part])
         marked_cells = [index for index in self.find_marked_cells(part) if index in self.sources]
@@ -160,18 +161,21 @@ class _Notebook:
             if self._use_as_answer(index, part, f"{_name_cells([index])}{position} is the answer cell of {name}"):
                 return
         assignment = re.compile(rf"(?m)^ *`*{name} *=(?!=)")
-        texts = [(index, cell) for index, cell in enumerate(self.cells) if index not in self.sources]
-        likely_cells = (index for index, cell in texts if cell.part == part or assignment.search(cell.source))
-        if not any(self._use_text_cell(index, part) for index in itertools.islice(likely_cells, MAX_SEARCHED)):
+        text_cells = [(index, cell) for index, cell in enumerate(self.cells) if index not in self.sources]
+        likely_cells = (index for index, cell in text_cells if cell.part == part or assignment.search(cell.source))
+        if not any(
+            self._use_text_cell(index, part) for index in itertools.islice(likely_cells, MAX_SEARCHED_CANDIDATES)
+        ):
             self._use_misspelt_variable(name)
 
     def _use_misspelt_variable(self, name: str) -> None:
         """Use a misspelt variable, such as P1_Jacobian, for one that no cell sets, if exactly one name is similar."""
         answer_names, start = list(self.names.values()), name[:2].casefold()
-        other_names = sorted(set().union(*self.names_set.values()) - set(answer_names))
+        other_names = sorted(set().union(*self.bound_names.values()) - set(answer_names))
         names = [other for other in other_names if abs(len(other) - len(name)) < 3 and other[:2].casefold() == start]
+        # The cutoff allows about one wrong letter in eight.
         find_similar = functools.partial(difflib.get_close_matches, possibilities=answer_names, n=1, cutoff=0.87)
-        similar_names = [other for other in names[:MAX_SEARCHED] if find_similar(other.casefold()) == [name]]
+        similar_names = [other for other in names[:MAX_SEARCHED_CANDIDATES] if find_similar(other.casefold()) == [name]]
         if len(similar_names) != 1:
             return
         (similar_name,) = similar_names
@@ -213,7 +217,7 @@ class _Notebook:
             self._replace_text(index, target.lineno, target.col_offset, target.end_col_offset or 0, name)
         else:
             self._replace_text(index, statement.lineno, statement.col_offset, statement.col_offset, f"{name} = ")
-        self.names_set[index] = self.names_set[index] | {name}
+        self.bound_names[index] = self.bound_names[index] | {name}
         statement_text = f"sets {assigned_name}, not {name}" if assigned_name else "assigns no variable"
         self.notes.append(f"{reason} and {statement_text}; qdot used its value")
         return True
@@ -233,11 +237,11 @@ class _Notebook:
             return False
         reason = f"{_name_cells([index])} is a text cell, not a code cell"
         tree = self._parse(code)
-        self.sources[index], self.names_set[index] = code, set(_find_bound_names(tree, code)) if tree else {name}
-        if name in self.names_set[index]:
+        self.sources[index], self.bound_names[index] = code, set(_find_bound_names(tree, code)) if tree else {name}
+        if name in self.bound_names[index]:
             self.notes.append(f"{reason}; qdot ran its text as code for {name}")
         elif not self._use_as_answer(index, part, f"{reason},"):
-            del self.sources[index], self.names_set[index]
+            del self.sources[index], self.bound_names[index]
             return False
         return True
 
@@ -264,7 +268,7 @@ class _Notebook:
         begin = next((n for n, line in enumerate(lines) if re.match(rf" *`*{name} *=(?!=)", line)), None)
         if begin is None:
             return None
-        lines = lines[begin : begin + 60]
+        lines = lines[begin : begin + MAX_TEXT_LINES]
         while lines:
             code = "\n".join(lines).strip().strip("`")
             if self._parse(code) is not None:
@@ -275,7 +279,7 @@ class _Notebook:
 
 def _find_bound_names(tree: ast.AST, source: str) -> Iterator[str]:
     """Yield the names that statements set, except inside functions."""
-    search_expressions = ":=" in source or "for" in source
+    expressions_may_bind = ":=" in source or "for" in source
     unvisited_nodes = [tree]  # no recursion: the tree of a sum of a thousand terms is a thousand levels deep
     while unvisited_nodes:
         for node in ast.iter_child_nodes(unvisited_nodes.pop()):
@@ -283,7 +287,7 @@ def _find_bound_names(tree: ast.AST, source: str) -> Iterator[str]:
                 yield node.id
             elif isinstance(node, (ast.FunctionDef, ast.ClassDef, ast.AsyncFunctionDef)):
                 yield node.name
-            elif not isinstance(node, ast.Lambda) and (search_expressions or not isinstance(node, VALUE_CLASSES)):
+            elif not isinstance(node, ast.Lambda) and (expressions_may_bind or not isinstance(node, VALUE_CLASSES)):
                 unvisited_nodes.append(node)
 
 
@@ -365,7 +369,7 @@ def _describe_overtime(notebook: _Notebook, run: Run) -> list[str]:
     notes = []
     for index, error in run.cell_errors.items():
         if error.startswith(OVERTIME_ERRORS):
-            names_set = notebook.names_set[index]
+            names_set = notebook.bound_names[index]
             used_names = [name for name in notebook.names.values() if name in names_set and name in run.answers]
             effect = f"; qdot used {' and '.join(used_names)}, which the cell had already set" if used_names else ""
             notes.append(f"{_name_cells([index])} was stopped: {error}{effect}")
@@ -409,7 +413,7 @@ def _find_first_stop(notebook: _Notebook, stop_notes: Mapping[int, str]) -> list
 
     The note is in a list, which is empty otherwise. `stop_notes` are the notes by the index of the cell.
     """
-    first_answer = min((index for index, names in notebook.names_set.items() if names), default=len(notebook.cells))
+    first_answer = min((index for index, names in notebook.bound_names.items() if names), default=len(notebook.cells))
     return [stop_notes[index] for index in sorted(stop_notes) if index < first_answer][:1]
 
 
@@ -447,7 +451,7 @@ def _find_cause(error: str, notebook: _Notebook, notes_above: Mapping[int, str])
     name_error = re.match(r"NameError: name '(\w+)'", error)
     if name_error is None:
         return ""
-    name, names = name_error[1], sorted(set().union(notebook.names.values(), *notebook.names_set.values()))
+    name, names = name_error[1], sorted(set().union(notebook.names.values(), *notebook.bound_names.values()))
     for index in sorted(notes_above):
         if _may_set(notebook.sources[index][:MAX_CELL_CHARACTERS], name):
             return f"{name} is missing because {notes_above[index]}"

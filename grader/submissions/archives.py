@@ -38,7 +38,8 @@ ARCHIVE_ERRORS = (
 
 def is_archive(first_bytes: bytes) -> bool:
     """Return whether a file whose first 512 bytes are `first_bytes` is an archive that qdot can open."""
-    return first_bytes.startswith((b"PK\x03\x04", b"PK\x05\x06", b"\x1f\x8b")) or first_bytes[257:262] == b"ustar"
+    is_zip_or_gzip = first_bytes.startswith((b"PK\x03\x04", b"PK\x05\x06", b"\x1f\x8b"))
+    return is_zip_or_gzip or first_bytes[257:262] == b"ustar"  # the mark of a tar archive
 
 
 def list_members(path: Path) -> dict[str, int]:
@@ -173,6 +174,7 @@ def _find_safe_path(name: str) -> PurePosixPath | None:
     path = PurePosixPath(name.replace("\\", "/"))
     if path.is_absolute() or ".." in path.parts or not path.parts or "\0" in name:
         return None
+    # File systems allow names of 255 bytes.
     parts = [part if len(part.encode()) <= 240 else part.encode()[:240].decode(errors="ignore") for part in path.parts]
     return PurePosixPath(*(unicodedata.normalize("NFC", part) for part in parts))
 

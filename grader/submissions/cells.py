@@ -192,7 +192,7 @@ def _use_unix_newlines(text: str) -> str:
 
 def _parse_notebook(label: str, text: str) -> Content:
     """Return the content of a notebook. Raises Unreadable, with a message for students."""
-    if sum(map(text.count, ",[{")) > MAX_JSON_VALUES:
+    if sum(map(text.count, ",[{")) > MAX_JSON_VALUES:  # one of these characters precedes each value
         raise OverLimit(_TOO_LARGE.format(label))
     try:
         data = json.loads(text, object_pairs_hook=_drop_outputs, parse_int=float)
@@ -347,12 +347,12 @@ def _split_markdown(text: str) -> Iterator[Cell]:
 
 def _make_fenced_cell(info: str, body: list[str]) -> Cell:
     """Return the code cell of a fenced block, without the options that MyST writes above the code."""
-    header = 0
+    code_start = 0
     if body[:1] == ["---"] and "---" in body[1:]:
-        header = body.index("---", 1) + 1
-    while header < len(body) and re.match(r":[\w-]+:", body[header]):
-        header += 1
-    return Cell("\n".join(body[header:]), _find_part("\n".join([info, *body[:header]])))
+        code_start = body.index("---", 1) + 1
+    while code_start < len(body) and re.match(r":[\w-]+:", body[code_start]):
+        code_start += 1
+    return Cell("\n".join(body[code_start:]), _find_part("\n".join([info, *body[:code_start]])))
 
 
 # --- cells that do not have to be run ---

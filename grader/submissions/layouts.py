@@ -2,7 +2,7 @@
 
 A layout is the way in which a platform names files and folders. The function of a layout gets the entries of the folder
 of submissions. For each entry with a name of this layout, the function returns who submitted it according to the
-platform, and when. `roster` finds that student on the roster.
+platform, and when. The module `roster` finds that student on the roster.
 
 The names are those in Moodle's mod/assign/classes/downloader.php, in Canvas's lib/content_zipper.rb, and in programs
 that parse the exports of Gradescope, Brightspace and Blackboard.
@@ -21,8 +21,8 @@ from pathlib import Path
 class SubmittedPath:
     """A submitted file or folder, with the owner's identifiers and name according to the platform.
 
-    `received` is the time of the submission; None if only the file itself has a time. `late` is whether the platform
-    flagged the submission as late; None if the platform doesn't report this.
+    `received` is the time of the submission; None if only the file itself has a time. `flagged_late` is whether the
+    platform flagged the submission as late; None if the platform doesn't report this.
     """
 
     path: Path
@@ -30,7 +30,7 @@ class SubmittedPath:
     name: str = ""
     platform: str = ""
     received: datetime.datetime | None = None
-    late: bool | None = None
+    flagged_late: bool | None = None
 
 
 def check_safely(check: Callable[[], bool]) -> bool:
@@ -50,7 +50,7 @@ def _match_names(pattern: re.Pattern[str], paths: Sequence[Path]) -> list[tuple[
     return [(path, match) for path in paths if (match := pattern.fullmatch(path.name))]
 
 
-def _find_named_after_students(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
+def _recognise_student_names(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """Return all entries as submissions: STUDENT/… or STUDENT.ipynb.
 
     This is qdot's own layout, and the layout of nbgrader's submitted/STUDENT/ASSIGNMENT/…
@@ -63,7 +63,7 @@ _MOODLE = re.compile(r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_(?:file|on
 """Matches the name of a file or folder in Moodle's download."""
 
 
-def _find_moodle(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
+def _recognise_moodle(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """Return Moodle's submissions: NAME_NUMBER_assignsubmission_file/…, or …_file_hw.ipynb without folders.
 
     Before Moodle 4.1, the folder's name ends with an underscore. If names are hidden, NAME is "Participant", and NUMBER
@@ -77,16 +77,19 @@ _CANVAS = re.compile(r"(?P<name>.+?)(?P<late>_LATE)?_(?P<user>\d+)_(?:\d+_.+|(?:
 """Matches the name of a file in Canvas's download."""
 
 
-def _find_canvas(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
+def _recognise_canvas(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """Return Canvas's submissions: lastfirst_USER_FILE_hw.ipynb or lastfirst_LATE_USER_FILE_hw-1.ipynb.
 
     The files have the time of the download, which is not the time of the submission.
     """
     matches = _match_names(_CANVAS, [path for path in entries if not check_safely(path.is_dir)])
-    return [SubmittedPath(path, (m["user"],), m["name"], "Canvas", late=m["late"] is not None) for path, m in matches]
+    return [
+        SubmittedPath(path, (match["user"],), match["name"], "Canvas", flagged_late=match["late"] is not None)
+        for path, match in matches
+    ]
 
 
-def _find_gradescope(root: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
+def _recognise_gradescope(root: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """Return Gradescope's submissions: submission_NUMBER/…
 
     Names, identifiers and times are in the file submission_metadata.yml. A group's submission has several owners.
@@ -108,7 +111,7 @@ _BRIGHTSPACE = re.compile(r"(?P<number>\d+)-\d+ - (?P<name>.+?) - .*\d.*", re.DO
 """Matches the name of a folder in Brightspace's download."""
 
 
-def _find_brightspace(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
+def _recognise_brightspace(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """Return Brightspace's submissions, NUMBER-SUBMISSION - NAME - DATE/hw.ipynb.
 
     The list index.html is also returned, without an owner.
@@ -118,17 +121,20 @@ def _find_brightspace(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     return listing + [SubmittedPath(path, (match["number"],), match["name"], "Brightspace") for path, match in matches]
 
 
-_BLACKBOARD = re.compile(r"(?P<named>.+_.+)_attempt_\d{4}(?:-\d\d){5}(?:_(?P<file>.+)|\.txt)", re.DOTALL)
-"""Matches the name of a file in Blackboard's download; `named` is the assignment and the login."""
+_BLACKBOARD = re.compile(r"(?P<assignment_and_login>.+_.+)_attempt_\d{4}(?:-\d\d){5}(?:_(?P<file>.+)|\.txt)", re.DOTALL)
+"""Matches the name of a file in Blackboard's download; the group is the assignment and the login."""
 
 
-def _find_blackboard(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
+def _recognise_blackboard(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """Return Blackboard's submissions: ASSIGNMENT_LOGIN_attempt_DATE_hw.ipynb.
 
     ASSIGNMENT_LOGIN_attempt_DATE.txt is also recognised, but has no owner. If a login has an underscore, only the
     roster can show where the assignment's name ends.
     """
-    matches = [(path, match["named"] if match["file"] else "") for path, match in _match_names(_BLACKBOARD, entries)]
+    matches = [
+        (path, match["assignment_and_login"] if match["file"] else "")
+        for path, match in _match_names(_BLACKBOARD, entries)
+    ]
     return [SubmittedPath(path, _list_suffixes(name, "_"), platform="Blackboard") for path, name in matches]
 
 
@@ -136,14 +142,14 @@ _ILIAS = re.compile(r"(?P<name>[^_]+_[^_]+)_(?P<login>.+)_(?P<number>\d+)", re.D
 """Matches the name of a folder in ILIAS's download."""
 
 
-def _find_ilias(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
+def _recognise_ilias(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """Return the submissions of ILIAS: LAST_FIRST_LOGIN_NUMBER/…"""
     matches = _match_names(_ILIAS, [path for path in entries if check_safely(path.is_dir)])
     names = [(path, (match["login"], match["number"]), match["name"].replace("_", " ")) for path, match in matches]
     return [SubmittedPath(path, ids, name, "ILIAS") for path, ids, name in names]
 
 
-def _find_github(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
+def _recognise_github(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """Return the submissions in the folders into which GitHub Classroom clones a class: ASSIGNMENT-LOGIN/…
 
     Folders are recognised if they all share a prefix; a Git repository is always recognised.
@@ -156,14 +162,14 @@ def _find_github(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
 
 
 def _list_suffixes(text: str, separator: str) -> tuple[str, ...]:
-    """Return the text after each separator in a text, the longest first."""
+    """Return the suffixes of a text that follow a separator, the longest first."""
     return tuple(text.split(separator, n)[-1] for n in range(1, text.count(separator) + 1))
 
 
 LAYOUTS: dict[str, Layout] = {
-    "gradescope": _find_gradescope, "moodle": _find_moodle, "brightspace": _find_brightspace,
-    "blackboard": _find_blackboard, "canvas": _find_canvas, "ilias": _find_ilias, "github": _find_github,
-    "students": _find_named_after_students,
+    "gradescope": _recognise_gradescope, "moodle": _recognise_moodle, "brightspace": _recognise_brightspace,
+    "blackboard": _recognise_blackboard, "canvas": _recognise_canvas, "ilias": _recognise_ilias,
+    "github": _recognise_github, "students": _recognise_student_names,
 }  # fmt: skip
 """The layouts, in order: the first layout that recognises a file or folder determines the owner."""
 
@@ -186,8 +192,8 @@ def list_nested_folders(root: Path) -> Iterator[Path]:
 def find_submitted_paths(root: Path) -> list[SubmittedPath]:
     """Return the submitted files and folders in a folder of submissions, with the owners that their names suggest."""
     remaining_paths, submissions = _list_entries(root), list[SubmittedPath]()
-    for find in LAYOUTS.values():
-        submissions += find(root, remaining_paths)
+    for recognise in LAYOUTS.values():
+        submissions += recognise(root, remaining_paths)
         recognised_paths = {submission.path for submission in submissions}
         remaining_paths = [path for path in remaining_paths if path not in recognised_paths]
     return [submission for submission in submissions if submission.ids or submission.name]

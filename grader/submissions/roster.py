@@ -32,7 +32,7 @@ class PossibleOwners:
 
 
 class Roster:
-    """The students of a class, in which the owner of a submission is looked up."""
+    """Looks up the owner of a submission among the students of a class."""
 
     def __init__(self, students: "Sequence[Student]") -> None:
         self._student_ids: dict[str, str] = {_fold_case(student.id): student.id for student in students}
@@ -46,26 +46,28 @@ class Roster:
             for name in set(_list_spellings(student.name)):
                 self._names.setdefault(name, set()).add(student.id)
 
-    def find_owner(self, submitted: SubmittedPath) -> PossibleOwners:
+    def find_owner(self, submitted_path: SubmittedPath) -> PossibleOwners:
         """Return the student after whom a submitted path is named, or all students who fit the identifiers and name."""
-        path = submitted.path
+        path = submitted_path.path
         path_name = _fold_case(path.name if check_safely(path.is_dir) else path.stem)
         if path_name in self._student_ids:
             return PossibleOwners((self._student_ids[path_name],))
-        texts = [*map(_fold_case, submitted.ids), path_name]
-        with_student_id = {self._student_ids[text] for text in texts if text in self._student_ids}
-        with_id = with_student_id or {owner for text in texts for owner in self._other_ids.get(text, ())}
-        with_name = self._find_by_name(submitted.name)
-        if len(with_id) == 1 and (with_student_id or not with_name or with_id <= with_name):
-            return PossibleOwners(tuple(with_id))
-        if len(with_id) > 1 and len(with_id & with_name) == 1:
-            return PossibleOwners(tuple(with_id & with_name))
-        if with_id and with_name and not with_id & with_name:
-            students = tuple(sorted(with_id | with_name))
+        texts = [*map(_fold_case, submitted_path.ids), path_name]
+        student_id_owners = {self._student_ids[text] for text in texts if text in self._student_ids}
+        id_owners = student_id_owners or {owner for text in texts for owner in self._other_ids.get(text, ())}
+        name_owners = self._find_by_name(submitted_path.name)
+        if len(id_owners) == 1 and (student_id_owners or not name_owners or id_owners <= name_owners):
+            return PossibleOwners(tuple(id_owners))
+        if len(id_owners) > 1 and len(id_owners & name_owners) == 1:
+            return PossibleOwners(tuple(id_owners & name_owners))
+        if id_owners and name_owners and not id_owners & name_owners:
+            students = tuple(sorted(id_owners | name_owners))
             return PossibleOwners(students, "its name and its number belong to different students")
-        if with_id:
-            return PossibleOwners(tuple(sorted(with_id)), "its identifier fits several students")
-        return PossibleOwners(tuple(sorted(with_name)), "several students have this name" if len(with_name) > 1 else "")
+        if id_owners:
+            return PossibleOwners(tuple(sorted(id_owners)), "its identifier fits several students")
+        return PossibleOwners(
+            tuple(sorted(name_owners)), "several students have this name" if len(name_owners) > 1 else ""
+        )
 
     def _find_by_name(self, name: str) -> set[str]:
         """Return the students with this name; an empty set if there are none.

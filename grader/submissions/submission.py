@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError, list_some
@@ -52,10 +52,10 @@ class Submission:
     """A submitted notebook: the file, the time when it was received, and the content.
 
     `qdot_metadata` is the notebook's metadata about the assignment. `notes` say what was unusual when the file was
-    parsed. `time_source` is the source of the time: a platform's name, or "file". `late` is whether the platform itself
-    flagged the submission as late; None if the platform doesn't report this. `unknown_metadata` lists the keys of cell
-    metadata that qdot did not write. `modules` maps the names of the Python files beside the notebook, which cells may
-    import, to their texts.
+    parsed. `time_source` is the source of the time: a platform's name, or "file". `flagged_late` is whether the
+    platform itself flagged the submission as late; None if the platform doesn't report this. `unknown_metadata` lists
+    the keys of cell metadata that qdot did not write. `modules` maps the names of the Python files beside the notebook,
+    which cells may import, to their texts.
 
     If the file can't be read, `unreadable_reason` says why, and `over_limit` is whether a limit is the reason.
     """
@@ -68,7 +68,7 @@ class Submission:
     notes: tuple[str, ...] = ()
     unknown_metadata: Sequence[str] = ()
     time_source: str = "file"
-    late: bool | None = None
+    flagged_late: bool | None = None
     modules: Mapping[str, str] = field(default_factory=dict)
     unreadable_reason: str = ""
     over_limit: bool = False
@@ -80,16 +80,16 @@ class Submission:
     @property
     def fingerprint(self) -> str:
         """A text that changes whenever the submission changes."""
-        return repr((self.sha256, self.unreadable_reason, self.notes, self.late, *sorted(self.modules.items())))
+        return repr((self.sha256, self.unreadable_reason, self.notes, self.flagged_late, *sorted(self.modules.items())))
 
 
 @dataclass(frozen=True)
 class StudentFiles:
     """The files of a student; the file that is most likely the notebook comes first.
 
-    `platform`, `received` and `late` are what the platform reports about the submission. `ungraded_reason` is the
-    reason why none of the files can be graded; `over_limit` is whether this reason is a limit. `failure` is the message
-    on an error of qdot or of the machine, if the search for the files failed.
+    `platform`, `received` and `flagged_late` are what the platform reports about the submission. `ungraded_reason` is
+    the reason why none of the files can be graded; `over_limit` is whether this reason is a limit. `failure` is the
+    message on an error of qdot or of the machine, if the search for the files failed.
     """
 
     files: tuple[Path, ...]
@@ -97,7 +97,7 @@ class StudentFiles:
     ungraded_reason: str = ""
     platform: str = ""
     received: datetime.datetime | None = None
-    late: bool | None = None
+    flagged_late: bool | None = None
     failure: str = ""
     over_limit: bool = False
 
@@ -226,35 +226,38 @@ UNCERTAIN_OWNER = (
 )
 
 
-def _select_files(submitted: Sequence[SubmittedPath], key: str, doubtful: Sequence[Path] = ()) -> StudentFiles | None:
+def _select_files(
+    submitted_paths: Sequence[SubmittedPath], key: str, doubtful_paths: Sequence[Path] = ()
+) -> StudentFiles | None:
     """Return a student's files, the most likely notebook first; None if there are none.
 
-    If there are several times, the last one is the time of submission. `doubtful` files may be another student's.
+    If there are several times, the last one is the time of submission. The files in `doubtful_paths` may be another
+    student's.
     """
-    late_flags = [entry.late for entry in submitted if entry.late is not None]
+    late_flags = [entry.flagged_late for entry in submitted_paths if entry.flagged_late is not None]
     is_late = any(late_flags) if late_flags else None
-    received = max((entry.received for entry in submitted if entry.received), default=None)
-    platform = next((entry.platform for entry in reversed(submitted) if entry.platform), "")
-    select = partial(StudentFiles, platform=platform, received=received, late=is_late)
+    received = max((entry.received for entry in submitted_paths if entry.received), default=None)
+    platform = next((entry.platform for entry in reversed(submitted_paths) if entry.platform), "")
+    make_student_files = partial(StudentFiles, platform=platform, received=received, flagged_late=is_late)
     try:
-        refusals = {path: _explain_refusal(path) for entry in submitted for path in _list_files(entry.path)}
+        refusals = {path: _explain_refusal(path) for entry in submitted_paths for path in _list_files(entry.path)}
         files = [path for path, refusal in refusals.items() if not refusal]
         if len(files) > MAX_FILES:
             message = f"you submitted more than {MAX_FILES:,} files; submit only the notebook"
-            return select(tuple(files[:1]), (), message, over_limit=True)
+            return make_student_files(tuple(files[:1]), (), message, over_limit=True)
         files = sort_candidates(files, lambda path: path.name, _read_small, key)
     except Exception as error:  # the other students have to be graded nonetheless
-        paths = tuple(entry.path for entry in submitted)
+        paths = tuple(entry.path for entry in submitted_paths)
         return StudentFiles(paths, failure=f"qdot failed to find the notebook: {type(error).__name__}: {error}")
-    refused = [path for path, refusal in refusals.items() if refusal]
-    names = ", ".join(make_printable(path.name) for path in refused[:3])
-    reasons = " and ".join(dict.fromkeys(refusals[path] for path in refused[:3]))
+    refused_paths = [path for path, refusal in refusals.items() if refusal]
+    names = ", ".join(make_printable(path.name) for path in refused_paths[:3])
+    reasons = " and ".join(dict.fromkeys(refusals[path] for path in refused_paths[:3]))
     message = f"{names}: {reasons}; submit the file itself"
     if files:
-        return select(tuple(files), (message,) if refused else ())
-    if refused:
-        return select(tuple(refused), (), message)
-    return StudentFiles(tuple(doubtful), (), UNCERTAIN_OWNER) if doubtful else None
+        return make_student_files(tuple(files), (message,) if refused_paths else ())
+    if refused_paths:
+        return make_student_files(tuple(refused_paths), (), message)
+    return StudentFiles(tuple(doubtful_paths), (), UNCERTAIN_OWNER) if doubtful_paths else None
 
 
 def _explain_refusal(path: Path) -> str:
@@ -342,28 +345,32 @@ def sort_candidates(
 
     `get_name` returns the name of a file, and `read` its content.
     """
-    marker = f'"assignment": "{key}"'.encode()
+    key_metadata = f'"assignment": "{key}"'.encode()
 
     def rank(file: AnyFile) -> tuple[int, bool, bool, int, str]:
         name = get_name(file)
         ending_rank = _rank_by_ending(name)
-        is_unmarked = len(files) > 1 and ending_rank < _ARCHIVE_RANK and marker not in read(file)
-        return ending_rank, PurePosixPath(name).name != f"{key}.ipynb", is_unmarked, _find_archive_depth(name), name
+        lacks_key = len(files) > 1 and ending_rank < _ARCHIVE_RANK and key_metadata not in read(file)
+        return ending_rank, PurePosixPath(name).name != f"{key}.ipynb", lacks_key, _find_archive_depth(name), name
 
     return sorted(files, key=rank)
+
+
+MAX_SMALL_FILE_BYTES = MAX_FILE_BYTES // 4
+"""Maximum size in bytes of a file that is read before qdot knows whether it is the notebook."""
 
 
 def _read_small(path: Path) -> bytes:
     """Return the content of a file; empty if the file is very large or unreadable."""
     with contextlib.suppress(OSError):
-        return path.read_bytes() if path.stat().st_size <= MAX_FILE_BYTES // 4 else b""
+        return path.read_bytes() if path.stat().st_size <= MAX_SMALL_FILE_BYTES else b""
     return b""
 
 
 def _read_small_member(archive: Path, sizes: Mapping[str, int], name: str) -> bytes:
     """Return the content of a file in an archive; empty if the file is very large or unreadable."""
     with contextlib.suppress(Unreadable):  # the error is reported later if this is the file to grade
-        return read_member(archive, name) if sizes[name] <= MAX_FILE_BYTES // 4 else b""
+        return read_member(archive, name) if sizes[name] <= MAX_SMALL_FILE_BYTES else b""
     return b""
 
 
@@ -380,8 +387,8 @@ def select_likely_notebooks(files: Sequence[Path]) -> tuple[tuple[Path, ...], st
     first_path, *other_paths = likely_paths
     chosen_paths = {first_path, *sorted(other_paths, key=find_modification_time, reverse=True)[: MAX_NOTEBOOKS - 1]}
     choice = f"{first_path.name} and the {MAX_NOTEBOOKS - 1} newest of the others"
-    note = f"{len(likely_paths)} notebooks were submitted, but qdot reads at most {MAX_NOTEBOOKS}: {choice}"
-    return tuple(path for path in likely_paths if path in chosen_paths), note
+    message = f"{len(likely_paths)} notebooks were submitted, but qdot reads at most {MAX_NOTEBOOKS}: {choice}"
+    return tuple(path for path in likely_paths if path in chosen_paths), message
 
 
 MAX_TIME = 253_370_764_800
@@ -428,8 +435,8 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
     same_folder = [sibling for sibling in siblings if sibling.parent == path.parent and sibling != path]
     neighbours: list[_Neighbour] = [(sibling.name, partial(_read_small, sibling)) for sibling in same_folder]
     if is_archive(data[:512]):
-        name, data, note, neighbours = _read_from_archive(path, key)
-        notes.append(note)
+        name, data, message, neighbours = _read_from_archive(path, key)
+        notes.append(message)
     content = read_cells(name, data)
     if content.note:
         notes.append(f"{make_printable(name)} is not an .ipynb file: {content.note}")
@@ -473,13 +480,13 @@ def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Nei
     if sizes[best] > MAX_FILE_BYTES:
         limit = f"{MAX_FILE_BYTES // 1_000_000} MB"
         raise OverLimit(f"{make_printable(best)} in {label} is larger than {limit}; clear its outputs")
-    note = f"{label} is an archive; qdot graded {make_printable(best)} in it"
+    message = f"{label} is an archive; qdot graded {make_printable(best)} in it"
     likely_names = [make_printable(name) for name in others if ranks[name] <= ranks[best]]
-    note += f", not {', '.join(likely_names[:5])}" if likely_names else ""
+    message += f", not {', '.join(likely_names[:5])}" if likely_names else ""
     folder = PurePosixPath(best).parent
     same_folder = [name for name in names if name != best and PurePosixPath(name).parent == folder]
     neighbours: list[_Neighbour] = [(PurePosixPath(name).name, partial(read, name)) for name in same_folder]
-    return PurePosixPath(best).name, read_member(path, best), note, neighbours
+    return PurePosixPath(best).name, read_member(path, best), message, neighbours
 
 
 # --- metadata ---
@@ -496,30 +503,36 @@ def explain_wrong_assignment(submission: Submission, assignment: "Assignment") -
 OTHER_VERSION = "the notebook was made from another assignment.toml, redrawn.csv or secret"
 """The staff's note on a notebook of another version of the assignment."""
 
-Notes = list[tuple[str, str]]
-"""Notes on a submission: pairs of a text for the staff and a text for the student, which may be empty."""
+
+class SubmissionNote(NamedTuple):
+    """A note on a submission, in words for the staff and in words for the student ("" for none)."""
+
+    for_staff: str
+    for_student: str = ""
 
 
-def find_oddities(submission: Submission, assignment: "Assignment", student: str) -> Notes:
+def describe_unusual_metadata(submission: Submission, assignment: "Assignment", student: str) -> list[SubmissionNote]:
     """Return notes on unusual metadata, which don't affect marks: the student's own problems are graded in any case."""
-    claims, notes = submission.qdot_metadata, Notes()
+    claims, notes = submission.qdot_metadata, list[SubmissionNote]()
     claimed_student, digest = claims.get("student"), claims.get("digest")
     if isinstance(claimed_student, str) and claimed_student != student:
         rule = "no answer in it earns points for following from a wrong one"
         message = f"this notebook was released to another student. It was graded against your own problems, and {rule}"
-        notes.append((f"the notebook was released to {claimed_student[:80]!r}", message))
+        notes.append(SubmissionNote(f"the notebook was released to {claimed_student[:80]!r}", message))
     if claims.get("kind") == "solution":
-        notes.append(("this is the staff's notebook with the solutions", ""))
+        notes.append(SubmissionNote("this is the staff's notebook with the solutions"))
     if isinstance(digest, str) and digest not in map(assignment.problems_digest_of, (student, str(claimed_student))):
         message = "this notebook was made from another version of the assignment. Ask your instructor for the right one"
-        notes.append((OTHER_VERSION, message))
+        notes.append(SubmissionNote(OTHER_VERSION, message))
     parts = {f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions}
-    if unknown := sorted({cell.part for cell in submission.cells if cell.part is not None} - parts):
-        listing = list_some(list(map(make_printable, unknown)), 3)
-        notes.append((f"cells are marked as answers to parts that the assignment does not have: {listing}", ""))
+    if unknown_parts := sorted({cell.part for cell in submission.cells if cell.part is not None} - parts):
+        listing = list_some(list(map(make_printable, unknown_parts)), 3)
+        text = f"cells are marked as answers to parts that the assignment does not have: {listing}"
+        notes.append(SubmissionNote(text))
     if submission.unknown_metadata:
         listing = list_some(submission.unknown_metadata, 5)
-        notes.append((f"the metadata of its cells were changed, which does not affect the marks: {listing}", ""))
-    if submission.late:
-        notes.append(("the platform marked it as late", ""))
+        text = f"the metadata of its cells were changed, which does not affect the marks: {listing}"
+        notes.append(SubmissionNote(text))
+    if submission.flagged_late:
+        notes.append(SubmissionNote("the platform marked it as late"))
     return notes

@@ -19,7 +19,7 @@ from typing import Any
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.exports.export_format import ExportedFile
 from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberField, NumberForm, QuizItem, make_items
-from qdot.exercises.exports.moodle import FIELD_WEIGHTS, export_moodle
+from qdot.exercises.exports.moodle import NONZERO_WEIGHT, ZERO_WEIGHT, export_moodle
 from qdot.exercises.exports.platform_markup import format_decimal
 from tests.platforms.given import EVERYTHING, PLAIN, order
 from tests.platforms.records import Counts, Record, today
@@ -114,7 +114,7 @@ def _in_numbers(form: NumberForm) -> Iterator[Try]:
         (short, COMMA),
     ):
         yield Try("right = full", 1.0, numbers=tuple(numbers), language=language)
-    weights = [FIELD_WEIGHTS[round(field.value, 9) == 0] for field in fields]
+    weights = [ZERO_WEIGHT if round(field.value, 9) == 0 else NONZERO_WEIGHT for field in fields]
     for index, field in enumerate(fields):
         for wrong in field.wrong_values:
             numbers = [*short[:index], format_decimal(wrong.value), *short[index + 1 :]]

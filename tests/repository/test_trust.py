@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from ruamel.yaml import YAML
 
-from qdot.exercises.site.pages import licences_text
+from qdot.exercises.site.pages import render_licences
 from tests.support import ROOT
 from tests.support.imports import get_module_name, list_imported_names
 from tests.support.suites import WHOLE
@@ -86,7 +86,7 @@ DIST = ROOT / "site" / "dist"
 
 @pytest.mark.skipif(not DIST.is_dir(), reason="the site's scripts are not built here: make site")
 def test_the_licence_page_lists_every_library_of_the_site() -> None:
-    page = licences_text(DIST)
+    page = render_licences(DIST)
     wanted = json.loads((ROOT / "site" / "package.json").read_text(encoding="utf-8"))["dependencies"]
     listed = re.findall(r"(?m)^## (\S+) - \S+ \(([\w.-]+)\)$", page)
     assert set(wanted) <= {name for name, _ in listed}

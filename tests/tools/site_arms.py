@@ -19,7 +19,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.robot_file import ENTRY_KEYS, read_robot_file
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.site.robots import ZERO_VECTOR, robots_text
+from qdot.exercises.site.robots import ZERO_VECTOR, make_tables_json
 from tests.support import ROOT
 
 TARGET = ROOT / "site" / "tests" / "arms.json"
@@ -29,7 +29,7 @@ Table = dict[str, Any]
 
 def arms_text() -> str:
     """Return the file's text, an arm a line."""
-    robots = json.loads(robots_text())
+    robots = json.loads(make_tables_json())
     tables = [*robots["plain"], *robots["robots"], *map(_make_random_table, range(RANDOM_ARM_COUNT))]
     cases = [json.dumps(_case(table, f"arm/{i}"), ensure_ascii=False) for i, table in enumerate(tables)]
     return "[\n" + ",\n".join(cases) + "\n]\n"

@@ -34,7 +34,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.structures import STRUCTURES_FILE, Structure, StructureRow, build_arm, is_clean
-from qdot.exercises.singularities.difficulty import difficulty_band
+from qdot.exercises.singularities.difficulty import rate_difficulty_band
 
 
 def tables(n: int, angles: bool) -> Iterator[tuple[StructureRow, ...]]:
@@ -128,7 +128,7 @@ def find_clean_structures(n: int) -> list[Structure]:
     chains = ((rows, task, build_arm(rows, task)) for rows, tasks in regular_forms(n).items() for task in tasks)
     numbers: dict[Key, int] = {}
     return [
-        Structure(rows, task, difficulty_band(chain), numbers.setdefault(class_key(rows, task), len(numbers)))
+        Structure(rows, task, rate_difficulty_band(chain), numbers.setdefault(class_key(rows, task), len(numbers)))
         for rows, task, chain in chains
         if is_clean(chain)
     ]

@@ -45,7 +45,7 @@ from qdot.exercises.reference_answers import (
     Selection,
     Words,
 )
-from qdot.exercises.singularities.singular_set import Component, zero_set
+from qdot.exercises.singularities.singular_set import Component, find_zero_set
 
 MAX_TRIES = 20
 """Maximum number of sets of random values that are tried until the answer is a finite number."""
@@ -284,7 +284,7 @@ class QuestionMaker:
         values = [self._compute(formula, stages) for formula in self.formulas]
         if any(value.ndim > 1 for value in values):
             raise FormulaError("zeros needs numbers, not vectors: write zeros(p.x), for example")
-        return zero_set([to_sympy_matrix(value)[0] for value in values], chain, is_symbolic=not is_of_arm)
+        return find_zero_set([to_sympy_matrix(value)[0] for value in values], chain, is_symbolic=not is_of_arm)
 
     def sample_choice(self, chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         """Return the options in random order."""

@@ -11,7 +11,7 @@ import pytest
 from qdot.exercises.assignment.assignment import Slot, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports import scorm
-from qdot.exercises.exports.bank import iterate_bank, process_bank
+from qdot.exercises.exports.bank import convert_bank, iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest, list_used_files
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.families import FAMILIES
@@ -59,7 +59,7 @@ def test_small_family_gives_all_its_problems_with_a_note(
     steps: list[None] = []
     worked: list[Problem] = []  # duplicates are not processed
     request = replace(export_request, report=notes.append, on_step=lambda: steps.append(None))
-    assert len(list(process_bank(request, lambda _order, _slot, problem: worked.append(problem)))) == 1
+    assert len(list(convert_bank(request, lambda _order, _slot, problem: worked.append(problem)))) == 1
     assert worked == [same]
     assert len(steps) == 4
     assert len(notes) == 1 and notes[0].startswith("p1: planar-2r") and "variation zeros" in notes[0]
@@ -84,7 +84,7 @@ def test_bank_in_several_processes_gives_the_same_export(export_request: ExportR
         export_request, variant_count=2, has_solutions=True, on_step=lambda: steps.append(1), report=notes.append
     )
     many = replace(alone, jobs=2)
-    elsewhere = {process for _, process in process_bank(many, _get_pid)}
+    elsewhere = {process for _, process in convert_bank(many, _get_pid)}
     assert elsewhere and os.getpid() not in elsewhere
     for export_format in ("moodle", "stack"):
         counted, note_count = len(steps), len(notes)

@@ -161,7 +161,9 @@ def _is_the_reference(value: Any, part: Part) -> bool:
         return bool(value == answer.letters)
     assert isinstance(answer, ConditionSet)
     conditions = [sp.sympify(condition) for condition in value]
-    return len(conditions) == len(answer.pieces()) and not any(condition in (True, False) for condition in conditions)
+    return len(conditions) == len(answer.list_pieces()) and not any(
+        condition in (True, False) for condition in conditions
+    )
 
 
 def test_answer_cells_are_marked_and_code_fits_the_cells(student: Any, staff: Any, problems: Slotted) -> None:

@@ -24,7 +24,7 @@ from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import GivenValue, Texts
 from qdot.exercises.questions.language import FormulaError, parse
 from qdot.exercises.reference_answers import ConditionSet, Number, Words
-from qdot.exercises.site.bank import index_text
+from qdot.exercises.site.bank import make_index_json
 from qdot.exercises.site.bank_problem import BankProblem, find_custom_questions
 from qdot.exercises.site.record import make_site_record
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
@@ -278,7 +278,7 @@ def test_a_browser_can_mark_all_but_texts(tmp_path: Path) -> None:
     assert record["parts"][0]["names"] == ["qd1", "qd2"] and all(part["key"] for part in record["parts"])
     questions = find_custom_questions([BankProblem("p1", "p1-001", problem=problem)])
     index = json.loads(
-        index_text([{"family": "p1", "questions": ["midpoint", "tip"]}], [("p1", "", "")], "", questions)
+        make_index_json([{"family": "p1", "questions": ["midpoint", "tip"]}], [("p1", "", "")], "", questions)
     )
     assert [question["title"] for question in index["questions"]] == ["Midpoint", "Tip"]
     with pytest.raises(QdotError, match="mark every question"):

@@ -17,7 +17,7 @@ from qdot.exercises.site.bank_problem import (
     BankProblem,
     deal_questions,
     find_questions_with_sampled_numbers,
-    problems_of_families,
+    list_problems_of_families,
 )
 from tests.support.suites import few_families, sample_for_suite, select_for_suite
 
@@ -25,12 +25,12 @@ ALL = ARMS_PER_STEP * len(VARIATION_STEPS)
 
 
 def arms(family: str, variants: int) -> list[BankProblem]:
-    return [wanted for wanted in problems_of_families([family], variants) if wanted.questions != (QUIZ,)]
+    return [wanted for wanted in list_problems_of_families([family], variants) if wanted.questions != (QUIZ,)]
 
 
 @pytest.mark.whole
 def test_family_has_so_many_arms_at_every_step() -> None:
-    wanted = problems_of_families(list(FAMILIES), ALL)
+    wanted = list_problems_of_families(list(FAMILIES), ALL)
     assert len({(one.family, one.key) for one in wanted}) == len(wanted)
     counts = Counter((one.family, one.variation) for one in wanted if one.questions != (QUIZ,))
     assert counts == {(family, step): ARMS_PER_STEP for family in FAMILIES for step in VARIATION_STEPS}
@@ -58,7 +58,7 @@ def test_arms_of_a_step_differ_and_every_question_comes_with_several_of_them(fam
 
 def test_few_arms_are_asked_everything() -> None:
     assert [one.variation for one in arms("scara", 6)] == [*VARIATION_STEPS, "chapter"]
-    assert {one.variation for one in problems_of_families(["scara"], 3, "base+lengths")} == {"lengths+base"}
+    assert {one.variation for one in list_problems_of_families(["scara"], 3, "base+lengths")} == {"lengths+base"}
     everything = find_listing("scara").questions
     asked = {
         one.questions
@@ -116,9 +116,9 @@ def test_questions_are_dealt_evenly() -> None:
     ),
 )
 def test_a_site_is_told_in_a_convention_throughout(convention: str, twist_order: str, told: tuple[str, str]) -> None:
-    wanted = problems_of_families(["planar-2r"], ALL, "", convention, twist_order)
+    wanted = list_problems_of_families(["planar-2r"], ALL, "", convention, twist_order)
     assert [(one.key, one.seed, one.variation) for one in wanted] == [
-        (one.key, one.seed, one.variation) for one in problems_of_families(["planar-2r"], ALL)
+        (one.key, one.seed, one.variation) for one in list_problems_of_families(["planar-2r"], ALL)
     ]
     assert {one.frame_convention for one in wanted} == {told}
     first, quiz, shared = (
@@ -136,7 +136,7 @@ def test_a_site_is_told_in_a_convention_throughout(convention: str, twist_order:
 
 
 def test_every_question_of_a_convention_comes_with_several_arms() -> None:
-    of_step = [one for one in problems_of_families(["planar-3r"], ALL, "", "screws") if one.variation == "full"]
+    of_step = [one for one in list_problems_of_families(["planar-3r"], ALL, "", "screws") if one.variation == "full"]
     others = Counter(name for one in of_step if one.question_share is None for name in one.questions if name != QUIZ)
     assert others == dict.fromkeys(find_listing("planar-3r", "screws").questions, ARMS_PER_QUESTION)
     assert "body-jacobian" in others
@@ -144,6 +144,6 @@ def test_every_question_of_a_convention_comes_with_several_arms() -> None:
 
 def test_an_order_of_twists_beside_a_table_is_refused() -> None:
     with pytest.raises(QdotError, match="order of twists"):
-        problems_of_families(["planar-2r"], 1, "", "modified-dh", "v-omega")
+        list_problems_of_families(["planar-2r"], 1, "", "modified-dh", "v-omega")
     with pytest.raises(QdotError, match="'srews'"):
-        problems_of_families(["planar-2r"], 1, "", "srews")
+        list_problems_of_families(["planar-2r"], 1, "", "srews")

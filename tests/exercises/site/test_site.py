@@ -25,7 +25,7 @@ from qdot.exercises.site import pages as site_pages
 from qdot.exercises.site.chapter import ERRATA_PATH, make_chapter_pages
 from qdot.exercises.site.guide import COMMANDS, OTHER_PAGES, REPLACED_PAGES, arrange_pages
 from qdot.exercises.site.pages import link_pages, make_pages, read_assets
-from qdot.exercises.site.robots import robots_text
+from qdot.exercises.site.robots import make_tables_json
 from qdot.grader.cli import site_commands as command
 from qdot.grader.cli.main import app
 from qdot.grader.cli.site_commands import _QuietHandler
@@ -316,4 +316,4 @@ def test_every_page_of_the_documentation_has_its_place() -> None:
 
 def test_the_list_of_arms_has_the_format_that_the_site_reads() -> None:
     declared = re.search(r"readonly format: (\d+);", (ROOT / "site/src/own/known-arms.ts").read_text(encoding="utf-8"))
-    assert declared and json.loads(robots_text())["format"] == int(declared[1])
+    assert declared and json.loads(make_tables_json())["format"] == int(declared[1])

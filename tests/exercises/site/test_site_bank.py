@@ -17,11 +17,11 @@ from qdot.exercises.generation import find_listing, generate, select_quiz_questi
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions.results import compute_answer, is_derived
 from qdot.exercises.reference_answers import Choice, Matching, Number, Selection
-from qdot.exercises.site.keys import _evaluate_derivation, _find_derived_part, make_key, weight
+from qdot.exercises.site.keys import _evaluate_derivation, _find_derived_question, compute_weight, make_key
 from qdot.exercises.site.record import (
     _find_given_pose,
     _list_labels,
-    find_names_to_type,
+    find_mentioned_names,
     list_determinant_factors,
     make_arm_record,
     make_site_record,
@@ -58,7 +58,7 @@ def test_a_prompt_says_in_which_rates_an_answer_is_and_what_rows_and_columns_bel
     for part in problem.parts:
         if not isinstance(part.answer, (Choice, Selection, Matching)):
             used = set(re.findall(r"\w+", json.dumps(part.answer.as_json()))) & spoken
-            assert used <= set(find_names_to_type(problem, write_prompt(problem, part))), part.name
+            assert used <= set(find_mentioned_names(problem, write_prompt(problem, part))), part.name
     for part in problem.parts:
         plain, grid = re.sub(r"[{}]", "", write_prompt(problem, part)), _list_labels(problem.chain, part)
         for lines, count, order in zip(grid, part.shape or (1, 1), ("rows", "columns"), strict=True):
@@ -76,7 +76,7 @@ def _values_are_right(problem: Problem, part: Part, key: dict[str, Any]) -> None
     right = np.array(key["right"], dtype=float)
     scale = np.abs(right).max(axis=0)
     assert (np.abs(found - right) <= 1e-9 * (np.abs(right) + scale)).all(), part.name
-    total = sum(weight(i) * entry for i, entry in enumerate(right))
+    total = sum(compute_weight(i) * entry for i, entry in enumerate(right))
     for mistake in key["mistakes"]:
         apart = [abs(a - b) > 3e-5 * abs(b) for a, b in zip(mistake["print"], total, strict=False)]
         assert any(apart), (part.name, mistake)
@@ -140,7 +140,7 @@ def test_what_mistakes_make_of_a_direction_is_told_up_to_a_factor() -> None:
     prints = {mistake["name"]: mistake["print"] for mistake in key["mistakes"]}
     for k, (one, other) in enumerate(zip(*key["right"], strict=True)):
         if k < len(prints["direction-that-moves"]):
-            moves = abs(-other + weight(1) * one) / np.hypot(one, other)
+            moves = abs(-other + compute_weight(1) * one) / np.hypot(one, other)
             assert prints["direction-that-moves"][k] == pytest.approx(moves, rel=1e-4)
     assert all(len(set(values)) > 1 for values in prints.values())
 
@@ -173,7 +173,7 @@ def test_a_short_question_in_numbers_is_worked_out_as_the_chapters(name: str) ->
     """With no mistake in it, the derivation gives its answer."""
     problem = generate(ProblemId("elbow-3r", 1, (name,)))
     (part,) = problem.parts
-    derived, of_answer = _find_derived_part(part)
+    derived, of_answer = _find_derived_question(part)
     assert derived is not None
     right = of_answer(compute_answer(_evaluate_derivation(problem, part), derived)).tolist()
     assert right == pytest.approx([float(value) for value in part.answer.as_matrix()])

@@ -15,7 +15,7 @@ from qdot.exercises.generation import generate, select_quiz_questions
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.reference_answers import Choice, Matching, Selection
-from qdot.exercises.site.bank import titles_text
+from qdot.exercises.site.bank import make_titles_json
 from qdot.exercises.site.record import make_site_record, translate_record, translate_solutions
 from qdot.exercises.writing import languages, translatable_phrases
 from qdot.exercises.writing.languages import (
@@ -252,7 +252,7 @@ def test_a_new_language_is_whole_from_problem_to_site(scratch: str, due: Catalog
     own = translate_record(problem, record, scratch)
     assert own["title"] == accented(record["title"])
     assert [row[1:] for row in own["said"]] == [[accented(text) for text in row[1:]] for row in record["said"]]
-    titles = json.loads(titles_text(scratch, [("scara", FAMILIES["scara"].title, "")]))
+    titles = json.loads(make_titles_json(scratch, [("scara", FAMILIES["scara"].title, "")]))
     assert titles["families"] == {"scara": accented(FAMILIES["scara"].title)}
     texts = json.loads(site_text(scratch, load_catalogue(scratch)))
     assert texts == {key: accented(text) for key, text in site_english().items()}
@@ -290,7 +290,7 @@ def test_an_arm_or_a_phrase_that_nobody_translated_is_shown_as_it_is() -> None:
     assert words.translate_arm_in_sentence("RPRR arm") == "einen RPRR-Arm"
     assert make_phrase_pattern("{a} for {a}").fullmatch("x for y") is None
     titles = [("scara", FAMILIES["scara"].title, ""), ("elbow", own, ""), ("p1", "First place", "")]
-    assert json.loads(titles_text("de", titles))["families"] == {"scara": "SCARA-Arm (RRPR)"}
+    assert json.loads(make_titles_json("de", titles))["families"] == {"scara": "SCARA-Arm (RRPR)"}
 
 
 def test_a_translated_record_fits_its_problem_and_holds_nothing_of_the_key() -> None:

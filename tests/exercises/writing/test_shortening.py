@@ -14,7 +14,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.reference_answers import Expression, Matrix
-from qdot.exercises.writing.angles import iterate_arm_angles, name_angles, needs_no_name
+from qdot.exercises.writing.angles import iterate_arm_angles, name_angles, needs_name
 from qdot.exercises.writing.constant_angles import list_constant_angles, use_constant_angles
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import write_answer_code, write_solution, write_solutions
@@ -206,7 +206,7 @@ def problem(problem: Problem) -> Problem:
 def test_every_angle_has_one_name_and_no_plain_one_has_any(problem: Problem) -> None:
     meanings = SolutionSteps(problem.chain).angles.angle_by_name
     assert not any(are_alike(one, other) for one, other in combinations(meanings.values(), 2))
-    assert not any(map(needs_no_name, meanings.values()))
+    assert all(map(needs_name, meanings.values()))
 
 
 def test_solutions_say_angles_by_their_names_only_and_in_degrees(problem: Problem) -> None:

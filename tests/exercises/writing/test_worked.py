@@ -114,9 +114,9 @@ def test_determinants_of_blocks_are_not_worked_out_twice() -> None:
 def worked_determinants(chain: Chain) -> Iterator[tuple[Expansion, sp.Expr]]:
     """Yield (expansion, determinant) of all that solutions on an arm work out."""
     worked = SolutionSteps(chain)
-    if worked.blocks is not None:
-        yield worked.arm_expansion, worked.blocks[0]
-        yield worked.wrist_expansion, worked.blocks[1]
+    if worked.block_determinants is not None:
+        yield worked.arm_expansion, worked.block_determinants[0]
+        yield worked.wrist_expansion, worked.block_determinants[1]
     elif QUESTIONS["determinant"].find_obstacle(chain) is None:
         yield worked.expansion, worked.derivation.determinant
 

@@ -80,11 +80,11 @@ def test_singular_sets_with_decimals_for_pi_are_no_mistake(convention: str, digi
         problem = get_problem(family, seed, convention=convention)
         part = problem["singular-angles"]
         assert isinstance(part.answer, ConditionSet)
-        text = f"[{', '.join(part.answer.pieces())}]".replace("pi", f"{sp.pi.evalf(digits)}")
+        text = f"[{', '.join(part.answer.list_pieces())}]".replace("pi", f"{sp.pi.evalf(digits)}")
         diagnosis = diagnose_rounded(problem, part, text)
         assert diagnosis is not None and diagnosis.mistakes == (), text
         assert diagnosis.feedback.startswith("Your answer is correct except for rounding"), text
-        incomplete = f"[{', '.join(part.answer.pieces()[:1])}]".replace("pi", f"{sp.pi.evalf(digits)}")
+        incomplete = f"[{', '.join(part.answer.list_pieces()[:1])}]".replace("pi", f"{sp.pi.evalf(digits)}")
         incomplete_diagnosis = diagnose_rounded(problem, part, incomplete)
         assert incomplete_diagnosis is None or not incomplete_diagnosis.feedback.startswith("Right")
 

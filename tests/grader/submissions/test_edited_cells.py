@@ -304,7 +304,7 @@ def test_no_edit_loses_an_answer_silently(assignment: Assignment, sandbox: Sandb
     result = find_answers(read_cells("hw.ipynb", edited_notebook.encode()).cells, PARTS, sandbox.run)
     for part in PARTS:
         name = name_answer_variable(*part.split("."))
-        is_reported = any(name in note for note in result.notes) or result.reasons.get(name)
+        is_reported = any(name in note for note in result.notes) or result.missing_reasons.get(name)
         assert result.run.answers.get(name) == untouched.run.answers[name] or is_reported, (cells, result.notes)
 
 
@@ -334,7 +334,7 @@ def test_the_reason_names_the_cell_that_should_have_defined_a_name(sandbox: Sand
         Cell("p1_i = [x = 0]", "p1.i"),
         Cell("p1_j = [x x]", "p1.j"),
     ]
-    reasons = find_answers(cells, [f"p1.{letter}" for letter in "abcdefghij"], sandbox.run).reasons
+    reasons = find_answers(cells, [f"p1.{letter}" for letter in "abcdefghij"], sandbox.run).missing_reasons
     for name, words in {
         "p1_a": "'no' cell 2 line 2, nosuchlibrary as no (ModuleNotFoundError:",
         "p1_b": "'lost' cell 1 line 1, 1/0 (ZeroDivisionError:",
@@ -386,7 +386,7 @@ def test_deep_and_long_cells_are_run_but_not_searched(sandbox: Sandbox) -> None:
     find_answers(padded_cells, ["p1.a", "p1.b", "p1.c"], lambda cells, names: Run())
     assert guess_parts(padded_cells, ["a", "c"]) == ["p1.a", "p1.b", "p1.c"]
     assert time.process_time() - start < 20
-    assert "the cell with this answer stopped" in result.reasons["p1_a"]
+    assert "the cell with this answer stopped" in result.missing_reasons["p1_a"]
 
 
 @pytest.mark.parametrize("change", sample_for_suite([stop_first_cell, import_missing_library, use_jupyter_habits], 2))

@@ -107,7 +107,7 @@ def test_each_file_is_assigned_to_its_owner(assignment: Assignment, name: str) -
     )
     assert (owned, strangers, uncertain) == (expected, [path.split("/")[0] for path in strangers_files], [])
     submissions = find_submissions(assignment, assignment.folder / "submitted").by_student
-    assert {student for student in expected if submissions[student].late} == {
+    assert {student for student in expected if submissions[student].flagged_late} == {
         student for student, (path, *_) in expected.items() if "LATE" in path
     }
 

@@ -431,7 +431,7 @@ def test_files_of_jupytext_and_nbconvert_are_read(path: Path) -> None:
         result = find_answers(content.cells, ["p1.a", "p1.b", "p1.c"], sandbox.run)
     from_metadata = {} if path.stem == "nbconvert.py" else {"p1_b": "[[x, 0], [1, x]]"}
     assert result.run.answers == {"p1_a": "x", "p1_c": "x + 1", **from_metadata}
-    assert result.reasons == ({} if from_metadata else {"p1_b": "no cell of the notebook sets p1_b"})
+    assert result.missing_reasons == ({} if from_metadata else {"p1_b": "no cell of the notebook sets p1_b"})
 
 
 def test_hostile_files_are_refused_within_seconds() -> None:
