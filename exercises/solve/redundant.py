@@ -17,7 +17,7 @@ from qdot.exercises.singularities.reciprocal import ReciprocalSet, ReducedCase, 
 from qdot.exercises.singularities.singular_set import Component, solve_conjunction
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.solve.certified_singularities import certify_component, certify_statement
-from qdot.exercises.verify.appearance import all_have_kind
+from qdot.exercises.verify.singularity_statements import all_have_kind
 from qdot.exercises.writing.solution_steps import SingularComponent
 
 MAX_SHOWN_OPERATIONS = 700

@@ -39,7 +39,7 @@ from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.numeric_rank_check import check_rank_loss
 from qdot.exercises.solve.solver import solve
 from qdot.exercises.solve.time_limited import write_solution
-from qdot.exercises.verify.appearance import all_have_kind, statement_holds
+from qdot.exercises.verify.singularity_statements import all_have_kind, statement_holds
 from qdot.exercises.writing.solution_steps import SingularComponent
 
 FAMILIES = ("random-2", "random-3", "random-4")

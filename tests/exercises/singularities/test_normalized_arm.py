@@ -22,7 +22,7 @@ from qdot.exercises.singularities.classification import (
 from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalize_conditions
 from qdot.exercises.singularities.singular_set import Component, Values, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import classify_samples
-from qdot.exercises.verify.appearance import sample_component, statement_holds
+from qdot.exercises.verify.singularity_statements import sample_component, statement_holds
 from tests.support.suites import few_families, select_for_suite
 
 A1, A2 = sp.symbols("a1 a2")

@@ -16,7 +16,7 @@ from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.exercises.solve.certified_singularities import certify_statement
 from qdot.exercises.solve.solver import Singularities, generate_singular_events, solve
 from qdot.exercises.solve.special_lengths import list_length_relations
-from qdot.exercises.verify.appearance import sample_component
+from qdot.exercises.verify.singularity_statements import sample_component
 from qdot.exercises.writing import solution_steps as steps_module
 from qdot.exercises.writing.problem_texts import get_solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent
