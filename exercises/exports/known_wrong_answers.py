@@ -204,7 +204,7 @@ def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterato
 
 def list_tolerances(part: Part) -> list[float]:
     """Return the tolerance with which the grader compares each number of an answer."""
-    return part.answer_as(Number).allowed_errors(part.rounding)
+    return part.answer_as(Number).list_allowed_errors(part.rounding)
 
 
 def _find_wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]:

@@ -121,12 +121,12 @@ def report(
       qdot report homework --report csv=-
           the marks for another program
     """
-    from qdot.grader.grading.history import read_last_results
+    from qdot.grader.grading.history import read_results_to_report
     from qdot.grader.reports.formats import STDOUT, parse_report_options, write_requested_reports
 
     reports = parse_report_options(report, has_one_student=False)
     whole_class = load_class(folder)
-    assignment, results = read_last_results(whole_class)
+    assignment, results = read_results_to_report(whole_class)
     ungraded_ids = [student.id for student in whole_class.roster if student not in assignment.roster]
     if ungraded_ids:
         note(f"{', '.join(ungraded_ids)}: on the roster but not yet graded; left out")

@@ -160,8 +160,8 @@ def grade_attempt(grader: Grader, student: str, submission: Submission | None) -
             notes += [SubmissionNote(note, note) for note in answers.notes]
             forbidden_stops = [stop for stop in answers.forbidden_stops if stop not in answers.notes]
             notes += [SubmissionNote(f"refused: {stop}") for stop in forbidden_stops]
-    is_other_students = submission is not None and submission.qdot_metadata.get("student") not in (None, student)
-    credit = Fraction(0) if is_other_students else assignment.follow_through
+    belongs_to_another = submission is not None and submission.qdot_metadata.get("student") not in (None, student)
+    credit = Fraction(0) if belongs_to_another else assignment.follow_through
     mark_problem = partial(mark, secret=assignment.secret, points_seed=seed, allowance=TimeBudgets())
     results = list[ProblemResult]()
     for slot, problem in problems:

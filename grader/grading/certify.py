@@ -125,8 +125,8 @@ def find_former_students(assignment: Assignment) -> list[str]:
     patterns = [notebook_path(assignment, "*"), certificate_path(assignment, "*")]
     paths = [path for pattern in patterns for path in pattern.parent.parent.glob(f"*/{pattern.name}")]
     names = {unicodedata.normalize("NFC", path.parent.name) for path in paths}
-    on_roster = {student.id for student in assignment.roster}
-    return sorted(name for name in names - on_roster if not name.startswith("."))
+    current_names = {student.id for student in assignment.roster}
+    return sorted(name for name in names - current_names if not name.startswith("."))
 
 
 def _list_tasks_of_student(assignment: Assignment, student: str) -> list[VerificationTask]:

@@ -91,6 +91,20 @@ class FunctionArguments:
     points: tuple[tuple[float, ...], ...]
 
 
+class FailedImport(NamedTuple):
+    """An import that failed: its line in the cell, and the error message."""
+
+    line: int
+    error: str
+
+
+class Replacement(NamedTuple):
+    """The number, as text, that replaced a symbol as the value of a variable, and the cell that set it."""
+
+    cell_index: int
+    number: str
+
+
 @dataclass
 class Run:
     """The result of running a notebook; `end` is how the run ended, as in `Sandbox.exchange`.
@@ -106,7 +120,7 @@ class Run:
     """For each cell that stopped, the error."""
     stop_lines: dict[int, int] = field(default_factory=dict)
     """The lines on which cells stopped, if known."""
-    failed_imports: dict[int, "FailedImport"] = field(default_factory=dict)
+    failed_imports: dict[int, FailedImport] = field(default_factory=dict)
     """For each cell, the first import that failed; the cell continued after that import."""
     end: str = "done"
     limits: Limits = Limits()
@@ -114,8 +128,8 @@ class Run:
     """The last cell that began."""
     earlier_values: dict[str, list[str]] = field(default_factory=dict)
     """All texts that an answer had during the run, in order."""
-    replaced_symbols: dict[str, "Replacement"] = field(default_factory=dict)
-    """For each variable that was a symbol when an answer needed it as one, the number that replaced the symbol."""
+    replaced_symbols: dict[str, Replacement] = field(default_factory=dict)
+    """The replacements of symbols by numbers, by the variable; only those of symbols that an answer then lacks."""
 
     def describe_end(self, cell_name: str = "it") -> str:
         """Return a sentence on how the run ended, with the name of the last cell; empty if the run ended normally."""
@@ -130,20 +144,6 @@ class Run:
         if self.end == "unbegun":
             return "this machine ended the process for the notebook before any cell was run"
         return f"{descriptions[self.end]}; later cells were not run" if self.end in descriptions else ""
-
-
-class FailedImport(NamedTuple):
-    """An import that failed: its line in the cell, and the error message."""
-
-    line: int
-    error: str
-
-
-class Replacement(NamedTuple):
-    """A number that a cell gave to a variable that had been a symbol, as text."""
-
-    cell_index: int
-    number: str
 
 
 def _is_cell_index(number: Any, cells: Sequence[str | None]) -> bool:
@@ -267,7 +267,7 @@ class Sandbox:
                     run.cell_errors[index] = _make_printable(line.get("error"))
                     if _is_line_number(line.get("line")):
                         run.stop_lines[index] = line["line"]
-                case {"missed": index, "line": number} if _is_cell_index(index, cells) and _is_line_number(number):
+                case {"import": index, "line": number} if _is_cell_index(index, cells) and _is_line_number(number):
                     run.failed_imports.setdefault(index, FailedImport(number, _make_printable(line.get("error"))))
                 case {"replaced": str(symbol), "set": index} if _is_cell_index(index, cells):
                     name, number = (_make_printable(text)[:40] for text in (symbol, line.get("value")))
@@ -300,7 +300,7 @@ class Sandbox:
                 end = _exchange_with_child(request, lines, request_writer, handle_line)
             finally:
                 os.close(request_writer)
-            self._control.sendall(b"c" if end == "closed" else b"s")
+            self._control.sendall(b"c" if end == "closed" else b"s")  # the requests are listed in `forking_process`
             if end == "done":  # the forking process cleans up while the grader marks the answers
                 return end
             ending_signal = self._await_notebook_end()
