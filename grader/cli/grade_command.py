@@ -149,8 +149,8 @@ def _grade_class(
                 results = write_reports(assignment, results, jobs, counter.step)
     _print_staff_notes(results)
     group_sizes = Counter(part.group for result in results for part in result.parts.values() if part.group is not None)
-    largest_first = [group for group, _ in group_sizes.most_common()]
-    for message in describe_unused_groups(assignment, read_overrides(assignment), largest_first):
+    group_keys = [group for group, _ in group_sizes.most_common()]
+    for message in describe_unused_groups(assignment, read_overrides(assignment), group_keys):
         note(message)
     ownerless_count = len(submission_folder.uncertain_owners) + len(submission_folder.not_on_roster)
     if not ownerless_count and all(result.submission is None for result in results):
