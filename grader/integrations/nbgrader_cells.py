@@ -30,9 +30,8 @@ def restore_cells(
     changed remains as an ordinary cell.
     """
     parts = {make_grade_id(part): part for part in points}
-    marks_cells = {
-        name: nbgrader.make_marks_cell(part, points[part]) for name, part in parts.items() if part not in text_parts
-    }
+    marked_parts = {name: part for name, part in parts.items() if part not in text_parts}
+    marks_cells = {name: nbgrader.make_marks_cell(part, points[part]) for name, part in marked_parts.items()}
     unplaced_text_parts = set(text_parts)
     unplaced_cells, restored_cells = dict(marks_cells), list[Cell]()
     marks_cell_ids = {cell["id"] for cell in marks_cells.values()}

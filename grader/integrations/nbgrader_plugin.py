@@ -72,9 +72,8 @@ class RestoreCells(NbGraderPreprocessor):
             return nb, resources
         points, text_parts = map_max_points(assignment), find_text_parts(assignment)
         if sum(source.startswith(MARKS_COMMENT) for source in sources) != len(points) - len(text_parts):
-            raise QdotError(
-                f"the cells in nbgrader's database are not those of {info['assignment']}; {EXPORT_AGAIN_ADVICE}"
-            )
+            problem = f"the cells in nbgrader's database are not those of {info['assignment']}"
+            raise QdotError(f"{problem}; {EXPORT_AGAIN_ADVICE}")
         nb.cells = [from_dict(cell) for cell in restore_cells(nb.cells, points, text_parts)]
         return nb, resources
 

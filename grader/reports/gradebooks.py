@@ -59,9 +59,8 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
     title = _write_column_title(assignment)
     phrase = next((phrase for phrase in RESERVED_PHRASES if phrase in title), None)
     if phrase is not None:
-        raise QdotError(
-            f"canvas: Canvas ignores columns whose title contains {phrase!r}; change the assignment's title"
-        )
+        rule = f"Canvas ignores columns whose title contains {phrase!r}"
+        raise QdotError(f"canvas: {rule}; change the assignment's title")
     points = format_points(results[0].max_score)
     book = assignment.gradebook
     if book is not None and book.platform == gradebook.CANVAS:
