@@ -87,7 +87,7 @@ def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
         elif metadata.get("grade"):
             row = unplaced_rows.pop(metadata["grade_id"], None)
             if row is None or row.points is None or float(metadata["points"]) != row.max_points:
-                reason = f"the assignment does not have this part, or it has other points; {EXPORT_AGAIN_ADVICE}"
+                reason = f"the assignment does not have this part, or it has other points; {EXPORT_AGAIN}"
                 if row is not None and row.points is None:
                     reason = f"there is no mark, because qdot failed: {row.message}"
                 raise QdotError(f"{metadata['grade_id']}: {reason}")
@@ -97,12 +97,12 @@ def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
             if row is not None and row.outcome == Outcome.MISSING and "blank" in cell["source"]:
                 metadata["checksum"] = nbgrader.compute_checksum(cell)
     if unplaced_rows:
-        raise QdotError(f"{', '.join(unplaced_rows)}: nbgrader's database has no such cells; {EXPORT_AGAIN_ADVICE}")
+        raise QdotError(f"{', '.join(unplaced_rows)}: nbgrader's database has no such cells; {EXPORT_AGAIN}")
 
 
 MAX_LINE_LENGTH = 76
 """Maximum length of a line that nbgrader's pages show without scrolling, even in a window 860 pixels wide."""
-EXPORT_AGAIN_ADVICE = "export the assignment again and run nbgrader generate_assignment again"
+EXPORT_AGAIN = "export the assignment again and run nbgrader generate_assignment again"
 
 
 def make_outputs(row: PartRow) -> list[dict[str, Any]]:
