@@ -234,9 +234,8 @@ class _GradingWorker:
     def _compute_key(self, student: str, attempt: Submission | None) -> str:
         """Return a digest that changes whenever the notebook's points may change or the limits change."""
         submission_key = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}/{self._limits}"
-        content = (
-            f"{json.dumps(to_jsonable(make_marking_versions(self.assignment, student)))}/{student}/{submission_key}"
-        )
+        versions = json.dumps(to_jsonable(make_marking_versions(self.assignment, student)))
+        content = f"{versions}/{student}/{submission_key}"
         return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()
 
 
