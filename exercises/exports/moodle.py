@@ -90,8 +90,8 @@ def _write_html(body: Sequence[str | platform_markup.Picture]) -> str:
 
 def _encode_pictures(body: Sequence[str | platform_markup.Picture]) -> tuple[tuple[str, str], ...]:
     return tuple(
-        (f"{p.name}.svg", base64.b64encode(platform_markup.make_svg_file(p)).decode())
-        for p in platform_markup.find_pictures(body)
+        (f"{picture.name}.svg", base64.b64encode(platform_markup.make_svg_file(picture)).decode())
+        for picture in platform_markup.find_pictures(body)
     )
 
 

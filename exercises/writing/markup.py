@@ -315,7 +315,7 @@ def _wrap(text: str, width: int) -> list[str]:
 
 
 def _write_table(rows: Sequence[Sequence[str]]) -> str:
-    widths = [max(line_width(row[c]) for row in rows) for c in range(len(rows[0]))]
-    lines = ["  ".join(cell.center(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]
-    lines.insert(1, "  ".join("─" * w for w in widths))
+    widths = [max(line_width(row[column]) for row in rows) for column in range(len(rows[0]))]
+    lines = ["  ".join(cell.center(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    lines.insert(1, "  ".join("─" * width for width in widths))
     return textwrap.indent("\n".join(lines), "    ")
