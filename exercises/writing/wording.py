@@ -357,12 +357,3 @@ def format_coordinates(values: Iterable[sp.Expr]) -> str:
     coordinates = ", ".join(tex(sp.sympify(value)) for value in values)
     is_numeric = all(sp.sympify(value).is_number for value in values)
     return f"({coordinates})" + (r"\,\text{m}" if is_numeric else "")
-
-
-def join(words: list[str], conjunction: str = "and") -> str:
-    """Join words as in a sentence, in English.
-
-    >>> join(["x", "y", "z"])
-    'x, y and z'
-    """
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} {conjunction} {words[-1]}"
