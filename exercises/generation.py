@@ -17,7 +17,7 @@ from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, Question
 from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.short_questions import ALL_QUESTIONS, SHORT_QUESTIONS
-from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, difficulty, difficulty_band
+from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, rate_difficulty, rate_difficulty_band
 
 KnownQuestions = Mapping[str, Question]
 """Questions by name: all built-in ones, and perhaps those that an instructor has defined."""
@@ -88,7 +88,7 @@ def sample_chain(
         if identity.band is not None:
             if chain in band_of_arm:  # the family has no more arms
                 break
-            band_of_arm[chain] = difficulty_band(chain)
+            band_of_arm[chain] = rate_difficulty_band(chain)
             if not low <= band_of_arm[chain] <= high:
                 continue
         if sample_index >= MAX_QUIZ_ARMS or _find_objection(chain, short_questions) is None:
@@ -199,11 +199,11 @@ def compute_listing(family: Family) -> FamilyListing:
     one step. Families with varied structures and robots from files have no such steps.
     """
     arms = _sample_listing_arms(family)
-    bands = [difficulty_band(arm) for arm in arms]
+    bands = [rate_difficulty_band(arm) for arm in arms]
     kinds = "" if family.has_varied_structure else "".join(joint.kind for joint in arms[0].joints)
     has_steps = not (family.has_varied_structure or family.robot_argument)
     step_identities = [ProblemId(family.name, 0, variation=name) for name in VARIATION_STEPS] if has_steps else []
-    difficulties = tuple(difficulty(sample_chain(identity, family)) for identity in step_identities)
+    difficulties = tuple(rate_difficulty(sample_chain(identity, family)) for identity in step_identities)
     return FamilyListing(kinds, (min(bands), max(bands)), determine_questions(family), difficulties)
 
 

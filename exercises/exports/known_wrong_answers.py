@@ -208,7 +208,7 @@ def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterato
 
 def list_tolerances(part: Part) -> list[float]:
     """Return the tolerance with which the grader compares each number of an answer."""
-    return part.answer_as(Number).allowed_errors(part.rounding)
+    return part.answer_as(Number).list_allowed_errors(part.rounding)
 
 
 def _find_wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]:
@@ -227,4 +227,4 @@ def _find_wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]
 def _list_conditions(answer: ConditionSet) -> frozenset[str]:
     """Return the conditions of a set as text. Angles are wrapped, so that pi and -pi are the same."""
     wrapped_components = (component.map_values(lambda _, angle: wrap_angle(angle)) for component in answer.components)
-    return frozenset(itertools.chain.from_iterable(component.pieces() for component in wrapped_components))
+    return frozenset(itertools.chain.from_iterable(component.list_pieces() for component in wrapped_components))

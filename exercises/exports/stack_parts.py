@@ -35,11 +35,11 @@ from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.problem.credit import (
     MISTAKE_FACTOR,
     SIGN_OR_FACTOR_COST,
+    compute_share_of_columns,
+    compute_share_of_entries,
+    compute_share_of_set,
+    compute_share_up_to_sign_and_factor,
     count_false_conditions,
-    share_of_columns,
-    share_of_entries,
-    share_of_set,
-    share_up_to_sign_and_factor,
 )
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import find_determinant_in_denominator
@@ -184,10 +184,14 @@ def compute_formula_share(
     if part.shape is not None:
         correct_indices = {k for k, is_equal in enumerate(entries_equal) if is_equal}
         if credit.rule == "columns" and reference.cols > 1:
-            entry_share = share_of_columns(list(map(correct_indices.issuperset, _list_nonzero_columns(reference))))
+            entry_share = compute_share_of_columns(
+                list(map(correct_indices.issuperset, _list_nonzero_columns(reference)))
+            )
         else:
             _, zero_indices = _separate_zeros(reference)
-            entry_share = share_of_entries(entries_equal, [k in zero_indices for k in range(len(entries_equal))])
+            entry_share = compute_share_of_entries(
+                entries_equal, [k in zero_indices for k in range(len(entries_equal))]
+            )
         varying_indices = _find_varying_indices(problem, reference)
         if not varying_indices or correct_indices.intersection(varying_indices):
             share = max(share, entry_share)
@@ -200,7 +204,7 @@ def _compute_minimum_share(problem: Problem, part: Part, answer: sp.Matrix) -> F
     """Return the minimum share of the points for an answer that a single known mistake explains."""
     reference = part.answer.as_matrix()
     has_varying_entries = _find_varying_indices(problem, reference) and _find_varying_indices(problem, answer)
-    if not part.credit.is_by_mistakes or not has_varying_entries:
+    if not part.credit.covers_known_mistakes or not has_varying_entries:
         return Fraction(0)
     determinant = find_determinant_in_denominator(problem.chain, part, make_domain(problem).roles)
     if determinant is None:
@@ -225,7 +229,7 @@ def _compute_share_up_to_a_factor(
     factor = find_constant_factor(wrong_entries, multiplied_entries, domain, variables, f"stack/{problem.id}")
     if factor is None or (factor.changes_size and set(varying_indices).isdisjoint(wrong_indices)):
         return Fraction(0)
-    return share_up_to_sign_and_factor(factor.is_negative, factor.changes_size or common_factor != ONE)
+    return compute_share_up_to_sign_and_factor(factor.is_negative, factor.changes_size or common_factor != ONE)
 
 
 def _find_varying_indices(problem: Problem, reference: sp.Matrix) -> list[int]:
@@ -437,7 +441,7 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     def write_near_count(variable: str) -> str:
         return f"qdot_count(makelist(qdot_near(said{subscript}, float({variable}{subscript}), room[i]), i, 1, {n}))"
 
-    _, floor = answer.tolerance_and_floor(part.rounding)
+    _, floor = answer.find_tolerance_and_floor(part.rounding)
     is_zero = [abs(float(value)) <= floor for value in answer.reference]
     lines = ["said: qdot_read(ans1);", f"room: [{', '.join(map(maxima_text, tolerances))}];"]
     lines += [f"right: {write_near_count('ta1')};", *_write_number_share_lines(part, is_zero)]
@@ -459,7 +463,7 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
         share = _compute_number_share(part, known_answer, is_zero)
         floats = _write_floats(known_answer.matrix, is_single)
         stack_part.add_mistake(number, known_answer, floats, write_near_count(f"wrong{number}"), str(n), share)
-        if not is_single and part.credit.is_by_mistakes:
+        if not is_single and part.credit.covers_known_mistakes:
             lines.append(_write_minimum_share_line(part, MISTAKE_FACTOR, f"like{number} = {n}"))
     values_outside = exact_reference + 50 * sp.Matrix(tolerances)  # clearly wrong
     values_inside = exact_reference + sp.Matrix(tolerances) / 2
@@ -495,7 +499,9 @@ def _compute_number_share(part: Part, known_answer: KnownWrongAnswer, is_zero: S
     credit = part.credit
     if len(is_zero) == 1 or credit.rule == "whole":
         return 0.0
-    share = max(share_of_entries(known_answer.entries_equal, is_zero), MISTAKE_FACTOR * credit.is_by_mistakes)
+    share = max(
+        compute_share_of_entries(known_answer.entries_equal, is_zero), MISTAKE_FACTOR * credit.covers_known_mistakes
+    )
     triples = zip(known_answer.matrix, part.answer.as_matrix(), list_tolerances(part), strict=True)
     has_correct_sizes = all(abs(float(abs(a) - abs(b))) <= tolerance for a, b, tolerance in triples)
     if all(part.answer.expected_units) and not all(is_zero) and has_correct_sizes:
@@ -591,7 +597,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
         false_joints = [joint for joint, _ in wrong_values - correct_values]
         false_count = count_false_conditions(false_joints, [joint for joint, _ in wrong_values & correct_values])
         found_and_all_counts = [(len(wrong_values & expected), len(expected)) for expected in values_by_condition]
-        share = float(share_of_set(found_and_all_counts, false_count) * factor)
+        share = float(compute_share_of_set(found_and_all_counts, false_count) * factor)
         stack_part.add_mistake(index, known_answer, write_equations(known_answer.answer), likeness, "[0, 0]", share)
     variables += [f"form1: {write_equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
     tests += [UNUSUAL_FORM_TEST, UNRELATED_TEST]

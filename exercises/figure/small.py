@@ -36,7 +36,7 @@ from qdot.exercises.figure.view import Drawing, View, draw_arrow, draw_line_with
 from qdot.exercises.formula.printers.unicode import unicode_text
 from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singular_set import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import RANK_TOLERANCE
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.latex import lay_out
@@ -183,7 +183,11 @@ def draw_singular_panels(chain: Chain, language: str = ENGLISH) -> PanelSet:
     There are at most about MAX_SINGULAR_DRAWINGS singular configurations. Nothing is drawn if the arm has no singular
     configuration for its task, or no regular configuration.
     """
-    chain, catalogue, components = convert_to_exact_numbers(chain), load_catalogue(language), singular_set(chain) or ()
+    chain, catalogue, components = (
+        convert_to_exact_numbers(chain),
+        load_catalogue(language),
+        find_singular_set(chain) or (),
+    )
     scaled_arm = _scale_arm(chain)
     drawn_chain = scaled_arm.scaled_chain
     (regular_entries,) = find_best_poses(chain, drawn_chain, 1)
@@ -248,7 +252,7 @@ def _list_configurations(
         conjunction = catalogue.pgettext("between two conditions", "and")
         return [] if entries is None else [(_fit_caption(f" {conjunction} ".join(equations), catalogue), entries)]
     configurations = []
-    for values in component.value_combinations():
+    for values in component.list_value_combinations():
         numbers = [complex(value.xreplace(scaled_arm.values)) for _, value in values]
         if any(abs(number.imag) > 1e-9 for number in numbers):
             continue

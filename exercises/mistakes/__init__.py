@@ -8,7 +8,7 @@ catalogue.toml describes the mistakes, and the modules make them: `position`, `c
 `arrangement`, `numeric`, `sets` and `choices`. The other modules are:
 
     base            define a mistake: a change to a derivation, or to an answer
-    finished        change a finished formula, such as a sign or a factor
+    formula_edits   change a finished formula, such as a sign or a factor
     configurations  sample the configurations at which an answer is evaluated
     catalogue       list all mistakes by name, and compute the wrong answers that they lead to
 """

@@ -23,6 +23,7 @@ from qdot.exercises.mistakes.base import (
 
 
 def _has_square_jacobian(chain: Chain, min_joints: int = 2, max_joints: int = 6) -> bool:
+    """Return whether J is square, and the number of joints is in a range."""
     return len(chain.task) == chain.n and min_joints <= chain.n <= max_joints
 
 
@@ -45,7 +46,7 @@ def _expand_without_signs(stages: StageResults, _: np.ndarray) -> np.ndarray:
     return (stages["jacobian"][0] * stages["minors"][0]).sum(axis=0)
 
 
-def _factor_determinant(chain: Chain) -> list[tuple[sp.Expr, int]]:
+def _list_determinant_factors(chain: Chain) -> list[tuple[sp.Expr, int]]:
     """Return the factors of this arm's det J with their powers; no factors if J is not square."""
     if not _has_square_jacobian(chain, 1):
         return []
@@ -54,17 +55,17 @@ def _factor_determinant(chain: Chain) -> list[tuple[sp.Expr, int]]:
 
 
 def _drop_factor(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    factors = _factor_determinant(chain)
+    factors = _list_determinant_factors(chain)
     for factor, _power in factors if len(factors) > 1 else ():
         if not factor.is_number:
-            yield _variant_without_factor("determinant", chain, factor, factor)
+            yield _make_variant_without_factor("determinant", chain, factor, factor)
 
 
 def _drop_repeated_factor(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants without one of the repeated factors of |det J|, the manipulability."""
-    for factor, power in _factor_determinant(chain):
+    for factor, power in _list_determinant_factors(chain):
         if power > 1 and not factor.is_number:
-            yield _variant_without_factor("manipulability", chain, factor, sp.Abs(factor))
+            yield _make_variant_without_factor("manipulability", chain, factor, sp.Abs(factor))
 
 
 def _exchange_sine_and_cosine(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -74,7 +75,7 @@ def _exchange_sine_and_cosine(chain: Chain, _: AnswerShape) -> Iterator[MistakeV
     give either sign, so variants with both signs are yielded.
     """
     offset_by_joint = dict(zip(chain.q, chain.offsets, strict=True))
-    for factor, _power in _factor_determinant(chain):
+    for factor, _power in _list_determinant_factors(chain):
         trig_terms = factor.atoms(sp.sin, sp.cos)
         if len(trig_terms) == 1 and (factor / (trig := trig_terms.pop())).is_number:
             cofunction = (sp.cos if isinstance(trig, sp.sin) else sp.sin)(*trig.args)
@@ -83,7 +84,7 @@ def _exchange_sine_and_cosine(chain: Chain, _: AnswerShape) -> Iterator[MistakeV
                 yield MistakeVariant({"determinant": _divide_by(-trig / cofunction)})
 
 
-def _variant_without_factor(stage: str, chain: Chain, factor: sp.Expr, divisor: sp.Expr) -> MistakeVariant:
+def _make_variant_without_factor(stage: str, chain: Chain, factor: sp.Expr, divisor: sp.Expr) -> MistakeVariant:
     """Return the variant in which `factor` is missing from the result of a stage.
 
     The result is divided by `divisor`, which is the factor or its absolute value.
@@ -108,14 +109,14 @@ def _take_reciprocals(stages: StageResults, _: np.ndarray) -> np.ndarray:
     return np.where(jacobian == 0, jacobian, (jacobian * 0 + 1) / np.where(jacobian == 0, 1, jacobian))
 
 
-def _maximal_minor(stages: StageResults, columns: Sequence[int]) -> np.ndarray:
+def _compute_maximal_minor(stages: StageResults, columns: Sequence[int]) -> np.ndarray:
     return determinant(stages["jacobian"][:, list(columns)])
 
 
 def _add_minors(stages: StageResults, sign: int = 1) -> np.ndarray:
     """Return the sum of the maximal minors of J, or their alternating sum if `sign` is -1."""
     column_sets = combinations(range(stages.n), len(stages.chain.task))
-    return np.asarray(sum(sign**k * _maximal_minor(stages, columns) for k, columns in enumerate(column_sets)))
+    return np.asarray(sum(sign**k * _compute_maximal_minor(stages, columns) for k, columns in enumerate(column_sets)))
 
 
 def _miscount_minors(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -127,7 +128,7 @@ def _miscount_minors(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def miscount(
         stages: StageResults, gram_determinant: np.ndarray, columns: Sequence[int], is_omitted: bool
     ) -> np.ndarray:
-        square = _maximal_minor(stages, columns) * _maximal_minor(stages, columns)
+        square = _compute_maximal_minor(stages, columns) * _compute_maximal_minor(stages, columns)
         return gram_determinant - square if is_omitted else square
 
     for columns in combinations(range(chain.n), len(chain.task)) if _has_wide_jacobian(chain) else ():
@@ -144,8 +145,8 @@ def _flip_product_sign(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]
     def flip(
         stages: StageResults, correct_determinant: np.ndarray, i: int, j: int, link: int | None = None
     ) -> np.ndarray:
-        entry = stages["jacobian"][i, j] if link is None else stages["link derivatives"][j, link, chain.task_rows[i]]
-        return correct_determinant - 2 * entry * stages["cofactors"][i, j]
+        factor = stages["jacobian"][i, j] if link is None else stages["link derivatives"][j, link, chain.task_rows[i]]
+        return correct_determinant - 2 * factor * stages["cofactors"][i, j]
 
     for i, j in product(range(chain.n), repeat=2) if _has_square_jacobian(chain, 2, 3) else ():
         yield MistakeVariant({"determinant": partial(flip, i=i, j=j)})

@@ -63,7 +63,8 @@ def _take_other_rows(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVarian
 
     all_rows = convention_of(chain).velocity_names
     expected_rows = {(6, chain.n): all_rows, (len(chain.task), chain.n): chain.task}.get(shape)
-    has_ambiguous_order = len(chain.task) == 6 and all_rows != VELOCITY_NAMES  # of the task, or of a twist
+    # six rows may be expected in the order of the task, or in that of a twist; the shape does not tell which
+    has_ambiguous_order = len(chain.task) == 6 and all_rows != VELOCITY_NAMES
     if expected_rows is None or has_ambiguous_order:
         return
     expects_all_rows = len(expected_rows) == 6

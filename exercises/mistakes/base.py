@@ -163,13 +163,13 @@ def make_propagated_variant(changes: Mapping[str, Change], words: Mapping[str, o
 
 
 def vary_each_joint_and_all(
-    joints: Sequence[int], variant_at: Callable[[Sequence[int]], MistakeVariant]
+    joints: Sequence[int], make_variant: Callable[[Sequence[int]], MistakeVariant]
 ) -> Iterator[MistakeVariant]:
     """Yield one variant for each of the joints, and then, if there are several, a variant for all joints together."""
     for joint in joints:
-        yield replace(variant_at([joint]), joints=(joint,))
+        yield replace(make_variant([joint]), joints=(joint,))
     if len(joints) > 1:
-        yield replace(variant_at(joints), joints=tuple(joints), at_joints=variant_at)
+        yield replace(make_variant(joints), joints=tuple(joints), at_joints=make_variant)
 
 
 def make_joint_words(joints: Sequence[int], separator: str = " and ") -> dict[str, object]:

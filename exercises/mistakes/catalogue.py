@@ -39,7 +39,7 @@ SECTIONS: dict[str, tuple[Mistake, ...]] = _read_sections()
 
 CATALOGUE: dict[str, Mistake] = {
     mistake.name: mistake
-    for mistake in sorted((each for section in SECTIONS.values() for each in section), key=lambda each: each.is_rare)
+    for mistake in sorted((m for section in SECTIONS.values() for m in section), key=lambda mistake: mistake.is_rare)
 }
 """All mistakes by name. The likelier mistakes come first, because the first mistake that gives an answer is named."""
 
@@ -47,6 +47,7 @@ _LAST_STEP_MISTAKES = algebra.VARIANTS.keys() | arrangement.VARIANTS.keys()
 """The names of the mistakes that are made after J is derived."""
 
 NUMERIC_MISTAKES = tuple(mistake.name for mistake in SECTIONS["Numbers"])
+"""The names of the mistakes that occur only in numeric answers."""
 
 MISTAKES_FOR_ONE_NUMBER = frozenset(
     {*NUMERIC_MISTAKES, "all-relative-angles", "degrees", "determinant-sign", "sign", "square-lost"} - {"value-sign"}
@@ -54,7 +55,7 @@ MISTAKES_FOR_ONE_NUMBER = frozenset(
 """The mistakes considered if the answer is a single number. Other mistakes would often give this number by chance."""
 
 PROPAGATION_FACTOR = 0.5
-"""Factor for the frequency of a mistake in adding up the links if the columns of J are computed by propagation."""
+"""Factor for the frequency of a mistake in the position of P if the columns of J are computed by propagation."""
 
 _POSITION_STAGES = frozenset({"table", "rotations", "local links", "links"})
 """The stages that lead to the position of P."""
@@ -81,7 +82,8 @@ class PredictedAnswer:
     def frequency(self) -> float:
         """How often this variant is made, relative to other variants that give the same answer."""
         frequency = self.mistake.frequency
-        if "linear" in self.variant.changes:  # a propagated quantity such as p* may itself be the answer
+        # "linear" is the stage of the linear rows of J; a propagated quantity such as p* may itself be the answer
+        if "linear" in self.variant.changes:
             return frequency if self.stages.depends_on("linear") else max(frequency, 1.0)
         is_propagated = any(stage == "linear" for stage, _ in self.stages.changes)
         return frequency * PROPAGATION_FACTOR if is_propagated else frequency
@@ -90,8 +92,8 @@ class PredictedAnswer:
 def list_likely_mistakes(part: Part, is_precise: bool = False) -> list[Mistake]:
     """Return the mistakes to consider for a wrong answer to a part, the more likely mistakes first.
 
-    Mistakes in the last step come before mistakes in the derivation of J. If the answer is a single number, all
-    mistakes are considered only if it has enough digits (`is_precise`).
+    If the answer is made of J, mistakes in the last step come before mistakes in the derivation of J. If the answer is
+    a single number, all mistakes are considered only if it has enough digits (`is_precise`).
     """
     mistakes = list(CATALOGUE.values())
     if is_made_of_jacobian(part):
@@ -104,11 +106,14 @@ def list_likely_mistakes(part: Part, is_precise: bool = False) -> list[Mistake]:
 
 
 def predict_wrong_answers(stages: StageResults, part: Part, is_precise: bool = False) -> Iterator[PredictedAnswer]:
-    """Yield the answers that mistakes in the derivation of a part give, including answers that remain correct."""
+    """Yield the answers that mistakes in the derivation of a part give, including answers that remain correct.
+
+    Nothing is yielded for a part that is not derived step by step.
+    """
     if is_derived(part):
-        reference = _compute_result(stages, part)
+        correct_answer = _compute_result(stages, part)
         for mistake in list_likely_mistakes(part, is_precise):
-            yield from apply_mistake(mistake, stages, part, reference)
+            yield from apply_mistake(mistake, stages, part, correct_answer)
 
 
 def apply_mistake(
@@ -116,7 +121,7 @@ def apply_mistake(
 ) -> Iterator[PredictedAnswer]:
     """Yield the answers to a part that the variants of one mistake give.
 
-    After a mistake in adding up the links, J is derived in two ways: first by differentiation, then by propagation. A
+    After a mistake in the position of P, J is derived in two ways: first by differentiation, then by propagation. A
     mistake at several joints is made only at the joints at which it changes the answer, and its message names only
     these joints. `correct_answer` is the answer of `stages`; it is computed if it is None.
     """
@@ -131,11 +136,11 @@ def apply_mistake(
         if effective_variant is None:
             continue
         changes: dict[str, Change] = dict(effective_variant.changes)
-        derivations = [stages.with_mistakes(changes)]
+        stages_of_each_way = [stages.with_mistakes(changes)]
         if _POSITION_STAGES & changes.keys() and "linear" not in changes:
-            derivations.append(stages.with_mistakes({**changes, "linear": propagate_linear_rows}))
+            stages_of_each_way.append(stages.with_mistakes({**changes, "linear": propagate_linear_rows}))
         answers = []
-        for mistaken_stages in derivations:
+        for mistaken_stages in stages_of_each_way:
             answer = _compute_result(mistaken_stages, part)
             if answer is not None:
                 answers.append(answer)

@@ -38,7 +38,7 @@ from qdot.exercises.mistakes.base import (
     vary_each_joint_and_all,
     vary_if,
 )
-from qdot.exercises.mistakes.position import first_joint_of_run, list_moving_links, make_link_words
+from qdot.exercises.mistakes.position import find_first_joint_of_run, list_moving_links, make_link_words
 
 # --- differentiation ---
 
@@ -73,16 +73,14 @@ def _keep_last_link(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _mirror_link_derivatives(stages: StageResults, joint: int) -> np.ndarray:
-    """Return the derivatives of the link vectors by a joint variable, with the angles of its run negated.
-
-    Their shape is (n + 1, 3, …).
+    """Return the derivatives (n + 1, 3, …) of the link vectors by a joint variable, with the angles of its run negated.
 
     The run consists of the consecutive parallel joints to which the joint belongs. Negating their angles flips the
     derivatives of all sines and leaves the derivatives of all cosines unchanged.
     """
-    run_start = first_joint_of_run(stages.chain, joint)
+    run_start = find_first_joint_of_run(stages.chain, joint)
     revolute_joints = [i for i, kind in enumerate(stages["kinds"]) if kind == REVOLUTE]
-    run = [i for i in revolute_joints if first_joint_of_run(stages.chain, i) == run_start]
+    run = [i for i in revolute_joints if find_first_joint_of_run(stages.chain, i) == run_start]
 
     def mirror(_: StageResults, table: Table) -> Table:
         rows = (replace(row, theta=-row.theta) if i in run else row for i, row in enumerate(table.rows))
@@ -100,10 +98,10 @@ def _flip_derivative(sign: int) -> VariantGenerator:
     """
 
     def apply_change(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
-        changed = np.array(link_derivatives)
+        new_derivatives = np.array(link_derivatives)
         for i in [i for i, kind in enumerate(stages["kinds"]) if kind == REVOLUTE]:
-            changed[i] = sign * _mirror_link_derivatives(stages, i)
-        return changed
+            new_derivatives[i] = sign * _mirror_link_derivatives(stages, i)
+        return new_derivatives
 
     return vary_if(lambda chain: chain.revolute_joints, {"link derivatives": apply_change})
 
@@ -168,7 +166,7 @@ def _stop_at_next_origin(stages: StageResults, vectors_to_point: np.ndarray) -> 
     return np.stack([*links[: stages.n], vectors_to_point[-1]])
 
 
-def _treat_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
+def _treat_joints_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
     """Return a function that yields variants in which joints of the correct kind are treated as the wrong kind."""
 
     def treat(treated_joints: Sequence[int]) -> MistakeVariant:
@@ -212,6 +210,7 @@ def _keep_one_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _use_next_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    """Yield the variant that uses the next joint's axis in the angular column of each revolute joint."""
     yield _replace_angular(
         lambda stages, i, column: column if stages["kinds"][i] == PRISMATIC else stages["axes"][i + 1],
         _make_axis_words(chain),
@@ -303,8 +302,8 @@ def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
         if not stages.depends_on("joint rates"):
             return velocity
         try:
-            shorter = stages if frame == stages.n else stages.for_first_joints(frame)
-            jacobian = shorter["tool jacobian" if stages.depends_on("tool jacobian") else "geometric"]
+            frame_stages = stages if frame == stages.n else stages.for_first_joints(frame)
+            jacobian = frame_stages["tool jacobian" if stages.depends_on("tool jacobian") else "geometric"]
             return apply_matrix(jacobian, stages["joint rates"][:frame])[:, None]
         except IndexError:  # another mistake in these stages is at a joint after the frame
             return velocity
@@ -351,8 +350,8 @@ VARIANTS: dict[str, VariantGenerator] = {
     "arm-to-origin": _vary_propagation({"p*": lambda stages, _: stages["origins on axes"]}),
     "arm-reversed": _vary_propagation({"p*": lambda stages, vectors: -vectors}),
     "arm-of-one-link": _vary_propagation({"p*": _stop_at_next_origin}),
-    "prismatic-as-revolute": _treat_as("R", "P"),
-    "revolute-as-prismatic": _treat_as("P", "R"),
+    "prismatic-as-revolute": _treat_joints_as("R", "P"),
+    "revolute-as-prismatic": _treat_joints_as("P", "R"),
     "slide-turns": vary_each(lambda chain: (([i],) for i in chain.prismatic_joints), _rotate_prismatic_joints),
     "no-angular-part": lambda chain, _: vary_each_joint_and_all(chain.revolute_joints, _drop_angular),
     "slides-turn": vary_each(
@@ -360,7 +359,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     ),
     "angular-of-one-joint": _keep_one_angular,
     "angular-of-next-axis": _use_next_angular,
-    "blocks-exchanged": vary_always({"geometric": lambda stages, both: np.roll(both, 3, axis=0)}),
+    "blocks-exchanged": vary_always({"geometric": lambda stages, rows: np.roll(rows, 3, axis=0)}),
     "tool-frame": _use_tool_frame,
     "axes-in-own-frames": _vary_propagation({"axes": _use_local_axes}),
     "wrong-axis": vary_each(lambda _: [("x",), ("y",)], _use_frame_axis),

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from itertools import islice
 from typing import SupportsFloat
 
 import numpy as np
@@ -107,10 +106,11 @@ def _change_path_rates(list_wrong_rates: Callable[[Chain, DistanceDetails], Rate
 def _compute_rates(line: StraightPath, distance: SupportsFloat, path_speed: SupportsFloat) -> np.ndarray:
     """Return the joint rates at a distance (m) from the start A, or nan if the arm can't follow the line that far.
 
-    The line is followed in equal steps of about 2 cm.
+    The line is followed in equal steps of about SAMPLE_SPACING.
     """
     end = float(distance)
-    samples = list(line.follow(end / max(1, round(end / SAMPLE_SPACING)) if end else 1.0, 1e-3, end))
+    step = end / max(1, round(end / SAMPLE_SPACING)) if end else 1.0
+    samples = list(line.follow(step, 1e-3, end))
     is_reached = bool(samples) and abs(samples[-1].s - end) < 1e-9
     return np.array(samples[-1].derivatives) * float(path_speed) if is_reached else np.array([np.nan])
 
@@ -120,23 +120,21 @@ def _use_rates_at_start(chain: Chain, details: DistanceDetails) -> RatesWithWord
 
 
 def _skip_normalization(chain: Chain, details: DistanceDetails) -> RatesWithWords:
-    for line, joint in _list_lines_without_offsets(chain, details):
-        extra_words = ", and to have left out the constant of a joint" if joint else ""
+    lines = [(details.welding_line.make_path(chain), "")]
+    extra_words = ", and to have left out the constant of a joint"
+    lines += [(line, extra_words) for line, _ in _list_lines_without_offset(chain, details)]
+    for line, words in lines:
         wrong_speed = float(details.welding_line.speed) * float(line.length)
-        yield _compute_rates(line, details.distance, wrong_speed), extra_words
+        yield _compute_rates(line, details.distance, wrong_speed), words
 
 
 def _drop_offset(chain: Chain, details: DistanceDetails) -> RatesWithWords:
-    for line, joint in islice(_list_lines_without_offsets(chain, details), 1, None):
-        yield _compute_rates(line, details.distance, details.welding_line.speed), str(joint)
+    for line, joint_number in _list_lines_without_offset(chain, details):
+        yield _compute_rates(line, details.distance, details.welding_line.speed), str(joint_number)
 
 
-def _list_lines_without_offsets(chain: Chain, details: DistanceDetails) -> Iterator[tuple[StraightPath, int]]:
-    """Yield the correct line with the number 0, and then the lines of the arm without the offset of one joint.
-
-    Each of these lines has the number of the joint, counted from 1.
-    """
-    yield details.welding_line.make_path(chain), 0
+def _list_lines_without_offset(chain: Chain, details: DistanceDetails) -> Iterator[tuple[StraightPath, int]]:
+    """Yield the line that the arm follows without the offset of a joint, and the joint (from 1), for each offset."""
     for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
         if offset != 0:
             new_joint = joint.with_variable_entry(q)
@@ -150,8 +148,8 @@ def _reverse_path(chain: Chain, details: DistanceDetails) -> RatesWithWords:
     line = welding_line.make_path(chain)
     target = [sp.Float(2 * a - float(b)) for a, b in zip(line.start_point, welding_line.target.values(), strict=True)]
     yield _compute_rates(StraightPath(chain, welding_line.lengths, welding_line.joints, target), distance, speed), ""
-    sign_alternative = ", or all rates have the wrong sign, as with a wrong sign of the determinant"
-    yield -_compute_rates(line, distance, speed), sign_alternative
+    extra_words = ", or all rates have the wrong sign, as with a wrong sign of the determinant"
+    yield -_compute_rates(line, distance, speed), extra_words
     yield -_compute_rates(line, float(line.length) - float(distance), speed), ""
 
 

@@ -19,7 +19,7 @@ from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGen
 LinkVectors = list[np.ndarray]
 
 
-def first_joint_of_run(chain: Chain, link: int) -> int:
+def find_first_joint_of_run(chain: Chain, link: int) -> int:
     """Return the first joint of the run to which the joint of a link belongs."""
     start = min(link, chain.n - 1)
     while start > 0 and sp.sin(chain.joints[start - 1].alpha) == 0:
@@ -29,7 +29,7 @@ def first_joint_of_run(chain: Chain, link: int) -> int:
 
 def list_earlier_joints(chain: Chain, link: int) -> list[int]:
     """Return the revolute joints that come before the joint of a link in the same run."""
-    return [i for i in range(first_joint_of_run(chain, link), min(link, chain.n)) if chain.joints[i].is_revolute]
+    return [i for i in range(find_first_joint_of_run(chain, link), min(link, chain.n)) if chain.joints[i].is_revolute]
 
 
 def _rotate_without(
@@ -89,7 +89,7 @@ def _use_relative_angle(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
     """Yield variants in which one link has its relative angle instead of its absolute angle."""
     for keeps_constants in _list_choices_for_constants(chain):
         yield from _change_links(
-            lambda stages, _, link, keeps=keeps_constants: _compute_relative_link(stages, link, keeps),  # type: ignore[misc]
+            lambda stages, _, link, k=keeps_constants: _compute_relative_link(stages, link, k),  # type: ignore[misc]
             lambda chain, link: link < chain.n and chain.joints[link].a != 0 and bool(list_earlier_joints(chain, link)),
         )(chain, shape)
 
@@ -112,19 +112,21 @@ def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVarian
         return [_compute_relative_link(stages, link, keeps_constants) for link in range(len(correct_links))]
 
     relative_link_count = sum(bool(list_earlier_joints(chain, link)) for link in range(chain.n))
-    for keeps in _list_choices_for_constants(chain):
-        changes: dict[str, Change] = {"links": partial(change_links, keeps_constants=keeps)}
+    for keeps_constants in _list_choices_for_constants(chain):
+        changes: dict[str, Change] = {"links": partial(change_links, keeps_constants=keeps_constants)}
         if relative_link_count > 1:
             yield MistakeVariant(changes, {"link": "each"})
         if relative_link_count:
-            rotations = partial(change_rotations, keeps_constants=keeps)
-            yield MistakeVariant({"rotations": rotations, **changes}, {"link": "each"})
+            changes = {"rotations": partial(change_rotations, keeps_constants=keeps_constants), **changes}
+            yield MistakeVariant(changes, {"link": "each"})
 
 
 def _list_earlier_joints_of_runs(chain: Chain, frame: int) -> list[int]:
     """Return the revolute joints before a frame that are not the last joint of their run."""
     revolute_joints = [i for i in chain.revolute_joints if i < frame]
-    return [i for i in revolute_joints if any(j > i and first_joint_of_run(chain, j) <= i for j in revolute_joints)]
+    return [
+        i for i in revolute_joints if any(j > i and find_first_joint_of_run(chain, j) <= i for j in revolute_joints)
+    ]
 
 
 def _swap_coordinates(stages: StageResults, links: LinkVectors, link: int) -> np.ndarray:
@@ -132,7 +134,7 @@ def _swap_coordinates(stages: StageResults, links: LinkVectors, link: int) -> np
 
     This exchanges the x and y coordinates of the vector in the frame before the link's run.
     """
-    run_rotation = stages["rotations"][first_joint_of_run(stages.chain, link)]
+    run_rotation = stages["rotations"][find_first_joint_of_run(stages.chain, link)]
     local_vector = apply_matrix(run_rotation.swapaxes(0, 1), links[link])
     return apply_matrix(run_rotation, local_vector[[1, 0, 2]])
 
@@ -153,7 +155,7 @@ def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVaria
         yield MistakeVariant({"links": swap})
 
 
-def _slide_along_axes_in_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+def _slide_along_world_axes(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant in which the joints of a prismatic arm move along x, y and z of the world frame, in order."""
 
     def apply_change(stages: StageResults, links: LinkVectors) -> LinkVectors:
@@ -183,5 +185,5 @@ VARIANTS: dict[str, VariantGenerator] = {
         {"links": lambda stages, _: stages["local links"]},
         {"link": "each"},
     ),
-    "prismatic-joints-along-xyz": _slide_along_axes_in_order,
+    "prismatic-joints-along-xyz": _slide_along_world_axes,
 }

@@ -127,13 +127,14 @@ def _stack_blocks(
     return np.concatenate([upper, lower])
 
 
-def _skew_matrix(vector: np.ndarray) -> np.ndarray:
+def _make_skew_matrix(vector: np.ndarray) -> np.ndarray:
     """Return the skew-symmetric matrix [v], (3, 3, …)."""
     x, y, z = vector
     return np.stack([np.stack([0 * x, -z, y]), np.stack([z, 0 * x, -x]), np.stack([-y, x, 0 * x])])
 
 
-def _adjoint_of_inverse(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
+def _compute_adjoint_of_inverse(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """Return the adjoint matrix (6, 6, …) of the inverse of a pose."""
     transpose = rotation.swapaxes(0, 1)
     return adjoint_matrix(transpose, -apply_matrix(transpose, position))
 
@@ -150,14 +151,15 @@ class Motion(NamedTuple):
 
 def _compute_exponential(stages: StageResults, axis: Axis, q: sp.Symbol) -> Motion:
     """Return the exponential of a joint's screw, computed with Rodrigues' formula."""
-    angle, u = stages.arithmetic.convert_entry(q), convert_constant_vector(stages, axis.direction)
-    zeros, ones = 0 * u[0], 0 * u[0] + 1
+    angle, direction = stages.arithmetic.convert_entry(q), convert_constant_vector(stages, axis.direction)
+    zeros, ones = 0 * direction[0], 0 * direction[0] + 1
     identity = np.stack([np.stack(row) for row in ((ones, zeros, zeros), (zeros, ones, zeros), (zeros, zeros, ones))])
     if axis.is_prismatic:
-        return Motion(identity, stages.arithmetic.drop_derivatives(angle)[None] * u)
-    s = stages.arithmetic.drop_derivatives(stages.arithmetic.sin(angle))
-    c = stages.arithmetic.drop_derivatives(stages.arithmetic.cos(angle))
-    rotation = identity + s * _skew_matrix(u) + (ones - c) * matrix_product(_skew_matrix(u), _skew_matrix(u))
+        return Motion(identity, stages.arithmetic.drop_derivatives(angle)[None] * direction)
+    sine = stages.arithmetic.drop_derivatives(stages.arithmetic.sin(angle))
+    cosine = stages.arithmetic.drop_derivatives(stages.arithmetic.cos(angle))
+    skew = _make_skew_matrix(direction)
+    rotation = identity + sine * skew + (ones - cosine) * matrix_product(skew, skew)
     point = convert_constant_vector(stages, axis.point)
     return Motion(rotation, point - apply_matrix(rotation, point))
 
@@ -187,7 +189,7 @@ def _move_screws(stages: StageResults, motions: Sequence[Motion], is_reversed: b
     home = stages["home screws"]
     moved_screws, motion = [home[:, 0]], motions[0]
     for i in range(1, stages.n):
-        angular, linear = (apply_matrix(motion.rotation, half) for half in (home[:3, i], home[3:, i]))
+        angular, linear = (apply_matrix(motion.rotation, vector) for vector in (home[:3, i], home[3:, i]))
         moved_screws.append(np.concatenate([angular, linear + cross(motion.translation, angular)]))
         motion = _compose(motions[i], motion) if is_reversed else _compose(motion, motions[i])
     return np.stack(moved_screws, axis=1)
@@ -238,8 +240,8 @@ def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         for i, axis in enumerate(home_geometry_of(chain).axes)
         if axis.is_revolute and any(axis.direction.cross(axis.point))
     ]
-    all_together = [translating_joints] if len(translating_joints) > 1 else []
-    for joints in (*all_together, *([i] for i in translating_joints)):
+    all_joints = [translating_joints] if len(translating_joints) > 1 else []
+    for joints in (*all_joints, *([i] for i in translating_joints)):
         words = make_joint_words(joints)
         yield MistakeVariant({"point": partial(change_point, changed_joints=joints)}, words)
         if joints[0] < chain.n - 1:  # the last joint moves no screw
@@ -285,14 +287,14 @@ VARIANTS: dict[str, VariantGenerator] = {
             )
         }
     ),
-    "adjoint-of-inverse": _change_adjoint(_adjoint_of_inverse),
+    "adjoint-of-inverse": _change_adjoint(_compute_adjoint_of_inverse),
     "adjoint-block-upper-right": _change_adjoint(
-        lambda R, P: _stack_blocks(R, matrix_product(_skew_matrix(P), R), 0 * R, R)
+        lambda R, P: _stack_blocks(R, matrix_product(_make_skew_matrix(P), R), 0 * R, R)
     ),
-    "adjoint-order": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, matrix_product(R, _skew_matrix(P)), R)),
+    "adjoint-order": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, matrix_product(R, _make_skew_matrix(P)), R)),
     "adjoint-sign": _change_adjoint(lambda R, P: adjoint_matrix(R, -P)),
     "adjoint-without-p": _change_adjoint(lambda R, P: adjoint_matrix(R, 0 * P)),
-    "adjoint-not-rotated": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, _skew_matrix(P), R)),
+    "adjoint-not-rotated": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, _make_skew_matrix(P), R)),
     "rotation-transposed": _change_adjoint(lambda R, P: adjoint_matrix(R.swapaxes(0, 1), P)),
     "exponentials-reversed": _reverse_order,
     "home-pose-multiplied-from-left": vary_always(  # M exp(…) instead of exp(…) M

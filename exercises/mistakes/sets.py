@@ -41,8 +41,8 @@ def _change_sets(change: Callable[[Chain, Components], Iterator[MistakenAnswer]]
 
 def _write_advice(chain: Chain) -> str:
     """Return a clause that says which factors of det J, or which minors, the student should check."""
-    square = chain.n == len(chain.task)
-    return "check every factor of det J" if square else "check every way in which all minors can be zero"
+    has_determinant = chain.n == len(chain.task)
+    return "check every factor of det J" if has_determinant else "check every way in which all minors can be zero"
 
 
 def write_zero_question(chain: Chain) -> str:
@@ -58,13 +58,13 @@ def _replace_component(components: Components, index: int, new: Component) -> Co
     return (*components[:index], new, *components[index + 1 :])
 
 
-def _keep_one_value(component: Component, index: int, only_joint: sp.Symbol | None = None) -> Component:
+def _keep_one_value(component: Component, value_index: int, only_joint: sp.Symbol | None = None) -> Component:
     """Return a component with only the value of each joint at an index, or its last value if there are fewer values.
 
     If `only_joint` is given, the other joints keep all their values.
     """
     solutions = component.solutions and tuple(
-        (q, values[: index + 1][-1:] if only_joint in (None, q) else values) for q, values in component.solutions
+        (q, values[: value_index + 1][-1:] if only_joint in (None, q) else values) for q, values in component.solutions
     )
     return replace(component, solutions=solutions)
 
@@ -82,13 +82,14 @@ def _keep_one_value_in(components: Components, indices: Collection[int], value_i
 def _keep_one_root(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield answers with one value instead of several, in all components, in one component, or for one joint."""
     multivalued = _find_multivalued(components)
-    for index in (0, 1):
+    for value_index in (0, 1):
         for chosen_indices in [*([multivalued] if len(multivalued) > 1 else []), *([k] for k in multivalued)]:
-            yield _keep_one_value_in(components, chosen_indices, index)
+            yield _keep_one_value_in(components, chosen_indices, value_index)
         for k in multivalued:  # reduce the values of only one of several joints
             solutions = components[k].solutions or ()
             for joint, _ in solutions if len(solutions) > 1 else ():
-                yield _make_answer(_replace_component(components, k, _keep_one_value(components[k], index, joint)))
+                shortened = _keep_one_value(components[k], value_index, joint)
+                yield _make_answer(_replace_component(components, k, shortened))
 
 
 def name_missed_component(chain: Chain, component: Component) -> tuple[str, dict[str, object]]:
@@ -100,13 +101,13 @@ def name_missed_component(chain: Chain, component: Component) -> tuple[str, dict
 
 def _miss_component(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield answers without one of the components, and answers with only one of three or more components."""
-    every, count = _write_advice(chain), len(components)
+    advice, count = _write_advice(chain), len(components)
     for k, component in enumerate(components if count > 1 else ()):
         is_tied = _ties_several_joints(chain, component)
         kind = "a condition that involves several joints" if is_tied else "values of a joint variable"
-        yield _make_answer((*components[:k], *components[k + 1 :]), kind=kind, every=every)
+        yield _make_answer((*components[:k], *components[k + 1 :]), kind=kind, every=advice)
     for component in components if count > 2 else ():
-        yield _make_answer((component,), kind="more than one kind of condition", every=every)
+        yield _make_answer((component,), kind="more than one kind of condition", every=advice)
 
 
 def _ties_several_joints(chain: Chain, component: Component) -> bool:
@@ -124,13 +125,13 @@ def _miss_tied_conditions(chain: Chain, components: Components) -> Iterator[Mist
         return
     if untied_components:
         yield _make_answer(untied_components, every=_write_advice(chain), instead="")
-    for q, singular_component in _call_singular(chain, components):
+    for q, singular_component in _list_false_components(chain, components):
         instead = f", and {q} = {_write_values(singular_component)} is given as singular instead"
         yield _make_answer((*untied_components, singular_component), every=_write_advice(chain), instead=instead)
 
 
-def _call_singular(chain: Chain, components: Components) -> Iterator[tuple[sp.Symbol, Component]]:
-    """Yield joints that are falsely called singular, each with a component that gives zeros of a sine or cosine."""
+def _list_false_components(chain: Chain, components: Components) -> Iterator[tuple[sp.Symbol, Component]]:
+    """Yield joints that are falsely called singular, each with a component of falsely singular values."""
     singular_joints = {q for component in components for q, _ in component.solutions or ()}
     for joint, q in zip(chain.joints, chain.q, strict=True):
         if joint.is_revolute and q not in singular_joints:
@@ -148,17 +149,18 @@ def _keep_some_conditions(chain: Chain, components: Components) -> Iterator[Mist
     Conditions are omitted from one component, or from all components that have several.
     """
     for count in (1, 2):
-        choices = {k: list(_shorten(c, count)) for k, c in enumerate(components) if len(c.conditions) > count}
-        replacements = [{k: shortened} for k, components_of_k in choices.items() for shortened in components_of_k]
-        if len(choices) > 1:
-            combinations_of_all = islice(product(*choices.values()), MAX_COMBINATIONS)
-            replacements += [dict(zip(choices, combination, strict=True)) for combination in combinations_of_all]
+        long_components = {k: c for k, c in enumerate(components) if len(c.conditions) > count}
+        choices_by_index = {k: list(_keep_conditions(c, count)) for k, c in long_components.items()}
+        replacements = [{k: choice} for k, choices in choices_by_index.items() for choice in choices]
+        if len(choices_by_index) > 1:
+            combinations_of_all = islice(product(*choices_by_index.values()), MAX_COMBINATIONS)
+            replacements += [dict(zip(choices_by_index, choice, strict=True)) for choice in combinations_of_all]
         for replacement in replacements:
             new_components = [replacement.get(k, component) for k, component in enumerate(components)]
             yield _make_answer(new_components, joint=_name_joints(chain, [*replacement.values()]))
 
 
-def _shorten(component: Component, condition_count: int) -> Iterator[Component]:
+def _keep_conditions(component: Component, condition_count: int) -> Iterator[Component]:
     """Yield components that have only `condition_count` of the conditions of a component."""
     for indices in combinations(range(len(component.conditions)), condition_count):
         conditions = tuple(component.conditions[i] for i in indices)
@@ -215,7 +217,7 @@ def _scale_angles(*factors: sp.Expr) -> AnswerGenerator:
 
 def _add_joint(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield answers in which a joint is falsely called singular, a mistake that the book itself makes."""
-    for q, singular_component in _call_singular(chain, components):
+    for q, singular_component in _list_false_components(chain, components):
         words = {"joint": q, "values": _write_values(singular_component), "zero": write_zero_question(chain)}
         yield _make_answer((*components, singular_component), **words)
 
@@ -265,15 +267,15 @@ def _split_conjunction(chain: Chain, components: Components) -> Iterator[Mistake
     """Yield answers in which conditions that must hold simultaneously are alternatives."""
     for k, component in enumerate(components):
         if len(component.conditions) > 1:
-            yield _make_answer((*components[:k], *_shorten(component, 1), *components[k + 1 :]))
+            yield _make_answer((*components[:k], *_keep_conditions(component, 1), *components[k + 1 :]))
 
 
 def _keep_one_root_each(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield answers with one value instead of several in two or three of the components."""
     multivalued = _find_multivalued(components)
     for chosen_count in range(2, min(len(multivalued), 4)):
-        for chosen_indices, index in product(combinations(multivalued, chosen_count), (0, 1)):
-            yield _keep_one_value_in(components, chosen_indices, index)
+        for chosen_indices, value_index in product(combinations(multivalued, chosen_count), (0, 1)):
+            yield _keep_one_value_in(components, chosen_indices, value_index)
 
 
 def _join_alternatives(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
@@ -313,12 +315,12 @@ def _flip_values(chain: Chain, components: Components) -> Iterator[MistakenAnswe
     """Yield answers with the sign of one value of a joint flipped, or of all its values."""
     for k, component in enumerate(components):
         solutions = component.solutions or ()
-        for index, (q, values) in enumerate(solutions):
+        for solution_index, (q, values) in enumerate(solutions):
             angles = {value % (2 * sp.pi) for value in values}
             flipped_values = [tuple(-v if v == value else v for v in values) for value in values if value != 0]
             for new_values in dict.fromkeys([*flipped_values, tuple(-value for value in values)]):
                 if {sp.expand(value) % (2 * sp.pi) for value in new_values} != angles:  # pi/2 and -pi/2 stay the same
-                    new_solutions = (*solutions[:index], (q, new_values), *solutions[index + 1 :])
+                    new_solutions = (*solutions[:solution_index], (q, new_values), *solutions[solution_index + 1 :])
                     flipped = replace(component, solutions=new_solutions)
                     yield _make_answer(_replace_component(components, k, flipped), joint=str(q))
 

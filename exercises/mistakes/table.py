@@ -44,7 +44,9 @@ def _change_row(
     """Return a variant that changes entries of one row of the table that students see."""
 
     def apply_change(stages: StageResults, table: Table) -> Table:
-        return _with_convention_row(stages, table, index, **change(stages, _find_convention_row(stages, table, index)))
+        return _replace_convention_entries(
+            stages, table, index, **change(stages, _find_convention_row(stages, table, index))
+        )
 
     return MistakeVariant({"table": apply_change}, {"joint": index + 1, "link": index + 1, **words})
 
@@ -58,7 +60,7 @@ def _find_convention_row(stages: StageResults, table: Table, index: int) -> Tabl
     return replace(row, a=shift if convention_of(stages.chain).base.is_world else shift * 0, alpha=table.base_tilt)
 
 
-def _with_convention_row(stages: StageResults, table: Table, index: int, **new_entries: Any) -> Table:
+def _replace_convention_entries(stages: StageResults, table: Table, index: int, **new_entries: Any) -> Table:
     """Return the standard table with entries changed in one row of the table that students see."""
     row, link_row_index = _find_convention_row(stages, table, index), _find_link_row(stages, index)
     a, alpha = new_entries.pop("a", row.a), new_entries.pop("alpha", row.alpha)
@@ -158,10 +160,10 @@ def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
             value = getattr(other_row, entry)
             is_variable = entry == "d" and "P" in (row.kind, other_row.kind)
             if not is_variable and getattr(row, entry) != value:
-                yield _change_row(i, partial(_replace_entry, entry, value), entry=entry, other=j + 1)
+                yield _change_row(i, partial(_make_entry, entry, value), entry=entry, other=j + 1)
 
 
-def _replace_entry(entry: str, value: sp.Expr, stages: StageResults, row: TableRow) -> dict[str, Any]:
+def _make_entry(entry: str, value: sp.Expr, stages: StageResults, row: TableRow) -> dict[str, Any]:
     return {entry: stages.arithmetic.convert_entry(value)}
 
 
@@ -170,7 +172,7 @@ def _exchange_lengths(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
     def exchange(stages: StageResults, table: Table, i: int, j: int) -> Table:
         a_i, a_j = (_find_convention_row(stages, table, index).a for index in (i, j))
-        return _with_convention_row(stages, _with_convention_row(stages, table, i, a=a_j), j, a=a_i)
+        return _replace_convention_entries(stages, _replace_convention_entries(stages, table, i, a=a_j), j, a=a_i)
 
     rows = convention_of(chain).rows
     for i, j in combinations(range(chain.n), 2):
@@ -215,15 +217,15 @@ def _drop_base(stages: StageResults, table: Table) -> Table:
     return replace(table, base_position=table.base_position * 0) if is_moved else table
 
 
-def _move_to_last_origin(stages: StageResults, table: Table) -> Table:
+def _move_point_to_origin(stages: StageResults, table: Table) -> Table:
     """Return the table with P moved to the origin of its frame.
 
-    If students see a modified table, the entry a of this frame's standard row is part of P's x coordinate. It becomes
-    zero, too.
+    If students see a modified table, P's x coordinate includes the entry a of this frame's standard row. This entry
+    becomes zero, too.
     """
-    last_row = stages.chain.point.frame - 1
-    if convention_of(stages.chain).is_proximal and last_row >= 0:
-        table = table.with_row(last_row, a=table.rows[last_row].a * 0)
+    row_index = stages.chain.point.frame - 1
+    if convention_of(stages.chain).is_proximal and row_index >= 0:
+        table = table.with_row(row_index, a=table.rows[row_index].a * 0)
     return replace(table, point_offset=table.point_offset * 0)
 
 
@@ -231,22 +233,22 @@ def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant with the last frame's origin instead of P, or the origin before it if P is on that frame."""
     if convention_of(chain).is_proximal:
         if chain.point.frame == chain.n > 1:
-            yield MistakeVariant({"table": _move_to_earlier_origin}, {"frame": chain.n - 1})
+            yield MistakeVariant({"table": _move_point_to_earlier_origin}, {"frame": chain.n - 1})
         return
 
-    def variant_at(frame: int) -> MistakeVariant:
+    def make_variant(frame: int) -> MistakeVariant:
         return MistakeVariant(
             {"point": lambda stages, _: stages["origins"][frame], "link derivatives": _keep_derivatives_up_to(frame)},
             {"frame": frame},
         )
 
     if chain.point.frame != chain.n:
-        yield variant_at(chain.n)
+        yield make_variant(chain.n)
     if chain.point.frame == chain.n and chain.n > 1:
-        yield variant_at(chain.n - 1)
+        yield make_variant(chain.n - 1)
 
 
-def _move_to_earlier_origin(stages: StageResults, table: Table) -> Table:
+def _move_point_to_earlier_origin(stages: StageResults, table: Table) -> Table:
     """Return a modified table with P at the second-last origin, by setting the later lengths to zero."""
     second_last_row, last_row = table.rows[-2:]
     table = table.with_row(stages.n - 2, a=second_last_row.a * 0)
@@ -319,7 +321,7 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         offset = np.stack([stages.arithmetic.convert_entry(value) for value in point.offset])
         for i, next_row in zip(range(stages.n), [*rows[1:], empty_row], strict=False):
             a, alpha = stages.arithmetic.convert_entry(next_row.a), stages.arithmetic.convert_entry(next_row.alpha)
-            table = _with_convention_row(stages, table, i, a=a, alpha=alpha)
+            table = _replace_convention_entries(stages, table, i, a=a, alpha=alpha)
         if 0 < point.frame < stages.n:  # P keeps its coordinates, but they now refer to the previous frame
             row = table.rows[point.frame - 1]
             moved_offset = offset - np.stack([row.a, row.a * 0, row.a * 0])
@@ -381,7 +383,9 @@ VARIANTS: dict[str, VariantGenerator] = {
     "variable-forgotten": _add_to_variable(lambda chain, i: -chain.q[i], "R"),
     "row-misread": _use_other_row,
     "lengths-exchanged": _exchange_lengths,
-    "point-forgotten": vary_if(lambda chain: not convention_of(chain).point.is_origin, {"table": _move_to_last_origin}),
+    "point-forgotten": vary_if(
+        lambda chain: not convention_of(chain).point.is_origin, {"table": _move_point_to_origin}
+    ),
     "other-point": _use_other_origin,
     "base-forgotten": vary_if(lambda chain: not convention_of(chain).base.is_world, {"table": _drop_base}),
     "base-not-rotated": vary_if(_has_moved_and_rotated_base, {"table": _drop_base_rotation}),

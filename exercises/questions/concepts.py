@@ -37,7 +37,7 @@ from qdot.exercises.questions.inversion import sample_joint_values
 from qdot.exercises.questions.singular import find_lost_direction_objection
 from qdot.exercises.reference_answers import Number
 from qdot.exercises.reference_answers.formulas import COUNT_TOLERANCE
-from qdot.exercises.singularities.directions import lost_direction
+from qdot.exercises.singularities.directions import find_lost_direction
 
 MIN_EFFECT, MIN_WRONG_EFFECT = 0.1, 0.05
 """Minimum velocity due to a joint at unit rate (m/s or rad/s): in a correct option, and in a wrong one."""
@@ -299,7 +299,7 @@ def _ask_unreachable_velocity(chain: Chain, rng: Stream) -> AnswerAndDetails | N
         if configuration is None:
             continue
         jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
-        lost_unit_vector = lost_direction(evaluate_jacobian(chain, configuration))
+        lost_unit_vector = find_lost_direction(evaluate_jacobian(chain, configuration))
         assert lost_unit_vector is not None
         velocities = _sample_velocities(jacobian, lost_unit_vector, is_possible, rng)
         if velocities is not None:

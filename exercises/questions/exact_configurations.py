@@ -25,8 +25,8 @@ from qdot.exercises.problem.problem import Details, list_values_by_name, recorde
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.inversion import Configuration, JointValues, Lengths, sample_joint_values
 from qdot.exercises.singularities.axes import Sample
-from qdot.exercises.singularities.directions import NONZERO_THRESHOLD, clear_rank
-from qdot.exercises.singularities.singular_set import Component, Values, singular_set
+from qdot.exercises.singularities.directions import NONZERO_THRESHOLD, find_clear_rank
+from qdot.exercises.singularities.singular_set import Component, Values, find_singular_set
 
 DIGITS, WORKING_DIGITS = 30, 40
 """Number of digits of results, and of the intermediate results from which they are computed."""
@@ -141,7 +141,7 @@ def compute_rank(chain: Chain, configuration: ExactConfiguration, min_ratio: flo
 
     A singular value is large if it is at least `min_ratio` times the largest.
     """
-    return clear_rank(evaluate_jacobian(chain, configuration), min_ratio)
+    return find_clear_rank(evaluate_jacobian(chain, configuration), min_ratio)
 
 
 def evaluate_precisely(chain: Chain, configuration: ExactConfiguration, matrix: sp.Matrix) -> sp.Matrix:
@@ -182,7 +182,7 @@ def sample_regular_configuration(
     samples are configurations that seem singular to students who make an error of sign or of 90 degrees. If
     `needs_no_rounding`, no joint value is shown rounded.
     """
-    components = singular_set(chain) or () if prefers_misleading else ()
+    components = find_singular_set(chain) or () if prefers_misleading else ()
     roots = [solution for component in components for solution in component.solutions or ()]
     for attempt in range(MAX_REGULAR_TRIES):
         lengths, joints = sample_unequal_lengths(chain, rng), sample_joint_values(chain, rng)
@@ -251,7 +251,7 @@ def sample_from_any_component(
 
     The components are tried in random order until `sample` finds a configuration on one of them.
     """
-    components = rng.permutation(singular_set(chain) or ())
+    components = rng.permutation(find_singular_set(chain) or ())
     return next(filter(None, (sample(chain, (component,), rng, lost_rank) for component in components)), None)
 
 
@@ -274,7 +274,7 @@ def _sample_varied_lengths(chain: Chain, rng: Stream) -> Lengths:
 @lru_cache(maxsize=1024)
 def sample_singular_configurations(chain: Chain, component: Component, count: int) -> tuple[Sample, ...]:
     """Return up to `count` configurations on a component that lose one direction, with very different lengths."""
-    stream = Stream(f"samples/{component.pieces()}")
+    stream = Stream(f"samples/{component.list_pieces()}")
     sample = partial(sample_singular_configuration, chain, (component,), stream, 1, has_varied_lengths=True)
     return tuple(convert_to_sample(chain, c) for c in (sample() for _ in range(count)) if c is not None)
 
@@ -293,24 +293,24 @@ class Branch:
     @property
     def values(self) -> Values:
         """The joint values of the branch; empty if the branch is given by a condition."""
-        return () if self.component.solutions is None else self.component.value_combinations()[0]
+        return () if self.component.solutions is None else self.component.list_value_combinations()[0]
 
 
 @lru_cache(maxsize=1024)
 def match_branches(chain: Chain) -> tuple[Branch, ...]:
     """Return the branches of an arm's singular set that are also branches of the arm's structure."""
     substitute = derive(chain).substitute_values
-    structure_set = singular_set(symbolic_arm_of(chain).chain) or ()
+    structure_set = find_singular_set(symbolic_arm_of(chain).chain) or ()
     structure_components = {tuple(map(substitute, component.conditions)): component for component in structure_set}
     branches: list[Branch] = []
-    for component in singular_set(chain) or ():
+    for component in find_singular_set(chain) or ():
         match = structure_components.get(component.conditions)
         if match is None or (component.solutions is None) != (match.solutions is None):
             continue
         if component.solutions is None:
             branches.append(Branch(component, match))
-        for values in component.value_combinations():
-            same_values = (v for v in match.value_combinations() if _are_same_values(chain, values, v))
+        for values in component.list_value_combinations():
+            same_values = (v for v in match.list_value_combinations() if _are_same_values(chain, values, v))
             branches += [Branch(component.restrict_to(values), match.restrict_to(v)) for v in islice(same_values, 1)]
     return tuple(branches)
 
@@ -338,7 +338,7 @@ def _sample_joint_values(
     """
     fixed_values: JointValues = {}
     for component in (component for component in components if component.solutions is not None):
-        values = dict(rng.choice(component.value_combinations()))
+        values = dict(rng.choice(component.list_value_combinations()))
         if any(fixed_values.get(q, value) != value for q, value in values.items()):
             return None
         fixed_values.update(wrap_angles(chain, {q: value.xreplace(dict(lengths)) for q, value in values.items()}))

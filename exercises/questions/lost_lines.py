@@ -47,14 +47,14 @@ def find_lost_motion(symbolic_chain: Chain, component: Component) -> LostMotion 
     threshold = directions.NONZERO_THRESHOLD / 5  # lower, because the samples have lengths of very different size
     rows = symbolic_chain.task_rows
     jacobians = (sample.arm.jacobian(sample.q)[rows] for sample in samples)
-    lost_directions = [directions.lost_direction(jacobian, threshold) for jacobian in jacobians]
+    lost_directions = [directions.find_lost_direction(jacobian, threshold) for jacobian in jacobians]
     if len(samples) < SAMPLE_COUNT // 2 or any(u is None for u in lost_directions):
         return None
     lost_twists = np.zeros((len(samples), 6))
     lost_twists[:, rows] = np.array(lost_directions)
     norms = {"P": np.linalg.norm(lost_twists[:, :3], axis=1), "link": np.linalg.norm(lost_twists[:, 3:], axis=1)}
     lines = directions.list_candidate_lines(symbolic_chain)
-    vectors = directions.line_directions(lines, samples)
+    vectors = directions.compute_line_directions(lines, samples)
     for moving_part, other_part, first_row in (("P", "link", 0), ("link", "P", 3)):
         if np.any(norms[moving_part] < 0.02):  # the lost direction has hardly any such motion
             continue
@@ -90,5 +90,5 @@ def compare_lines(symbolic_chain: Chain, component: Component) -> dict[tuple[Arm
     """Return for each pair of a structure's lines whether the two lines are parallel at all samples of a branch."""
     lines = directions.list_candidate_lines(symbolic_chain)
     samples = sample_singular_configurations(symbolic_chain, component, SAMPLE_COUNT)
-    vectors = directions.line_directions(lines, samples)
+    vectors = directions.compute_line_directions(lines, samples)
     return {(a, b): _are_parallel(vectors[i], vectors[j]) for i, a in enumerate(lines) for j, b in enumerate(lines)}

@@ -24,7 +24,7 @@ from qdot.exercises.questions.base import AnswerAndDetails, Question, find_deter
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, Configuration, JointValues, Lengths
 from qdot.exercises.questions.redundancy import find_symbolic_angle_objection
 from qdot.exercises.reference_answers import Number
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.singular_set import find_singular_set
 
 SAMPLE_SPACING = 0.02
 """Distance (m) between the points at which a line is examined."""
@@ -167,7 +167,7 @@ def _find_path_objection(chain: Chain) -> str | None:
         return f"it has {count_noun(chain.n, 'joint')}; a path needs two or three"
     if objection := find_determinant_objection(chain) or find_symbolic_angle_objection(chain):
         return objection
-    if singular_set(chain) == () and not chain.revolute_joints:
+    if find_singular_set(chain) == () and not chain.revolute_joints:
         return "its Jacobian is constant, so the joint rates along a line are constant too"
     return None
 
@@ -248,7 +248,7 @@ class LimitCrossing:
 def _find_limit_objection(chain: Chain) -> str | None:
     if objection := _find_path_objection(chain):
         return objection
-    return None if singular_set(chain) else "it has no singular configuration for a path to approach"
+    return None if find_singular_set(chain) else "it has no singular configuration for a path to approach"
 
 
 def _ask_path_limit(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
@@ -276,7 +276,7 @@ def _sample_line_to_singularity(chain: Chain, rng: Stream, min_conditioning: flo
 
     The target is close to the position of P at a singular configuration, or it may be out of reach (40 to 120 cm away).
     """
-    solved_components = [component for component in singular_set(chain) or () if component.solutions is not None]
+    solved_components = [component for component in find_singular_set(chain) or () if component.solutions is not None]
     if not solved_components or rng.integer_below(4) == 0:
         return _sample_line(chain, rng, 40, 120, START_MARGIN * min_conditioning)
     lengths, joints = inversion.sample_lengths(chain, rng), inversion.sample_joint_values(chain, rng)

@@ -42,9 +42,14 @@ from qdot.exercises.questions.singular import KIND_OPTIONS, find_lost_direction_
 from qdot.exercises.reference_answers import Direction, Number
 from qdot.exercises.reference_answers.formulas import COUNT_TOLERANCE
 from qdot.exercises.singularities.classification import sample_representatives
-from qdot.exercises.singularities.directions import ArmLine, LostDirectionFormula, clear_rank, lost_direction_formula
+from qdot.exercises.singularities.directions import (
+    ArmLine,
+    LostDirectionFormula,
+    find_clear_rank,
+    find_shortest_lost_direction,
+)
 from qdot.exercises.singularities.meanings import BranchMeanings, Meaning, find_branch_meanings
-from qdot.exercises.singularities.singular_set import Component, Values, singular_set
+from qdot.exercises.singularities.singular_set import Component, Values, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 
 MAX_ROWS = 4
@@ -60,7 +65,7 @@ KIND_SAMPLE_COUNT = 60
 @lru_cache(maxsize=1024)
 def _find_sets_with_larger_rank_loss(symbolic_chain: Chain) -> tuple[tuple[int, ...], ...]:
     """Return the sets of components (by index) that together reduce the rank of a structure by more than one."""
-    components = singular_set(symbolic_chain) or ()
+    components = find_singular_set(symbolic_chain) or ()
     lost_ranks = range(2, compute_full_rank(symbolic_chain) + 1)
 
     def loses_more_than_one(indices: tuple[int, ...]) -> bool:
@@ -77,9 +82,9 @@ _sample_with_formulas = partial(sample_singular_configuration, needs_no_rounding
 def _sample_with_larger_rank_loss(chain: Chain, rng: Stream) -> ExactConfiguration | None:
     """Return a random configuration at which J loses more than one rank, or None if none is found."""
     symbolic_chain, substitute = symbolic_arm_of(chain).chain, derive(chain).substitute_values
-    symbolic_components = singular_set(symbolic_chain) or ()
+    symbolic_components = find_singular_set(symbolic_chain) or ()
     max_rank = compute_full_rank(chain) - 2
-    arm_components = {component.conditions: component for component in singular_set(chain) or ()}
+    arm_components = {component.conditions: component for component in find_singular_set(chain) or ()}
     for indices in rng.permutation(_find_sets_with_larger_rank_loss(symbolic_chain)):
         matches = [arm_components.get(tuple(map(substitute, symbolic_components[i].conditions))) for i in indices]
         components = [component for component in matches if component is not None]
@@ -113,7 +118,7 @@ def _ask_rank(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         configuration = sample(chain, rng)
         if configuration is not None:
             jacobian = evaluate_jacobian(chain, configuration)
-            answer = Number(sp.Matrix([[clear_rank(jacobian)]]), ("",), COUNT_TOLERANCE, COUNT_TOLERANCE)
+            answer = Number(sp.Matrix([[find_clear_rank(jacobian)]]), ("",), COUNT_TOLERANCE, COUNT_TOLERANCE)
             return answer, RankDetails(
                 configuration=configuration,
                 independent_columns=_find_independent_columns(jacobian),
@@ -136,7 +141,7 @@ def _find_satisfied_conditions(chain: Chain, configuration: ExactConfiguration) 
     def holds(condition: sp.Expr) -> bool:
         return bool(abs(sp.N(condition.xreplace(configuration.values), 30)) < sp.Float("1e-20"))
 
-    all_conditions = (component.conditions for component in singular_set(chain) or ())
+    all_conditions = (component.conditions for component in find_singular_set(chain) or ())
     return tuple(conditions for conditions in all_conditions if all(map(holds, conditions)))
 
 
@@ -156,7 +161,7 @@ def _find_branches_with_vector(chain: Chain) -> list[Branch]:
     """Return the branches that lose exactly one direction: those with a formula for the direction, or else all."""
     symbolic_chain = symbolic_arm_of(chain).chain
     branches = [b for b in match_branches(chain) if _loses_one_direction(symbolic_chain, b.structure_component)]
-    return [b for b in branches if lost_direction_formula(symbolic_chain, b.structure_component)] or branches
+    return [b for b in branches if find_shortest_lost_direction(symbolic_chain, b.structure_component)] or branches
 
 
 @lru_cache(maxsize=1024)
@@ -195,7 +200,7 @@ class LostDirectionDetails(Details):
 def _ask_direction(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Ask for the direction: as a formula if the branch has a short one, else as numbers at a configuration."""
     for branch in rng.permutation(_find_branches_with_vector(chain)):
-        formula = lost_direction_formula(symbolic_arm_of(chain).chain, branch.structure_component)
+        formula = find_shortest_lost_direction(symbolic_arm_of(chain).chain, branch.structure_component)
         if formula is not None:
             jacobian_on_branch, direction = _substitute_numbers(chain, branch, formula)
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
@@ -224,7 +229,7 @@ def find_lost_direction_formula(chain: Chain, values: Values) -> tuple[JacobianO
     """Return J and the lost direction at given joint values as formulas, or None if they are too long."""
     for branch in match_branches(chain) if values else ():
         if branch.values == values:
-            formula = lost_direction_formula(symbolic_arm_of(chain).chain, branch.structure_component)
+            formula = find_shortest_lost_direction(symbolic_arm_of(chain).chain, branch.structure_component)
             if formula is not None and formula.jacobian is not None:
                 return _substitute_numbers(chain, branch, formula)
     return None
@@ -305,7 +310,9 @@ def _ask_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
 def _find_meanings(symbolic_chain: Chain, component: Component) -> BranchMeanings | None:
     """Return a geometric statement that holds on a structure's whole branch, and wrong ones; None if none is found."""
     samples = sample_singular_configurations(symbolic_chain, component, SAMPLE_COUNT)
-    meanings = find_branch_meanings(symbolic_chain, samples, sample_representatives(symbolic_chain, component.pieces()))
+    meanings = find_branch_meanings(
+        symbolic_chain, samples, sample_representatives(symbolic_chain, component.list_pieces())
+    )
     if meanings is None or (len(meanings.wrong) < 2 and _find_common_kind(symbolic_chain, component) is None):
         return None
     return meanings

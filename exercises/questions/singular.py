@@ -26,7 +26,7 @@ from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import classify
 from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalize_joint_values
-from qdot.exercises.singularities.singular_set import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 
 KIND_OPTIONS = {
@@ -43,7 +43,7 @@ MAX_MISLEADING_TRIES, MAX_REGULAR_TRIES = 150, 200
 
 def find_singularity_objection(chain: Chain) -> str | None:
     """Return an objection to an arm without singular configurations, or without regular ones; None for other arms."""
-    components = singular_set(chain)
+    components = find_singular_set(chain)
     if components is None:
         return "its Jacobian has less than full rank everywhere"
     return None if components else "it has no singular configuration"
@@ -85,13 +85,13 @@ class ConfigurationsOfOneKind:
 def find_components_containing(chain: Chain, configurations: ConfigurationsOfOneKind) -> list[Component]:
     """Return the components of the singular set that contain the configurations, each at the joint values only."""
     components = []
-    for component in singular_set(chain) or ():
+    for component in find_singular_set(chain) or ():
         if configurations.condition is not None:
             if configurations.condition in component.conditions:
                 components.append(component)
         elif component.solutions is not None:
             values = tuple((q, configurations.joints[q]) for q, _ in component.solutions)
-            if values in component.value_combinations():
+            if values in component.list_value_combinations():
                 components.append(component.restrict_to(values))
     return components
 
@@ -121,7 +121,7 @@ def _ask_kind(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 def _sample_configurations_of_kind(chain: Chain, kind: str, rng: Stream) -> ConfigurationsOfOneKind | None:
     if kind == "regular":
         return _sample_regular_configuration(chain, rng)
-    for component in rng.permutation(singular_set(chain) or ()):
+    for component in rng.permutation(find_singular_set(chain) or ()):
         if component.solutions is None:
             classification = classify(chain, component)
             words = classification.meaning.split(",")[0]
@@ -140,7 +140,7 @@ def _sample_regular_configuration(chain: Chain, rng: Stream) -> ConfigurationsOf
     """Return a random regular configuration; if possible, one that seems singular after an error of sign or angle."""
     roots = [
         (q, values)
-        for component in singular_set(chain) or ()
+        for component in find_singular_set(chain) or ()
         for q, values in component.solutions or ()
         if not any(value.has(sp.acos, sp.asin, sp.atan) and value.free_symbols for value in values)
     ]
@@ -178,7 +178,7 @@ def _is_well_conditioned(chain: Chain, joints: JointValues, rng: Stream) -> bool
 
 def _sample_joint_values(chain: Chain, component: Component, rng: Stream) -> Iterator[JointValues]:
     """Yield configurations of a component: its joint values, each time with new random values of the other joints."""
-    for values in rng.permutation(component.value_combinations() * 2):
+    for values in rng.permutation(component.list_value_combinations() * 2):
         yield {**inversion.sample_joint_values(chain, rng), **dict(values)}
 
 
@@ -225,7 +225,7 @@ def _find_kinds(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str | No
 QUESTIONS = (
     Question(
         "singular-angles", "Singular configurations", "6.8", points=2.0, prerequisites=("determinant", "jacobian"),
-        sample=lambda chain, _: (ConditionSet(singular_set(chain) or ()), Details()),
+        sample=lambda chain, _: (ConditionSet(find_singular_set(chain) or ()), Details()),
         find_arm_objection=find_singularity_objection, zero_formula="det(J)",
         alternative_prerequisites=(("determinant",), ("jacobian",)),
     ),

@@ -31,7 +31,7 @@ from qdot.exercises.reference_answers import Choice, Selection
 from qdot.exercises.short_questions.options import Blame, ConfigurationOptions, find_shown_value
 from qdot.exercises.short_questions.short_question import ShortQuestion
 from qdot.exercises.short_questions.wrong_sets import make_wrong_sets
-from qdot.exercises.singularities.singular_set import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, find_singular_set
 
 CLEARLY_REGULAR_RATIO = 0.12
 """Ratio of the smallest to the largest singular value at which a configuration is visibly regular."""
@@ -70,7 +70,7 @@ def _find_clearly_regular_ratio(chain: Chain) -> float:
 def _sample_singular_configurations(chain: Chain, rng: Stream) -> Iterator[ConfigurationAndBlame]:
     """Yield singular configurations of an arm, from all components of its singular set in turn."""
     for _ in range(MAX_TRIES):
-        for component in rng.permutation(singular_set(chain) or ()):
+        for component in rng.permutation(find_singular_set(chain) or ()):
             configuration = sample_displayable_configuration(chain, (component,), rng)
             if configuration is not None:
                 yield configuration, None
@@ -90,7 +90,7 @@ def _sample_regular_configurations(chain: Chain, rng: Stream) -> Iterator[Config
 
 def _find_falsely_singular_components(chain: Chain) -> list[tuple[Component, Blame]]:
     """Return the components that seem to be part of the singular set after a known mistake, each with the mistake."""
-    correct_set = singular_set(chain) or ()
+    correct_set = find_singular_set(chain) or ()
     return [
         (component, option.blames[0])
         for option in make_wrong_sets(chain, correct_set)

@@ -83,7 +83,7 @@ class OfferedOption:
     def text(self) -> str:
         """What the option shows, as plain text in the syntax of an answer: [[1, a1]] for a matrix."""
         if isinstance(self.content, tuple):
-            return " or ".join(piece for component in self.content for piece in component.pieces())
+            return " or ".join(piece for component in self.content for piece in component.list_pieces())
         if isinstance(self.content, sp.Expr):
             return str(self.content)
         is_matrix = self.content.cols > 1

@@ -27,7 +27,7 @@ from qdot.exercises.questions.exact_configurations import (
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, write_power_of_metres
 from qdot.exercises.reference_answers import TRUE_FALSE, Choice, Number
 from qdot.exercises.short_questions.short_question import ShortQuestion
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.singular_set import find_singular_set
 
 MAX_SPEED_TRIES, MAX_STATEMENT_TRIES = 40, 30
 """Maximum numbers of samples of a configuration with a speed, and of a statement."""
@@ -146,7 +146,7 @@ def _ask_true_or_false(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 def _sample_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterator[ConfigurationStatement]:
     for statement_kind in rng.permutation(("singular", "moves")):
-        if statement_kind == "singular" and (components := singular_set(chain)):
+        if statement_kind == "singular" and (components := find_singular_set(chain)):
             if is_true:
                 configuration = sample_displayable_configuration(chain, (rng.choice(components),), rng)
             else:

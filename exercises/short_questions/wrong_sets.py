@@ -16,7 +16,7 @@ from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.short_questions import options
 from qdot.exercises.short_questions.options import Blame, OfferedOption
 from qdot.exercises.singularities.classification import domain_of
-from qdot.exercises.singularities.singular_set import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, find_singular_set
 
 ComponentSet = tuple[Component, ...]
 
@@ -28,7 +28,7 @@ MAX_PIECES = 6
 
 def make_four_sets(chain: Chain, rng: Stream) -> list[OfferedOption] | None:
     """Return the singular set and three wrong sets as options, or None if known mistakes don't lead to three."""
-    correct_set = singular_set(chain)
+    correct_set = find_singular_set(chain)
     if not correct_set:
         return None
     intended_rank = rng.integer_below(4)
@@ -79,7 +79,7 @@ def make_wrong_sets(chain: Chain, components: ComponentSet) -> tuple[OfferedOpti
 
 def are_different_sets(chain: Chain, four_options: list[OfferedOption]) -> bool:
     """Return whether the sets contain different configurations, and whether none of the sets is empty."""
-    pieces = [tuple(ConditionSet(option.content).pieces()) for option in four_options]
+    pieces = [tuple(ConditionSet(option.content).list_pieces()) for option in four_options]
     return all(not _are_equal_sets(chain, a, b) for a, b in combinations(pieces, 2))
 
 

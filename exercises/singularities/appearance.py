@@ -20,22 +20,28 @@ from qdot.exercises.singularities.axes import (
     Measure,
     Sample,
     are_parallel,
-    axis_distance,
-    axis_distance_derivative,
-    axis_spread,
-    collinearity_error,
-    common_direction_error,
-    coplanarity_error,
-    jacobians_of,
+    compute_jacobians,
+    measure_axis_distance,
+    measure_axis_spread,
+    measure_collinearity,
+    measure_common_direction,
+    measure_coplanarity,
+    measure_distance_change,
+    measure_prismatic_slant,
     measure_samples,
-    nearby_samples,
-    prismatic_slant,
+    move_samples,
     stack_samples,
 )
 from qdot.exercises.singularities.reason import is_reason
 
 ZERO_TOLERANCE, NONZERO_THRESHOLD = 1e-5, 1e-3
 """Tolerances (m, or a sine): below the first, a measure counts as zero; above the second, it is clearly nonzero."""
+_DIFFERENCE_STEP = 1e-3
+"""Step of a joint variable (rad or m) for derivatives of the distance of the point from an axis."""
+_MIN_CURVATURE = 1e-3
+"""If the second derivative of this distance is smaller (in m), it does not show whether the distance is extreme."""
+_CURVE_POINT_COUNT = 180
+"""Number of angles of a joint at which this distance is compared with the distance at a sample."""
 
 
 @dataclass(frozen=True)
@@ -105,29 +111,27 @@ def find_statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[Stateme
     if has_angular_rows and len(chain.task) == 3 and chain.linear_axes and chain.joints[-1].is_revolute and chain.n > 1:
         # the last joint sets the angle of a planar pose, and the other joints position the axis of the last joint
         yield from _find_coplanar_parallel_axes(chain, samples)
-        rows = tuple(row for row in chain.task if row[0] == "v")
-        yield from _find_origin_statements(
-            replace(chain, task=rows), samples, chain.n - 1, f"the axis of joint {chain.n}"
-        )
+        position_chain = replace(chain, task=tuple(row for row in chain.task if row[0] == "v"))
+        name = f"the axis of joint {chain.n}"
+        yield from _find_origin_statements(position_chain, samples, chain.n - 1, name, _find_point_statements)
         return
     centre = find_wrist_centre(chain) if has_angular_rows else None
     if centre is None or chain.point == Point(centre):
         yield from _find_point_statements(chain, samples)
     else:
-        yield from _find_origin_statements(chain, samples, centre, "the wrist centre")
+        yield from _find_origin_statements(chain, samples, centre, "the wrist centre", _find_point_statements)
 
 
 def _find_origin_statements(
-    chain: Chain, samples: Sequence[Sample], frame: int, origin_name: str
+    chain: Chain, samples: Sequence[Sample], frame: int, origin_name: str, finder: Finder
 ) -> Iterator[Statement]:
-    """Yield statements about the axes and the origin of a frame, which is called `origin_name` in the statements."""
-    for statement in _find_point_statements(replace(chain, tool=Point(frame)), _move_point(samples, frame)):
+    """Yield the statements that a finder yields about the axes and the point, with the origin of a frame as the point.
+
+    The origin is called `origin_name` in the statements.
+    """
+    moved_samples = [Sample(sample.arm.with_point(frame), sample.q) for sample in samples]
+    for statement in finder(replace(chain, tool=Point(frame)), moved_samples):
         yield statement.with_origin_as_point(frame, origin_name)
-
-
-def _move_point(samples: Sequence[Sample], frame: int) -> list[Sample]:
-    """Return the same configurations of the arms with the origin of a frame as the point of interest."""
-    return [Sample(sample.arm.with_point(frame), sample.q) for sample in samples]
 
 
 def _find_point_statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -163,7 +167,7 @@ def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
     if chain.n > len(rows):
         return _describe_dependent_rows(chain, samples, rows)
     if samples:
-        jacobians = jacobians_of(samples)
+        jacobians = compute_jacobians(samples)
         for joint_count in range(1, chain.n + 1):
             for joints in combinations(range(chain.n), joint_count):
                 if _are_dependent(jacobians, rows, joints):
@@ -178,7 +182,7 @@ def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
 
 def _describe_dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequence[int]) -> str:
     """Describe the world axes along or about which no joint causes motion, or how all joints move the point."""
-    jacobians = jacobians_of(samples) if samples else np.ones((1, 6, chain.n))
+    jacobians = compute_jacobians(samples) if samples else np.ones((1, 6, chain.n))
     zero_rows = [row for row in rows if np.abs(jacobians[:, row]).max() < ZERO_TOLERANCE]
     axis_names = _join_names(["xyz"[row % 3] for row in zero_rows])
     if zero_rows and max(zero_rows) < 3:
@@ -231,10 +235,13 @@ def _join_names(names: Sequence[str]) -> str:
 # --- finders of statements ---
 
 
-def _find_groups(
+def _find_in_groups(
     samples: Sequence[Sample], groups: Iterable[Sequence[int]], words: str, measure: Callable[..., np.ndarray]
 ) -> Iterator[Statement]:
-    """Yield for each group of joints the statement with the joints' numbers in `words`, if it holds only at samples."""
+    """Yield for each group of joints the statement with the joints' numbers in `words`, if it holds only at samples.
+
+    `measure` is a measure with an additional argument `joints`.
+    """
     for joints in groups:
         yield from _yield_if_special(
             samples, words.format(_join_joint_numbers(joints)), partial(measure, joints=joints)
@@ -244,22 +251,23 @@ def _find_groups(
 def _find_point_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find axes on which the point lies: all of them together, then each axis alone."""
     revolute = [i for i in chain.revolute_joints if i < chain.point.frame]
-    axes_with_point = [i for i in revolute if [*_yield_if_special(samples, "", partial(axis_distance, joint=i))]]
+    measures = {i: partial(measure_axis_distance, joint=i) for i in revolute}
+    axes_with_point = [i for i, measure in measures.items() if [*_yield_if_special(samples, "", measure)]]
     if len(axes_with_point) > 1:
         words = "the point lies on the axes of joints {}, which then do not move it"
-        yield from _find_groups(samples, [axes_with_point], words, _farthest_axis_distance)
+        yield from _find_in_groups(samples, [axes_with_point], words, _measure_farthest_distance)
     words = "the point lies on the axis of joint {}, which then does not move it"
-    yield from _find_groups(samples, [(joint,) for joint in revolute], words, _farthest_axis_distance)
+    yield from _find_in_groups(samples, [(joint,) for joint in revolute], words, _measure_farthest_distance)
 
 
-def _farthest_axis_distance(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
+def _measure_farthest_distance(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return the distance (m) of the point from the farthest of several axes."""
-    return np.asarray(np.max([axis_distance(arm, q, joint) for joint in joints], axis=0))
+    return np.asarray(np.max([measure_axis_distance(arm, q, joint) for joint in joints], axis=0))
 
 
 def _find_collinear_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     pairs = combinations(chain.revolute_joints, 2)
-    return _find_groups(samples, pairs, "the axes of joints {} coincide", collinearity_error)
+    return _find_in_groups(samples, pairs, "the axes of joints {} coincide", measure_collinearity)
 
 
 def _find_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -267,55 +275,56 @@ def _find_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Sta
 
     The columns of these joints alone must be dependent; otherwise the parallel axes cannot be the reason.
     """
-    rows, jacobians = chain.task_rows, jacobians_of(samples)
+    rows, jacobians = chain.task_rows, compute_jacobians(samples)
     for i, j in sorted(combinations(chain.revolute_joints, 2), key=lambda pair: pair[1] - pair[0]):
         if are_parallel(samples, i, j):
             further_joints = [k for k in chain.revolute_joints if chain.linear_axes and are_parallel(samples, i, k)]
             joints = sorted({i, j, *further_joints})
             if _are_dependent(jacobians, rows, joints):
                 words = f"the axes of joints {_join_joint_numbers(joints)} are parallel"
-                yield from _yield_if_special(samples, words, partial(axis_spread, joints=(i, j)))
+                yield from _yield_if_special(samples, words, partial(measure_axis_spread, joints=(i, j)))
 
 
 def _find_axes_parallel_to_plane(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find three axes parallel to one plane, so that these joints cause no rotation about the plane's normal."""
     triples = combinations(chain.revolute_joints, 3) if any(row[0] == "w" for row in chain.task) else ()
-    return _find_groups(samples, triples, "the axes of joints {} are all parallel to one plane", axis_spread)
+    return _find_in_groups(samples, triples, "the axes of joints {} are all parallel to one plane", measure_axis_spread)
 
 
 def _find_coplanar_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find three axes that lie in one plane and are parallel to each other also near the samples."""
-    groups = samples, nearby_samples(samples)
+    groups = samples, move_samples(samples)
     triples = (
         triple
         for triple in combinations(chain.revolute_joints, 3)
         if all(are_parallel(group, triple[0], j) for group in groups for j in triple[1:])
     )
-    return _find_groups(samples, triples, "the parallel axes of joints {} lie in one plane", coplanarity_error)
+    return _find_in_groups(samples, triples, "the parallel axes of joints {} lie in one plane", measure_coplanarity)
 
 
 def _find_extreme_side_of_prismatic(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find a prismatic joint whose line is as far from the point as a later joint can bring it."""
     for prismatic in chain.prismatic_joints:
         side = f"the point is as far to one side of prismatic joint {prismatic + 1}"
-        for mover in range(prismatic + 1, min(chain.n, chain.point.frame)):
-            if _find_common_extreme_signs(samples, prismatic, mover) == {1}:
-                yield _make_extreme_statement(f"{side} as joint {mover + 1} can bring it", prismatic, [mover], {1})
+        for moving_joint in range(prismatic + 1, min(chain.n, chain.point.frame)):
+            if _find_common_extreme_signs(samples, prismatic, moving_joint) == {1}:
+                words = f"{side} as joint {moving_joint + 1} can bring it"
+                yield _make_extreme_statement(words, prismatic, [moving_joint], {1})
 
 
 def _find_parallel_prismatic(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     pairs = combinations(chain.prismatic_joints, 2)
-    return _find_groups(samples, pairs, "the axes of prismatic joints {} are parallel", axis_spread)
+    return _find_in_groups(samples, pairs, "the axes of prismatic joints {} are parallel", measure_axis_spread)
 
 
 def _find_prismatic_at_link(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find a prismatic joint along, or perpendicular to, the line that joins two parallel axes."""
     parallel_pairs = [pair for pair in combinations(chain.revolute_joints, 2) if are_parallel(samples, *pair)]
     for prismatic, (i, j) in product(chain.prismatic_joints, parallel_pairs):
-        link = f"the line from the axis of joint {i + 1} to that of joint {j + 1}"
-        for is_across, preposition in ((False, "along"), (True, "at right angles to")):
-            words = f"prismatic joint {prismatic + 1} moves {preposition} {link}"
-            measure = partial(prismatic_slant, prismatic=prismatic, i=i, j=j, is_across=is_across)
+        line = f"the line from the axis of joint {i + 1} to that of joint {j + 1}"
+        for is_perpendicular, preposition in ((False, "along"), (True, "at right angles to")):
+            words = f"prismatic joint {prismatic + 1} moves {preposition} {line}"
+            measure = partial(measure_prismatic_slant, prismatic=prismatic, i=i, j=j, is_perpendicular=is_perpendicular)
             yield from _yield_if_special(samples, words, measure)
 
 
@@ -323,7 +332,8 @@ def _find_origin_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[St
     """Find the origin of a frame that lies on an earlier axis."""
     for axis in chain.revolute_joints:
         for frame in range(axis + 2, chain.n):
-            statement = Statement(f"the point lies on the axis of joint {axis + 1}", partial(axis_distance, joint=axis))
+            words = f"the point lies on the axis of joint {axis + 1}"
+            statement = Statement(words, partial(measure_axis_distance, joint=axis))
             statement = statement.with_origin_as_point(frame, f"the origin O{frame}")
             yield from _yield_if_special(samples, statement.words, statement.measure)
 
@@ -331,13 +341,11 @@ def _find_origin_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[St
 def _find_extreme_origin(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find the origin of a frame in the wrist that is as far from or as near to an axis as it can be.
 
-    An example is the intersection of the last two axes of a UR robot.
+    An example is the intersection of the last two axes of a UR robot. The first three joints are no wrist.
     """
     for frame in range(4, chain.n):
-        moved_samples = _move_point(samples, frame)
-        for statement in _find_extreme_reach(replace(chain, tool=Point(frame)), moved_samples):
-            if "the point" in statement.words:
-                yield statement.with_origin_as_point(frame, f"the origin O{frame}")
+        statements = _find_origin_statements(chain, samples, frame, f"the origin O{frame}", _find_extreme_reach)
+        yield from (statement for statement in statements if f"O{frame}" in statement.words)
 
 
 def _find_common_direction(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -346,7 +354,7 @@ def _find_common_direction(chain: Chain, samples: Sequence[Sample]) -> Iterator[
         speeds = [np.linalg.norm(s.arm.jacobian(s.q)[:3, list(pair)], axis=0).min() for s in samples]
         if min(speeds) > NONZERO_THRESHOLD:
             words = f"joints {_join_joint_numbers(pair)} move the point along the same line"
-            yield from _yield_if_special(samples, words, partial(common_direction_error, joints=pair))
+            yield from _yield_if_special(samples, words, partial(measure_common_direction, joints=pair))
 
 
 def _find_extreme_reach(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -354,22 +362,23 @@ def _find_extreme_reach(chain: Chain, samples: Sequence[Sample]) -> Iterator[Sta
     for axis in chain.revolute_joints:
         later_joints = range(axis + 1, min(chain.n, chain.point.frame))
         signs_by_joint = {joint: _find_common_extreme_signs(samples, axis, joint) for joint in later_joints}
-        movers = [joint for joint, signs in signs_by_joint.items() if 0 not in signs]
-        revolute = [joint for joint in movers if chain.joints[joint].is_revolute]
-        others = [j for j in later_joints if j not in movers and 0 in _find_extreme_signs(samples, axis, j)]
-        if revolute and not others and revolute == movers and all(are_parallel(samples, axis, j) for j in movers):
-            yield _make_extension_statement(samples, axis, movers)
+        extreme_joints = [joint for joint, signs in signs_by_joint.items() if 0 not in signs]
+        other_joints = [j for j in later_joints if j not in extreme_joints]
+        can_extend_further = any(0 in _find_extreme_signs(samples, axis, j) for j in other_joints)
+        has_parallel_axes = all(j in chain.revolute_joints and are_parallel(samples, axis, j) for j in extreme_joints)
+        if extreme_joints and has_parallel_axes and not can_extend_further:
+            yield _make_extension_statement(samples, axis, extreme_joints)
             continue
-        for joint in movers:
+        for joint in extreme_joints:
             signs = signs_by_joint[joint]
-            if joint in revolute and not are_parallel(samples, axis, joint):
+            if chain.joints[joint].is_revolute and not are_parallel(samples, axis, joint):
                 signs = set(_find_global_extreme_signs(samples, axis, joint))
             if 0 not in signs:
                 yield _make_extreme_statement(_describe_extreme(chain, axis, joint, signs), axis, [joint], signs)
 
 
 def _describe_extreme(chain: Chain, axis: int, moving_joint: int, signs: set[int]) -> str:
-    """Describe that a joint brings the point as far from an axis, or as near to the axis, as the joint can."""
+    """Describe that a joint brings the point as far from an axis (sign 1), or as near to it (sign -1), as it can."""
     ending = f"the axis of joint {axis + 1} as joint {moving_joint + 1} can bring it"
     if chain.joints[moving_joint].is_prismatic:
         return f"arm drawn in: the point is as near to {ending}"
@@ -377,44 +386,45 @@ def _describe_extreme(chain: Chain, axis: int, moving_joint: int, signs: set[int
     return f"the point is as {relation} {ending}"
 
 
-def _make_extension_statement(samples: Sequence[Sample], axis: int, movers: Sequence[int]) -> Statement:
+def _make_extension_statement(samples: Sequence[Sample], axis: int, moving_joints: Sequence[int]) -> Statement:
     """Return the statement that an arm with parallel axes is stretched out or folded back.
 
-    The arm is folded back if other angles of the moving joints `movers` reach farther from the axis.
+    The arm is folded back if other angles of `moving_joints` reach farther from the axis.
     """
-    signs_by_sample = zip(*(_find_extreme_signs(samples, axis, joint) for joint in movers), strict=True)
+    signs_by_sample = zip(*(_find_extreme_signs(samples, axis, joint) for joint in moving_joints), strict=True)
     conclusive = [sample for sample, signs in zip(samples, signs_by_sample, strict=True) if set(signs) != {None}]
-    words = _EXTENSION_WORDS[frozenset(_find_extension_sign(sample, axis, movers) for sample in conclusive)]
-    statement = _make_extreme_statement(words, axis, movers, {1, -1})
+    words = _EXTENSION_WORDS[frozenset(_find_extension_sign(sample, axis, moving_joints) for sample in conclusive)]
+    statement = _make_extreme_statement(words, axis, moving_joints, {1, -1})
 
     def is_true(sample: Sample) -> bool:  # if the point lies on the axis, all joints are trivially at an extreme
-        return statement.predicate(sample) and sample.evaluate(partial(axis_distance, joint=axis)) > NONZERO_THRESHOLD
+        distance = sample.evaluate(partial(measure_axis_distance, joint=axis))
+        return distance > NONZERO_THRESHOLD and statement.predicate(sample)
 
     return replace(statement, predicate=is_true)
 
 
-def _find_extension_sign(sample: Sample, axis: int, movers: Sequence[int]) -> int:
+def _find_extension_sign(sample: Sample, axis: int, moving_joints: Sequence[int]) -> int:
     """Return 1 if an arm whose moving joints are all at an extreme is stretched out, else -1.
 
     The arm is stretched out if no half turns of moving joints reach farther. In a zigzag arm, for example, each joint
     alone has the point at its farthest, but two joints together can reach farther.
     """
-    half_turns = np.zeros((2 ** len(movers), len(sample.q)))
-    half_turns[:, list(movers)] = np.pi * np.array(list(product((0, 1), repeat=len(movers))))
-    distances = axis_distance(sample.arm, sample.q + half_turns, axis)
+    half_turns = np.zeros((2 ** len(moving_joints), len(sample.q)))
+    half_turns[:, list(moving_joints)] = np.pi * np.array(list(product((0, 1), repeat=len(moving_joints))))
+    distances = measure_axis_distance(sample.arm, sample.q + half_turns, axis)
     return -1 if distances.max() > distances[0] + ZERO_TOLERANCE else 1
 
 
-def _make_extreme_statement(words: str, axis: int, movers: Sequence[int], signs: set[int]) -> Statement:
+def _make_extreme_statement(words: str, axis: int, moving_joints: Sequence[int], signs: set[int]) -> Statement:
     """Return the statement that all moving joints have brought the point to an extreme distance from an axis.
 
     `signs` are the allowed signs of the extremes: 1 is farthest, -1 is nearest.
     """
 
     def is_true(sample: Sample) -> bool:
-        return all(_find_extreme_signs([sample], axis, moving)[0] in signs for moving in movers)
+        return all(_find_extreme_signs([sample], axis, joint)[0] in signs for joint in moving_joints)
 
-    return Statement(words, partial(axis_distance_derivative, joint=axis, movers=tuple(movers)), is_true)
+    return Statement(words, partial(measure_distance_change, joint=axis, moving_joints=tuple(moving_joints)), is_true)
 
 
 _EXTENSION_WORDS = {
@@ -427,14 +437,14 @@ _EXTENSION_WORDS = {
 def _yield_if_special(samples: Sequence[Sample], words: str, measure: Measure) -> Iterator[Statement]:
     """Yield the statement `words` if its measure is zero at all samples, but not at configurations near them."""
     holds = measure_samples(samples, measure).max() < ZERO_TOLERANCE
-    if holds and measure_samples(nearby_samples(samples), measure).max() > NONZERO_THRESHOLD:
+    if holds and measure_samples(move_samples(samples), measure).max() > NONZERO_THRESHOLD:
         yield Statement(words, measure)
 
 
 def _find_common_extreme_signs(samples: Sequence[Sample], axis: int, moving_joint: int) -> set[int]:
     """Return the signs of the extreme distances that a joint reaches at the samples: 1 is farthest, -1 is nearest.
 
-    Return {0} if the joint is not at an extreme at some sample, or if half of the samples or more are inconclusive.
+    Return {0} if a sample's distance is not extreme, or if half of the samples or more are inconclusive.
     """
     signs = _find_extreme_signs(samples, axis, moving_joint)
     if 0 in signs or 2 * signs.count(None) >= len(signs):
@@ -445,19 +455,19 @@ def _find_common_extreme_signs(samples: Sequence[Sample], axis: int, moving_join
 def _find_extreme_signs(samples: Sequence[Sample], axis: int, moving_joint: int) -> list[int | None]:
     """Return for each sample 1 if the point's distance from an axis is a local maximum, -1 if a local minimum, else 0.
 
-    The distance is a function of the joint `moving_joint`. The result is None if that joint hardly changes the
-    distance, for example if the point lies on the axis of that joint.
+    The distance is a function of the joint `moving_joint`; its derivatives are computed from its values d0 to d4 at
+    five successive joint variables. The result is None if that joint hardly changes the distance, for example if the
+    point lies on the axis of that joint.
     """
-    step = 1e-3  # rad or m
     arms, q = stack_samples(samples)
     q = np.tile(q, (1, 5, 1))
-    q[..., moving_joint] += step * np.arange(-2, 3)
-    far_behind, behind, middle, ahead, far_ahead = axis_distance(arms, q, axis).T
-    derivative = (8 * (ahead - behind) - (far_ahead - far_behind)) / (12 * step)
-    curvature = (ahead + behind - 2 * middle) / step**2
-    signs = np.where(np.abs(curvature) < 1e-3, 0, np.where(curvature < 0, 1, -1))
-    has_slope = np.abs(derivative) > np.maximum(1e-9, 1e-6 * np.abs(curvature))
-    return [0 if sloped else int(sign) if sign else None for sloped, sign in zip(has_slope, signs, strict=True)]
+    q[..., moving_joint] += _DIFFERENCE_STEP * np.arange(-2, 3)
+    d0, d1, d2, d3, d4 = measure_axis_distance(arms, q, axis).T
+    slope = (8 * (d3 - d1) - (d4 - d0)) / (12 * _DIFFERENCE_STEP)
+    curvature = (d3 + d1 - 2 * d2) / _DIFFERENCE_STEP**2
+    signs = np.where(np.abs(curvature) < _MIN_CURVATURE, 0, np.where(curvature < 0, 1, -1))
+    has_slope = np.abs(slope) > np.maximum(1e-9, 1e-6 * np.abs(curvature))  # the limits allow for rounding
+    return [0 if is_sloped else int(sign) or None for is_sloped, sign in zip(has_slope, signs, strict=True)]
 
 
 def _find_global_extreme_signs(samples: Sequence[Sample], axis: int, moving_joint: int) -> list[int]:
@@ -470,13 +480,14 @@ def _find_global_extreme_signs(samples: Sequence[Sample], axis: int, moving_join
     arms, q = stack_samples(samples)
     q = np.tile(q, (1, 5, 1))
     q[..., moving_joint] += angles
-    squares = axis_distance(arms, q, axis) ** 2
-    curve = squares @ np.linalg.inv(_harmonics(angles)) @ _harmonics(np.linspace(0, 2 * np.pi, 180))
+    squares = measure_axis_distance(arms, q, axis) ** 2
+    curve_angles = np.linspace(0, 2 * np.pi, _CURVE_POINT_COUNT)
+    curve = squares @ np.linalg.inv(_compute_harmonics(angles)) @ _compute_harmonics(curve_angles)
     tolerance = 1e-9 * np.maximum(squares.max(axis=1), 1.0)
     is_far, is_near = squares[:, 0] > curve.max(axis=1) - tolerance, squares[:, 0] < curve.min(axis=1) + tolerance
     return [int(sign) for sign in np.where(is_far, 1, np.where(is_near, -1, 0))]
 
 
-def _harmonics(angles: np.ndarray) -> np.ndarray:
+def _compute_harmonics(angles: np.ndarray) -> np.ndarray:
     """Return 1, and the cosines and sines of angles (k) and of twice the angles, as a (5, k) array."""
     return np.array([np.ones_like(angles), *(trig(i * angles) for i in (1, 2) for trig in (np.cos, np.sin))])

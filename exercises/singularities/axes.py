@@ -1,7 +1,7 @@
 """Measure how joint axes and the point of interest P are arranged at a configuration: distances, angles, lines, planes.
 
 A *measure* is zero if a relation holds exactly, such as P on an axis, or two collinear axes. A relation that holds at
-every configuration is no evidence about a singular one, so measures are also evaluated at a `nearby_configuration`.
+every configuration can't explain a singular one, so measures are also evaluated near the singular configuration.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,10 +15,14 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.vectors import cross, norms
 
 Measure = Callable[["NumericChain", np.ndarray], np.ndarray]
-"""A function that returns how far an arm is from satisfying a relation (…, zero or more) at configurations (…, n).
+"""A function that returns for each configuration (…, n) of an arm how far the arm is from satisfying a relation.
 
-If the arm combines k arms (`NumericChain.stack`), the configurations are k x m x n.
+The result (…) is zero if the relation holds, else positive. If the arm combines k arms (`NumericChain.stack`), the
+configurations are k x m x n.
 """
+
+_ZERO_TOLERANCE = 1e-6
+"""A sine, or a distance (m), below this limit counts as zero."""
 
 
 @dataclass(frozen=True)
@@ -56,73 +60,76 @@ def measure_samples(samples: Sequence[Sample], measure: Measure) -> np.ndarray:
     return np.asarray(measure(*stack_samples(samples))[:, 0])
 
 
-def jacobians_of(samples: Sequence[Sample]) -> np.ndarray:
+def compute_jacobians(samples: Sequence[Sample]) -> np.ndarray:
     """Return the Jacobian of each sample (k x 6 x n)."""
     arms, q = stack_samples(samples)
     return arms.jacobian(q)[:, 0]
 
 
-def nearby_configuration(sample: Sample, extra_joint: int | None = None) -> np.ndarray:
+def choose_nearby_configuration(sample: Sample, further_joint: int | None = None) -> np.ndarray:
     """Return a configuration (n) near a sample, at which no special relation holds by chance.
 
-    The joint with the index `extra_joint` is moved further, unless `extra_joint` is None.
+    If `further_joint` is given, the joint with this index is moved further than the others.
     """
     q = sample.q + 0.3 * np.arange(1, len(sample.q) + 1)  # a different step (rad or m) for each joint
-    if extra_joint is not None:
-        q[extra_joint] += 0.2
+    if further_joint is not None:
+        q[further_joint] += 0.2
     return np.asarray(q)
 
 
-def nearby_samples(samples: Sequence[Sample]) -> list[Sample]:
+def move_samples(samples: Sequence[Sample]) -> list[Sample]:
     """Return a sample near each of the samples, at which special relations no longer hold."""
-    return [Sample(sample.arm, nearby_configuration(sample)) for sample in samples]
+    return [Sample(sample.arm, choose_nearby_configuration(sample)) for sample in samples]
 
 
-def axis_distance(arm: NumericChain, q: np.ndarray, joint: int) -> np.ndarray:
+def measure_axis_distance(arm: NumericChain, q: np.ndarray, joint: int) -> np.ndarray:
     """Return the distance (m) of P from a joint's axis."""
     frames = arm.frames(q)
-    to_point = arm.point_of(frames) - frames[..., joint, :3, 3]
-    return norms(cross(frames[..., joint, :3, 2], to_point))
+    vector_to_point = arm.point_of(frames) - frames[..., joint, :3, 3]
+    return norms(cross(frames[..., joint, :3, 2], vector_to_point))
 
 
-def axis_distance_derivative(arm: NumericChain, q: np.ndarray, joint: int, movers: Sequence[int]) -> np.ndarray:
+def measure_distance_change(arm: NumericChain, q: np.ndarray, joint: int, moving_joints: Sequence[int]) -> np.ndarray:
     """Return how fast some later joints change the squared distance of P from the axis of `joint`."""
     frames = arm.frames(q)
     axis = frames[..., joint, :3, 2]
-    to_point = arm.point_of(frames) - frames[..., joint, :3, 3]
-    to_point = to_point - np.sum(to_point * axis, axis=-1)[..., None] * axis
-    columns = arm.jacobian_of(frames)[..., :3, list(movers)]
-    return norms(np.einsum("...j,...jm->...m", to_point, columns))
+    vector_to_point = arm.point_of(frames) - frames[..., joint, :3, 3]
+    perpendicular = vector_to_point - np.sum(vector_to_point * axis, axis=-1)[..., None] * axis
+    columns = arm.jacobian_of(frames)[..., :3, list(moving_joints)]
+    return norms(np.einsum("...j,...jm->...m", perpendicular, columns))
 
 
-def axis_spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
-    """Return the area or volume, from 0 to 1, that the directions of two or three axes span."""
+def measure_axis_spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
+    """Return the area that the directions of two axes span, or the volume that those of three span, from 0 to 1."""
     frames = arm.frames(q)
     first_direction, second_direction, *third_direction = (frames[..., joint, :3, 2] for joint in joints)
     normal = cross(first_direction, second_direction)
     return np.asarray(np.abs(np.sum(normal * third_direction[0], axis=-1))) if third_direction else norms(normal)
 
 
-def collinearity_error(arm: NumericChain, q: np.ndarray, joints: tuple[int, int]) -> np.ndarray:
+def measure_collinearity(arm: NumericChain, q: np.ndarray, joints: tuple[int, int]) -> np.ndarray:
     """Return how far two axes i, j are from collinear: the sine of their angle plus the distance of O_j from axis i."""
     frames, (i, j) = arm.frames(q), joints
     axis, offset = frames[..., i, :3, 2], frames[..., j, :3, 3] - frames[..., i, :3, 3]
     return norms(cross(axis, frames[..., j, :3, 2])) + norms(cross(axis, offset))
 
 
-def coplanarity_error(arm: NumericChain, q: np.ndarray, joints: Sequence[int], with_point: bool = False) -> np.ndarray:
-    """Return how far parallel axes, with P or without, are from coplanar.
+def measure_coplanarity(
+    arm: NumericChain, q: np.ndarray, joints: Sequence[int], includes_point: bool = False
+) -> np.ndarray:
+    """Return how far parallel axes are from coplanar; `includes_point` requires that P is in their plane, too.
 
-    Pairs of vectors from the first axis to the others span areas; the result is the root of the sum of their squares.
+    Each pair of vectors from the first axis to other axes spans an area in a plane at right angles to the axes. The
+    result is the root of the sum of the squared areas.
     """
     frames, first_joint = arm.frames(q), joints[0]
-    points = [frames[..., i, :3, 3] for i in joints[1:]] + ([arm.point_of(frames)] if with_point else [])
+    points = [frames[..., i, :3, 3] for i in joints[1:]] + ([arm.point_of(frames)] if includes_point else [])
     vectors = [point - frames[..., first_joint, :3, 3] for point in points]
     areas = [np.sum(frames[..., first_joint, :3, 2] * cross(a, b), axis=-1) for a, b in combinations(vectors, 2)]
     return np.asarray(np.sqrt(np.sum(np.square(areas), axis=0)))
 
 
-def common_direction_error(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
+def measure_common_direction(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return the sine of the angle between the directions in which two joints move P."""
     velocity, other_velocity = (arm.jacobian(q)[..., :3, joint] for joint in joints)
     sizes = norms(velocity) * norms(other_velocity)
@@ -131,25 +138,27 @@ def common_direction_error(arm: NumericChain, q: np.ndarray, joints: Sequence[in
 
 def are_parallel(samples: Sequence[Sample], i: int, j: int) -> bool:
     """Return whether two axes are parallel at all samples."""
-    return all(np.linalg.norm(cross(sample.axes[i], sample.axes[j])) < 1e-6 for sample in samples)
+    return all(np.linalg.norm(cross(sample.axes[i], sample.axes[j])) < _ZERO_TOLERANCE for sample in samples)
 
 
-def prismatic_slant(arm: NumericChain, q: np.ndarray, prismatic: int, i: int, j: int, is_across: bool) -> np.ndarray:
+def measure_prismatic_slant(
+    arm: NumericChain, q: np.ndarray, prismatic: int, i: int, j: int, is_perpendicular: bool
+) -> np.ndarray:
     """Return the sine of the angle between a prismatic joint and the shortest line from axis i to the parallel axis j.
 
-    If `is_across`, return the sine of the angle between the joint and the perpendicular of that line. If the two axes
-    coincide, return 1.
+    If `is_perpendicular`, return the cosine instead; it is zero if the joint is perpendicular to the line. Return 1 if
+    the two axes coincide.
     """
     frames = arm.frames(q)
     line, direction = frames[..., j, :3, 3] - frames[..., i, :3, 3], frames[..., prismatic, :3, 2]
     axis = frames[..., i, :3, 2]
     line = line - np.sum(line * axis, axis=-1)[..., None] * axis
     line_length = norms(line)
-    deviation = np.abs(np.sum(direction * line, axis=-1)) if is_across else norms(cross(direction, line))
-    return np.where(line_length < 1e-6, 1.0, deviation / np.maximum(line_length, 1e-6))
+    deviation = np.abs(np.sum(direction * line, axis=-1)) if is_perpendicular else norms(cross(direction, line))
+    return np.where(line_length < _ZERO_TOLERANCE, 1.0, deviation / np.maximum(line_length, _ZERO_TOLERANCE))
 
 
-def origin_collinearity_error(arm: NumericChain, q: np.ndarray, k: int) -> np.ndarray:
+def measure_origin_collinearity(arm: NumericChain, q: np.ndarray, k: int) -> np.ndarray:
     """Return the size of the cross product of the vectors from O_{k-1} to O_k and from O_k to O_{k+1}."""
     origins = arm.frames(q)[..., k - 1 : k + 2, :3, 3]
     return norms(cross(origins[..., 1, :] - origins[..., 0, :], origins[..., 2, :] - origins[..., 1, :]))

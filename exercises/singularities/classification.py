@@ -24,7 +24,7 @@ from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.singularities.appearance import describe_appearance
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singular_set import Component, Values, singular_set
+from qdot.exercises.singularities.singular_set import Component, Values, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import are_one_sided, can_establish_kind, classify_samples
 
 _SAMPLE_COUNT = 60
@@ -51,7 +51,7 @@ class Classification:
 
     - `kind`: "boundary" or "internal"; empty if the kind can't be established (`can_establish_kind`) or if no
       configuration was found. An empty kind is not reported.
-    - `uniform`: whether all configurations are of that kind.
+    - `uniform`: whether all configurations are of that kind; if not, some are boundary and some are internal.
     - `meaning`: what the configurations look like, in words.
     """
 
@@ -95,8 +95,8 @@ def sample_condition(
         lengths = [_sample_distinct_lengths(chain, stream) for _ in arm_numbers]
         for piece in parse_pieces(parse_formula(condition), [q.name for q in chain.q]) if lengths else ():
             pieces = _sample_piece(chain, piece, lengths, role, stream, samples_per_arm)
-            for number, samples in zip(arm_numbers, pieces, strict=True):
-                samples_by_arm[number] += samples
+            for arm_number, samples in zip(arm_numbers, pieces, strict=True):
+                samples_by_arm[arm_number] += samples
     return tuple(sample for samples in samples_by_arm for sample in samples)
 
 
@@ -106,7 +106,8 @@ def _sample_distinct_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
     used_lengths = [abs(float(length)) for length in fixed_lengths if length.is_number]
     values = {}
     for symbol in chain.parameters:
-        candidates = [round(0.4 * 3.5 ** stream.uniform(0, 1), 3) for _ in range(5)]  # from 0.4 m to 1.4 m
+        # from 0.4 m to 1.4 m, with a uniform logarithm
+        candidates = [round(0.4 * 3.5 ** stream.uniform(0, 1), 3) for _ in range(5)]
         value = next((v for v in candidates if all(abs(v - length) > 0.01 for length in used_lengths)), candidates[-1])
         values[symbol.name] = value
         used_lengths.append(value)
@@ -164,8 +165,9 @@ def generalize_conditions(chain: Chain) -> tuple[Chain, Mapping[str, str]]:
     normalized_symbolic_arm = normalize_arm(symbolic_arm)
     relevant_lengths = [value for symbol, value in lengths.items() if symbol in normalized_symbolic_arm.parameters]
     conditions = {}
-    for component in singular_set(symbolic_arm) or () if relevant_lengths and are_unrelated(relevant_lengths) else ():
-        for subset in [component.restrict_to(values) for values in component.value_combinations()] or [component]:
+    components = find_singular_set(symbolic_arm) if relevant_lengths and are_unrelated(relevant_lengths) else ()
+    for component in components or ():
+        for subset in [component.restrict_to(values) for values in component.list_value_combinations()] or [component]:
             (symbolic_condition,) = normalize_conditions(symbolic_arm, subset)
             (condition,) = normalize_conditions(normalize_arm(chain), _substitute_lengths(subset, lengths))
             conditions[condition] = symbolic_condition
@@ -192,7 +194,7 @@ def split_by_value(component: Component, classification: Classification) -> list
 
     Parts may differ in their kind or in what their configurations look like; `kind` is the component's classification.
     """
-    combinations = component.value_combinations()
+    combinations = component.list_value_combinations()
     may_differ = " or " in classification.meaning or (classification.kind and not classification.uniform)
     if not may_differ or not 1 < len(combinations) <= _MAX_VALUE_COMBINATIONS:
         return []
@@ -230,7 +232,7 @@ def is_one_sided(chain: Chain, condition: sp.Expr | None, values: tuple[tuple[sp
 
 
 def sample_representatives(chain: Chain, conditions: Sequence[str]) -> list[Sample]:
-    """Return so many configurations on conditions (text) that a statement about all of them holds in general."""
+    """Return configurations on conditions (text), enough of them that what holds at all of them holds in general."""
     # what configurations look like, and their kind, may depend on which symbolic length is larger
     length_count = max(_MIN_LENGTH_COUNT, len(chain.parameters)) if chain.parameters else 1
     arm_count = _ARMS_PER_LENGTH * length_count

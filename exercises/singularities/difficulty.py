@@ -1,4 +1,4 @@
-"""Rate how hard an arm is to work through by hand: a number, and a band from 0 (easy) to 4 (hard) of such numbers."""
+"""Rate how hard an arm is to work through by hand, by a number (the difficulty), and by a band from 0 (easy) to 4."""
 
 from functools import lru_cache
 
@@ -6,7 +6,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.singular_set import find_singular_set
 
 BAND_MINIMUMS = (10, 16, 24, 34)
 """The minimum difficulty of bands 1, 2, 3 and 4."""
@@ -16,7 +16,7 @@ HARDEST_BAND = len(BAND_MINIMUMS)
 
 
 @lru_cache(maxsize=256)
-def difficulty(chain: Chain) -> int:
+def rate_difficulty(chain: Chain) -> int:
     """Return the difficulty of an arm, which is the sum of these numbers:
 
     - the number of terms of J;
@@ -27,9 +27,9 @@ def difficulty(chain: Chain) -> int:
 
     Example 6.3 has 15 + 8 + 8 = 31.
     """
-    factors = {condition for component in singular_set(chain) or () for condition in component.conditions}
-    coupled = sum(len(factor.free_symbols & set(chain.q)) > 1 for factor in factors)
-    return _count_jacobian_terms(chain) + 4 * len(factors) + 8 * coupled + _count_deviations(chain)
+    factors = {condition for component in find_singular_set(chain) or () for condition in component.conditions}
+    coupled_count = sum(len(factor.free_symbols & set(chain.q)) > 1 for factor in factors)
+    return _count_jacobian_terms(chain) + 4 * len(factors) + 8 * coupled_count + _count_deviations(chain)
 
 
 def _count_jacobian_terms(chain: Chain) -> int:
@@ -45,7 +45,7 @@ def _is_multiplied_out(expression: sp.Expr) -> bool:
     """
     factors = {factor for term in sp.Add.make_args(expression) for factor in sp.Mul.make_args(term)}
     trigs = {factor for factor in factors if isinstance(factor, (sp.sin, sp.cos))}
-    # the symbols, pi and 1 of which the angles are rational multiples
+    # an angle is a sum of rational multiples of these bases
     bases = {term.as_coeff_Mul()[1] for trig in trigs for term in sp.Add.make_args(trig.args[0])}
     return all(factor.is_Symbol or factor.is_Rational for factor in factors - trigs) and all(
         base.is_Symbol or base in (1, sp.pi) for base in bases
@@ -59,12 +59,12 @@ def _count_deviations(chain: Chain) -> int:
     return sum([*(offset != 0 for offset in chain.offsets), any(base.position), is_rotated, not chain.point.is_origin])
 
 
-def difficulty_band(chain: Chain) -> int:
+def rate_difficulty_band(chain: Chain) -> int:
     """Return the band of an arm's difficulty: 0 below 10, 1 below 16, 2 below 24, 3 below 34, else 4."""
     # for a hard arm, avoid finding the singular set, which may take a minute
     if _count_jacobian_terms(chain) + _count_deviations(chain) >= BAND_MINIMUMS[-1]:
         return HARDEST_BAND
-    return sum(difficulty(chain) >= minimum for minimum in BAND_MINIMUMS)
+    return sum(rate_difficulty(chain) >= minimum for minimum in BAND_MINIMUMS)
 
 
 def describe_band(low: int, high: int) -> str:

@@ -25,11 +25,11 @@ ZERO_THRESHOLD, NONZERO_THRESHOLD = 1e-9, 0.05
 """Fractions of the largest singular value of J: below the first, a singular value counts as zero; above the second, as
 nonzero."""
 
-MAX_TERMS = 8
-"""Maximum number of terms of a formula for a lost direction."""
+MAX_TERMS, MAX_ROWS = 8, 4
+"""Maximum number of terms of a formula for a lost direction, and of rows of a J for which a formula is derived."""
 
 
-def clear_rank(jacobian: np.ndarray, nonzero_threshold: float = NONZERO_THRESHOLD) -> int | None:
+def find_clear_rank(jacobian: np.ndarray, nonzero_threshold: float = NONZERO_THRESHOLD) -> int | None:
     """Return the rank of a matrix; None if a singular value is neither clearly zero nor clearly nonzero."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     relative_values = sigma / max(float(sigma[0]), 1e-12)
@@ -38,10 +38,10 @@ def clear_rank(jacobian: np.ndarray, nonzero_threshold: float = NONZERO_THRESHOL
     return int(np.sum(relative_values >= nonzero_threshold))
 
 
-def lost_direction(jacobian: np.ndarray, nonzero_threshold: float = NONZERO_THRESHOLD) -> np.ndarray | None:
+def find_lost_direction(jacobian: np.ndarray, nonzero_threshold: float = NONZERO_THRESHOLD) -> np.ndarray | None:
     """Return the unit vector u with u J = 0 for J m x n, m <= n; None unless J clearly has rank m - 1."""
     m, n = jacobian.shape
-    if m > n or clear_rank(jacobian, nonzero_threshold) != m - 1:
+    if m > n or find_clear_rank(jacobian, nonzero_threshold) != m - 1:
         return None
     u, _, _ = np.linalg.svd(jacobian)
     return np.asarray(u[:, -1])
@@ -55,7 +55,7 @@ class LostDirectionFormula:
     """A formula for the lost direction u (m x 1).
 
     - `direction`: the entries of u, formulas in the joint variables that the singular condition does not fix.
-    - `columns`: the numbers (from 1) of the columns of J whose cofactors are the entries of u.
+    - `columns`: the columns of J (counted from 1) whose cofactors are the entries of u.
     - `jacobian`: J at the singular configurations (m x n); None if its entries are not short.
     """
 
@@ -65,17 +65,15 @@ class LostDirectionFormula:
 
 
 @lru_cache(maxsize=1024)
-def lost_direction_formula(symbolic_arm: Chain, component: Component) -> LostDirectionFormula | None:
+def find_shortest_lost_direction(symbolic_arm: Chain, component: Component) -> LostDirectionFormula | None:
     """Return the shortest formula for the direction that a symbolic arm loses at a component; None if none is short.
 
     `component` is a component of the singular set of that arm (`derivation`), at one combination of joint values.
     """
     jacobian = derive(symbolic_arm).jacobian
-    if jacobian.rows > min(jacobian.cols, 4):
+    if jacobian.rows > min(jacobian.cols, MAX_ROWS) or component.solutions is None:
         return None
     scale = sp.Dummy("t")
-    if component.solutions is None:
-        return None
     for condition, (joint, (value, *_)) in zip(component.conditions, component.solutions, strict=True):
         substituted = _substitute_joint_value(jacobian, condition, joint, value, scale)
         if substituted is None:
@@ -85,11 +83,13 @@ def lost_direction_formula(symbolic_arm: Chain, component: Component) -> LostDir
     formulas = [
         LostDirectionFormula(direction, tuple(j + 1 for j in columns), shown_jacobian)
         for columns in combinations(range(jacobian.cols), jacobian.rows - 1)
-        if (direction := _cofactors(jacobian[:, list(columns)])) is not None and not direction.has(scale)
+        if (direction := _compute_cofactors(jacobian[:, list(columns)])) is not None and not direction.has(scale)
     ]
-    short = [formula for formula in formulas if count_terms(formula.direction, ()) <= MAX_TERMS]
+    short_formulas = [formula for formula in formulas if count_terms(formula.direction, ignored_values=()) <= MAX_TERMS]
     return min(
-        short, key=lambda f: (count_terms(f.direction, ignored_values=()), sp.count_ops(f.direction)), default=None
+        short_formulas,
+        key=lambda f: (count_terms(f.direction, ignored_values=()), sp.count_ops(f.direction)),
+        default=None,
     )
 
 
@@ -98,8 +98,9 @@ def _substitute_joint_value(
 ) -> sp.Matrix | None:
     """Return J at a joint value; None if the angle of the joint can't be eliminated from J.
 
-    If the condition A cos q + B sin q = 0 determines the value, substitute cos q = B t and sin q = -A t; t is `scale`.
-    This is possible if A and B do not contain angles that occur in J.
+    If the value is no multiple of a right angle, it comes from a condition A cos q + B sin q = 0. Then cos q = B t and
+    sin q = -A t are substituted, with the unknown t = `scale`. This is possible if A and B do not contain angles that
+    occur in J.
     """
     if not joint.name.startswith("theta") or (2 * value / sp.pi).is_Integer:
         return jacobian.applyfunc(lambda entry: sp.expand(entry.xreplace({joint: value})))
@@ -129,7 +130,7 @@ def _split_off_angle(expression: sp.Expr, joint: sp.Symbol, cosine: sp.Expr, sin
     return expression.xreplace(replacements)
 
 
-def _cofactors(columns: sp.Matrix) -> sp.Matrix | None:
+def _compute_cofactors(columns: sp.Matrix) -> sp.Matrix | None:
     """Return the m cofactors of m - 1 columns (m x 1), divided by their common factors; None if all are zero."""
     m = columns.rows
     entries = []
@@ -195,15 +196,18 @@ def list_candidate_lines(chain: Chain) -> list[ArmLine]:
             *(ArmLine("omega" if joint.is_revolute else "v", i) for i, joint in enumerate(chain.joints, 1)),
             *(ArmLine("space", i) for i in range(3)),
         ]
-    to_point = [ArmLine("P", first_frame + i) for i in range(chain.point.frame)]
+    lines_to_point = [ArmLine("P", first_frame + i) for i in range(chain.point.frame)]
     axes = [ArmLine("axis" if first_frame else "z", first_frame + i) for i in range(n)]
     x_and_y_axes = [ArmLine(kind, i) for kind in "xy" for i in range(n + 1)]
-    world = [] if chain.base.is_world else [ArmLine("world", i) for i in range(3)]
-    return [*to_point, *axes, *x_and_y_axes, *world]
+    world_axes = [] if chain.base.is_world else [ArmLine("world", i) for i in range(3)]
+    return [*lines_to_point, *axes, *x_and_y_axes, *world_axes]
 
 
-def line_directions(lines: Sequence[ArmLine], samples: Sequence[Sample]) -> np.ndarray:
-    """Return unit vectors along lines at samples, (lines, samples, 3); NaN if the ends of a line coincide."""
+def compute_line_directions(lines: Sequence[ArmLine], samples: Sequence[Sample]) -> np.ndarray:
+    """Return the unit vector along each line at each sample, lines x samples x 3.
+
+    The vector is NaN for a line from an origin to P if P coincides with this origin.
+    """
     vectors = np.empty((len(lines), len(samples), 3))
     for k, sample in enumerate(samples):
         standard_frames = sample.arm.frames(sample.q)

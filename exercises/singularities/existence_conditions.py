@@ -1,4 +1,4 @@
-"""Find what symbolic lengths must satisfy so that a condition on joint variables can hold at some configuration."""
+"""Find the relation between symbolic lengths without which a condition on joint variables holds at no configuration."""
 
 from dataclasses import dataclass
 
@@ -24,7 +24,7 @@ class ExistenceCondition:
 
 
 def find_existence_condition(condition: sp.Expr, chain: Chain) -> ExistenceCondition | None:
-    """Return what symbolic lengths must satisfy so that a condition can hold; None if there is no known requirement.
+    """Return the requirement on symbolic lengths without which a condition can't hold; None if none is known.
 
     A condition is a constant K plus a sum of terms A cos(phi) + B sin(phi). If the angles phi are linearly independent,
     the sum takes every value from -S to S, in which S is the sum of all sqrt(A^2 + B^2). Then the condition can hold if
@@ -47,8 +47,8 @@ def find_existence_condition(condition: sp.Expr, chain: Chain) -> ExistenceCondi
     keys = sp.Matrix([key for key in form.terms if key != constant_key])
     if constant == 0 or not pairs or keys.rank() < len(pairs) or condition.free_symbols & prismatic_variables:
         return None
-    amplitudes = [_amplitude(c, s) for c, s in pairs]
-    magnitude = _absolute_value(constant)
+    amplitudes = [_compute_amplitude(c, s) for c, s in pairs]
+    magnitude = _compute_absolute_value(constant)
     if magnitude is None or None in amplitudes:
         return None
     margin = sp.expand(sp.Add(*amplitudes) - magnitude)
@@ -61,16 +61,16 @@ def find_existence_condition(condition: sp.Expr, chain: Chain) -> ExistenceCondi
     )
 
 
-def _amplitude(c: sp.Expr, s: sp.Expr) -> sp.Expr | None:
+def _compute_amplitude(c: sp.Expr, s: sp.Expr) -> sp.Expr | None:
     """Return sqrt(c^2 + s^2) for formulas c and s in lengths; None if one is zero and the other's sign is unknown."""
     if c == 0 or s == 0:
-        return _absolute_value(c + s)
+        return _compute_absolute_value(c + s)
     lengths = {symbol: sp.Symbol(symbol.name, positive=True) for symbol in (c + s).free_symbols}
     root = sp.sqrt(sp.expand((c**2 + s**2).xreplace(lengths)))
     return root.xreplace({length: symbol for symbol, length in lengths.items()})
 
 
-def _absolute_value(formula: sp.Expr) -> sp.Expr | None:
+def _compute_absolute_value(formula: sp.Expr) -> sp.Expr | None:
     """Return the absolute value of a formula in lengths if all its terms have the same sign, else None."""
     signs = {bool(term.as_coeff_Mul()[0].is_negative) for term in sp.Add.make_args(sp.expand(formula))}
     return None if len(signs) > 1 else sp.expand(-formula if signs == {True} else formula)

@@ -19,27 +19,32 @@ from qdot.exercises.singularities.axes import (
     Measure,
     Sample,
     are_parallel,
-    axis_distance,
-    axis_distance_derivative,
-    axis_spread,
-    collinearity_error,
-    common_direction_error,
-    coplanarity_error,
+    choose_nearby_configuration,
+    measure_axis_distance,
+    measure_axis_spread,
+    measure_collinearity,
+    measure_common_direction,
+    measure_coplanarity,
+    measure_distance_change,
+    measure_origin_collinearity,
+    measure_prismatic_slant,
     measure_samples,
-    nearby_configuration,
-    nearby_samples,
-    origin_collinearity_error,
-    prismatic_slant,
+    move_samples,
 )
 from qdot.exercises.singularities.reason import is_reason
 
-ZERO_TOLERANCE, NONZERO_ERROR = 1e-6, 1e-3
+ZERO_TOLERANCE, NONZERO_THRESHOLD = 1e-6, 1e-3
 """Tolerances (m, or a sine): below the first, a measure counts as zero; above the second, it is clearly nonzero."""
-NONZERO_THRESHOLD = 0.02
+MIN_SIZE = 0.02
 """Minimum distance (m) of two origins, and minimum speed of P (m/s) for a unit joint rate, in statements about them."""
+MIN_SAMPLE_COUNT = 4
+"""If a branch has fewer samples than this, statements about the branch are too uncertain."""
 
 DIFFERENCE_STEP = 1e-3
 """Step of a joint variable (rad or m) for finite differences."""
+TRIED_ANGLES, TRIED_DISPLACEMENTS = np.linspace(0, 2 * np.pi, 73)[1:-1], np.linspace(-2, 2, 81)
+"""The rotations (rad, every 5°) and the displacements (m) of a joint from a sample, in the search for the positions at
+which P is farthest from an axis or nearest to it."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +60,8 @@ class Meaning:
 class MeasuredMeaning(Meaning):
     """A statement with a measure that is zero if the statement holds.
 
-    The kinds "straight" and "doubled" have the same measure, and so have "far" and "near"; `holds` separates them.
+    Two statements can have the same measure: those of the kinds "straight" and "doubled", and those of the kinds "far"
+    and "near". Then `holds` finds out which of the two is true.
     """
 
     measure: Measure
@@ -81,22 +87,22 @@ def find_branch_meanings(
     The `samples` are configurations on the branch. A statement that holds at all of them may be false elsewhere on the
     branch. Therefore the correct meaning must not be false at any of `further_samples`, either.
     """
-    if len(samples) < 4:
+    if len(samples) < MIN_SAMPLE_COUNT:
         return None
     meanings = list_candidate_meanings(chain, samples)
-    outcomes = [{holds(chain, meaning, sample) for sample in samples} for meaning in meanings]
-    pairs = list(zip(meanings, outcomes, strict=True))
-    true, wrong = ([meaning for meaning, outcome in pairs if outcome == {truth}] for truth in (True, False))
+    outcomes = [(meaning, {holds(chain, meaning, sample) for sample in samples}) for meaning in meanings]
+    true_meanings = [meaning for meaning, outcome in outcomes if outcome == {True}]
+    wrong_meanings = [meaning for meaning, outcome in outcomes if outcome == {False}]
 
     def is_correct(meaning: MeasuredMeaning) -> bool:
         if not is_reason(chain, samples, meaning.measure, lambda sample: holds(chain, meaning, sample) is True):
             return False
         return all(holds(chain, meaning, sample) is not False for sample in further_samples)
 
-    correct = next(filter(is_correct, true), None)
-    if correct is None or not wrong:
+    correct = next(filter(is_correct, true_meanings), None)
+    if correct is None or not wrong_meanings:
         return None
-    return BranchMeanings(correct.without_measure(), tuple(meaning.without_measure() for meaning in wrong))
+    return BranchMeanings(correct.without_measure(), tuple(meaning.without_measure() for meaning in wrong_meanings))
 
 
 def _make_meaning(kind: str, joints: Sequence[int], words: str, measure: Measure) -> MeasuredMeaning:
@@ -112,69 +118,73 @@ def list_candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[Mea
     task has only angular rows, there are no statements about the position of P, which does not matter.
     """
     revolute = chain.revolute_joints
-    collinear = [
+    collinear_meanings = [
         _make_meaning(
-            "in line", pair, "the axes of joints {} and {} coincide", partial(collinearity_error, joints=pair)
+            "in line", pair, "the axes of joints {} and {} coincide", partial(measure_collinearity, joints=pair)
         )
         for pair in combinations(revolute, 2)
     ]
     if not chain.linear_axes:
-        return _select_special(samples, collinear) + _list_direction_meanings(samples, revolute)
-    on_axis = [
-        _make_meaning("on axis", (i,), "$P$ lies on the axis of joint {}", partial(axis_distance, joint=i))
+        return _select_special(samples, collinear_meanings) + _list_direction_meanings(samples, revolute)
+    point_meanings = [
+        _make_meaning("on axis", (i,), "$P$ lies on the axis of joint {}", partial(measure_axis_distance, joint=i))
         for i in revolute
         if i < chain.point.frame
     ]
     has_angular_rows = len(chain.linear_axes) < len(chain.task)
-    meanings = _select_special(samples, collinear + on_axis if has_angular_rows else on_axis + collinear)
+    groups = (collinear_meanings, point_meanings) if has_angular_rows else (point_meanings, collinear_meanings)
+    meanings = _select_special(samples, [meaning for group in groups for meaning in group])
     for i in revolute:
         for j in range(i + 1, min(chain.n, chain.point.frame)):
             meanings += _list_extreme_meanings(chain, samples, i, j)
-    at_links = _list_prismatic_meanings(chain, samples) if has_angular_rows else []
-    along_links = [meaning for meaning in at_links if meaning.kind == "along"]
-    across_links = [meaning for meaning in at_links if meaning.kind == "across"]
+    parallel_meanings, perpendicular_meanings = (
+        _list_prismatic_meanings(chain, samples, is_perpendicular) if has_angular_rows else []
+        for is_perpendicular in (False, True)
+    )
     # A prismatic joint that passes through zero changes the order of the origins, but that is no singularity.
     rigid_links = [k for k in range(1, chain.n) if chain.joints[k - 1].is_revolute and chain.joints[k].is_revolute]
-    origins = [meaning for k in rigid_links for meaning in _list_origin_meanings(chain, samples, k)]
-    meanings += _select_special(samples, [*across_links, *origins, *along_links])
+    origin_meanings = [meaning for k in rigid_links for meaning in _list_origin_meanings(chain, samples, k)]
+    meanings += _select_special(samples, [*perpendicular_meanings, *origin_meanings, *parallel_meanings])
     meanings += _list_plane_meanings(chain, samples, revolute)
     return meanings + _select_special(samples, _list_common_direction_meanings(chain, samples))
 
 
 def _select_special(samples: Sequence[Sample], meanings: Sequence[MeasuredMeaning]) -> list[MeasuredMeaning]:
     """Return the statements that are false near the samples; statements that hold there, too, explain nothing."""
-    nearby = nearby_samples(samples)
+    nearby = move_samples(samples)
     return [meaning for meaning in meanings if measure_samples(nearby, meaning.measure).max() >= ZERO_TOLERANCE]
 
 
 def _list_direction_meanings(samples: Sequence[Sample], revolute: Sequence[int]) -> list[MeasuredMeaning]:
     """Return the statements about the directions of the axes, regardless of the positions of the axes."""
-    pairs = [
-        _make_meaning("parallel", pair, "the axes of joints {} and {} are parallel", partial(axis_spread, joints=pair))
+    words = "the axes of joints {} and {} are parallel"
+    parallel_meanings = [
+        _make_meaning("parallel", pair, words, partial(measure_axis_spread, joints=pair))
         for pair in combinations(revolute, 2)
     ]
-    meanings = _select_special(samples, pairs)
+    meanings = _select_special(samples, parallel_meanings)
     axes = "the axes of joints {}, {} and {} are"
     for joints in combinations(revolute, 3):
-        in_plane, at_right_angles = (partial(error, joints=joints) for error in (axis_spread, _perpendicularity_error))
-        plane = _make_meaning("one plane", joints, f"{axes} all parallel to one plane", in_plane)
-        square = _make_meaning("square", joints, f"{axes} at right angles to each other", at_right_angles)
-        meanings += [plane, square] if _select_special(samples, [plane]) else []
+        spread = partial(measure_axis_spread, joints=joints)
+        plane_meaning = _make_meaning("one plane", joints, f"{axes} all parallel to one plane", spread)
+        if _select_special(samples, [plane_meaning]):
+            measure, words = partial(_measure_perpendicularity, joints=joints), f"{axes} at right angles to each other"
+            meanings += [plane_meaning, _make_meaning("square", joints, words, measure)]
     return meanings
 
 
-def _list_prismatic_meanings(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
-    """Return the statements about prismatic joints along or across links between parallel axes."""
+def _list_prismatic_meanings(chain: Chain, samples: Sequence[Sample], is_perpendicular: bool) -> list[MeasuredMeaning]:
+    """Return the statements about prismatic joints that move along links between parallel axes, or perpendicular."""
     is_revolute = [joint.is_revolute for joint in chain.joints]
     links = [i for i in range(chain.n - 1) if all(is_revolute[i : i + 2]) and chain.joints[i].a != 0]
-    line = "the line from the axis of joint {} to that of joint {}"
+    kind, preposition = ("across", "at right angles to") if is_perpendicular else ("along", "along")
+    words = f"prismatic joint {{}} moves {preposition} the line from the axis of joint {{}} to that of joint {{}}"
+    measure = partial(measure_prismatic_slant, is_perpendicular=is_perpendicular)
     return [
-        _make_meaning(kind, (prismatic, i, i + 1), f"prismatic joint {{}} moves {relation} {line}",
-                    partial(prismatic_slant, prismatic=prismatic, i=i, j=i + 1, is_across=kind == "across"))
-        for prismatic, i in product(chain.prismatic_joints, links)
+        _make_meaning(kind, (p, i, i + 1), words, partial(measure, prismatic=p, i=i, j=i + 1))
+        for p, i in product(chain.prismatic_joints, links)
         if are_parallel(samples, i, i + 1)
-        for kind, relation in (("along", "along"), ("across", "at right angles to"))
-    ]  # fmt: skip
+    ]
 
 
 def _list_origin_meanings(chain: Chain, samples: Sequence[Sample], k: int) -> list[MeasuredMeaning]:
@@ -183,34 +193,36 @@ def _list_origin_meanings(chain: Chain, samples: Sequence[Sample], k: int) -> li
     The statements use the names of the origins in the arm's convention. Return no statement if an origin has no name.
     """
     names = [convention_of(chain).origin_name(frame) for frame in (k - 1, k, k + 1)]
-    sizes = [np.linalg.norm(np.diff(s.arm.frames(s.q)[k - 1 : k + 2, :3, 3], axis=0), axis=1).min() for s in samples]
-    if None in names or min(sizes) < NONZERO_THRESHOLD:
+    distances = [np.linalg.norm(np.diff(s.frames[k - 1 : k + 2, :3, 3], axis=0), axis=1).min() for s in samples]
+    if None in names or min(distances) < MIN_SIZE:
         return []
     line = f"${names[0]}$, ${names[1]}$ and ${names[2]}$ are collinear, with ${names[1]}$"
-    pairs = (("straight", "between the others"), ("doubled", "not between the others"))
-    measure = partial(origin_collinearity_error, k=k)
-    return [MeasuredMeaning(kind, (k,), f"{line} {position}", measure) for kind, position in pairs]
+    measure = partial(measure_origin_collinearity, k=k)
+    return [
+        MeasuredMeaning("straight", (k,), f"{line} between the others", measure),
+        MeasuredMeaning("doubled", (k,), f"{line} not between the others", measure),
+    ]
 
 
 def _list_plane_meanings(chain: Chain, samples: Sequence[Sample], revolute: Sequence[int]) -> list[MeasuredMeaning]:
-    """Return the statement that the point and all axes lie in one plane, for an arm whose axes are all parallel."""
+    """Return the statement that the point and all axes lie in one plane; none unless all axes are parallel."""
     if len(chain.linear_axes) != len(chain.task) or len(revolute) != chain.n or chain.n < 3:
         return []
     if not all(are_parallel(samples, 0, i) for i in revolute):
         return []
     words = "$P$ and the axes of all joints lie in one plane"
-    return [_make_meaning("level", revolute, words, partial(coplanarity_error, joints=revolute, with_point=True))]
+    return [_make_meaning("level", revolute, words, partial(measure_coplanarity, joints=revolute, includes_point=True))]
 
 
 def _list_common_direction_meanings(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
     """Return the statements about two joints that move the point along the same line."""
     moving_joints = range(min(chain.n, chain.point.frame))
-    sizes = np.min([np.linalg.norm(s.arm.jacobian(s.q)[:3], axis=0) for s in samples], axis=0)
+    speeds = np.min([np.linalg.norm(s.arm.jacobian(s.q)[:3], axis=0) for s in samples], axis=0)
     return [
         _make_meaning("one way", (i, j), "joints {} and {} move $P$ along the same line",
-                    partial(common_direction_error, joints=(i, j)))
+                    partial(measure_common_direction, joints=(i, j)))
         for i, j in combinations(moving_joints, 2)
-        if min(sizes[i], sizes[j]) > NONZERO_THRESHOLD
+        if min(speeds[i], speeds[j]) > MIN_SIZE
     ]  # fmt: skip
 
 
@@ -218,29 +230,26 @@ def _list_extreme_meanings(chain: Chain, samples: Sequence[Sample], i: int, j: i
     """Return the statements that joint j brings P as far from axis i, or as near to it, as the joint can."""
     if not _changes_distance(samples, i, j):
         return []
-    measure = partial(axis_distance_derivative, joint=i, movers=[j])
+    measure = partial(measure_distance_change, joint=i, moving_joints=[j])
     axis = "the axis of joint {} as joint {} can bring it"
     far, near = f"$P$ is as far from {axis}", f"$P$ is as near to {axis}"
     if chain.joints[j].is_prismatic:
         return [_make_meaning("near", (i, j), near, measure)]
-    others = [k for k in range(i + 1, min(chain.n, chain.point.frame)) if k != j]
-    is_only_mover = are_parallel(samples, i, j) and not any(_changes_distance(samples, i, k) for k in others)
-    stretched, folded = ("the arm is stretched out: ", "the arm is folded back: ") if is_only_mover else ("", "")
-    return [
-        _make_meaning("far", (i, j), f"{stretched}{far}", measure),
-        _make_meaning("near", (i, j), f"{folded}{near}", measure),
-    ]
+    other_joints = [k for k in range(i + 1, min(chain.n, chain.point.frame)) if k != j]
+    if are_parallel(samples, i, j) and not any(_changes_distance(samples, i, k) for k in other_joints):
+        far, near = f"the arm is stretched out: {far}", f"the arm is folded back: {near}"
+    return [_make_meaning("far", (i, j), far, measure), _make_meaning("near", (i, j), near, measure)]
 
 
 def _changes_distance(samples: Sequence[Sample], i: int, j: int) -> bool:
     """Return whether joint j changes the distance of P from axis i at configurations near the samples."""
-    pairs = ((s.arm, np.stack([nearby_configuration(s), nearby_configuration(s, j)])) for s in samples)
-    return all(abs(np.diff(axis_distance(arm, q, i))) > 1e-9 for arm, q in pairs)
+    pairs = ((s.arm, np.stack([choose_nearby_configuration(s), choose_nearby_configuration(s, j)])) for s in samples)
+    return all(abs(np.diff(measure_axis_distance(arm, q, i))) > 1e-9 for arm, q in pairs)
 
 
-def _perpendicularity_error(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
+def _measure_perpendicularity(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return how far three axes are from being perpendicular to each other, from 0 to 1."""
-    return np.asarray(1 - axis_spread(arm, q, joints))
+    return np.asarray(1 - measure_axis_spread(arm, q, joints))
 
 
 def holds(chain: Chain, meaning: MeasuredMeaning, sample: Sample) -> bool | None:
@@ -257,7 +266,7 @@ def holds(chain: Chain, meaning: MeasuredMeaning, sample: Sample) -> bool | None
 
 def _is_zero(error: float) -> bool | None:
     """Return whether an error is zero up to rounding; None if it is neither clearly zero nor clearly nonzero."""
-    return True if error < ZERO_TOLERANCE else False if error > NONZERO_ERROR else None
+    return True if error < ZERO_TOLERANCE else False if error > NONZERO_THRESHOLD else None
 
 
 def _is_extreme(chain: Chain, kind: str, sample: Sample, i: int, j: int) -> bool | None:
@@ -265,11 +274,10 @@ def _is_extreme(chain: Chain, kind: str, sample: Sample, i: int, j: int) -> bool
 
     Return None if that is not clear.
     """
-    is_revolute = chain.joints[j].is_revolute
-    steps = np.linspace(0, 2 * np.pi, 73)[1:-1] if is_revolute else np.linspace(-2, 2, 81)
+    steps = TRIED_ANGLES if chain.joints[j].is_revolute else TRIED_DISPLACEMENTS
     displacements = np.zeros((len(steps) + 3, len(sample.q)))
     displacements[1:, j] = [DIFFERENCE_STEP, -DIFFERENCE_STEP, *steps]
-    distances = axis_distance(sample.arm, sample.q + displacements, i)
+    distances = measure_axis_distance(sample.arm, sample.q + displacements, i)
     changes = distances[1:] - distances[0]
     slope = abs(changes[0] - changes[1]) / (2 * DIFFERENCE_STEP)
     if slope > ZERO_TOLERANCE and distances[0] > ZERO_TOLERANCE:

@@ -25,7 +25,7 @@ def normalize_arm(chain: Chain) -> Chain:
     if joints[0].is_revolute:
         joints[0] = replace(joints[0], d=sp.S.Zero)
     base = Base(yaw=chain.base.yaw, tilt=chain.base.tilt)
-    return Chain("bare", tuple(joints), chain.task, base, chain.point)
+    return Chain("normalized", tuple(joints), chain.task, base, chain.point)
 
 
 def normalize_conditions(chain: Chain, component: Component) -> list[str]:
@@ -37,10 +37,10 @@ def normalize_conditions(chain: Chain, component: Component) -> list[str]:
     if component.solutions is None:
         shifts = {q: q - offset for q, offset in offsets.items() if offset != 0}
         conditions = (sp.expand(condition.xreplace(shifts)) for condition in component.conditions)
-        return Component(tuple(conditions), None).pieces()
+        return Component(tuple(conditions), None).list_pieces()
     shifted = component.map_values(lambda joint, value: _shift_value(value, offsets[joint], joint))
     solutions = ((joint, tuple(sorted(values, key=sp.default_sort_key))) for joint, values in shifted.solutions or ())
-    return replace(shifted, solutions=tuple(solutions)).pieces()
+    return replace(shifted, solutions=tuple(solutions)).list_pieces()
 
 
 def first_joint_moves_all(chain: Chain) -> bool:

@@ -2,7 +2,7 @@
 
 J (m x n) loses rank at q if a unit wrench w does no work at any joint: J(q)^T w = 0 and w . w = 1. These are n + 1
 equations in n + m unknowns. Minimum-norm Gauss-Newton steps from random starts lead to configurations all over the
-singular set. The *reach* of an arm, here, is the total length of its links; it serves as the unit of lengths.
+singular set. The unit of lengths is the *arm length*, the total length of the links.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -17,6 +17,7 @@ from qdot.exercises.arm.vectors import cross
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.singularities.axes import Sample
 
 START_COUNT, MAX_STEPS = 60, 80
 """Number of random starts per search, and the maximum number of steps from each start."""
@@ -31,11 +32,11 @@ DISTANCE_TOLERANCE = 1e-3
 It is large, because rounding shifts a configuration at which the smallest singular value has a double zero.
 """
 _SINGULAR_VALUE_FLOOR = 0.1
-"""The largest singular value of J (lengths as fractions of the reach) counts as at least this in comparisons."""
+"""The largest singular value of J (lengths as fractions of the arm length) counts as at least this in comparisons."""
 _MAX_STEP_SIZE = 0.7
-"""Maximum step: radians for a revolute joint, fractions of the reach for a prismatic joint."""
-_PRISMATIC_TRAVEL = 0.3
-"""The length (m) that a prismatic joint adds to the reach."""
+"""Maximum step: radians for a revolute joint, fractions of the arm length for a prismatic joint."""
+_PRISMATIC_LENGTH = 0.3
+"""The length (m) that a prismatic joint adds to the arm length."""
 _PINV_RCOND = 1e-10
 """A step ignores singular values below this fraction of the largest (relative cutoff of the pseudoinverse)."""
 
@@ -47,8 +48,7 @@ class RankCheck:
     A *branch* is a list of conditions that hold simultaneously. The attributes are:
 
     - `arms`: the numeric arms, one for each choice of the symbolic lengths.
-    - `samples`: for each branch, configurations that satisfy the branch's conditions. Each sample is a pair: the index
-      of its arm in `arms`, and the n joint values.
+    - `samples`: for each branch, arms at configurations that satisfy the branch's conditions.
     - `full_rank_branches`: the indices of the branches with a sample at which J keeps full rank.
     - `searched_arm_count`: how many arms, the first in `arms`, were searched for rank loss.
     - `search_count`: the number of these searches.
@@ -57,7 +57,7 @@ class RankCheck:
     """
 
     arms: tuple[NumericChain, ...]
-    samples: tuple[tuple[tuple[int, np.ndarray], ...], ...]
+    samples: tuple[tuple[Sample, ...], ...]
     full_rank_branches: tuple[int, ...]
     searched_arm_count: int
     search_count: int
@@ -74,9 +74,9 @@ def check_rank_loss(
     for which no real arm exists are skipped. Random lengths and starts depend on `seed`.
     """
     arms: list[NumericChain] = []
-    samples: list[list[tuple[int, np.ndarray]]] = [[] for _ in branches]
+    samples: list[list[Sample]] = [[] for _ in branches]
     full_rank_branches: set[int] = set()
-    converged_count, unexplained = 0, []
+    converged_count, unexplained_configurations = 0, []
     rng = Stream(seed)
 
     def find_zeros(k: int, branch: _Branch, rank_test: _RankTest) -> np.ndarray:
@@ -91,36 +91,38 @@ def check_rank_loss(
         rank_test = _RankTest(arm, chain)
         numeric_branches = [_Branch(branch, chain, values) for branch in branches]
         for k, branch in enumerate(numeric_branches):
-            samples[k] += [(len(arms) - 1, configuration) for configuration in find_zeros(k, branch, rank_test)]
+            samples[k] += [Sample(arm, configuration) for configuration in find_zeros(k, branch, rank_test)]
         q = rank_test.search_singular(rank_test.sample_configurations(start_count, rng), rng)
         converged_count += len(q)
         is_explained = np.zeros(len(q), dtype=bool)
         for branch in numeric_branches:
             is_explained |= branch.contains(q)
-        unexplained += list(q[~is_explained])
+        unexplained_configurations += list(q[~is_explained])
     searched_arm_count = len(arms)
     for k in [k for k, branch_samples in enumerate(samples) if not branch_samples]:
         for values, arm in _sample_lengths(chain, rng, EXTRA_LENGTH_SAMPLES, min_numerator=300):
             zeros = find_zeros(k, _Branch(branches[k], chain, values), _RankTest(arm, chain))
-            samples[k] += [(len(arms), configuration) for configuration in zeros]
+            samples[k] += [Sample(arm, configuration) for configuration in zeros]
             arms += [arm] if len(zeros) else []
-    search_results = searched_arm_count, start_count * searched_arm_count, converged_count, tuple(unexplained)
-    return RankCheck(tuple(arms), tuple(map(tuple, samples)), tuple(sorted(full_rank_branches)), *search_results)
+    return RankCheck(
+        tuple(arms), tuple(map(tuple, samples)), tuple(sorted(full_rank_branches)), searched_arm_count,
+        start_count * searched_arm_count, converged_count, tuple(unexplained_configurations),
+    )  # fmt: skip
 
 
 def find_covering_branches(
     chain: Chain, branch: Sequence[sp.Expr], other_branches: Sequence[Sequence[sp.Expr]]
 ) -> frozenset[int] | None:
-    """Return the indices of the `other_branches` that together contain the configurations found on a branch.
+    """Return the indices of the `other_branches` that together contain all configurations found on a branch.
 
-    A configuration counts only for the first branch that contains it. Return None if a configuration lies on no other
-    branch, or if no configuration was found.
+    If several branches contain a configuration, only the first of them is returned for it. Return None if a
+    configuration lies on no other branch, or if no configuration was found.
     """
     rng, covering_branches = Stream("lies on"), set()
     for values, arm in _sample_lengths(chain, rng, LENGTH_SAMPLES):
         starts = _RankTest(arm, chain).sample_configurations(START_COUNT, rng)
-        converged, q = _Branch(branch, chain, values).find_zeros(starts)
-        q = q[converged]
+        has_converged, q = _Branch(branch, chain, values).find_zeros(starts)
+        q = q[has_converged]
         for k, conditions in enumerate(other_branches):
             is_covered = _Branch(conditions, chain, values).contains(q)
             covering_branches |= {k} if is_covered.any() else set()
@@ -135,11 +137,12 @@ def _sample_lengths(
 ) -> Iterator[tuple[dict[sp.Symbol, sp.Rational], NumericChain]]:
     """Yield `sample_count` random choices of the symbolic lengths, each with its numeric arm.
 
-    A choice for which no real arm exists is skipped. Lengths range from `min_numerator` / 10,007 m to 1.2 m.
+    A choice for which no real arm exists is skipped. Lengths range from `min_numerator` / 10,007 m to 1.2 m. The
+    denominator is prime, so the fractions can't be reduced.
     """
-    size = 12000 - min_numerator
+    count = 12000 - min_numerator
     for _ in range(sample_count if chain.parameters else 1):
-        values = {symbol: sp.Rational(min_numerator + rng.integer_below(size), 10007) for symbol in chain.parameters}
+        values = {symbol: sp.Rational(min_numerator + rng.integer_below(count), 10007) for symbol in chain.parameters}
         try:
             arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in values.items()})
         except TypeError:  # a constant is not real for these lengths, e.g. sqrt(a1**2 - d1**2)
@@ -172,8 +175,8 @@ class _Branch:
         """Return for each configuration whether it satisfies the conditions up to rounding."""
         if not len(q):
             return np.zeros(0, dtype=bool)
-        converged, end_points = self.find_zeros(q)
-        return np.asarray(converged & (np.abs(end_points - q).max(axis=1) < DISTANCE_TOLERANCE))
+        has_converged, end_points = self.find_zeros(q)
+        return np.asarray(has_converged & (np.abs(end_points - q).max(axis=1) < DISTANCE_TOLERANCE))
 
 
 def _compute_mean_coefficient(condition: sp.Expr) -> float:
@@ -209,53 +212,53 @@ def _solve(equations: Equations, x: np.ndarray, units: np.ndarray | float = 1.0)
     x = x.copy()
     for _ in range(MAX_STEPS):
         values, derivatives = equations(x)
-        active = ~(np.abs(values).max(axis=1) < EQUATION_TOLERANCE)
-        if not active.any():
+        is_active = ~(np.abs(values).max(axis=1) < EQUATION_TOLERANCE)
+        if not is_active.any():
             break
-        steps = -(np.linalg.pinv(derivatives[active], rcond=_PINV_RCOND) @ values[active, :, None])[:, :, 0]
+        steps = -(np.linalg.pinv(derivatives[is_active], rcond=_PINV_RCOND) @ values[is_active, :, None])[:, :, 0]
         longest = np.abs(steps).max(axis=1, keepdims=True)
-        x[active] += steps * np.minimum(1.0, _MAX_STEP_SIZE / np.maximum(longest, 1e-300)) * units
+        x[is_active] += steps * np.minimum(1.0, _MAX_STEP_SIZE / np.maximum(longest, 1e-300)) * units
     residuals, _ = equations(x)
     return np.abs(residuals).max(axis=1) < EQUATION_TOLERANCE, x
 
 
 class _RankTest:
-    """The numeric task Jacobian, with lengths divided by the arm's reach, for finding where it loses rank."""
+    """The numeric task Jacobian, with lengths divided by the arm length, for finding where it loses rank."""
 
     def __init__(self, arm: NumericChain, chain: Chain) -> None:
         self._arm, self._task_rows = arm, chain.task_rows
-        link_lengths = np.abs(arm.a) + np.where(arm.is_revolute, np.abs(arm.fixed_entries), _PRISMATIC_TRAVEL)
-        self._reach = max(sum(link_lengths) + float(np.abs(arm.point_offset[:3]).sum()), 1e-3)
-        self._joint_units = np.where(arm.is_revolute, 1.0, self._reach)
+        link_lengths = np.abs(arm.a) + np.where(arm.is_revolute, np.abs(arm.fixed_entries), _PRISMATIC_LENGTH)
+        self._arm_length = max(sum(link_lengths) + float(np.abs(arm.point_offset[:3]).sum()), 1e-3)
+        self._joint_units = np.where(arm.is_revolute, 1.0, self._arm_length)
 
     def sample_configurations(self, configuration_count: int, rng: Stream) -> np.ndarray:
         """Return random configurations, configurations x n."""
-        limits = np.where(self._arm.is_revolute, np.pi, self._reach)
+        limits = np.where(self._arm.is_revolute, np.pi, self._arm_length)
         return np.array([[rng.uniform(-1, 1) for _ in limits] for _ in range(configuration_count)]) * limits
 
-    def _split_columns(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _compute_columns(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the linear and the angular part of each column of J at k configurations, each k x n x 3."""
         columns = self._arm.jacobian(q).swapaxes(1, 2)
-        return columns[:, :, :3] / self._reach * self._joint_units[:, None], columns[:, :, 3:]
+        return columns[:, :, :3] / self._arm_length * self._joint_units[:, None], columns[:, :, 3:]
 
-    def jacobian(self, q: np.ndarray) -> np.ndarray:
+    def compute_jacobian(self, q: np.ndarray) -> np.ndarray:
         """Return the task Jacobian at k configurations, k x m x n."""
-        return np.asarray(np.concatenate(self._split_columns(q), axis=2)[:, :, self._task_rows].swapaxes(1, 2))
+        return np.asarray(np.concatenate(self._compute_columns(q), axis=2)[:, :, self._task_rows].swapaxes(1, 2))
 
     def loses_rank(self, q: np.ndarray) -> np.ndarray:
         """Return for each of k configurations whether J has less than full rank."""
-        sigma = np.linalg.svd(self.jacobian(q), compute_uv=False)
+        sigma = np.linalg.svd(self.compute_jacobian(q), compute_uv=False)
         return np.asarray(sigma[:, -1] < RANK_TOLERANCE * np.maximum(sigma[:, 0], _SINGULAR_VALUE_FLOOR))
 
     def search_singular(self, q: np.ndarray, rng: Stream) -> np.ndarray:
         """Return the singular configurations (at most k x n) to which searches from k starts (k x n) converge."""
-        (k, n), (m, _) = q.shape, self.jacobian(q[:1])[0].shape
-        u, _, v_transposed = np.linalg.svd(self.jacobian(q))
+        (k, n), (m, _) = q.shape, self.compute_jacobian(q[:1])[0].shape
+        u, _, v_transposed = np.linalg.svd(self.compute_jacobian(q))
         vector = u[:, :, -1] if m <= n else v_transposed[:, -1]
         vector = vector + 0.1 * np.array([[rng.uniform(-1, 1) for _ in range(min(m, n))] for _ in range(k)])
         units = np.concatenate([self._joint_units, np.ones(min(m, n))])
-        converged, x = _solve(self._evaluate_equations, np.concatenate([q, vector], axis=1), units)
-        q = x[converged, :n]
+        has_converged, x = _solve(self._evaluate_equations, np.concatenate([q, vector], axis=1), units)
+        q = x[has_converged, :n]
         return np.asarray(q[self.loses_rank(q)])
 
     def _evaluate_equations(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -263,29 +266,31 @@ class _RankTest:
 
         The vector is a wrench w, with the residuals w^T J, if there are at least as many joints as rows. Otherwise the
         vector is joint rates v, with the residuals J v. The last residual, (|vector|^2 - 1) / 2, makes it a unit
-        vector. Derivatives by prismatic joint variables are in units of the reach.
+        vector. Derivatives by prismatic joint variables are in units of the arm length.
         """
         q, vector = np.split(x, [len(self._joint_units)], axis=1)
-        jacobian, jacobian_derivatives = self.jacobian(q), self._jacobian_derivatives(q)
+        jacobian, jacobian_derivatives = self.compute_jacobian(q), self._compute_jacobian_derivatives(q)
         if jacobian.shape[1] <= jacobian.shape[2]:
             jacobian, jacobian_derivatives = jacobian.swapaxes(1, 2), jacobian_derivatives.swapaxes(1, 2)
         products = (jacobian @ vector[:, :, None])[:, :, 0]
         joint_derivatives = np.einsum("kabj,kb->kaj", jacobian_derivatives, vector)
         norm_residual = (np.sum(vector**2, axis=1)[:, None] - 1) / 2
-        product_rows = np.concatenate([joint_derivatives, jacobian], axis=2)
-        norm_row = np.concatenate([np.zeros((len(q), 1, q.shape[1])), vector[:, None]], axis=2)
-        return np.concatenate([products, norm_residual], axis=1), np.concatenate([product_rows, norm_row], axis=1)
+        product_derivatives = np.concatenate([joint_derivatives, jacobian], axis=2)
+        norm_derivatives = np.concatenate([np.zeros((len(q), 1, q.shape[1])), vector[:, None]], axis=2)
+        return np.concatenate([products, norm_residual], axis=1), np.concatenate(
+            [product_derivatives, norm_derivatives], axis=1
+        )
 
-    def _jacobian_derivatives(self, q: np.ndarray) -> np.ndarray:
+    def _compute_jacobian_derivatives(self, q: np.ndarray) -> np.ndarray:
         """Return the derivatives dJ/dq_j, k x m x n x n; the last axis is j.
 
         The derivative of column i = (v_i, w_i) is (w_j x v_i, w_j x w_i) if j <= i, and (w_i x v_j, 0) if j > i.
         """
-        linear, angular = self._split_columns(q)
+        linear, angular = self._compute_columns(q)
         n = linear.shape[1]
-        linear_earlier = cross(angular[:, None], linear[:, :, None])  # k x (column i) x (joint j) x 3, for j <= i
+        earlier_derivatives = cross(angular[:, None], linear[:, :, None])  # k x (column i) x (joint j) x 3, for j <= i
         is_earlier = np.arange(n)[:, None] >= np.arange(n)
-        d_linear = np.where(is_earlier[:, :, None], linear_earlier, linear_earlier.swapaxes(1, 2))
-        d_angular = np.where(is_earlier[:, :, None], cross(angular[:, None], angular[:, :, None]), 0.0)
-        derivative = np.concatenate([d_linear, d_angular], axis=3)[..., self._task_rows]
+        linear_derivatives = np.where(is_earlier[:, :, None], earlier_derivatives, earlier_derivatives.swapaxes(1, 2))
+        angular_derivatives = np.where(is_earlier[:, :, None], cross(angular[:, None], angular[:, :, None]), 0.0)
+        derivative = np.concatenate([linear_derivatives, angular_derivatives], axis=3)[..., self._task_rows]
         return np.asarray(derivative.transpose(0, 3, 1, 2))

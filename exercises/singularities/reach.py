@@ -56,7 +56,7 @@ def reaches_point(arm: NumericChain, point: np.ndarray) -> bool | None:
     distance_in_plane = np.sqrt(max(radius**2 - plane_offset**2, 0.0))
     shoulder_radius, shoulder_height = rotated_arm.shoulder
     radii = distance_in_plane * np.array([1, -1]) - shoulder_radius  # on either side of the line
-    answers = [_is_inside(float(x), rotated_arm.distances) for x in np.hypot(radii, height - shoulder_height)]
+    answers = [_is_inside(float(x), rotated_arm.distance_range) for x in np.hypot(radii, height - shoulder_height)]
     return True if True in answers else None if None in answers else False
 
 
@@ -64,7 +64,7 @@ def reaches_point(arm: NumericChain, point: np.ndarray) -> bool | None:
 class _RotatedPlanarArm:
     """A planar arm that joint 1 rotates about a line. The shoulder is the first axis of the planar arm.
 
-    - `distances`: the minimum and the maximum distance from the shoulder that the planar arm reaches (m).
+    - `distance_range`: the minimum and the maximum distance from the shoulder that the planar arm reaches (m).
     - `axis`: the direction of the line.
     - `foot`: a point on the line.
     - `shoulder`: the position of the shoulder relative to `foot`: perpendicular to the line, and along the line (m).
@@ -72,7 +72,7 @@ class _RotatedPlanarArm:
     - `size`: the total length of the arm (m).
     """
 
-    distances: np.ndarray
+    distance_range: np.ndarray
     axis: np.ndarray
     foot: np.ndarray
     shoulder: tuple[float, float]
@@ -83,19 +83,20 @@ class _RotatedPlanarArm:
 @lru_cache(maxsize=256)
 def _find_rotated_planar_arm(arm: NumericChain) -> _RotatedPlanarArm | None:
     """Return the description of a planar arm rotated by joint 1; None for other arms."""
-    moving_count = min(arm.point_frame, len(arm.kinds))
-    if moving_count < 2 or not arm.is_revolute[0]:
+    moving_joint_count = min(arm.point_frame, len(arm.kinds))
+    if moving_joint_count < 2 or not arm.is_revolute[0]:
         return None
     home = _compute_home_frames(arm)
-    axes, origins, point = home[1:moving_count, :3, 2], home[1:moving_count, :3, 3], arm.point_of(home)
+    axes, origins, point = home[1:moving_joint_count, :3, 2], home[1:moving_joint_count, :3, 3], arm.point_of(home)
     normal, foot, axis = axes[0], home[0, :3, 3], home[0, :3, 2]
-    distances = _find_distance_range(arm.is_revolute[1:moving_count], axes, origins, point)
-    if distances is None or abs(axis @ normal) > _ZERO_TOLERANCE:
+    distance_range = _find_distance_range(arm.is_revolute[1:moving_joint_count], axes, origins, point)
+    if distance_range is None or abs(axis @ normal) > _ZERO_TOLERANCE:
         return None
     offset, plane_offset = origins[0] - foot, float((point - foot) @ normal)
-    size = float(np.sum(distances[np.isfinite(distances)])) + float(np.linalg.norm(offset)) + abs(plane_offset)
+    finite_distances = distance_range[np.isfinite(distance_range)]
+    size = float(np.sum(finite_distances)) + float(np.linalg.norm(offset)) + abs(plane_offset)
     shoulder = float(offset @ np.cross(normal, axis)), float(offset @ axis)
-    return _RotatedPlanarArm(distances, axis, foot, shoulder, plane_offset, size)
+    return _RotatedPlanarArm(distance_range, axis, foot, shoulder, plane_offset, size)
 
 
 @lru_cache(maxsize=256)
@@ -118,18 +119,18 @@ def _find_distance_range(
     if is_revolute.all():
         if np.max(np.abs(axes @ projector)) > _ZERO_TOLERANCE:
             return None
-        links = np.linalg.norm(np.diff([*origins, point], axis=0) @ projector, axis=1)
-        return np.array([max(0.0, 2 * links.max() - links.sum()), links.sum()])
+        link_lengths = np.linalg.norm(np.diff([*origins, point], axis=0) @ projector, axis=1)
+        return np.array([max(0.0, 2 * link_lengths.max() - link_lengths.sum()), link_lengths.sum()])
     if len(is_revolute) == 2 and abs(axes[1] @ normal) < _ZERO_TOLERANCE:
-        to_point = (point - origins[0]) @ projector
-        return np.array([np.linalg.norm(to_point - (to_point @ axes[1]) * axes[1]), np.inf])
+        vector_to_point = (point - origins[0]) @ projector
+        return np.array([np.linalg.norm(vector_to_point - (vector_to_point @ axes[1]) * axes[1]), np.inf])
     return None
 
 
-def _is_inside(distance: float, distances: np.ndarray) -> bool | None:
+def _is_inside(distance: float, limits: np.ndarray) -> bool | None:
     """Return whether a distance lies between two distances; None if it is too close to one of them."""
-    minimum, maximum = distances
-    tolerance = _UNDECIDED_MARGIN * float(np.max(distances[np.isfinite(distances)]) + distance)
+    minimum, maximum = limits
+    tolerance = _UNDECIDED_MARGIN * float(np.max(limits[np.isfinite(limits)]) + distance)
     if abs(distance - maximum) < tolerance or (minimum > 0 and abs(distance - minimum) < tolerance):
         return None
     return bool(minimum < distance < maximum)
@@ -160,7 +161,7 @@ def reaches_displaced_pose(
         return None
     if not planar_arm.has_angle:
         return _reaches_in_plane(arm, planar_arm, planar_arm.joints, target)
-    rotation, last_joint = _axis_rotation(displacement[3:]), planar_arm.joints[-1]
+    rotation, last_joint = _compute_axis_rotation(displacement[3:]), planar_arm.joints[-1]
     if arm.is_revolute[last_joint]:
         last_axis_target = target - rotation @ (point - frames[last_joint, :3, 3])
         return _reaches_in_plane(arm, planar_arm, planar_arm.joints[:-1], last_axis_target)
@@ -196,9 +197,9 @@ def _find_planar_arm(arm: NumericChain, task: tuple[int, ...]) -> _PlanarArm | N
     If the arm can change the height of P above the plane, the task must contain this height.
     """
     linear, angle_axes = [row for row in task if row < 3], [row - 3 for row in task if row >= 3]
-    home, moving_count = _compute_home_frames(arm), arm.point_frame
-    axes, is_revolute = home[:moving_count, :3, 2], arm.is_revolute[:moving_count]
-    if not is_revolute.any() or (angle_axes and moving_count != len(arm.kinds)):
+    home, moving_joint_count = _compute_home_frames(arm), arm.point_frame
+    axes, is_revolute = home[:moving_joint_count, :3, 2], arm.is_revolute[:moving_joint_count]
+    if not is_revolute.any() or (angle_axes and moving_joint_count != len(arm.kinds)):
         return None
     normal = axes[int(np.argmax(is_revolute))]
     cosines = np.abs(axes @ normal)
@@ -231,14 +232,14 @@ def _reaches_in_plane(
     tip = home[later_joints[0], :3, 3] if later_joints else arm.point_of(home)
     is_revolute, axes, origins = arm.is_revolute[list(joints)], home[joints, :3, 2], home[joints, :3, 3]
     if is_revolute[0]:
-        distances = _find_distance_range(is_revolute, axes, origins, tip)
+        distance_range = _find_distance_range(is_revolute, axes, origins, tip)
         distance = float(np.linalg.norm(planar_arm.plane_projector @ (target - origins[0])))
-        return None if distances is None else _is_inside(distance, distances)
+        return None if distance_range is None else _is_inside(distance, distance_range)
     if len(is_revolute) == 1 or not is_revolute[1:].all():
         return None
     distance = float(cross(planar_arm.normal, axes[0]) @ (target - origins[1]))
-    links = np.linalg.norm(np.diff([*origins[1:], tip], axis=0) @ planar_arm.plane_projector, axis=1)
-    return _is_clearly_below(abs(distance), float(links.sum()))
+    link_lengths = np.linalg.norm(np.diff([*origins[1:], tip], axis=0) @ planar_arm.plane_projector, axis=1)
+    return _is_clearly_below(abs(distance), float(link_lengths.sum()))
 
 
 def _is_clearly_below(size: float, limit: float) -> bool | None:
@@ -246,7 +247,7 @@ def _is_clearly_below(size: float, limit: float) -> bool | None:
     return None if abs(size - limit) < _UNDECIDED_MARGIN * (size + limit) else size < limit
 
 
-def _axis_rotation(angles: np.ndarray) -> np.ndarray:
+def _compute_axis_rotation(angles: np.ndarray) -> np.ndarray:
     """Return the rotation (3 x 3) by angles (3) about the world axes, of which only one is not zero."""
     axis = int(np.argmax(np.abs(angles)))
     next_axis, third_axis = (axis + 1) % 3, (axis + 2) % 3
@@ -277,9 +278,9 @@ def reaches_beyond(samples: Sequence[Sample], task: Sequence[int], directions: n
     `directions` (k x m) are directions in the rows of the task, whose indices are `task`.
     """
     arms, q = stack_samples(samples)
-    reach = compute_arm_lengths([sample.arm for sample in samples])
+    arm_lengths = compute_arm_lengths([sample.arm for sample in samples])
     is_linear = np.array([row < 3 for row in task])
-    shifts = _TESTED_DISTANCE * reach[:, None] * directions * np.where(is_linear, 1.0, 1.0 / reach[:, None])
+    shifts = _TESTED_DISTANCE * arm_lengths[:, None] * directions * np.where(is_linear, 1.0, 1.0 / arm_lengths[:, None])
     frames = arms.frames(q)[:, 0]
     answers = np.full(len(samples), UNSURE)
     if list(task) == [0, 1, 2] and len(arms.kinds) == arms.point_frame == 3:
@@ -290,38 +291,43 @@ def reaches_beyond(samples: Sequence[Sample], task: Sequence[int], directions: n
             answers[k] = YES if is_reached else NO
     unsure = np.flatnonzero(answers == UNSURE).tolist()
     if unsure:
-        unsure_arms = [samples[k].arm for k in unsure]
-        answers[unsure] = _search_beyond(unsure_arms, frames[unsure], task, shifts[unsure], reach[unsure])
+        arms_and_frames = [samples[k].arm for k in unsure], frames[unsure]
+        answers[unsure] = _search_displaced_poses(*arms_and_frames, task, shifts[unsure], arm_lengths[unsure])
     return np.asarray(answers == YES)
 
 
-def _search_beyond(
-    all_arms: Sequence[NumericChain], frames: np.ndarray, task: Sequence[int], shifts: np.ndarray, reach: np.ndarray
+def _search_displaced_poses(
+    all_arms: Sequence[NumericChain],
+    frames: np.ndarray,
+    task: Sequence[int],
+    shifts: np.ndarray,
+    arm_lengths: np.ndarray,
 ) -> np.ndarray:
     """Return YES or NO for each of k arms: whether a search finds a configuration `shifts` away from a pose.
 
-    `frames` are the frames of the arms at these poses. The search starts from many configurations.
+    `frames` are the frames of the arms at these poses. The search starts from many configurations of each arm.
     """
     answers = np.full(len(all_arms), NO)
-    active = np.arange(len(all_arms))
+    unsolved = np.arange(len(all_arms))
     arms = NumericChain.stack(all_arms)
     q = np.tile(_sample_starts(len(arms.kinds)), (len(all_arms), 1, 1))
     for step in range(_MAX_STEPS):
         poses = arms.frames(q)
-        residual = _compute_pose_difference(arms, frames[active], poses)[..., task] + shifts[active, None]
+        difference = _compute_pose_difference(arms, frames[unsolved], poses)
+        residual = difference[..., task] + shifts[unsolved, None]
         distance = np.linalg.norm(residual, axis=2)
-        has_converged = np.any(distance < 1e-6 * reach[active, None], axis=1)
+        has_converged = np.any(distance < 1e-6 * arm_lengths[unsolved, None], axis=1)
         if has_converged.any():
-            answers[active[has_converged]] = YES
+            answers[unsolved[has_converged]] = YES
             remaining = ~has_converged
-            active = active[remaining]
-            if not len(active):
+            unsolved = unsolved[remaining]
+            if not len(unsolved):
                 break
-            arms = NumericChain.stack([all_arms[k] for k in active])
+            arms = NumericChain.stack([all_arms[k] for k in unsolved])
             q, poses, residual, distance = q[remaining], poses[remaining], residual[remaining], distance[remaining]
         if step == _PRUNING_STEP:
             nearest = np.argsort(distance, axis=1, kind="stable")[:, :_KEPT_START_COUNT]
-            rows = np.arange(len(active))[:, None]
+            rows = np.arange(len(unsolved))[:, None]
             q, residual, poses = q[rows, nearest], residual[rows, nearest], poses[rows, nearest]
         jacobian = arms.jacobian_of(poses)[..., task, :]
         transposed = jacobian.swapaxes(-1, -2)
@@ -358,7 +364,7 @@ def compute_arm_lengths(arms: Sequence[NumericChain]) -> np.ndarray:
     distinct_arms = list({id(arm): arm for arm in arms}.values())
     starts = np.stack([_sample_starts(len(arm.kinds)) for arm in distinct_arms])
     origins = NumericChain.stack(distinct_arms).frames(starts)[..., :3, 3]
-    links = np.median(np.linalg.norm(np.diff(origins, axis=2), axis=3).sum(axis=2), axis=1)
-    lengths = links + [float(np.linalg.norm(arm.point_offset[:3])) for arm in distinct_arms] + 1e-9
+    link_lengths = np.median(np.linalg.norm(np.diff(origins, axis=2), axis=3).sum(axis=2), axis=1)
+    lengths = link_lengths + [float(np.linalg.norm(arm.point_offset[:3])) for arm in distinct_arms] + 1e-9
     length_of = {id(arm): length for arm, length in zip(distinct_arms, lengths, strict=True)}
     return np.array([length_of[id(arm)] for arm in arms])

@@ -53,18 +53,18 @@ def _descend(arms: NumericChain, measure: Measure, arm_count: int) -> np.ndarray
     starts = _sample_starts(arms.kinds)
     n = starts.shape[1]
     q = np.tile(starts, (arm_count, 1, 1))
-    differences = _DIFFERENCE_STEP * np.concatenate([np.eye(n), -np.eye(n)])
+    steps_to_neighbours = _DIFFERENCE_STEP * np.concatenate([np.eye(n), -np.eye(n)])
     for _ in range(_MAX_STEPS):
         values = measure(arms, q)
-        active = values > _CONVERGENCE_TOLERANCE
-        if not active.any():
+        is_active = values > _CONVERGENCE_TOLERANCE
+        if not is_active.any():
             break
-        neighbours = (q[:, :, None] + differences).reshape(arm_count, -1, n)
+        neighbours = (q[:, :, None] + steps_to_neighbours).reshape(arm_count, -1, n)
         squares = (measure(arms, neighbours) ** 2).reshape(*values.shape, 2, n)
         gradient = (squares[..., 0, :] - squares[..., 1, :]) / (2 * _DIFFERENCE_STEP)
         step = (2 * values**2 / np.maximum(np.sum(gradient**2, axis=-1), 1e-30))[..., None] * gradient
         step *= np.minimum(1.0, _MAX_STEP_SIZE / np.maximum(np.abs(step).max(axis=-1, keepdims=True), 1e-12))
-        q -= np.where(active[..., None], step, 0.0)
+        q -= np.where(is_active[..., None], step, 0.0)
     return q
 
 

@@ -30,26 +30,25 @@ from qdot.exercises.singularities.singular_set import (
     Search,
     find_common_zeros,
     find_trig_coefficients,
+    make_zero_test,
     replace_marks,
     split_zero_cases,
     tidy_branches,
 )
 
-_POSITION = VELOCITY_NAMES[:3]
+_POSITION_ROWS = VELOCITY_NAMES[:3]
 MAX_CASES = 400
 """Maximum number of cases that are examined."""
-MAX_FRAMES = 2
-"""Maximum number of pairs of frame and reference point that are tried."""
+MAX_FRAME_PAIRS = 2
+"""Maximum number of pairs (a frame, and the frame of a reference point) that are tried."""
 SHORT_OPERATION_COUNT = 200
-"""If all conditions together have fewer operations than this, no further pair is tried."""
+"""If all conditions found for a pair together have fewer operations than this, no further pair is tried."""
 _SPARSITY_TOLERANCE = 1e-9
 """An entry of the numeric Jacobian below this limit counts as zero."""
-_ZERO_TOLERANCE = sp.Float("1e-20")
-"""A constant below this limit for the arm's numbers counts as zero."""
 
 
 @dataclass(frozen=True)
-class Reduction:
+class FrameJacobian:
     """J of an arm in coordinates of frame `frame`.
 
     The reference point is the origin of frame `reference_frame`, or P if `reference_frame` is None.
@@ -83,13 +82,13 @@ def elimination_applies(chain: Chain) -> bool:
     """
     if chain.n <= len(chain.task):
         return False
-    if set(chain.task) == set(_POSITION):
+    if set(chain.task) == set(_POSITION_ROWS):
         return has_long_minors(chain)
-    arm, _ = polynomial_arm(chain)
+    arm, _ = make_polynomial_arm(chain)
     return set(chain.task) == set(VELOCITY_NAMES) and point_moves_with_last_link(arm)
 
 
-def polynomial_arm(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
+def make_polynomial_arm(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
     """Return an arm whose Jacobian has polynomials in lengths, sines and cosines as entries, and its symbols' values.
 
     The arm has no joint offsets, and its base is at the world's origin. Symbols replace angles that are not multiples
@@ -124,13 +123,13 @@ def _is_polynomial(value: sp.Expr) -> bool:
 
 
 def _find_sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
-    """Return pairs (frame, reference_frame) as in a Reduction; the pairs with the most zeros in J come first.
+    """Return pairs (frame, reference_frame) as in a FrameJacobian; the pairs with the most zeros in J come first.
 
     Among pairs with equally many zeros, frames near the middle of the arm come first. For a position task, the
     reference point is P.
     """
     middle_frames = [frame for frame in range(chain.n) if abs(2 * frame - chain.n) < 2]
-    if set(chain.task) == set(_POSITION):
+    if set(chain.task) == set(_POSITION_ROWS):
         frames_before_point = [frame for frame in reversed(middle_frames) if frame <= chain.point.frame]
         return [(frame, None) for frame in frames_before_point or [chain.point.frame]]
     rng = Stream("sparsest")
@@ -152,7 +151,7 @@ def _find_sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
     return list(pair_by_zero_pattern.values())
 
 
-def _tidy(entry: sp.Expr) -> sp.Expr:
+def _factor_entry(entry: sp.Expr) -> sp.Expr:
     return factor_trig(sp.expand(entry)).expression()
 
 
@@ -161,11 +160,11 @@ def _tidy(entry: sp.Expr) -> sp.Expr:
 
 @dataclass
 class _Elimination:
-    """The elimination for one arm; the reduced matrices are collected in `reduced_cases`."""
+    """The elimination for one arm; it collects the reduced matrices in `reduced_cases`."""
 
     search: Search
     reduced_cases: list[ReducedCase] = field(default_factory=list)
-    marks: dict[sp.Expr, sp.Symbol] = field(default_factory=dict)
+    symbols: dict[sp.Expr, sp.Symbol] = field(default_factory=dict)
     """Maps conditions 1 - cos(q - root) whose root contains an arctangent to symbols that stand for them.
 
     The symbols protect these conditions from substitutions.
@@ -193,37 +192,37 @@ class _Elimination:
     def _eliminate_next(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
         """Do one step of the elimination in a matrix, and yield the branches as `find_branches` does."""
         for r in range(matrix.rows):
-            shared = self._find_common_factors(matrix.row(r))
-            if shared:
-                for factor in shared:
+            common_factors = self._find_common_factors(matrix.row(r))
+            if common_factors:
+                for factor in common_factors:
                     self.reduced_cases.append(ReducedCase((*case, factor), sp.ImmutableMatrix(), (), ((),)))
                     yield (*case, factor)
-                yield from self.find_branches(_divide_factors(matrix, shared, row=r), joints, case)
+                yield from self.find_branches(_divide_by_factors(matrix, common_factors, row=r), joints, case)
                 return
         for c in range(matrix.cols):
-            shared = self._find_common_factors(matrix.col(c))
-            if shared:
-                yield from self._eliminate_column(matrix, joints, case, c, shared)
-                yield from self.find_branches(_divide_factors(matrix, shared, column=c), joints, case)
+            common_factors = self._find_common_factors(matrix.col(c))
+            if common_factors:
+                yield from self._eliminate_column(matrix, joints, case, c, common_factors)
+                yield from self.find_branches(_divide_by_factors(matrix, common_factors, column=c), joints, case)
                 return
         if (pivot := self._find_pivot(matrix)) is not None:
             r, c = pivot
-            yield from self.find_branches(_schur_complement(matrix, r, c), joints[:c] + joints[c + 1 :], case)
+            yield from self.find_branches(_compute_schur_complement(matrix, r, c), joints[:c] + joints[c + 1 :], case)
         elif (combination := self._combine_pair(matrix)) is not None:
-            smaller, columns = combination
-            yield from self.find_branches(smaller, tuple(joints[c] if c >= 0 else 0 for c in columns), case)
+            smaller_matrix, columns = combination
+            yield from self.find_branches(smaller_matrix, tuple(joints[c] if c >= 0 else 0 for c in columns), case)
         else:
             yield from self._find_branches_by_minors(matrix, joints, case)
 
     def _eliminate_column(
-        self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction, c: int, shared: list[sp.Expr]
+        self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction, c: int, common_factors: list[sp.Expr]
     ) -> Iterator[Conjunction]:
         """Yield the branches on which a factor that column `c` shares is zero and the other columns lose rank."""
         other_columns, remaining_joints = _delete_column(matrix, c), joints[:c] + joints[c + 1 :]
-        for factor in shared:
-            for condition, trigs in self._list_zero_cases(factor):
-                at_root = other_columns.applyfunc(lambda e, f=factor, t=trigs: self._evaluate_at(e, f, t))
-                yield from self.find_branches(_clear_denominators(at_root), remaining_joints, (*case, condition))
+        for factor in common_factors:
+            for condition, values in self._list_zero_cases(factor):
+                evaluated = other_columns.applyfunc(lambda e, f=factor, v=values: self._evaluate_at_zero(e, f, v))
+                yield from self.find_branches(_clear_denominators(evaluated), remaining_joints, (*case, condition))
 
     def _list_zero_cases(self, factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
         """Return the cases in which a factor is zero.
@@ -236,11 +235,14 @@ class _Elimination:
         if not roots:
             return [(factor, {})]
         for condition, _ in roots:
-            self.marks.setdefault(condition, sp.Symbol(f"root{len(self.marks) + 1}"))
-        return [(self.marks[condition], values) for condition, values in roots]
+            self.symbols.setdefault(condition, sp.Symbol(f"root{len(self.symbols) + 1}"))
+        return [(self.symbols[condition], values) for condition, values in roots]
 
-    def _evaluate_at(self, entry: sp.Expr, factor: sp.Expr, values: dict[sp.Expr, sp.Expr]) -> sp.Expr:
-        """Return an entry at a zero of a factor, given by values; without values, only multiples of it become zero."""
+    def _evaluate_at_zero(self, entry: sp.Expr, factor: sp.Expr, values: dict[sp.Expr, sp.Expr]) -> sp.Expr:
+        """Return an entry with values substituted at which a factor is zero.
+
+        If there are no values, only multiples of the factor become zero.
+        """
         if entry == 0:
             return entry
         if not values:
@@ -248,7 +250,7 @@ class _Elimination:
         expanded = entry if all(key.is_Symbol for key in values) else sp.expand_trig(entry)
         substituted = expanded.xreplace(values)
         has_symbols = any(value.free_symbols for value in values.values())
-        return sp.cancel(sp.expand(substituted)) if has_symbols else _tidy(substituted)
+        return sp.cancel(sp.expand(substituted)) if has_symbols else _factor_entry(substituted)
 
     def _find_common_factors(self, entries: sp.Matrix) -> list[sp.Expr]:
         """Return the factors that contain joint variables and that all nonzero entries have in common."""
@@ -261,8 +263,8 @@ class _Elimination:
         for r, c in product(range(matrix.rows), range(matrix.cols)):
             entry, row, column = matrix[r, c], matrix.row(r), matrix.col(c)
             if not (entry == 0 or self.search.contains_joints(entry) or self._may_be_zero(entry)):
-                fill = _count_others(row) * _count_others(column)
-                keys.append((fill, sp.count_ops(row) + sp.count_ops(column), r, c))
+                changed_count = _count_other_nonzeros(row) * _count_other_nonzeros(column)
+                keys.append((changed_count, sp.count_ops(row) + sp.count_ops(column), r, c))
         return min(keys)[2:] if keys else None
 
     def _may_be_zero(self, constant: sp.Expr) -> bool:
@@ -273,33 +275,33 @@ class _Elimination:
         """Eliminate a column with two entries that are never both zero, or a row with two such entries.
 
         The two rows of the entries are replaced by the combination whose entry in the column is zero; two columns are
-        combined likewise. Return the smaller matrix, and for each of its columns the index of the column in `matrix`,
-        or -1 for a combined column. Return None if there are no such entries.
+        combined likewise. Return the smaller matrix, and for each of its columns the index of the column in `matrix`;
+        the index is -1 for a combined column. Return None if there are no such entries.
         """
         best_key, best_reduction = None, None
         for transposed in (False, True):
             m = matrix.T if transposed else matrix
             for c in range(m.cols):
-                if best_key is not None and _count_others(m.col(c)) > best_key[0]:
+                if best_key is not None and _count_other_nonzeros(m.col(c)) > best_key[0]:
                     continue
-                reduced = self._reduce_to_two(m, c)
-                if reduced is None:
+                reduction = self._reduce_to_two_entries(m, c)
+                if reduction is None:
                     continue
-                reduced_matrix, (a, b) = reduced
-                u, v = reduced_matrix[a, c], reduced_matrix[b, c]
+                reduced, (a, b) = reduction
+                u, v = reduced[a, c], reduced[b, c]
                 if may_hold_simultaneously([u, v], self.search.joints):
                     continue
-                combined_row = (reduced_matrix.row(a) * v - reduced_matrix.row(b) * u).applyfunc(_tidy)
+                combined_row = (reduced.row(a) * v - reduced.row(b) * u).applyfunc(_factor_entry)
                 other_rows = [r for r in range(m.rows) if r not in (a, b)]
                 columns = [k for k in range(m.cols) if k != c]
-                smaller = reduced_matrix.extract(other_rows, columns).col_join(combined_row.extract([0], columns))
-                column_numbers = [*other_rows, -1] if transposed else columns
-                key = _count_others(m.col(c)), sp.count_ops(smaller), transposed, c
+                smaller_matrix = reduced.extract(other_rows, columns).col_join(combined_row.extract([0], columns))
+                column_indices = [*other_rows, -1] if transposed else columns
+                key = _count_other_nonzeros(m.col(c)), sp.count_ops(smaller_matrix), transposed, c
                 if best_key is None or key < best_key:
-                    best_key, best_reduction = key, (smaller.T if transposed else smaller, column_numbers)
+                    best_key, best_reduction = key, (smaller_matrix.T if transposed else smaller_matrix, column_indices)
         return best_reduction
 
-    def _reduce_to_two(self, matrix: sp.Matrix, c: int) -> tuple[sp.Matrix, tuple[int, int]] | None:
+    def _reduce_to_two_entries(self, matrix: sp.Matrix, c: int) -> tuple[sp.Matrix, tuple[int, int]] | None:
         """Reduce a column to two nonzero entries by adding constant multiples of rows.
 
         Return the matrix, and the indices of the two rows; None if that is impossible.
@@ -318,7 +320,7 @@ class _Elimination:
             numerator, denominator = sp.fraction(sp.cancel(matrix[r, c] / matrix[pivot_row, c]))
             if self.search.contains_joints(numerator) or self.search.contains_joints(denominator):
                 return None
-            row = (reduced.row(r) * denominator - reduced.row(pivot_row) * numerator).applyfunc(_tidy)
+            row = (reduced.row(r) * denominator - reduced.row(pivot_row) * numerator).applyfunc(_factor_entry)
             reduced = sp.Matrix.vstack(reduced[:r, :], row, reduced[r + 1 :, :])
         if len(rows_by_factors) != 2:
             return None
@@ -338,8 +340,8 @@ class _Elimination:
             yield (*case, *branch)
 
 
-def _count_others(line: sp.Matrix) -> int:
-    """Return the number of nonzero entries of a row or column, minus one."""
+def _count_other_nonzeros(line: sp.Matrix) -> int:
+    """Return the number of nonzero entries of a row or column besides one nonzero entry."""
     return sum(entry != 0 for entry in line) - 1
 
 
@@ -347,9 +349,9 @@ def _delete_column(matrix: sp.Matrix, c: int) -> sp.Matrix:
     return matrix.extract(list(range(matrix.rows)), [k for k in range(matrix.cols) if k != c])
 
 
-def _divide_factors(matrix: sp.Matrix, shared: list[sp.Expr], row: int = -1, column: int = -1) -> sp.Matrix:
+def _divide_by_factors(matrix: sp.Matrix, common_factors: list[sp.Expr], row: int = -1, column: int = -1) -> sp.Matrix:
     """Return a matrix with one row or one column divided by common factors."""
-    divisor = Factored(sp.S.One, tuple((factor, 1) for factor in shared))
+    divisor = Factored(sp.S.One, tuple((factor, 1) for factor in common_factors))
 
     def divide_entry(r: int, c: int) -> sp.Expr:
         value = matrix[r, c]
@@ -358,14 +360,14 @@ def _divide_factors(matrix: sp.Matrix, shared: list[sp.Expr], row: int = -1, col
     return sp.Matrix(matrix.rows, matrix.cols, divide_entry)
 
 
-def _schur_complement(matrix: sp.Matrix, r: int, c: int) -> sp.Matrix:
+def _compute_schur_complement(matrix: sp.Matrix, r: int, c: int) -> sp.Matrix:
     """Return the Schur complement of a nonzero entry: its column is eliminated, then its row and column are dropped."""
     rows = []
     for i in [i for i in range(matrix.rows) if i != r]:
         row = matrix.row(i)
         if row[c] != 0:
             numerator, denominator = sp.fraction(sp.cancel(row[c] / matrix[r, c]))
-            row = (row * denominator - matrix.row(r) * numerator).applyfunc(_tidy)
+            row = (row * denominator - matrix.row(r) * numerator).applyfunc(_factor_entry)
         rows.append(row)
     return _delete_column(sp.Matrix.vstack(*rows), c) if rows else sp.zeros(0, matrix.cols - 1)
 
@@ -377,7 +379,7 @@ def _clear_denominators(matrix: sp.Matrix) -> sp.Matrix:
         denominators = [sp.denom(sp.together(entry)) for entry in matrix.row(r)]
         common = sp.lcm_list(denominators) if any(value.free_symbols for value in denominators) else sp.S.One
         row = matrix.row(r)
-        rows.append(row.applyfunc(lambda e, by=common: _tidy(sp.cancel(e * by))) if common != 1 else row)
+        rows.append(row.applyfunc(lambda e, d=common: _factor_entry(sp.cancel(e * d))) if common != 1 else row)
     return sp.Matrix.vstack(*rows) if rows else matrix
 
 
@@ -412,41 +414,37 @@ def find_half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr
 class ReciprocalSet:
     """The singular set of an arm as elimination finds it.
 
-    - `reduction`: the form of J with which the elimination started.
+    - `start`: the J with which the elimination started.
     - `cases`: the matrices that the elimination ended with.
     - `branches`: lists of conditions under which J loses rank.
     """
 
-    reduction: Reduction
+    start: FrameJacobian
     cases: tuple[ReducedCase, ...]
     branches: tuple[Conjunction, ...]
 
 
 @lru_cache(maxsize=64)
-def reciprocal_set(chain: Chain, symbol_values: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()) -> ReciprocalSet:
+def find_reciprocal_set(chain: Chain, symbol_values: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()) -> ReciprocalSet:
     """Return the singular set of a polynomial arm, for the frame and the point that give the shortest conditions.
 
     `symbol_values` are the values of symbols that replace the arm's numbers. Constants that are zero for these values
     are not used as pivots. Raises TooLong.
     """
-    # a different fraction for each length, so that no constant is zero by chance
-    sampled_lengths = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(chain.parameters)}
-    values = {**sampled_lengths, **{symbol: value.xreplace(sampled_lengths) for symbol, value in symbol_values}}
-
-    def is_zero(constant: sp.Expr) -> bool:
-        return bool(abs(sp.N(constant.xreplace(values), 30)) < _ZERO_TOLERANCE)
+    values = dict(symbol_values)
+    is_zero = make_zero_test(chain, lambda constant: constant.xreplace(values))
 
     def is_possible(branch: Conjunction) -> bool:
-        return may_hold_simultaneously([condition.xreplace(dict(symbol_values)) for condition in branch], chain.q)
+        return may_hold_simultaneously([condition.xreplace(values) for condition in branch], chain.q)
 
     candidates, errors = [], []
-    for frame, reference_frame in _find_sparsest_frames(chain)[:MAX_FRAMES]:
+    for frame, reference_frame in _find_sparsest_frames(chain)[:MAX_FRAME_PAIRS]:
         try:
-            singular_set = _search_from(chain, frame, reference_frame, is_zero)
+            reciprocal_set = _eliminate_in_frame(chain, frame, reference_frame, is_zero)
         except TooLong as error:
             errors.append(error)
             continue
-        candidates.append(replace(singular_set, branches=tuple(filter(is_possible, singular_set.branches))))
+        candidates.append(replace(reciprocal_set, branches=tuple(filter(is_possible, reciprocal_set.branches))))
         if _count_operations(candidates[-1]) < SHORT_OPERATION_COUNT:
             break
     if not candidates:
@@ -454,27 +452,27 @@ def reciprocal_set(chain: Chain, symbol_values: tuple[tuple[sp.Symbol, sp.Expr],
     return min(candidates, key=_count_operations)
 
 
-def _count_operations(singular_set: ReciprocalSet) -> int:
+def _count_operations(reciprocal_set: ReciprocalSet) -> int:
     """Return the number of operations in all conditions of a singular set together."""
-    return sum(int(sp.count_ops(condition)) for branch in singular_set.branches for condition in branch)
+    return sum(int(sp.count_ops(condition)) for branch in reciprocal_set.branches for condition in branch)
 
 
-def _search_from(
+def _eliminate_in_frame(
     chain: Chain, frame: int, reference_frame: int | None, is_zero: Callable[[sp.Expr], bool]
 ) -> ReciprocalSet:
     """Return the singular set by elimination in J for one frame and one reference point. Raises TooLong."""
-    jacobian = compute_jacobian_in_frame(chain, frame, reference_frame).applyfunc(_tidy)
-    reduction = Reduction(frame, reference_frame, sp.ImmutableMatrix(jacobian))
+    jacobian = compute_jacobian_in_frame(chain, frame, reference_frame).applyfunc(_factor_entry)
+    start = FrameJacobian(frame, reference_frame, sp.ImmutableMatrix(jacobian))
     elimination = _Elimination(Search(chain.q, is_zero))
-    branches = list(elimination.find_branches(sp.Matrix(reduction.matrix), tuple(range(1, chain.n + 1)), ()))
+    branches = list(elimination.find_branches(sp.Matrix(start.matrix), tuple(range(1, chain.n + 1)), ()))
     if () in branches:
-        return ReciprocalSet(reduction, tuple(elimination.reduced_cases), ((),))
-    search = Search((*chain.q, *elimination.marks.values()), is_zero)
-    tidied = tidy_branches(branches, search, "the remaining minors of J")
-    conditions_by_mark = {symbol: condition for condition, symbol in elimination.marks.items()}
+        return ReciprocalSet(start, tuple(elimination.reduced_cases), ((),))
+    search = Search((*chain.q, *elimination.symbols.values()), is_zero)
+    tidied_branches = tidy_branches(branches, search, "the remaining minors of J")
+    conditions_by_symbol = {symbol: condition for condition, symbol in elimination.symbols.items()}
 
     def restore(conditions: Conjunction) -> Conjunction:
-        return tuple(condition.xreplace(conditions_by_mark) for condition in conditions)
+        return tuple(condition.xreplace(conditions_by_symbol) for condition in conditions)
 
-    cases = (replace(reduced, case=restore(replace_marks(reduced.case))) for reduced in elimination.reduced_cases)
-    return ReciprocalSet(reduction, tuple(cases), tuple(restore(drop_implied(branch, chain.q)) for branch in tidied))
+    cases = tuple(replace(case, case=restore(replace_marks(case.case))) for case in elimination.reduced_cases)
+    return ReciprocalSet(start, cases, tuple(restore(drop_implied(branch, chain.q)) for branch in tidied_branches))

@@ -25,14 +25,17 @@ from qdot.exercises.singularities.joint_solvability import (
 MAX_EXAMINED_BRANCHES, MAX_BRANCHES = 300, 40
 """Maximum number of branches that are examined, and that a person would read.
 
-A branch is a way in which all minors are zero.
+A branch is a way in which all minors are zero: a conjunction of conditions.
 """
-MAX_IMPLICATION_WORK = 10_000
-"""Limit of the product of degrees (`joint_solvability`) for proving that long conditions follow from others."""
+MAX_ZEROS_FOR_IMPLICATION = 10_000
+"""The limit `max_zeros` (`joint_solvability`) for proving that long conditions follow from others."""
 _ZERO_TOLERANCE = sp.Float("1e-20")
 """A constant below this limit for the arm's numbers counts as zero."""
-RIGHT_ANGLES = (sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2)
-
+_TRIG_ROOTS: dict[tuple[type[sp.Expr], int], tuple[sp.Expr, ...]] = {
+    (sp.sin, 0): (sp.S.Zero, sp.pi), (sp.sin, 1): (sp.pi / 2,), (sp.sin, -1): (-sp.pi / 2,),
+    (sp.cos, 0): (sp.pi / 2, -sp.pi / 2), (sp.cos, 1): (sp.S.Zero,), (sp.cos, -1): (sp.pi,),
+}  # fmt: skip
+"""The angles at which a sine or cosine is 0, 1 or -1."""
 
 Joints = tuple[sp.Symbol, ...]
 """The joint variables of an arm."""
@@ -59,17 +62,18 @@ class Component:
     conditions: tuple[sp.Expr, ...]
     solutions: tuple[JointSolution, ...] | None
 
-    def pieces(self) -> list[str]:
+    def list_pieces(self) -> list[str]:
         """Return the conditions as text, one string for each value or combination of values.
 
-        >>> Component((sp.sin(sp.Symbol("theta2")),), ((sp.Symbol("theta2"), (sp.S.Zero, sp.pi)),)).pieces()
+        >>> Component((sp.sin(sp.Symbol("theta2")),), ((sp.Symbol("theta2"), (sp.S.Zero, sp.pi)),)).list_pieces()
         ['theta2 = 0', 'theta2 = pi']
         """
         if self.solutions is None:
             return [" and ".join(f"{condition} = 0" for condition in self.conditions)]
-        return [" and ".join(f"{joint} = {value}" for joint, value in values) for values in self.value_combinations()]
+        combinations = self.list_value_combinations()
+        return [" and ".join(f"{joint} = {value}" for joint, value in values) for values in combinations]
 
-    def value_combinations(self) -> list[Values]:
+    def list_value_combinations(self) -> list[Values]:
         """Return every combination of joint values at which the conditions hold; none if `solutions` is None."""
         if self.solutions is None:
             return []
@@ -89,7 +93,7 @@ class Component:
 
 
 @lru_cache(maxsize=256)
-def singular_set(chain: Chain) -> tuple[Component, ...] | None:
+def find_singular_set(chain: Chain) -> tuple[Component, ...] | None:
     """Return the components of an arm's singular set; None if every configuration is singular.
 
     An empty tuple means that no configuration is singular.
@@ -97,7 +101,7 @@ def singular_set(chain: Chain) -> tuple[Component, ...] | None:
     return _find_components(derive(chain))
 
 
-def zero_set(expressions: Sequence[sp.Expr], chain: Chain, is_symbolic: bool) -> tuple[Component, ...] | None:
+def find_zero_set(expressions: Sequence[sp.Expr], chain: Chain, is_symbolic: bool) -> tuple[Component, ...] | None:
     """Return the components of the configurations at which expressions vanish together; None if they always do.
 
     The expressions are in the symbols of the arm, or if `is_symbolic` in those of the symbolic arm. Raises TooLong, and
@@ -127,9 +131,9 @@ def _insert_prismatic_values(conditions: tuple[sp.Expr, ...], chain: Chain) -> t
 
 
 def find_special_length_components(chain: Chain) -> tuple[Component, ...]:
-    """Return further components, which are empty unless the symbolic lengths satisfy special relations."""
+    """Return components that contain configurations only if the symbolic lengths satisfy special relations."""
     derivation = derive(chain)
-    inverse = sp.Symbol("d_inverse")
+    inverse = sp.Symbol("d_inverse")  # an unknown that requires that the product of the lengths is not zero
     components = []
     for conditions, is_possible in _substitute_values(derivation, _find_zeros(derivation, derivation.symbolic_minors)):
         lengths = sorted(sp.Tuple(*conditions).free_symbols - set(chain.q), key=str)
@@ -146,64 +150,60 @@ def never_vanishes(condition: sp.Expr, chain: Chain) -> bool:
 
 
 def _find_components(derivation: Derivation) -> tuple[Component, ...] | None:
+    """Return the components of the singular set without those that lie in another; None if it is everything."""
     zeros = _find_zeros(derivation, derivation.symbolic_minors)
     if zeros is None:
         return None
     components = []
     for conditions, is_possible in _substitute_values(derivation, zeros):
-        component = solve_conjunction(conditions, derivation.chain) if is_possible else None
-        if component is not None and component not in components:
-            components.append(component)
-    for contained in reversed(components[:]):
-        if any(container != contained and _is_contained(contained, container) for container in components):
-            components.remove(contained)  # removed at once: of two equal components, each lies in the other
+        solved = solve_conjunction(conditions, derivation.chain) if is_possible else None
+        if solved is not None and solved not in components:
+            components.append(solved)
+    for component in reversed(components[:]):
+        if any(other != component and _is_contained(component, other) for other in components):
+            components.remove(component)  # removed at once: of two equal components, each lies in the other
     return tuple(components)
 
 
 def _find_zeros(derivation: Derivation, expressions: tuple[Factored, ...]) -> Zeros:
     """Return the common zeros of the symbolic arm's minors, or of other expressions in its symbols.
 
-    The search runs once for each symbolic arm. The search runs again for an arm whose numbers make a constant zero that
-    was assumed to be nonzero.
+    The search runs once for each symbolic arm. It runs again for an arm whose numbers make a constant zero that was
+    assumed to be nonzero.
     """
     joints = derivation.symbolic_joints
     zeros, assumed_nonzero = _search_zeros(expressions, joints)
     if not assumed_nonzero:
         return zeros
-    is_zero = _make_zero_test(derivation)
+    is_zero = make_zero_test(derivation.chain, derivation.substitute_values)
     return find_common_zeros(expressions, Search(joints, is_zero)) if any(map(is_zero, assumed_nonzero)) else zeros
 
 
-def _make_zero_test(derivation: Derivation) -> Callable[[sp.Expr], bool]:
-    """Return a function that tests whether a constant of the symbolic arm is zero for the arm's numbers."""
-    # a different fraction for each length, so that no constant is zero by chance
-    lengths = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(derivation.chain.parameters)}
-
-    def is_zero(constant: sp.Expr) -> bool:
-        value = derivation.substitute_values(constant)
-        return bool(abs(sp.N(value.xreplace(lengths), 30)) < _ZERO_TOLERANCE)
-
-    return is_zero
+def make_zero_test(chain: Chain, substitute_values: Callable[[sp.Expr], sp.Expr]) -> Callable[[sp.Expr], bool]:
+    """Return a function that tests whether a constant is zero for the arm's numbers (`substitute_values`)."""
+    # a different fraction for each symbolic length, so that no constant is zero by chance
+    lengths = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(chain.parameters)}
+    return lambda constant: bool(abs(sp.N(substitute_values(constant).xreplace(lengths), 30)) < _ZERO_TOLERANCE)
 
 
 def _substitute_values(derivation: Derivation, zeros: Zeros) -> Iterator[tuple[tuple[sp.Expr, ...], bool]]:
     """Yield each conjunction with the arm's numbers, and whether its conditions can hold simultaneously.
 
     If the conditions can hold simultaneously for the symbolic arm, they are not tested again with the arm's numbers. A
-    conjunction may have more conditions than are needed to lower the rank of a matrix of this shape. Then conditions
+    conjunction may have more conditions than are needed to lower the rank of a matrix of J's shape. Then conditions
     that follow from the others are dropped, provided that they also follow with the arm's numbers.
     """
     chain, joints = derivation.chain, derivation.symbolic_joints
-    codimension = abs(chain.n - len(chain.task)) + 1
+    needed_count = abs(chain.n - len(chain.task)) + 1
     for conjunction in zeros or ():
         conditions = tuple(derivation.substitute_values(condition) for condition in conjunction)
         is_possible = len(conjunction) == 1 or _may_hold_for_symbolic_arm(conjunction, joints)
         is_possible = is_possible or may_hold_simultaneously(conditions, chain.q)
-        if is_possible and len(conjunction) > codimension:
-            symbolic_required = _drop_implied_for_symbolic_arm(conjunction, joints, MAX_IMPLICATION_WORK)
+        if is_possible and len(conjunction) > needed_count:
+            symbolic_required = _drop_implied_for_symbolic_arm(conjunction, joints, MAX_ZEROS_FOR_IMPLICATION)
             required = tuple(map(derivation.substitute_values, symbolic_required))
-            redundant = [] if conditions == conjunction else [c for c in conditions if c not in required]
-            if all(is_implied(condition, required, chain.q, MAX_IMPLICATION_WORK) for condition in redundant):
+            dropped = [] if conditions == conjunction else [c for c in conditions if c not in required]
+            if all(is_implied(condition, required, chain.q, MAX_ZEROS_FOR_IMPLICATION) for condition in dropped):
                 conditions = required
         yield conditions, is_possible
 
@@ -249,13 +249,13 @@ def _merge_solutions(conditions: tuple[sp.Expr, ...], solutions: tuple[JointSolu
     for i, j in combinations(range(len(conditions)), 2):
         (joint, values), (other_joint, other_values) = solutions[i], solutions[j]
         if joint == other_joint and all(value.is_number for value in (*values, *other_values)):
-            common = [value for value in values if value in other_values]
+            common = [value for value in values if value in other_values]  # the values at which both conditions hold
             if not common:
                 return None
-            redundant = j if len(common) == len(values) else i if len(common) == len(other_values) else None
-            if redundant is not None:
-                remaining = conditions[:redundant] + conditions[redundant + 1 :]
-                return _merge_solutions(remaining, solutions[:redundant] + solutions[redundant + 1 :])
+            implied = j if len(common) == len(values) else i if len(common) == len(other_values) else None
+            if implied is not None:
+                remaining = conditions[:implied] + conditions[implied + 1 :]
+                return _merge_solutions(remaining, solutions[:implied] + solutions[implied + 1 :])
     return Component(conditions, solutions)
 
 
@@ -406,7 +406,7 @@ def _is_mark(condition: sp.Expr) -> bool:
 
 @dataclass(frozen=True)
 class Search:
-    """What the search for common zeros knows about an arm: its joint variables, and which constants are zero.
+    """A search for common zeros: the arm's joint variables, and which constants are zero or assumed to be nonzero.
 
     A constant, such as a1 - a2, contains no joint variables. `assumed_nonzero` collects the constants that the search
     has assumed to be nonzero.
@@ -442,14 +442,14 @@ def find_common_zeros(minors: Sequence[Factored], search: Search) -> Zeros:
     if not factor_sets:
         return None
     subject = f"the {len(factor_sets)} minors of J"
-    shared = [f for f in factor_sets[0] if all(f in factors for factors in factor_sets[1:])]
-    remaining_sets = [[f for f in factors if f not in shared] for factors in factor_sets]
-    conjunctions: list[Conjunction] = [(f,) for f in shared]
-    for leaf in _search_branches(remaining_sets, search):
+    common_factors = [f for f in factor_sets[0] if all(f in factors for factors in factor_sets[1:])]
+    remaining_sets = [[f for f in factors if f not in common_factors] for factors in factor_sets]
+    conjunctions: list[Conjunction] = [(f,) for f in common_factors]
+    for branch in _search_branches(remaining_sets, search):
         if len(conjunctions) > MAX_EXAMINED_BRANCHES:
             raise TooLong(f"{subject} may vanish together in more than {MAX_EXAMINED_BRANCHES} ways")
-        if not any(f in leaf for f in shared):
-            conjunctions.append(tuple(dict.fromkeys(leaf)))
+        if not any(f in branch for f in common_factors):
+            conjunctions.append(tuple(dict.fromkeys(branch)))
     return tidy_branches(conjunctions, search, subject)
 
 
@@ -462,9 +462,9 @@ def tidy_branches(conjunctions: Iterable[Conjunction], search: Search, subject: 
     merged_conjunctions = _merge_roots(list(conjunctions))
     if len(merged_conjunctions) > MAX_BRANCHES:
         raise TooLong(f"{subject} vanish together in more than {MAX_BRANCHES} ways, too many to list")
-    stated_conjunctions = [replace_marks(conjunction) for conjunction in merged_conjunctions]
     follows = partial(_follows, search=search)
-    return _drop_subsumed([drop_following(conjunction, follows) for conjunction in stated_conjunctions], search)
+    shortened = [drop_following(replace_marks(conjunction), follows) for conjunction in merged_conjunctions]
+    return _drop_subsumed(shortened, search)
 
 
 def _joint_factors_of(condition: sp.Expr, search: Search) -> list[sp.Expr] | None:
@@ -481,7 +481,7 @@ def _holds(condition: sp.Expr, values: JointValues, known_conditions: Conjunctio
 
 
 def _solve_for_last_joint(factor: sp.Expr, root: sp.Expr) -> JointValues:
-    """Return the value of the last joint in a sine or cosine at a root, which is an angle."""
+    """Return the value of the last joint in the angle of a sine or cosine, at which this angle is `root`."""
     angle = factor.args[0]
     joint = max(angle.free_symbols, key=lambda q: (q.name.startswith("theta"), len(q.name), q.name))
     return {joint: sp.expand((root - angle) / sp.diff(angle, joint) + joint)}
@@ -511,7 +511,7 @@ def _search_branches(factor_sets: list[list[sp.Expr]], search: Search) -> Iterat
         for condition, values in split_zero_cases(factor):
             substituted = (_substitute_zero(factors, factor, values, search) for factors in other_sets)
             remaining = [factors for factors in substituted if factors is not None]
-            yield from ([condition, *leaf] for leaf in _search_branches(remaining, search))
+            yield from ([condition, *branch] for branch in _search_branches(remaining, search))
 
 
 def split_zero_cases(factor: sp.Expr) -> list[tuple[sp.Expr, JointValues]]:
@@ -544,9 +544,11 @@ def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
         for conjunction in sorted(sets, key=lambda c: sorted(map(to_text, c))):
             for mark in filter(_is_mark, conjunction):
                 other_conditions = conjunction - {mark}
-                siblings = {other_conditions | {_ROOT_MARK(mark.args[0], root)} for root in RIGHT_ANGLES} & sets
+                (trig, _) = mark.args
+                roots = _TRIG_ROOTS[trig.func, 0]
+                siblings = {other_conditions | {_ROOT_MARK(trig, root)} for root in roots} & sets
                 if len(siblings) == 2:
-                    return siblings, other_conditions | {mark.args[0]}
+                    return siblings, other_conditions | {trig}
         return None
 
     while (mergeable := find_mergeable()) is not None:
@@ -558,7 +560,7 @@ def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
 def _follows(condition: sp.Expr, premises: Conjunction, search: Search) -> bool:
     """Return whether substituting angles and comparing factors shows that a condition follows from premises.
 
-    A condition may follow from the premises even if the result is False.
+    False means that this was not shown; the condition may follow nevertheless.
     """
     if condition in premises:
         return True
@@ -576,15 +578,8 @@ def _follows_at(condition: sp.Expr, values: JointValues, other_premises: list[sp
     return all(_holds(condition, values, factors) for factors in combinations_of_factors)
 
 
-_TRIG_ROOTS: dict[tuple[type[sp.Expr], int], tuple[sp.Expr, ...]] = {
-    (sp.sin, 0): (sp.S.Zero, sp.pi), (sp.sin, 1): (sp.pi / 2,), (sp.sin, -1): (-sp.pi / 2,),
-    (sp.cos, 0): (sp.pi / 2, -sp.pi / 2), (sp.cos, 1): (sp.S.Zero,), (sp.cos, -1): (sp.pi,),
-}  # fmt: skip
-"""The angles at which a sine or cosine is 0, 1 or -1."""
-
-
 def _find_roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """Return the joint variable that a condition fixes with each of its values; none if several joints are involved.
+    """Return pairs of the joint variable that a condition fixes and each of its values; none if it has several joints.
 
     The condition is a sine or a cosine, or has the form 1 - trig or 1 + trig.
     """
@@ -599,10 +594,10 @@ def _find_roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.
 
 
 def _drop_subsumed(conjunctions: list[Conjunction], search: Search) -> list[Conjunction]:
-    """Drop duplicates, and conjunctions whose configurations also satisfy another conjunction."""
+    """Drop duplicates, and conjunctions that imply another conjunction: their configurations satisfy it, too."""
     remaining = list(dict.fromkeys(c for c in conjunctions if not any(set(o) < set(c) for o in conjunctions)))
-    for narrow in sorted(remaining, key=lambda c: (len(c), sp.count_ops(sp.Add(*c))), reverse=True):
-        others = (wide for wide in remaining if wide != narrow)
-        if any(all(_follows(condition, narrow, search) for condition in wide) for wide in others):
-            remaining.remove(narrow)  # removed at once: of two equal conjunctions, each lies in the other
+    for conjunction in sorted(remaining, key=lambda c: (len(c), sp.count_ops(sp.Add(*c))), reverse=True):
+        others = (other for other in remaining if other != conjunction)
+        if any(all(_follows(condition, conjunction, search) for condition in other) for other in others):
+            remaining.remove(conjunction)  # removed at once: of two equal conjunctions, each implies the other
     return sorted(remaining, key=lambda c: (len(c), sp.count_ops(sp.Add(*c)), [sp.default_sort_key(x) for x in c]))

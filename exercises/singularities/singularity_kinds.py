@@ -2,14 +2,16 @@
 
 At a singular configuration, J cannot produce a direction u (u J = 0), and a joint motion k does not move the task
 (J k = 0). To second order, the arm moves by u . (dJ/dk k) along u. If this has the same sign for all k, small motions
-reach only one side of a surface; the reach is said to fold at this surface. If no other configuration reaches the far
-side either, the singularity is at the boundary of the reach. In all other cases, also if the second-order motion is
-zero, the singularity is internal. Joint travel is unlimited, as in the chapter.
+reach only one side of a surface: the workspace folds at this surface. If no other configuration reaches the far side
+either, the singularity is at the boundary of the workspace. In all other cases, also if the second-order motion is
+zero, the singularity is internal. Joint travel is unlimited, as in the chapter. The *workspace* consists of all values
+of the task's coordinates that the arm reaches.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import chain as chain_together
 
 import numpy as np
 import sympy as sp
@@ -19,14 +21,14 @@ from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.singularities.appearance import find_wrist_centre
-from qdot.exercises.singularities.axes import Sample, jacobians_of, stack_samples
+from qdot.exercises.singularities.axes import Sample, compute_jacobians, stack_samples
 from qdot.exercises.singularities.reach import compute_arm_lengths, reaches_beyond
 
 RANK_TOLERANCE = 1e-7
 """A singular value counts as zero if it is below this fraction of the largest."""
 
 _ROTATION_COUNT = 24
-"""Number of angles that are tried for a joint that does not move P, in the search for a corner of the reach."""
+"""Number of angles that are tried for a joint that does not move P, in the search for a corner of the workspace."""
 
 
 def can_establish_kind(chain: Chain) -> bool:
@@ -38,8 +40,8 @@ def can_establish_kind(chain: Chain) -> bool:
     other tasks, the search for configurations beyond a fold is no proof.
 
     The kind is meaningful if the task's rows are the rates of coordinates: of a position, of an orientation, or of an
-    angle about a fixed axis. Other angular velocities are rates of no coordinate, so they have no reach. If there are
-    more rows than joints, the reach is only a surface, and the boundary of a surface is of no interest.
+    angle about a fixed axis. Other angular velocities are rates of no coordinate, so they have no workspace. If there
+    are more rows than joints, the workspace is only a surface, whose boundary is of no interest.
     """
     if chain.n == 6 and set(chain.task) == set(VELOCITY_NAMES):
         return find_wrist_centre(chain) is not None
@@ -68,7 +70,7 @@ def are_one_sided(chain: Chain, samples: Sequence[Sample]) -> bool:
         samples, rows = _cut_before_wrist(samples), [0, 1, 2]
     if not samples:
         return False
-    ranks = _compute_ranks(np.linalg.svd(jacobians_of(samples)[:, rows], compute_uv=False), samples)
+    ranks = _compute_ranks(np.linalg.svd(compute_jacobians(samples)[:, rows], compute_uv=False), samples)
     return bool(np.all(ranks == len(rows) - 1) and np.all(_classify_by_motion(samples, rows) == "boundary"))
 
 
@@ -76,15 +78,15 @@ def classify_samples(chain: Chain, samples: Sequence[Sample]) -> list[str]:
     """Return the kind of each sample: "boundary", "internal", or "regular"; the arms have the same structure.
 
     If the arm's spherical wrist reaches every orientation, only the wrist centre matters. The arm is at the boundary if
-    the wrist centre is at the boundary of its reach.
+    the wrist centre is at the boundary of its own workspace.
     """
     if not _has_free_orientation(chain):
         return list(_classify_by_position(samples, chain.task_rows))
     kinds = np.full(len(samples), "regular", dtype=object)
-    sigma = np.linalg.svd(jacobians_of(samples), compute_uv=False) if samples else np.ones((0, 6))
-    singular = np.flatnonzero(_compute_ranks(sigma, samples) < 6).tolist()
-    wrist_centre_kinds = _classify_by_position(_cut_before_wrist([samples[k] for k in singular]), [0, 1, 2])
-    kinds[singular] = np.where(wrist_centre_kinds == "boundary", "boundary", "internal")
+    sigma = np.linalg.svd(compute_jacobians(samples), compute_uv=False) if samples else np.ones((0, 6))
+    singular_indices = np.flatnonzero(_compute_ranks(sigma, samples) < 6).tolist()
+    wrist_centre_kinds = _classify_by_position(_cut_before_wrist([samples[k] for k in singular_indices]), [0, 1, 2])
+    kinds[singular_indices] = np.where(wrist_centre_kinds == "boundary", "boundary", "internal")
     return list(kinds)
 
 
@@ -110,49 +112,43 @@ def _compute_ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:
     scale = sigma[:, 0].copy()
     small_scales = np.flatnonzero(scale < 1.0).tolist()
     if small_scales:
-        reach = compute_arm_lengths([samples[k].arm for k in small_scales])
-        scale[small_scales] = np.maximum(scale[small_scales], np.minimum(reach, 1.0))
+        arm_lengths = compute_arm_lengths([samples[k].arm for k in small_scales])
+        scale[small_scales] = np.maximum(scale[small_scales], np.minimum(arm_lengths, 1.0))
     return np.asarray(np.sum(sigma > RANK_TOLERANCE * scale[:, None], axis=1))
 
 
 def _classify_by_position(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
     """Return the kind of each sample, which depends only on the position of P if the task is a position.
 
-    At a corner of the reach, the boundary is found only at some of the configurations that bring P there. Therefore, if
-    a joint can rotate without moving P, its rotations are tested, too. If one rotation is at the boundary, so is the
-    sample.
+    At a corner of the workspace, the boundary is found only at some of the configurations that bring P there.
+    Therefore, if a joint can rotate without moving P, its rotations are tested, too. If one of them is at the boundary,
+    so is the sample.
     """
     kinds = _classify_by_motion(samples, task)
     if not samples or max(task) > 2:
         return kinds
-    undecided = np.flatnonzero(kinds == "internal").tolist()
-    for joint in range(1, min(len(samples[0].q), samples[0].arm.point_frame) if undecided else 0):
-        if samples[0].arm.is_revolute[joint]:
-            rotated_samples = _rotate_joint([samples[k] for k in undecided], joint)
-            rotatable = [k for k, rotations in zip(undecided, rotated_samples, strict=True) if rotations]
-            all_kinds = iter(
-                _classify_by_motion([sample for rotations in rotated_samples for sample in rotations], task)
-            )
-            for k in rotatable:
-                rotation_kinds = [next(all_kinds) for _ in range(_ROTATION_COUNT)]
-                kinds[k] = "boundary" if "boundary" in rotation_kinds else "internal"
-            undecided = [k for k in undecided if k not in rotatable]
-            if not undecided:
-                break
+    undecided = {k: samples[k] for k in np.flatnonzero(kinds == "internal").tolist()}
+    for joint in range(1, min(len(samples[0].q), samples[0].arm.point_frame)):
+        if undecided and samples[0].arm.is_revolute[joint]:
+            rotations = _rotate_joint(undecided, joint)
+            rotation_kinds = _classify_by_motion(list(chain_together(*rotations.values())), task)
+            for k, kinds_of_sample in zip(rotations, rotation_kinds.reshape(-1, _ROTATION_COUNT), strict=True):
+                if "boundary" in kinds_of_sample:
+                    kinds[k] = "boundary"
+            undecided = {k: sample for k, sample in undecided.items() if k not in rotations}
     return kinds
 
 
-def _rotate_joint(samples: Sequence[Sample], joint: int) -> list[list[Sample]]:
-    """Return for each sample the samples that rotating a joint leads to; none if the joint moves P."""
-    arms, q = stack_samples(samples)
+def _rotate_joint(samples: Mapping[int, Sample], joint: int) -> dict[int, list[Sample]]:
+    """Return the samples that rotating a joint leads to, for each of the samples whose P the joint does not move."""
+    arms, q = stack_samples(list(samples.values()))
     q = np.tile(q, (1, _ROTATION_COUNT, 1))
     q[..., joint] = np.linspace(-np.pi, np.pi, _ROTATION_COUNT, endpoint=False)
-    points = arms.point(q)
-    is_still = np.ptp(points, axis=1).max(axis=1) < RANK_TOLERANCE
-    return [
-        [Sample(sample.arm, configuration) for configuration in configurations] if stays else []
-        for sample, configurations, stays in zip(samples, q, is_still, strict=True)
-    ]
+    keeps_point = np.ptp(arms.point(q), axis=1).max(axis=1) < RANK_TOLERANCE
+    items = zip(samples.items(), q, keeps_point, strict=True)
+    return {
+        k: [Sample(sample.arm, row) for row in configurations] for (k, sample), configurations, keeps in items if keeps
+    }
 
 
 def _classify_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
@@ -160,33 +156,35 @@ def _classify_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarra
     kinds = np.full(len(samples), "regular", dtype=object)
     if not samples:
         return kinds
-    u, singular_values, v_transposed = np.linalg.svd(jacobians_of(samples)[:, task])
+    u, singular_values, v_transposed = np.linalg.svd(compute_jacobians(samples)[:, task])
     ranks = _compute_ranks(singular_values, samples)
     for rank in sorted({int(rank) for rank in ranks if rank < singular_values.shape[1]}):
         indices = np.flatnonzero(ranks == rank)
-        group = [samples[k] for k in indices.tolist()]
-        bending = _compute_bending(group, task, v_transposed[indices, rank:])
-        is_edge = np.zeros(len(indices), dtype=bool)
-        for lost in _yield_lost_directions(u[indices, :, rank:], bending, is_square=len(task) <= v_transposed.shape[1]):
-            undecided = np.flatnonzero(~is_edge)
+        rank_samples = [samples[k] for k in indices.tolist()]
+        bending = _compute_bending(rank_samples, task, v_transposed[indices, rank:])
+        is_at_boundary = np.zeros(len(indices), dtype=bool)
+        for lost_directions in _yield_lost_directions(u[indices, :, rank:], bending):
+            undecided = np.flatnonzero(~is_at_boundary)
             if len(undecided):
-                undecided_samples = [group[k] for k in undecided.tolist()]
-                is_edge[undecided] = _are_at_boundary(undecided_samples, task, lost[undecided], bending[undecided])
-        kinds[indices] = np.where(is_edge, "boundary", "internal")
+                undecided_samples = [rank_samples[k] for k in undecided.tolist()]
+                is_at_boundary[undecided] = _are_at_boundary(
+                    undecided_samples, task, lost_directions[undecided], bending[undecided]
+                )
+        kinds[indices] = np.where(is_at_boundary, "boundary", "internal")
     return kinds
 
 
-def _yield_lost_directions(lost_basis: np.ndarray, bending: "_Bending", is_square: bool) -> Iterator[np.ndarray]:
+def _yield_lost_directions(lost_basis: np.ndarray, bending: "_Bending") -> Iterator[np.ndarray]:
     """Yield unit vectors along lost directions of k samples (k x m), without their opposites.
 
-    If several directions are lost at once, many combinations of them are yielded. The sample is at the boundary if the
-    reach folds in any of these combinations. At a corner of the reach, only few combinations fold; the blunter the
-    corner, the fewer. Therefore the combination along which small motions reach the least comes first.
+    `lost_basis` (k x m x lost directions) are orthonormal lost directions. If several directions are lost at once, many
+    combinations of them are yielded. The sample is at the boundary if the workspace folds along any of these
+    combinations. At a corner of the workspace, it folds only along few combinations; the blunter the corner, the fewer.
+    Therefore the combination along which small motions reach the least comes first.
     """
     lost_count = lost_basis.shape[2]
     if lost_count == 1:
-        if is_square:
-            yield lost_basis[:, :, 0]
+        yield lost_basis[:, :, 0]
         return
     if lost_count == 2:
         yield _find_least_reached_direction(lost_basis, bending)
@@ -202,15 +200,15 @@ _RANDOM_DIRECTION_COUNT = 150
 
 @lru_cache(maxsize=8)
 def _list_unit_vectors(dimension: int) -> np.ndarray:
-    """Return unit vectors of a dimension, directions x count; opposite vectors are not repeated."""
+    """Return unit vectors, count x dimension, without the opposite of any of them."""
     if dimension == 2:
-        return _vectors_at_angles(np.arange(0, np.pi, _DIRECTION_STEP))
+        return _compute_unit_vectors(np.arange(0, np.pi, _DIRECTION_STEP))
     rng = Stream("directions")
     vectors = np.array([[rng.uniform(-1, 1) for _ in range(dimension)] for _ in range(_RANDOM_DIRECTION_COUNT)])
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
 
 
-def _vectors_at_angles(angles: np.ndarray) -> np.ndarray:
+def _compute_unit_vectors(angles: np.ndarray) -> np.ndarray:
     """Return the unit vectors (… x 2) at angles in a plane."""
     return np.stack([np.cos(angles), np.sin(angles)], axis=-1)
 
@@ -224,10 +222,10 @@ def _find_least_reached_direction(lost_basis: np.ndarray, bending: "_Bending") -
     forms = np.stack([_compute_quadratic_forms(lost_basis[..., column], bending) for column in range(2)])
     angles = np.tile(np.arange(0, 2 * np.pi, _DIRECTION_STEP), (len(lost_basis), 1))
     for round_number in range(_REFINEMENT_ROUNDS):
-        leading = np.linalg.eigvalsh(np.einsum("kal,lkst->kast", _vectors_at_angles(angles), forms))[..., -1]
-        best_angles = np.take_along_axis(angles, np.argmin(leading, axis=1)[:, None], axis=1)
+        eigenvalues = np.linalg.eigvalsh(np.einsum("kal,lkst->kast", _compute_unit_vectors(angles), forms))
+        best_angles = np.take_along_axis(angles, np.argmin(eigenvalues[..., -1], axis=1)[:, None], axis=1)
         angles = best_angles + np.linspace(-_DIRECTION_STEP, _DIRECTION_STEP, 9) / _REFINEMENT_FACTOR**round_number
-    return np.einsum("kml,kl->km", lost_basis, _vectors_at_angles(best_angles[:, 0]))
+    return np.einsum("kml,kl->km", lost_basis, _compute_unit_vectors(best_angles[:, 0]))
 
 
 @dataclass(frozen=True)
@@ -247,35 +245,40 @@ class _Bending:
 
 _DIFFERENCE_STEP = 1e-4
 """Step of the joint motions (rad or m) for finite differences."""
+_CURVATURE_TOLERANCE = 1e-5
+"""A second-order motion (m or rad, for a unit joint motion) below this limit counts as zero."""
 
 
 def _compute_bending(samples: Sequence[Sample], task: list[int], joint_motions: np.ndarray) -> _Bending:
     """Return the change of J along joint motions, by central differences that are not divided by twice the step."""
     arms, q = stack_samples(samples)
     directions = np.concatenate([joint_motions, -joint_motions], axis=1)
-    forward, backward = np.split(arms.jacobian(q + _DIFFERENCE_STEP * directions)[:, :, task], 2, axis=1)
-    return _Bending(joint_motions, forward - backward)
+    jacobians = arms.jacobian(q + _DIFFERENCE_STEP * directions)[:, :, task]
+    forward_jacobians, backward_jacobians = np.split(jacobians, 2, axis=1)
+    return _Bending(joint_motions, forward_jacobians - backward_jacobians)
 
 
 def _are_at_boundary(
     samples: Sequence[Sample], task: list[int], lost_directions: np.ndarray, bending: _Bending
 ) -> np.ndarray:
-    """Return for each sample whether no configuration reaches beyond it, on a side that small motions do not reach.
+    """Return for each sample whether it is at the boundary of the workspace along its lost direction (k x m).
 
-    Motions without a second-order effect are ignored, such as those of a joint that moves nothing. If no motion has a
+    A sample is at the boundary if no configuration reaches beyond it on a side that small motions do not reach. Motions
+    without a second-order effect are ignored, such as those of a joint that moves nothing. If no motion has a
     second-order effect, both sides are tested.
     """
     eigenvalues = np.linalg.eigvalsh(_compute_quadratic_forms(lost_directions, bending))
-    forward, backward = np.any(eigenvalues > 1e-5, axis=1), np.any(eigenvalues < -1e-5, axis=1)
-    # The search is reliable only for a point that can move in as many directions as the task has rows.
-    tests_both = max(task) < 3 and len(task) <= len(samples[0].q)
-    is_edge = np.zeros(len(samples), dtype=bool)
-    for sign, is_tested in ((1, ~forward & (backward | tests_both)), (-1, ~backward & (forward | tests_both))):
-        indices = np.flatnonzero(is_tested & ~is_edge)
+    moves_forward = np.any(eigenvalues > _CURVATURE_TOLERANCE, axis=1)
+    moves_backward = np.any(eigenvalues < -_CURVATURE_TOLERANCE, axis=1)
+    # the search is reliable only for a point that can move in as many directions as the task has rows
+    is_tested = moves_forward | moves_backward | (max(task) < 3 and len(task) <= len(samples[0].q))
+    is_at_boundary = np.zeros(len(samples), dtype=bool)
+    for sign, is_reached in ((1, moves_forward), (-1, moves_backward)):
+        indices = np.flatnonzero(is_tested & ~is_reached & ~is_at_boundary)
         if len(indices):
-            tested = [samples[k] for k in indices.tolist()]
-            is_edge[indices] = ~reaches_beyond(tested, task, sign * lost_directions[indices])
-    return is_edge
+            tested_samples = [samples[k] for k in indices.tolist()]
+            is_at_boundary[indices] = ~reaches_beyond(tested_samples, task, sign * lost_directions[indices])
+    return is_at_boundary
 
 
 def _compute_quadratic_forms(directions: np.ndarray, bending: _Bending) -> np.ndarray:

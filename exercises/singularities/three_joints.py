@@ -37,16 +37,17 @@ _GRID_SIZE, _START_COUNT, _MAX_NEWTON_STEPS, _MIN_STEP_SIZE = 48, 4, 25, 1e-9
 
 
 def reaches_targets(arms: NumericChain, targets: np.ndarray) -> np.ndarray:
-    """Return for each of k arms whether the arm reaches its target (k x 3): YES, NO or UNSURE, in an array (k).
+    """Return an array (k) with YES, NO or UNSURE: whether each of k arms reaches its target (k x 3).
 
     `arms` combines the arms (`NumericChain.stack`). They have three joints, all of which move P.
     """
-    arm = _normalize(arms, targets)
+    normalized_arms = _normalize(arms, targets)
     with np.errstate(all="ignore"):  # a division by zero makes the answer UNSURE
-        condition = _eliminate_second_joint(arm)
-        by_sign, by_roots = _decide_by_sign(condition), _decide_by_roots(condition)
-    answer = np.where(condition.is_only_condition, by_sign, by_roots)
-    return np.asarray(np.where(norms(arm.x_vector) > _ZERO_TOLERANCE, answer, UNSURE))  # the third joint must move P
+        condition = _eliminate_second_joint(normalized_arms)
+        sign_answers, root_answers = _decide_by_sign(condition), _decide_by_roots(condition)
+    answers = np.where(condition.is_only_condition, sign_answers, root_answers)
+    third_joint_moves_point = norms(normalized_arms.x_vector) > _ZERO_TOLERANCE
+    return np.asarray(np.where(third_joint_moves_point, answers, UNSURE))
 
 
 @dataclass(frozen=True)
@@ -85,8 +86,8 @@ def _normalize(arms: NumericChain, targets: np.ndarray) -> _NormalizedArms:
     size = np.maximum(size, 1e-12)[:, None]
     origins, point = (origins - foot[:, None]) / size[:, None], (point - foot) / size
     if arms.is_revolute[2]:
-        to_point = point - origins[:, 2]
-        x_vector = to_point - axes[:, 2] * _dot(to_point, axes[:, 2])[:, None]
+        vector_to_point = point - origins[:, 2]
+        x_vector = vector_to_point - axes[:, 2] * _dot(vector_to_point, axes[:, 2])[:, None]
         center, y_vector = point - x_vector, cross(axes[:, 2], x_vector)
     else:
         center, x_vector, y_vector = point, axes[:, 2], np.zeros_like(point)
@@ -112,39 +113,39 @@ class _Condition:
     def evaluate(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual and the margin, k x m each."""
         point = self.arm.point(x, y)
-        return self._for_revolute(point) if self.arm.is_revolute[1] else self._for_prismatic(point)
+        return self._evaluate_revolute(point) if self.arm.is_revolute[1] else self._evaluate_prismatic(point)
 
-    def _for_revolute(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _evaluate_revolute(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return residual and margin for a revolute second joint.
 
         The third joint determines the length of the vector from the second axis to P. The target determines two
         components of this vector, which must be compatible with its length.
         """
         arm = self.arm
-        to_point = point - arm.origins[:, None, 1]
+        vector_to_point = point - arm.origins[:, None, 1]
         axis = arm.axes[:, None, 1]
-        height = _dot(to_point, axis)
-        squared = _dot(to_point, to_point)
-        required = _compute_required_components(arm, height, squared)
+        height = _dot(vector_to_point, axis)
+        squared_length = _dot(vector_to_point, vector_to_point)
+        required_components = _compute_required_components(arm, height, squared_length)
         u, sigma, _ = np.linalg.svd(self.matrix)
-        components = np.einsum("kji,kmj->kmi", u, required)
-        squared_radius = squared - height**2
+        components = np.einsum("kji,kmj->kmi", u, required_components)
+        squared_radius = squared_length - height**2
         polynomial = np.sum((components / sigma[:, None]) ** 2, axis=2) - squared_radius
         margin = squared_radius - (components[..., 0] / sigma[:, None, 0]) ** 2
         return self._select(polynomial, components[..., 1], margin)
 
-    def _for_prismatic(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _evaluate_prismatic(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return residual and margin for a prismatic second joint."""
         arm = self.arm
         first_axis, second_axis = arm.axes[:, None, 0], arm.axes[:, None, 1]
         if not arm.is_revolute[0]:
             residual = _dot(cross(first_axis, second_axis), point - arm.target[:, None])
             return residual, np.ones_like(residual)
-        height, distance = _dot(arm.target, arm.axes[:, 0])[:, None], _dot(arm.target, arm.target)[:, None]
+        height, squared_distance = _dot(arm.target, arm.axes[:, 0])[:, None], _dot(arm.target, arm.target)[:, None]
         height_change = height - _dot(point, first_axis)
         moved_point = point + (height_change / self.matrix[:, :1, 0])[..., None] * second_axis
-        polynomial = _dot(moved_point, moved_point) - distance
-        margin = _dot(point, second_axis) ** 2 - _dot(point, point) + distance
+        polynomial = _dot(moved_point, moved_point) - squared_distance
+        margin = _dot(point, second_axis) ** 2 - _dot(point, point) + squared_distance
         return self._select(polynomial, height_change, margin)
 
     def _select(
@@ -167,7 +168,7 @@ def _eliminate_second_joint(arm: _NormalizedArms) -> _Condition:
     return _Condition(arm, np.linalg.svd(matrix, compute_uv=False)[:, 1] > _ZERO_TOLERANCE, matrix)
 
 
-def _compute_required_components(arm: _NormalizedArms, height: np.ndarray, squared: np.ndarray) -> np.ndarray:
+def _compute_required_components(arm: _NormalizedArms, height: np.ndarray, squared_length: np.ndarray) -> np.ndarray:
     """Return two components (k x m x 2) that the target requires of the vector from the second axis to P.
 
     `height` is the component of this vector along the second axis, and `squared` is its squared length.
@@ -175,23 +176,23 @@ def _compute_required_components(arm: _NormalizedArms, height: np.ndarray, squar
     first_axis, second_axis, origin = arm.axes[:, 0], arm.axes[:, 1], arm.origins[:, 1]
     if arm.is_revolute[0]:
         height_change = _dot(arm.target, first_axis) - _dot(origin, first_axis)
-        distance = _dot(arm.target, arm.target) - _dot(origin, origin)
+        square_change = _dot(arm.target, arm.target) - _dot(origin, origin)
         required_height = height_change[:, None] - _dot(first_axis, second_axis)[:, None] * height
-        required_square = distance[:, None] - squared - 2 * _dot(origin, second_axis)[:, None] * height
+        required_square = square_change[:, None] - squared_length - 2 * _dot(origin, second_axis)[:, None] * height
         return np.stack([required_height, required_square], axis=2)
     normals = _choose_perpendiculars(first_axis)
-    required = [_dot(u, arm.target - origin)[:, None] - _dot(u, second_axis)[:, None] * height for u in normals]
-    return np.stack(required, axis=2)
+    components = [_dot(u, arm.target - origin)[:, None] - _dot(u, second_axis)[:, None] * height for u in normals]
+    return np.stack(components, axis=2)
 
 
 # --- a polynomial as the only condition ---
 
 
 def _decide_by_sign(condition: _Condition) -> np.ndarray:
-    """Decide by the signs of its values whether the polynomial has a root."""
+    """Decide whether the polynomial has a root, that is, whether its values have both signs or are zero."""
     if condition.arm.is_revolute[2]:
         return _decide_on_circle(condition)
-    return _decide_on_line(condition, 4 if condition.arm.is_revolute[:2].all() else 2)
+    return (_decide_by_minimum if condition.arm.is_revolute[:2].all() else _decide_on_line)(condition)
 
 
 def _decide_on_circle(condition: _Condition) -> np.ndarray:
@@ -201,10 +202,10 @@ def _decide_on_circle(condition: _Condition) -> np.ndarray:
     coefficients = np.fft.rfft(residuals, axis=1)[:, :3] / 4
     a, b = coefficients.real, -coefficients.imag
     a[:, 0] /= 2
-    terms = np.abs(a).sum(axis=1) + np.abs(b[:, 1:]).sum(axis=1)
+    coefficient_sums = np.abs(a).sum(axis=1) + np.abs(b[:, 1:]).sum(axis=1)
     grid = np.linspace(0, 2 * np.pi, _GRID_SIZE, endpoint=False)
     values = _evaluate_trig_polynomial(a, b, np.broadcast_to(grid, (len(a), _GRID_SIZE)), 0)
-    tolerance = _SIGN_TOLERANCE * terms
+    tolerance = _SIGN_TOLERANCE * coefficient_sums
     has_positive, has_negative = values.max(axis=1) > tolerance, values.min(axis=1) < -tolerance
     answer = np.where(has_positive & has_negative, YES, UNSURE)
     for sign, has_only_this_sign in ((1, has_positive & ~has_negative), (-1, has_negative & ~has_positive)):
@@ -241,27 +242,33 @@ def _find_trig_minimum(a: np.ndarray, b: np.ndarray, angle: np.ndarray) -> np.nd
     return np.asarray(_evaluate_trig_polynomial(a, b, angle, 0).min(axis=1))
 
 
-def _decide_on_line(condition: _Condition, degree: int) -> np.ndarray:
-    """Decide whether the polynomial, of degree two, or four with a positive leading term, has a root."""
-    coefficients = _fit_polynomial(condition, degree)
-    terms = np.abs(coefficients).sum(axis=1)
-    if degree == 4:
-        is_quartic = coefficients[:, 4] > _ZERO_TOLERANCE
-        companion = np.zeros((len(coefficients), 3, 3))
-        companion[:, 1, 0] = companion[:, 2, 1] = 1.0
-        linear = coefficients[:, 1:] * np.arange(1, 5)
-        companion[:, :, 2] = -linear[:, :3] / np.where(is_quartic, linear[:, 3], 1.0)[:, None]
-        extremes = np.linalg.eigvals(companion).real
-        values = np.sum(coefficients[:, None] * extremes[..., None] ** np.arange(5), axis=2)
-        scale = np.sum(np.abs(coefficients[:, None]) * np.abs(extremes[..., None]) ** np.arange(5), axis=2)
-        lowest = np.argmin(values, axis=1)
-        rows = np.arange(len(coefficients))
-        value, tolerance = values[rows, lowest], _SIGN_TOLERANCE * scale[rows, lowest]
-        return np.where(is_quartic, _decide(-value, tolerance), UNSURE)
+def _decide_by_minimum(condition: _Condition) -> np.ndarray:
+    """Decide whether the polynomial, of degree four with a positive leading term, has a root on the line.
+
+    The minimum is at a root of the derivative, and these roots are the eigenvalues of its companion matrix.
+    """
+    coefficients = _fit_polynomial(condition, 4)
+    is_quartic = coefficients[:, 4] > _ZERO_TOLERANCE
+    derivatives = coefficients[:, 1:] * np.arange(1, 5)
+    companion = np.zeros((len(coefficients), 3, 3))
+    companion[:, 1, 0] = companion[:, 2, 1] = 1.0
+    companion[:, :, 2] = -derivatives[:, :3] / np.where(is_quartic, derivatives[:, 3], 1.0)[:, None]
+    extremes = np.linalg.eigvals(companion).real
+    values = np.sum(coefficients[:, None] * extremes[..., None] ** np.arange(5), axis=2)
+    scale = np.sum(np.abs(coefficients[:, None]) * np.abs(extremes[..., None]) ** np.arange(5), axis=2)
+    rows, lowest_indices = np.arange(len(coefficients)), np.argmin(values, axis=1)
+    minimum, tolerance = values[rows, lowest_indices], _SIGN_TOLERANCE * scale[rows, lowest_indices]
+    return np.where(is_quartic, _decide(-minimum, tolerance), UNSURE)
+
+
+def _decide_on_line(condition: _Condition) -> np.ndarray:
+    """Decide whether the polynomial, of degree two, has a root on the line."""
+    coefficients = _fit_polynomial(condition, 2)
+    coefficient_sums = np.abs(coefficients).sum(axis=1)
     constant, linear, quadratic = coefficients.T
-    is_quadratic = np.abs(quadratic) > _ZERO_TOLERANCE * terms
-    by_discriminant = _decide_by_discriminant(constant, linear, quadratic)
-    return np.where(is_quadratic, by_discriminant, np.where(np.abs(linear) > _SIGN_TOLERANCE * terms, YES, UNSURE))
+    is_quadratic = np.abs(quadratic) > _ZERO_TOLERANCE * coefficient_sums
+    linear_answers = np.where(np.abs(linear) > _SIGN_TOLERANCE * coefficient_sums, YES, UNSURE)
+    return np.where(is_quadratic, _decide_by_discriminant(constant, linear, quadratic), linear_answers)
 
 
 def _decide(value: np.ndarray, tolerance: np.ndarray | float) -> np.ndarray:
@@ -307,8 +314,8 @@ def _find_roots_on_circle(condition: _Condition) -> tuple[np.ndarray, np.ndarray
     ratio = constant / np.where(amplitude > _ZERO_TOLERANCE, amplitude, 1.0)
     roots = np.arctan2(y_slope, x_slope)[:, None] + np.arccos(np.clip(-ratio, -1, 1))[:, None] * np.array([1, -1])
     existence = _decide(1 - np.abs(ratio), _SIGN_TOLERANCE)
-    if_constant = np.where(np.abs(constant) > _SIGN_TOLERANCE, NO, UNSURE)
-    return np.cos(roots), np.sin(roots), np.where(amplitude > _ZERO_TOLERANCE, existence, if_constant)
+    constant_answers = np.where(np.abs(constant) > _SIGN_TOLERANCE, NO, UNSURE)
+    return np.cos(roots), np.sin(roots), np.where(amplitude > _ZERO_TOLERANCE, existence, constant_answers)
 
 
 def _find_roots_on_line(condition: _Condition) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -320,9 +327,11 @@ def _find_roots_on_line(condition: _Condition) -> tuple[np.ndarray, np.ndarray, 
     linear_root = -constant / np.where(np.abs(linear) > _ZERO_TOLERANCE, linear, 1.0)
     quadratic_roots = (root - linear[:, None]) / np.where(is_quadratic, 2 * quadratic, 1.0)[:, None]
     x = np.where(is_quadratic[:, None], quadratic_roots, linear_root[:, None])
-    by_discriminant = _decide_by_discriminant(constant, linear, quadratic)
-    by_slope = np.where(np.abs(linear) > _ZERO_TOLERANCE, YES, np.where(np.abs(constant) > _SIGN_TOLERANCE, NO, UNSURE))
-    return x, np.zeros_like(x), np.where(is_quadratic, by_discriminant, by_slope)
+    discriminant_answers = _decide_by_discriminant(constant, linear, quadratic)
+    linear_answers = np.where(
+        np.abs(linear) > _ZERO_TOLERANCE, YES, np.where(np.abs(constant) > _SIGN_TOLERANCE, NO, UNSURE)
+    )
+    return x, np.zeros_like(x), np.where(is_quadratic, discriminant_answers, linear_answers)
 
 
 def _choose_perpendiculars(axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

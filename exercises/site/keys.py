@@ -42,7 +42,7 @@ from qdot.exercises.formula.trees import as_matrix, find_names
 from qdot.exercises.mistakes import catalogue
 from qdot.exercises.mistakes.catalogue import PredictedAnswer
 from qdot.exercises.mistakes.configurations import SymbolValues, fix_given_joints, sample_configurations
-from qdot.exercises.mistakes.finished import edit_throughout
+from qdot.exercises.mistakes.formula_edits import edit_all_entries
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.results import compute_answer, is_derived
@@ -248,7 +248,7 @@ def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
     rows = as_matrix(parse_formula(write_answer_code(problem, part), problem.domain.roles))
     reference_names = set().union(*(find_names(entry) for row in rows for entry in row))
-    edits = list(edit_throughout(rows))
+    edits = list(edit_all_entries(rows))
     likely_edits = [edit for likely_name in THROUGHOUT_MISTAKES for edit in edits if edit[0] == likely_name]
     correct = np.array(key["right"])[:, :FINGERPRINT_POINT_COUNT].reshape(key["rows"], key["columns"], -1)
     known_fingerprints = {_compute_fingerprint(correct)}
@@ -442,7 +442,7 @@ def _count_pieces(problem: Problem, answer: ConditionSet) -> list[int]:
     """Return the number of pieces of each component of the singular set."""
     roles = problem.domain.roles
     joints = [q.name for q in problem.chain.q]
-    groups = answer.group_by_condition(answer.pieces())
+    groups = answer.group_by_component(answer.list_pieces())
     return [sum(len(parse_pieces(parse_formula(text, roles), joints)) for text in group) for group in groups]
 
 
@@ -452,7 +452,7 @@ def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[A
     domain, stream = problem.domain, _make_stream(problem, part)
     space = ConfigurationSpace(joints, domain)
     rows_by_piece = []
-    for text in answer.pieces():
+    for text in answer.list_pieces():
         for piece in parse_pieces(parse_formula(text, domain.roles), joints):
             values = space.sample_piece(piece, {*joints, *symbols}, stream, 4 * CONFIGURATIONS_PER_PIECE)
             exact_values = {atom.joint: evaluate_constant(atom.expression) for atom in piece if atom.joint is not None}

@@ -22,7 +22,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json, make_robot_json
 from qdot.exercises.questions.inversion import list_table_lengths
 from qdot.exercises.short_questions import question_of
-from qdot.exercises.singularities.difficulty import difficulty_band
+from qdot.exercises.singularities.difficulty import rate_difficulty_band
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
@@ -47,7 +47,10 @@ def make_site_record(problem: Problem) -> Json:
     """
     chain, sentences = problem.chain, MistakeSentences()
     record: Json = {"id": str(problem.id), "family": problem.id.family, "title": problem.title}
-    record |= {"difficulty": difficulty_band(chain), "statement": to_html(problem_texts.write_statement(problem, ""))}
+    record |= {
+        "difficulty": rate_difficulty_band(chain),
+        "statement": to_html(problem_texts.write_statement(problem, "")),
+    }
     record |= {"figure": draw_figure_svg(chain), "alt": describe_figure(chain), **make_arm_record(problem)}
     parts = [_make_part_record(problem, part, sentences) for part in problem.parts]
     return record | {"parts": parts, "said": sentences.rows}

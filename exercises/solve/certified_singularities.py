@@ -13,7 +13,7 @@ from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.normalized_arm import normalize_arm
 from qdot.exercises.singularities.singular_set import Component
-from qdot.exercises.verify.appearance import all_have_kind, sample_component, statement_holds
+from qdot.exercises.verify.singularity_statements import all_have_kind, sample_component, statement_holds
 from qdot.exercises.writing.problem_texts import get_solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent
 

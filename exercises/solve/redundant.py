@@ -3,7 +3,7 @@
 A redundant arm has more joints than its task has rows, such as seven joints for a pose.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import sympy as sp
@@ -13,11 +13,11 @@ from qdot.exercises.singularities.appearance import find_reason
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.numeric_rank_check import RankCheck, check_rank_loss
-from qdot.exercises.singularities.reciprocal import ReciprocalSet, ReducedCase, polynomial_arm, reciprocal_set
+from qdot.exercises.singularities.reciprocal import ReciprocalSet, ReducedCase, find_reciprocal_set, make_polynomial_arm
 from qdot.exercises.singularities.singular_set import Component, solve_conjunction
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.solve.certified_singularities import certify_component, certify_statement
-from qdot.exercises.verify.appearance import all_have_kind
+from qdot.exercises.verify.singularity_statements import all_have_kind
 from qdot.exercises.writing.solution_steps import SingularComponent
 
 MAX_SHOWN_OPERATIONS = 700
@@ -107,16 +107,17 @@ class RedundantSingularities:
         return {"searches": check.search_count, "ended": check.converged_count, "unexplained": unexplained}
 
 
-def redundant_events(chain: Chain) -> Iterator[str | RedundantSingularities]:
+def generate_redundant_events(chain: Chain) -> Iterator[str | RedundantSingularities]:
     """Yield descriptions of the next step, and the singular set twice: without and with descriptions.
 
     Descriptions say what the singular configurations look like. Raises TooLong.
     """
     yield f"where the rank of J is below {len(chain.task)}, by elimination"
-    arm, values = polynomial_arm(chain)
-    reciprocal = reciprocal_set(arm, tuple((symbol, value) for symbol, value in values.items() if symbol not in arm.q))
+    arm, values = make_polynomial_arm(chain)
+    symbol_values = tuple((symbol, value) for symbol, value in values.items() if symbol not in arm.q)
+    reciprocal = find_reciprocal_set(arm, symbol_values)
     remaining_matrices = _collect_remaining_matrices(filter(_is_shown, reciprocal.cases), values)
-    result = RedundantSingularities(reciprocal, reciprocal.reduction.matrix.xreplace(values), remaining_matrices)
+    result = RedundantSingularities(reciprocal, reciprocal.start.matrix.xreplace(values), remaining_matrices)
     if () in reciprocal.branches:
         yield replace(result, is_always_singular=True)
         return
@@ -129,7 +130,7 @@ def redundant_events(chain: Chain) -> Iterator[str | RedundantSingularities]:
         if k in check.full_rank_branches:
             doubtful.append(branch)
         elif check.samples[k] or not check.arms:
-            confirmed.append((component, [Sample(check.arms[a], q) for a, q in check.samples[k]]))
+            confirmed.append((component, check.samples[k]))
         else:
             undecided.append(component.conditions)
     result = replace(
@@ -138,7 +139,9 @@ def redundant_events(chain: Chain) -> Iterator[str | RedundantSingularities]:
         check=check,
         doubtful=tuple(doubtful),
         undecided=tuple(undecided),
-        matrix_indices=tuple(_index_of_minors(remaining_matrices, component.conditions) for component, _ in confirmed),
+        matrix_indices=tuple(
+            _find_minors_index(remaining_matrices, component.conditions) for component, _ in confirmed
+        ),
         is_described=False,
     )
     yield result
@@ -151,7 +154,7 @@ def _add_meaning(component: Component, meaning: str) -> SingularComponent:
     return SingularComponent(component.conditions, component.solutions, Classification("", False, meaning))
 
 
-def _describe_component(chain: Chain, component: Component, samples: list[Sample]) -> SingularComponent:
+def _describe_component(chain: Chain, component: Component, samples: Sequence[Sample]) -> SingularComponent:
     """Return a component with a description of its configurations, and with their kind if it can be established.
 
     The description is empty if no description passes the test.
@@ -184,7 +187,7 @@ def _collect_remaining_matrices(
     return tuple(RemainingMatrix(tuple(matrix_cases), *key) for key, matrix_cases in cases.items())
 
 
-def _index_of_minors(remaining_matrices: RemainingMatrices, conditions: tuple[sp.Expr, ...]) -> int | None:
+def _find_minors_index(remaining_matrices: RemainingMatrices, conditions: tuple[sp.Expr, ...]) -> int | None:
     """Return the index of the matrix that applies in all cases and whose minors include all conditions, or None."""
     for index, remaining_matrix in enumerate(remaining_matrices):
         if len(conditions) > 2 and remaining_matrix.cases == ((),) and set(conditions) <= remaining_matrix.minors:

@@ -27,10 +27,10 @@ from qdot.exercises.questions.base import MAX_JOINTS_FOR_INVERSE
 from qdot.exercises.questions.screws import derive_body_jacobian, derive_space_jacobian
 from qdot.exercises.singularities.numeric_rank_check import check_rank_loss
 from qdot.exercises.singularities.reciprocal import elimination_applies
-from qdot.exercises.singularities.singular_set import Component, find_special_length_components, singular_set
+from qdot.exercises.singularities.singular_set import Component, find_singular_set, find_special_length_components
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.solve.certified_singularities import certify_components
-from qdot.exercises.solve.redundant import RedundantSingularities, redundant_events
+from qdot.exercises.solve.redundant import RedundantSingularities, generate_redundant_events
 from qdot.exercises.solve.special_lengths import (
     SpecialLength,
     find_length_requirements,
@@ -50,7 +50,9 @@ SECTIONS = (
 )  # fmt: skip
 """The sections of a derivation, in the chapter's order; each is named after its question."""
 INVERSE_SECTIONS = ("inverse-jacobian", "inverse-velocity")
-"""The sections that arms of many joints don't have."""
+"""The sections that arms with more than MAX_JOINTS_FOR_INVERSE joints don't have."""
+ARM_SECTION_COUNT = 2
+"""Number of sections before SECTIONS: they describe the arm and its transformations."""
 ALWAYS_SINGULAR = (
     "The Jacobian for this task has less than full rank in every configuration, so there are no particular singular "
     "configurations. Choose other rows (`task`) or another point (`point`)."
@@ -100,7 +102,7 @@ SINGULAR_SET = "singular"
 class Singularities:
     """The determinant and the singular set, None as in a Solution, with remarks.
 
-    - `remark`: what is remarkable about the set itself.
+    - `remark`: a remark on the set itself, for example that it is empty or was not derived.
     - `test_remark`: the result of the numeric test.
     - `lengths_remark`: which conditions can hold simultaneously only for special lengths.
     - `special_cases`: what differs for special lengths.
@@ -132,12 +134,12 @@ def solve(chain: Chain) -> Solution:
     >>> solve(arm)
     Solution(mine: J 2 x 2, det J = a1*a2*sin(theta2))
     """
-    d = derive(chain)
-    *_, singularities = singular_events(chain)
+    derivation = derive(chain)
+    *_, singularities = generate_singular_events(chain)
     assert isinstance(singularities, Singularities)
     return Solution(
-        chain, d.position, d.geometric[:3, :], d.geometric, singularities.determinant, singularities.singular,
-        singularities.note, singularities.redundant, singularities.special_cases,
+        chain, derivation.position, derivation.geometric[:3, :], derivation.geometric, singularities.determinant,
+        singularities.singular, singularities.note, singularities.redundant, singularities.special_cases,
     )  # fmt: skip
 
 
@@ -155,7 +157,7 @@ class PartialResult:
     missing: tuple[str, ...]
 
 
-def singular_events(chain: Chain) -> Iterator[str | PartialResult | Singularities]:
+def generate_singular_events(chain: Chain) -> Iterator[str | PartialResult | Singularities]:
     """Yield events of the derivation of the singular set: descriptions of the next step, partial results, and results.
 
     The last event is a complete `Singularities`.
@@ -182,26 +184,25 @@ SingularEvents = Generator[str | PartialResult | Singularities, None, Singularit
 
 def _solve_by_minors(chain: Chain) -> SingularEvents:
     """Find the singular set by the minors of J, or by the determinant if J is square; yield events. Raises TooLong."""
-    d = derive(chain)
-    functions = "the determinant of J" if d.is_square else "the minors of J"
+    derivation = derive(chain)
+    zeros = "where the determinant of J is zero" if derivation.is_square else "where the minors of J are all zero"
     later_results = (NUMERIC_TEST, SPECIAL_LENGTHS) if chain.parameters else (NUMERIC_TEST,)
-    determinant = d.determinant if d.is_square else None
-    if all(minor.is_zero for minor in d.symbolic_minors):
+    determinant = derivation.determinant if derivation.is_square else None
+    if all(minor.is_zero for minor in derivation.symbolic_minors):
         singularities = Singularities(determinant, None, ALWAYS_SINGULAR)
         yield singularities
         return singularities
-    yield PartialResult(partial(_render_so_far, chain, True), dict, (SINGULAR_SET,))
-    yield f"where {functions} {'is' if d.is_square else 'are all'} zero"
-    singular_set(chain)
-    yield PartialResult(
-        partial(_render_so_far, chain, False), partial(_make_conditions_data, chain), (DESCRIPTION, *later_results)
-    )
+    yield PartialResult(partial(_render_partial_set, chain, minors_only=True), dict, (SINGULAR_SET,))
+    yield zeros
+    find_singular_set(chain)  # its result is cached
+    render_conditions = partial(_render_partial_set, chain, minors_only=False)
+    yield PartialResult(render_conditions, partial(_make_conditions_data, chain), (DESCRIPTION, *later_results))
     yield "the geometry of the configurations in which J loses rank"
     singular = certify_components(chain)
-    lengths = "" if singular else _describe_special_conditions(chain)
-    never_singular = "For general lengths, no configuration is singular." if lengths else NEVER_SINGULAR
+    lengths_remark = "" if singular else _describe_special_conditions(chain)
+    never_singular = "For general lengths, no configuration is singular." if lengths_remark else NEVER_SINGULAR
     remark = "" if singular else never_singular
-    singularities = Singularities(determinant, singular, remark, lengths_remark=lengths, missing=later_results)
+    singularities = Singularities(determinant, singular, remark, lengths_remark=lengths_remark, missing=later_results)
     yield singularities
     yield "the numeric test of these conditions"
     singularities = replace(singularities, test_remark=_describe_doubts(chain, singular), missing=later_results[1:])
@@ -240,7 +241,7 @@ def _solve_by_elimination(chain: Chain) -> SingularEvents:
     """Find the singular set of a redundant arm by elimination; yield events. Raises TooLong."""
     later_results = (SPECIAL_LENGTHS,) if chain.parameters else ()
     singularities = Singularities(None, None, ALWAYS_SINGULAR)
-    for event in redundant_events(chain):
+    for event in generate_redundant_events(chain):
         if isinstance(event, str):
             yield event
         elif event.is_always_singular:
@@ -268,9 +269,10 @@ def _describe_numeric_check(chain: Chain, redundant: RedundantSingularities) -> 
     return _render_sentences("solve/check.md.j2", **content)
 
 
-def _render_so_far(chain: Chain, minors_only: bool) -> str:
-    """Return what is known about the singular set: the minors, or the conditions without descriptions."""
-    steps, components = get_solution_steps(chain), [] if minors_only else get_solution_steps(chain).components
+def _render_partial_set(chain: Chain, minors_only: bool) -> str:
+    """Return what is known about the singular set: the conditions without descriptions, or only the minors."""
+    steps = get_solution_steps(chain)
+    components = [] if minors_only else steps.components
     return render("solve/part.md.j2", chain=chain, steps=steps, components=components, minors_only=minors_only)
 
 
@@ -291,18 +293,18 @@ def _make_singular_data(chain: Chain, singularities: Singularities) -> dict[str,
     """Return the singular set as plain data."""
     has_kinds = can_establish_kind(chain)
 
-    def make_classified(components: Iterable[SingularComponent]) -> list[dict[str, Any]]:
+    def make_list(components: Iterable[SingularComponent]) -> list[dict[str, Any]]:
         return [_make_classified_data(chain, component, has_kinds) for component in components]
 
-    determinant, singular, special = singularities.determinant, singularities.singular, singularities.special_cases
+    determinant, singular = singularities.determinant, singularities.singular
     content: dict[str, Any] = {
         "determinant": None if determinant is None else str(determinant),
-        "singular": None if singular is None else make_classified(singular),
+        "singular": None if singular is None else make_list(singular),
     }
     if singularities.redundant is not None and singularities.redundant.search_counts:
         content["tested"] = singularities.redundant.search_counts
-    if special:
-        cases = ({"lengths": case.relation, "singular": make_classified(case.components)} for case in special)
+    if special_cases := singularities.special_cases:
+        cases = ({"lengths": case.relation, "singular": make_list(case.components)} for case in special_cases)
         content["special_lengths"] = list(cases)
     return content | ({"note": singularities.note} if singularities.note else {})
 
@@ -311,7 +313,7 @@ TWIST_JACOBIANS = {"space_jacobian": derive_space_jacobian, "body_jacobian": der
 """Further results for an arm described by its axes, 6 x n each: their names, and the functions that derive them."""
 
 
-def twist_jacobian_names(chain: Chain) -> tuple[str, ...]:
+def list_twist_jacobian_names(chain: Chain) -> tuple[str, ...]:
     """Return the names of the TWIST_JACOBIANS of an arm; none unless the arm's convention has screws."""
     return tuple(TWIST_JACOBIANS) if SCREWS in convention_of(chain).features else ()
 
@@ -381,7 +383,7 @@ Events = Iterator[str | PartialResult | ReadyResult]
 """An iterator of events: descriptions of the next step, partial results, and results that are ready."""
 
 
-def text_events(robot: Robot) -> Events:
+def generate_text_events(robot: Robot) -> Events:
     """Yield the events of a derivation in Markdown: the arm, then each section under its name, then remarks."""
     yield "its transformations"
     chain = robot.chain
@@ -397,28 +399,28 @@ def text_events(robot: Robot) -> Events:
     for name in SECTIONS[:-1]:
         yield QUESTIONS[name].title.lower()
         yield ReadyResult(name, _render_section(chain, name, parts, explained_terms))
-    yield from _singular_text_events(chain, robot, parts, explained_terms)
+    yield from _generate_singular_text_events(chain, robot, parts, explained_terms)
 
 
-def _singular_text_events(chain: Chain, robot: Robot, parts: list[Part], explained_terms: set[str]) -> Events:
+def _generate_singular_text_events(chain: Chain, robot: Robot, parts: list[Part], explained_terms: set[str]) -> Events:
     """Yield the events of the section on the singular set, of its numeric test, and of special lengths."""
-    names, number = iter((SECTIONS[-1], "test", "special lengths")), len(parts) + 3
-    for event in singular_events(chain):
+    names = iter((SECTIONS[-1], "test", "special lengths"))  # of the results, in the order of the events
+    number = len(parts) + 1 + ARM_SECTION_COUNT
+    for event in generate_singular_events(chain):
         if not isinstance(event, Singularities):
             yield event
             continue
-        name, blocks, title = next(names), [], "Remarks"
-        remark = {SECTIONS[-1]: event.remark, "test": event.test_remark}.get(name, "")
+        name, blocks = next(names), list[str]()
+        title, remark = "Remarks", event.test_remark if name == "test" else ""
         if name == SECTIONS[-1]:
             if event.redundant is not None:  # the remark on the set contains the result of the test
                 names = iter(("special lengths",))
             yield "the singular configurations, step by step"
-            blocks.append(_render_singular_section(chain, robot, event, parts, explained_terms))
-            number += bool(blocks[0])
-            if not blocks[0]:
-                title = "Singular configurations"
-            elif event.singular is not None:
-                title = "Numeric test"
+            section = _render_singular_section(chain, robot, event, parts, explained_terms)
+            blocks.append(section)
+            number += 1 if section else 0
+            test_title = "Remarks" if event.singular is None else "Numeric test"
+            title, remark = test_title if section else "Singular configurations", event.remark
         if remark:
             blocks.append(f"## {number}. {title}\n\n{remark}\n")
             number += 1
@@ -435,7 +437,7 @@ def _render_singular_section(
     The section is empty if the question about singular configurations does not apply to the arm.
     """
     if singularities.redundant is not None:
-        text = _render_redundant(chain, singularities.redundant, len(parts) + 3)
+        text = _render_redundant(chain, singularities.redundant, len(parts) + 1 + ARM_SECTION_COUNT)
     else:
         text = _render_section(chain, SECTIONS[-1], parts, explained_terms)
     excluded_values = _describe_values_beyond_limits(chain, robot, singularities.singular or ())
@@ -459,7 +461,7 @@ def _render_section(chain: Chain, name: str, parts: list[Part], explained_terms:
     """Return the section of a question, and append the question's part to `parts`.
 
     The section is empty if the question does not apply to the arm, or if the answer would be too long to be read.
-    `explained` collects the terms that earlier sections have explained.
+    `explained_terms` collects the terms that earlier sections have explained.
     """
     question = QUESTIONS[name]
     is_unreadable = chain.n > MAX_JOINTS_FOR_INVERSE and name in INVERSE_SECTIONS
@@ -468,7 +470,7 @@ def _render_section(chain: Chain, name: str, parts: list[Part], explained_terms:
     answer, details = question.ask(chain, Stream("solve"))
     parts.append(Part(name, name, answer, details=details))
     text = write_next_solution(Problem(ProblemId("own", 0), chain, tuple(parts)), explained_terms)
-    return f"## {len(parts) + 2}. {question.make_title(chain)}\n\n{text}"
+    return f"## {len(parts) + ARM_SECTION_COUNT}. {question.make_title(chain)}\n\n{text}"
 
 
 def _render_redundant(
@@ -483,22 +485,22 @@ def _render_redundant(
     return f"{text}\n{remark}\n" if remark else text
 
 
-def data_events(chain: Chain) -> Events:
+def generate_data_events(chain: Chain) -> Events:
     """Yield the events of a derivation as plain data; the names of results are keys."""
-    d = derive(chain)
+    derivation = derive(chain)
     yield "the position"
-    yield ReadyResult("position", {"position": matrix_json(d.position)})
+    yield ReadyResult("position", {"position": matrix_json(derivation.position)})
     yield "the Jacobian"
-    rows = _to_text_rows(d.geometric)
+    rows = _to_text_rows(derivation.geometric)
     yield ReadyResult("jacobian", {"jacobian": rows[:3], "geometric_jacobian": rows})
-    for name in twist_jacobian_names(chain):
-        yield f"the {name.replace('_j', ' J')}"
+    for name in list_twist_jacobian_names(chain):
+        yield f"the {name.replace('_j', ' J')}"  # the space Jacobian, or the body Jacobian
         yield ReadyResult(name, _make_twist_data(chain, name))
-    if d.is_square:
+    if derivation.is_square:
         yield "the determinant"
         with suppress(TooLong):
-            yield ReadyResult("determinant", {"determinant": str(d.determinant)})
-    for event in singular_events(chain):
+            yield ReadyResult("determinant", {"determinant": str(derivation.determinant)})
+    for event in generate_singular_events(chain):
         if isinstance(event, Singularities):
             yield ReadyResult("singular", _make_singular_data(chain, event), event.missing)
         else:

@@ -21,7 +21,7 @@ from qdot.exercises.singularities.numeric_rank_check import find_covering_branch
 from qdot.exercises.singularities.reciprocal import elimination_applies
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.solve.certified_singularities import certify_components
-from qdot.exercises.solve.redundant import RedundantSingularities, redundant_events
+from qdot.exercises.solve.redundant import RedundantSingularities, generate_redundant_events
 from qdot.exercises.writing.solution_steps import SingularComponent
 
 MAX_RELATIONS = 8
@@ -109,7 +109,7 @@ def _find_components(chain: Chain) -> tuple[SingularComponent, ...]:
     """Return the singular set of an arm, by elimination if that applies, else by minors. Raises TooLong."""
     if not elimination_applies(chain):
         return certify_components(chain)
-    *_, singularities = redundant_events(chain)
+    *_, singularities = generate_redundant_events(chain)
     assert isinstance(singularities, RedundantSingularities)
     return singularities.components
 
@@ -129,8 +129,8 @@ def _is_known(component: SingularComponent, known_components: list[SingularCompo
     if not elimination_applies(special_chain):
         return False
     branches = [known.conditions for known in known_components]
-    covering = find_covering_branches(special_chain, component.conditions, branches) or ()
-    return bool(covering) and all(_has_generic_kind(component, known_components[k], special_chain) for k in covering)
+    indices = find_covering_branches(special_chain, component.conditions, branches) or ()
+    return bool(indices) and all(_has_generic_kind(component, known_components[k], special_chain) for k in indices)
 
 
 def _has_generic_kind(component: SingularComponent, generic_component: SingularComponent, chain: Chain) -> bool:
@@ -140,17 +140,19 @@ def _has_generic_kind(component: SingularComponent, generic_component: SingularC
     """
     if not can_establish_kind(chain):
         return True
-    for values, kind in _kinds_by_values(component, chain).items():
-        pairs = _kinds_by_values(generic_component, chain).items()
-        generic_kinds = [generic for v, generic in pairs if values in (v, ()) or v == ()]
-        agrees = [not generic.uniform or replace(generic, meaning=kind.meaning) == kind for generic in generic_kinds]
-        if not agrees or not all(agrees):
+    for values, kind in _find_kinds_by_values(component, chain).items():
+        pairs = _find_kinds_by_values(generic_component, chain).items()
+        generic_kinds = [generic_kind for v, generic_kind in pairs if values in (v, ()) or v == ()]
+        if not generic_kinds or any(
+            generic_kind.uniform and replace(generic_kind, meaning=kind.meaning) != kind
+            for generic_kind in generic_kinds
+        ):
             return False
     return True
 
 
-def _kinds_by_values(component: SingularComponent, chain: Chain) -> dict[tuple[str, ...], Classification]:
-    """Return the kind of a component for each combination of its joint values, or under () for all of them."""
+def _find_kinds_by_values(component: SingularComponent, chain: Chain) -> dict[tuple[str, ...], Classification]:
+    """Return the kind of a component for each combination of its joint values; the key () stands for all of them."""
     revolute_variables = {chain.q[i].name for i in chain.revolute_joints}
 
     def normalize(joint: sp.Symbol, value: sp.Expr) -> str:

@@ -25,12 +25,12 @@ from qdot.exercises.solve.solver import (
     Events,
     PartialResult,
     ReadyResult,
-    data_events,
     format_heading,
     format_json,
+    generate_data_events,
+    generate_text_events,
+    list_twist_jacobian_names,
     render_article,
-    text_events,
-    twist_jacobian_names,
 )
 from qdot.exercises.writing.markup import to_text
 
@@ -65,7 +65,7 @@ def write_solution(
     results that are ready are printed. After Ctrl+C, KeyboardInterrupt is raised at the end.
     """
     chain, progress = robot.chain, _Progress()
-    events = data_events(chain) if output_format == "json" else text_events(robot)
+    events = generate_data_events(chain) if output_format == "json" else generate_text_events(robot)
     interrupt: KeyboardInterrupt | None = None
 
     def write_block(block: str) -> None:
@@ -119,7 +119,7 @@ def _make_data(robot: Robot, progress: _Progress) -> dict[str, Any]:
     chain = robot.chain
     content: dict[str, Any] = {"name": chain.title} | ({"rounded": True} if robot.is_table_rounded else {})
     content |= {"position": None, "jacobian": None, "geometric_jacobian": None}
-    names = twist_jacobian_names(chain)
+    names = list_twist_jacobian_names(chain)
     content |= {"twist_rows": list(convention_of(chain).velocity_names), **dict.fromkeys(names)} if names else {}
     content |= {"task": list(chain.task), "determinant": None, "singular": None}
     for result in progress.ready_results.values():
@@ -137,9 +137,9 @@ def _list_missing_keys(chain: Chain, progress: _Progress) -> Iterator[str]:
     """Yield the keys of the missing results."""
     if not progress.end_reason or progress.missing == ():
         return
-    names = ["position", "jacobian", *twist_jacobian_names(chain), *(["determinant"] if _is_square(chain) else [])]
-    missing = [name for name in names if name not in progress.ready_results]
-    for key in [*missing, *(progress.missing or (SINGULAR_SET,))]:
+    names = ["position", "jacobian", *list_twist_jacobian_names(chain), *(["determinant"] if _is_square(chain) else [])]
+    missing_names = [name for name in names if name not in progress.ready_results]
+    for key in [*missing_names, *(progress.missing or (SINGULAR_SET,))]:
         if key == DESCRIPTION and can_establish_kind(chain):
             yield from ("type", "uniform")
         yield key
@@ -164,11 +164,14 @@ def _describe_missing(chain: Chain, progress: _Progress) -> list[str]:
     if not progress.end_reason or progress.missing == ():
         return []
     sections = [name for name in _list_expected_sections(chain) if name not in (*progress.ready_results, SECTIONS[-1])]
-    missing = [QUESTIONS[name].title for name in sections]
+    missing_titles = [QUESTIONS[name].title for name in sections]
     results = [_RESULT_DESCRIPTIONS[name] for name in progress.missing or ()]
-    missing += [QUESTIONS[SECTIONS[-1]].title] if progress.missing is None else results
+    missing_titles += [QUESTIONS[SECTIONS[-1]].title] if progress.missing is None else results
     known_results = [progress.partial_result.render_markdown()] if progress.partial_result is not None else []
-    return [*known_results, f"## What is missing\n\nNot derived: {'; '.join(missing)}. {_explain_end(progress)}\n"]
+    return [
+        *known_results,
+        f"## What is missing\n\nNot derived: {'; '.join(missing_titles)}. {_explain_end(progress)}\n",
+    ]
 
 
 def _explain_end(progress: _Progress) -> str:
@@ -179,10 +182,10 @@ def _explain_end(progress: _Progress) -> str:
 
 def _list_expected_sections(chain: Chain) -> list[str]:
     """Return the names of all sections that an arm with this number of joints and rows has."""
-    omitted = set() if _is_square(chain) else {"determinant", *INVERSE_SECTIONS}
+    omitted_sections = set() if _is_square(chain) else {"determinant", *INVERSE_SECTIONS}
     if chain.n > MAX_JOINTS_FOR_INVERSE:
-        omitted |= {*INVERSE_SECTIONS}
+        omitted_sections |= {*INVERSE_SECTIONS}
     # `find_objection` is called only for sections that need a feature of a convention; for others, it may take minutes
     sections_with_feature = [name for name in SECTIONS if QUESTIONS[name].required_feature]
-    omitted |= {name for name in sections_with_feature if QUESTIONS[name].find_objection(chain) is not None}
-    return [name for name in SECTIONS if name not in omitted]
+    omitted_sections |= {name for name in sections_with_feature if QUESTIONS[name].find_objection(chain) is not None}
+    return [name for name in SECTIONS if name not in omitted_sections]

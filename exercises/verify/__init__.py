@@ -11,8 +11,10 @@ configuration of lower rank that Newton's method finds.
     formulas, numbers   tests of questions whose answers are formulas, vectors or numbers
     rank, singular      tests of ranks and lost directions, and of singular sets
     screws, path        tests of screws and exponentials, and of the motion along a line
-    concepts, quizzes   tests of questions on concepts, and of short questions
+    concepts            tests of questions on concepts
+    short_questions     tests of short questions, such as choices
     custom              tests of questions that instructors define
     numeric_reference   a numeric model of the arm: 4 x 4 products, finite differences, the product of exponentials
-    appearance          tests of what a worked solution says about singular configurations, by moving joints
+    singularity_statements
+                        tests of what a worked solution says about singular configurations, by moving joints
 """

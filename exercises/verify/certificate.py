@@ -17,7 +17,7 @@ from qdot.exercises.common.json_form import as_json
 from qdot.exercises.formula.trees import ParseError, find_names
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import Digests, compute_digests
-from qdot.exercises.verify import concepts, formulas, numbers, path, quizzes, rank, screws, singular
+from qdot.exercises.verify import concepts, formulas, numbers, path, rank, screws, short_questions, singular
 from qdot.exercises.verify.custom import check_custom
 from qdot.exercises.verify.formulas import PartCheck
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
@@ -61,7 +61,8 @@ def certify(problem: Problem) -> ProblemCertificate:
     True
     """
     numeric = NumericReference(problem)
-    check_convention = CONVENTION_CHECKS.get(problem.chain.convention) or _make_failing_check("PRESENTED", "convention")
+    failing_check = _make_failing_check("CONVENTION_CHECKS", "convention")
+    check_convention = CONVENTION_CHECKS.get(problem.chain.convention) or failing_check
     checks = [_check_symbols(problem.chain), _check_full_rank(numeric), *check_convention(numeric)]
     for part in problem.parts:
         checks.append(_check_parsable(numeric, part))
@@ -74,13 +75,14 @@ def certify(problem: Problem) -> ProblemCertificate:
 
 def _make_failing_check(table: str, subject: str) -> Callable[..., Checks]:
     """Return a check that fails because a table of tests in this package has no entry for the subject."""
-    return lambda *_: iter([Check("known", False, f"nothing in qdot.exercises.verify.{table} tests this {subject}")])
+    detail = f"nothing in qdot.exercises.verify.certificate.{table} tests this {subject}"
+    return lambda *_: iter([Check("known", False, detail)])
 
 
 def _check_symbols(chain: Chain) -> Check:
     """Check that no symbol has two meanings; for example, a length of link 3 must not be called a1."""
-    reserved = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(VELOCITY_NAMES)
-    ambiguous = sorted(symbol.name for symbol in chain.parameters if symbol.name in reserved)
+    reserved_names = {symbol.name for symbol in (*chain.q, *chain.rates)} | set(VELOCITY_NAMES)
+    ambiguous_names = sorted(symbol.name for symbol in chain.parameters if symbol.name in reserved_names)
     # An arm described by its axes at home shows no table.
     for symbol in chain.parameters if convention_of(chain).shows_table else ():
         match = re.fullmatch(r"([ad])([1-9]\d*)", symbol.name)
@@ -88,9 +90,9 @@ def _check_symbols(chain: Chain) -> Check:
             joint = chain.joints[int(match.group(2)) - 1]
             entry = joint.a if match.group(1) == "a" else joint.d
             if entry != 0 and not entry.has(symbol):
-                ambiguous.append(symbol.name)
-    detail = f"{', '.join(ambiguous)} stands for two things" if ambiguous else "each has one meaning"
-    return Check("symbols", not ambiguous, detail)
+                ambiguous_names.append(symbol.name)
+    detail = f"{', '.join(ambiguous_names)} stands for two things" if ambiguous_names else "each has one meaning"
+    return Check("symbols", not ambiguous_names, detail)
 
 
 FULL_RANK = "full rank"
@@ -100,7 +102,7 @@ FULL_RANK = "full rank"
 def _check_full_rank(numeric: NumericReference) -> Check:
     """Check that J has full rank at some configuration: otherwise the arm is singular everywhere."""
     chain, jacobian = numeric.chain, numeric.exponential_jacobian
-    sigma = np.linalg.svd(jacobian[:, numeric.task], compute_uv=False)
+    sigma = np.linalg.svd(jacobian[:, numeric.task_rows], compute_uv=False)
     rank_found = int((sigma > rank.ZERO_SHARE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
     full_rank = min(len(chain.task), chain.n)
     detail = f"J for the task {', '.join(chain.task)} has rank {rank_found}"
@@ -115,12 +117,12 @@ _check_exactly = partial(formulas.check_agreement, tolerance=formulas.EXACT_TOLE
 def _check_modified_table(numeric: NumericReference) -> Checks:
     """Check that a modified DH table gives the same joint axes and tool point as the standard table."""
     chain = numeric.chain
-    standard_axes, written_axes = numeric.frames[:, : chain.n, :3, 2], numeric.convention_frames[:, 1:, :3, 2]
+    standard_axes, convention_axes = numeric.frames[:, : chain.n, :3, 2], numeric.convention_frames[:, 1:, :3, 2]
     point = convention_of(chain).point
     pose = numeric.convention_frames[:, point.frame]
     offset = numeric.evaluate_constants(sp.Matrix(point.offset))
     convention_point = pose[:, :3, 3] + np.einsum("kij,kj->ki", pose[:, :3, :3], offset)
-    yield _check_exactly("modified table: axes", written_axes, standard_axes)
+    yield _check_exactly("modified table: axes", convention_axes, standard_axes)
     yield _check_exactly("modified table: point", convention_point[:, None], numeric.point[:, None])
 
 
@@ -130,10 +132,10 @@ def _check_axes_at_home(numeric: NumericReference) -> Checks:
     z, origins = numeric.home_frames[:, :-1, :3, 2], numeric.home_frames[:, :-1, :3, 3]
     directions = np.stack([numeric.evaluate_constants(axis.direction) for axis in axes], axis=1)
     yield _check_exactly("axes at home: directions", directions, z)
-    revolute = [i for i, axis in enumerate(axes) if axis.is_revolute]
-    if revolute:
-        offsets = np.stack([numeric.evaluate_constants(axes[i].point) for i in revolute], axis=1) - origins[:, revolute]
-        distances = np.cross(offsets, z[:, revolute])
+    revolute_joints = [i for i, axis in enumerate(axes) if axis.is_revolute]
+    if revolute_joints:
+        points = np.stack([numeric.evaluate_constants(axes[i].point) for i in revolute_joints], axis=1)
+        distances = np.cross(points - origins[:, revolute_joints], z[:, revolute_joints])
         yield _check_exactly("axes at home: points on them", distances, 0 * distances)
     home_point = numeric.evaluate_constants(point)[:, None]
     yield _check_exactly("axes at home: P", home_point, numeric.point_at_home[:, None])
@@ -155,17 +157,17 @@ def _check_parsable(numeric: NumericReference, part: Part) -> Check:
     if part.answer.is_set:  # the formulas of a set contain only joint variables and lengths
         known_names = {symbol.name for symbol in (*numeric.chain.q, *numeric.chain.parameters)}
     try:
-        used_names = {used for text in part.answer.list_formulas() for used in find_names(numeric.parse(text))}
+        used_names = set().union(*(find_names(numeric.parse(text)) for text in part.answer.list_formulas()))
     except ParseError as error:
         return Check(name, False, str(error))
     if unknown_names := used_names - known_names:
         return Check(name, False, f"{', '.join(sorted(unknown_names))} is no symbol of the problem")
-    return Check(name, True, "its text is understood, and holds the problem's symbols only")
+    return Check(name, True, "it can be parsed and contains only symbols of the problem")
 
 
 CHECKS: dict[str, PartCheck] = {
     kind: check
-    for module in (formulas, numbers, singular, screws, path, rank, concepts, quizzes)
+    for module in (formulas, numbers, singular, screws, path, rank, concepts, short_questions)
     for kind, check in module.CHECKS.items()
 }
 """Maps each kind of question to its test; a question without a test can't be certified."""

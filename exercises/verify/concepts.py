@@ -57,10 +57,10 @@ def _check_invertibility(numeric: NumericReference, part: Part) -> Checks:
     jacobian = numeric.exponential_jacobian_at(details.configuration)[task_rows]
     rank, is_clear = find_rank(jacobian)
     m, n = jacobian.shape
-    expected_use = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
+    expected_key = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
     yield Check("clear", is_clear and (m == n or rank == min(m, n)), f"{m} x {n}, rank {rank}")
     options = answer.options
-    is_stated = options[answer.correct] == INVERTIBILITY_ANSWERS[expected_use] and details.answer_key == expected_use
+    is_stated = options[answer.correct] == INVERTIBILITY_ANSWERS[expected_key] and details.answer_key == expected_key
     are_all_offered = sorted(options) == sorted(INVERTIBILITY_ANSWERS.values())
     yield Check("use", is_stated and are_all_offered, f"{answer.letters} is {options[answer.correct]}")
 
@@ -71,9 +71,9 @@ def _check_possible_velocities(numeric: NumericReference, part: Part) -> Checks:
     A residual is stated as a share of the velocity.
     """
     answer, loss = part.answer_as(Choice), part.details_as(VelocityLossDetails)
-    jacobian = numeric.exponential_jacobian_at(loss.configuration)[numeric.task]
+    jacobian = numeric.exponential_jacobian_at(loss.configuration)[numeric.task_rows]
     rank, is_clear = find_rank(jacobian)
-    yield Check("one direction lost", is_clear and rank == len(numeric.task) - 1, f"rank {rank}")
+    yield Check("one direction lost", is_clear and rank == len(numeric.task_rows) - 1, f"rank {rank}")
     velocities = [_parse_numbers(option) for option in answer.options]
     residuals = [velocity - jacobian @ (np.linalg.pinv(jacobian, rcond=1e-8) @ velocity) for velocity in velocities]
     residual_shares = [float(np.linalg.norm(r) / np.linalg.norm(v)) for r, v in zip(residuals, velocities, strict=True)]

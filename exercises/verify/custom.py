@@ -4,7 +4,7 @@ import ast
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -39,6 +39,14 @@ from qdot.exercises.verify.numeric_reference import (
 )
 
 
+class ArmConfigurations(NamedTuple):
+    """An arm with numeric lengths, these lengths by symbol, and several configurations of the arm, (k, n)."""
+
+    arm: NumericChain
+    lengths: dict[str, float]
+    q: np.ndarray
+
+
 class GeometryQuantities:
     """The named quantities of an arm at N configurations, from products of 4 x 4 matrices and exponentials.
 
@@ -57,14 +65,14 @@ class GeometryQuantities:
         return (*list_result_names(self.chain), *self.values, *self.numbers, "pi")
 
     @cached_property
-    def arms(self) -> list[tuple[NumericChain, dict[str, float], np.ndarray]]:
-        """The arms with their symbolic lengths, each with its configurations, which are consecutive; (…, n)."""
+    def arms(self) -> list[ArmConfigurations]:
+        """The configurations in their order, grouped by arm: consecutive ones with equal lengths are of one arm."""
         names = [symbol.name for symbol in self.chain.parameters]
         lengths = np.stack([self.values[name] for name in names], axis=1) if names else np.zeros((self.count, 0))
         starts = [k for k in range(self.count) if k == 0 or (lengths[k] != lengths[k - 1]).any()]
-        groups = np.split(self.q, starts[1:])
-        numbers = [dict(zip(names, map(float, lengths[start]), strict=True)) for start in starts]
-        return [(NumericChain(self.chain, each), each, q) for each, q in zip(numbers, groups, strict=True)]
+        lengths_by_name = [dict(zip(names, map(float, lengths[start]), strict=True)) for start in starts]
+        pairs = zip(lengths_by_name, np.split(self.q, starts[1:]), strict=True)
+        return [ArmConfigurations(NumericChain(self.chain, values), values, q) for values, q in pairs]
 
     @cached_property
     def point(self) -> np.ndarray:
@@ -107,11 +115,11 @@ class GeometryQuantities:
         frame = parse_frame_name(name, self.chain)
         if frame is None:
             return None
-        letter, first, last = frame
+        letter, first_frame, last_frame = frame
         if letter in "oxyz":
-            return np.asarray(self.frames[first][:3, "xyzo".index(letter)])
-        relative = np.einsum("ijk,jlk->ilk", self._invert(self.frames[first]), self.frames[last])
-        return relative if letter == "T" else relative[:3, :3]
+            return np.asarray(self.frames[first_frame][:3, "xyzo".index(letter)])
+        relative_pose = np.einsum("ijk,jlk->ilk", self._invert(self.frames[first_frame]), self.frames[last_frame])
+        return relative_pose if letter == "T" else relative_pose[:3, :3]
 
     @staticmethod
     def _invert(pose: np.ndarray) -> np.ndarray:
@@ -157,11 +165,11 @@ def check_custom(numeric: NumericReference, part: Part) -> Checks:
         yield from _check_formula(numeric, part, maker)
 
 
-def _geometry(numeric: NumericReference, values: Mapping[str, np.ndarray] | None = None) -> GeometryQuantities:
+def _make_quantities(numeric: NumericReference, values: Mapping[str, np.ndarray] | None = None) -> GeometryQuantities:
     return GeometryQuantities(numeric.chain, numeric.symbol_values if values is None else values)
 
 
-def _as_rows(value: np.ndarray) -> np.ndarray:
+def _convert_to_matrices(value: np.ndarray) -> np.ndarray:
     """Return a value (…, N) as matrices (N, rows, columns)."""
     rows = value[None] if value.ndim == 1 else value
     return np.moveaxis(rows if rows.ndim == 3 else rows[:, None], -1, 0)
@@ -169,7 +177,9 @@ def _as_rows(value: np.ndarray) -> np.ndarray:
 
 def _check_formula(numeric: NumericReference, part: Part, maker: QuestionMaker) -> Checks:
     reference = numeric.evaluate_printed_formulas(part.answer.as_matrix())
-    expected = _as_rows(select_components(compute(maker.formulas[0], _geometry(numeric)), maker.definition.rows))
+    expected = _convert_to_matrices(
+        select_components(compute(maker.formulas[0], _make_quantities(numeric)), maker.definition.rows)
+    )
     yield check_agreement("geometry and differences", reference, expected, DIFFERENCE_TOLERANCE)
     varies = np.ptp(reference, axis=0).max() > DIFFERENCE_TOLERANCE
     yield Check("it varies", bool(varies), "its values differ between configurations" if varies else "it is constant")
@@ -179,10 +189,10 @@ def _check_number(
     numeric: NumericReference, answer: Number, details: CustomDetails, maker: QuestionMaker
 ) -> Check:  # fmt: skip
     values = {name: value[:1] for name, value in numeric.symbol_values.items()}
-    given = details.list_given_values(numeric.chain)
-    values |= {name: np.array([number]) for name, number in given.items()}
-    expected = _as_rows(
-        select_components(compute(maker.formulas[0], _geometry(numeric, values)), maker.definition.rows)
+    given_values = details.list_given_values(numeric.chain)
+    values |= {name: np.array([number]) for name, number in given_values.items()}
+    expected = _convert_to_matrices(
+        select_components(compute(maker.formulas[0], _make_quantities(numeric, values)), maker.definition.rows)
     )
     reference = np.array(answer.reference.tolist(), dtype=float)[None]
     return check_agreement("geometry and differences", reference, expected, DIFFERENCE_TOLERANCE)
@@ -193,18 +203,17 @@ def _check_number(
 
 def _check_options(numeric: NumericReference, part: Part, maker: QuestionMaker) -> Checks:
     """Check that no two options show the same, at several configurations."""
-    details, quantities = part.details_as(CustomDetails), _geometry(numeric)
-    formulas = [(index, formula) for index in details.order if (formula := maker.options[index]) is not None]
+    details, quantities = part.details_as(CustomDetails), _make_quantities(numeric)
+    formulas = [(index, formula) for index in details.order if (formula := maker.option_formulas[index]) is not None]
     values = [(index, compute(formula, quantities)) for index, formula in formulas]
     pairs = [(first, second) for k, first in enumerate(values) for second in values[k + 1 :]]
-    equal = [
+    equal_pairs = [
         f"{details.definition.options[i].content} and {details.definition.options[j].content}"
         for (i, a), (j, b) in pairs
         if a.shape == b.shape and np.allclose(a, b, rtol=1e-9, atol=1e-9)
     ]
-    yield Check(
-        "options differ", not equal, f"{equal[0]} are equal" if equal else f"{len(part.answer.offered_options)} options"
-    )
+    detail = f"{equal_pairs[0]} are equal" if equal_pairs else f"{len(part.answer.offered_options)} options"
+    yield Check("options differ", not equal_pairs, detail)
     contents = [details.definition.options[index].content for index in details.order]
     yield Check("options have different texts", len(set(contents)) == len(contents), ", ".join(contents))
 
@@ -228,26 +237,28 @@ def _check_zeros(numeric: NumericReference, answer: ConditionSet, maker: Questio
     def evaluate(q: np.ndarray) -> np.ndarray:
         values = {name: np.resize(value, len(q)) for name, value in numeric.symbol_values.items()}
         values |= {name: np.full(len(q), length) for name, length in lengths.items()}
-        quantities = _geometry(numeric, values | {joint.name: q[:, i] for i, joint in enumerate(chain.q)})
+        quantities = _make_quantities(numeric, values | {joint.name: q[:, i] for i, joint in enumerate(chain.q)})
         return np.stack([compute(formula, quantities) for formula in maker.formulas], axis=1)
 
     starts = choose_random_configurations(chain, numeric.rng, START_COUNT)
     zeros = _find_zeros(evaluate, starts)
-    distances = [_measure_distances(component, chain, lengths) for component in answer.components]
+    distances = [_make_distance_function(component, chain, lengths) for component in answer.components]
     is_listed = np.array([np.abs(function(zeros)).max(axis=1) < MATCH_TOLERANCE for function in distances]).any(axis=0)
-    extra = zeros[~is_listed] if distances else zeros
-    detail = f"{np.round(extra[0], 4)} is a zero, too" if len(extra) else f"{len(zeros)} zeros found by Newton's method"
-    yield Check("complete", not len(extra), detail)
+    missing_zeros = zeros[~is_listed] if distances else zeros
+    detail = f"{len(zeros)} zeros found by Newton's method"
+    if len(missing_zeros):
+        detail = f"{np.round(missing_zeros[0], 4)} is a zero, too"
+    yield Check("complete", not len(missing_zeros), detail)
     for component, function in zip(answer.components, distances, strict=True):
-        listed = _find_zeros(function, starts[:6])
-        if len(listed) and np.abs(evaluate(listed)).max() > MATCH_TOLERANCE:
-            yield Check("sound", False, f"the formulas are not zero at {component.pieces()[0]}")
+        listed_zeros = _find_zeros(function, starts[:6])
+        if len(listed_zeros) and np.abs(evaluate(listed_zeros)).max() > MATCH_TOLERANCE:
+            yield Check("sound", False, f"the formulas are not zero at {component.list_pieces()[0]}")
             return
     yield Check("sound", True, "the formulas vanish at each listed configuration")
 
 
-def _measure_distances(component: Component, chain: Chain, lengths: Mapping[str, float]) -> Function:
-    """Return a function of configurations that vanishes on a component."""
+def _make_distance_function(component: Component, chain: Chain, lengths: Mapping[str, float]) -> Function:
+    """Return a function that vanishes on a component: its conditions, or the differences from its joint values."""
     if component.solutions is None:
         programs = [compile_expression(condition) for condition in component.conditions]
 
@@ -277,7 +288,10 @@ def _measure_distances(component: Component, chain: Chain, lengths: Mapping[str,
 
 
 def _find_zeros(function: Function, starts: np.ndarray) -> np.ndarray:
-    """Return the zeros of a function that Newton's method finds from some configurations, by its smallest steps."""
+    """Return the zeros of a function that Newton's method finds from some configurations.
+
+    Each step is the smallest that solves the linearized equations, and changes no joint variable by more than 0.5.
+    """
     q = starts.copy()
     nudges = DIFFERENCE_STEP * np.eye(q.shape[1])
     with np.errstate(all="ignore"):

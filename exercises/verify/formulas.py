@@ -91,8 +91,8 @@ def _compute_velocity_in_own_frame(numeric: NumericReference, part: Part) -> Exp
     """Return the velocity of a frame's origin and the angular velocity of its link, in this frame."""
     frame = part.details_as(RecursionDetails).frame
     velocity = _transpose(numeric.convention_velocities[:, :, frame]) @ numeric.rates
-    rotated = _rotate_halves(_transpose(numeric.convention_frames[:, frame, :3, :3]), velocity)
-    return {"finite differences": (rotated, DIFFERENCE_TOLERANCE)}
+    rotated_velocity = _rotate_halves(_transpose(numeric.convention_frames[:, frame, :3, :3]), velocity)
+    return {"finite differences": (rotated_velocity, DIFFERENCE_TOLERANCE)}
 
 
 def _rotate_halves(rotation: np.ndarray, velocities: np.ndarray) -> np.ndarray:
@@ -138,19 +138,19 @@ def _check_block_determinants(numeric: NumericReference, part: Part) -> Checks:
         products = reference_values.prod(axis=1, keepdims=True)
         full_determinant = np.linalg.det(numeric.task_jacobian)[:, None, None]
         yield check_agreement("their product is det J", products, full_determinant, EXACT_TOLERANCE)
-    effect = np.abs(numeric.jacobian[:, :3, 3:]).max()
-    detail = f"largest entry of J12: {effect:.1e}"
-    yield Check("the wrist does not move P", bool(effect < EXACT_TOLERANCE), detail)
+    largest_entry = np.abs(numeric.jacobian[:, :3, 3:]).max()
+    detail = f"largest entry of J12: {largest_entry:.1e}"
+    yield Check("the wrist does not move P", bool(largest_entry < EXACT_TOLERANCE), detail)
 
 
 def _compute_joint_torques(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> np.ndarray:
     """Return the joint torques. Torque i is the power of the force when only joint i moves, at unit rate."""
     force = np.stack([numeric.symbol_values[name] for name in part.symbols], axis=1)
-    return np.einsum("pij,pi->pj", jacobian[:, numeric.task], force)[:, :, None]
+    return np.einsum("pij,pi->pj", jacobian[:, numeric.task_rows], force)[:, :, None]
 
 
 def _compute_gram_determinant(numeric: NumericReference, _: Part, jacobian: np.ndarray) -> np.ndarray:
-    rows = jacobian[:, numeric.task]
+    rows = jacobian[:, numeric.task_rows]
     return np.asarray(np.linalg.det(rows @ _transpose(rows)))[:, None, None]
 
 
@@ -164,7 +164,7 @@ CHECKS: dict[str, PartCheck] = {
     "velocity-component": make_jacobian_check(
         lambda numeric, part, jacobian: jacobian[:, [part.details_as(AxisDetails).row]] @ numeric.rates
     ),
-    "jacobian": make_jacobian_check(lambda numeric, _, jacobian: jacobian[:, numeric.task]),
+    "jacobian": make_jacobian_check(lambda numeric, _, jacobian: jacobian[:, numeric.task_rows]),
     "joint-axes": make_formula_check(
         lambda numeric, _: {"frames": (_transpose(numeric.frames[:, :-1, :3, 2]), EXACT_TOLERANCE)}
     ),

@@ -28,7 +28,7 @@ def check_three_digits(part: Part) -> Check:
     answer = part.answer_as(Number)
     exact = np.array([float(value) for value in answer.reference])
     rounded = np.array([float(f"{value:.2e}") for value in exact])
-    is_accepted = bool(np.all(np.abs(rounded - exact) <= answer.allowed_errors(None)))
+    is_accepted = bool(np.all(np.abs(rounded - exact) <= answer.list_allowed_errors(None)))
     return Check("three digits", is_accepted, "rounding keeps it right")
 
 
@@ -65,7 +65,7 @@ def _check_self_motion(numeric: NumericReference, part: Part) -> Checks:
         yield Check("motion", False, f"no motion of {numeric.chain.n} joints at some place")
         return
     velocity = jacobian @ (motion / norms)
-    yield check_agreement("null space", velocity, np.zeros((len(motion), len(numeric.task), 1)), NUMBER_TOLERANCE)
+    yield check_agreement("null space", velocity, np.zeros((len(motion), len(numeric.task_rows), 1)), NUMBER_TOLERANCE)
     if not is_formula:
         yield check_agreement("unit vector", norms, np.ones((1, 1, 1)), NUMBER_TOLERANCE)
         yield _check_conditioning(numeric, jacobian[0])
@@ -77,9 +77,9 @@ def _make_measure_check(measure: Callable[[np.ndarray], float]) -> PartCheck:
     def check(numeric: NumericReference, part: Part) -> Checks:
         configuration = part.details_as(VelocityDetails).configuration
         jacobian = numeric.jacobian_at(configuration)
-        by_exponentials = numeric.exponential_jacobian_at(configuration)[numeric.task]
-        for name, rows in (("singular values", jacobian), ("product of exponentials", by_exponentials)):
-            expected = np.full((1, 1, 1), measure(rows))
+        exponential_jacobian = numeric.exponential_jacobian_at(configuration)[numeric.task_rows]
+        for name, matrix in (("singular values", jacobian), ("product of exponentials", exponential_jacobian)):
+            expected = np.full((1, 1, 1), measure(matrix))
             yield check_agreement(name, list_reference_numbers(part), expected, NUMBER_TOLERANCE)
         yield _check_conditioning(numeric, jacobian)
         yield check_three_digits(part)
@@ -90,13 +90,10 @@ def _make_measure_check(measure: Callable[[np.ndarray], float]) -> PartCheck:
 
 
 def _check_unit(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> Check:
-    """Check the unit of the manipulability w by expressing the lengths of the arm in half metres.
-
-    This multiplies w by 2^k if its unit is m^k.
-    """
-    scale = np.array([[2.0 if row < 3 else 1.0] for row in numeric.task])
-    columns = np.array([1.0 if joint.is_revolute else 0.5 for joint in numeric.chain.joints])
-    growth = _compute_manipulability(jacobian * scale * columns) / _compute_manipulability(jacobian)
+    """Check the unit of the manipulability w by converting metres to half metres, which multiplies w by 2^k for m^k."""
+    row_factors = np.array([[2.0 if row < 3 else 1.0] for row in numeric.task_rows])
+    column_factors = np.array([1.0 if joint.is_revolute else 0.5 for joint in numeric.chain.joints])
+    growth = _compute_manipulability(jacobian * row_factors * column_factors) / _compute_manipulability(jacobian)
     power = round(float(np.log2(growth)))
     unit = write_power_of_metres(power)
     is_power_of_two = abs(growth - 2.0**power) < EXACT_TOLERANCE * growth

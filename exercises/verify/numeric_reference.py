@@ -7,6 +7,7 @@ the correct answer of a problem, which was derived symbolically.
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import combinations, product
+from operator import mul
 from typing import NamedTuple
 
 import numpy as np
@@ -62,35 +63,35 @@ class NumericReference:
     - `point_velocities`: the velocities of the point for each joint's unit rate, (…, n, 3)
     - `home_frames`, `point_at_home`: frames and point at zero joint variables
 
-    All velocities are computed by central differences. `task` lists the indices of the task's rows in the Jacobian.
+    All velocities are computed by central differences. `task_rows` are the indices of the task's rows in the Jacobian.
     """
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self.chain = problem, problem.chain
         self.rng = Stream(f"verify/{problem.id.engine}/{problem.id}")
-        self.task = self.chain.task_rows
+        self.task_rows = self.chain.task_rows
         self.symbol_names, self._trees = frozenset(problem.symbols), dict[str, Node]()
         self.lengths = [choose_random_lengths(self.chain, self.rng) for _ in range(ARM_COUNT)]
         self.arms = [NumericChain(self.chain, lengths) for lengths in self.lengths]
         samples = [choose_random_configurations(self.chain, self.rng, CONFIGURATIONS_PER_ARM) for _ in self.arms]
         self.configurations, self.sample_count = np.concatenate(samples), ARM_COUNT * CONFIGURATIONS_PER_ARM
         self.symbol_values = self._sample_values()
-        self.frames = self.for_each_arm(NumericChain.frames)
-        self.point = self.for_each_arm(NumericChain.point)
-        self.jacobian = self.for_each_arm(NumericChain.jacobian)
-        self.exponential_jacobian = self.for_each_arm(compute_exponential_jacobian)
+        self.frames = self.evaluate_for_each_arm(NumericChain.frames)
+        self.point = self.evaluate_for_each_arm(NumericChain.point)
+        self.jacobian = self.evaluate_for_each_arm(NumericChain.jacobian)
+        self.exponential_jacobian = self.evaluate_for_each_arm(compute_exponential_jacobian)
         frame_functions: list[Callable[[np.ndarray], np.ndarray]] = [arm.frames for arm in self.arms]
         if convention_of(self.chain).is_proximal:
             frame_functions = [partial(compute_modified_frames, self.chain, lengths) for lengths in self.lengths]
         pairs = list(zip(frame_functions, samples, strict=True))
         self.convention_frames = np.concatenate([frames(q) for frames, q in pairs])
         self.convention_velocities = np.concatenate([differentiate_frames(frames, q) for frames, q in pairs])
-        self.home_frames = self.for_each_arm(lambda arm, q: arm.frames(0 * q))
-        self.point_at_home = self.for_each_arm(lambda arm, q: arm.point(0 * q))
-        self.frame_velocities = self.for_each_arm(lambda arm, q: differentiate_frames(arm.frames, q))
-        self.point_velocities = self.for_each_arm(lambda arm, q: differentiate(arm.point, q))
+        self.home_frames = self.evaluate_for_each_arm(lambda arm, q: arm.frames(0 * q))
+        self.point_at_home = self.evaluate_for_each_arm(lambda arm, q: arm.point(0 * q))
+        self.frame_velocities = self.evaluate_for_each_arm(lambda arm, q: differentiate_frames(arm.frames, q))
+        self.point_velocities = self.evaluate_for_each_arm(lambda arm, q: differentiate(arm.point, q))
 
-    def for_each_arm(
+    def evaluate_for_each_arm(
         self, function: Callable[[NumericChain, np.ndarray], np.ndarray], configurations: np.ndarray | None = None
     ) -> np.ndarray:
         """Return the values of a function of an arm and configurations (…, n), which are by default the samples."""
@@ -113,7 +114,7 @@ class NumericReference:
     @property
     def task_jacobian(self) -> np.ndarray:
         """The task Jacobian: the task's rows of the geometric Jacobian, (…, m, n)."""
-        return self.jacobian[:, self.task]
+        return self.jacobian[:, self.task_rows]
 
     @property
     def finite_difference_jacobian(self) -> np.ndarray:
@@ -155,13 +156,13 @@ class NumericReference:
         result = values.real if np.all(np.abs(values.imag) <= 1e-12 * (1 + np.abs(values))) else values
         return result.T.reshape(self.sample_count, *entries.shape)
 
-    def sample_on_condition(self, condition: sp.Expr, arm_count: int, per_arm: int) -> tuple[Sample, ...]:
-        """Return configurations at which a condition is zero, `per_arm` of them for each choice of lengths.
+    def sample_on_condition(self, condition: sp.Expr, arm_count: int, samples_per_arm: int) -> tuple[Sample, ...]:
+        """Return configurations at which a condition is zero, `samples_per_arm` of them for each choice of lengths.
 
         More choices of lengths are tried if the condition has real roots for few lengths only.
         """
         attempts = (
-            sample_condition(self.chain, f"{condition} = 0", f"verify/{self.problem.id}", arms, per_arm)
+            sample_condition(self.chain, f"{condition} = 0", f"verify/{self.problem.id}", arms, samples_per_arm)
             for arms in (arm_count, 4 * arm_count, 16 * arm_count)
         )
         return next(filter(None, attempts), ())
@@ -176,7 +177,7 @@ class NumericReference:
     def jacobian_at(self, configuration: Configuration) -> np.ndarray:
         """Return the task Jacobian (m x n) at a question's configuration, by products of 4 x 4 matrices."""
         sample = self.sample_at(configuration)
-        return np.asarray(sample.arm.jacobian(sample.q)[self.task])
+        return np.asarray(sample.arm.jacobian(sample.q)[self.task_rows])
 
     def exponential_jacobian_at(self, configuration: Configuration) -> np.ndarray:
         """Return the 6 x n Jacobian at a question's configuration, by the product of exponentials."""
@@ -204,8 +205,8 @@ def sample_distinct_lengths(chain: Chain, sample: Callable[[], dict[str, float]]
     fails, the last sample is returned.
     """
     roles = domain_of(chain).roles
-    fixed = [joint.a for joint in chain.joints] + [joint.d for joint in chain.joints if joint.is_revolute]
-    fixed_lengths = [abs(float(value)) for value in (*fixed, *chain.point.offset) if value.is_number and value != 0]
+    entries = [joint.a for joint in chain.joints] + [joint.d for joint in chain.joints if joint.is_revolute]
+    fixed_lengths = [abs(float(value)) for value in (*entries, *chain.point.offset) if value.is_number and value != 0]
     values = sample()
     for _ in range(MAX_TRIES):
         symbolic_lengths = [value for name, value in values.items() if roles[name] == "length"]
@@ -219,9 +220,8 @@ def sample_distinct_lengths(chain: Chain, sample: Callable[[], dict[str, float]]
 
 def _nearly_cancel(lengths: Sequence[float]) -> bool:
     """Return whether the sum of the lengths, with some choice of signs, is closer to zero than MIN_SEPARATION."""
-    first_length, *other_lengths = lengths
-    signed = (zip(signs, other_lengths, strict=True) for signs in product((1, -1), repeat=len(other_lengths)))
-    return any(abs(first_length + sum(sign * value for sign, value in pairs)) < MIN_SEPARATION for pairs in signed)
+    sign_choices = product((1, -1), repeat=len(lengths))
+    return any(abs(sum(map(mul, signs, lengths))) < MIN_SEPARATION for signs in sign_choices)
 
 
 def compute_modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.ndarray) -> np.ndarray:
@@ -333,7 +333,7 @@ def compute_screw_exponential(omega: np.ndarray, v: np.ndarray, theta: np.ndarra
 
     `omega` and `v` are the angular and the linear part of the screws, (…, 3); `theta` is the joint variable, (…).
     """
-    matrix, angle = hat(omega), theta[..., None, None]
+    matrix, angle = make_skew_matrix(omega), theta[..., None, None]
     is_revolute = (np.linalg.norm(omega, axis=-1) > 0.5)[..., None, None]
     identity = np.broadcast_to(np.eye(3), matrix.shape)
     rotation = identity + np.sin(angle) * matrix + (1 - np.cos(angle)) * matrix @ matrix
@@ -346,8 +346,8 @@ def compute_screw_exponential(omega: np.ndarray, v: np.ndarray, theta: np.ndarra
     return pose
 
 
-def hat(vector: np.ndarray) -> np.ndarray:
-    """Return the matrix [v] with [v] u = v x u, (…, 3, 3)."""
+def make_skew_matrix(vector: np.ndarray) -> np.ndarray:
+    """Return the skew-symmetric matrices [v] with [v] u = v x u, (…, 3, 3)."""
     zero = 0 * vector[..., 0]
     x, y, z = (vector[..., k] for k in range(3))
     return np.stack([np.stack([zero, -z, y], -1), np.stack([z, zero, -x], -1), np.stack([-y, x, zero], -1)], -2)

@@ -16,10 +16,9 @@ from qdot.exercises.questions.exact_configurations import ConfigurationDetails
 from qdot.exercises.questions.rank import JacobianOnBranch, LostDirectionDetails, LostMotionDetails, MeaningDetails
 from qdot.exercises.reference_answers import Choice, Direction, Number
 from qdot.exercises.singularities.axes import Sample
-from qdot.exercises.singularities.directions import line_directions
+from qdot.exercises.singularities.directions import compute_line_directions
 from qdot.exercises.singularities.meanings import Meaning
 from qdot.exercises.singularities.singularity_kinds import classify_samples
-from qdot.exercises.verify.appearance import check_side_of_lost_direction, statement_holds
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import list_reference_numbers
 from qdot.exercises.verify.numeric_reference import (
@@ -30,6 +29,7 @@ from qdot.exercises.verify.numeric_reference import (
     compute_exponential_jacobian,
     sample_distinct_lengths,
 )
+from qdot.exercises.verify.singularity_statements import check_side_of_lost_direction, statement_holds
 
 ZERO_SHARE, NONZERO_SHARE = 1e-9, 0.02
 """Fractions of the largest singular value.
@@ -56,16 +56,16 @@ class FoundRank(NamedTuple):
 def find_rank(jacobian: np.ndarray) -> FoundRank:
     """Return the rank of a matrix, determined by its singular values."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
-    share = sigma / max(float(sigma[0]), 1e-12)
-    is_unclear = np.any((share > ZERO_SHARE) & (share < NONZERO_SHARE))
-    return FoundRank(int(np.sum(share > ZERO_SHARE)), not is_unclear)
+    shares = sigma / max(float(sigma[0]), 1e-12)
+    is_unclear = np.any((shares > ZERO_SHARE) & (shares < NONZERO_SHARE))
+    return FoundRank(int(np.sum(shares > ZERO_SHARE)), not is_unclear)
 
 
 def _check_rank(numeric: NumericReference, part: Part) -> Checks:
     """Check a rank by the singular values of J; each must be either clearly zero or clearly not zero."""
     part.answer_as(Number)
     configuration = part.details_as(ConfigurationDetails).configuration
-    rank, is_clear = find_rank(numeric.exponential_jacobian_at(configuration)[numeric.task])
+    rank, is_clear = find_rank(numeric.exponential_jacobian_at(configuration)[numeric.task_rows])
     yield check_agreement("rank", list_reference_numbers(part), np.array([[[float(rank)]]]), EXACT_TOLERANCE)
     yield Check("clear", is_clear, "every singular value is clearly zero or clearly not")
 
@@ -76,7 +76,7 @@ def _check_rank(numeric: NumericReference, part: Part) -> Checks:
 def _check_direction(numeric: NumericReference, part: Part) -> Checks:
     """Check that a lost direction u, given by formulas or as a numeric unit vector, satisfies u^T J = 0."""
     answer = part.answer_as(Direction)
-    m = len(numeric.task)
+    m = len(numeric.task_rows)
     if answer.reference.shape != (m, 1):
         yield Check("shape", False, f"the reference is {answer.reference.shape}, expected ({m}, 1)")
         return
@@ -84,7 +84,7 @@ def _check_direction(numeric: NumericReference, part: Part) -> Checks:
     if isinstance(part.details, LostDirectionDetails):
         yield from _check_formula(numeric, part, part.details.jacobian_on_branch)
         return
-    jacobian = numeric.exponential_jacobian_at(part.details_as(ConfigurationDetails).configuration)[numeric.task]
+    jacobian = numeric.exponential_jacobian_at(part.details_as(ConfigurationDetails).configuration)[numeric.task_rows]
     direction = list_reference_numbers(part)
     length = np.linalg.norm(direction)
     yield Check("unit length", bool(abs(length - 1) < 1e-8), f"length {length:.10f}")
@@ -104,14 +104,13 @@ def _check_written_form(part: Part) -> Check:
 
 def _check_formula(numeric: NumericReference, part: Part, branch: JacobianOnBranch) -> Checks:
     """Check that a formula for the lost direction u satisfies u^T J = 0 at random singular configurations."""
-    fixed = {q for q, _ in branch.values}
-    remaining = part.answer.as_matrix().free_symbols & fixed
-    detail = f"{', '.join(sorted(map(str, remaining)))} occurs" if remaining else "no other"
-    yield Check("free joints only", not remaining, detail)
+    fixed_joints = part.answer.as_matrix().free_symbols & {q for q, _ in branch.values}
+    detail = f"{', '.join(sorted(map(str, fixed_joints)))} occurs" if fixed_joints else "no other"
+    yield Check("free joints only", not fixed_joints, detail)
     q = numeric.configurations.copy()
     for symbol, value in branch.values:
         q[:, numeric.chain.q.index(symbol)] = numeric.evaluate_constants(sp.Matrix([value]))[:, 0]
-    jacobians = numeric.for_each_arm(compute_exponential_jacobian, q)[:, numeric.task]
+    jacobians = numeric.evaluate_for_each_arm(compute_exponential_jacobian, q)[:, numeric.task_rows]
     yield _check_perpendicular(numeric.evaluate_printed_formulas(part.answer.as_matrix()), jacobians)
 
 
@@ -131,14 +130,15 @@ def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
 
 
 def sample_at_values(
-    numeric: NumericReference, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None, per_arm: int = 2
-) -> Sequence[Sample]:
+    numeric: NumericReference, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None,
+    samples_per_arm: int = 2,
+) -> Sequence[Sample]:  # fmt: skip
     """Return configurations at which some joints have the given values or, if there is a condition, it is zero.
 
-    There are `per_arm` configurations for each of several choices of the symbolic lengths.
+    There are `samples_per_arm` configurations for each of several choices of the symbolic lengths.
     """
     if condition is not None:
-        return numeric.sample_on_condition(condition, arm_count=4, per_arm=per_arm)
+        return numeric.sample_on_condition(condition, arm_count=4, samples_per_arm=samples_per_arm)
     samples: list[Sample] = []
     for arm_index, (arm, lengths) in enumerate(_generate_arms(numeric)):
         if arm_index >= MIN_ARMS_TRIED and samples:
@@ -147,7 +147,7 @@ def sample_at_values(
         fixed_values = {numeric.chain.q.index(q): complex(sp.N(value.xreplace(substitutions))) for q, value in values}
         if any(abs(value.imag) > 1e-12 for value in fixed_values.values()):
             continue
-        for q in choose_random_configurations(numeric.chain, numeric.rng, per_arm):
+        for q in choose_random_configurations(numeric.chain, numeric.rng, samples_per_arm):
             q[list(fixed_values)] = [value.real for value in fixed_values.values()]
             samples.append(Sample(arm, q))
     return samples
@@ -183,11 +183,11 @@ def _check_motion(numeric: NumericReference, part: Part) -> Checks:
     if not samples:
         return
     velocities = [
-        _list_possible_velocities(sample, numeric.task, motion.moving_part, motion.holds_other_motion)
+        _list_possible_velocities(sample, numeric.task_rows, motion.moving_part, motion.holds_other_motion)
         for sample in samples
     ]
     scale = np.maximum([float(np.abs(v).max()) for v in velocities], 1e-12)
-    for index, (text, vectors) in enumerate(zip(texts, line_directions(motion.lines, samples), strict=True)):
+    for index, (text, vectors) in enumerate(zip(texts, compute_line_directions(motion.lines, samples), strict=True)):
         share = np.array([float(np.abs(d @ v).max()) for d, v in zip(vectors, velocities, strict=True)]) / scale
         if index == answer.correct:
             yield Check("nothing along it", bool(share.max() < 1e-7), f"{text}: {share.max():.1e}")
@@ -220,8 +220,8 @@ def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
     answer, choice = part.answer_as(Choice), part.details_as(MeaningDetails)
     samples = sample_at_values(numeric, choice.values, choice.condition)
     options = zip(answer.options, choice.options, strict=True)
-    are_as_offered = all(text.startswith(offered.meaning.words) for text, offered in options)
-    yield Check("options", are_as_offered and len(set(answer.options)) == len(answer.options), "as offered")
+    has_same_texts = all(text.startswith(offered.meaning.words) for text, offered in options)
+    yield Check("options", has_same_texts and len(set(answer.options)) == len(answer.options), "as offered")
     kinds = set(map(str, classify_samples(numeric.chain, samples)))
 
     def holds_everywhere(meaning: Meaning, kind: str | None) -> bool:
@@ -234,9 +234,9 @@ def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
     yield Check("only the right one holds", holds == expected, detail)
     if choice.options[answer.correct].kind == "boundary":
         yield check_side_of_lost_direction(numeric.chain, choice.condition, choice.values, samples)
-    are_directions = {option.meaning.kind for option in choice.options} <= _AXIS_DIRECTION_KINDS
-    has_reason = are_directions or bool(numeric.chain.linear_axes)
-    yield Check("a reason", has_reason, "where P is, is no reason for a loss of turns; its task counts other rows too")
+    concerns_directions = {option.meaning.kind for option in choice.options} <= _AXIS_DIRECTION_KINDS
+    has_reason = concerns_directions or bool(numeric.chain.linear_axes)
+    yield Check("a reason", has_reason, "in a task without linear rows, only the directions of axes can be a reason")
 
 
 _AXIS_DIRECTION_KINDS = {"in line", "parallel", "one plane", "square"}
@@ -246,13 +246,13 @@ _AXIS_DIRECTION_KINDS = {"in line", "parallel", "one plane", "square"}
 def _meaning_holds(chain: Chain, meaning: Meaning, sample: Sample) -> bool:
     """Return whether a geometric statement is true at a configuration."""
     frames, first_joint = sample.frames, meaning.joints[0] - 1
-    if meaning.kind == "square":
+    if meaning.kind == "square":  # the axes are perpendicular to each other, so all singular values are 1
         sigma = np.linalg.svd(frames[[joint - 1 for joint in meaning.joints], :3, 2], compute_uv=False)
         return bool(sigma[0] - sigma[-1] < 1e-6)
-    if meaning.kind == "level":
+    if meaning.kind == "level":  # P and all axes, which are parallel, lie in one plane
         points = np.vstack([frames[: meaning.joints[-1], :3, 3], sample.arm.point(sample.q)])
         return bool(np.linalg.svd(np.vstack([points[1:] - points[0], frames[0, :3, 2]]), compute_uv=False)[-1] < 1e-6)
-    if meaning.kind in ("straight", "doubled"):
+    if meaning.kind in ("straight", "doubled"):  # three origins are collinear, with b between a and c or not
         a, b, c = frames[first_joint : first_joint + 3, :3, 3]
         leg_1, leg_2 = np.linalg.norm(a - b), np.linalg.norm(b - c)
         expected = leg_1 + leg_2 if meaning.kind == "straight" else abs(leg_1 - leg_2)

@@ -26,7 +26,13 @@ from qdot.exercises.verify.formulas import (
     make_formula_check,
 )
 from qdot.exercises.verify.numbers import check_three_digits, list_reference_numbers
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, compute_screw_exponential, hat
+from qdot.exercises.verify.numeric_reference import (
+    Check,
+    Checks,
+    NumericReference,
+    compute_screw_exponential,
+    make_skew_matrix,
+)
 
 
 def _is_linear_first(numeric: NumericReference) -> bool:
@@ -42,7 +48,7 @@ def _stack_twist(numeric: NumericReference, omega: np.ndarray, v: np.ndarray, ax
 def _make_adjoint(numeric: NumericReference, pose: np.ndarray) -> np.ndarray:
     """Return [Ad T] of poses (…, 4, 4) for twists in the arm's order, (…, 6, 6)."""
     rotation, zero = pose[..., :3, :3], np.zeros_like(pose[..., :3, :3])
-    cross_rotation = hat(pose[..., :3, 3]) @ rotation
+    cross_rotation = make_skew_matrix(pose[..., :3, 3]) @ rotation
     upper_right, lower_left = (cross_rotation, zero) if _is_linear_first(numeric) else (zero, cross_rotation)
     blocks = [[rotation, upper_right], [lower_left, rotation]]
     return np.concatenate([np.concatenate(row, -1) for row in blocks], -2)
@@ -92,20 +98,20 @@ def _transform_twists(numeric: NumericReference, pose: np.ndarray, twists: np.nd
         upper, lower = twists[..., :3, k], twists[..., 3:, k]
         omega, v = (lower, upper) if _is_linear_first(numeric) else (upper, lower)
         matrix = np.zeros((*omega.shape[:-1], 4, 4))
-        matrix[..., :3, :3], matrix[..., :3, 3] = hat(omega), v
-        conjugated = pose @ matrix @ np.linalg.inv(pose)
-        angular = np.stack([conjugated[..., 2, 1], conjugated[..., 0, 2], conjugated[..., 1, 0]], -1)
-        columns.append(_stack_twist(numeric, angular, conjugated[..., :3, 3]))
+        matrix[..., :3, :3], matrix[..., :3, 3] = make_skew_matrix(omega), v
+        new_matrix = pose @ matrix @ np.linalg.inv(pose)
+        angular = np.stack([new_matrix[..., 2, 1], new_matrix[..., 0, 2], new_matrix[..., 1, 0]], -1)
+        columns.append(_stack_twist(numeric, angular, new_matrix[..., :3, 3]))
     return np.stack(columns, axis=-1)
 
 
 def _compute_body_adjoint(numeric: NumericReference, _: Part) -> ExpectedValues:
     """Return the adjoint of the body pose, from exponentials, and from the matrices T [V] T^-1 of unit twists V."""
-    unit = np.broadcast_to(np.eye(6), (numeric.sample_count, 6, 6))
-    by_matrices = _transform_twists(numeric, _compute_frame_pose(numeric), unit)
+    unit_twists = np.broadcast_to(np.eye(6), (numeric.sample_count, 6, 6))
+    transformed_twists = _transform_twists(numeric, _compute_frame_pose(numeric), unit_twists)
     return {
         "product of exponentials": (_make_adjoint(numeric, _compute_body_kinematics(numeric).pose), EXACT_TOLERANCE),
-        "frames": (by_matrices, EXACT_TOLERANCE),
+        "frames": (transformed_twists, EXACT_TOLERANCE),
     }
 
 
@@ -125,12 +131,12 @@ def _check_changed_twist(numeric: NumericReference, part: Part) -> Checks:
     twist = _stack_twist(numeric, omega, v, axis=0)
     expected = _transform_twists(numeric, pose, twist)[None]
     yield check_agreement("matrix of the twist", list_reference_numbers(part), expected, 1e-8)
-    geometric = arm.jacobian(q)
+    jacobian = arm.jacobian(q)
     rates = np.array([float(details.rates[rate]) for rate in chain.rates])
-    velocity, angular = (pose[:3, :3].T @ (rows @ rates) for rows in (geometric[:3], geometric[3:]))
+    velocity, angular = (pose[:3, :3].T @ (rows @ rates) for rows in (jacobian[:3], jacobian[3:]))
     error = np.abs(_stack_twist(numeric, angular, velocity) - twist[:, 0]).max()
-    is_rounded = bool(error <= 0.51 * 10.0**-DECIMALS)  # slightly more than half of the last decimal
-    yield Check("the arm can", is_rounded, f"its rates give the twist but for {error:.1e}")
+    is_only_rounded = bool(error <= 0.51 * 10.0**-DECIMALS)  # slightly more than half of the last decimal
+    yield Check("the arm can", is_only_rounded, f"its rates give the twist but for {error:.1e}")
     yield check_three_digits(part)
 
 
@@ -146,11 +152,11 @@ def _compute_space_jacobian(numeric: NumericReference) -> ExpectedValues:
     """Return the space Jacobian, computed from exponentials, and from finite differences of the last frame."""
     frame_velocities = numeric.frame_velocities[:, :, numeric.chain.n]
     angular, velocity = frame_velocities[..., 3:], frame_velocities[..., :3]
-    at_origin = velocity - np.cross(angular, numeric.frames[:, None, -1, :3, 3])
-    differenced = _stack_twist(numeric, angular, at_origin).swapaxes(1, 2)
+    velocity_at_origin = velocity - np.cross(angular, numeric.frames[:, None, -1, :3, 3])
+    jacobian = _stack_twist(numeric, angular, velocity_at_origin).swapaxes(1, 2)
     return {
         "product of exponentials": (_compute_body_kinematics(numeric).space_jacobian, EXACT_TOLERANCE),
-        "finite differences": (differenced, DIFFERENCE_TOLERANCE),
+        "finite differences": (jacobian, DIFFERENCE_TOLERANCE),
     }
 
 
@@ -158,10 +164,10 @@ def _compute_body_jacobian(numeric: NumericReference) -> ExpectedValues:
     """Return the body Jacobian, computed from exponentials, and from the geometric Jacobian in the body frame."""
     pose, space_jacobian = _compute_body_kinematics(numeric)
     rotation = pose[:, :3, :3].swapaxes(1, 2)
-    rotated = _stack_twist(numeric, rotation @ numeric.jacobian[:, 3:], rotation @ numeric.jacobian[:, :3], axis=1)
+    jacobian = _stack_twist(numeric, rotation @ numeric.jacobian[:, 3:], rotation @ numeric.jacobian[:, :3], axis=1)
     return {
         "product of exponentials": (_make_adjoint(numeric, np.linalg.inv(pose)) @ space_jacobian, EXACT_TOLERANCE),
-        "frames": (rotated, EXACT_TOLERANCE),
+        "frames": (jacobian, EXACT_TOLERANCE),
     }
 
 

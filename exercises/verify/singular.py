@@ -30,11 +30,6 @@ from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import domain_of
 from qdot.exercises.singularities.normalized_arm import normalize_arm
 from qdot.exercises.singularities.singularity_kinds import RANK_TOLERANCE, classify_samples
-from qdot.exercises.verify.appearance import (
-    check_component_statement,
-    check_side_of_lost_direction,
-    check_singularity_statements,
-)
 from qdot.exercises.verify.formulas import PartCheck
 from qdot.exercises.verify.numeric_reference import (
     ARM_COUNT,
@@ -44,6 +39,11 @@ from qdot.exercises.verify.numeric_reference import (
     choose_random_configurations,
     choose_random_lengths,
     compute_conditioning_ratios,
+)
+from qdot.exercises.verify.singularity_statements import (
+    check_component_statement,
+    check_side_of_lost_direction,
+    check_singularity_statements,
 )
 
 START_COUNT, REDUNDANT_START_COUNT = 30, 150
@@ -72,7 +72,7 @@ distance from the set. If a configuration there is not in the set, further searc
 
 def _check_singular_set(numeric: NumericReference, part: Part) -> Checks:
     """Check a singular set in both directions, and what the worked solution says about it."""
-    joints, texts = [q.name for q in numeric.chain.q], part.answer_as(ConditionSet).pieces()
+    joints, texts = [q.name for q in numeric.chain.q], part.answer_as(ConditionSet).list_pieces()
     pieces = [piece for text in texts for piece in parse_pieces(parse_formula(text, numeric.symbol_names), joints)]
     yield from _check_soundness(numeric, texts, pieces)
     yield _check_completeness(numeric, pieces)
@@ -105,7 +105,7 @@ def _compute_ratios_on_piece(numeric: NumericReference, piece: Piece, lengths: d
     space = _make_space(numeric, lengths)
     values = space.sample_piece(piece, space.collect_names([[piece]]), numeric.rng, count=8)
     q = np.stack([values[q.name] for q in numeric.chain.q], axis=1)
-    jacobians = NumericChain(numeric.chain, lengths).jacobian(q)[:, numeric.task]
+    jacobians = NumericChain(numeric.chain, lengths).jacobian(q)[:, numeric.task_rows]
     return [float(ratio) for ratio in compute_conditioning_ratios(jacobians)]
 
 
@@ -121,20 +121,20 @@ def _check_completeness(numeric: NumericReference, pieces: Sequence[Piece]) -> C
         lengths = choose_random_lengths(chain, numeric.rng) | dict(result.lengths)
         arm = NumericChain(chain, lengths)
         q = result.configurations - np.array(arm.joint_offsets)
-        if len(q) and compute_conditioning_ratios(arm.jacobian(q)[:, numeric.task]).max() > MAX_SHIFTED_RATIO:
-            return Check("complete", False, "J keeps its rank where that of the same arm with other zeros loses it")
+        if len(q) and compute_conditioning_ratios(arm.jacobian(q)[:, numeric.task_rows]).max() > MAX_SHIFTED_RATIO:
+            return Check("complete", False, "J has full rank at a singular configuration of the normalized arm")
         count += len(q)
-        for uncovered in _find_uncovered(numeric, pieces, lengths, q):
+        for uncovered in _find_uncovered_configurations(numeric, pieces, lengths, q):
             starts = uncovered + SEARCH_RADIUS * choose_random_configurations(chain, numeric.rng, START_COUNT)
-            nearby_results = find_singular_configurations(arm, starts, numeric.task)
-            if 2 * len(_find_uncovered(numeric, pieces, lengths, nearby_results)) >= len(nearby_results):
+            nearby_results = find_singular_configurations(arm, starts, numeric.task_rows)
+            if 2 * len(_find_uncovered_configurations(numeric, pieces, lengths, nearby_results)) >= len(nearby_results):
                 pairs = [*zip(chain.q, uncovered, strict=True), *lengths.items()]
                 location = ", ".join(f"{name} = {value:.4g}" for name, value in pairs)
                 return Check("complete", False, f"J loses rank at {location}, which no condition covers")
     return Check("complete", True, f"all of {count} singular configurations found by search are covered")
 
 
-def _find_uncovered(
+def _find_uncovered_configurations(
     numeric: NumericReference, pieces: Sequence[Piece], lengths: dict[str, float], q: np.ndarray
 ) -> np.ndarray:
     """Return the configurations (k x n) of those in `q` that no piece contains."""
@@ -165,7 +165,7 @@ def _search_on_arms(chain: Chain) -> tuple[_SearchResult, ...]:
     return tuple(results)
 
 
-def find_singular_configurations(arm: NumericChain, starts: np.ndarray, task: Sequence[int]) -> np.ndarray:
+def find_singular_configurations(arm: NumericChain, starts: np.ndarray, task_rows: Sequence[int]) -> np.ndarray:
     """Return singular configurations (k x n) of the task Jacobian J that Gauss-Newton steps reach from `starts`.
 
     The unknowns are q and a unit vector u with J^T u = 0 (J u = 0 if J has more rows than columns). With these
@@ -175,17 +175,18 @@ def find_singular_configurations(arm: NumericChain, starts: np.ndarray, task: Se
     q, nudge = starts.copy(), 1e-6 * np.eye(starts.shape[1])
     count, n = q.shape
 
-    def task_jacobian(q: np.ndarray) -> np.ndarray:
-        jacobian = arm.jacobian(q)[..., task, :]
-        return np.asarray(jacobian if len(task) <= n else jacobian.swapaxes(-1, -2))
+    def compute_matrix(q: np.ndarray) -> np.ndarray:
+        jacobian = arm.jacobian(q)[..., task_rows, :]
+        return np.asarray(jacobian if len(task_rows) <= n else jacobian.swapaxes(-1, -2))
 
-    u = np.linalg.svd(task_jacobian(q))[0][..., -1]
+    u = np.linalg.svd(compute_matrix(q))[0][..., -1]
     for _ in range(MAX_STEPS):
-        matrices = task_jacobian(np.concatenate([q[:, None], q[:, None] + nudge, q[:, None] - nudge], axis=1))
+        matrices = compute_matrix(np.concatenate([q[:, None], q[:, None] + nudge, q[:, None] - nudge], axis=1))
         products = np.einsum("pkmn,pm->pkn", matrices, u)
         derivatives = (products[:, 1 : n + 1] - products[:, n + 1 :]) / 2e-6
-        unit = np.concatenate([np.zeros((count, 1, n)), u[:, None]], axis=2)
-        system = np.concatenate([np.concatenate([derivatives, matrices[:, 0]], axis=1).swapaxes(1, 2), unit], axis=1)
+        unit_equation = np.concatenate([np.zeros((count, 1, n)), u[:, None]], axis=2)
+        equations = np.concatenate([derivatives, matrices[:, 0]], axis=1).swapaxes(1, 2)
+        system = np.concatenate([equations, unit_equation], axis=1)
         residuals = np.concatenate([products[:, 0], np.zeros((count, 1))], axis=1)
         step = np.einsum("pij,pj->pi", np.linalg.pinv(system, rcond=1e-8), residuals)
         # A step changes no unknown by more than 0.7, so that a search does not leave the region in which it starts.
@@ -194,7 +195,7 @@ def find_singular_configurations(arm: NumericChain, starts: np.ndarray, task: Se
         u /= np.linalg.norm(u, axis=1, keepdims=True)
         if np.abs(step).max() < MIN_STEP:  # quadratic convergence: usually after 7 of the 40 steps
             break
-    return np.asarray(q[compute_conditioning_ratios(arm.jacobian(q)[:, task]) < MAX_SINGULAR_RATIO])
+    return np.asarray(q[compute_conditioning_ratios(arm.jacobian(q)[:, task_rows]) < MAX_SINGULAR_RATIO])
 
 
 def _check_kind(numeric: NumericReference, part: Part) -> Checks:
@@ -211,7 +212,7 @@ def _check_kind(numeric: NumericReference, part: Part) -> Checks:
         yield check_component_statement(numeric.chain, component)
     if kind == "boundary":
         yield check_side_of_lost_direction(numeric.chain, configuration.condition, configuration.values, samples)
-    if kind == "regular" and configuration.condition is None and len(numeric.task) == numeric.chain.n:
+    if kind == "regular" and configuration.condition is None and len(numeric.task_rows) == numeric.chain.n:
         yield _check_regular(numeric, configuration)
 
 
@@ -220,20 +221,22 @@ def _check_regular(numeric: NumericReference, configuration: ConfigurationsOfOne
     signs = set()
     for _ in range(40):
         lengths = {name: value * 4 ** numeric.rng.uniform(-1, 1) for name, value in numeric.lengths[0].items()}
-        q = _compute_joints(numeric.chain, configuration, lengths)
-        jacobian = NumericChain(numeric.chain, lengths).jacobian(q)[numeric.task]
+        q = _compute_joint_values(numeric.chain, configuration, lengths)
+        jacobian = NumericChain(numeric.chain, lengths).jacobian(q)[numeric.task_rows]
         signs.add(float(np.sign(np.linalg.det(jacobian))))
     return Check("regular for all lengths", len(signs) == 1, f"signs of det J: {sorted(signs)}")
 
 
 def _sample_configuration(numeric: NumericReference, configuration: ConfigurationsOfOneKind) -> Sequence[Sample]:
     if configuration.condition is not None:
-        return numeric.sample_on_condition(configuration.condition, arm_count=ARM_COUNT, per_arm=1)
+        return numeric.sample_on_condition(configuration.condition, arm_count=ARM_COUNT, samples_per_arm=1)
     pairs = zip(numeric.arms, numeric.lengths, strict=True)
-    return [Sample(arm, _compute_joints(numeric.chain, configuration, lengths)) for arm, lengths in pairs]
+    return [Sample(arm, _compute_joint_values(numeric.chain, configuration, lengths)) for arm, lengths in pairs]
 
 
-def _compute_joints(chain: Chain, configuration: ConfigurationsOfOneKind, lengths: dict[str, float]) -> np.ndarray:
+def _compute_joint_values(
+    chain: Chain, configuration: ConfigurationsOfOneKind, lengths: dict[str, float]
+) -> np.ndarray:
     numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
     return np.array([float(sp.N(configuration.joints[q].xreplace(numbers))) for q in chain.q])
 

@@ -16,7 +16,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import Derivation, derive
 from qdot.exercises.formula.order import natural_sort_key
 from qdot.exercises.questions.wrist import derive_blocks, find_block_objection
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.wording import Wording
 
@@ -136,7 +136,7 @@ class HintContext:
         """For each component of the singular set, the number of its conditions and the joint variables in them."""
         return [
             (len(part.conditions), [tex(q, self.chain) for q in self.chain.q if any(c.has(q) for c in part.conditions)])
-            for part in singular_set(self.chain) or ()
+            for part in find_singular_set(self.chain) or ()
         ]
 
 

@@ -27,7 +27,7 @@ from qdot.exercises.questions.singular import ConfigurationsOfOneKind, find_comp
 from qdot.exercises.questions.wrist import derive_block_determinants, derive_wrist_block, find_block_objection
 from qdot.exercises.singularities.classification import Classification, classify, is_one_sided, split_by_value
 from qdot.exercises.singularities.existence_conditions import ExistenceCondition, find_existence_condition
-from qdot.exercises.singularities.singular_set import Component, Values, never_vanishes, singular_set
+from qdot.exercises.singularities.singular_set import Component, Values, find_singular_set, never_vanishes
 from qdot.exercises.writing import expansion
 from qdot.exercises.writing.angles import AngleNames, iterate_arm_angles, list_link_angles, name_angles
 from qdot.exercises.writing.expansion import Expansion, expand_determinant, expand_jacobian
@@ -352,7 +352,9 @@ class SolutionSteps:
     @property
     def components(self) -> list[Component]:
         """The components of the singular set, with their conditions in the form that solutions show."""
-        return [replace(part, conditions=self._simplify_conditions(part)) for part in singular_set(self.chain) or ()]
+        return [
+            replace(part, conditions=self._simplify_conditions(part)) for part in find_singular_set(self.chain) or ()
+        ]
 
     def _simplify_conditions(self, component: Component) -> tuple[sp.Expr, ...]:
         return tuple(map(self.simplify_condition, component.conditions))
@@ -361,7 +363,7 @@ class SolutionSteps:
     def may_be_singular(self) -> bool:
         """Whether the arm has singular configurations; True if the derivation is too long to find out."""
         try:
-            return singular_set(self.chain) != ()
+            return find_singular_set(self.chain) != ()
         except TooLong:
             return True
 
@@ -374,7 +376,7 @@ class SolutionSteps:
     @cached_property
     def singular_components(self) -> list[SingularComponent]:
         """The components of the singular set, classified."""
-        return [self.classify_component(component) for component in singular_set(self.chain) or ()]
+        return [self.classify_component(component) for component in find_singular_set(self.chain) or ()]
 
     def classify_component(self, component: Component) -> SingularComponent:
         """Return a component of the singular set with its geometric meaning and its kind."""

@@ -21,7 +21,7 @@ from qdot.grader.grading.overrides import OVERRIDES_FILE, describe_unused_groups
 from qdot.grader.grading.result import Result
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.tables import UNMARKED_STATUSES, count_overridden, find_work_status, list_staff_notes
-from qdot.grader.sandbox.guarantees import check_sandbox
+from qdot.grader.sandbox.guarantees import note_sandbox_weakness
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import (
     OTHER_VERSION,
@@ -135,7 +135,7 @@ def _grade_class(
             hint = f"; put it into the student's folder, as in STUDENT/{name}" if is_released_name else ""
             note(f"{name}: the roster has no student with this name; not graded{hint}")
         if not executor:  # each worker of a cluster checks its own sandbox
-            _note_sandbox_weakness(assignment)
+            note_sandbox_weakness(assignment.sandbox == "strict")
         jobs = min(jobs, len(assignment.roster))
         with batch.lock_folder(assignment.folder):
             earlier_results = read_previous_results(assignment)
@@ -149,8 +149,8 @@ def _grade_class(
                 results = write_reports(assignment, results, jobs, counter.step)
     _print_staff_notes(results)
     group_sizes = Counter(part.group for result in results for part in result.parts.values() if part.group is not None)
-    largest_first = [group for group, _ in group_sizes.most_common()]
-    for message in describe_unused_groups(assignment, read_overrides(assignment), largest_first):
+    group_keys = [group for group, _ in group_sizes.most_common()]
+    for message in describe_unused_groups(assignment, read_overrides(assignment), group_keys):
         note(message)
     ownerless_count = len(submission_folder.uncertain_owners) + len(submission_folder.not_on_roster)
     if not ownerless_count and all(result.submission is None for result in results):
@@ -195,7 +195,7 @@ def _grade_student(assignment: Assignment, path: Path | None, name: str, receive
             files = replace(files, received=submission_time, platform="option")
     sample = read_sample(assignment, {} if files is None else {student.id: files}, [student.id])
     check_secret(assignment, [submission for _, submission in sample], path or assignment.folder / "submitted")
-    _note_sandbox_weakness(assignment)
+    note_sandbox_weakness(assignment.sandbox == "strict")
     result = batch.grade_one(assignment, student, files, limits)
     _print_staff_notes([result])
     return result
@@ -213,12 +213,6 @@ def _check_graded(results: list[Result]) -> None:
     if any(find_work_status(result) == "ungraded" for result in results):
         reasons = "feedback and grades.csv call them 'ungraded' and give the reason"
         raise QdotError(f"qdot failed on some answers, which have no mark; {reasons}. Please report it")
-
-
-def _note_sandbox_weakness(assignment: Assignment) -> None:
-    """Print a note on what this machine's sandbox does not enforce. Raises QdotError if the assignment requires it."""
-    if warning := check_sandbox(assignment.sandbox == "strict"):
-        note(warning)
 
 
 def _print_staff_notes(results: list[Result]) -> None:

@@ -21,7 +21,7 @@ from qdot.exercises.formula.trees import Node, ParseError, find_names
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import compute_answer, is_derived
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.grader.diagnosis.numbers import normalize
 from qdot.grader.diagnosis.wrong_answer import THREE_DIGITS_TOLERANCE
 from qdot.grader.judging.answer_parser import ParsedAnswer, assign_values_to_joint
@@ -209,7 +209,7 @@ def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     """Return advice on a set of singular configurations: on the joints that it names, or else on its values."""
     if parsed_answer.refusal is not None or parsed_answer.tree is None:
         return None
-    components = singular_set(problem.chain) or ()
+    components = find_singular_set(problem.chain) or ()
     expressions = [condition for component in components for condition in component.conditions]
     expected_joints = {symbol.name for expression in expressions for symbol in expression.free_symbols}
     named_joints = find_names(parsed_answer.tree)

@@ -1,6 +1,6 @@
 """Find mistakes in the finished formulas of an answer: one mistake in each wrong entry, or one in all entries.
 
-If only some entries are wrong, the diagnosis names these entries. `mistakes.finished` defines the mistakes and makes
+If only some entries are wrong, the diagnosis names them. `mistakes.formula_edits` defines the mistakes and makes
 them in a formula; an edit is a formula with one mistake.
 """
 
@@ -17,7 +17,7 @@ from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.algebra import expand_terms
 from qdot.exercises.formula.program import evaluate_variants
 from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, node_text
-from qdot.exercises.mistakes import finished
+from qdot.exercises.mistakes import formula_edits
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import SymbolValues
 from qdot.grader.diagnosis.numbers import NumericAnswer, is_distinctive
@@ -109,7 +109,7 @@ def _find_mistake_everywhere(answer: WrongAnswer, rows: Rows) -> Diagnosis | Non
     If the formulas are long, fewer mistakes are tried.
     """
     size = sum(count_nodes(entry) for row in rows for entry in row)
-    for name, edited_rows in islice(finished.edit_throughout(rows), MAX_EVALUATED_NODES // max(size, 1)):
+    for name, edited_rows in islice(formula_edits.edit_all_entries(rows), MAX_EVALUATED_NODES // max(size, 1)):
         entries = [entry for row in edited_rows for entry in row]
         predicted = _evaluate(entries, answer.values).reshape(answer.correct_values.shape)
         if answer.numeric.equals(predicted) and is_distinctive(predicted):
@@ -124,7 +124,7 @@ def _find_other_lengths(answer: WrongAnswer, reference: Rows) -> Diagnosis | Non
     and earns no partial credit, because the arm may be another student's.
     """
     entries = [entry for row in answer.rows or [] for entry in row]
-    if sum(map(count_nodes, entries)) > finished.MAX_ENTRY_NODES:
+    if sum(map(count_nodes, entries)) > formula_edits.MAX_ENTRY_NODES:
         return None
     typed_lengths = [leaf for entry in entries for leaf in _find_lengths(entry)]
     arm_lengths = list(dict.fromkeys(leaf for row in reference for entry in row for leaf in _find_lengths(entry)))
@@ -138,7 +138,9 @@ def _find_other_lengths(answer: WrongAnswer, reference: Rows) -> Diagnosis | Non
     sampled_values = {name: value[:REPLACEMENT_SAMPLE_COUNT] for name, value in answer.values.items()}
     combinations = product(arm_lengths, repeat=len(replaceable_lengths))
     replacements = [dict(zip(replaceable_lengths, combination, strict=True)) for combination in combinations]
-    new_entries = [finished.map_nodes(entry, replacement.get) for replacement in replacements for entry in entries]
+    new_entries = [
+        formula_edits.replace_nodes(entry, replacement.get) for replacement in replacements for entry in entries
+    ]
     answers = _evaluate(new_entries, sampled_values).reshape(count, *answer.correct_values.shape[:2], -1)
     first_samples = (..., slice(REPLACEMENT_SAMPLE_COUNT))
     expected_values, size = answer.correct_values[first_samples], answer.numeric.term_size[first_samples]
@@ -150,7 +152,7 @@ def _find_other_lengths(answer: WrongAnswer, reference: Rows) -> Diagnosis | Non
 
 def _find_lengths(node: Node) -> Iterator[Node]:
     """Yield the decimals of a formula and the names of its lengths."""
-    if node.kind == "decimal" or (node.kind == "name" and finished.is_length(node.value)):
+    if node.kind == "decimal" or (node.kind == "name" and formula_edits.is_length(node.value)):
         yield node
     for arg in node.args:
         yield from _find_lengths(arg)
@@ -222,7 +224,7 @@ class _WrongEntry:
         if not (is_informative or has_other_entries):
             return []
         if not self.answer.values.any():
-            words = finished.Edit("", self.reference, self.reference).missing_words
+            words = formula_edits.Edit("", self.reference, self.reference).missing_words
             has_terms = bool(expand_terms(self.reference, 1))
             return [LocatedMistake("term-missing", words) if has_terms else LocatedMistake("entry-missing")]
         mistakes = list(dict.fromkeys((*self._find_edits(), *self._find_surplus(), *self._find_lost_sign())))
@@ -243,16 +245,16 @@ class _WrongEntry:
         for edit in self._list_fitting_edits(self.typed_formula, expected_answer, SURPLUS_BY_MISSING):
             yield LocatedMistake(SURPLUS_BY_MISSING[edit.mistake], edit.missing_words)
         if expected_answer.equals(np.zeros_like(expected_answer.values)):
-            words = finished.Edit("", self.typed_formula, self.typed_formula).missing_words
+            words = formula_edits.Edit("", self.typed_formula, self.typed_formula).missing_words
             yield LocatedMistake("term-surplus", words)
 
     def _list_fitting_edits(
         self, entry: Node, expected: NumericAnswer, allowed_mistakes: Collection[str] = CATALOGUE
-    ) -> list[finished.Edit]:
+    ) -> list[formula_edits.Edit]:
         """Return the edits of a formula that give the expected values, considering only some mistakes."""
         if not self.is_derivative:
-            allowed_mistakes = set(allowed_mistakes) - finished.DERIVATIVE_MISTAKES
-        edits = (edit for edit in finished.edit_entry(entry, self.values) if edit.mistake in allowed_mistakes)
+            allowed_mistakes = set(allowed_mistakes) - formula_edits.DERIVATIVE_MISTAKES
+        edits = (edit for edit in formula_edits.edit_entry(entry, self.values) if edit.mistake in allowed_mistakes)
         candidates = list(islice(edits, MAX_EDITS))
         answers = _evaluate([edit.entry for edit in candidates], self.values)
         if candidates:
@@ -261,8 +263,8 @@ class _WrongEntry:
 
     def _find_wrong_number(self) -> Iterator[LocatedMistake]:
         """Yield a mistake if a term or the entry is multiplied by any number, or if any number is added."""
-        is_short = count_nodes(self.reference) <= finished.MAX_ENTRY_NODES
-        terms = (expand_terms(self.reference, finished.MAX_TERMS) if is_short else None) or []
+        is_short = count_nodes(self.reference) <= formula_edits.MAX_ENTRY_NODES
+        terms = (expand_terms(self.reference, formula_edits.MAX_TERMS) if is_short else None) or []
         parts = [*terms, ONE, *([self.reference] if len(terms) > 1 else [])]
         difference = self.answer.values[0, 0] - self.correct_values
         for part, values in zip(parts, _evaluate(parts, self.values), strict=True):
@@ -282,12 +284,12 @@ class _WrongEntry:
         A + B (w cos c + w' sin c), where A and B don't depend on c. This equation is solved for c by least squares.
         """
         if (
-            count_nodes(self.reference) > finished.MAX_ENTRY_NODES
+            count_nodes(self.reference) > formula_edits.MAX_ENTRY_NODES
             or self.correct_values.shape[-1] < MIN_SAMPLES_FOR_CONSTANT
         ):
             return
-        constant_parts = finished.replace_each_trig(self.reference, lambda _: ZERO)[:MAX_TRIGS]
-        shifted_formulas = finished.replace_each_trig(self.reference, finished.add_quarter_turn)[:MAX_TRIGS]
+        constant_parts = formula_edits.replace_each_trig(self.reference, lambda _: ZERO)[:MAX_TRIGS]
+        shifted_formulas = formula_edits.replace_each_trig(self.reference, formula_edits.add_quarter_turn)[:MAX_TRIGS]
         entry_values, *variants = _evaluate([self.reference, *constant_parts, *shifted_formulas], self.values)
         pairs = zip(variants[: len(constant_parts)], variants[len(constant_parts) :], strict=True)
         for k, (constant_part, shifted_values) in enumerate(pairs):
@@ -301,7 +303,9 @@ class _WrongEntry:
                 continue
             constant = Node("decimal", value=Fraction(float(np.arctan2(sin_c, cos_c))))
             shift = partial(_add_to_angle, constant)
-            if self.answer.equals(_evaluate([finished.replace_each_trig(self.reference, shift)[k]], self.values)[None]):
+            if self.answer.equals(
+                _evaluate([formula_edits.replace_each_trig(self.reference, shift)[k]], self.values)[None]
+            ):
                 yield LocatedMistake("angle-typed")
                 return
 

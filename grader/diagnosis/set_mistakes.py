@@ -166,7 +166,7 @@ class _SetExplanation:
     def __init__(self, problem: Problem, part: Part, claimed_pieces: Sequence[Piece], seed: str) -> None:
         assert isinstance(part.answer, ConditionSet)
         joints, roles = [q.name for q in problem.chain.q], problem.domain.roles
-        trees = part.answer.group_by_condition([tree for (tree,) in part.answer.parse_trees(roles)])
+        trees = part.answer.group_by_component([tree for (tree,) in part.answer.parse_trees(roles)])
         self.chain, self.components, self.seed = problem.chain, part.answer.components, seed
         self.claimed_pieces = claimed_pieces
         self.space = ConfigurationSpace(joints, problem.domain, part.rounding)
@@ -251,7 +251,7 @@ class _Fingerprinter:
     def _fingerprint_component(self, component: Component) -> Iterator[PieceFingerprint]:
         if component.solutions is None:
             yield frozenset(self._fingerprint(None, compile_expression(zero)) for zero in component.conditions)
-        for values in component.value_combinations():
+        for values in component.list_value_combinations():
             yield frozenset(self._fingerprint(q.name, compile_expression(value)) for q, value in values)
 
     def _collect(self, pieces: Iterable[PieceFingerprint]) -> SetFingerprint:

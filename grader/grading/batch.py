@@ -76,13 +76,13 @@ def grade_class(
     costs = [("student", "seconds", "megabytes")]
     files_by_student = {student: files.files if files else (None,) for student, files in tasks}
     paths = [marks_path(cache, student, file) for student, files in files_by_student.items() for file in files]
-    mark_lost = partial(_mark_failed, assignment) if jobs else None
+    report_crash = partial(_make_failed_notebooks, assignment) if jobs else None
     with clean_up_after(paths), sync_disks_after():
         if executor:
             graded_notebooks = _grade_on_cluster(executor, tasks, assignment, limits, cache)
         else:
             setup = (assignment, limits, cache)
-            graded_notebooks = map_in_order(_grade_or_mark_failed, tasks, jobs, _GradingWorker, setup, mark_lost)
+            graded_notebooks = map_in_order(_grade_student_safely, tasks, jobs, _GradingWorker, setup, report_crash)
         with contextlib.closing(graded_notebooks):
             for student, notebooks in zip(chosen_students, graded_notebooks, strict=True):
                 try:
@@ -116,7 +116,7 @@ def _grade_on_cluster(
         worker = _GradingWorker(assignment, limits, cache_path, cluster)
         pool = ThreadPoolExecutor(cluster.threads)
         try:
-            yield from pool.map(partial(_grade_or_mark_failed, worker), tasks)
+            yield from pool.map(partial(_grade_student_safely, worker), tasks)
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
 
@@ -134,7 +134,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
     except OSError as error:
         raise make_write_error(path, error) from None
     with file:
-        _locked_files.add(file.fileno())
+        _lock_descriptors.add(file.fileno())
         try:
             with contextlib.suppress(OSError):  # the disk has no locks; files are still written atomically
                 try:
@@ -144,21 +144,21 @@ def lock_folder(folder: Path) -> Iterator[None]:
                     raise QdotError(message) from None
             yield
         finally:
-            _locked_files.discard(file.fileno())
+            _lock_descriptors.discard(file.fileno())
 
 
-_locked_files: set[int] = set()
+_lock_descriptors: set[int] = set()
 """File descriptors of open lock files. A forked process closes its copies, because they would keep the lock alive."""
 
 
-def _close_locked_files() -> None:
+def _close_lock_descriptors() -> None:
     """Close this process's copies of open lock files."""
-    while _locked_files:
-        os.close(_locked_files.pop())
+    while _lock_descriptors:
+        os.close(_lock_descriptors.pop())
 
 
 if hasattr(os, "register_at_fork"):  # other systems don't fork
-    os.register_at_fork(after_in_child=_close_locked_files)
+    os.register_at_fork(after_in_child=_close_lock_descriptors)
 
 
 # --- in the process that grades ---
@@ -191,7 +191,7 @@ class _GradingWorker:
         if files is None:
             return [GradedNotebook(marks=self._mark(student, None))]
         if files.failure:
-            return _mark_failed(self.assignment, task, files.failure[:MAX_ERROR_LENGTH])
+            return _make_failed_notebooks(self.assignment, task, files.failure[:MAX_ERROR_LENGTH])
         attempts = read_attempts(files, self.assignment.key)
         counting_attempts = _select_counting_attempts(self.assignment, attempts)
         notebooks = []
@@ -238,7 +238,7 @@ class _GradingWorker:
         return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()
 
 
-def _grade_or_mark_failed(worker: _GradingWorker, task: GradingTask) -> list[GradedNotebook]:
+def _grade_student_safely(worker: _GradingWorker, task: GradingTask) -> list[GradedNotebook]:
     """Grade a student's notebooks like `_GradingWorker.grade`; an error leaves only this student UNGRADED.
 
     Raises QdotError for a problem that concerns the whole class, such as a full disk.
@@ -250,7 +250,7 @@ def _grade_or_mark_failed(worker: _GradingWorker, task: GradingTask) -> list[Gra
     except Exception as error:
         if (cause := make_open_files_error(error)) is not None:
             raise cause from None
-        return _mark_failed(worker.assignment, task, describe_error(error))
+        return _make_failed_notebooks(worker.assignment, task, describe_error(error))
 
 
 def _select_counting_attempts(assignment: Assignment, attempts: list[Submission]) -> list[Submission]:
@@ -263,7 +263,9 @@ def _select_counting_attempts(assignment: Assignment, attempts: list[Submission]
     return [matching_attempts[i] for i in assignment.attempt_policy.select_counting_indices(times)]
 
 
-def _mark_failed(assignment: Assignment, task: GradingTask, reason: str = CRASH_REASON) -> list[GradedNotebook]:
+def _make_failed_notebooks(
+    assignment: Assignment, task: GradingTask, reason: str = CRASH_REASON
+) -> list[GradedNotebook]:
     """Return an UNGRADED notebook for a student whom qdot failed to grade, for the given reason."""
     student, files = task
     file = make_printable(files.files[0].name) if files and files.files else ""

@@ -24,7 +24,7 @@ from qdot.exercises.problem.problem import ENGINE, Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.questions.custom import Definition
 from qdot.exercises.reference_answers import Words
-from qdot.exercises.singularities.difficulty import difficulty
+from qdot.exercises.singularities.difficulty import rate_difficulty
 from qdot.exercises.verify.certificate import ProblemCertificate, certify
 from qdot.grader.grading import certificates
 from qdot.grader.grading.certificates import Failure, FailureKind, ProblemRecord, StudentCertificate
@@ -88,7 +88,7 @@ def make_record(problem: Problem) -> ProblemRecord:
     checks = (*(check.name for check in certificate.checks), "full marks for the reference")
     return ProblemRecord(
         problem=str(problem.id), questions=tuple(part.name for part in problem.parts), band=problem.id.band,
-        engine=problem.id.engine, qdot=find_qdot_version(), difficulty=difficulty(problem.chain), checks=checks,
+        engine=problem.id.engine, qdot=find_qdot_version(), difficulty=rate_difficulty(problem.chain), checks=checks,
         **as_json(certificate.digests),
     )  # fmt: skip
 
@@ -125,8 +125,8 @@ def find_former_students(assignment: Assignment) -> list[str]:
     patterns = [notebook_path(assignment, "*"), certificate_path(assignment, "*")]
     paths = [path for pattern in patterns for path in pattern.parent.parent.glob(f"*/{pattern.name}")]
     names = {unicodedata.normalize("NFC", path.parent.name) for path in paths}
-    on_roster = {student.id for student in assignment.roster}
-    return sorted(name for name in names - on_roster if not name.startswith("."))
+    current_names = {student.id for student in assignment.roster}
+    return sorted(name for name in names - current_names if not name.startswith("."))
 
 
 def _list_tasks_of_student(assignment: Assignment, student: str) -> list[VerificationTask]:

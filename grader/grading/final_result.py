@@ -54,7 +54,7 @@ def compute_final_result(
     counts. For this choice, a part that qdot failed to grade counts as full marks, so that another attempt doesn't hide
     the failure.
     """
-    make_result = partial(_make_result_of, assignment, student, overrides)
+    make_result = partial(_make_result, assignment, student, overrides)
     results = {i: make_result(notebook, notebook.marks) for i, notebook in enumerate(notebooks) if notebook.marks}
     chosen_index = max(results, key=lambda i: _sum_possible_points(results[i]))
     result = results[chosen_index]
@@ -83,10 +83,10 @@ def make_ungraded_result(assignment: Assignment, student: Student, file: str, er
     return compute_final_result(assignment, student, [GradedNotebook(file, marks=marks)])
 
 
-def _make_result_of(
+def _make_result(
     assignment: Assignment, student: Student, overrides: Overrides, notebook: GradedNotebook, marks: NotebookMarks
 ) -> Result:
-    """Return the result that a student gets if the notebook `graded`, which has the marks `marks`, counts."""
+    """Return the result of a student if this notebook, which has these marks, counts."""
     student_overrides = overrides.by_student.get(student.id, {})
 
     def apply_override(slot: str, part: PartResult) -> PartResult:

@@ -31,7 +31,7 @@ from qdot.grader.integrations.nbgrader_cells import (
 )
 from qdot.grader.marking.marking import compute_points, format_points, map_max_points
 from qdot.grader.reports.rows import make_part_rows
-from qdot.grader.sandbox.guarantees import check_sandbox
+from qdot.grader.sandbox.guarantees import note_sandbox_weakness
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_student_files
 
@@ -134,7 +134,7 @@ def _load_qdot_assignment(step: Any, key: str) -> Assignment | None:
 def _grade(assignment: Assignment, info: Any, step: Mark) -> Result:
     """Return the result of the submission that nbgrader describes."""
     student, course = find_student(assignment, info["student"]), step.parent.parent.coursedir
-    _note_sandbox_weakness(assignment.sandbox == "strict")
+    _note_sandbox_weakness_once(assignment.sandbox == "strict")
     folder = Path(course.root, course.format_path(course.submitted_directory, student.id, info["assignment"]))
     received_time = course.get_existing_timestamp(str(folder))
     if received_time is not None and received_time.tzinfo is None:
@@ -143,8 +143,5 @@ def _grade(assignment: Assignment, info: Any, step: Mark) -> Result:
     return grade_one(assignment, student, files, make_limits(step.seconds))
 
 
-@cache
-def _note_sandbox_weakness(must_be_strict: bool) -> None:
-    """Print once what this machine's sandbox does not enforce. Raises QdotError if `must_be_strict`."""
-    if warning := check_sandbox(must_be_strict):
-        note(warning)
+_note_sandbox_weakness_once = cache(note_sandbox_weakness)
+"""Not repeated for every notebook of a class."""

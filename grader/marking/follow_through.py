@@ -313,10 +313,10 @@ class _Context:
             return None
         if part.answer.counts_up_to_a_factor:
             entries = [Node("decimal", value=Fraction(repr(float(value)))) for value in values]
-            tolerance = part.answer_as(Direction).tolerance_with(part.rounding)
+            tolerance = part.answer_as(Direction).find_tolerance(part.rounding)
             return judge_direction(answer, entries, self.domain, self.seed, tolerance)
         number = part.answer_as(Number)
-        tolerance, _ = number.tolerance_and_floor(part.rounding)
+        tolerance, _ = number.find_tolerance_and_floor(part.rounding)
         floor = 0.001 * largest_value
         return judge_numbers(answer, values.tolist(), number.units, tolerance or number.tolerance, floor)
 

@@ -14,7 +14,7 @@ from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import map_max_points
 from qdot.grader.reports.answer_display import make_visible
 from qdot.grader.reports.tables import UNMARKED_STATUSES, find_work_status, is_marked
-from qdot.grader.statistics.statistics import Interval, compute_discrimination, compute_reliability
+from qdot.grader.statistics.class_statistics import Interval, compute_discrimination, compute_reliability
 
 
 @dataclass(frozen=True)
@@ -73,11 +73,6 @@ class AnswerGroup:
     def count(self) -> int:
         """The number of students who gave the answer."""
         return len(self.students)
-
-    @property
-    def has_one_student(self) -> bool:
-        """Whether only one student gave the answer."""
-        return self.count == 1
 
 
 @dataclass(frozen=True)

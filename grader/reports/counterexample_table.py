@@ -138,7 +138,7 @@ def _format_value(value: float | str, digits: int, unit: str) -> str:
         complex_number = re.fullmatch(r"\(?([-\d.e]+) ([+-]) (-?)([\d.e-]+)[ij]\)?", value)
         if complex_number is None:
             return VALUE_WORDS.get(value) or make_visible(value).replace("-", "−")
-        real_part, sign, minus, imaginary_part = complex_number.groups()
-        sign = "−" if (sign == "-") != bool(minus) else "+"
+        real_part, sign, inner_minus, imaginary_part = complex_number.groups()
+        sign = "−" if (sign == "-") != bool(inner_minus) else "+"
         return f"{format_decimal(float(real_part), digits)} {sign} {format_decimal(float(imaginary_part), digits)} i"
     return f"{format_decimal(float(value), digits)} {unit}".rstrip()

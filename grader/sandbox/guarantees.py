@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.sandbox.notebook_process.escape_attempts import SEPARATE_ATTEMPTS
 from qdot.grader.sandbox.sandbox import WINDOWS_MESSAGE, Limits, Sandbox, check_system
@@ -76,7 +77,10 @@ MEASURES = {
     "quota": Measure("count of written bytes", ""),
     "watch": Measure("audit hook", ""),
 }
-"""The measures by the names that `notebook_process.isolation` gives them."""
+"""The measures by name: rules on files; a filter of system calls; namespaces with a private root; a user other than
+root; no privileges, and no way to gain any; limits on resources; a count of the bytes written, needed without a private
+root; the audit hook.
+"""
 
 
 @dataclass(frozen=True)
@@ -148,15 +152,15 @@ def probe(disabled_measures: Iterable[str] = (), quick: bool = False) -> Finding
     return Findings(guarantees, unavailable_measures)
 
 
-def _make_guarantee(name: str, achieved: list[str], unavailable_measures: dict[str, str]) -> Guarantee:
-    """Return the guarantee of a name, with what enforces it; `achieved` lists what the probe achieved against it."""
+def _make_guarantee(name: str, achievements: list[str], unavailable_measures: dict[str, str]) -> Guarantee:
+    """Return how a guarantee is enforced, judging by what the probe achieved against it."""
     available_measures = [measure for measure in PROMISES[name].measures if measure not in unavailable_measures]
     if "namespaces" not in unavailable_measures and "quota" in available_measures:
         available_measures.remove("quota")  # the notebook's own file system has a limited size, so nothing is counted
     titles = tuple(MEASURES[measure].title for measure in available_measures)
     is_watched = PROMISES[name].is_watched and "watch" not in unavailable_measures
-    enforcement = ENFORCED_BY_KERNEL if not achieved else WATCHED_IN_PYTHON if is_watched else NOT_ENFORCED
-    return Guarantee(name, PROMISES[name].text, enforcement, titles, tuple(achieved))
+    enforcement = ENFORCED_BY_KERNEL if not achievements else WATCHED_IN_PYTHON if is_watched else NOT_ENFORCED
+    return Guarantee(name, PROMISES[name].text, enforcement, titles, tuple(achievements))
 
 
 @contextlib.contextmanager
@@ -176,7 +180,10 @@ def _make_targets() -> Iterator[dict[str, Any]]:
         local_socket.bind(address)
         local_socket.listen()
         port = server.getsockname()[1]
-        yield {"file": str(file), "open": str(writable_folder), "port": port, "abstract": address, "pid": os.getpid()}
+        yield {
+            "file": str(file), "writable_folder": str(writable_folder), "port": port, "socket": address,
+            "pid": os.getpid(),
+        }  # fmt: skip
 
 
 def check_sandbox(must_be_strict: bool) -> str:
@@ -201,10 +208,13 @@ def check_sandbox(must_be_strict: bool) -> str:
     )
 
 
+def note_sandbox_weakness(must_be_strict: bool) -> None:
+    """Print a note on what this machine's sandbox does not enforce. Raises QdotError as `check_sandbox` does."""
+    if warning := check_sandbox(must_be_strict):
+        note(warning)
+
+
 def list_remedies(findings: Findings) -> list[str]:
     """Return a line for each measure that is not available here: the reason, and how to make it available."""
-    lines = []
-    for name, reason in findings.lacking.items():
-        measure = MEASURES.get(name, Measure(name, ""))
-        lines.append(f"{measure.title}: not available ({reason}). {measure.remedy}".strip())
-    return lines
+    pairs = [(MEASURES.get(name, Measure(name, "")), reason) for name, reason in findings.lacking.items()]
+    return [f"{measure.title}: not available ({reason}). {measure.remedy}".strip() for measure, reason in pairs]

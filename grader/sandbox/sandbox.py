@@ -91,6 +91,20 @@ class FunctionArguments:
     points: tuple[tuple[float, ...], ...]
 
 
+class FailedImport(NamedTuple):
+    """An import that failed: its line in the cell, and the error message."""
+
+    line: int
+    error: str
+
+
+class Replacement(NamedTuple):
+    """The number, as text, that replaced a symbol as the value of a variable, and the cell that set it."""
+
+    cell_index: int
+    number: str
+
+
 @dataclass
 class Run:
     """The result of running a notebook; `end` is how the run ended, as in `Sandbox.exchange`.
@@ -106,7 +120,7 @@ class Run:
     """For each cell that stopped, the error."""
     stop_lines: dict[int, int] = field(default_factory=dict)
     """The lines on which cells stopped, if known."""
-    failed_imports: dict[int, "FailedImport"] = field(default_factory=dict)
+    failed_imports: dict[int, FailedImport] = field(default_factory=dict)
     """For each cell, the first import that failed; the cell continued after that import."""
     end: str = "done"
     limits: Limits = Limits()
@@ -114,8 +128,8 @@ class Run:
     """The last cell that began."""
     earlier_values: dict[str, list[str]] = field(default_factory=dict)
     """All texts that an answer had during the run, in order."""
-    replaced_symbols: dict[str, "Replacement"] = field(default_factory=dict)
-    """For each variable that was a symbol when an answer needed it as one, the number that replaced the symbol."""
+    replaced_symbols: dict[str, Replacement] = field(default_factory=dict)
+    """The replacements of symbols by numbers, by the variable; only those of symbols that an answer then lacks."""
 
     def describe_end(self, cell_name: str = "it") -> str:
         """Return a sentence on how the run ended, with the name of the last cell; empty if the run ended normally."""
@@ -130,20 +144,6 @@ class Run:
         if self.end == "unbegun":
             return "this machine ended the process for the notebook before any cell was run"
         return f"{descriptions[self.end]}; later cells were not run" if self.end in descriptions else ""
-
-
-class FailedImport(NamedTuple):
-    """An import that failed: its line in the cell, and the error message."""
-
-    line: int
-    error: str
-
-
-class Replacement(NamedTuple):
-    """A number that a cell gave to a variable that had been a symbol, as text."""
-
-    cell_index: int
-    number: str
 
 
 def _is_cell_index(number: Any, cells: Sequence[str | None]) -> bool:
@@ -267,7 +267,7 @@ class Sandbox:
                     run.cell_errors[index] = _make_printable(line.get("error"))
                     if _is_line_number(line.get("line")):
                         run.stop_lines[index] = line["line"]
-                case {"missed": index, "line": number} if _is_cell_index(index, cells) and _is_line_number(number):
+                case {"import": index, "line": number} if _is_cell_index(index, cells) and _is_line_number(number):
                     run.failed_imports.setdefault(index, FailedImport(number, _make_printable(line.get("error"))))
                 case {"replaced": str(symbol), "set": index} if _is_cell_index(index, cells):
                     name, number = (_make_printable(text)[:40] for text in (symbol, line.get("value")))
@@ -288,8 +288,8 @@ class Sandbox:
         - "lost": the forking process has ended, possibly because the notebook killed it
         - "unbegun": nothing was run, for a reason that lies outside the notebook
         """
-        self._tidy_up()
-        self._start()
+        self._finish_last_notebook()
+        self._start_if_needed()
         assert self._control is not None
         try:
             request_writer, report_reader = self._receive_pipes()
@@ -300,7 +300,7 @@ class Sandbox:
                 end = _exchange_with_child(request, lines, request_writer, handle_line)
             finally:
                 os.close(request_writer)
-            self._control.sendall(b"c" if end == "closed" else b"s")
+            self._control.sendall(b"c" if end == "closed" else b"s")  # the requests are listed in `forking_process`
             if end == "done":  # the forking process cleans up while the grader marks the answers
                 return end
             ending_signal = self._await_notebook_end()
@@ -317,23 +317,23 @@ class Sandbox:
 
     def collect_cost(self) -> Cost:
         """Return the processor time of all notebooks since the last call, and the largest memory of any."""
-        self._tidy_up()
+        self._finish_last_notebook()
         cost, self._cost = self._cost, Cost(0.0, 0.0)
         return cost
 
     @property
     def has_left_processes(self) -> bool:
         """Whether any process of the last notebook continued to run after the notebook's end."""
-        self._tidy_up()
+        self._finish_last_notebook()
         return self._has_left_processes
 
     @property
     def has_left_files(self) -> bool:
         """Whether earlier notebooks left files in the sandbox's folder, apart from the next notebook's folder."""
-        self._tidy_up()
+        self._finish_last_notebook()
         return self._folder is not None and len(list(Path(self._folder.path).iterdir())) > 1
 
-    def _tidy_up(self) -> None:
+    def _finish_last_notebook(self) -> None:
         """Wait for the end of the last notebook; if the forking process has ended, close, so that it restarts."""
         if self._last_report is not None:
             try:
@@ -344,7 +344,7 @@ class Sandbox:
     def _await_notebook_end(self) -> int:
         """Return the signal that ended the last notebook prematurely; 0 if none did. Raises _ForkingProcessEnded."""
         assert self._last_report is not None
-        message = self._receive()
+        message = self._receive_message()
         self._cost = Cost(self._cost.seconds + message["seconds"], max(self._cost.memory, message["memory"]))
         self._has_left_processes = not self._last_report.ends_within(seconds=1.0)
         self._close_last_report()
@@ -375,9 +375,9 @@ class Sandbox:
         """Return the processor time of the running notebook in seconds. Raises _ForkingProcessEnded."""
         assert self._control is not None
         self._control.sendall(b"t")
-        return float(self._receive()["used"])
+        return float(self._receive_message()["used"])
 
-    def _receive(self) -> dict[str, Any]:
+    def _receive_message(self) -> dict[str, Any]:
         """Return the next message of the forking process, as `forking_process` describes it; no notebook can write one.
 
         Raises _ForkingProcessEnded.
@@ -394,7 +394,7 @@ class Sandbox:
             raise _ForkingProcessEnded(message["failed"])
         return message
 
-    def _start(self) -> None:
+    def _start_if_needed(self) -> None:
         """Start the forking process if none is running. Raises QdotError if it does not start."""
         if self._process is not None and self._process.poll() is None:
             return
@@ -417,7 +417,7 @@ class Sandbox:
             )  # fmt: skip
         self._control.settimeout(FORKING_PROCESS_TIMEOUT)
         try:
-            self.unavailable_measures = self._receive()["unavailable"]
+            self.unavailable_measures = self._receive_message()["unavailable"]
         except (_ForkingProcessEnded, OSError) as error:
             self.close()
             failure = str(error) if isinstance(error, _ForkingProcessEnded) else ""
@@ -452,7 +452,7 @@ class _ReportLines:
     def close(self) -> None:
         os.close(self._descriptor)
 
-    def next(self) -> dict[str, Any] | str:
+    def read_next(self) -> dict[str, Any] | str:
         """Return the content of the next line, {} if it is invalid; "overtime" or "closed" if there is no next line."""
         while not self._lines:
             timeout = max(0.0, self._deadline - time.monotonic())
@@ -500,7 +500,7 @@ def _exchange_with_child(
     a receipt for each line. Raises _NotebookNotStarted if the child dies before it reads the request; no notebook can
     cause that. Raises QdotError, and sends no request, if a measure fails that worked when the forking process started.
     """
-    greeting = lines.next()
+    greeting = lines.read_next()
     if isinstance(greeting, str):
         raise _NotebookNotStarted
     if "failed" in greeting:
@@ -510,10 +510,10 @@ def _exchange_with_child(
     # If the child has died, the end of its report shows that.
     with contextlib.suppress(BrokenPipeError), open(request_writer, "wb", closefd=False) as pipe:
         pipe.write((json.dumps(request) + "\n").encode())
-    if isinstance(lines.next(), str):  # the next line reports that the notebook begins
+    if isinstance(lines.read_next(), str):  # the next line reports that the notebook begins
         raise _NotebookNotStarted
     os.set_blocking(request_writer, False)
-    while not isinstance(line := lines.next(), str):
+    while not isinstance(line := lines.read_next(), str):
         if line.get("done") is True:
             return "done"
         handle_line(line)

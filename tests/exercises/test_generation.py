@@ -34,8 +34,8 @@ from qdot.exercises.singularities.difficulty import (
     HARDEST_BAND,
     _count_jacobian_terms,
     _is_multiplied_out,
-    difficulty,
-    difficulty_band,
+    rate_difficulty,
+    rate_difficulty_band,
 )
 from tests.support.problems import get_problem
 from tests.support.suites import on_families, select_for_suite
@@ -228,9 +228,9 @@ def test_a_class_has_different_answers(family: str) -> None:
 def test_the_step_of_an_arm_of_many_terms_needs_no_singular_set(monkeypatch: pytest.MonkeyPatch) -> None:
     """Which takes a minute for arms of seven joints with offsets, and could only raise the highest step."""
     arm = sample_chain(ProblemId("puma-560", 3, variation="full"))
-    assert difficulty(arm) >= BAND_MINIMUMS[-1]
-    monkeypatch.setattr("qdot.exercises.singularities.difficulty.singular_set", None)  # called, it fails
-    assert difficulty_band(arm) == HARDEST_BAND
+    assert rate_difficulty(arm) >= BAND_MINIMUMS[-1]
+    monkeypatch.setattr("qdot.exercises.singularities.difficulty.find_singular_set", None)  # called, it fails
+    assert rate_difficulty_band(arm) == HARDEST_BAND
 
 
 def test_terms_are_counted_as_if_all_were_multiplied_out(family: str) -> None:

@@ -1,4 +1,4 @@
-"""What is exported into the real programs: a set of `qdot init`, an assignment with PUMA, one of every question."""
+"""What is exported to the real programs: a set of `qdot init`, an assignment with PUMA, and one with every question."""
 
 from pathlib import Path
 
@@ -11,10 +11,11 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.grader.grading.certify import find_failures
+from tests.support.gallery import CHAPTER_ARMS, GALLERY, GALLERY_FOLDER
 
 PUMA_560 = "puma-560"
 FAMILIES = ("elbow-3r", "planar-2r", "planar-3r", "polar-rp", "scara", PUMA_560)
-"""Arms that are asked every question between them: each question of the first that has it."""
+"""The families of the assignment with every question; each question is asked of the first family that it suits."""
 PLAIN, PUMA, EVERYTHING = "plain", "puma", "everything"
 SECRET = "0123456789abcdef"
 
@@ -42,19 +43,21 @@ def _puma() -> str:
 
 
 def _everything() -> str:
-    left, problems = [*QUESTIONS, *SHORT_QUESTIONS], []
+    remaining, problems = [*QUESTIONS, *SHORT_QUESTIONS], []
     for family in FAMILIES:
-        can = {
+        applicable = {
             *list_questions_of_family(family),
             *list_applicable_questions(sample_chain(ProblemId(family, 0)), SHORT_QUESTIONS),
         }
-        asked = [name for name in left if name in can]
-        left = [name for name in left if name not in can]
-        for few in ([name for name in asked if name in among] for among in (QUESTIONS, SHORT_QUESTIONS)):
-            problems += [_problem(family, few)] * bool(few)
+        asked = [name for name in remaining if name in applicable]
+        remaining = [name for name in remaining if name not in applicable]
+        for names in ([name for name in asked if name in group] for group in (QUESTIONS, SHORT_QUESTIONS)):
+            problems += [_problem(family, names)] * bool(names)
+    problems += [_problem(family, [str(GALLERY_FOLDER / f"{name}.toml")], name) for name, family in GALLERY.items()]
     return "".join(problems)
 
 
-def _problem(family: str, questions: list[str]) -> str:
+def _problem(family: str, questions: list[str], gallery_name: str = "") -> str:
     asked = ", ".join(f'"{name}"' for name in questions)
-    return f'[[problem]]\nfamily = "{family}"\nquestions = [{asked}]\n'
+    variation = 'variation = "chapter"\n' if gallery_name in CHAPTER_ARMS else ""
+    return f'[[problem]]\nfamily = "{family}"\n{variation}questions = [{asked}]\n'

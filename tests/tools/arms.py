@@ -35,12 +35,11 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.numeric_rank_check import check_rank_loss
 from qdot.exercises.solve.solver import solve
 from qdot.exercises.solve.time_limited import write_solution
-from qdot.exercises.verify.appearance import all_have_kind, statement_holds
+from qdot.exercises.verify.singularity_statements import all_have_kind, statement_holds
 from qdot.exercises.writing.solution_steps import SingularComponent
 
 FAMILIES = ("random-2", "random-3", "random-4")
@@ -217,7 +216,7 @@ def _equations(joint: sp.Symbol, value: sp.Expr) -> list[sp.Expr]:
 
 def _find_false_looks(chain: Chain, conditions: Sequence[sp.Expr], kind: Classification) -> Iterator[str]:
     loss = check_rank_loss(chain, [conditions], STARTS, seed="looks")
-    samples = [Sample(loss.arms[arm], q) for arm, q in loss.samples[0]]
+    samples = loss.samples[0]
     conditions_text = " and ".join(f"{condition} = 0" for condition in conditions)
     counterexamples = [
         sample for sample in samples if kind.meaning and not statement_holds(chain, kind.meaning, sample)

@@ -145,7 +145,7 @@ def _write_short_answer(part: Part) -> str:
     if isinstance(answer, Choice):
         return answer.letters
     if isinstance(answer, ConditionSet):
-        return f"[{', '.join(answer.pieces())}]"
+        return f"[{', '.join(answer.list_pieces())}]"
     assert isinstance(answer, Number)
     return str([float(value) for value in answer.reference])
 

@@ -388,7 +388,7 @@ def right_answers(problem: int, name: str) -> Sequence[str]:
     part = part_of(problem, name)
     texts = [part.answer.write_code(), part.answer.as_typed()]
     if isinstance(part.answer, ConditionSet):
-        return [*texts, ", ".join(part.answer.pieces()), *part.answer.pieces()]
+        return [*texts, ", ".join(part.answer.list_pieces()), *part.answer.list_pieces()]
     if part.answer.is_symbolic:
         matrix = part.answer.as_matrix()
         texts.append(sp.latex(matrix if matrix.shape != (1, 1) else matrix[0, 0]))

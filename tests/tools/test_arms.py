@@ -44,8 +44,8 @@ def test_a_wrong_singular_set_is_found(
     monkeypatch: pytest.MonkeyPatch, components: tuple[Component, ...], message: str
 ) -> None:
     """Replace the singular set of an arm without stored results."""
-    monkeypatch.setattr("qdot.exercises.solve.solver.singular_set", lambda _: components)
-    monkeypatch.setattr("qdot.exercises.writing.solution_steps.singular_set", lambda _: components)
+    monkeypatch.setattr("qdot.exercises.solve.solver.find_singular_set", lambda _: components)
+    monkeypatch.setattr("qdot.exercises.writing.solution_steps.find_singular_set", lambda _: components)
     monkeypatch.setattr("qdot.exercises.solve.solver._describe_doubts", lambda *_: "")  # the solver would notice
     chain = replace(TWO_R, name=f"two {message[:9]}", title=message[:9])
     assert any(message in statement for statement in check_arm(Robot(chain), SECONDS).false)

@@ -68,9 +68,9 @@ def _alter_library(_: dict[str, Any]) -> None:
     os.fchmod(library, os.fstat(library).st_mode & 0o7777)  # sets the same permissions, so success does no harm
 
 
-def _connect_abstract(targets: dict[str, Any]) -> None:
+def _connect_to_socket(targets: dict[str, Any]) -> None:
     with socket.socket(socket.AF_UNIX) as unix_socket:
-        unix_socket.connect(targets["abstract"])
+        unix_socket.connect(targets["socket"])
 
 
 def _connect_to_port(targets: dict[str, Any]) -> None:
@@ -120,13 +120,13 @@ def _share_memory(_: dict[str, Any]) -> None:
 
 ATTEMPTS = (
     Attempt("files", "read a file in another user's folder", lambda targets: Path(targets["file"]).read_bytes()),
-    Attempt("files", "wrote into another folder", lambda targets: Path(targets["open"], "planted").touch()),
+    Attempt("files", "wrote into another folder", lambda targets: Path(targets["writable_folder"], "planted").touch()),
     Attempt("files", "changed permissions in another folder", lambda targets: os.chmod(targets["file"], 0o600)),
     Attempt("files", "changed the permissions of a library", _alter_library),
     Attempt("files", "listed another folder", lambda targets: os.listdir(Path(targets["file"]).parent)),
     Attempt("network", "connected to a port of this machine", _connect_to_port),
     Attempt("network", "sent a datagram", _send_datagram),
-    Attempt("network", "connected to a socket of this machine", _connect_abstract),
+    Attempt("network", "connected to a socket of this machine", _connect_to_socket),
     Attempt("processes", "sent a signal to the grader", _signal_grader),
     Attempt("memory", "got more memory than its limit",
             lambda targets: mmap.mmap(-1, targets["memory"] + ALLOWED_FILE_BYTES)),

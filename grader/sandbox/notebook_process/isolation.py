@@ -23,12 +23,6 @@ try:
 except ImportError:  # on Windows, where this module is imported but never runs
     resource = None  # type: ignore[assignment]
 
-MEASURES = ("namespaces", "landlock", "seccomp", "user", "privileges", "limits", "quota", "watch")
-"""The names of the measures, in this order: namespaces with a private root; rules on files; a filter of system calls; a
-user other than root; no privileges, and no way to gain any; limits on resources; a count of the bytes written, needed
-without a private root; the audit hook.
-"""
-
 # The notebook's folder in a private root. The folder is not /tmp if Python itself is installed there, because a mount
 # on /tmp would hide Python.
 NOTEBOOK_FOLDER = "/qdot" if any(path.startswith("/tmp/") for path in audit_hook.READABLE_PATHS) else "/tmp"  # noqa: S108
@@ -57,6 +51,8 @@ MAX_REPLACED_SYMBOLS = 20
 @dataclass
 class Measures:
     """The measures on this machine; `unavailable` maps each measure that is not available to the reason.
+
+    The names of the measures are the keys of `grader.sandbox.guarantees.MEASURES`.
 
     A notebook's limits are `memory_bytes`, `processor_seconds` and `max_processes`, the number of processes of its
     user. If this process is root, `user` is the user that a child becomes.
@@ -196,7 +192,7 @@ def exceeds_disk_limit(measures: Measures, folder: str, pid: int) -> bool:
     them. A file system in memory has no such number, so the deleted files that are open or mapped are counted.
     """
     try:
-        with _as_notebook_user(measures):
+        with _become_notebook_user(measures):
             if _count_written_bytes(pid) > MAX_DISK_BYTES or _count_deleted_bytes(pid, folder) > MAX_DISK_BYTES:
                 return True
         byte_count = file_count = 0
@@ -218,7 +214,7 @@ def exceeds_disk_limit(measures: Measures, folder: str, pid: int) -> bool:
 
 
 @contextlib.contextmanager
-def _as_notebook_user(measures: Measures) -> Iterator[None]:
+def _become_notebook_user(measures: Measures) -> Iterator[None]:
     """Become the notebook's user during the block, because only this user may inspect the notebook's process."""
     if measures.user is None or not measures.is_applied("user"):
         yield

@@ -74,12 +74,12 @@ def unshare(flags: int) -> None:
 
 
 def setns(descriptor: int, kind: int) -> None:
-    """Move this process into an existing namespace."""
+    """Move this process into an existing namespace; `kind` is a flag such as `NEWPID`."""
     _check_result(_load_libc().setns(ctypes.c_int(descriptor), ctypes.c_int(kind)))
 
 
 def mount(source: str | None, target: str, kind: str | None, flags: int, data: str = "") -> None:
-    """Mount a file system, or bind a folder to another path."""
+    """Mount a file system of type `kind` with the options `data`, or bind a folder to another path."""
     texts = [None if text is None else os.fsencode(text) for text in (source, target, kind)]
     _check_result(_load_libc().mount(*texts, ctypes.c_ulong(flags), data.encode() or None))
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy
 import sympy
 
-from .answer_formatting import format_value
+from .answer_formatting import MAX_LIST_DEPTH, format_value
 from .function_answers import FUNCTION_TYPES, TABLE_PREFIX, evaluate_function
 from .isolation import MAX_REPLACED_SYMBOLS, MAX_SLOWDOWN
 from .session import FailedImport, Session, find_position
@@ -34,7 +34,7 @@ def list_immutable_parts(value: Any, depth: int = 0) -> list[Any] | None:
         return [value]
     if kind is sympy.Matrix:
         return [kind, value.rows, *value.flat()]
-    if kind in (list, tuple) and len(value) < 1000 and depth < 6:
+    if kind in (list, tuple) and len(value) < 1000 and depth < MAX_LIST_DEPTH:  # comparing more would take too long
         item_parts = [list_immutable_parts(item, depth + 1) for item in value]
         return None if None in item_parts else [kind, len(value), *(part for item in item_parts for part in item or ())]
     return None
@@ -136,7 +136,7 @@ def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: R
         advice = INPUT_ADVICE if session.asked_for_input else ""
         outcome = {"error": describe_error(raised) + advice, "line": _find_stop_line(raised, name)}
     for failed_import in failed_imports[:MAX_FAILED_IMPORTS]:
-        report({"missed": index, "error": describe_error(failed_import.error), "line": failed_import.line})
+        report({"import": index, "error": describe_error(failed_import.error), "line": failed_import.line})
     if outcome:
         report({"cell": index, **outcome})
 

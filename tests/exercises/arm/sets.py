@@ -13,7 +13,7 @@ from qdot.exercises.formula.conditions import SEARCH_TOLERANCE, ConfigurationSpa
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.singularities.classification import domain_of
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.exercises.verify.singular import find_singular_configurations
 
 
@@ -38,7 +38,9 @@ def read_pieces(chain: Chain, texts: Iterable[str]) -> list[Piece]:
 
 def read_singular_set(chain: Chain) -> list[Piece]:
     """Return the pieces of the singular set of a chain."""
-    return read_pieces(chain, (text for component in singular_set(chain) or () for text in component.pieces()))
+    return read_pieces(
+        chain, (text for component in find_singular_set(chain) or () for text in component.list_pieces())
+    )
 
 
 def compare_with_book(chain: Chain, ours: list[Piece], book: Iterable[str]) -> SetComparison:

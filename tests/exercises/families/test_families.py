@@ -12,8 +12,8 @@ from qdot.exercises.common.variation import VARIATION_STEPS, find_canonical_name
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import list_applicable_questions, list_questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.singularities.difficulty import difficulty, difficulty_band
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.difficulty import rate_difficulty, rate_difficulty_band
+from qdot.exercises.singularities.singular_set import find_singular_set
 from tests.support.problems import LONG_ARMS
 from tests.support.suites import FEW, every_family, on_families, sample_for_suite, select_for_suite
 
@@ -89,7 +89,7 @@ def test_a_seed_draws_the_same_along_an_axis_whatever_else_varies(family: str) -
 
 @few_fixed
 def test_difficulty_follows_the_steps(family: str) -> None:
-    least = [min(difficulty(arm) for arm in arms(family, step)[:3]) for step in VARIATION_STEPS]
+    least = [min(rate_difficulty(arm) for arm in arms(family, step)[:3]) for step in VARIATION_STEPS]
     assert least == sorted(least)
 
 
@@ -121,7 +121,7 @@ def test_arms_of_a_family_are_asked_the_same_and_differ_in_difficulty_by_a_step_
 ) -> None:
     some = arms(family, variation)[:DERIVED]
     assert {list_applicable_questions(arm) for arm in some} == {list_questions_of_family(family)}
-    steps = [difficulty_band(arm) for arm in some]
+    steps = [rate_difficulty_band(arm) for arm in some]
     assert max(steps) - min(steps) <= 1
 
 
@@ -135,7 +135,7 @@ def test_arms_of_a_family_are_asked_the_same_and_differ_in_difficulty_by_a_step_
 )  # fmt: skip
 def test_the_scale_of_difficulty(identity: str, expected: tuple[int, int]) -> None:
     arm = sample_chain(ProblemId.parse(identity))
-    assert (difficulty(arm), difficulty_band(arm)) == expected
+    assert (rate_difficulty(arm), rate_difficulty_band(arm)) == expected
 
 
 @on_families(FIXED)
@@ -144,7 +144,7 @@ def test_every_arm_can_be_done_by_hand(family: str) -> None:
     for arm in arms(family)[:DERIVED]:
         entries = [sp.expand(entry) for entry in derive(arm).jacobian]
         assert sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0) <= most
-        conditions = [condition for component in singular_set(arm) or () for condition in component.conditions]
+        conditions = [condition for component in find_singular_set(arm) or () for condition in component.conditions]
         assert all(len(sp.Add.make_args(sp.expand(one))) <= MOST_TERMS_OF_A_FACTOR for one in conditions)
 
 

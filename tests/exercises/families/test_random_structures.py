@@ -29,8 +29,8 @@ from qdot.exercises.families.structures import (
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.singularities.difficulty import difficulty_band
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.difficulty import rate_difficulty_band
+from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.grader.grading.certify import find_failures
 from tests.support.problems import fold_tool_into_table
 from tests.support.problems import get_problem as drawn_once
@@ -54,7 +54,7 @@ def test_the_numbers_of_tables_are_those_that_were_counted_before() -> None:
     assert (count_tables(2, False), count_tables(3, False), count_tables(3, True)) == (108, 1944, 4608)
     forms = regular_forms(3)
     regular = [[rows for rows in tables(3, angles) if normal_form(rows) in forms] for angles in (False, True)]
-    assert [sum(2 ** sum(row.twist for row in rows) for rows in each) for each in regular] == [1024, 2504]
+    assert [sum(2 ** sum(row.has_twist for row in rows) for rows in each) for each in regular] == [1024, 2504]
 
 
 @pytest.mark.parametrize("n", select_for_suite([2], [2, 3]))
@@ -95,7 +95,7 @@ def conditions_of(structure: Structure) -> tuple[tuple[str, ...], ...]:
     chain = build_arm(structure.rows, structure.task)
     kinds = [row.kind for row in structure.rows]
     place = {q: sum(kinds[:i].count(k) for k in "R") if kinds[i] == "P" else -i for i, q in enumerate(chain.q)}
-    found = [c for component in singular_set(chain) or () for c in component.conditions]
+    found = [c for component in find_singular_set(chain) or () for c in component.conditions]
     return tuple(sorted(tuple(sorted(str(place[q]) for q in chain.q if c.has(q))) for c in found))
 
 
@@ -185,7 +185,7 @@ def test_every_arm_is_clean_and_all_its_conditions_can_hold(family: str, seeds: 
     for seed in seeds:
         chain = sample_chain(ProblemId(family, seed, variation="full"))
         assert is_clean(symbolic_arm_of(chain).chain)
-        for component in singular_set(chain) or ():
+        for component in find_singular_set(chain) or ():
             for _, values in component.solutions or ():
                 assert all(value.is_real is not False for value in values)
         lengths = [joint.a for joint in chain.joints if joint.a.is_number and joint.a != 0]
@@ -198,7 +198,7 @@ def test_every_arm_is_clean_and_all_its_conditions_can_hold(family: str, seeds: 
 @pytest.mark.parametrize("band", [(0, 0), (1, 2)])
 def test_a_band_of_difficulty_is_kept(band: tuple[int, int]) -> None:
     for seed in range(6):
-        assert band[0] <= difficulty_band(sample_chain(ProblemId("random-3", seed, band=band))) <= band[1]
+        assert band[0] <= rate_difficulty_band(sample_chain(ProblemId("random-3", seed, band=band))) <= band[1]
 
 
 def test_only_arms_to_which_all_questions_apply_are_drawn() -> None:

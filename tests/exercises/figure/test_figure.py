@@ -32,7 +32,7 @@ from qdot.exercises.figure.small import PANEL_SIZE, PanelSet, draw_singular_pane
 from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.singular_set import find_singular_set
 from tests.support import problems
 from tests.support.figures import count_link_crossings, draw_arm, find_faults
 from tests.support.problems import LONG_ARMS
@@ -424,7 +424,7 @@ def test_every_condition_has_a_drawing_and_what_is_left_out_is_counted(identity:
     shown_panel = panel(chain)
     numbers = [caption.split(".")[0] for caption, _ in shown_panel.drawings[1:]]
     shown = [int(number.rstrip("abcdefgh")) for number in numbers]
-    components = singular_set(chain) or ()
+    components = find_singular_set(chain) or ()
     assert len(set(numbers)) == len(numbers) and shown == sorted(shown)
     assert set(shown) == set(range(1, len(components) + 1))
     known = sum(int(np.prod([len(values) for _, values in component.solutions or ()])) for component in components)

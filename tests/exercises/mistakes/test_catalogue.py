@@ -26,7 +26,7 @@ ASKED = {
 }  # fmt: skip
 """Questions in which all mistakes can be made, those first whose answers are short."""
 IN_FORMULAS = {mistake.name for mistake in SECTIONS["The finished formulas"]}
-"""Slips in finished formulas, which are no change to a derivation: test_finished.py makes them."""
+"""Mistakes in finished formulas, which do not change a derivation: test_formula_mistakes.py makes them."""
 SELDOM = {
     "rank-of-one-condition",
     "orientation-as-one-component",

@@ -161,7 +161,9 @@ def _is_the_reference(value: Any, part: Part) -> bool:
         return bool(value == answer.letters)
     assert isinstance(answer, ConditionSet)
     conditions = [sp.sympify(condition) for condition in value]
-    return len(conditions) == len(answer.pieces()) and not any(condition in (True, False) for condition in conditions)
+    return len(conditions) == len(answer.list_pieces()) and not any(
+        condition in (True, False) for condition in conditions
+    )
 
 
 def test_answer_cells_are_marked_and_code_fits_the_cells(student: Any, staff: Any, problems: Slotted) -> None:
@@ -211,13 +213,13 @@ def test_staff_reads_what_students_read_whether_it_is_written_anew_or_not() -> N
     ((_, problem), _), of = _problems("planar-2r"), (TITLE, "hw1", "s001")
     short = [("p1", replace(problem, parts=(problem["position"], problem["jacobian"])))]
     handed_out = make_student_notebook(*of, short, True)
-    assert write_notebook(make_solution_notebook(*of, short, True, released=handed_out)) == write_notebook(
+    assert write_notebook(make_solution_notebook(*of, short, True, released_notebook=handed_out)) == write_notebook(
         make_solution_notebook(*of, short, True)
     )
     asked = next(cell for cell in handed_out.cells if cell.id.endswith("-question"))
     asked.source = "written once"
     assert "written once" in [
-        cell.source for cell in make_solution_notebook(*of, short, True, released=handed_out).cells
+        cell.source for cell in make_solution_notebook(*of, short, True, released_notebook=handed_out).cells
     ]
 
 

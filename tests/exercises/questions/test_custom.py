@@ -33,19 +33,9 @@ from qdot.grader.integrations.nbgrader_cells import restore_cells
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import mark
-from tests.support import ROOT
 from tests.support.command import run, run_and_fail
+from tests.support.gallery import CHAPTER_ARMS, GALLERY, GALLERY_FOLDER
 from tests.support.suites import select_for_suite
-
-GALLERY = {
-    "acceleration": "planar-2r", "axis-in-the-base-frame": "elbow-3r", "ellipse-area": "planar-2r",
-    "load-torques": "planar-2r", "middle-of-a-link": "elbow-3r", "near-a-singularity": "planar-2r",
-    "own-robot": "elbow-3r", "parallel-columns": "planar-3r", "self-motion": "planar-3r",
-    "stretched-height": "elbow-3r",
-    "tip-speed": "polar-rp", "why-not": "scara", "wrist-centre": "scara",
-}  # fmt: skip
-"""The questions of the gallery, each with a family that it suits."""
-GALLERY_FOLDER = ROOT / "docs" / "questions" / "gallery"
 
 
 def make_assignment(folder: Path, text: str) -> Assignment:
@@ -73,7 +63,7 @@ def test_every_gallery_question_is_tested() -> None:
 
 @pytest.mark.parametrize("name", GALLERY)
 def test_gallery_question_is_certified_and_marked(name: str, tmp_path: Path) -> None:
-    variation = 'variation = "chapter"\n' if name == "near-a-singularity" else ""
+    variation = 'variation = "chapter"\n' if name in CHAPTER_ARMS else ""
     path = GALLERY_FOLDER / f"{name}.toml"
     tables = f'[[problem]]\nfamily = "{GALLERY[name]}"\nquestions = ["position", "{path}"]\n'
     assignment = make_assignment(tmp_path, variation + tables)

@@ -37,7 +37,7 @@ EACH = select_for_suite(1, len(RECORDS))
 def describe_answer(part: Part) -> Any:
     answer = part.answer
     if isinstance(answer, ConditionSet):
-        return answer.pieces()
+        return answer.list_pieces()
     if isinstance(answer, Choice):
         return {"options": list(answer.options), "correct": answer.letters}
     if isinstance(answer, Expression):
@@ -139,8 +139,8 @@ def _check_answer(part: Part, known: set[str]) -> None:
         assert len(answer.units) == len(answer.reference), part.name
         assert 0 < answer.tolerance < 0.05 and answer.floor > 0, part.name
     if isinstance(answer, ConditionSet):
-        assert answer.pieces(), part.name
-        assert all(parse_formula(text, known) for text in answer.pieces()), part.name
+        assert answer.list_pieces(), part.name
+        assert all(parse_formula(text, known) for text in answer.list_pieces()), part.name
     if isinstance(answer, Choice):
         assert len(set(answer.options)) == len(answer.options) >= 2, part.name
         assert 0 <= answer.correct < len(answer.options), part.name

@@ -25,8 +25,8 @@ from qdot.exercises.questions.exact_configurations import (
 )
 from qdot.exercises.questions.rank import LostMotionDetails, RankDetails
 from qdot.exercises.reference_answers import Choice, Direction, Number
-from qdot.exercises.singularities.directions import clear_rank, lost_direction, lost_direction_formula
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.directions import find_clear_rank, find_lost_direction, find_shortest_lost_direction
+from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.problem_texts import write_solution
 from tests.support.problems import ask_question, get_problem, replace_answer
@@ -56,8 +56,8 @@ def test_lost_direction_of_chapter_arms_has_closed_form(textbook_arms: dict[str,
     }  # fmt: skip
     for name, vector in expected.items():
         generic = symbolic_arm_of(textbook_arms[name].chain).chain
-        component = (singular_set(generic) or ())[0]
-        formula = lost_direction_formula(generic, component.restrict_to(component.value_combinations()[0]))
+        component = (find_singular_set(generic) or ())[0]
+        formula = find_shortest_lost_direction(generic, component.restrict_to(component.list_value_combinations()[0]))
         assert formula is not None
         assert formula.direction == sp.Matrix(vector)
 
@@ -83,11 +83,11 @@ def test_lost_direction_is_numeric_without_a_short_formula(textbook_arms: dict[s
 def test_precise_lost_direction_is_a_unit_vector_normal_to_all_columns() -> None:
     """It also agrees with the direction from floats."""
     chain = generate(ProblemId("elbow-3r", 5, ("rank",))).chain
-    for component in singular_set(chain) or ():
+    for component in find_singular_set(chain) or ():
         pose = sample_singular_configuration(chain, (component,), Stream("precise"), 1)
         assert pose is not None
         u = np.array(compute_lost_direction(chain, pose).tolist(), dtype=float)[:, 0]
-        float_direction = lost_direction(evaluate_jacobian(chain, pose))
+        float_direction = find_lost_direction(evaluate_jacobian(chain, pose))
         assert float_direction is not None
         assert abs(abs(u @ float_direction) - 1) < 1e-12
         assert np.abs(u @ evaluate_jacobian(chain, pose)).max() < 1e-12
@@ -99,12 +99,12 @@ def test_sampled_poses_are_regular_or_singular_as_requested(textbook_arms: dict[
         full = min(len(chain.task), chain.n)
         regular = sample_regular_configuration(chain, Stream(name))
         assert regular is not None
-        assert clear_rank(evaluate_jacobian(chain, regular)) == full
-        for component in singular_set(chain) or ():
+        assert find_clear_rank(evaluate_jacobian(chain, regular)) == full
+        for component in find_singular_set(chain) or ():
             if len(component.conditions) == 1:
                 pose = sample_singular_configuration(chain, (component,), Stream(name))
                 assert pose is not None
-                assert clear_rank(evaluate_jacobian(chain, pose)) in range(full)
+                assert find_clear_rank(evaluate_jacobian(chain, pose)) in range(full)
                 assert len(set(pose.lengths.values())) == len(pose.lengths)
 
 
@@ -114,8 +114,8 @@ def test_branches_of_arm_and_structure_match() -> None:
         chain = generate(ProblemId("planar-2r", seed, ("rank",))).chain
         offset = chain.offsets[1]
         for branch in match_branches(chain):
-            ((_, arm_value),) = branch.component.value_combinations()[0]
-            ((_, structure_value),) = branch.structure_component.value_combinations()[0]
+            ((_, arm_value),) = branch.component.list_value_combinations()[0]
+            ((_, structure_value),) = branch.structure_component.list_value_combinations()[0]
             numbers = dict(symbolic_arm_of(chain).values)
             turns = sp.N((arm_value + offset - structure_value.xreplace(numbers)) / (2 * sp.pi))
             assert abs(turns - round(turns)) < 1e-9

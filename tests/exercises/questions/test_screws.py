@@ -16,7 +16,7 @@ from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.family import Family
-from qdot.exercises.families.own import read_robot_family
+from qdot.exercises.families.robot_family import read_robot_family
 from qdot.exercises.generation import generate, list_applicable_questions, sample_chain
 from qdot.exercises.mistakes.catalogue import CATALOGUE, SECTIONS, generate_mistaken_answers
 from qdot.exercises.problem.problem import ProblemId
@@ -33,7 +33,7 @@ from qdot.exercises.questions.screws import (
 from qdot.exercises.reference_answers import Choice
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.short_questions.choice import FormulaOptions
-from qdot.exercises.solve.solver import ReadyResult, text_events
+from qdot.exercises.solve.solver import ReadyResult, generate_text_events
 from qdot.exercises.verify import certificate
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.markup import to_text
@@ -236,7 +236,7 @@ def test_own_arm_is_described_with_the_points_of_its_file(tmp_path: Path) -> Non
     joints = ("[0, 0, 1] at [0.1, 0.2, 0.5]", "[0, 1, 1]", "[1, 1, 0] at [0.1, 0.4, 0.1]")
     chain = read_robot(write_screw_robot(tmp_path / "oblique.toml", '[0, "0.4 + a2", 0.1]', *joints))
     texts = {}
-    for stage in text_events(Robot(chain)):
+    for stage in generate_text_events(Robot(chain)):
         if isinstance(stage, ReadyResult):
             texts[stage.name] = to_text(stage.content)
             if stage.name == "body-jacobian":  # later stages contain no points

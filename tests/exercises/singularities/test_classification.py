@@ -18,7 +18,7 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.appearance import describe_appearance
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import classify, classify_conditions, domain_of
-from qdot.exercises.singularities.singular_set import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 from tests.support import DATA
 from tests.support.suites import sample_for_suite, select_for_suite
@@ -118,7 +118,7 @@ def test_the_roles_of_an_arms_symbols() -> None:
 def meanings(family: str) -> list[str]:
     """Return what is said of the singularities of the chapter's arm of a family, whose point is the tip of its tool."""
     chain = replace(sample_chain(ProblemId(family, 1, variation="chapter")), tool=None)
-    return [classify(chain, component).meaning for component in singular_set(chain) or ()]
+    return [classify(chain, component).meaning for component in find_singular_set(chain) or ()]
 
 
 def test_arms_of_six_joints_are_read_from_their_wrist_centre_and_axes() -> None:
@@ -150,7 +150,9 @@ def test_several_conditions_look_like_more_than_one_of_them_does() -> None:
 def test_what_is_so_at_many_configurations_of_a_value_but_not_at_all_is_not_said_of_it() -> None:
     """The point of this arm swings through the axis: near theta3 = 0, a quarter of the poses, far and near swap."""
     chain = sample_chain(ProblemId("random-3", 10085).with_variation("full"))
-    (turning,) = [component for component in singular_set(chain) or () if component.conditions == (sp.cos(chain.q[1]),)]
+    (turning,) = [
+        component for component in find_singular_set(chain) or () if component.conditions == (sp.cos(chain.q[1]),)
+    ]
     for value in (sp.pi / 2, -sp.pi / 2):
         here = Component(turning.conditions, ((chain.q[1], (value,)),))
         far_or_near = "as far from or as near to the axis of joint 1 as joint 2 can bring it"
@@ -161,13 +163,13 @@ def test_what_is_so_at_many_configurations_of_a_value_but_not_at_all_is_not_said
 def test_every_singularity_of_a_random_arm_looks_like_something(size: int) -> None:
     for seed in range(select_for_suite(2, 6)):
         chain = sample_chain(ProblemId(f"random-{size}", seed))
-        for component in singular_set(chain) or ():
+        for component in find_singular_set(chain) or ():
             assert "linearly dependent" not in classify(chain, component).meaning
 
 
 def test_one_joint_is_at_the_boundary_where_it_goes_no_farther() -> None:
     chain = Chain("one", (Joint("R", sp.Symbol("theta1"), 0, sp.Symbol("a1"), 0),), ("vx",))
-    kind = classify(chain, (singular_set(chain) or ())[0])
+    kind = classify(chain, (find_singular_set(chain) or ())[0])
     assert (kind.kind, kind.uniform) == ("boundary", True)
 
 
@@ -175,14 +177,14 @@ def test_the_tool_may_be_the_only_length_of_an_arm() -> None:
     """Two axes through one point: P is on a sphere, and seen along its first axis in the middle of what it reaches."""
     chain = sample_chain(ProblemId("random-2", 10033).with_variation("full"))
     assert all(joint.a == 0 and not joint.d.free_symbols for joint in chain.joints)
-    kinds = [classify(chain, component) for component in singular_set(chain) or ()]
+    kinds = [classify(chain, component) for component in find_singular_set(chain) or ()]
     assert sorted((kind.kind, kind.uniform) for kind in kinds) == [("boundary", True), ("internal", True)]
 
 
 def test_the_wrist_of_a_stanford_arm_in_one_line_is_no_boundary() -> None:
     """All poses around are reached, also along what is lost: P without the wrist, which then turns the hand."""
     chain = sample_chain(ProblemId("stanford-6r", 2))
-    kinds = {one.pieces()[0]: classify(chain, one) for one in singular_set(chain) or ()}
+    kinds = {one.list_pieces()[0]: classify(chain, one) for one in find_singular_set(chain) or ()}
     assert [kind.kind for kind in kinds.values()] == ["boundary", "boundary", "internal"]
     assert list(kinds)[2] == "theta5 = pi/2" and kinds["theta5 = pi/2"].uniform
 

@@ -20,9 +20,9 @@ from qdot.exercises.singularities.classification import (
     split_by_value,
 )
 from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singular_set import Component, Values, singular_set
+from qdot.exercises.singularities.singular_set import Component, Values, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import classify_samples
-from qdot.exercises.verify.appearance import sample_component, statement_holds
+from qdot.exercises.verify.singularity_statements import sample_component, statement_holds
 from tests.support.suites import few_families, select_for_suite
 
 A1, A2 = sp.symbols("a1 a2")
@@ -44,7 +44,9 @@ def test_zeros_of_joints_and_the_place_of_the_base_are_left_out() -> None:
 def test_the_same_configurations_are_the_same_pieces() -> None:
     chains = [two_links(sp.S.Zero, offset) for offset in (sp.S.Zero, sp.pi / 6, -sp.pi / 2, sp.pi)]
     pieces = {
-        tuple(normalize_conditions(chain, component)) for chain in chains for component in singular_set(chain) or ()
+        tuple(normalize_conditions(chain, component))
+        for chain in chains
+        for component in find_singular_set(chain) or ()
     }
     assert pieces == {("theta2 = 0", "theta2 = pi")}
 
@@ -52,8 +54,8 @@ def test_the_same_configurations_are_the_same_pieces() -> None:
 def test_a_slide_is_counted_from_its_own_zero() -> None:
     rows = (Joint("R", "theta1", 0, 0, sp.pi / 2), Joint("P", 0, sp.Symbol("d2") + 4, 0, 0))
     chain = Chain("far", rows, ("vx", "vy"))
-    (component,) = singular_set(chain) or ()
-    assert component.pieces() == ["d2 = -4"]
+    (component,) = find_singular_set(chain) or ()
+    assert component.list_pieces() == ["d2 = -4"]
     assert normalize_conditions(chain, component) == ["d2 = 0"]
 
 
@@ -62,16 +64,16 @@ def test_a_slide_is_counted_from_its_own_zero() -> None:
 )
 def test_a_kind_is_that_of_the_arm_by_itself(name: str) -> None:
     chain = sample_chain(ProblemId.parse(name))
-    components = singular_set(chain) or ()
+    components = find_singular_set(chain) or ()
     assert components
     for component in components:
-        assert classify(chain, component) == classify_conditions(chain, tuple(component.pieces()))
+        assert classify(chain, component) == classify_conditions(chain, tuple(component.list_pieces()))
 
 
 @pytest.mark.parametrize("name", ["planar-3r/2", "wrist-zyz/1", *select_for_suite((), ("spherical/3", "puma-560/1"))])
 def test_kinds_are_the_same_one_by_one_and_at_once(name: str) -> None:
     chain = sample_chain(ProblemId.parse(name))
-    pieces = [piece for component in singular_set(chain) or () for piece in component.pieces()]
+    pieces = [piece for component in find_singular_set(chain) or () for piece in component.list_pieces()]
     samples = [
         sample
         for piece in pieces
@@ -111,7 +113,7 @@ def test_an_arm_with_its_lengths_put_in_again_moves_as_before(problem: Problem) 
 
 @few_families
 def test_what_is_told_of_a_structure_holds_for_the_arm(problem: Problem) -> None:
-    for component in singular_set(problem.chain) or ():
+    for component in find_singular_set(problem.chain) or ():
         pieces, (_, known) = normalize_conditions(problem.chain, component), generalize_conditions(problem.chain)
         if all(piece in known for piece in pieces):
             kind, own = (
@@ -130,14 +132,14 @@ def test_arms_with_special_lengths_are_looked_at_by_themselves() -> None:
     kinds = {}
     for second in (4, 5):
         chain = two_links(sp.S.Zero, sp.S.Zero, lengths=(sp.Rational(1, 2), sp.Rational(second, 10)))
-        (component,) = singular_set(chain) or ()
+        (component,) = find_singular_set(chain) or ()
         kinds[second] = [kind for _, part in values_of(chain) for kind in [classify(chain, part).kind]]
         assert bool(generalize_conditions(chain)[1]) is (second == 4), component
     assert kinds == {4: ["boundary", "boundary"], 5: ["boundary", "internal"]}
 
 
 def values_of(chain: Chain) -> list[tuple[Values, Component]]:
-    (component,) = singular_set(chain) or ()
+    (component,) = find_singular_set(chain) or ()
     return split_by_value(component, classify(chain, component))
 
 

@@ -17,7 +17,7 @@ from qdot.exercises.singularities.appearance import ZERO_TOLERANCE, Statement, d
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.singularities.meanings import list_candidate_meanings
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.singular_set import find_singular_set
 from tests.exercises.arm.sets import compute_rank_ratios, list_task_rows
 from tests.support.suites import few_families, on_families
 
@@ -36,8 +36,8 @@ def test_parallel_axes_are_a_reason_only_where_their_own_columns_depend_on_each_
     """At s2 = 0 of a Stanford arm axes 1 and 4 are parallel, which costs no rank by itself."""
     chain = arm(family)
     rows = list_task_rows(chain)
-    for component in singular_set(chain) or ():
-        samples = [sample for piece in component.pieces() for sample in samples_of(chain, piece)]
+    for component in find_singular_set(chain) or ():
+        samples = [sample for piece in component.list_pieces() for sample in samples_of(chain, piece)]
         said = find_reason(chain, samples)
         if said is not None and (joints := re.search(r"axes of joints ([\d, and]+) are parallel", said.words)):
             columns = [int(number) - 1 for number in re.findall(r"\d", joints[1])]
@@ -51,12 +51,14 @@ def test_the_reason_that_is_told_holds_at_no_regular_configuration(
 ) -> None:
     """It is looked for from other starts, on arms of other lengths than those from which it was read."""
     chain = arm(family)
-    for component in singular_set(chain) or ():
+    for component in find_singular_set(chain) or ():
         read_from = [
-            sample for piece in component.pieces() for sample in sample_condition(chain, piece, "classify", arm_count=3)
+            sample
+            for piece in component.list_pieces()
+            for sample in sample_condition(chain, piece, "classify", arm_count=3)
         ]
         said = find_reason(chain, read_from)
-        others = [sample for piece in component.pieces() for sample in samples_of(chain, piece)]
+        others = [sample for piece in component.list_pieces() for sample in samples_of(chain, piece)]
         if said is None:
             continue
         assert all(sample.evaluate(said.measure) < ZERO_TOLERANCE for sample in others), said.words

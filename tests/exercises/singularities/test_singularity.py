@@ -20,7 +20,7 @@ from qdot.exercises.singularities.classification import domain_of
 from qdot.exercises.singularities.singular_set import (
     Search,
     find_common_zeros,
-    singular_set,
+    find_singular_set,
     solve_condition,
     tidy_branches,
 )
@@ -58,7 +58,7 @@ TWO = arm("vx vy", ("R", T1, 0, A1, 0), ("R", T2, 0, A2, 0))
 def test_textbook_singular_sets(name: str, textbook_arms: Mapping[str, Any]) -> None:
     """Those of the records, and nothing that a search finds is beside them."""
     chain, record = textbook_arms[name].chain, textbook_arms[name].record
-    assert singular_set(chain) is not None
+    assert find_singular_set(chain) is not None
     assert_same_set(
         chain, read_singular_set(chain), [" and ".join(part["conditions"]) for part in record["singular_set"]]
     )
@@ -76,15 +76,15 @@ def test_a_shoulder_is_no_component_where_the_arm_does_not_reach_it_or_just_touc
     a1: sp.Expr, components: int
 ) -> None:
     """a1 = a2 + a3: the point is above the shoulder in one configuration, and there it is stretched out."""
-    elbow_, *others = singular_set(elbow(a1, R(1, 2), R(2, 5))) or ()
-    assert elbow_.pieces() == ["theta3 = 0", "theta3 = pi"]
+    elbow_, *others = find_singular_set(elbow(a1, R(1, 2), R(2, 5))) or ()
+    assert elbow_.list_pieces() == ["theta3 = 0", "theta3 = pi"]
     assert len(others) == components - 1
 
 
 def test_the_task_decides_what_is_singular() -> None:
-    assert [part.pieces() for part in singular_set(TWO) or ()] == [["theta2 = 0", "theta2 = pi"]]
-    assert singular_set(TWO.with_task(*VELOCITY_NAMES)) == ()
-    assert singular_set(TWO.with_task("vx", "vz")) is None
+    assert [part.list_pieces() for part in find_singular_set(TWO) or ()] == [["theta2 = 0", "theta2 = pi"]]
+    assert find_singular_set(TWO.with_task(*VELOCITY_NAMES)) == ()
+    assert find_singular_set(TWO.with_task("vx", "vz")) is None
 
 
 def test_what_follows_from_other_conditions_is_not_said() -> None:
@@ -95,7 +95,7 @@ def test_what_follows_from_other_conditions_is_not_said() -> None:
         "vx vy vz", ("P", 0, q[0], 1, -PI / 2), ("R", q[1], 0, a2, 0), ("P", PI / 2, q[2], 0, PI / 2),
         ("R", q[3], 0, a4, 0), ("R", q[4], 0, a5, 0),
     )  # fmt: skip
-    found = [component.conditions for component in singular_set(chain) or ()]
+    found = [component.conditions for component in find_singular_set(chain) or ()]
     assert sorted(map(len, found)) == [2, 3]
     assert not any(set(one) < set(other) for one in found for other in found)
 
@@ -122,7 +122,7 @@ def test_of_two_components_with_the_same_joint_values_one_is_kept(monkeypatch: p
         lambda *_: ((conditions, True) for conditions in told),
     )
     chain = replace(TWO, name="two of one kind")
-    assert [one.pieces() for one in singular_set(chain) or ()] == [["theta2 = 0", "theta2 = pi"]]
+    assert [one.list_pieces() for one in find_singular_set(chain) or ()] == [["theta2 = 0", "theta2 = pi"]]
 
 
 @pytest.mark.parametrize(
@@ -135,8 +135,8 @@ def test_of_two_components_with_the_same_joint_values_one_is_kept(monkeypatch: p
     ],
 )
 def test_values_are_those_of_the_joints_with_their_zeros(chain: Chain, values: set[str]) -> None:
-    (component,) = singular_set(chain) or ()
-    assert {*component.pieces()} == values
+    (component,) = find_singular_set(chain) or ()
+    assert {*component.list_pieces()} == values
 
 
 @pytest.mark.parametrize(
@@ -157,16 +157,16 @@ def test_every_solution_of_a_condition_on_one_angle_solves_it(condition: sp.Expr
 
 def test_a_condition_on_several_joints_stays_a_condition() -> None:
     assert solve_condition(A1 + A2 * sp.cos(T2) + A3 * sp.cos(T2 + T3), elbow(A1, A2, A3)) is None
-    shoulder = singular_set(elbow(A1, A2, A3)) or ()
+    shoulder = find_singular_set(elbow(A1, A2, A3)) or ()
     assert shoulder[1].solutions is None
-    assert shoulder[1].pieces() == ["a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0"]
+    assert shoulder[1].list_pieces() == ["a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0"]
 
 
 def test_symmetric_arms_have_symmetric_sets(textbook_arms: Mapping[str, Any]) -> None:
     """Turning or moving the base changes no singularity."""
     chain = textbook_arms["elbow_RRR"].chain
     moved = replace(chain, base=replace(chain.base, position=(R(1), R(2), R(3)), yaw=PI / 6, tilt=PI / 2))
-    book = [text for component in singular_set(chain) or () for text in component.pieces()]
+    book = [text for component in find_singular_set(chain) or () for text in component.list_pieces()]
     assert compare_with_book(chain, read_singular_set(moved), book).are_equal
 
 
@@ -201,7 +201,7 @@ def test_a_condition_may_hold_at_one_root_of_an_angle_only() -> None:
     ],
 )  # fmt: skip
 def test_conditions_that_never_hold_together_are_not_said(chain: Chain, right: list[str]) -> None:
-    found = singular_set(chain)
+    found = find_singular_set(chain)
     assert found is not None and bool(found) is bool(right)
     assert compare_with_book(chain, read_singular_set(chain), right).are_equal
 
@@ -261,7 +261,7 @@ def test_the_set_of_an_arm_as_nobody_would_draw_it_is_sound_and_complete(kind: i
         stream = Stream(f"{arms.name}/{seed}")
         chain = arms.arm(stream)
         found = search_singularities(chain, f"{arms.name}/{seed}")
-        if singular_set(chain) is None:
+        if find_singular_set(chain) is None:
             assert len(found.reached) == len(found.starts), chain  # J loses rank wherever one looks
             continue
         assert found.are_in(read_singular_set(chain)).all(), (seed, chain)

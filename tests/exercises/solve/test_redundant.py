@@ -15,8 +15,8 @@ from qdot.exercises.arm.library import find_robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS, time_limit
 from qdot.exercises.singularities.numeric_rank_check import _RankTest, check_rank_loss, find_covering_branches
-from qdot.exercises.singularities.reciprocal import elimination_applies, polynomial_arm, reciprocal_set
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.reciprocal import elimination_applies, find_reciprocal_set, make_polynomial_arm
+from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.exercises.solve import special_lengths
 from qdot.exercises.solve.solver import Solution, solve
 from tests.repository.test_schemas import find_schema_errors
@@ -106,7 +106,7 @@ def test_an_arm_is_solved_in_seconds_and_all_that_is_told_holds(name: str) -> No
     out = check_rank_loss(solution.chain, [c.conditions for c in solution.singular or ()], seed="other starts")
     assert out.full_rank_branches == () and out.unexplained_configurations == ()
     first, other = solution.redundant.check.samples[0], out.samples[0]
-    assert not any(np.allclose(q, p) for _, q in first for _, p in other)
+    assert not any(np.allclose(a.q, b.q) for a in first for b in other)
 
 
 @pytest.mark.whole
@@ -117,13 +117,13 @@ def test_conditions_without_a_configuration_are_told_as_undecided(monkeypatch: p
 
     def solved(*before: tuple[sp.Expr, ...]) -> Solution:
         monkeypatch.setattr(
-            "qdot.exercises.solve.redundant.reciprocal_set",
-            lambda *given: replace(reciprocal_set(*given), branches=(*before, both)),
+            "qdot.exercises.solve.redundant.find_reciprocal_set",
+            lambda *given: replace(find_reciprocal_set(*given), branches=(*before, both)),
         )
         return solve(replace(_arm("iiwa"), name=f"undecided beside {len(before)}"))
 
     usual = _solved("iiwa")
-    solution = solved(*reciprocal_set(*polynomial_arm(_arm("iiwa"))[:1]).branches)
+    solution = solved(*find_reciprocal_set(*make_polynomial_arm(_arm("iiwa"))[:1]).branches)
     assert solution.redundant is not None and solution.redundant.undecided == (both,)
     assert _conditions(solution) == _conditions(usual) and solution.redundant.doubtful == ()
     for said in (solution.note or "", " ".join(solve_to_text(solution.chain, "text").split())):
@@ -137,7 +137,7 @@ def test_conditions_without_a_configuration_are_told_as_undecided(monkeypatch: p
 
 @pytest.mark.parametrize("name", ["iiwa", pytest.param("iiwa-open", marks=pytest.mark.whole)])
 def test_a_spherical_shoulder_and_wrist_give_what_the_minors_do(name: str) -> None:
-    by_minors = {frozenset(map(str, part.conditions)) for part in singular_set(_arm(name)) or ()}
+    by_minors = {frozenset(map(str, part.conditions)) for part in find_singular_set(_arm(name)) or ()}
     assert _conditions(_solved(name)) == by_minors
     assert frozenset({"sin(theta4)"}) in by_minors and len(by_minors) == 4
 
@@ -147,7 +147,7 @@ def test_a_spherical_shoulder_and_wrist_give_what_the_minors_do(name: str) -> No
 
 def test_the_test_in_numbers_finds_what_is_missing_and_what_is_false() -> None:
     chain = _arm("iiwa")
-    ways = [part.conditions for part in singular_set(chain) or ()]
+    ways = [part.conditions for part in find_singular_set(chain) or ()]
     s2, c3 = sp.sin(sp.Symbol("theta2")), sp.cos(sp.Symbol("theta3"))
     for missing in range(len(ways)):
         out = check_rank_loss(chain, ways[:missing] + ways[missing + 1 :])
@@ -174,8 +174,8 @@ def test_slopes_of_the_jacobian_are_those_of_small_steps(task: tuple[str, ...]) 
         ahead, behind = q.copy(), q.copy()
         ahead[0, j] += step * rank._joint_units[j]
         behind[0, j] -= step * rank._joint_units[j]
-        slope = (rank.jacobian(ahead) - rank.jacobian(behind)) / (2 * step)
-        assert np.allclose(rank._jacobian_derivatives(q)[..., j], slope, atol=1e-8)
+        slope = (rank.compute_jacobian(ahead) - rank.compute_jacobian(behind)) / (2 * step)
+        assert np.allclose(rank._compute_jacobian_derivatives(q)[..., j], slope, atol=1e-8)
 
 
 def test_where_rank_is_lost_everywhere_it_is_said() -> None:
@@ -221,7 +221,7 @@ def test_a_position_whose_minors_are_long_is_solved_by_a_force_that_does_no_work
     assert elimination_applies(chain)
     solution = solve(chain)
     found = solution.redundant
-    assert found is not None and found.reciprocal.reduction.reference_frame is None
+    assert found is not None and found.reciprocal.start.reference_frame is None
     assert (found.doubtful, found.undecided) == ((), ())
     assert frozenset({"sin(theta5)"}) in _conditions(solution)
     out = check_rank_loss(chain, [one.conditions for one in found.components], start_count=150, seed="again")
@@ -267,7 +267,7 @@ def test_by_elimination_a_position_loses_rank_where_it_does_by_minors(
     chain = _of_position(SHORT_MINORS, point)
     monkeypatch.setattr(derivation, "LONG_MINOR_TERMS", derivation.MAX_MINOR_TERMS)
     assert not elimination_applies(chain)
-    by_minors = [one.conditions for one in singular_set(chain) or ()]
+    by_minors = [one.conditions for one in find_singular_set(chain) or ()]
     monkeypatch.setattr(derivation, "LONG_MINOR_TERMS", 0)
     assert elimination_applies(chain)
     assert not elimination_applies(replace(chain, task=("vx", "vy")))
@@ -285,4 +285,4 @@ def test_conditions_that_hold_for_few_lengths_are_found_with_these() -> None:
     out = check_rank_loss(chain, [(4 * a2 - sp.cos(t2),), (2 + a2 + sp.cos(t2),)])
     assert (out.searched_arm_count, out.search_count) == (3, 180)
     assert out.samples[0] and not out.samples[1] and out.full_rank_branches == (0,)
-    assert min(number for number, _ in out.samples[0]) >= out.searched_arm_count
+    assert all(sample.arm in out.arms[out.searched_arm_count :] for sample in out.samples[0])

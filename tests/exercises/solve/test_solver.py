@@ -26,7 +26,7 @@ from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.singularities.classification import Classification, domain_of
 from qdot.exercises.singularities.singular_set import Component
-from qdot.exercises.solve.solver import ReadyResult, Solution, solve, text_events
+from qdot.exercises.solve.solver import ReadyResult, Solution, generate_text_events, solve
 from qdot.exercises.solve.special_lengths import _normalize_condition
 from qdot.exercises.solve.time_limited import write_solution
 from qdot.exercises.writing.markup import to_text
@@ -500,7 +500,7 @@ def test_what_a_test_in_numbers_finds_amiss_is_told(
     conditions = [to_sympy(parse_formula(one)) for one in ("sin(theta2)", told) if one != "theta1 - theta1"]
     components = tuple(Component((condition,), None) for condition in conditions)
     shown = [SingularComponent(one.conditions, None, Classification("", False, "x")) for one in components]
-    monkeypatch.setattr("qdot.exercises.solve.solver.singular_set", lambda _: components)
+    monkeypatch.setattr("qdot.exercises.solve.solver.find_singular_set", lambda _: components)
     monkeypatch.setattr(SolutionSteps, "singular_components", shown)
     solution = solve(chain)
     assert said in (solution.note or "") and (said == "") == (solution.note is None)
@@ -570,7 +570,7 @@ def test_numbers_that_are_rounded_are_told_to_be(arm: str, rpy: str, tmp_path: P
     path = tmp_path / "arm.toml"
     path.write_text(arm.replace("[[joint]]", f"base = {{rpy = {rpy}}}\n[[joint]]", 1))
     robot = read_robot_file(path)
-    stages = (stage for stage in text_events(robot) if isinstance(stage, ReadyResult))
+    stages = (stage for stage in generate_text_events(robot) if isinstance(stage, ReadyResult))
     texts = {stage.name: " ".join(to_text(stage.content).split()) for stage in stages}
     rounded = rpy == ROUNDED
     assert ("rounded" in texts["arm"]) == ("rounded" in texts["singular-angles"]) == rounded

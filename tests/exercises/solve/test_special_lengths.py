@@ -12,11 +12,11 @@ from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.existence_conditions import find_existence_condition
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.exercises.solve.certified_singularities import certify_statement
-from qdot.exercises.solve.solver import Singularities, singular_events, solve
+from qdot.exercises.solve.solver import Singularities, generate_singular_events, solve
 from qdot.exercises.solve.special_lengths import list_length_relations
-from qdot.exercises.verify.appearance import sample_component
+from qdot.exercises.verify.singularity_statements import sample_component
 from qdot.exercises.writing import solution_steps as steps_module
 from qdot.exercises.writing.problem_texts import get_solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent
@@ -80,7 +80,7 @@ def test_where_a_slide_moves_in_a_condition_nothing_is_told() -> None:
 @on_families([name for name, each in FAMILIES.items() if not each.has_varied_structure])
 def test_what_is_told_of_a_family_is_so_in_numbers(family: str) -> None:
     chain = sample_chain(ProblemId(family, 0, variation="chapter"), FAMILIES[family])
-    for component in singular_set(chain) or ():
+    for component in find_singular_set(chain) or ():
         for condition in component.conditions:
             need = find_existence_condition(condition, chain)
             if need is None or len(condition.free_symbols & set(chain.q)) > 3:
@@ -111,7 +111,7 @@ def test_a_value_that_is_the_same_in_other_words_is_no_difference() -> None:
         Joint("R", "theta1", 0, 0, -half), Joint("R", "theta2", "d2", "a2", 0), Joint("R", "theta3", 0, "a3", half),
         Joint("R", "theta4", "d4", 0, 0),
     )  # fmt: skip
-    *_, found = singular_events(Chain("puma", rows, ("vx", "vy", "vz")))
+    *_, found = generate_singular_events(Chain("puma", rows, ("vx", "vy", "vz")))
     assert isinstance(found, Singularities) and found.singular
     assert not [one.relation for one in found.special_cases if one.relation == "a3 = d4"]
 

@@ -16,7 +16,7 @@ import pytest
 from qdot.exercises.arm.library import find_robot_path
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
 from qdot.exercises.common.time_limit import OutOfTime, parse_seconds, time_limit
-from qdot.exercises.solve.solver import data_events, solve, text_events
+from qdot.exercises.solve.solver import generate_data_events, generate_text_events, solve
 from qdot.exercises.solve.time_limited import write_solution
 from tests.repository.test_schemas import find_schema_errors
 from tests.support.command import run, run_and_fail
@@ -186,7 +186,7 @@ def test_where_all_is_there_nothing_is_missing(tmp_path: Path) -> None:
     """Ctrl-C between the last result and the end."""
     robot = _robot(tmp_path, GIVEN)
     for form in ("text", "latex", "json"):
-        left = [None for _ in (data_events(robot.chain) if form == "json" else text_events(robot))]
+        left = [None for _ in (generate_data_events(robot.chain) if form == "json" else generate_text_events(robot))]
 
         def shown(what: str, left: list[None] = left) -> AbstractContextManager[object]:
             if not left:
@@ -227,7 +227,7 @@ main()
         pytest.param("qdot.exercises.arm.robot_file.read_toml", "json", "", marks=pytest.mark.whole),
         pytest.param("qdot.exercises.solve.solver.derive", "text", "What", marks=pytest.mark.whole),
         pytest.param("qdot.exercises.solve.solver.derive", "json", "position", marks=pytest.mark.whole),
-        ("qdot.exercises.solve.solver.singular_set", "json", "singular"),
+        ("qdot.exercises.solve.solver.find_singular_set", "json", "singular"),
     ],
 )
 def test_ctrl_c_at_the_very_beginning_is_told_in_one_line(where: str, form: str, missing: str, tmp_path: Path) -> None:

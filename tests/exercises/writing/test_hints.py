@@ -18,7 +18,7 @@ from qdot.exercises.notebook.problem_formats import show
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.reference_answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
-from qdot.exercises.singularities.singular_set import singular_set
+from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.exercises.writing.angles import AngleNames
 from qdot.exercises.writing.hint_context import Entry, HintContext
 from qdot.exercises.writing.latex import tex, tex_angle
@@ -183,7 +183,7 @@ def test_what_a_hint_shows_is_true(problem: Problem) -> None:
         shown.append((sp.Matrix([short.xreplace(values).det()]), sp.Matrix([steps.derivation.determinant])))
     if last := steps.last_moving_vector:
         shown.append((steps.origins[last[0]] + last[1], steps.derivation.position))
-    for component in singular_set(chain) or ():
+    for component in find_singular_set(chain) or ():
         if component.solutions and chain.n <= 3:
             place = [(joint, found[0]) for joint, found in component.solutions]
             if (lost := steps.find_lost_direction(tuple(place))) is not None:

@@ -352,5 +352,5 @@ def test_what_is_set_reads_as_the_same(problem: Problem) -> None:
                 if len(printed) < 15_000:  # longer LaTeX is not read
                     assert judge(problem, part, printed, "s").outcome is Outcome.CORRECT, (part.name, printed)
         elif isinstance(part.answer, ConditionSet):
-            text = f"[{', '.join(part.answer.pieces())}]"
+            text = f"[{', '.join(part.answer.list_pieces())}]"
             ET.fromstring(mathml_text(typeset(parse_formula(text, problem.symbols), (), are_alternatives=True), True))

@@ -16,11 +16,11 @@ from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.variation import list_variation_axes
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.own import read_robot_family
+from qdot.exercises.families.robot_family import read_robot_family
 from qdot.exercises.generation import check_questions, find_listing, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.singularities.difficulty import difficulty
+from qdot.exercises.singularities.difficulty import rate_difficulty
 from qdot.grader.cli.main import app
 from qdot.grader.cli.overview import LINE_WIDTH, describe_families, group_families_by_heading
 from tests.support.command import run, run_and_fail, runner
@@ -117,7 +117,9 @@ def test_a_set_gets_harder_and_states_its_size(name: str, tmp_path: Path) -> Non
     varied = [set(list_variation_axes(slot.variation)) for slot in slots]
     assert all(before <= after for before, after in pairwise(varied))
     arms = [sample_chain(ProblemId(slot.family.name, 0, variation=slot.variation)) for slot in slots]
-    assert difficulty(arms[-1]) > difficulty(arms[0]) or len({slot.family.name for slot in slots}) < len(slots)
+    assert rate_difficulty(arms[-1]) > rate_difficulty(arms[0]) or len({slot.family.name for slot in slots}) < len(
+        slots
+    )
     assert chosen.total_points == sum(sum(slot.max_points) for slot in slots)
     first, *_ = (tmp_path / "hw" / "assignment.toml").read_text(encoding="utf-8").splitlines()
     assert all(f"{number:g} {unit}" in first for number, unit in (

@@ -14,7 +14,7 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, count_nodes, node_text
 from qdot.exercises.mistakes.catalogue import CATALOGUE, apply_mistake
 from qdot.exercises.mistakes.configurations import sample_configurations
-from qdot.exercises.mistakes.finished import edit_entry, edit_throughout
+from qdot.exercises.mistakes.formula_edits import edit_all_entries, edit_entry
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.results import compute_answer
 from qdot.grader.diagnosis.formula_mistakes import locate_entries
@@ -146,7 +146,7 @@ def test_every_mistake_throughout_an_answer_is_diagnosed_on_every_arm(family: st
     rows = [list(row) for row in part.answer.parse_trees(problem.domain.roles)]
     values = sample_configurations(problem.chain, part, problem.domain, 4, Stream("finished"))
     right, tried = evaluate_rows(rows, values), set()
-    for name, changed in edit_throughout(rows):
+    for name, changed in edit_all_entries(rows):
         wrong_values = evaluate_rows(changed, values)
         if name in tried or not is_different(wrong_values, right):
             continue

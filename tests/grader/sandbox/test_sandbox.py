@@ -159,8 +159,8 @@ def test_a_notebook_that_ignores_its_alarms_is_still_stopped(rest: str) -> None:
 def test_forged_reports_are_ignored(sandbox: Sandbox) -> None:
     forge = (
         'import os, json\nfor fd in range(3, 40):\n    try: os.write(fd, b\'{"end": "done"}\\n[1]\\n5\\n'
-        '{"name": "zz", "text": "1"}\\n{"missed": 0, "line": -1}\\n{"missed": 9, "line": 1}\\n'
-        '{"missed": 0, "line": true}\\n{"cell": 5, "line": 1}\\n\\xff\\xfe\\n\')\n    except OSError: pass'
+        '{"name": "zz", "text": "1"}\\n{"import": 0, "line": -1}\\n{"import": 9, "line": 1}\\n'
+        '{"import": 0, "line": true}\\n{"cell": 5, "line": 1}\\n\\xff\\xfe\\n\')\n    except OSError: pass'
     )
     run = sandbox.run(["a = 1", forge, "b = 2"], ["a", "b"])
     assert run.answers == {"a": "1", "b": "2"}

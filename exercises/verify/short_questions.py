@@ -24,15 +24,15 @@ from qdot.exercises.short_questions.options import ConfigurationOptions, Offered
 from qdot.exercises.short_questions.selections import EqualForms, Quantity, QuantityDetails
 from qdot.exercises.short_questions.single_configuration import ConfigurationStatement, JointStatement, RateDetails
 from qdot.exercises.short_questions.wrong_formulas import OptionSubject
-from qdot.exercises.verify.formulas import CHECKS as FORMULAS
+from qdot.exercises.verify.formulas import CHECKS as FORMULA_CHECKS
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import NUMBER_TOLERANCE, check_three_digits, list_reference_numbers
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, compute_exponential_jacobian
 from qdot.exercises.verify.rank import find_rank
-from qdot.exercises.verify.screws import CHECKS as SCREWS
-from qdot.exercises.verify.singular import CHECKS as SETS
+from qdot.exercises.verify.screws import CHECKS as SCREW_CHECKS
+from qdot.exercises.verify.singular import CHECKS as SET_CHECKS
 
-BASE_CHECKS: Mapping[str, PartCheck] = {**FORMULAS, **SCREWS}
+BASE_CHECKS: Mapping[str, PartCheck] = {**FORMULA_CHECKS, **SCREW_CHECKS}
 """Maps the kind of each full question whose answers are offered as options to its check."""
 
 JOINT_STEP = 0.7
@@ -42,7 +42,7 @@ MIN_DIFFERENCE = 1e-5
 
 
 def _insert_option(numeric: NumericReference, subject: OptionSubject, option: sp.Matrix) -> Part:
-    """Return the full question as a part with an answer in which one entry, one column or all entries are an option."""
+    """Return the full question as a part whose answer, or one entry or column of it, is replaced by an option."""
     answer, details = QUESTIONS[subject.base_question].ask(numeric.chain, Stream("quiz"))
     part = Part(subject.base_question, subject.base_question, answer, details=details)
     if answer.shape is None:
@@ -58,9 +58,9 @@ def _check_formula_choice(numeric: NumericReference, part: Part) -> Checks:
     check = BASE_CHECKS[subject.base_question]
     offered = _list_offered_options(part)
     parts = [_insert_option(numeric, subject, option.content) for option in offered]
-    passed = [all(result.passed for result in check(numeric, part_with_option)) for part_with_option in parts]
-    yield _check_one_correct(part, passed)
-    yield _check_different(numeric, [sp.Matrix(option.content) for option in offered])
+    passes = [all(result.passed for result in check(numeric, part_with_option)) for part_with_option in parts]
+    yield _check_one_correct(part, passes)
+    yield _check_values_differ(numeric, [sp.Matrix(option.content) for option in offered])
 
 
 def _list_offered_options(part: Part) -> tuple[OfferedOption, ...]:
@@ -69,14 +69,14 @@ def _list_offered_options(part: Part) -> tuple[OfferedOption, ...]:
     return offered
 
 
-def _check_one_correct(part: Part, passed: Sequence[bool]) -> Check:
-    answer = part.answer_as(Choice)
-    passing_indices = [index for index, has_passed in enumerate(passed) if has_passed]
-    passing = ", ".join(map(str, passing_indices)) or "none"
-    return Check("one right option", passing_indices == [answer.correct], f"options that pass, from 0: {passing}")
+def _check_one_correct(part: Part, passes: Sequence[bool]) -> Check:
+    """Check that only the correct option passes; `passes` is whether each option does."""
+    indices = [index for index, has_passed in enumerate(passes) if has_passed]
+    detail = f"options that pass, from 0: {', '.join(map(str, indices)) or 'none'}"
+    return Check("one right option", indices == [part.answer_as(Choice).correct], detail)
 
 
-def _check_different(numeric: NumericReference, options: Sequence[sp.Matrix]) -> Check:
+def _check_values_differ(numeric: NumericReference, options: Sequence[sp.Matrix]) -> Check:
     values = [numeric.evaluate_printed_formulas(option).reshape(numeric.sample_count, -1) for option in options]
     for (i, a), (j, b) in combinations(enumerate(values), 2):
         if a.shape == b.shape and not np.abs(a - b).max() > MIN_DIFFERENCE * (np.abs(a).max() + np.abs(b).max()):
@@ -88,12 +88,13 @@ def _check_set_choice(numeric: NumericReference, part: Part) -> Checks:
     """Check that only the correct singular set passes the check of singular sets."""
     kind, offered = "singular-angles", _list_offered_options(part)
     parts = [Part(kind, kind, ConditionSet(option.content)) for option in offered]
-    passed = [all(result.passed for result in SETS[kind](numeric, part_with_option)) for part_with_option in parts]
-    yield _check_one_correct(part, passed)
-    yield _check_texts([option.text for option in offered])
+    check = SET_CHECKS[kind]
+    passes = [all(result.passed for result in check(numeric, part_with_option)) for part_with_option in parts]
+    yield _check_one_correct(part, passes)
+    yield _check_texts_differ([option.text for option in offered])
 
 
-def _check_texts(texts: Sequence[str]) -> Check:
+def _check_texts_differ(texts: Sequence[str]) -> Check:
     return Check("different options", len(set(texts)) == len(texts), "no two are the same")
 
 
@@ -102,17 +103,17 @@ def _check_texts(texts: Sequence[str]) -> Check:
 
 def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
     """Check by the rank of J which of the offered configurations are singular."""
-    details, full_rank = part.details_as(ConfigurationOptions), min(len(numeric.task), numeric.chain.n)
+    details, full_rank = part.details_as(ConfigurationOptions), min(len(numeric.task_rows), numeric.chain.n)
     found_ranks = []
     for offered in details.offered_configurations:
         configuration = replace(offered, lengths={**details.lengths, **offered.lengths})
-        found_ranks.append(find_rank(numeric.exponential_jacobian_at(configuration)[numeric.task]))
+        found_ranks.append(find_rank(numeric.exponential_jacobian_at(configuration)[numeric.task_rows]))
     singular_indices = tuple(index for index, found in enumerate(found_ranks) if found.rank < full_rank)
     ranks = ", ".join(str(found.rank) for found in found_ranks)
     yield Check("clear", all(found.is_clear for found in found_ranks), f"ranks {ranks}")
     is_correct = singular_indices == tuple(part.answer.correct_indices)
     yield Check("singular ones", is_correct, f"of rank less than {full_rank}, from 0: {singular_indices}")
-    yield _check_texts(part.answer.offered_options)
+    yield _check_texts_differ(part.answer.offered_options)
     arm = substitute_arm_lengths(numeric.chain, details.lengths)
     yield Check("lengths", not arm.parameters, "every length has a number")
 
@@ -128,12 +129,12 @@ def _compute_quantity(numeric: NumericReference, quantity: Quantity, moved_joint
     configurations = numeric.configurations.copy()
     if moved_joint is not None:
         configurations[:, moved_joint] += JOINT_STEP
-    jacobian = numeric.for_each_arm(compute_exponential_jacobian, configurations)[:, numeric.task]
+    jacobian = numeric.evaluate_for_each_arm(compute_exponential_jacobian, configurations)[:, numeric.task_rows]
     if quantity.column is not None:
         column = jacobian[:, :, quantity.column]
         return column if quantity.row is None else column[:, [quantity.row]]
     if quantity.row is not None:
-        return numeric.for_each_arm(NumericChain.point, configurations)[:, [quantity.row]]
+        return numeric.evaluate_for_each_arm(NumericChain.point, configurations)[:, [quantity.row]]
     return np.asarray(np.linalg.det(jacobian)[:, None])
 
 
@@ -168,7 +169,7 @@ def _check_columns(numeric: NumericReference, part: Part) -> Checks:
     """Check which of the offered columns belongs to each joint."""
     answer = part.answer_as(Matching)
     offered = _list_offered_options(part)
-    jacobian = numeric.exponential_jacobian[:, numeric.task]
+    jacobian = numeric.exponential_jacobian[:, numeric.task_rows]
     option_values = [numeric.evaluate_printed_formulas(sp.Matrix(option.content)) for option in offered]
     matching_options = []
     for joint in range(numeric.chain.n):
@@ -178,27 +179,27 @@ def _check_columns(numeric: NumericReference, part: Part) -> Checks:
     yield Check(
         "columns", tuple(matching_options) == answer.correct, f"options of the joints, from 0: {matching_options}"
     )
-    yield _check_different(numeric, [sp.Matrix(option.content) for option in offered])
+    yield _check_values_differ(numeric, [sp.Matrix(option.content) for option in offered])
 
 
 # --- numbers and statements ---
 
 
-def _check_value(part: Part, expected: float) -> Checks:
+def _check_number(part: Part, expected: float) -> Checks:
     yield check_agreement("in numbers", list_reference_numbers(part), np.array([[[expected]]]), NUMBER_TOLERANCE)
     yield check_three_digits(part)
 
 
 def _check_determinant_value(numeric: NumericReference, part: Part) -> Checks:
-    jacobian = numeric.exponential_jacobian_at(part.details_as(ConfigurationDetails).configuration)[numeric.task]
-    yield from _check_value(part, float(np.linalg.det(jacobian)))
+    jacobian = numeric.exponential_jacobian_at(part.details_as(ConfigurationDetails).configuration)[numeric.task_rows]
+    yield from _check_number(part, float(np.linalg.det(jacobian)))
 
 
 def _check_speed(numeric: NumericReference, part: Part) -> Checks:
     details = part.details_as(RateDetails)
     rates = np.array([float(rate) for rate in details.rates.values()])
     velocity = numeric.exponential_jacobian_at(details.configuration)[:3] @ rates
-    yield from _check_value(part, float(np.linalg.norm(velocity)))
+    yield from _check_number(part, float(np.linalg.norm(velocity)))
 
 
 def _check_statement(numeric: NumericReference, part: Part) -> Checks:
@@ -209,8 +210,8 @@ def _check_statement(numeric: NumericReference, part: Part) -> Checks:
         component = float(jacobian[VELOCITY_NAMES.index(statement.row), statement.joint - 1])
         is_true, is_clear = (component > 0) == statement.is_positive, abs(component) > 0.01
     else:
-        rank, is_clear = find_rank(jacobian[numeric.task])
-        is_true = rank < min(len(numeric.task), numeric.chain.n)
+        rank, is_clear = find_rank(jacobian[numeric.task_rows])
+        is_true = rank < min(len(numeric.task_rows), numeric.chain.n)
     yield Check("clear", is_clear, "it is clearly true or clearly false")
     yield Check("statement", answer.options[answer.correct] == str(is_true).lower(), f"it is {is_true}")
 

@@ -14,10 +14,10 @@ from qdot.exercises.questions.singular import KindDetails
 from qdot.exercises.singularities import classification
 from qdot.exercises.singularities.classification import Classification, classify, sample_condition, split_by_value
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singular_set import Component, singular_set
-from qdot.exercises.verify import appearance
-from qdot.exercises.verify.appearance import statement_holds
+from qdot.exercises.singularities.singular_set import Component, find_singular_set
+from qdot.exercises.verify import singularity_statements
 from qdot.exercises.verify.certificate import certify
+from qdot.exercises.verify.singularity_statements import statement_holds
 from tests.support.suites import few_families, sample_for_suite, select_for_suite
 
 FARTHEST = "as far from the axis of joint 2 as joint 3 can bring it"
@@ -29,7 +29,7 @@ def chain_of(identity: str) -> Chain:
 
 def parts(chain: Chain) -> Iterator[tuple[list[str], str]]:
     """Yield conditions of the bare arm, and what is said of them."""
-    for component in singular_set(chain) or ():
+    for component in find_singular_set(chain) or ():
         values = split_by_value(component, classify(chain, component))
         for part in (component, *(part for _, part in values)):
             yield normalize_conditions(chain, part), classify(chain, part).meaning
@@ -113,6 +113,6 @@ def test_a_false_sentence_or_kind_fails_the_certificate(
         is_place = question == "singular-angles" and component.solutions and component.solutions[0][1] != (0,)
         return classification.classify(chain, component) if is_place else said
 
-    monkeypatch.setattr(appearance, "classify", falsely)
+    monkeypatch.setattr(singularity_statements, "classify", falsely)
     (failure,) = certify(problem).failures
     assert failure.name.startswith(f"{question}: said of") and said.meaning in failure.detail

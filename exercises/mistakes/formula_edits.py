@@ -29,7 +29,7 @@ DERIVATIVE_MISTAKES = frozenset({"trig-derived", "trig-not-derived"})
 
 @dataclass(frozen=True)
 class Edit:
-    """An entry with one mistake, the name of the mistake, and the term or factor that is missing, if any."""
+    """An entry with one mistake, the name of this mistake, and the term or factor that it omits, if any."""
 
     mistake: str
     entry: Node
@@ -64,13 +64,16 @@ def _is_trig(node: Node) -> bool:
 
 
 def edit_entry(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
-    """Yield an entry with each possible mistake, one at a time; a name may be confused with one of the `symbols`."""
+    """Yield an entry with each possible mistake, one at a time; a name may be confused with one of the `symbols`.
+
+    Nothing is yielded for an entry with more than MAX_ENTRY_NODES nodes.
+    """
     if count_nodes(entry) > MAX_ENTRY_NODES:
         return
     yield from _edit_each_node(entry, partial(_mistype_symbol, sorted(symbols)))
     yield from _edit_each_node(entry, _edit_node)
     yield from _edit_all_trigs(entry)
-    coefficient = _numeric_factor(entry)
+    coefficient = _find_numeric_factor(entry)
     if coefficient not in (-1, 0, 1):
         yield Edit("factor-missing", entry / make_number(abs(coefficient)))
         if coefficient:
@@ -79,26 +82,26 @@ def edit_entry(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
     yield from _edit_each_node(entry, partial(_add_joint_to_angle, sorted(symbols)))
     for angle in dict.fromkeys(_find_angles(entry)):
         for new_angle in _edit_angle(angle):
-            yield Edit("angle-typed", _map_trigs(entry, partial(_replace_angle, {angle: new_angle})))
+            yield Edit("angle-typed", _change_trigs(entry, partial(_replace_angle, {angle: new_angle})))
     terms = expand_terms(entry, MAX_TERMS)
     yield Edit("term-sign-typed" if terms is not None and len(terms) == 1 else "entry-sign", -entry)
     if terms is not None and len(terms) > 1:
         for k, term in enumerate(terms):
             other_terms = [*terms[:k], *terms[k + 1 :]]
-            yield Edit("term-sign-typed", _sum([*other_terms, -term]))
-            yield Edit("term-missing", _sum(other_terms), term)
+            yield Edit("term-sign-typed", _add_terms([*other_terms, -term]))
+            yield Edit("term-missing", _add_terms(other_terms), term)
 
 
 def _edit_all_trigs(entry: Node) -> Iterator[Edit]:
     """Yield an entry with the same mistake in all of its sines and cosines, if it has several."""
     angles = list(_find_angles(entry))
     if len(angles) > 1:
-        yield Edit("trigs-typed", _map_trigs(entry, _swap_trig))
+        yield Edit("trigs-typed", _change_trigs(entry, _swap_trig))
     sums = [angle for angle in dict.fromkeys(angles) if len(split_terms(angle)) > 1]
     for keeps_constants in (True, False):
         new_angles = {angle: _keep_last_angle(keeps_constants)(angle) for angle in sums}
         if sum(new_angle != angle for angle, new_angle in new_angles.items()) > 1:
-            yield Edit("angles-typed", _map_trigs(entry, partial(_replace_angle, new_angles)))
+            yield Edit("angles-typed", _change_trigs(entry, partial(_replace_angle, new_angles)))
 
 
 def _edit_each_node(node: Node, edit_node: Callable[[Node], Iterator[Edit]]) -> Iterator[Edit]:
@@ -129,7 +132,7 @@ def _edit_sum(node: Node) -> Iterator[Edit]:
     yield Edit("term-sign-typed", Node(node.kind, (-first_term, second_term)))
     yield Edit("term-missing", first_term, second_term)
     yield Edit("term-missing", second_term if node.kind == "+" else -second_term, first_term)
-    yield Edit("sum-multiplied", _product(split_terms(node)))
+    yield Edit("sum-multiplied", _multiply(split_terms(node)))
     yield from _add_unlike_terms(node)
     if second_term.kind == "*" and node.kind == "-":  # without a bracket, the minus applies to the first term only
         for edit in _edit_product(second_term):
@@ -144,8 +147,8 @@ def _add_unlike_terms(node: Node) -> Iterator[Edit]:
     combine = add if node.kind == "+" else sub
     for constant, term in (node.args, node.args[::-1]):
         if constant.kind in ("number", "decimal") and find_names(term):
-            coefficient = _numeric_factor(term)
-            factor = _numeric_factor(constant) / coefficient if coefficient else Fraction(0)
+            coefficient = _find_numeric_factor(term)
+            factor = _find_numeric_factor(constant) / coefficient if coefficient else Fraction(0)
             yield Edit("unlike-terms-added", combine(term, make_number(factor) * term))
 
 
@@ -153,13 +156,13 @@ def _edit_product(node: Node) -> Iterator[Edit]:
     first_factor, second_factor = node.args
     yield from _drop_denominator_bracket(first_factor, second_factor)
     if _is_trig(second_factor) and len(split_terms(second_factor.args[0])) > 1:
-        first_trig, *later_trigs = _trigs_of_terms(second_factor)  # s1 + s2 instead of s12, without a bracket
-        yield Edit("sum-of-angles-split", first_factor * first_trig + _sum(later_trigs))
+        first_trig, *later_trigs = _make_trig_of_each_term(second_factor)  # s1 + s2 instead of s12, without a bracket
+        yield Edit("sum-of-angles-split", first_factor * first_trig + _add_terms(later_trigs))
     for factor, other_factor in (node.args, node.args[::-1]):
         yield Edit("factor-missing", other_factor, factor)
         if factor.kind in ("+", "-"):  # the other factor multiplies only one of the terms
             combine, (first_term, second_term) = add if factor.kind == "+" else sub, factor.args
-            yield Edit("trigs-in-factor", _map_trigs(factor, _swap_trig) * other_factor)
+            yield Edit("trigs-in-factor", _change_trigs(factor, _swap_trig) * other_factor)
             yield Edit("bracket-missing", combine(first_term, second_term * other_factor))
             yield Edit("bracket-missing", combine(other_factor * first_term, second_term))
 
@@ -169,8 +172,8 @@ def _edit_quotient(node: Node) -> Iterator[Edit]:
     terms = split_terms(numerator)
     quotients = [term / denominator for term in terms]
     for k in range(len(terms)) if 1 < len(terms) <= MAX_TERMS else ():  # divide only one term, or all but one
-        yield Edit("bracket-missing", _sum([*terms[:k], quotients[k], *terms[k + 1 :]]))
-        yield Edit("bracket-missing", _sum([*quotients[:k], terms[k], *quotients[k + 1 :]]))
+        yield Edit("bracket-missing", _add_terms([*terms[:k], quotients[k], *terms[k + 1 :]]))
+        yield Edit("bracket-missing", _add_terms([*quotients[:k], terms[k], *quotients[k + 1 :]]))
     if denominator.kind in ("+", "-", "*"):  # divide by only one of the two operands
         for divisor, remainder in (denominator.args, denominator.args[::-1]):
             yield Edit("bracket-missing", Node(denominator.kind, (numerator / divisor, remainder)))
@@ -185,12 +188,12 @@ def _edit_power(node: Node) -> Iterator[Edit]:
 
 
 def _edit_negative(node: Node) -> Iterator[Edit]:
-    (inside,) = node.args
-    yield Edit("term-sign-typed", inside)
-    yield from _drop_denominator_bracket(make_number(-1), inside)
-    terms = split_terms(inside.args[0]) if inside.kind == "/" else []
+    (operand,) = node.args
+    yield Edit("term-sign-typed", operand)
+    yield from _drop_denominator_bracket(make_number(-1), operand)
+    terms = split_terms(operand.args[0]) if operand.kind == "/" else []
     if 1 < len(terms) <= MAX_TERMS:  # negate only the first term, and divide only the last term
-        yield Edit("bracket-missing", _sum([-terms[0], *terms[1:-1], terms[-1] / inside.args[1]]))
+        yield Edit("bracket-missing", _add_terms([-terms[0], *terms[1:-1], terms[-1] / operand.args[1]]))
 
 
 def _drop_denominator_bracket(factor: Node, quotient: Node) -> Iterator[Edit]:
@@ -206,20 +209,20 @@ _OPERATIONS: dict[str, Callable[[Node], Iterator[Edit]]] = {
 }  # fmt: skip
 
 
-def _numeric_factor(node: Node) -> Fraction:
-    """Return the numeric factor of a product; 0 if the product has 0 as a divisor."""
+def _find_numeric_factor(node: Node) -> Fraction:
+    """Return the numeric factor of a product, 1 if there is none; 0 if the product has 0 as a divisor."""
     if node.kind in ("number", "decimal"):
         return Fraction(node.value)
     if node.kind == "neg":
-        return -_numeric_factor(node.args[0])
+        return -_find_numeric_factor(node.args[0])
     if node.kind in ("*", "/"):
-        first, second = map(_numeric_factor, node.args)
+        first, second = map(_find_numeric_factor, node.args)
         return first * second if node.kind == "*" else first / second if second else Fraction(0)
     return Fraction(1)
 
 
 def _mistype_symbol(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
-    """Yield a name replaced by each similar name."""
+    """Yield each symbol that is similar to a name, such as theta2 instead of theta1."""
     for symbol in symbols if node.kind == "name" else ():
         if symbol != node.value and _find_stem(symbol) == _find_stem(str(node.value)):
             yield Edit("symbol-typed", Node("name", value=symbol))
@@ -231,16 +234,15 @@ def _exchange_similar_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[E
     for first, second in combinations(present_symbols, 2):
         if _find_stem(first) == _find_stem(second):
             first_leaf, second_leaf = Node("name", value=first), Node("name", value=second)
-            yield Edit("symbol-typed", map_nodes(entry, {first_leaf: second_leaf, second_leaf: first_leaf}.get))
+            yield Edit("symbol-typed", replace_nodes(entry, {first_leaf: second_leaf, second_leaf: first_leaf}.get))
 
 
 def _add_joint_to_angle(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
     """Yield a sine or cosine with a joint variable added to its angle, subtracted from it, or negated in it."""
     for joint in (Node("name", value=name) for name in symbols if _is_trig(node) and name.startswith("theta")):
-        double = TWO * joint
-        terms = [joint, -joint, double]
+        terms = [joint, -joint, TWO * joint]
         if find_names(node.args[0]) != {joint.value}:  # negating a single angle is not a mistake in a sum of angles
-            terms.append(-double)
+            terms.append(-(TWO * joint))
         for term in terms:
             yield Edit("angle-typed", node.with_args([node.args[0] + term]))
 
@@ -272,19 +274,19 @@ def _split_trig_of_sum(node: Node) -> Iterator[Edit]:
     """Yield the sine or cosine of a sum, replaced by the sum or product of the sines or cosines of its terms."""
     terms = split_terms(node.args[0])
     if len(terms) > 1:
-        yield Edit("sum-of-angles-split", _sum(_trigs_of_terms(node)))
-        yield Edit("sum-of-angles-split", _product(_trigs_of_terms(node)))
+        yield Edit("sum-of-angles-split", _add_terms(_make_trig_of_each_term(node)))
+        yield Edit("sum-of-angles-split", _multiply(_make_trig_of_each_term(node)))
         signed_trigs = [-node.with_args(t.args) if t.kind == "neg" else node.with_args([t]) for t in terms]
-        yield Edit("sum-of-angles-split", _sum(signed_trigs))  # the minus of a term stands before the function
-        yield Edit("bracket-missing", node.with_args([_sum(terms[:-1])]) + terms[-1])
+        yield Edit("sum-of-angles-split", _add_terms(signed_trigs))  # the minus of a term stands before the function
+        yield Edit("bracket-missing", node.with_args([_add_terms(terms[:-1])]) + terms[-1])
 
 
-def _trigs_of_terms(node: Node) -> list[Node]:
+def _make_trig_of_each_term(node: Node) -> list[Node]:
     """Return the sine or cosine of each term of an angle."""
     return [node.with_args([term]) for term in split_terms(node.args[0])]
 
 
-def _product(factors: Sequence[Node]) -> Node:
+def _multiply(factors: Sequence[Node]) -> Node:
     return prod(factors, start=ONE)
 
 
@@ -298,16 +300,16 @@ def _edit_angle(angle: Node) -> Iterator[Node]:
     for k, term in enumerate(terms):
         other_terms = [*terms[:k], *terms[k + 1 :]]
         if other_terms:
-            yield _sum(other_terms)
+            yield _add_terms(other_terms)
             if len(joint_terms) > 1 or term in constants:  # negating a single angle is not a mistake in a sum of angles
-                yield _sum([*other_terms, -term])
+                yield _add_terms([*other_terms, -term])
         for factor in (TWO, HALF, DEGREES_PER_RADIAN) if term in constants else ():
-            yield _sum([*other_terms, factor * term])
+            yield _add_terms([*other_terms, factor * term])
     if len(joint_terms) > 1:
-        yield _sum([_product(joint_terms), *constants])
+        yield _add_terms([_multiply(joint_terms), *constants])
     for term in joint_terms if len(terms) > 2 else ():
         yield term
-        yield _sum([term, *constants])
+        yield _add_terms([term, *constants])
 
 
 def _split_constants(terms: Sequence[Node]) -> tuple[list[Node], list[Node]]:
@@ -318,24 +320,24 @@ def _split_constants(terms: Sequence[Node]) -> tuple[list[Node], list[Node]]:
 # --- the same mistake in all entries ---
 
 
-def edit_throughout(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list[list[Node]]]]:
-    """Yield the names of mistakes, each with all entries after this mistake was made throughout.
+def edit_all_entries(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list[list[Node]]]]:
+    """Yield the names of mistakes, each with all entries after the mistake was made in all of them.
 
-    A mistake is made in every angle, or wherever one angle occurs.
+    The mistake is made in every angle, or wherever one angle occurs, or wherever a length occurs.
     """
     angles = list(dict.fromkeys(angle for row in rows for entry in row for angle in _find_angles(entry)))
     sums = [angle for angle in angles if len(split_terms(angle)) > 1]
     for name, change in _CHANGES_OF_ALL_ANGLES:
         new_angles = {angle: change(angle) for angle in sums}
         if any(new_angle != angle for angle, new_angle in new_angles.items()):
-            yield name, _map_trigs_in_rows(rows, partial(_replace_angle, new_angles))
-    yield "sum-of-angles-split", _map_trigs_in_rows(rows, lambda node: _product(_trigs_of_terms(node)))
-    yield "sum-of-angles-split", _map_trigs_in_rows(rows, lambda node: _sum(_trigs_of_terms(node)))
+            yield name, _change_trigs_in_rows(rows, partial(_replace_angle, new_angles))
+    yield "sum-of-angles-split", _change_trigs_in_rows(rows, lambda node: _multiply(_make_trig_of_each_term(node)))
+    yield "sum-of-angles-split", _change_trigs_in_rows(rows, lambda node: _add_terms(_make_trig_of_each_term(node)))
     for angle in angles:
-        yield "trig-throughout", _map_trigs_in_rows(rows, partial(_swap_trig_of_angle, angle))
+        yield "trig-throughout", _change_trigs_in_rows(rows, partial(_swap_trig_of_angle, angle))
     for angle in sums:
         for new_angle in _edit_angle(angle):
-            yield "angle-throughout", _map_trigs_in_rows(rows, partial(_replace_angle, {angle: new_angle}))
+            yield "angle-throughout", _change_trigs_in_rows(rows, partial(_replace_angle, {angle: new_angle}))
     lengths = sorted({name for row in rows for entry in row for name in find_names(entry) if is_length(name)})
     if len(lengths) > 1:
         yield "lengths-missing", [[_set_lengths_to_one(entry, lengths) for entry in row] for row in rows]
@@ -349,7 +351,7 @@ def is_length(name: str) -> bool:
 
 
 def _set_lengths_to_one(node: Node, lengths: Sequence[str]) -> Node:
-    return map_nodes(node, dict.fromkeys((Node("name", value=name) for name in lengths), ONE).get)
+    return replace_nodes(node, dict.fromkeys((Node("name", value=name) for name in lengths), ONE).get)
 
 
 def _replace_angle(new_angles: Mapping[Node, Node], node: Node) -> Node:
@@ -365,22 +367,22 @@ def _swap_trig(node: Node) -> Node:
     return Node("call", node.args, TRIG_FUNCTIONS[node.value == "sin"])
 
 
-def _map_trigs_in_rows(rows: Sequence[Sequence[Node]], change: Callable[[Node], Node]) -> list[list[Node]]:
+def _change_trigs_in_rows(rows: Sequence[Sequence[Node]], change: Callable[[Node], Node]) -> list[list[Node]]:
     """Return all entries with every sine and cosine changed."""
-    return [[_map_trigs(entry, change) for entry in row] for row in rows]
+    return [[_change_trigs(entry, change) for entry in row] for row in rows]
 
 
-def _map_trigs(node: Node, change: Callable[[Node], Node]) -> Node:
-    return map_nodes(node, lambda inner: change(inner) if _is_trig(inner) else None)
+def _change_trigs(node: Node, change: Callable[[Node], Node]) -> Node:
+    return replace_nodes(node, lambda inner: change(inner) if _is_trig(inner) else None)
 
 
-def map_nodes(node: Node, change: Callable[[Node], Node | None]) -> Node:
-    """Return a tree with a node replaced wherever `change` returns a new node instead of None.
+def replace_nodes(node: Node, change: Callable[[Node], Node | None]) -> Node:
+    """Return a tree with each node replaced for which `change` returns a new node instead of None.
 
     Unchanged subtrees remain the same objects, so their cached results can be used.
     """
     replacement = change(node)
-    return node.with_args([map_nodes(arg, change) for arg in node.args]) if replacement is None else replacement
+    return node.with_args([replace_nodes(arg, change) for arg in node.args]) if replacement is None else replacement
 
 
 def _find_angles(node: Node) -> Iterator[Node]:
@@ -394,7 +396,7 @@ def _find_angles(node: Node) -> Iterator[Node]:
 
 def _scale_constants(factor: Node) -> Callable[[Node], Node]:
     """Return a function that multiplies the constants of a sum of angles by a factor."""
-    return lambda angle: _sum([t if find_names(t) else factor * t for t in split_terms(angle)])
+    return lambda angle: _add_terms([t if find_names(t) else factor * t for t in split_terms(angle)])
 
 
 def _keep_last_angle(keeps_constants: bool) -> Callable[[Node], Node]:
@@ -408,7 +410,7 @@ def _keep_last_angle(keeps_constants: bool) -> Callable[[Node], Node]:
         if len(joint_terms) < 2:
             return angle
         last_term = max(joint_terms, key=lambda term: sorted(find_names(term)))
-        return _sum([last_term, *(constants if keeps_constants else ())])
+        return _add_terms([last_term, *(constants if keeps_constants else ())])
 
     return reduce_angle
 
@@ -425,5 +427,5 @@ _CHANGES_OF_ALL_ANGLES: tuple[tuple[str, Callable[[Node], Node]], ...] = (
 """The mistakes that change every angle, and how they change an angle."""
 
 
-def _sum(terms: Sequence[Node]) -> Node:
+def _add_terms(terms: Sequence[Node]) -> Node:
     return sum(terms, ZERO)

@@ -24,7 +24,7 @@ from qdot.exercises.singularities.classification import (
     split_by_value,
 )
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singular_set import Component, singular_set
+from qdot.exercises.singularities.singular_set import Component, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import are_one_sided, classify_samples
 from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
 
@@ -46,7 +46,7 @@ def check_singularity_statements(numeric: NumericReference) -> Checks:
     If the solution has one sentence for each joint value of a component, each sentence is checked.
     """
     chain = numeric.chain
-    for component in singular_set(chain) or ():
+    for component in find_singular_set(chain) or ():
         parts_with_one_value = [part for _, part in split_by_value(component, classify(chain, component))]
         for part in parts_with_one_value or [component]:
             yield check_component_statement(chain, part)
@@ -59,24 +59,27 @@ def check_component_statement(chain: Chain, component: Component) -> Check:
 
 
 @lru_cache(maxsize=4096)
-def _check_statement(chain: Chain, pieces: tuple[str, ...], kind: Classification) -> Check:
+def _check_statement(chain: Chain, pieces: tuple[str, ...], classification: Classification) -> Check:
     """Check a statement and the kind of singularity at configurations on pieces of a normalized arm's singular set."""
     samples = [sample for piece in pieces for sample in _sample_piece(chain, piece)]
     name = f"said of {' or '.join(pieces)}"
-    counterexamples = [sample for sample in samples if not statement_holds(chain, kind.meaning, sample)]
+    counterexamples = [sample for sample in samples if not statement_holds(chain, classification.meaning, sample)]
     if samples and not counterexamples:
-        detail = f"{kind.meaning}; {kind.kind}, at {len(samples)} places"
-        return Check(name, all_have_kind(chain, kind, samples), detail)
+        detail = f"{classification.meaning}; {classification.kind}, at {len(samples)} places"
+        return Check(name, all_have_kind(chain, classification, samples), detail)
     first_q = counterexamples[0].q if counterexamples else ()
     location = ", ".join(f"{q} = {value:.4g}" for q, value in zip(chain.q, first_q, strict=False))
-    detail = f"{kind.meaning}: at {len(counterexamples)} of {len(samples)} not so, as at {location}"
+    detail = f"{classification.meaning}: at {len(counterexamples)} of {len(samples)} not so, as at {location}"
     return Check(name, False, detail)
 
 
 def check_side_of_lost_direction(
     chain: Chain, condition: sp.Expr | None, values: tuple[tuple[sp.Symbol, sp.Expr], ...], samples: Sequence[Sample]
 ) -> Check:
-    """Check that P can't move to one side of the lost direction at any sample, if a solution says that it can't."""
+    """Check that P can't move to one side of the lost direction at any sample, if a solution says that it can't.
+
+    The samples are configurations at which `condition` is zero and some joints have the given `values`.
+    """
     is_stated = is_one_sided(chain, condition, values)
     detail = f"one side only is{'' if is_stated else ' not'} said, at {len(samples)} configurations"
     return Check("side of the lost direction", not is_stated or are_one_sided(chain, samples), detail)
@@ -97,20 +100,20 @@ def _sample_piece(chain: Chain, piece: str) -> tuple[Sample, ...]:
     More arms are tried if the piece, such as theta3 = acos(-a2/a3), exists for few lengths only.
     """
     arm_counts = ARM_COUNTS if chain.parameters else (1,)
-    attempts = (
-        sample_condition(chain, piece, "verify/said", arms, SAMPLES_PER_PIECE // arm_counts[0]) for arms in arm_counts
-    )
+    samples_per_arm = SAMPLES_PER_PIECE // arm_counts[0]
+    attempts = (sample_condition(chain, piece, "verify/said", count, samples_per_arm) for count in arm_counts)
     return next(filter(None, attempts), ())
 
 
-def all_have_kind(chain: Chain, kind: Classification, samples: Sequence[Sample]) -> bool:
+def all_have_kind(chain: Chain, classification: Classification, samples: Sequence[Sample]) -> bool:
     """Return whether all configurations have the kind that the solution states; True if no common kind is stated."""
-    return not kind.kind or not kind.uniform or set(classify_samples(chain, samples)) <= {kind.kind}
+    kind = classification.kind
+    return not kind or not classification.uniform or set(classify_samples(chain, samples)) <= {kind}
 
 
 @dataclass(frozen=True)
-class _Claim:
-    """A statement about a configuration, matched with a pattern that captures the named joints and points."""
+class _Clause:
+    """A clause of a statement about a configuration, matched with a pattern that captures its joints and points."""
 
     chain: Chain
     sample: Sample
@@ -118,19 +121,19 @@ class _Claim:
 
     @property
     def joints(self) -> list[int]:
-        """The joints that the statement lists, counted from 0."""
+        """The joints that the clause lists, counted from 0."""
         return [int(number) - 1 for number in re.findall(r"\d+", self.match["joints"] or "")]
 
 
 def statement_holds(chain: Chain, statement: str, sample: Sample) -> bool:
     """Return whether a statement is true at a configuration; a statement that no pattern matches is false."""
-    clauses = re.split(r", and (?=the |joints? \d|all |prismatic |arm )", statement)
+    clause_texts = re.split(r", and (?=the |joints? \d|all |prismatic |arm )", statement)
     return all(
         any(
-            (match := re.fullmatch(pattern, clause)) and test(_Claim(chain, sample, match))
+            (match := re.fullmatch(pattern, text)) and test(_Clause(chain, sample, match))
             for pattern, test in _TESTS.items()
         )
-        for clause in clauses
+        for text in clause_texts
     )
 
 
@@ -162,15 +165,15 @@ def _locate_axis(sample: Sample, joint: int) -> tuple[np.ndarray, np.ndarray]:
     return frame[:3, 2], frame[:3, 3]
 
 
-def distances_from_axis(sample: Sample, positions: np.ndarray, joint: int) -> np.ndarray:
+def compute_distances_from_axis(sample: Sample, positions: np.ndarray, joint: int) -> np.ndarray:
     """Return the distances (k) of positions (k, 3) from a joint's axis at the sample's configuration."""
     z, origin = _locate_axis(sample, joint)
     return np.asarray(np.linalg.norm(np.cross(positions - origin, z), axis=-1))
 
 
-def _list_configurations_by_joint(sample: Sample, joint: int) -> np.ndarray:
+def _move_joint(sample: Sample, joint: int) -> np.ndarray:
     """Return the sample's configuration, followed by configurations in which only one joint is moved, (k, n)."""
-    steps = np.linspace(-np.pi, np.pi, 181) if sample.arm.is_revolute[joint] else np.linspace(-5, 5, 201)
+    steps = np.linspace(-np.pi, np.pi, 181) if sample.arm.is_revolute[joint] else np.linspace(-5, 5, 201)  # 2° or 5 cm
     return np.asarray(sample.q + np.concatenate([[0.0], steps])[:, None] * np.eye(len(sample.q))[joint])
 
 
@@ -183,52 +186,51 @@ def _name_extreme(distances: np.ndarray) -> str:
     return "far" if value > largest - tolerance else "near" if value < smallest + tolerance else ""
 
 
-def _is_on_axes(claim: _Claim) -> bool:
+def _is_on_axes(clause: _Clause) -> bool:
     """Return whether the subject lies on the axes of the joints.
 
     The tool point must not move if a revolute joint rotates, here by 0.7 rad.
     """
-    sample = claim.sample
-    position = _make_position_function(sample, claim.match["what"])
+    sample = clause.sample
+    position = _make_position_function(sample, clause.match["what"])
     point = position(sample.q)
     return all(
         np.linalg.norm(position(sample.q + 0.7 * np.eye(len(sample.q))[joint]) - point) < TOLERANCE
-        if sample.arm.is_revolute[joint] and claim.match["what"] == "the point"
-        else distances_from_axis(sample, point[None], joint)[0] < TOLERANCE
-        for joint in claim.joints
+        if sample.arm.is_revolute[joint] and clause.match["what"] == "the point"
+        else compute_distances_from_axis(sample, point[None], joint)[0] < TOLERANCE
+        for joint in clause.joints
     )
 
 
-def _are_collinear(claim: _Claim) -> bool:
-    sample = claim.sample
-    first_joint, *other_joints = claim.joints
+def _are_collinear(clause: _Clause) -> bool:
+    sample = clause.sample
+    first_joint, *other_joints = clause.joints
     z, origin = _locate_axis(sample, first_joint)
-    return all(
-        distances_from_axis(sample, np.stack([origin, origin + z]), joint).max() < TOLERANCE for joint in other_joints
-    )
+    points = np.stack([origin, origin + z])
+    return all(compute_distances_from_axis(sample, points, joint).max() < TOLERANCE for joint in other_joints)
 
 
-def _is_extreme(claim: _Claim) -> bool:
+def _is_extreme(clause: _Clause) -> bool:
     """Return whether moving one joint cannot bring the subject farther from (or nearer to) an axis."""
-    sample = claim.sample
-    configurations = _list_configurations_by_joint(sample, int(claim.match["by"]) - 1)
-    positions = _make_position_function(sample, claim.match["what"])(configurations)
-    distances = distances_from_axis(sample, positions, int(claim.match["axis"]) - 1)
-    return _name_extreme(distances) in re.findall("far|near", claim.match["how"])
+    sample = clause.sample
+    configurations = _move_joint(sample, int(clause.match["by"]) - 1)
+    positions = _make_position_function(sample, clause.match["what"])(configurations)
+    distances = compute_distances_from_axis(sample, positions, int(clause.match["axis"]) - 1)
+    return _name_extreme(distances) in re.findall("far|near", clause.match["how"])
 
 
-def _is_extreme_sideways(claim: _Claim) -> bool:
+def _is_extreme_sideways(clause: _Clause) -> bool:
     """Return whether the joint has moved the point as far as possible to one side of the prismatic joint.
 
     Seen along the axis of the prismatic joint, the circle on which the joint moves the point is an ellipse or a line.
     On a line, the point must be at one of the two ends.
     """
-    sample, prismatic_joint = claim.sample, int(claim.match["prismatic"]) - 1
-    if claim.chain.joints[prismatic_joint].is_revolute:
+    sample, prismatic_joint = clause.sample, int(clause.match["prismatic"]) - 1
+    if clause.chain.joints[prismatic_joint].is_revolute:
         return False
-    configurations = _list_configurations_by_joint(sample, int(claim.match["by"]) - 1)
+    configurations = _move_joint(sample, int(clause.match["by"]) - 1)
     z, origin = _locate_axis(sample, prismatic_joint)
-    offsets = _make_position_function(sample, claim.match["what"])(configurations) - origin
+    offsets = _make_position_function(sample, clause.match["what"])(configurations) - origin
     projected = offsets - (offsets @ z)[:, None] * z
     side_direction = projected[0] / max(float(np.linalg.norm(projected[0])), 1e-12)
     centred = projected - projected.mean(axis=0)
@@ -237,20 +239,20 @@ def _is_extreme_sideways(claim: _Claim) -> bool:
     return bool(_name_extreme(projected @ side_direction) or _name_extreme(centred @ line_direction))
 
 
-def _is_stretched(claim: _Claim) -> bool:
+def _is_stretched(clause: _Clause) -> bool:
     """Return whether the arm is stretched out or folded back after one of its revolute joints, as stated.
 
     The later parallel joints can then bring the point no farther from the axis, or some of these joints can bring the
     point no nearer. If the task has angular rows, a point on the last axis and the wrist centre are also tested instead
     of the tool point.
     """
-    sample, stated = claim.sample, set(re.findall("stretched out|folded back", claim.match[0]))
+    sample, stated_stretches = clause.sample, set(re.findall("stretched out|folded back", clause.match[0]))
     revolute_joints = [i for i, kind in enumerate(sample.arm.kinds) if kind == REVOLUTE]
     subjects = ["the point"]
-    if any(row[0] == "w" for row in claim.chain.task):
+    if any(row[0] == "w" for row in clause.chain.task):
         subjects += [f"the axis of joint {len(sample.q)}", *(["the wrist centre"] if len(sample.q) == 6 else [])]
     return any(
-        _describe_stretch(sample, _make_position_function(sample, subject), revolute_joints[i:]) in stated
+        _describe_stretch(sample, _make_position_function(sample, subject), revolute_joints[i:]) in stated_stretches
         for subject in subjects
         for i in range(len(revolute_joints))
     )
@@ -265,7 +267,7 @@ def _describe_stretch(sample: Sample, position: PositionFunction, revolute_joint
     """
     first_joint, *later_joints = revolute_joints
     distances_by_joint = {
-        joint: distances_from_axis(sample, position(_list_configurations_by_joint(sample, joint)), first_joint)
+        joint: compute_distances_from_axis(sample, position(_move_joint(sample, joint)), first_joint)
         for joint in later_joints
     }
     effective_joints = [joint for joint, distances in distances_by_joint.items() if np.ptp(distances) > TOLERANCE]
@@ -281,86 +283,86 @@ def _describe_stretch(sample: Sample, position: PositionFunction, revolute_joint
     return "stretched out" if np.all(links @ links.T > -TOLERANCE) else "folded back"
 
 
-def _are_parallel(claim: _Claim) -> bool:
-    directions = claim.sample.axes[claim.joints]
+def _are_parallel(clause: _Clause) -> bool:
+    directions = clause.sample.axes[clause.joints]
     return all(np.linalg.norm(np.cross(a, b)) < TOLERANCE for a, b in pairwise(directions))
 
 
-def _are_parallel_to_plane(claim: _Claim) -> bool:
-    return bool(np.linalg.svd(claim.sample.axes[claim.joints], compute_uv=False)[-1] < TOLERANCE)
+def _are_parallel_to_plane(clause: _Clause) -> bool:
+    return bool(np.linalg.svd(clause.sample.axes[clause.joints], compute_uv=False)[-1] < TOLERANCE)
 
 
-def _are_coplanar(claim: _Claim) -> bool:
+def _are_coplanar(clause: _Clause) -> bool:
     """Return whether axes are parallel and lie in one plane: all lines between them have the same normal."""
-    (z, origin), *other_axes = (_locate_axis(claim.sample, joint) for joint in claim.joints)
+    (z, origin), *other_axes = (_locate_axis(clause.sample, joint) for joint in clause.joints)
     normals = np.array([np.cross(z, point - origin) for _, point in other_axes])
-    return _are_parallel(claim) and bool(np.linalg.svd(normals, compute_uv=False)[1] < TOLERANCE)
+    return _are_parallel(clause) and bool(np.linalg.svd(normals, compute_uv=False)[1] < TOLERANCE)
 
 
-def _prismatic_axis_has_direction(claim: _Claim) -> bool:
+def _has_stated_direction(clause: _Clause) -> bool:
     """Return whether a prismatic axis is along, or perpendicular to, the line between two parallel joint axes."""
-    joints = [int(claim.match[name]) - 1 for name in ("prismatic", "first", "second")]
-    if claim.chain.joints[joints[0]].is_revolute:
+    joints = [int(clause.match[name]) - 1 for name in ("prismatic", "first", "second")]
+    if clause.chain.joints[joints[0]].is_revolute:
         return False
-    (direction, _), (z, start), (_, end) = (_locate_axis(claim.sample, joint) for joint in joints)
+    (direction, _), (z, start), (_, end) = (_locate_axis(clause.sample, joint) for joint in joints)
     line = (end - start) - ((end - start) @ z) * z
     if np.linalg.norm(line) < TOLERANCE:
         return False
     line /= np.linalg.norm(line)
-    deviation = np.cross(direction, line) if claim.match["how"] == "along" else direction @ line
+    deviation = np.cross(direction, line) if clause.match["how"] == "along" else direction @ line
     return bool(np.linalg.norm(deviation) < TOLERANCE)
 
 
-def _move_along_one_line(claim: _Claim) -> bool:
+def _move_along_one_line(clause: _Clause) -> bool:
     """Return whether two joints move the point in parallel directions, by finite differences."""
-    sample = claim.sample
-    nudges = 1e-5 * np.eye(len(sample.q))[claim.joints]
+    sample = clause.sample
+    nudges = 1e-5 * np.eye(len(sample.q))[clause.joints]
     a, b = (sample.arm.point(sample.q + nudges) - sample.arm.point(sample.q - nudges)) / 2e-5
     return bool(np.linalg.norm(np.cross(a, b)) < 10 * TOLERANCE * np.linalg.norm(a) * np.linalg.norm(b))
 
 
-def _have_no_effect(claim: _Claim) -> bool:
+def _have_no_effect(clause: _Clause) -> bool:
     """Return whether the joints can move while the stated point or link, or everything in the task, stays at rest."""
-    sample, rows = claim.sample, claim.chain.task_rows
-    joints = claim.joints or list(range(len(sample.q)))
+    sample, rows = clause.sample, clause.chain.task_rows
+    joints = clause.joints or list(range(len(sample.q)))
     jacobian = sample.arm.jacobian(sample.q)[:, joints]
     _, sigma, motions = np.linalg.svd(jacobian[rows])
-    count = min(len(rows), len(joints))
-    if len(joints) <= len(rows) and sigma[count - 1] > TOLERANCE * max(float(sigma[0]), 1e-3):
+    full_rank = min(len(rows), len(joints))
+    if len(joints) <= len(rows) and sigma[full_rank - 1] > TOLERANCE * max(float(sigma[0]), 1e-3):
         return False
     velocities = np.abs(jacobian @ motions[-1])
-    resting = {"leave the point at rest": velocities[:3], f"leave link {len(sample.q)} at rest": velocities}
-    return bool(resting.get(claim.match["rests"] or "", velocities[rows]).max() < TOLERANCE)
+    stated_velocities = {"leave the point at rest": velocities[:3], f"leave link {len(sample.q)} at rest": velocities}
+    return bool(stated_velocities.get(clause.match["rests"] or "", velocities[rows]).max() < TOLERANCE)
 
 
-def _move_point_along(claim: _Claim) -> bool:
+def _move_point_in_line_or_plane(clause: _Clause) -> bool:
     """Return whether all joints together move the point only along one line, or only in one plane."""
-    sigma = np.linalg.svd(claim.sample.arm.jacobian(claim.sample.q)[:3], compute_uv=False)
-    return bool(sigma[1 if claim.match["where"] == "along one line" else 2] < TOLERANCE)
+    sigma = np.linalg.svd(clause.sample.arm.jacobian(clause.sample.q)[:3], compute_uv=False)
+    return bool(sigma[1 if clause.match["where"] == "along one line" else 2] < TOLERANCE)
 
 
-def _move_point_along_as_seen(claim: _Claim) -> bool:
+def _move_point_in_line_as_seen(clause: _Clause) -> bool:
     """Return whether all joints move the point along one line, as seen along an axis of the world frame."""
-    axis_index = "xyz".index(claim.match["axis"])
-    projected = np.delete(claim.sample.arm.jacobian(claim.sample.q)[:3], axis_index, axis=0)
+    axis_index = "xyz".index(clause.match["axis"])
+    projected = np.delete(clause.sample.arm.jacobian(clause.sample.q)[:3], axis_index, axis=0)
     return bool(np.linalg.svd(projected, compute_uv=False)[1] < TOLERANCE)
 
 
-def _no_joint_moves(claim: _Claim) -> bool:
+def _no_joint_moves(clause: _Clause) -> bool:
     """Return whether no joint moves the point along, or rotates the last link about, the stated world axes."""
-    rows = ["xyz".index(axis) + 3 * ("about" in claim.match[0]) for axis in re.findall("[xyz]", claim.match["axes"])]
-    return bool(np.abs(claim.sample.arm.jacobian(claim.sample.q)[rows]).max() < TOLERANCE)
+    rows = ["xyz".index(axis) + 3 * ("about" in clause.match[0]) for axis in re.findall("[xyz]", clause.match["axes"])]
+    return bool(np.abs(clause.sample.arm.jacobian(clause.sample.q)[rows]).max() < TOLERANCE)
 
 
-def _are_dependent(claim: _Claim) -> bool:
+def _are_dependent(clause: _Clause) -> bool:
     """Return whether the task Jacobian has less than full rank."""
-    sigma = np.linalg.svd(claim.sample.arm.jacobian(claim.sample.q)[claim.chain.task_rows], compute_uv=False)
+    sigma = np.linalg.svd(clause.sample.arm.jacobian(clause.sample.q)[clause.chain.task_rows], compute_uv=False)
     return bool(sigma[-1] < TOLERANCE * max(float(sigma[0]), 1e-3))
 
 
 _SUBJECT_PATTERN = r"(?P<what>the point|the wrist centre|the origin O\d+|the axis of joint \d+)"
 _JOINTS_PATTERN = r"(?P<joints>[\d, and]+)"
-_TESTS: dict[str, Callable[[_Claim], bool]] = {
+_TESTS: dict[str, Callable[[_Clause], bool]] = {
     rf"{_SUBJECT_PATTERN} lies on the ax[ie]s of joints? {_JOINTS_PATTERN}"
     r"(, which then do(es)? not move it)?": _is_on_axes,
     rf"the axes of joints {_JOINTS_PATTERN} coincide": _are_collinear,
@@ -373,12 +375,12 @@ _TESTS: dict[str, Callable[[_Claim], bool]] = {
     rf"the axes of joints {_JOINTS_PATTERN} are all parallel to one plane": _are_parallel_to_plane,
     rf"the parallel axes of joints {_JOINTS_PATTERN} lie in one plane": _are_coplanar,
     r"prismatic joint (?P<prismatic>\d+) moves (?P<how>along|at right angles to) the line"
-    r" from the axis of joint (?P<first>\d+) to that of joint (?P<second>\d+)": _prismatic_axis_has_direction,
+    r" from the axis of joint (?P<first>\d+) to that of joint (?P<second>\d+)": _has_stated_direction,
     rf"joints {_JOINTS_PATTERN} move the point along the same line": _move_along_one_line,
     r"joint (?P<joints>\d+) has no effect(?P<rests>) on the task": _have_no_effect,
     rf"(all joints|joints {_JOINTS_PATTERN}) can move together and (?P<rests>.*)": _have_no_effect,
-    r"all joints move the point (?P<where>along one line|in one plane)": _move_point_along,
-    r"seen along (?P<axis>[xyz]), all joints move the point along one line": _move_point_along_as_seen,
+    r"all joints move the point (?P<where>along one line|in one plane)": _move_point_in_line_or_plane,
+    r"seen along (?P<axis>[xyz]), all joints move the point along one line": _move_point_in_line_as_seen,
     r"no joint (moves the point along|rotates link \d+ about) (?P<axes>[xyz, and]+)": _no_joint_moves,
     r"the (columns|rows) of J are linearly dependent": _are_dependent,
 }
