@@ -166,15 +166,13 @@ def _check_nobody_missing(
     For example, a second zip may contain only late submissions. Or the last run graded a platform's zip, but this run
     does not name the zip.
     """
-    names = [student.id for student in assignment.roster]
-    students_with_submission = {name for name, result in earlier_results.items() if result.submission is not None}
-    missing_names = [
-        name for name in names if name not in submission_folder.by_student and name in students_with_submission
-    ]
-    if missing_names:
-        students = f"{len(missing_names)} of {count_noun(len(names), 'student')} graded in the last run"
+    earlier_ids = {student for student, result in earlier_results.items() if result.submission is not None}
+    ids = [student.id for student in assignment.roster]
+    missing_ids = [student for student in ids if student in earlier_ids - submission_folder.by_student.keys()]
+    if missing_ids:
+        students = f"{len(missing_ids)} of {count_noun(len(ids), 'student')} graded in the last run"
         raise QdotError(
-            f"{source}: submissions of {students} are missing: {list_some(missing_names, 5)}; put all submissions into "
+            f"{source}: submissions of {students} are missing: {list_some(missing_ids, 5)}; put all submissions into "
             "one folder or zip, or add --allow-missing to remove these marks"
         )
 

@@ -51,10 +51,9 @@ def make_grades_table(results: Sequence[Result], roster: Sequence[Student]) -> t
         student = by_id[result.student]
         cells = [student.id, student.name, student.email, *(value for _, value in student.other_cells)]
         points = [part.points for part in result.parts.values()]
-        score, percent = (
-            (None, None) if find_work_status(result) in UNMARKED_STATUSES else (result.score, result.percent)
-        )
-        sums = [score, result.max_score, percent, find_work_status(result), _compute_late_penalty(result)]
+        status = find_work_status(result)
+        score, percent = (None, None) if status in UNMARKED_STATUSES else (result.score, result.percent)
+        sums = [score, result.max_score, percent, status, _compute_late_penalty(result)]
         notes = "; ".join((*list_staff_notes(result), *list_group_notes(result)))
         rows.append([*cells, *points, *sums, "; ".join(describe_overrides(result)), notes])
     return ["student", "name", "email", *columns, *results[0].parts, *SUMMARY_COLUMNS], rows
