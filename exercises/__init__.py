@@ -1,24 +1,24 @@
-"""Make problems: robots, questions, reference solutions, and every form in which they are released.
+"""Generate problems: arms, questions, reference solutions, and every format in which problems are released.
 
-The map, from the bottom up: nothing here imports what stands below it, nor anything of `grader` (pyproject.toml,
-`tool.importlinter`). Each folder says in its `__init__` what is in it.
+No package imports one that is listed after it, nor anything of `grader` (pyproject.toml, `tool.importlinter`). The
+`__init__` of each package describes its modules.
 
     common/                     errors, files, processes, the terminal
-    formula/                    text to a tree, a tree to numbers; are two expressions, or two sets, the same
-    arm/                        a DH table, and all that follows from it
-    singularities/              where an arm is singular, and which motion it loses there
-    reference_answers/               the types of answers, a class each
-    problem/                    identity, problem, part; what half an answer earns
-    questions/, mistakes/       what is asked of an arm; what goes wrong in a derivation, and what comes of it
-    short_questions/            short questions, their wrong options made by mistakes; all that can be asked
-    families/, generation       which arms there are; from an identity to a problem
-    verify/                     the certificate of a problem, by ways the reference was not derived by
-    writing/                    statements, hints, solutions; formulas as LaTeX, MathML, Typst, Maxima; languages
-    figure/                     the drawing of an arm, as SVG and as TikZ, and its description in words
-    notebook/                   notebooks; one problem in every format
-    assignment/                 an instructor's folder, read and checked; its notebooks written
-    solve/                      all that is derived for an arm of your own (`qdot solve`)
-    chapter/                    the chapter's examples, solved, and its errata
-    site/                       the web site: pages, and problems that a browser can grade
-    exports/                    every other form in which an assignment is released (`qdot export`)
+    formula/                    parse, print and evaluate formulas; compare them as functions and as sets
+    arm/                        describe an arm by a DH table or screws, and derive its kinematics
+    singularities/              find the singular configurations of an arm, and the motions that it loses there
+    reference_answers/          the types of answers, one class for each
+    problem/                    problems, their identities and parts; the rules for partial credit
+    questions/, mistakes/       the kinds of questions; the mistakes that students make in the derivations
+    short_questions/            short questions, whose wrong options come from these mistakes; the list of all questions
+    families/, generation       the families of arms; from the identity of a problem to the problem
+    verify/                     certify problems by methods that are independent of the derivation
+    writing/                    statements, hints and solutions; their formulas and languages
+    figure/                     draw an arm as SVG and as TikZ, and describe the drawing in words
+    notebook/                   write problems as notebooks and in every other format of `qdot show`
+    assignment/                 read and check an instructor's assignment folder, and write its notebooks
+    solve/                      derive all results for a user's own arm (`qdot solve`)
+    chapter/                    the chapter's examples with their solutions, and its errata
+    site/                       build the web site: pages, and problems that a browser can grade
+    exports/                    export an assignment in formats other than notebooks (`qdot export`)
 """

@@ -32,7 +32,7 @@ from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
 from qdot.exercises.common.variation import DEFAULT_VARIATION, find_canonical_name
 from qdot.exercises.families import Family
-from qdot.exercises.families.own import read_robot_family
+from qdot.exercises.families.robot_family import read_robot_family
 from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.problem.credit import Credit, parse_credit_policy
 from qdot.exercises.problem.problem import (

@@ -11,7 +11,7 @@ from string import Template
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
 from qdot.exercises.common.errors import make_name_error
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_AXES, VARIATION_STEPS
-from qdot.exercises.problem.credit import CREDIT_FORM
+from qdot.exercises.problem.credit import CREDIT_ERROR
 from qdot.exercises.problem.rounding import ROUNDING_FORM
 from qdot.exercises.singularities.difficulty import HARDEST_BAND
 
@@ -21,7 +21,7 @@ _TEXT = Template(FORMS_FILE.read_text(encoding="utf-8")).substitute(
     conventions=", ".join(CONVENTIONS), twist_orders=" or ".join(TWIST_ORDERS), hardest_band=HARDEST_BAND,
 )  # fmt: skip
 _FORMS: dict[str, dict[str, str]] = tomllib.loads(_TEXT)
-EXPECTED_FORMS = _FORMS["assignment"] | {"credit": CREDIT_FORM, "decimals": ROUNDING_FORM}
+EXPECTED_FORMS = _FORMS["assignment"] | {"credit": CREDIT_ERROR, "decimals": ROUNDING_FORM}
 LATE_FORMS, ATTEMPT_FORMS, PAPER_FORMS = _FORMS["late"], _FORMS["attempts"], _FORMS["paper"]
 """The phrases for the keys of assignment.toml, and for the keys in its tables `late`, `attempts` and `paper`."""
 

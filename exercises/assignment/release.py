@@ -181,7 +181,7 @@ def make_notebook(
     if released is None:
         notebook = make_student_notebook(*content)
     else:
-        notebook = make_solution_notebook(*content, released=released)
+        notebook = make_solution_notebook(*content, released_notebook=released)
     notebook.metadata["qdot"].update(
         digest=assignment.problems_digest_of(student),
         edition=assignment.notebook_digest_of(student),

@@ -17,7 +17,7 @@ from qdot.exercises.writing.wording import Wording
 
 
 def read_entries(name: str) -> list[dict[str, Any]]:
-    """Return the "examples" or the "errata" from the TOML file of that name beside this module."""
+    """Return the entries of examples.toml or errata.toml; `name` is "examples" or "errata"."""
     text = Path(__file__).with_name(f"{name}.toml").read_text(encoding="utf-8")
     entries: list[dict[str, Any]] = tomllib.loads(text)[name]
     return entries
@@ -38,7 +38,7 @@ class Example:
     """An example of the chapter, with its solution.
 
     - `number` is the example's number in the chapter, such as "6.1".
-    - `key` names the arm and its drawings.
+    - `key` is the name of the arm in the names of its drawings, such as "planar-2r".
     - `steps` are the steps of the solution: the title and the text of each.
     - `shows_arm` says whether this is the first example with the arm, which therefore shows a drawing of the arm.
     - `shows_singularities` says whether the example shows drawings of singular configurations.
@@ -63,22 +63,22 @@ def solve_examples(language: str = ENGLISH) -> tuple[Example, ...]:
     """Return the chapter's examples with their solutions in a language."""
     words = load_catalogue(language)
     arms = {"planar-2r": make_planar_2r(), "scorbot": make_scorbot_arm()}
-    solved: list[Example] = []
+    examples: list[Example] = []
     for number, title, key, questions in (entry.values() for entry in read_entries("examples")):
         titles = [words.translate_question(QUESTIONS[name].title) for name in questions]
-        solutions = [_solve(arms[key], name, language) for name in questions]
+        solutions = [_write_worked_solution(arms[key], name, language) for name in questions]
         steps = tuple(zip(titles, solutions, strict=True))
-        is_first_use = all(example.key != key for example in solved)
+        is_first_use = all(example.key != key for example in examples)
         has_singularities = "singular-angles" in questions
-        solved.append(Example(number, words.gettext(title), key, arms[key], steps, is_first_use, has_singularities))
-    return tuple(solved)
+        examples.append(Example(number, words.gettext(title), key, arms[key], steps, is_first_use, has_singularities))
+    return tuple(examples)
 
 
 @cache
-def _solve(chain: Chain, name: str, language: str) -> str:
+def _write_worked_solution(chain: Chain, question: str, language: str) -> str:
     """Return the worked solution of a question about an arm."""
-    answer, details = QUESTIONS[name].ask(chain, Stream("docs"))
-    part = Part(name, name, answer, details=details)
+    answer, details = QUESTIONS[question].ask(chain, Stream("docs"))
+    part = Part(question, question, answer, details=details)
     return write_solution(Problem(ProblemId(chain.name, 0), chain, (part,)), part, language)
 
 
@@ -86,17 +86,17 @@ def _solve(chain: Chain, name: str, language: str) -> str:
 class Erratum:
     """An error in the printed chapter, with its correction.
 
-    - `where` is the place in the chapter, and `kind` is "wrong", "incomplete" or "lost in the layout".
-    - `printed` and `right` are the printed and the correct text, and `why` is the reason.
-    - `values` are numbers, with their descriptions, that show the error; `at` is the configuration for which they hold.
+    - `place` is the place in the chapter, and `kind` is "wrong", "incomplete" or "lost in the layout".
+    - `printed` and `correction` are the printed and the correct text, and `reason` is why it matters.
+    - `values` are pairs (description, number) that show the error; they hold for the `configuration`.
     """
 
-    where: str
+    place: str
     kind: str
     printed: str
-    right: str
-    why: str
-    at: str
+    correction: str
+    reason: str
+    configuration: str
     values: tuple[tuple[str, str], ...]
 
 

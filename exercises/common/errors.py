@@ -27,7 +27,7 @@ def make_open_files_error(error: BaseException) -> QdotError | None:
     return QdotError(f"this process has reached its limit of open files; {advice}")
 
 
-def make_name_error(kind: str, name: str, known: Sequence[str], suggestion: str = "") -> QdotError:
+def make_name_error(kind: str, name: str, known_names: Sequence[str], suggestion: str = "") -> QdotError:
     """Return the error for a name that is not in a list; its message has the list and a suggestion.
 
     Without a `suggestion`, the most similar name is suggested.
@@ -35,9 +35,9 @@ def make_name_error(kind: str, name: str, known: Sequence[str], suggestion: str 
     >>> print(make_name_error("family", "scra", ["planar-2r", "scara"]))
     unknown family 'scra' (did you mean 'scara'?); known: planar-2r, scara
     """
-    suggestion = suggestion or find_most_similar(name, known)
+    suggestion = suggestion or find_most_similar(name, known_names)
     hint = f" (did you mean {suggestion!r}?)" if suggestion else ""
-    return QdotError(f"unknown {kind} {name!r}{hint}; known: {', '.join(known)}")
+    return QdotError(f"unknown {kind} {name!r}{hint}; known: {', '.join(known_names)}")
 
 
 def count_noun(number: int, noun: str) -> str:
@@ -49,10 +49,10 @@ def count_noun(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def list_some(names: Sequence[str], shown_count: int) -> str:
+def list_first(names: Sequence[str], shown_count: int) -> str:
     """Return the first `shown_count` names as a list, and how many more there are.
 
-    >>> list_some(["ada", "bo", "cy", "di"], 2)
+    >>> list_first(["ada", "bo", "cy", "di"], 2)
     'ada, bo and 2 more'
     """
     others_text = f" and {len(names) - shown_count} more" if len(names) > shown_count else ""
@@ -64,7 +64,7 @@ def shorten(text: str, max_length: int) -> str:
     return text if len(text) <= max_length else f"{text[:max_length]} …"
 
 
-def find_most_similar(name: str, known: Sequence[str]) -> str:
+def find_most_similar(name: str, known_names: Sequence[str]) -> str:
     """Return the known name that is most similar to an unknown name; "" if no known name is similar.
 
     >>> find_most_similar("scra", ["planar-2r", "scara"]), find_most_similar("x", ["planar-2r", "scara"])
@@ -72,4 +72,4 @@ def find_most_similar(name: str, known: Sequence[str]) -> str:
     """
     import difflib
 
-    return next(iter(difflib.get_close_matches(name, known, n=1)), "")
+    return next(iter(difflib.get_close_matches(name, known_names, n=1)), "")

@@ -61,11 +61,11 @@ def write_atomically(path: Path, content: str | bytes, mode: int = 0o644, *, is_
 def _must_be_written_in_place(path: Path) -> bool:
     """Return whether a path can't be replaced: a device, a pipe, a socket, or a process's open file (/dev/fd/1)."""
     try:
-        kind = path.stat().st_mode
+        file_mode = path.stat().st_mode
     except FileNotFoundError:
         return False
-    if not stat.S_ISREG(kind):
-        return not stat.S_ISDIR(kind)
+    if not stat.S_ISREG(file_mode):
+        return not stat.S_ISDIR(file_mode)
     folders = [path.parent, *([path.parent / path.readlink().parent] if path.is_symlink() else [])]
     return any(os.path.realpath(folder).startswith(("/proc/", "/dev/fd")) for folder in folders)
 
@@ -153,11 +153,11 @@ LOCKED_BYTE = 1 << 30
 def _lock_on_windows(handle: int, wait: bool) -> None:
     import msvcrt
 
-    kind = msvcrt.LK_LOCK if wait else msvcrt.LK_NBLCK  # type: ignore[attr-defined]
+    locking_mode = msvcrt.LK_LOCK if wait else msvcrt.LK_NBLCK  # type: ignore[attr-defined]
     position = os.lseek(handle, 0, os.SEEK_CUR)
     os.lseek(handle, LOCKED_BYTE, os.SEEK_SET)
     try:
-        msvcrt.locking(handle, kind, 1)  # type: ignore[attr-defined]
+        msvcrt.locking(handle, locking_mode, 1)  # type: ignore[attr-defined]
     except OSError as error:
         raise BlockingIOError(error.errno, error.strerror) from None
     finally:
@@ -166,7 +166,7 @@ def _lock_on_windows(handle: int, wait: bool) -> None:
 
 @contextlib.contextmanager
 def clean_up_after(paths: Sequence[Path]) -> Iterator[None]:
-    """Remove leftover temporary files of these paths, of earlier runs before the block, of killed workers after it."""
+    """Remove the leftovers of these paths: those of earlier runs before the block, those of killed workers after it."""
     remove_leftovers(paths)
     try:
         yield

@@ -136,8 +136,8 @@ class TomlFile:
 
         If the line of a key is unknown, return the line of the table or the key that contains it.
         """
-        starts = (tuple(line_path[:length]) for length in range(len(line_path), 0, -1))
-        number = next((self._line_numbers[start] for start in starts if start in self._line_numbers), None)
+        outer_paths = (tuple(line_path[:length]) for length in range(len(line_path), 0, -1))
+        number = next((self._line_numbers[path] for path in outer_paths if path in self._line_numbers), None)
         parts = [str(self.path), *([f"line {number}"] if number else [])]
         for key_or_index in key_path:
             if isinstance(key_or_index, int):
@@ -164,9 +164,9 @@ class TomlFile:
             guess = find_most_similar(key, (*known, *top_level_keys))
             if guess not in top_level_keys or guess in known:
                 raise QdotError(f"{location}: {make_name_error('key', key, tuple(known))}")
-            start = "the key" if guess == key else f"unknown key {key!r} (did you mean {guess!r}?);"
+            subject = "the key" if guess == key else f"unknown key {key!r} (did you mean {guess!r}?);"
             advice = f"{guess!r} belongs at the top of the file, above every [[{key_path[0]}]]"
-            raise QdotError(f"{location}: {start} {advice}")
+            raise QdotError(f"{location}: {subject} {advice}")
         for key in required:
             if key not in table:
                 location = self._describe_location(key_path, key_path)
@@ -200,7 +200,7 @@ def read_toml(path: Path, missing_hint: str = "", parse_decimal: Callable[[str],
         problem, line = match.groups() if match else (str(error), None)
         problem = re.sub(r"\('(.*?)',?\)", r"'\1'", problem)  # a key in Python's notation
         number = line or str(max(1, len(text.splitlines())))
-        hint = next((hint for sign, hint in _HINTS if sign in problem.lower()), "")
+        hint = next((hint for phrase, hint in _HINTS if phrase in problem.lower()), "")
         if any(quote in text.splitlines()[int(number) - 1] for quote in "“”„‘’"):
             hint = '; replace the curly quotes by straight ones: "'
         raise QdotError(f"{path}: line {number}: not valid TOML: {problem[:1].lower()}{problem[1:]}{hint}") from None
@@ -272,9 +272,9 @@ def parse_csv_rows(text: str, row_lines: list[int] | None = None) -> Iterator[tu
     """
     row_lines = [] if row_lines is None else row_lines
     first_line, _, following_lines = text.partition("\n")
-    statement = re.fullmatch(f'"?sep=([{SEPARATORS}])"?', first_line.strip("\ufeff"), re.IGNORECASE)
-    separator = statement[1] if statement else max(SEPARATORS, key=re.sub('"[^"]*"', "", first_line).count)
-    table_text, first_number = (following_lines, 2) if statement else (text, 1)
+    separator_line = re.fullmatch(f'"?sep=([{SEPARATORS}])"?', first_line.strip("\ufeff"), re.IGNORECASE)
+    separator = separator_line[1] if separator_line else max(SEPARATORS, key=re.sub('"[^"]*"', "", first_line).count)
+    table_text, first_number = (following_lines, 2) if separator_line else (text, 1)
     reader = csv.reader(io.StringIO(table_text, newline=""), delimiter=separator, strict=True)
     row_lines.append(first_number)
     for row in reader:

@@ -163,7 +163,7 @@ def _list_rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
         yield f"If only {sign_words} wrong, or only a constant factor: {points}; both: {points_for_both}."
     else:
         yield f"If only {sign_words} wrong: {points}."
-    if credit.is_by_mistakes and (has_varying_entries or part.answer.expected_units):
+    if credit.covers_known_mistakes and (has_varying_entries or part.answer.expected_units):
         yield f"If one other mistake explains everything that is wrong: {_format_partial_points(part, MISTAKE_FACTOR)}."
     if is_product(part) and credit.rule in ("", "factors"):
         yield "Each missing, wrong or extra factor with joint variables halves the points; at most two are allowed."

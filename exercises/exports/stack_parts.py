@@ -23,24 +23,23 @@ from qdot.exercises.exports.known_wrong_answers import (
     find_known_wrong_answers,
     list_tolerances,
     make_domain,
+    parse_entries,
 )
 from qdot.exercises.formula.equality import READABLE_POINTS
-from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.printers.maxima import maxima_matrix, maxima_text
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.scale import find_constant_factor
-from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.formula.trees import ONE
 from qdot.exercises.formula.trees import Node as Tree
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.problem.credit import (
     MISTAKE_FACTOR,
     SIGN_OR_FACTOR_COST,
+    compute_share_of_columns,
+    compute_share_of_entries,
+    compute_share_of_set,
+    compute_share_up_to_sign_and_factor,
     count_false_conditions,
-    share_of_columns,
-    share_of_entries,
-    share_of_set,
-    share_up_to_sign_and_factor,
 )
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import find_determinant_in_denominator
@@ -167,7 +166,7 @@ def convert_part(problem: Problem, part: Part) -> StackPart | Reason:
             raise TypeError(f"STACK does not support answers of type {answer.type}")
 
 
-def compute_share_of_formulas(
+def compute_formula_share(
     problem: Problem, part: Part, answer: sp.Matrix, entries_equal: Sequence[bool], is_explained: bool = False
 ) -> float:
     """Return the share of the points that formulas earn. `entries_equal` says which entries are correct.
@@ -185,10 +184,14 @@ def compute_share_of_formulas(
     if part.shape is not None:
         correct_indices = {k for k, is_equal in enumerate(entries_equal) if is_equal}
         if credit.rule == "columns" and reference.cols > 1:
-            entry_share = share_of_columns(list(map(correct_indices.issuperset, _list_nonzero_columns(reference))))
+            entry_share = compute_share_of_columns(
+                list(map(correct_indices.issuperset, _list_nonzero_columns(reference)))
+            )
         else:
             _, zero_indices = _separate_zeros(reference)
-            entry_share = share_of_entries(entries_equal, [k in zero_indices for k in range(len(entries_equal))])
+            entry_share = compute_share_of_entries(
+                entries_equal, [k in zero_indices for k in range(len(entries_equal))]
+            )
         varying_indices = _find_varying_indices(problem, reference)
         if not varying_indices or correct_indices.intersection(varying_indices):
             share = max(share, entry_share)
@@ -201,7 +204,7 @@ def _compute_minimum_share(problem: Problem, part: Part, answer: sp.Matrix) -> F
     """Return the minimum share of the points for an answer that a single known mistake explains."""
     reference = part.answer.as_matrix()
     has_varying_entries = _find_varying_indices(problem, reference) and _find_varying_indices(problem, answer)
-    if not part.credit.is_by_mistakes or not has_varying_entries:
+    if not part.credit.covers_known_mistakes or not has_varying_entries:
         return Fraction(0)
     determinant = find_determinant_in_denominator(problem.chain, part, make_domain(problem).roles)
     if determinant is None:
@@ -219,17 +222,14 @@ def _compute_share_up_to_a_factor(
     """
     domain, varying_indices = make_domain(problem), _find_varying_indices(problem, reference)
     wrong_indices = [k for k, is_equal in enumerate(entries_equal) if not is_equal]
-    answer_entries, reference_entries = (
-        [parse_formula(expression_text(matrix[k]), domain.roles) for k in wrong_indices]
-        for matrix in (answer, reference)
-    )
-    multiplied_entries = [entry * common_factor for entry in reference_entries]
-    factor = find_constant_factor(
-        answer_entries, multiplied_entries, domain, set(domain.roles) - problem.constants, f"stack/{problem.id}"
-    )
+    wrong_entries = parse_entries(problem, (answer[k] for k in wrong_indices))
+    expected_entries = parse_entries(problem, (reference[k] for k in wrong_indices))
+    variables = set(domain.roles) - problem.constants
+    multiplied_entries = [entry * common_factor for entry in expected_entries]
+    factor = find_constant_factor(wrong_entries, multiplied_entries, domain, variables, f"stack/{problem.id}")
     if factor is None or (factor.changes_size and set(varying_indices).isdisjoint(wrong_indices)):
         return Fraction(0)
-    return share_up_to_sign_and_factor(factor.is_negative, factor.changes_size or common_factor != ONE)
+    return compute_share_up_to_sign_and_factor(factor.is_negative, factor.changes_size or common_factor != ONE)
 
 
 def _find_varying_indices(problem: Problem, reference: sp.Matrix) -> list[int]:
@@ -294,9 +294,7 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | Reason:
         min(max_width, max(min_width, max_length)), typing_help=explain_typing(problem),
     )  # fmt: skip
     for index, known_answer in enumerate(find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
-        share = compute_share_of_formulas(
-            problem, part, known_answer.matrix, known_answer.entries_equal, is_explained=True
-        )
+        share = compute_formula_share(problem, part, known_answer.matrix, known_answer.entries_equal, is_explained=True)
         maxima = _write_maxima(known_answer.matrix, is_single)
         stack_part.add_mistake(index, known_answer, maxima, f"qdot_same(said, wrong{index})", "1", share)
         if min_share := _compute_minimum_share(problem, part, known_answer.matrix):
@@ -307,7 +305,7 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | Reason:
         tests.append(UNUSUAL_FORM_TEST)
     unrelated_answer = sp.ones(*reference.shape) * UNRELATED_VALUE
     entries_equal = compare_entry_by_entry(problem, unrelated_answer, reference)
-    share = compute_share_of_formulas(problem, part, unrelated_answer, entries_equal)
+    share = compute_formula_share(problem, part, unrelated_answer, entries_equal)
     tests.append(replace(UNRELATED_TEST, score=share))
     return stack_part
 
@@ -333,7 +331,7 @@ def _sample_points(problem: Problem, reference: sp.Matrix, pivot_position: int) 
     position (from 1).
     """
     domain = make_domain(problem)
-    program = compile_program([parse_formula(expression_text(entry), domain.roles) for entry in reference])
+    program = compile_program(parse_entries(problem, reference))
     for attempt in range(MAX_TRIES):
         stream = Stream(f"stack/{problem.id}/{reference.shape}/{attempt}")
         samples = domain.sample(set(domain.roles), READABLE_POINTS, stream)
@@ -443,7 +441,7 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     def write_near_count(variable: str) -> str:
         return f"qdot_count(makelist(qdot_near(said{subscript}, float({variable}{subscript}), room[i]), i, 1, {n}))"
 
-    _, floor = answer.tolerance_and_floor(part.rounding)
+    _, floor = answer.find_tolerance_and_floor(part.rounding)
     is_zero = [abs(float(value)) <= floor for value in answer.reference]
     lines = ["said: qdot_read(ans1);", f"room: [{', '.join(map(maxima_text, tolerances))}];"]
     lines += [f"right: {write_near_count('ta1')};", *_write_number_share_lines(part, is_zero)]
@@ -462,10 +460,10 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
         feedback, "share", box_width=12, reports_wrong_type=False,
     )  # fmt: skip
     for number, known_answer in enumerate(known_answers, 1):
-        share = _compute_share_of_numbers(part, known_answer, is_zero)
+        share = _compute_number_share(part, known_answer, is_zero)
         floats = _write_floats(known_answer.matrix, is_single)
         stack_part.add_mistake(number, known_answer, floats, write_near_count(f"wrong{number}"), str(n), share)
-        if not is_single and part.credit.is_by_mistakes:
+        if not is_single and part.credit.covers_known_mistakes:
             lines.append(_write_minimum_share_line(part, MISTAKE_FACTOR, f"like{number} = {n}"))
     values_outside = exact_reference + 50 * sp.Matrix(tolerances)  # clearly wrong
     values_inside = exact_reference + sp.Matrix(tolerances) / 2
@@ -496,12 +494,14 @@ def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
     return lines if credit_factor == 1 else [*lines, f"share: share*{credit_factor};"]
 
 
-def _compute_share_of_numbers(part: Part, known_answer: KnownWrongAnswer, is_zero: Sequence[bool]) -> float:
+def _compute_number_share(part: Part, known_answer: KnownWrongAnswer, is_zero: Sequence[bool]) -> float:
     """Return the share of the points for the numbers that a known mistake leads to."""
     credit = part.credit
     if len(is_zero) == 1 or credit.rule == "whole":
         return 0.0
-    share = max(share_of_entries(known_answer.entries_equal, is_zero), MISTAKE_FACTOR * credit.is_by_mistakes)
+    share = max(
+        compute_share_of_entries(known_answer.entries_equal, is_zero), MISTAKE_FACTOR * credit.covers_known_mistakes
+    )
     triples = zip(known_answer.matrix, part.answer.as_matrix(), list_tolerances(part), strict=True)
     has_correct_sizes = all(abs(float(abs(a) - abs(b))) <= tolerance for a, b, tolerance in triples)
     if all(part.answer.expected_units) and not all(is_zero) and has_correct_sizes:
@@ -597,7 +597,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
         false_joints = [joint for joint, _ in wrong_values - correct_values]
         false_count = count_false_conditions(false_joints, [joint for joint, _ in wrong_values & correct_values])
         found_and_all_counts = [(len(wrong_values & expected), len(expected)) for expected in values_by_condition]
-        share = float(share_of_set(found_and_all_counts, false_count) * factor)
+        share = float(compute_share_of_set(found_and_all_counts, false_count) * factor)
         stack_part.add_mistake(index, known_answer, write_equations(known_answer.answer), likeness, "[0, 0]", share)
     variables += [f"form1: {write_equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
     tests += [UNUSUAL_FORM_TEST, UNRELATED_TEST]

@@ -13,27 +13,28 @@ class FamilyListing:
     """The properties of a family.
 
     - `kinds`: the kinds of the joints, such as RRP.
-    - `steps`: the minimum and the maximum difficulty band (`difficulty`).
+    - `band_range`: the minimum and the maximum difficulty band (`singularities.difficulty`).
     - `questions`: the names of the questions that apply to the family's arms.
-    - `by_variation`: the difficulty band at each step of variation; empty if the family also samples the structure.
+    - `step_difficulties`: the difficulty at each step of variation; empty if the family also samples the structure.
     """
 
     kinds: str
-    steps: tuple[int, int]
+    band_range: tuple[int, int]
     questions: tuple[str, ...]
-    by_variation: tuple[int, ...] = ()
+    step_difficulties: tuple[int, ...] = ()
 
     @property
     def difficulty(self) -> str:
         """The range of difficulty bands as text, such as "1" or "1 to 2"."""
-        low, high = self.steps
+        low, high = self.band_range
         return str(low) if low == high else f"{low} to {high}"
 
 
 @cache
 def read_listing() -> dict[str, FamilyListing]:
     """Return the stored properties of each family by the family's name."""
+    content = json.loads(LISTING_FILE.read_text(encoding="utf-8"))
+    keys = ("band_range", "questions", "step_difficulties")
     return {
-        name: FamilyListing(entry["kinds"], *(tuple(entry[key]) for key in ("steps", "questions", "by_variation")))
-        for name, entry in json.loads(LISTING_FILE.read_text(encoding="utf-8")).items()
+        name: FamilyListing(entry["kinds"], *(tuple(entry[key]) for key in keys)) for name, entry in content.items()
     }

@@ -51,7 +51,6 @@ CONFIGURATION_COUNT, MIN_SIGN_FRACTION = 400, 0.02
 If the condition exceeds that fraction with both signs, the condition clearly has a zero and therefore can hold.
 """
 
-
 SOURCE = "equations 6.1 to 6.12"
 LENGTHS = tuple(range(10, 100, 5))
 """Numeric lengths, in centimetres."""
@@ -65,21 +64,21 @@ def _sample_structure(
     Raises QdotError if no arm is found.
     """
     low, high = band or (0, HARDEST_BAND)
-    classes = [*filter(None, (_select_near_band(same_class, low, high) for same_class in group_clean_structures(n)))]
-    rejected: set[Structure] = set()
+    classes = [*filter(None, (_select_near_band(structures, low, high) for structures in group_clean_structures(n)))]
+    rejected_structures: set[Structure] = set()
     has_arm_in_band = False
     for index, structure in enumerate((_order_structures(classes, rng) * MAX_ARMS_PER_STRUCTURE)[:MAX_ARMS]):
-        chain = None if structure in rejected else _sample_arm(structure, rng.substream(str(index)), axes)
+        chain = None if structure in rejected_structures else _sample_arm(structure, rng.substream(str(index)), axes)
         if chain is None or not low <= rate_difficulty_band(chain) <= high:
             continue
         has_arm_in_band = True
         if accepts is None or accepts(chain):
             return chain
-        rejected.add(structure)
+        rejected_structures.add(structure)
     band_phrase = f"of difficulty {describe_band(low, high)}" if band else "of any difficulty"
     if has_arm_in_band:
         raise QdotError(f"random-{n} has no arm {band_phrase} to which all of these questions apply")
-    bands = [structure.band for same_class in group_clean_structures(n) for structure in same_class]
+    bands = [structure.band for structures in group_clean_structures(n) for structure in structures]
     raise QdotError(
         f"random-{n} has no arm {band_phrase}; its arms are of difficulty {describe_band(min(bands), max(bands))}"
     )
@@ -87,8 +86,8 @@ def _sample_structure(
 
 def _order_structures(classes: list[tuple[Structure, ...]], rng: Stream) -> list[Structure]:
     """Return all structures in random order: one of each class before a second of any class."""
-    rounds = zip_longest(*(rng.permutation(same_class) for same_class in rng.permutation(classes)))
-    return [structure for one_per_class in rounds for structure in one_per_class if structure is not None]
+    rounds = zip_longest(*(rng.permutation(structures) for structures in rng.permutation(classes)))
+    return [structure for structures in rounds for structure in structures if structure is not None]
 
 
 def _select_near_band(structures: tuple[Structure, ...], low: int, high: int) -> tuple[Structure, ...]:
@@ -132,7 +131,7 @@ def _sample_lengths(chain: Chain, rng: Stream, needs_clean_roots: bool) -> Value
         values = {symbol: variations.to_metres(length) for symbol, length in lengths_in_cm.items()}
         has_clean_roots = not any(root.xreplace(values).has(*INVERSE_FUNCTIONS) for root in roots)
         is_accepted = variations.are_distinct([*lengths_in_cm.values()]) and (has_clean_roots or not needs_clean_roots)
-        if is_accepted and _can_hold(conditions, chain, values):
+        if is_accepted and _can_all_hold(conditions, chain, values):
             return values
     return None
 
@@ -178,7 +177,7 @@ def _compile_conditions(conditions: tuple[sp.Expr, ...]) -> Program:
     return compile_program([parse_formula(str(condition)) for condition in conditions])
 
 
-def _can_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> bool:
+def _can_all_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> bool:
     """Return whether each condition clearly takes both signs at the sampled configurations, and so has a zero."""
     if not conditions:
         return True

@@ -33,14 +33,15 @@ RIGHT_ANGLE = sp.pi / 2
 
 @dataclass(frozen=True)
 class StructureRow(HasKind):
-    """One joint of a structure: its kind, and whether a, the fixed one of d and theta, and the twist are nonzero."""
+    """One joint of a structure: its kind, and whether a, the constant one of d and theta, and the twist are nonzero."""
 
-    a: bool
-    d: bool
-    twist: bool
+    has_a: bool
+    has_fixed_entry: bool
+    has_twist: bool
 
     def __str__(self) -> str:
-        return self.kind + "a" * self.a + ("d" if self.is_revolute else "t") * self.d + "x" * self.twist
+        fixed_entry = "d" if self.is_revolute else "t"
+        return self.kind + "a" * self.has_a + fixed_entry * self.has_fixed_entry + "x" * self.has_twist
 
 
 @dataclass(frozen=True)
@@ -65,12 +66,12 @@ def build_arm(
     """
     joints = []
     for i, (row, sense) in enumerate(zip(rows, senses or (1,) * len(rows), strict=True), 1):
-        a, twist = sp.Symbol(f"a{i}") if row.a else sp.S.Zero, sense * RIGHT_ANGLE if row.twist else sp.S.Zero
+        a, twist = sp.Symbol(f"a{i}") if row.has_a else sp.S.Zero, sense * RIGHT_ANGLE if row.has_twist else sp.S.Zero
         theta, d = sp.Symbol(f"theta{i}"), sp.Symbol(f"d{i}")
         if row.is_revolute:
-            joints.append(Joint(row.kind, theta, d if row.d else sp.S.Zero, a, twist))
+            joints.append(Joint(row.kind, theta, d if row.has_fixed_entry else sp.S.Zero, a, twist))
         else:
-            joints.append(Joint(row.kind, RIGHT_ANGLE if row.d else sp.S.Zero, d, a, twist))
+            joints.append(Joint(row.kind, RIGHT_ANGLE if row.has_fixed_entry else sp.S.Zero, d, a, twist))
     kinds = "".join(row.kind for row in rows)
     return Chain(name, tuple(joints), task, title=f"{kinds} arm")
 
@@ -89,12 +90,12 @@ def is_clean(chain: Chain) -> bool:
 @lru_cache(maxsize=1)
 def read_clean_structures() -> dict[int, tuple[Structure, ...]]:
     """Return the clean structures in structures.txt by their number of joints."""
-    clean: dict[int, list[Structure]] = {2: [], 3: [], 4: []}
+    structures: dict[int, list[Structure]] = {2: [], 3: [], 4: []}
     for line in STRUCTURES_FILE.read_text(encoding="utf-8").splitlines()[1:]:
         rows, task, band, class_number = line.split(" | ")
         structure = Structure(parse_rows(rows), tuple(task.split()), int(band), int(class_number))
-        clean[len(structure.rows)].append(structure)
-    return {n: tuple(structures) for n, structures in clean.items()}
+        structures[len(structure.rows)].append(structure)
+    return {n: tuple(structures_of_n) for n, structures_of_n in structures.items()}
 
 
 def parse_rows(code: str) -> tuple[StructureRow, ...]:

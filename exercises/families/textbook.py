@@ -56,12 +56,12 @@ def _read_variations(settings: Mapping[str, Any]) -> dict[str, Variation]:
     if "together" in settings:
         axes["lengths"] = partial(variations.set_lengths_together, ranges=lengths)
     elif lengths:
-        keep_symbolic = settings.get("open", ())
-        axes["lengths"] = partial(variations.set_lengths, ranges=lengths, keep_symbolic=keep_symbolic)
+        candidates = settings.get("symbolic", ())
+        axes["lengths"] = partial(variations.set_lengths, ranges=lengths, candidates=candidates)
     if "frames" in settings:
         axes["tool"] = partial(variations.choose_point_frame, frames=settings["frames"])
     elif "beside" in settings:
-        axes["tool"] = partial(variations.place_point_beside, ranges=settings["beside"])
+        axes["tool"] = partial(variations.place_point_beside, distances=settings["beside"])
     else:
         axes["tool"] = getattr(variations, settings["point"])
     if "upright" in settings:
@@ -74,7 +74,7 @@ def _find_range(values: str | Sequence[int]) -> Sequence[int]:
 
 
 def parse_table(rows: Sequence[str]) -> tuple[Joint, ...]:
-    """Return the joints of a table whose rows consist of kind, d (for a prismatic joint: theta), a and alpha.
+    """Return the joints of a table whose rows consist of kind, d (for a prismatic joint: theta instead), a and alpha.
 
     The row of a revolute joint may end with the joint offset. Angles are in degrees.
 

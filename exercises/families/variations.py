@@ -1,4 +1,4 @@
-"""Define the axes of variation of families: functions that change one property of an arm at random (`base.Variation`).
+"""Define the axes of variation (`family.Variation`): functions that change one property of an arm at random.
 
 Numbers are easy to work with: lengths in steps of 5 cm, angles with a well-known sine, base positions in decimetres.
 """
@@ -15,8 +15,7 @@ from qdot.exercises.common.stream import Stream
 
 Centimetres = Sequence[int]
 
-ANGLES = (30, 45, 60, 90, -30, -45, -60, -90)
-RIGHT_ANGLES = (0, 90, 180, -90)
+ANGLES, RIGHT_ANGLES = (30, 45, 60, 90, -30, -45, -60, -90), (0, 90, 180, -90)
 """Angles of the base, and offsets of a revolute joint, in degrees."""
 
 HAND_LENGTHS: Centimetres = (5, 10, 15, 20)
@@ -33,12 +32,12 @@ MIN_SEPARATION = 5
 
 
 def to_metres(centimetres: int) -> sp.Rational:
-    """Return a length in metres from centimetres."""
+    """Convert a length from centimetres to metres."""
     return sp.Rational(centimetres, 100)
 
 
 def to_radians(angle: int) -> sp.Expr:
-    """Return an angle in radians from degrees."""
+    """Convert an angle from degrees to radians."""
     return sp.pi * sp.Rational(angle, 180)
 
 
@@ -55,9 +54,9 @@ def are_distinct(centimetres: Sequence[int]) -> bool:
 # --- lengths, joint offsets, directions of the axes ---
 
 
-def set_lengths(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres], keep_symbolic: Sequence[str]) -> Chain:
-    """Return the arm with a random number for each length in `ranges`, except one random length of `keep_symbolic`."""
-    symbolic_length = rng.choice(keep_symbolic) if keep_symbolic else None
+def set_lengths(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres], candidates: Sequence[str]) -> Chain:
+    """Return the arm with random numbers for lengths in `ranges`; one of the `candidates`, if any, stays a symbol."""
+    symbolic_length = rng.choice(candidates) if candidates else None
     names = [name for name in ranges if name != symbolic_length]
     while not are_distinct(lengths := [rng.choice(ranges[name]) for name in names]):
         pass
@@ -138,9 +137,8 @@ def hang_base(chain: Chain, rng: Stream) -> Chain:
 def mount_base(chain: Chain, rng: Stream) -> Chain:
     """Put the base on the floor, under the ceiling or on a wall, rotated by right angles."""
     tilt = rng.choice((sp.S.Zero, sp.pi, sp.pi / 2, -sp.pi / 2))
-    return replace(
-        chain, base=replace(raise_base(chain, rng).base, yaw=to_radians(rng.choice(RIGHT_ANGLES)), tilt=tilt)
-    )
+    base = raise_base(chain, rng).base
+    return replace(chain, base=replace(base, yaw=to_radians(rng.choice(RIGHT_ANGLES)), tilt=tilt))
 
 
 # --- point of interest ---
@@ -163,24 +161,24 @@ def place_point(chain: Chain, rng: Stream, lateral_offset: sp.Expr = sp.S.Zero) 
     return replace(chain, joints=joints, tool=point)
 
 
-def place_point_beside(chain: Chain, rng: Stream, ranges: Centimetres) -> Chain:
-    """Place P beside the last link if that link has a numeric length, else on the link.
+def place_point_beside(chain: Chain, rng: Stream, distances: Centimetres) -> Chain:
+    """Place P at one of some distances beside the last link, or on the link if its length is symbolic.
 
-    Beside a link of symbolic length, singular angles would be arctan(h/a_n).
+    At a distance h beside a link of symbolic length a_n, singular angles would be arctan(h/a_n).
     """
-    lateral_offset = choose_sign(rng) * to_metres(rng.choice(ranges))
+    lateral_offset = choose_sign(rng) * to_metres(rng.choice(distances))
     return place_point(chain, rng, lateral_offset if chain.joints[-1].a.is_number else sp.S.Zero)
 
 
 def place_point_beyond_joint(chain: Chain, rng: Stream) -> Chain:
-    """Put P beyond the last of three prismatic joints, and beside the joint along x or y."""
+    """Put P at the distance L_3 beyond the last of three prismatic joints, and beside its axis along x or y."""
     lateral_offset = choose_sign(rng) * to_metres(rng.choice(HAND_LENGTHS))
     x, y = rng.choice(((lateral_offset, sp.S.Zero), (sp.S.Zero, lateral_offset)))
     return replace(chain, tool=Point(3, (x, y, sp.Symbol("L3"))))
 
 
 def choose_point_frame(chain: Chain, rng: Stream, frames: Sequence[int]) -> Chain:
-    """Fix P in one of several frames whose origins coincide."""
+    """Fix P in one of several frames, which the numbers `frames` name. Their origins coincide."""
     frame = rng.choice(frames)
     return replace(chain, tool=None if frame == chain.n else Point(frame))
 

@@ -23,6 +23,7 @@ from qdot.exercises.mistakes.base import (
 
 
 def _has_square_jacobian(chain: Chain, min_joints: int = 2, max_joints: int = 6) -> bool:
+    """Return whether J is square, and the number of joints is in a range."""
     return len(chain.task) == chain.n and min_joints <= chain.n <= max_joints
 
 
@@ -45,7 +46,7 @@ def _expand_without_signs(stages: StageResults, _: np.ndarray) -> np.ndarray:
     return (stages["jacobian"][0] * stages["minors"][0]).sum(axis=0)
 
 
-def _factor_determinant(chain: Chain) -> list[tuple[sp.Expr, int]]:
+def _list_determinant_factors(chain: Chain) -> list[tuple[sp.Expr, int]]:
     """Return the factors of this arm's det J with their powers; no factors if J is not square."""
     if not _has_square_jacobian(chain, 1):
         return []
@@ -54,7 +55,7 @@ def _factor_determinant(chain: Chain) -> list[tuple[sp.Expr, int]]:
 
 
 def _drop_factor(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    factors = _factor_determinant(chain)
+    factors = _list_determinant_factors(chain)
     for factor, _power in factors if len(factors) > 1 else ():
         if not factor.is_number:
             yield _make_variant_without_factor("determinant", chain, factor, factor)
@@ -62,7 +63,7 @@ def _drop_factor(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 def _drop_repeated_factor(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants without one of the repeated factors of |det J|, the manipulability."""
-    for factor, power in _factor_determinant(chain):
+    for factor, power in _list_determinant_factors(chain):
         if power > 1 and not factor.is_number:
             yield _make_variant_without_factor("manipulability", chain, factor, sp.Abs(factor))
 
@@ -74,7 +75,7 @@ def _exchange_sine_and_cosine(chain: Chain, _: AnswerShape) -> Iterator[MistakeV
     give either sign, so variants with both signs are yielded.
     """
     offset_by_joint = dict(zip(chain.q, chain.offsets, strict=True))
-    for factor, _power in _factor_determinant(chain):
+    for factor, _power in _list_determinant_factors(chain):
         trig_terms = factor.atoms(sp.sin, sp.cos)
         if len(trig_terms) == 1 and (factor / (trig := trig_terms.pop())).is_number:
             cofunction = (sp.cos if isinstance(trig, sp.sin) else sp.sin)(*trig.args)

@@ -38,7 +38,7 @@ from qdot.exercises.mistakes.base import (
     vary_each_joint_and_all,
     vary_if,
 )
-from qdot.exercises.mistakes.position import first_joint_of_run, list_moving_links, make_link_words
+from qdot.exercises.mistakes.position import find_first_joint_of_run, list_moving_links, make_link_words
 
 # --- differentiation ---
 
@@ -78,9 +78,9 @@ def _mirror_link_derivatives(stages: StageResults, joint: int) -> np.ndarray:
     The run consists of the consecutive parallel joints to which the joint belongs. Negating their angles flips the
     derivatives of all sines and leaves the derivatives of all cosines unchanged.
     """
-    run_start = first_joint_of_run(stages.chain, joint)
+    run_start = find_first_joint_of_run(stages.chain, joint)
     revolute_joints = [i for i, kind in enumerate(stages["kinds"]) if kind == REVOLUTE]
-    run = [i for i in revolute_joints if first_joint_of_run(stages.chain, i) == run_start]
+    run = [i for i in revolute_joints if find_first_joint_of_run(stages.chain, i) == run_start]
 
     def mirror(_: StageResults, table: Table) -> Table:
         rows = (replace(row, theta=-row.theta) if i in run else row for i, row in enumerate(table.rows))
@@ -166,7 +166,7 @@ def _stop_at_next_origin(stages: StageResults, vectors_to_point: np.ndarray) -> 
     return np.stack([*links[: stages.n], vectors_to_point[-1]])
 
 
-def _treat_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
+def _treat_joints_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
     """Return a function that yields variants in which joints of the correct kind are treated as the wrong kind."""
 
     def treat(treated_joints: Sequence[int]) -> MistakeVariant:
@@ -350,8 +350,8 @@ VARIANTS: dict[str, VariantGenerator] = {
     "arm-to-origin": _vary_propagation({"p*": lambda stages, _: stages["origins on axes"]}),
     "arm-reversed": _vary_propagation({"p*": lambda stages, vectors: -vectors}),
     "arm-of-one-link": _vary_propagation({"p*": _stop_at_next_origin}),
-    "prismatic-as-revolute": _treat_as("R", "P"),
-    "revolute-as-prismatic": _treat_as("P", "R"),
+    "prismatic-as-revolute": _treat_joints_as("R", "P"),
+    "revolute-as-prismatic": _treat_joints_as("P", "R"),
     "slide-turns": vary_each(lambda chain: (([i],) for i in chain.prismatic_joints), _rotate_prismatic_joints),
     "no-angular-part": lambda chain, _: vary_each_joint_and_all(chain.revolute_joints, _drop_angular),
     "slides-turn": vary_each(

@@ -16,10 +16,10 @@ SymbolValues = dict[str, np.ndarray]
 def sample_values(domain: Domain, count: int, stream: Stream) -> SymbolValues:
     """Return `count` random values of each symbol.
 
-    The first samples are omitted, because they are rounded to be readable and may be singular.
+    The first READABLE_POINTS samples are omitted, because they are rounded to be readable and may be singular.
     """
-    sampled = domain.sample(set(domain.roles), READABLE_POINTS + count, stream)
-    return {name: value[READABLE_POINTS:] for name, value in sampled.items()}
+    sampled_values = domain.sample(set(domain.roles), READABLE_POINTS + count, stream)
+    return {name: values[READABLE_POINTS:] for name, values in sampled_values.items()}
 
 
 def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, stream: Stream) -> SymbolValues:
@@ -27,16 +27,16 @@ def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, 
 
     A question may also give the values of some joints only; the other symbols are then random.
     """
-    sampled = sample_values(domain, count, stream)
-    fixed = part.details.list_given_values(chain)
-    if not fixed:
-        return fix_given_joints(part, sampled)
-    single = {name: np.array([float(value[0])]) for name, value in sampled.items()}
-    return single | {name: np.array([value]) for name, value in fixed.items()}
+    sampled_values = sample_values(domain, count, stream)
+    given_values = part.details.list_given_values(chain)
+    if not given_values:
+        return fix_given_joints(part, sampled_values)
+    first_values = {name: np.array([float(values[0])]) for name, values in sampled_values.items()}
+    return first_values | {name: np.array([value]) for name, value in given_values.items()}
 
 
 def fix_given_joints(part: Part, values: SymbolValues) -> SymbolValues:
     """Return the values of all symbols, with the values of the joints that the question gives inserted."""
     count = len(next(iter(values.values())))
-    fixed = part.details.given_joints.items()
-    return values | {q.name: evaluate(compile_expression(value), values, count).values[0].real for q, value in fixed}
+    given = part.details.given_joints.items()
+    return values | {q.name: evaluate(compile_expression(value), values, count).values[0].real for q, value in given}

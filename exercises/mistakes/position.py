@@ -19,7 +19,7 @@ from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGen
 LinkVectors = list[np.ndarray]
 
 
-def first_joint_of_run(chain: Chain, link: int) -> int:
+def find_first_joint_of_run(chain: Chain, link: int) -> int:
     """Return the first joint of the run to which the joint of a link belongs."""
     start = min(link, chain.n - 1)
     while start > 0 and sp.sin(chain.joints[start - 1].alpha) == 0:
@@ -29,7 +29,7 @@ def first_joint_of_run(chain: Chain, link: int) -> int:
 
 def list_earlier_joints(chain: Chain, link: int) -> list[int]:
     """Return the revolute joints that come before the joint of a link in the same run."""
-    return [i for i in range(first_joint_of_run(chain, link), min(link, chain.n)) if chain.joints[i].is_revolute]
+    return [i for i in range(find_first_joint_of_run(chain, link), min(link, chain.n)) if chain.joints[i].is_revolute]
 
 
 def _rotate_without(
@@ -124,7 +124,9 @@ def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVarian
 def _list_earlier_joints_of_runs(chain: Chain, frame: int) -> list[int]:
     """Return the revolute joints before a frame that are not the last joint of their run."""
     revolute_joints = [i for i in chain.revolute_joints if i < frame]
-    return [i for i in revolute_joints if any(j > i and first_joint_of_run(chain, j) <= i for j in revolute_joints)]
+    return [
+        i for i in revolute_joints if any(j > i and find_first_joint_of_run(chain, j) <= i for j in revolute_joints)
+    ]
 
 
 def _swap_coordinates(stages: StageResults, links: LinkVectors, link: int) -> np.ndarray:
@@ -132,7 +134,7 @@ def _swap_coordinates(stages: StageResults, links: LinkVectors, link: int) -> np
 
     This exchanges the x and y coordinates of the vector in the frame before the link's run.
     """
-    run_rotation = stages["rotations"][first_joint_of_run(stages.chain, link)]
+    run_rotation = stages["rotations"][find_first_joint_of_run(stages.chain, link)]
     local_vector = apply_matrix(run_rotation.swapaxes(0, 1), links[link])
     return apply_matrix(run_rotation, local_vector[[1, 0, 2]])
 

@@ -88,9 +88,8 @@ def _keep_one_root(chain: Chain, components: Components) -> Iterator[MistakenAns
         for k in multivalued:  # reduce the values of only one of several joints
             solutions = components[k].solutions or ()
             for joint, _ in solutions if len(solutions) > 1 else ():
-                yield _make_answer(
-                    _replace_component(components, k, _keep_one_value(components[k], value_index, joint))
-                )
+                shortened = _keep_one_value(components[k], value_index, joint)
+                yield _make_answer(_replace_component(components, k, shortened))
 
 
 def name_missed_component(chain: Chain, component: Component) -> tuple[str, dict[str, object]]:
@@ -150,9 +149,8 @@ def _keep_some_conditions(chain: Chain, components: Components) -> Iterator[Mist
     Conditions are omitted from one component, or from all components that have several.
     """
     for count in (1, 2):
-        choices_by_index = {
-            k: list(_keep_conditions(c, count)) for k, c in enumerate(components) if len(c.conditions) > count
-        }
+        long_components = {k: c for k, c in enumerate(components) if len(c.conditions) > count}
+        choices_by_index = {k: list(_keep_conditions(c, count)) for k, c in long_components.items()}
         replacements = [{k: choice} for k, choices in choices_by_index.items() for choice in choices]
         if len(choices_by_index) > 1:
             combinations_of_all = islice(product(*choices_by_index.values()), MAX_COMBINATIONS)

@@ -63,13 +63,13 @@ def _make_notebook(
     student: str,
     problems: Problems,
     with_hints: bool = False,
-    released: "NotebookNode | None" = None,
+    released_notebook: "NotebookNode | None" = None,
 ) -> "NotebookNode":
     """Return a notebook of a kind, "student" or "solution".
 
     `key` and `student` identify the assignment and the student. `problems` are pairs (slot, problem) with slots p1, p2,
-    … If `with_hints`, three hints that can be expanded follow every prompt. If a notebook that was `released` to the
-    student is given, statements and prompts with their figures are copied from it.
+    … If `with_hints`, three hints that can be expanded follow every prompt. Statements and prompts with their figures
+    are copied from the `released_notebook` if there is one.
     """
     import nbformat
     from nbformat.v4 import new_notebook
@@ -79,9 +79,9 @@ def _make_notebook(
     has_tables = any(convention_of(problem.chain).shows_table for _, problem in problems)
     opening = render("notebook/title.md.j2", title=title, key=key, student=student, kind=kind, has_tables=has_tables)
     notebook.cells = [_make_cell("markdown", "title", opening), _make_cell("code", "setup", write_setup_cell(problems))]
-    if checks := write_function_cell(problems):
-        notebook.cells.append(_make_cell("code", "self-check", checks, FOLDED_CODE_METADATA))
-    released_texts = {cell.id: cell.source for cell in released.cells} if released is not None else {}
+    if function_code := write_function_cell(problems):
+        notebook.cells.append(_make_cell("code", "self-check", function_code, FOLDED_CODE_METADATA))
+    released_texts = {cell.id: cell.source for cell in released_notebook.cells} if released_notebook else {}
     for number, (slot, problem) in enumerate(problems, 1):
         notebook.cells.extend(_make_problem_cells(kind, number, slot, problem, with_hints, released_texts))
     nbformat.validate(notebook)
@@ -134,13 +134,15 @@ def _make_problem_cells(
     yield _make_cell("markdown", statement_id, opening)
     solutions = problem_texts.write_solutions(problem) if kind == "solution" else {}
     for index, part in enumerate(problem.parts, 1):
-        label, name = f"{number}.{index}", f"{slot}-{part.name}"
-        prompt_text = released_texts.get(f"{name}-question") or _write_prompt(label, name, problem, part, with_hints)
+        part_number, name = f"{number}.{index}", f"{slot}-{part.name}"
+        prompt_text = released_texts.get(f"{name}-question") or _write_prompt(
+            part_number, name, problem, part, with_hints
+        )
         yield _make_cell("markdown", f"{name}-question", prompt_text)
         if part.name in solutions:  # the worked solution comes before the cell with the answer
             svg = draw_singular_configurations(problem, part, name)
             figure = _embed_image(svg, "The arm in a regular and in its singular configurations") if svg else ""
-            text = render("notebook/solution.md.j2", number=label, solution=solutions[part.name], figure=figure)
+            text = render("notebook/solution.md.j2", number=part_number, solution=solutions[part.name], figure=figure)
             yield _make_cell("markdown", f"{name}-solution", text)
         left_side = f"{name_answer_variable(slot, part.name)} = "
         if kind == "student":
@@ -148,17 +150,18 @@ def _make_problem_cells(
         else:
             right_side = problem_texts.write_answer_code(problem, part, len(left_side))
         yield _make_cell("code", name, left_side + right_side, {"qdot": {"part": f"{slot}.{part.name}"}})
-        if checks := write_check_cell(slot, problem, part.name):
-            yield _make_cell("code", f"{name}-check", checks)
+        if check_code := write_check_cell(slot, problem, part.name):
+            yield _make_cell("code", f"{name}-check", check_code)
 
 
-def _write_prompt(label: str, name: str, problem: Problem, part: Part, with_hints: bool) -> str:
+def _write_prompt(part_number: str, name: str, problem: Problem, part: Part, with_hints: bool) -> str:
+    """Return the prompt of a part as Markdown; `name` begins the ids in its figure."""
     svg = draw_part_svg(problem.chain, part, name)
     figure = _embed_image(svg, describe_part_figure(problem.chain, part)) if svg else ""
     hints = problem_texts.write_hints(problem, part) if with_hints else ()
     texts = {"prompt": problem_texts.write_prompt(problem, part), "figure": figure, "hints": hints}
     title = question_of(part).make_title(problem.chain)
-    return render("notebook/prompt.md.j2", number=label, title=title, points=write_points(part.points), **texts)
+    return render("notebook/prompt.md.j2", number=part_number, title=title, points=write_points(part.points), **texts)
 
 
 def _make_cell(kind: str, name: str, text: str, metadata: Mapping[str, object] = {}) -> "NotebookNode":

@@ -17,7 +17,7 @@ from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.exercises.writing.render import render
 
 SELF_CHECK = "self_check"
-"""The beginning of all names that the cells with checks define."""
+"""The prefix of all names that the cells with checks define."""
 
 Problems = Sequence[tuple[str, Problem]]
 """The problems of a notebook, each with its slot: p1, p2, …"""
@@ -31,7 +31,7 @@ def _list_coordinate_indices(parts: PartsByKind) -> list[int]:
 
 
 def _is_point_last_origin(chain: Chain, _: PartsByKind) -> bool:
-    """Return whether the tool point P is the origin of the last frame."""
+    """Return whether the point P is the origin of the last frame, in the convention that describes the arm."""
     point = convention_of(chain).point
     return point.frame == chain.n and point.is_origin
 
@@ -116,8 +116,9 @@ def write_function_cell(problems: Problems) -> str:
             for name, info in problem.symbols.items():
                 role = "load" if info.role in ("force", "moment") else info.role
                 names_by_role.setdefault(role, []).append(name)
-            values = [(name, python_text(i.value)) for name, i in problem.symbols.items() if i.value is not None]
-            checked_problems.append((slot, list(names_by_role.items()), values))
+            infos = problem.symbols.items()
+            given_values = [(name, python_text(info.value)) for name, info in infos if info.value is not None]
+            checked_problems.append((slot, list(names_by_role.items()), given_values))
     return render("notebook/self-check.py.j2", problems=checked_problems).strip() if checked_problems else ""
 
 

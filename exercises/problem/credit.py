@@ -1,8 +1,8 @@
 """Compute the share of the points that a partly correct answer earns, and parse the setting `credit` of an assignment.
 
 The share depends on what is correct and what is wrong, never on the arm: equal mistakes earn equal shares. The grader
-and the STACK export find out what is wrong, and compute the share with these functions. docs/partial-credit.md explains
-the rules with examples.
+and the STACK export compare the answers; then they compute the share with these functions. docs/partial-credit.md
+explains the rules with examples.
 """
 
 from collections.abc import Collection, Hashable, Mapping, Sequence
@@ -14,9 +14,12 @@ from qdot.exercises.common.errors import QdotError
 
 Setting = TypeVar("Setting", bound=str | float)
 CREDIT_RULES = ("entries", "columns", "factors", "pieces", "whole")
-"""Partial credit by entries, columns, factors of a product or pieces of a set; "whole" means no partial credit."""
+"""Partial credit by entries, columns, factors of a product or pieces of a set; "whole" means no partial credit.
 
-CREDIT_FORM = (
+A piece is a value of a joint, or conditions that hold simultaneously.
+"""
+
+CREDIT_ERROR = (
     'expected a rule for partly correct answers: "columns" or "entries" of a matrix, "whole" for no partial '
     "credit, a factor from 0 to 1 for the usual partial credit, or a table of these by question, as in "
     'credit = {jacobian = "columns", determinant = 0.5}'
@@ -26,13 +29,16 @@ CREDIT_FORM = (
 
 @dataclass(frozen=True)
 class Credit:
-    """How partly correct answers earn points: the share by `rule` ("": the question's usual rule) times `factor`."""
+    """How partly correct answers earn points: the share by `rule` times `factor`.
+
+    The rule is one of CREDIT_RULES, or "" for the question's usual rule.
+    """
 
     rule: str = ""
     factor: Fraction = Fraction(1)
 
     @property
-    def is_by_mistakes(self) -> bool:
+    def covers_known_mistakes(self) -> bool:
         """Whether an answer also earns a share if one known mistake explains everything that is wrong."""
         return self.rule not in ("entries", "columns", "whole")
 
@@ -49,31 +55,31 @@ MAX_WRONG_FACTORS = 2
 """Maximum number of wrong, missing or extra factors for which a product still earns a share."""
 
 
-def share_up_to_sign_and_factor(is_sign_wrong: bool, is_factor_wrong: bool) -> Fraction:
+def compute_share_up_to_sign_and_factor(is_sign_wrong: bool, is_factor_wrong: bool) -> Fraction:
     """Return the share of an answer that is correct except for signs, a common factor, or both.
 
-    >>> share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False)
+    >>> compute_share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False)
     Fraction(4, 5)
     """
     return 1 - SIGN_OR_FACTOR_COST * (is_sign_wrong + is_factor_wrong)
 
 
-def share_of_product(expected: int, missing: int, extra: int) -> Fraction:
+def compute_share_of_product(expected: int, missing: int, extra: int) -> Fraction:
     """Return the share of a product of `expected` factors if factors are missing or extra.
 
     A wrong factor counts as one missing and one extra factor. Each mistake halves the share. If more factors are wrong
     than correct, the share is 0, because the correct factors may be a coincidence.
 
-    >>> share_of_product(2, missing=1, extra=0), share_of_product(2, missing=1, extra=1), share_of_product(4, 2, 0)
-    (Fraction(1, 2), Fraction(1, 2), Fraction(1, 4))
-    >>> share_of_product(2, missing=1, extra=2)
-    Fraction(0, 1)
+    >>> compute_share_of_product(2, missing=1, extra=0), compute_share_of_product(2, missing=1, extra=1)
+    (Fraction(1, 2), Fraction(1, 2))
+    >>> compute_share_of_product(4, missing=2, extra=0), compute_share_of_product(2, missing=1, extra=2)
+    (Fraction(1, 4), Fraction(0, 1))
     """
     wrong_count = max(missing, extra)
     return MISTAKE_FACTOR**wrong_count if wrong_count <= min(MAX_WRONG_FACTORS, expected - missing) else Fraction(0)
 
 
-def share_of_entries(
+def compute_share_of_entries(
     is_correct: Sequence[bool], is_zero: Sequence[bool], is_blank: Sequence[bool] | None = None
 ) -> Fraction:
     """Return the share of a matrix, or of several numbers, of which at least one entry is wrong.
@@ -82,35 +88,38 @@ def share_of_entries(
     else, divided by the number of nonzero entries. `is_zero` says which entries of the reference are zero, and
     `is_blank` which entries the student left blank.
 
-    >>> share_of_entries([True, False, True, True], is_zero=[False, False, True, False])
+    >>> compute_share_of_entries([True, False, True, True], is_zero=[False, False, True, False])
     Fraction(2, 3)
     """
     nonzero_results = [is_same for is_same, zero in zip(is_correct, is_zero, strict=True) if not zero]
     results = nonzero_results or list(is_correct)
-    earned = min(sum(results) - count_spoiled_zeros(is_correct, is_zero, is_blank), len(results) - 1)
-    return max(Fraction(0), Fraction(earned, len(results)))
+    earned_count = min(sum(results) - count_spoiled_zeros(is_correct, is_zero, is_blank), len(results) - 1)
+    return max(Fraction(0), Fraction(earned_count, len(results)))
 
 
 def count_spoiled_zeros(
     is_correct: Sequence[bool], is_zero: Sequence[bool], is_blank: Sequence[bool] | None = None
 ) -> int:
-    """Return how many zero entries were answered with something else; 0 if the reference has only zeros."""
+    """Return how many zero entries were answered with something else, blanks not counted.
+
+    Return 0 if the reference has only zeros.
+    """
     entries = zip(is_correct, is_zero, is_blank or [False] * len(is_correct), strict=True)
     return 0 if all(is_zero) else sum(zero and not is_same and not blank for is_same, zero, blank in entries)
 
 
-def share_of_columns(is_correct: Sequence[bool]) -> Fraction:
+def compute_share_of_columns(is_correct: Sequence[bool]) -> Fraction:
     """Return the share of a matrix that is graded by columns, if at least one column is wrong.
 
     `is_correct` says for each nonzero column whether the column is correct.
 
-    >>> share_of_columns([True, False, True])
+    >>> compute_share_of_columns([True, False, True])
     Fraction(2, 3)
     """
     return Fraction(min(sum(is_correct), len(is_correct) - 1), max(len(is_correct), 1))
 
 
-def share_of_set(
+def compute_share_of_set(
     found_and_expected: Sequence[tuple[int, int]], false_conditions: int, *, is_rounded: bool = False
 ) -> Fraction:
     """Return the share of a set of singular configurations that is not entirely correct.
@@ -120,10 +129,12 @@ def share_of_set(
     (`count_false_conditions`). If that number exceeds the number of conditions found at least in part, the answer
     counts as guessed and earns nothing. Rounded values count as found; together they cost as much as wrong signs.
 
-    >>> share_of_set([(1, 2)], 0), share_of_set([(0, 2), (1, 1)], 0), share_of_set([(2, 2)], 1)
-    (Fraction(2, 3), Fraction(1, 2), Fraction(1, 2))
-    >>> share_of_set([(2, 2), (0, 1)], 1), share_of_set([(2, 2)], 2), share_of_set([(2, 2)], 0, is_rounded=True)
-    (Fraction(1, 4), Fraction(0, 1), Fraction(4, 5))
+    >>> compute_share_of_set([(1, 2)], 0), compute_share_of_set([(0, 2), (1, 1)], 0)
+    (Fraction(2, 3), Fraction(1, 2))
+    >>> compute_share_of_set([(2, 2)], 1), compute_share_of_set([(2, 2), (0, 1)], 1), compute_share_of_set([(2, 2)], 2)
+    (Fraction(1, 2), Fraction(1, 4), Fraction(0, 1))
+    >>> compute_share_of_set([(2, 2)], 0, is_rounded=True)
+    Fraction(4, 5)
     """
     found_conditions = sum(found_count > 0 for found_count, _ in found_and_expected)
     if found_conditions == 0 or false_conditions > found_conditions:
@@ -131,15 +142,15 @@ def share_of_set(
     share = MISTAKE_FACTOR**false_conditions * (1 - SIGN_OR_FACTOR_COST * is_rounded)
     for found_count, expected_count in found_and_expected:
         share *= 1 if found_count == expected_count else INCOMPLETE_CONDITION_FACTOR if found_count else MISTAKE_FACTOR
-    return share if share < 1 else MISTAKE_FACTOR  # every condition was found, but one more has no solution
+    return share if share < 1 else MISTAKE_FACTOR  # all is right except one more condition, which has no solution
 
 
 def count_false_conditions(false_claims: Sequence[Hashable], true_claims: Collection[Hashable]) -> int:
     """Return how many of a student's conditions count as false.
 
     `false_claims` has the joint (or the joints) of each false condition, `true_claims` those of the true conditions.
-    All false values of a joint count as one condition. If true values of the joint were found as well, each false value
-    counts.
+    All false values of a joint together count as one condition, unless the student also found a true value of it. Then
+    each false value counts.
 
     >>> (count_false_conditions(["theta1", "theta1"], ["theta2"]),
     ... count_false_conditions(["theta2", "theta2"], ["theta2"]))
@@ -154,20 +165,20 @@ def count_false_conditions(false_claims: Sequence[Hashable], true_claims: Collec
 def parse_credit_policy(
     policy: str | float | Mapping[str, str | float] | None, questions: Sequence[str]
 ) -> tuple[tuple[str, Credit], ...]:
-    """Return (question, rule) for each question for which the setting has a rule. Raises QdotError for a wrong value.
+    """Return (question, rule) for each question to which the setting applies. Raises QdotError for a wrong value.
 
     >>> parse_credit_policy({"jacobian": "columns"}, ["position", "jacobian"])
     (('jacobian', Credit(rule='columns', factor=Fraction(1, 1))),)
     """
 
-    def parse(setting: str | float) -> Credit:
+    def parse_setting(setting: str | float) -> Credit:
         if isinstance(setting, str) and setting in CREDIT_RULES:
             return Credit(setting)
         if isinstance(setting, (str, bool)) or not 0 <= setting <= 1:
-            raise QdotError(CREDIT_FORM)
+            raise QdotError(CREDIT_ERROR)
         return Credit("", Fraction(str(setting)))
 
-    return tuple((name, parse(setting)) for name, setting in list_settings_by_question(policy, questions))
+    return tuple((name, parse_setting(setting)) for name, setting in list_settings_by_question(policy, questions))
 
 
 def list_settings_by_question(
@@ -182,7 +193,7 @@ def list_settings_by_question(
         return []
     if not isinstance(policy, Mapping):
         return [(name, policy) for name in questions]
-    unknown = next((name for name in policy if name not in questions), None)
-    if unknown is not None:
-        raise QdotError(f"{unknown!r} is not a question of this problem; its questions: {', '.join(questions)}")
+    unknown_name = next((name for name in policy if name not in questions), None)
+    if unknown_name is not None:
+        raise QdotError(f"{unknown_name!r} is not a question of this problem; its questions: {', '.join(questions)}")
     return [(name, policy[name]) for name in questions if name in policy]

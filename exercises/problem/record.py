@@ -1,8 +1,8 @@
 """Convert a problem to plain data, and compute digests (SHA-256 hashes) of its arm, its parts and the whole problem.
 
 Certificates contain the digests, by which the grader recognises the problem. The data contains everything that
-determines the problem: table, task, reference answers, given quantities. It contains no wording and no figures. So a
-corrected sentence does not change the digests.
+determines the problem: table, task, reference answers, given quantities. It contains no sentences and no figures, so
+a better wording does not change the digests.
 """
 
 import hashlib
@@ -57,8 +57,9 @@ def make_symbol_json(info: SymbolInfo) -> Json:
 def to_plain_data(value: object) -> Any:
     """Return the details of a part, or a value in them, as data for JSON; SymPy expressions become text.
 
-    Of `Details`, fields with their default value are left out. `recorded_as` gives a field its name in the data, as
-    "name", or as "group.name" for a field of a nested object. So renamed fields don't change digests.
+    Fields of `Details` that have their default value are left out. A field has its own name in the data unless
+    `recorded_as` gives it another one: "name", or "group.name" for a name in a nested object. So a field can be renamed
+    without changing digests.
     """
     if is_dataclass(value) and not isinstance(value, type):
         content: Json = {}
@@ -89,15 +90,15 @@ class Digests:
 
 def compute_digests(problem: Problem) -> Digests:
     """Return the digests of a problem. They don't depend on the points, which instructors may change later."""
-    arm = _digest(make_robot_json(problem.chain))
-    parts = {part.name: _digest(_part_json(part)) for part in problem.parts}
-    return Digests(_digest([problem.id.engine, arm, parts]), arm, parts)
+    arm = _compute_digest(make_robot_json(problem.chain))
+    parts = {part.name: _compute_digest(_make_part_json(part)) for part in problem.parts}
+    return Digests(_compute_digest([problem.id.engine, arm, parts]), arm, parts)
 
 
-def _part_json(part: Part) -> Json:
+def _make_part_json(part: Part) -> Json:
     content = {"kind": part.kind, "reference": part.answer.as_json(), "details": to_plain_data(part.details)}
     return {"options": None, **content, **part.answer.to_options_json()}
 
 
-def _digest(content: Any) -> str:
+def _compute_digest(content: Any) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True, ensure_ascii=False).encode()).hexdigest()

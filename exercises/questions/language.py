@@ -52,7 +52,7 @@ class Quantities(Protocol):
         """All known names."""
 
     def look_up(self, name: str) -> np.ndarray | None:
-        """Return the value of a name, or of a call such as "det(J)" that is itself a quantity; None if unknown."""
+        """Return the value of a name, or of a formula such as "det(J)" that is itself a quantity; None if unknown."""
 
     def constant(self, value: Fraction) -> np.ndarray:
         """Return a number."""

@@ -56,9 +56,9 @@ _FRAME_NAME = re.compile(r"(?:(o|[xyz])(\d)|([RT])(\d)(\d))")
 """Origins and axes of frames, as in o1 and z0; rotations and transforms between frames, as in R01 and T02."""
 
 STENCIL = ((1, 4 / 5), (2, -1 / 5), (3, 4 / 105), (4, -1 / 280))
-"""The steps and weights of central differences of order eight."""
+"""Central differences of order eight: numbers of steps to each side, and their weights."""
 STEP = 0.02
-"""The step of these differences; their error is about 1e-12 for the sines and cosines of an arm."""
+"""The size of a step (rad, m); the error of a derivative is about 1e-12 for the sines and cosines of an arm."""
 
 
 def name_load(chain: Chain) -> tuple[str, ...]:
@@ -122,7 +122,7 @@ class StageQuantities(ABC):
         return (*list_result_names(self.stages.chain), *sorted(self.symbols), *sorted(self.numbers), "pi")
 
     def look_up(self, name: str) -> np.ndarray | None:
-        """Return the value of a name, or of a call that has a result of its own; None if there is none."""
+        """Return the value of a name, or of a formula in RESULTS; None if there is none."""
         if name in self.symbols:
             return self.stages.arithmetic.symbol_value(name)
         if name in RESULTS:
@@ -136,12 +136,10 @@ class StageQuantities(ABC):
     def _look_up_frame(self, letter: str, first: int, last: int) -> np.ndarray:
         """Return an origin or an axis of a frame, or the rotation or transform from one frame to another."""
         stages = self.stages
-        if letter in "oxyz":
-            return (
-                self._origin(first)
-                if letter == "o"
-                else compute_convention_rotation(stages, first)[:, "xyz".index(letter)]
-            )
+        if letter == "o":
+            return self._origin(first)
+        if letter in AXES:
+            return compute_convention_rotation(stages, first)[:, AXES[letter]]
         to_first = compute_convention_rotation(stages, first).swapaxes(0, 1)
         rotation = matrix_product(to_first, compute_convention_rotation(stages, last))
         if letter == "R":

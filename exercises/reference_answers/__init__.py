@@ -4,7 +4,7 @@
 
     base            the base class of all types, and the base class of functions that depend on the type
     formulas        formulas, numbers with units, directions, and sets of configurations
-    options         letters of options
+    options         letters that stand for options
     words           words, which a person marks
 """
 

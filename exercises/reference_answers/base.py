@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 
 class AnswerVisitor(Generic[T]):
-    """A function of an answer that has a method for each type of answer (the visitor pattern).
+    """A function of an answer, with a method for each type of answer (the visitor pattern).
 
     A subclass defines some of these methods:
 
@@ -49,7 +49,7 @@ class Answer(ABC):
     counts_up_to_a_factor: ClassVar[bool] = False
     """Whether every nonzero multiple of a correct answer is correct, too."""
     is_exact: ClassVar[bool] = False
-    """Whether decimals are taken as exact, unless the assignment allows rounding."""
+    """Whether decimals count as exact (0.5 is a half), unless the assignment allows rounding."""
     is_set: ClassVar[bool] = False
     """Whether the answer is a set of configurations, given by conditions on the joints."""
     is_symbolic: ClassVar[bool] = False
@@ -97,12 +97,12 @@ class Answer(ABC):
         raise TypeError(f"the answer is of type {self.type}, not a matrix")
 
     def list_entries(self) -> list[sp.Expr]:
-        """Return the formulas that are compared as functions, row by row; none for numbers, sets and letters."""
+        """Return the formulas that are compared as functions, row by row; [] for numbers, sets and letters."""
         return []
 
     @abstractmethod
     def list_formulas(self) -> list[str]:
-        """Return the texts of the reference's formulas, which are parsed like a student's; none for letters."""
+        """Return the texts of the reference's formulas, which are parsed like a student's; [] for letters."""
 
     def parse_trees(self, symbol_names: Iterable[str]) -> list[list[Node]]:
         """Return the reference's formulas as trees, in rows and columns; conditions are one column.

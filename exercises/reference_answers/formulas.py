@@ -106,7 +106,7 @@ class Matrix(RowsAnswer):
 
 @dataclass(frozen=True)
 class Direction(RowsAnswer):
-    """A vector of which every nonzero multiple is correct.
+    """A vector; every nonzero multiple of it is correct, too.
 
     `tolerance` is the relative error allowed for a vector of numbers; it is None for a vector of formulas.
     """
@@ -117,7 +117,7 @@ class Direction(RowsAnswer):
     type = "direction"
     counts_up_to_a_factor = True
 
-    def tolerance_with(self, rounding: Rounding | None) -> float | None:
+    def find_tolerance(self, rounding: Rounding | None) -> float | None:
         """Return the error allowed for unit vectors under the assignment's rounding; None for a vector of formulas."""
         if self.tolerance is None or rounding is None:
             return self.tolerance
@@ -131,7 +131,10 @@ class Direction(RowsAnswer):
 
 @dataclass(frozen=True)
 class Number(RowsAnswer):
-    """Numbers with units, correct within the relative error `tolerance`, or within the absolute error `floor`."""
+    """Numbers with units, correct within the relative error `tolerance`, or within the absolute error `floor`.
+
+    `floor` matters near zero, where a relative error allows nothing.
+    """
 
     reference: sp.Matrix
     units: tuple[str, ...]
@@ -144,19 +147,19 @@ class Number(RowsAnswer):
 
     @property
     def is_count(self) -> bool:
-        """Whether the numbers are counts, which must be exact; other tolerances are far greater than 1e-6."""
+        """Whether the numbers are counts, which must be exact. The tolerances of all other numbers exceed 1e-6."""
         return self.tolerance < 1e-6
 
-    def tolerance_and_floor(self, rounding: Rounding | None) -> tuple[float, float]:
-        """Return the relative and the absolute error allowed, under the assignment's rounding; the larger counts."""
+    def find_tolerance_and_floor(self, rounding: Rounding | None) -> tuple[float, float]:
+        """Return the relative and the absolute error allowed under the assignment's rounding; the larger one counts."""
         if rounding is None:
             return self.tolerance, self.floor
         # The error allowed near zero scales with the required number of digits.
         return rounding.relative, rounding.absolute + self.floor * rounding.relative / self.tolerance
 
-    def allowed_errors(self, rounding: Rounding | None) -> list[float]:
+    def list_allowed_errors(self, rounding: Rounding | None) -> list[float]:
         """Return the absolute error allowed for each number."""
-        tolerance, floor = self.tolerance_and_floor(rounding)
+        tolerance, floor = self.find_tolerance_and_floor(rounding)
         return [max(tolerance * abs(float(value)), floor) for value in self.reference]
 
     @property
@@ -208,10 +211,10 @@ class ConditionSet(Answer):
 
     list_formulas = as_json = list_pieces
 
-    def group_by_condition(self, pieces: Sequence[T]) -> list[list[T]]:
-        """Return the items of a sequence, one for each piece of the set, in groups: one group for each component."""
-        remaining = iter(pieces)
-        return [list(islice(remaining, len(component.list_pieces()))) for component in self.components]
+    def group_by_component(self, pieces: Sequence[T]) -> list[list[T]]:
+        """Return one group for each component, from a sequence with one item for each piece of the set."""
+        remaining_pieces = iter(pieces)
+        return [list(islice(remaining_pieces, len(component.list_pieces()))) for component in self.components]
 
     def as_typed(self) -> str:
         """Return the pieces in brackets."""
@@ -228,10 +231,11 @@ class ConditionSet(Answer):
 
 
 def _list_alternatives(component: Component, format_formula: FormulaToCode) -> list[str]:
-    """Return the code of a component's conditions, one text for each value or combination of values."""
+    """Return the code of a component's conditions: one text for each value, or for each combination of values."""
     if component.solutions is None:
         equations = [[f"Eq({format_formula(condition)}, 0)"] for condition in component.conditions]
     else:
         solutions = component.solutions
         equations = [[f"Eq({joint}, {format_formula(value)})" for value in values] for joint, values in solutions]
-    return [chosen[0] if len(chosen) == 1 else f"And({', '.join(chosen)})" for chosen in product(*equations)]
+    combinations = product(*equations)
+    return [texts[0] if len(texts) == 1 else f"And({', '.join(texts)})" for texts in combinations]

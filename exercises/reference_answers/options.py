@@ -9,7 +9,7 @@ LETTERS = "ABCDEFGH"
 """The letters that label the options, in order."""
 
 TRUE_FALSE = ("true", "false")
-"""The options of a question whether a statement is true."""
+"""The options of a question that asks whether a statement is true."""
 
 
 class Letters(Answer):

@@ -22,14 +22,14 @@ from qdot.exercises.singularities.axes import (
     are_parallel,
     compute_jacobians,
     measure_axis_distance,
-    measure_axis_distance_derivative,
     measure_axis_spread,
-    measure_collinearity_error,
-    measure_common_direction_error,
-    measure_coplanarity_error,
+    measure_collinearity,
+    measure_common_direction,
+    measure_coplanarity,
+    measure_distance_change,
     measure_prismatic_slant,
     measure_samples,
-    move_samples_nearby,
+    move_samples,
     stack_samples,
 )
 from qdot.exercises.singularities.reason import is_reason
@@ -111,29 +111,27 @@ def find_statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[Stateme
     if has_angular_rows and len(chain.task) == 3 and chain.linear_axes and chain.joints[-1].is_revolute and chain.n > 1:
         # the last joint sets the angle of a planar pose, and the other joints position the axis of the last joint
         yield from _find_coplanar_parallel_axes(chain, samples)
-        rows = tuple(row for row in chain.task if row[0] == "v")
-        yield from _find_origin_statements(
-            replace(chain, task=rows), samples, chain.n - 1, f"the axis of joint {chain.n}"
-        )
+        position_chain = replace(chain, task=tuple(row for row in chain.task if row[0] == "v"))
+        name = f"the axis of joint {chain.n}"
+        yield from _find_origin_statements(position_chain, samples, chain.n - 1, name, _find_point_statements)
         return
     centre = find_wrist_centre(chain) if has_angular_rows else None
     if centre is None or chain.point == Point(centre):
         yield from _find_point_statements(chain, samples)
     else:
-        yield from _find_origin_statements(chain, samples, centre, "the wrist centre")
+        yield from _find_origin_statements(chain, samples, centre, "the wrist centre", _find_point_statements)
 
 
 def _find_origin_statements(
-    chain: Chain, samples: Sequence[Sample], frame: int, origin_name: str
+    chain: Chain, samples: Sequence[Sample], frame: int, origin_name: str, finder: Finder
 ) -> Iterator[Statement]:
-    """Yield statements about the axes and the origin of a frame, which is called `origin_name` in the statements."""
-    for statement in _find_point_statements(replace(chain, tool=Point(frame)), _move_point(samples, frame)):
+    """Yield the statements that a finder yields about the axes and the point, with the origin of a frame as the point.
+
+    The origin is called `origin_name` in the statements.
+    """
+    moved_samples = [Sample(sample.arm.with_point(frame), sample.q) for sample in samples]
+    for statement in finder(replace(chain, tool=Point(frame)), moved_samples):
         yield statement.with_origin_as_point(frame, origin_name)
-
-
-def _move_point(samples: Sequence[Sample], frame: int) -> list[Sample]:
-    """Return the same configurations of the arms with the origin of a frame as the point of interest."""
-    return [Sample(sample.arm.with_point(frame), sample.q) for sample in samples]
 
 
 def _find_point_statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -237,7 +235,7 @@ def _join_names(names: Sequence[str]) -> str:
 # --- finders of statements ---
 
 
-def _find_group_statements(
+def _find_in_groups(
     samples: Sequence[Sample], groups: Iterable[Sequence[int]], words: str, measure: Callable[..., np.ndarray]
 ) -> Iterator[Statement]:
     """Yield for each group of joints the statement with the joints' numbers in `words`, if it holds only at samples.
@@ -253,24 +251,23 @@ def _find_group_statements(
 def _find_point_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find axes on which the point lies: all of them together, then each axis alone."""
     revolute = [i for i in chain.revolute_joints if i < chain.point.frame]
-    axes_with_point = [
-        i for i in revolute if [*_yield_if_special(samples, "", partial(measure_axis_distance, joint=i))]
-    ]
+    measures = {i: partial(measure_axis_distance, joint=i) for i in revolute}
+    axes_with_point = [i for i, measure in measures.items() if [*_yield_if_special(samples, "", measure)]]
     if len(axes_with_point) > 1:
         words = "the point lies on the axes of joints {}, which then do not move it"
-        yield from _find_group_statements(samples, [axes_with_point], words, _measure_farthest_axis_distance)
+        yield from _find_in_groups(samples, [axes_with_point], words, _measure_farthest_distance)
     words = "the point lies on the axis of joint {}, which then does not move it"
-    yield from _find_group_statements(samples, [(joint,) for joint in revolute], words, _measure_farthest_axis_distance)
+    yield from _find_in_groups(samples, [(joint,) for joint in revolute], words, _measure_farthest_distance)
 
 
-def _measure_farthest_axis_distance(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
+def _measure_farthest_distance(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return the distance (m) of the point from the farthest of several axes."""
     return np.asarray(np.max([measure_axis_distance(arm, q, joint) for joint in joints], axis=0))
 
 
 def _find_collinear_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     pairs = combinations(chain.revolute_joints, 2)
-    return _find_group_statements(samples, pairs, "the axes of joints {} coincide", measure_collinearity_error)
+    return _find_in_groups(samples, pairs, "the axes of joints {} coincide", measure_collinearity)
 
 
 def _find_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -291,22 +288,18 @@ def _find_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Sta
 def _find_axes_parallel_to_plane(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find three axes parallel to one plane, so that these joints cause no rotation about the plane's normal."""
     triples = combinations(chain.revolute_joints, 3) if any(row[0] == "w" for row in chain.task) else ()
-    return _find_group_statements(
-        samples, triples, "the axes of joints {} are all parallel to one plane", measure_axis_spread
-    )
+    return _find_in_groups(samples, triples, "the axes of joints {} are all parallel to one plane", measure_axis_spread)
 
 
 def _find_coplanar_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find three axes that lie in one plane and are parallel to each other also near the samples."""
-    groups = samples, move_samples_nearby(samples)
+    groups = samples, move_samples(samples)
     triples = (
         triple
         for triple in combinations(chain.revolute_joints, 3)
         if all(are_parallel(group, triple[0], j) for group in groups for j in triple[1:])
     )
-    return _find_group_statements(
-        samples, triples, "the parallel axes of joints {} lie in one plane", measure_coplanarity_error
-    )
+    return _find_in_groups(samples, triples, "the parallel axes of joints {} lie in one plane", measure_coplanarity)
 
 
 def _find_extreme_side_of_prismatic(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -315,14 +308,13 @@ def _find_extreme_side_of_prismatic(chain: Chain, samples: Sequence[Sample]) -> 
         side = f"the point is as far to one side of prismatic joint {prismatic + 1}"
         for moving_joint in range(prismatic + 1, min(chain.n, chain.point.frame)):
             if _find_common_extreme_signs(samples, prismatic, moving_joint) == {1}:
-                yield _make_extreme_statement(
-                    f"{side} as joint {moving_joint + 1} can bring it", prismatic, [moving_joint], {1}
-                )
+                words = f"{side} as joint {moving_joint + 1} can bring it"
+                yield _make_extreme_statement(words, prismatic, [moving_joint], {1})
 
 
 def _find_parallel_prismatic(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     pairs = combinations(chain.prismatic_joints, 2)
-    return _find_group_statements(samples, pairs, "the axes of prismatic joints {} are parallel", measure_axis_spread)
+    return _find_in_groups(samples, pairs, "the axes of prismatic joints {} are parallel", measure_axis_spread)
 
 
 def _find_prismatic_at_link(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -340,9 +332,8 @@ def _find_origin_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[St
     """Find the origin of a frame that lies on an earlier axis."""
     for axis in chain.revolute_joints:
         for frame in range(axis + 2, chain.n):
-            statement = Statement(
-                f"the point lies on the axis of joint {axis + 1}", partial(measure_axis_distance, joint=axis)
-            )
+            words = f"the point lies on the axis of joint {axis + 1}"
+            statement = Statement(words, partial(measure_axis_distance, joint=axis))
             statement = statement.with_origin_as_point(frame, f"the origin O{frame}")
             yield from _yield_if_special(samples, statement.words, statement.measure)
 
@@ -353,10 +344,8 @@ def _find_extreme_origin(chain: Chain, samples: Sequence[Sample]) -> Iterator[St
     An example is the intersection of the last two axes of a UR robot. The first three joints are no wrist.
     """
     for frame in range(4, chain.n):
-        moved_samples = _move_point(samples, frame)
-        for statement in _find_extreme_reach(replace(chain, tool=Point(frame)), moved_samples):
-            if "the point" in statement.words:
-                yield statement.with_origin_as_point(frame, f"the origin O{frame}")
+        statements = _find_origin_statements(chain, samples, frame, f"the origin O{frame}", _find_extreme_reach)
+        yield from (statement for statement in statements if f"O{frame}" in statement.words)
 
 
 def _find_common_direction(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -365,7 +354,7 @@ def _find_common_direction(chain: Chain, samples: Sequence[Sample]) -> Iterator[
         speeds = [np.linalg.norm(s.arm.jacobian(s.q)[:3, list(pair)], axis=0).min() for s in samples]
         if min(speeds) > NONZERO_THRESHOLD:
             words = f"joints {_join_joint_numbers(pair)} move the point along the same line"
-            yield from _yield_if_special(samples, words, partial(measure_common_direction_error, joints=pair))
+            yield from _yield_if_special(samples, words, partial(measure_common_direction, joints=pair))
 
 
 def _find_extreme_reach(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -374,9 +363,8 @@ def _find_extreme_reach(chain: Chain, samples: Sequence[Sample]) -> Iterator[Sta
         later_joints = range(axis + 1, min(chain.n, chain.point.frame))
         signs_by_joint = {joint: _find_common_extreme_signs(samples, axis, joint) for joint in later_joints}
         extreme_joints = [joint for joint, signs in signs_by_joint.items() if 0 not in signs]
-        can_extend_further = any(
-            j not in extreme_joints and 0 in _find_extreme_signs(samples, axis, j) for j in later_joints
-        )
+        other_joints = [j for j in later_joints if j not in extreme_joints]
+        can_extend_further = any(0 in _find_extreme_signs(samples, axis, j) for j in other_joints)
         has_parallel_axes = all(j in chain.revolute_joints and are_parallel(samples, axis, j) for j in extreme_joints)
         if extreme_joints and has_parallel_axes and not can_extend_further:
             yield _make_extension_statement(samples, axis, extreme_joints)
@@ -409,10 +397,8 @@ def _make_extension_statement(samples: Sequence[Sample], axis: int, moving_joint
     statement = _make_extreme_statement(words, axis, moving_joints, {1, -1})
 
     def is_true(sample: Sample) -> bool:  # if the point lies on the axis, all joints are trivially at an extreme
-        return (
-            statement.predicate(sample)
-            and sample.evaluate(partial(measure_axis_distance, joint=axis)) > NONZERO_THRESHOLD
-        )
+        distance = sample.evaluate(partial(measure_axis_distance, joint=axis))
+        return distance > NONZERO_THRESHOLD and statement.predicate(sample)
 
     return replace(statement, predicate=is_true)
 
@@ -438,9 +424,7 @@ def _make_extreme_statement(words: str, axis: int, moving_joints: Sequence[int],
     def is_true(sample: Sample) -> bool:
         return all(_find_extreme_signs([sample], axis, joint)[0] in signs for joint in moving_joints)
 
-    return Statement(
-        words, partial(measure_axis_distance_derivative, joint=axis, moving_joints=tuple(moving_joints)), is_true
-    )
+    return Statement(words, partial(measure_distance_change, joint=axis, moving_joints=tuple(moving_joints)), is_true)
 
 
 _EXTENSION_WORDS = {
@@ -453,7 +437,7 @@ _EXTENSION_WORDS = {
 def _yield_if_special(samples: Sequence[Sample], words: str, measure: Measure) -> Iterator[Statement]:
     """Yield the statement `words` if its measure is zero at all samples, but not at configurations near them."""
     holds = measure_samples(samples, measure).max() < ZERO_TOLERANCE
-    if holds and measure_samples(move_samples_nearby(samples), measure).max() > NONZERO_THRESHOLD:
+    if holds and measure_samples(move_samples(samples), measure).max() > NONZERO_THRESHOLD:
         yield Statement(words, measure)
 
 
@@ -497,11 +481,8 @@ def _find_global_extreme_signs(samples: Sequence[Sample], axis: int, moving_join
     q = np.tile(q, (1, 5, 1))
     q[..., moving_joint] += angles
     squares = measure_axis_distance(arms, q, axis) ** 2
-    curve = (
-        squares
-        @ np.linalg.inv(_compute_harmonics(angles))
-        @ _compute_harmonics(np.linspace(0, 2 * np.pi, _CURVE_POINT_COUNT))
-    )
+    curve_angles = np.linspace(0, 2 * np.pi, _CURVE_POINT_COUNT)
+    curve = squares @ np.linalg.inv(_compute_harmonics(angles)) @ _compute_harmonics(curve_angles)
     tolerance = 1e-9 * np.maximum(squares.max(axis=1), 1.0)
     is_far, is_near = squares[:, 0] > curve.max(axis=1) - tolerance, squares[:, 0] < curve.min(axis=1) + tolerance
     return [int(sign) for sign in np.where(is_far, 1, np.where(is_near, -1, 0))]

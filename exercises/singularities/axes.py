@@ -77,7 +77,7 @@ def choose_nearby_configuration(sample: Sample, further_joint: int | None = None
     return np.asarray(q)
 
 
-def move_samples_nearby(samples: Sequence[Sample]) -> list[Sample]:
+def move_samples(samples: Sequence[Sample]) -> list[Sample]:
     """Return a sample near each of the samples, at which special relations no longer hold."""
     return [Sample(sample.arm, choose_nearby_configuration(sample)) for sample in samples]
 
@@ -89,9 +89,7 @@ def measure_axis_distance(arm: NumericChain, q: np.ndarray, joint: int) -> np.nd
     return norms(cross(frames[..., joint, :3, 2], vector_to_point))
 
 
-def measure_axis_distance_derivative(
-    arm: NumericChain, q: np.ndarray, joint: int, moving_joints: Sequence[int]
-) -> np.ndarray:
+def measure_distance_change(arm: NumericChain, q: np.ndarray, joint: int, moving_joints: Sequence[int]) -> np.ndarray:
     """Return how fast some later joints change the squared distance of P from the axis of `joint`."""
     frames = arm.frames(q)
     axis = frames[..., joint, :3, 2]
@@ -109,14 +107,14 @@ def measure_axis_spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int])
     return np.asarray(np.abs(np.sum(normal * third_direction[0], axis=-1))) if third_direction else norms(normal)
 
 
-def measure_collinearity_error(arm: NumericChain, q: np.ndarray, joints: tuple[int, int]) -> np.ndarray:
+def measure_collinearity(arm: NumericChain, q: np.ndarray, joints: tuple[int, int]) -> np.ndarray:
     """Return how far two axes i, j are from collinear: the sine of their angle plus the distance of O_j from axis i."""
     frames, (i, j) = arm.frames(q), joints
     axis, offset = frames[..., i, :3, 2], frames[..., j, :3, 3] - frames[..., i, :3, 3]
     return norms(cross(axis, frames[..., j, :3, 2])) + norms(cross(axis, offset))
 
 
-def measure_coplanarity_error(
+def measure_coplanarity(
     arm: NumericChain, q: np.ndarray, joints: Sequence[int], includes_point: bool = False
 ) -> np.ndarray:
     """Return how far parallel axes are from coplanar; `includes_point` requires that P is in their plane, too.
@@ -131,7 +129,7 @@ def measure_coplanarity_error(
     return np.asarray(np.sqrt(np.sum(np.square(areas), axis=0)))
 
 
-def measure_common_direction_error(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
+def measure_common_direction(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return the sine of the angle between the directions in which two joints move P."""
     velocity, other_velocity = (arm.jacobian(q)[..., :3, joint] for joint in joints)
     sizes = norms(velocity) * norms(other_velocity)

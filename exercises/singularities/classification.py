@@ -165,9 +165,8 @@ def generalize_conditions(chain: Chain) -> tuple[Chain, Mapping[str, str]]:
     normalized_symbolic_arm = normalize_arm(symbolic_arm)
     relevant_lengths = [value for symbol, value in lengths.items() if symbol in normalized_symbolic_arm.parameters]
     conditions = {}
-    for component in (
-        find_singular_set(symbolic_arm) or () if relevant_lengths and are_unrelated(relevant_lengths) else ()
-    ):
+    components = find_singular_set(symbolic_arm) if relevant_lengths and are_unrelated(relevant_lengths) else ()
+    for component in components or ():
         for subset in [component.restrict_to(values) for values in component.list_value_combinations()] or [component]:
             (symbolic_condition,) = normalize_conditions(symbolic_arm, subset)
             (condition,) = normalize_conditions(normalize_arm(chain), _substitute_lengths(subset, lengths))

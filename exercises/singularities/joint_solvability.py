@@ -28,8 +28,6 @@ rational number of radians are transcendental, so that random residues can repre
 """
 
 
-CircleUnknowns = tuple[sp.Symbol, sp.Symbol]
-"""The unknowns for the cosine and the sine of a revolute joint."""
 Residues = dict[sp.Expr, int]
 """Maps unknowns, symbolic lengths, pi or square roots to residues."""
 
@@ -51,7 +49,7 @@ def may_hold_simultaneously(
         polynomials = [field.convert(condition) for condition in numerators]
     except _Undecided:
         return True
-    return _may_have_common_zero(polynomials, tuple(field.circles.values()), field.prime, max_zeros)
+    return _may_have_common_zero(polynomials, field, max_zeros)
 
 
 def is_implied(
@@ -86,34 +84,32 @@ def drop_following(
     return remaining
 
 
-def _may_have_common_zero(
-    polynomials: Sequence[sp.Expr], circles: Sequence[CircleUnknowns], prime: int, max_zeros: int
-) -> bool:
+def _may_have_common_zero(polynomials: Sequence[sp.Expr], field: "_Field", max_zeros: int) -> bool:
     """Return whether polynomials may have a common zero, with each pair of unknowns on its circle.
 
     A polynomial that fixes a joint is solved first, and each solution is substituted into the other polynomials.
     """
     polynomials = list(dict.fromkeys(polynomial for polynomial in polynomials if polynomial != 0))
     for k, polynomial in enumerate(polynomials):
-        points = _solve_for_joint(polynomial, circles, prime)
+        points = _solve_for_joint(polynomial, field)
         if points is not None:
             others = polynomials[:k] + polynomials[k + 1 :]
-            substituted = ([_substitute_residues(point, remaining, prime) for remaining in others] for point in points)
-            return any(_may_have_common_zero(system, circles, prime, max_zeros) for system in substituted)
-    return _may_have_zero(polynomials, circles, prime, max_zeros)
+            systems = ([_substitute_residues(point, other, field.prime) for other in others] for point in points)
+            return any(_may_have_common_zero(system, field, max_zeros) for system in systems)
+    return _may_have_zero(polynomials, field, max_zeros)
 
 
-def _solve_for_joint(polynomial: sp.Expr, circles: Sequence[CircleUnknowns], prime: int) -> list[Residues] | None:
+def _solve_for_joint(polynomial: sp.Expr, field: "_Field") -> list[Residues] | None:
     """Return the solutions of a polynomial in the unknowns of one joint.
 
     A prismatic joint has one solution; a revolute joint has the intersections of a line and the circle. Return an empty
     list for a nonzero constant. Return None if the polynomial has unknowns of several joints, isn't linear, or has no
     solution modulo the prime.
     """
-    unknowns = polynomial.free_symbols
+    unknowns, prime = polynomial.free_symbols, field.prime
     if not unknowns:
         return []
-    pair = next((pair for pair in circles if unknowns <= set(pair)), None)
+    pair = next((pair for pair in field.circles.values() if unknowns <= set(pair)), None)
     if pair is None and len(unknowns) > 1:
         return None
     linear_polynomial = sp.Poly(polynomial, *(pair or unknowns), modulus=prime)
@@ -148,30 +144,22 @@ def _substitute_residues(residues: Residues, polynomial: sp.Expr, prime: int) ->
         raise _Undecided from None
 
 
-def _may_have_zero(
-    polynomials: Sequence[sp.Expr], circles: Sequence[CircleUnknowns], prime: int, max_zeros: int
-) -> bool:
+def _may_have_zero(polynomials: Sequence[sp.Expr], field: "_Field", max_zeros: int) -> bool:
     """Return whether polynomials may have a common zero, by a Gröbner basis.
 
     If that would take long, only the shortest polynomials are used. If these have no common zero, neither have all.
     """
     chosen_polynomials: list[sp.Expr] = []
     for polynomial in sorted(polynomials, key=lambda candidate: (len(sp.Add.make_args(candidate)), str(candidate))):
-        system = _add_circles([*chosen_polynomials, polynomial], circles)
+        system = field.add_circles([*chosen_polynomials, polynomial])
         if _is_short(system, max_zeros):
             chosen_polynomials.append(polynomial)
-    system = _add_circles(chosen_polynomials, circles)
+    system = field.add_circles(chosen_polynomials)
     unknowns = _list_unknowns(system)
     if not unknowns:
         return not chosen_polynomials
-    basis = sp.groebner(system, *unknowns, modulus=prime, order="grevlex")
+    basis = sp.groebner(system, *unknowns, modulus=field.prime, order="grevlex")
     return bool(basis.exprs != [1])
-
-
-def _add_circles(polynomials: Sequence[sp.Expr], circles: Sequence[CircleUnknowns]) -> list[sp.Expr]:
-    """Return polynomials, followed by c^2 + s^2 - 1 for each pair of unknowns that they contain."""
-    used_unknowns = set(_list_unknowns(polynomials))
-    return [*polynomials, *(c**2 + s**2 - 1 for c, s in circles if {c, s} & used_unknowns)]
 
 
 def _list_unknowns(polynomials: Sequence[sp.Expr]) -> list[sp.Symbol]:
@@ -214,11 +202,18 @@ class _Field:
 
     def __init__(self, joints: Sequence[sp.Symbol], prime: int) -> None:
         self.prime = prime
-        self.circles = {q: sp.symbols(f"c_{q.name} s_{q.name}") for q in joints if q.name.startswith("theta")}
+        self.circles: dict[sp.Symbol, tuple[sp.Symbol, sp.Symbol]] = {  # the unknowns for the cosine and the sine
+            q: sp.symbols(f"c_{q.name} s_{q.name}") for q in joints if q.name.startswith("theta")
+        }
         prismatic_variables = {q for q in joints if q not in self.circles}
         self.unknowns = prismatic_variables.union(*self.circles.values())
         self.rng = Stream("together")
         self.residues: dict[sp.Basic, int] = {}
+
+    def add_circles(self, polynomials: Sequence[sp.Expr]) -> list[sp.Expr]:
+        """Return polynomials, followed by c^2 + s^2 - 1 for each pair of unknowns that they contain."""
+        unknowns = set(_list_unknowns(polynomials))
+        return [*polynomials, *(c**2 + s**2 - 1 for c, s in self.circles.values() if {c, s} & unknowns)]
 
     def convert(self, condition: sp.Expr) -> sp.Expr:
         """Return a condition as a polynomial in the unknowns with residues as coefficients. Raises _Undecided."""

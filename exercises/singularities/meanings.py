@@ -21,15 +21,15 @@ from qdot.exercises.singularities.axes import (
     are_parallel,
     choose_nearby_configuration,
     measure_axis_distance,
-    measure_axis_distance_derivative,
     measure_axis_spread,
-    measure_collinearity_error,
-    measure_common_direction_error,
-    measure_coplanarity_error,
+    measure_collinearity,
+    measure_common_direction,
+    measure_coplanarity,
+    measure_distance_change,
     measure_origin_collinearity,
     measure_prismatic_slant,
     measure_samples,
-    move_samples_nearby,
+    move_samples,
 )
 from qdot.exercises.singularities.reason import is_reason
 
@@ -91,9 +91,8 @@ def find_branch_meanings(
         return None
     meanings = list_candidate_meanings(chain, samples)
     outcomes = [(meaning, {holds(chain, meaning, sample) for sample in samples}) for meaning in meanings]
-    true_meanings, wrong_meanings = (
-        [meaning for meaning, outcome in outcomes if outcome == {truth}] for truth in (True, False)
-    )
+    true_meanings = [meaning for meaning, outcome in outcomes if outcome == {True}]
+    wrong_meanings = [meaning for meaning, outcome in outcomes if outcome == {False}]
 
     def is_correct(meaning: MeasuredMeaning) -> bool:
         if not is_reason(chain, samples, meaning.measure, lambda sample: holds(chain, meaning, sample) is True):
@@ -121,7 +120,7 @@ def list_candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[Mea
     revolute = chain.revolute_joints
     collinear_meanings = [
         _make_meaning(
-            "in line", pair, "the axes of joints {} and {} coincide", partial(measure_collinearity_error, joints=pair)
+            "in line", pair, "the axes of joints {} and {} coincide", partial(measure_collinearity, joints=pair)
         )
         for pair in combinations(revolute, 2)
     ]
@@ -133,15 +132,15 @@ def list_candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[Mea
         if i < chain.point.frame
     ]
     has_angular_rows = len(chain.linear_axes) < len(chain.task)
-    meanings = _select_special(
-        samples, collinear_meanings + point_meanings if has_angular_rows else point_meanings + collinear_meanings
-    )
+    groups = (collinear_meanings, point_meanings) if has_angular_rows else (point_meanings, collinear_meanings)
+    meanings = _select_special(samples, [meaning for group in groups for meaning in group])
     for i in revolute:
         for j in range(i + 1, min(chain.n, chain.point.frame)):
             meanings += _list_extreme_meanings(chain, samples, i, j)
-    link_meanings = _list_prismatic_meanings(chain, samples) if has_angular_rows else []
-    parallel_meanings = [meaning for meaning in link_meanings if meaning.kind == "along"]
-    perpendicular_meanings = [meaning for meaning in link_meanings if meaning.kind == "across"]
+    parallel_meanings, perpendicular_meanings = (
+        _list_prismatic_meanings(chain, samples, is_perpendicular) if has_angular_rows else []
+        for is_perpendicular in (False, True)
+    )
     # A prismatic joint that passes through zero changes the order of the origins, but that is no singularity.
     rigid_links = [k for k in range(1, chain.n) if chain.joints[k - 1].is_revolute and chain.joints[k].is_revolute]
     origin_meanings = [meaning for k in rigid_links for meaning in _list_origin_meanings(chain, samples, k)]
@@ -152,46 +151,39 @@ def list_candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[Mea
 
 def _select_special(samples: Sequence[Sample], meanings: Sequence[MeasuredMeaning]) -> list[MeasuredMeaning]:
     """Return the statements that are false near the samples; statements that hold there, too, explain nothing."""
-    nearby = move_samples_nearby(samples)
+    nearby = move_samples(samples)
     return [meaning for meaning in meanings if measure_samples(nearby, meaning.measure).max() >= ZERO_TOLERANCE]
 
 
 def _list_direction_meanings(samples: Sequence[Sample], revolute: Sequence[int]) -> list[MeasuredMeaning]:
     """Return the statements about the directions of the axes, regardless of the positions of the axes."""
+    words = "the axes of joints {} and {} are parallel"
     parallel_meanings = [
-        _make_meaning(
-            "parallel", pair, "the axes of joints {} and {} are parallel", partial(measure_axis_spread, joints=pair)
-        )
+        _make_meaning("parallel", pair, words, partial(measure_axis_spread, joints=pair))
         for pair in combinations(revolute, 2)
     ]
     meanings = _select_special(samples, parallel_meanings)
     axes = "the axes of joints {}, {} and {} are"
     for joints in combinations(revolute, 3):
-        spread, perpendicularity_error = (
-            partial(measure, joints=joints) for measure in (measure_axis_spread, _measure_perpendicularity_error)
-        )
+        spread = partial(measure_axis_spread, joints=joints)
         plane_meaning = _make_meaning("one plane", joints, f"{axes} all parallel to one plane", spread)
         if _select_special(samples, [plane_meaning]):
-            words = f"{axes} at right angles to each other"
-            meanings += [plane_meaning, _make_meaning("square", joints, words, perpendicularity_error)]
+            measure, words = partial(_measure_perpendicularity, joints=joints), f"{axes} at right angles to each other"
+            meanings += [plane_meaning, _make_meaning("square", joints, words, measure)]
     return meanings
 
 
-def _list_prismatic_meanings(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
-    """Return the statements about prismatic joints along or across links between parallel axes."""
+def _list_prismatic_meanings(chain: Chain, samples: Sequence[Sample], is_perpendicular: bool) -> list[MeasuredMeaning]:
+    """Return the statements about prismatic joints that move along links between parallel axes, or perpendicular."""
     is_revolute = [joint.is_revolute for joint in chain.joints]
     links = [i for i in range(chain.n - 1) if all(is_revolute[i : i + 2]) and chain.joints[i].a != 0]
-    line = "the line from the axis of joint {} to that of joint {}"
+    kind, preposition = ("across", "at right angles to") if is_perpendicular else ("along", "along")
+    words = f"prismatic joint {{}} moves {preposition} the line from the axis of joint {{}} to that of joint {{}}"
+    measure = partial(measure_prismatic_slant, is_perpendicular=is_perpendicular)
     return [
-        _make_meaning(
-            kind,
-            (prismatic, i, i + 1),
-            f"prismatic joint {{}} moves {preposition} {line}",
-            partial(measure_prismatic_slant, prismatic=prismatic, i=i, j=i + 1, is_perpendicular=is_perpendicular),
-        )
-        for prismatic, i in product(chain.prismatic_joints, links)
+        _make_meaning(kind, (p, i, i + 1), words, partial(measure, prismatic=p, i=i, j=i + 1))
+        for p, i in product(chain.prismatic_joints, links)
         if are_parallel(samples, i, i + 1)
-        for kind, preposition, is_perpendicular in (("along", "along", False), ("across", "at right angles to", True))
     ]
 
 
@@ -219,11 +211,7 @@ def _list_plane_meanings(chain: Chain, samples: Sequence[Sample], revolute: Sequ
     if not all(are_parallel(samples, 0, i) for i in revolute):
         return []
     words = "$P$ and the axes of all joints lie in one plane"
-    return [
-        _make_meaning(
-            "level", revolute, words, partial(measure_coplanarity_error, joints=revolute, includes_point=True)
-        )
-    ]
+    return [_make_meaning("level", revolute, words, partial(measure_coplanarity, joints=revolute, includes_point=True))]
 
 
 def _list_common_direction_meanings(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
@@ -232,7 +220,7 @@ def _list_common_direction_meanings(chain: Chain, samples: Sequence[Sample]) -> 
     speeds = np.min([np.linalg.norm(s.arm.jacobian(s.q)[:3], axis=0) for s in samples], axis=0)
     return [
         _make_meaning("one way", (i, j), "joints {} and {} move $P$ along the same line",
-                    partial(measure_common_direction_error, joints=(i, j)))
+                    partial(measure_common_direction, joints=(i, j)))
         for i, j in combinations(moving_joints, 2)
         if min(speeds[i], speeds[j]) > MIN_SIZE
     ]  # fmt: skip
@@ -242,7 +230,7 @@ def _list_extreme_meanings(chain: Chain, samples: Sequence[Sample], i: int, j: i
     """Return the statements that joint j brings P as far from axis i, or as near to it, as the joint can."""
     if not _changes_distance(samples, i, j):
         return []
-    measure = partial(measure_axis_distance_derivative, joint=i, moving_joints=[j])
+    measure = partial(measure_distance_change, joint=i, moving_joints=[j])
     axis = "the axis of joint {} as joint {} can bring it"
     far, near = f"$P$ is as far from {axis}", f"$P$ is as near to {axis}"
     if chain.joints[j].is_prismatic:
@@ -259,7 +247,7 @@ def _changes_distance(samples: Sequence[Sample], i: int, j: int) -> bool:
     return all(abs(np.diff(measure_axis_distance(arm, q, i))) > 1e-9 for arm, q in pairs)
 
 
-def _measure_perpendicularity_error(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
+def _measure_perpendicularity(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return how far three axes are from being perpendicular to each other, from 0 to 1."""
     return np.asarray(1 - measure_axis_spread(arm, q, joints))
 

@@ -25,7 +25,7 @@ def normalize_arm(chain: Chain) -> Chain:
     if joints[0].is_revolute:
         joints[0] = replace(joints[0], d=sp.S.Zero)
     base = Base(yaw=chain.base.yaw, tilt=chain.base.tilt)
-    return Chain("bare", tuple(joints), chain.task, base, chain.point)
+    return Chain("normalized", tuple(joints), chain.task, base, chain.point)
 
 
 def normalize_conditions(chain: Chain, component: Component) -> list[str]:

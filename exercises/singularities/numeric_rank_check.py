@@ -104,13 +104,10 @@ def check_rank_loss(
             zeros = find_zeros(k, _Branch(branches[k], chain, values), _RankTest(arm, chain))
             samples[k] += [Sample(arm, configuration) for configuration in zeros]
             arms += [arm] if len(zeros) else []
-    search_results = (
-        searched_arm_count,
-        start_count * searched_arm_count,
-        converged_count,
-        tuple(unexplained_configurations),
-    )
-    return RankCheck(tuple(arms), tuple(map(tuple, samples)), tuple(sorted(full_rank_branches)), *search_results)
+    return RankCheck(
+        tuple(arms), tuple(map(tuple, samples)), tuple(sorted(full_rank_branches)), searched_arm_count,
+        start_count * searched_arm_count, converged_count, tuple(unexplained_configurations),
+    )  # fmt: skip
 
 
 def find_covering_branches(

@@ -93,9 +93,8 @@ def _find_rotated_planar_arm(arm: NumericChain) -> _RotatedPlanarArm | None:
     if distance_range is None or abs(axis @ normal) > _ZERO_TOLERANCE:
         return None
     offset, plane_offset = origins[0] - foot, float((point - foot) @ normal)
-    size = (
-        float(np.sum(distance_range[np.isfinite(distance_range)])) + float(np.linalg.norm(offset)) + abs(plane_offset)
-    )
+    finite_distances = distance_range[np.isfinite(distance_range)]
+    size = float(np.sum(finite_distances)) + float(np.linalg.norm(offset)) + abs(plane_offset)
     shoulder = float(offset @ np.cross(normal, axis)), float(offset @ axis)
     return _RotatedPlanarArm(distance_range, axis, foot, shoulder, plane_offset, size)
 
@@ -292,10 +291,8 @@ def reaches_beyond(samples: Sequence[Sample], task: Sequence[int], directions: n
             answers[k] = YES if is_reached else NO
     unsure = np.flatnonzero(answers == UNSURE).tolist()
     if unsure:
-        unsure_arms = [samples[k].arm for k in unsure]
-        answers[unsure] = _search_displaced_poses(
-            unsure_arms, frames[unsure], task, shifts[unsure], arm_lengths[unsure]
-        )
+        arms_and_frames = [samples[k].arm for k in unsure], frames[unsure]
+        answers[unsure] = _search_displaced_poses(*arms_and_frames, task, shifts[unsure], arm_lengths[unsure])
     return np.asarray(answers == YES)
 
 
@@ -308,30 +305,29 @@ def _search_displaced_poses(
 ) -> np.ndarray:
     """Return YES or NO for each of k arms: whether a search finds a configuration `shifts` away from a pose.
 
-    `frames` are the frames of the arms at these poses. The search starts from many configurations.
+    `frames` are the frames of the arms at these poses. The search starts from many configurations of each arm.
     """
     answers = np.full(len(all_arms), NO)
-    active_indices = np.arange(len(all_arms))
+    unsolved = np.arange(len(all_arms))
     arms = NumericChain.stack(all_arms)
     q = np.tile(_sample_starts(len(arms.kinds)), (len(all_arms), 1, 1))
     for step in range(_MAX_STEPS):
         poses = arms.frames(q)
-        residual = (
-            _compute_pose_difference(arms, frames[active_indices], poses)[..., task] + shifts[active_indices, None]
-        )
+        difference = _compute_pose_difference(arms, frames[unsolved], poses)
+        residual = difference[..., task] + shifts[unsolved, None]
         distance = np.linalg.norm(residual, axis=2)
-        has_converged = np.any(distance < 1e-6 * arm_lengths[active_indices, None], axis=1)
+        has_converged = np.any(distance < 1e-6 * arm_lengths[unsolved, None], axis=1)
         if has_converged.any():
-            answers[active_indices[has_converged]] = YES
+            answers[unsolved[has_converged]] = YES
             remaining = ~has_converged
-            active_indices = active_indices[remaining]
-            if not len(active_indices):
+            unsolved = unsolved[remaining]
+            if not len(unsolved):
                 break
-            arms = NumericChain.stack([all_arms[k] for k in active_indices])
+            arms = NumericChain.stack([all_arms[k] for k in unsolved])
             q, poses, residual, distance = q[remaining], poses[remaining], residual[remaining], distance[remaining]
         if step == _PRUNING_STEP:
             nearest = np.argsort(distance, axis=1, kind="stable")[:, :_KEPT_START_COUNT]
-            rows = np.arange(len(active_indices))[:, None]
+            rows = np.arange(len(unsolved))[:, None]
             q, residual, poses = q[rows, nearest], residual[rows, nearest], poses[rows, nearest]
         jacobian = arms.jacobian_of(poses)[..., task, :]
         transposed = jacobian.swapaxes(-1, -2)

@@ -8,9 +8,10 @@ zero, the singularity is internal. Joint travel is unlimited, as in the chapter.
 of the task's coordinates that the arm reaches.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import chain as chain_together
 
 import numpy as np
 import sympy as sp
@@ -126,36 +127,28 @@ def _classify_by_position(samples: Sequence[Sample], task: list[int]) -> np.ndar
     kinds = _classify_by_motion(samples, task)
     if not samples or max(task) > 2:
         return kinds
-    undecided_indices = np.flatnonzero(kinds == "internal").tolist()
-    for joint in range(1, min(len(samples[0].q), samples[0].arm.point_frame) if undecided_indices else 0):
-        if samples[0].arm.is_revolute[joint]:
-            rotated_samples = _rotate_joint([samples[k] for k in undecided_indices], joint)
-            rotatable_indices = [
-                k for k, rotations in zip(undecided_indices, rotated_samples, strict=True) if rotations
-            ]
-            all_kinds = iter(
-                _classify_by_motion([sample for rotations in rotated_samples for sample in rotations], task)
-            )
-            for k in rotatable_indices:
-                rotation_kinds = [next(all_kinds) for _ in range(_ROTATION_COUNT)]
-                kinds[k] = "boundary" if "boundary" in rotation_kinds else "internal"
-            undecided_indices = [k for k in undecided_indices if k not in rotatable_indices]
-            if not undecided_indices:
-                break
+    undecided = {k: samples[k] for k in np.flatnonzero(kinds == "internal").tolist()}
+    for joint in range(1, min(len(samples[0].q), samples[0].arm.point_frame)):
+        if undecided and samples[0].arm.is_revolute[joint]:
+            rotations = _rotate_joint(undecided, joint)
+            rotation_kinds = _classify_by_motion(list(chain_together(*rotations.values())), task)
+            for k, kinds_of_sample in zip(rotations, rotation_kinds.reshape(-1, _ROTATION_COUNT), strict=True):
+                if "boundary" in kinds_of_sample:
+                    kinds[k] = "boundary"
+            undecided = {k: sample for k, sample in undecided.items() if k not in rotations}
     return kinds
 
 
-def _rotate_joint(samples: Sequence[Sample], joint: int) -> list[list[Sample]]:
-    """Return for each sample the samples that rotating a joint leads to; none if the joint moves P."""
-    arms, q = stack_samples(samples)
+def _rotate_joint(samples: Mapping[int, Sample], joint: int) -> dict[int, list[Sample]]:
+    """Return the samples that rotating a joint leads to, for each of the samples whose P the joint does not move."""
+    arms, q = stack_samples(list(samples.values()))
     q = np.tile(q, (1, _ROTATION_COUNT, 1))
     q[..., joint] = np.linspace(-np.pi, np.pi, _ROTATION_COUNT, endpoint=False)
-    points = arms.point(q)
-    keeps_point = np.ptp(points, axis=1).max(axis=1) < RANK_TOLERANCE
-    return [
-        [Sample(sample.arm, configuration) for configuration in configurations] if is_possible else []
-        for sample, configurations, is_possible in zip(samples, q, keeps_point, strict=True)
-    ]
+    keeps_point = np.ptp(arms.point(q), axis=1).max(axis=1) < RANK_TOLERANCE
+    items = zip(samples.items(), q, keeps_point, strict=True)
+    return {
+        k: [Sample(sample.arm, row) for row in configurations] for (k, sample), configurations, keeps in items if keeps
+    }
 
 
 def _classify_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
@@ -229,10 +222,8 @@ def _find_least_reached_direction(lost_basis: np.ndarray, bending: "_Bending") -
     forms = np.stack([_compute_quadratic_forms(lost_basis[..., column], bending) for column in range(2)])
     angles = np.tile(np.arange(0, 2 * np.pi, _DIRECTION_STEP), (len(lost_basis), 1))
     for round_number in range(_REFINEMENT_ROUNDS):
-        largest_eigenvalues = np.linalg.eigvalsh(np.einsum("kal,lkst->kast", _compute_unit_vectors(angles), forms))[
-            ..., -1
-        ]
-        best_angles = np.take_along_axis(angles, np.argmin(largest_eigenvalues, axis=1)[:, None], axis=1)
+        eigenvalues = np.linalg.eigvalsh(np.einsum("kal,lkst->kast", _compute_unit_vectors(angles), forms))
+        best_angles = np.take_along_axis(angles, np.argmin(eigenvalues[..., -1], axis=1)[:, None], axis=1)
         angles = best_angles + np.linspace(-_DIRECTION_STEP, _DIRECTION_STEP, 9) / _REFINEMENT_FACTOR**round_number
     return np.einsum("kml,kl->km", lost_basis, _compute_unit_vectors(best_angles[:, 0]))
 
@@ -262,9 +253,8 @@ def _compute_bending(samples: Sequence[Sample], task: list[int], joint_motions: 
     """Return the change of J along joint motions, by central differences that are not divided by twice the step."""
     arms, q = stack_samples(samples)
     directions = np.concatenate([joint_motions, -joint_motions], axis=1)
-    forward_jacobians, backward_jacobians = np.split(
-        arms.jacobian(q + _DIFFERENCE_STEP * directions)[:, :, task], 2, axis=1
-    )
+    jacobians = arms.jacobian(q + _DIFFERENCE_STEP * directions)[:, :, task]
+    forward_jacobians, backward_jacobians = np.split(jacobians, 2, axis=1)
     return _Bending(joint_motions, forward_jacobians - backward_jacobians)
 
 

@@ -112,5 +112,5 @@ def _find_errata_pages() -> dict[int, str]:
         number: make_example_path(example.number)
         for number, erratum in enumerate(read_errata(), 1)
         for example in solve_examples()
-        if erratum.where.startswith(f"Example {example.number}")
+        if erratum.place.startswith(f"Example {example.number}")
     }

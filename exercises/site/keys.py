@@ -442,7 +442,7 @@ def _count_pieces(problem: Problem, answer: ConditionSet) -> list[int]:
     """Return the number of pieces of each component of the singular set."""
     roles = problem.domain.roles
     joints = [q.name for q in problem.chain.q]
-    groups = answer.group_by_condition(answer.list_pieces())
+    groups = answer.group_by_component(answer.list_pieces())
     return [sum(len(parse_pieces(parse_formula(text, roles), joints)) for text in group) for group in groups]
 
 

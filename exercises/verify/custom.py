@@ -204,7 +204,7 @@ def _check_number(
 def _check_options(numeric: NumericReference, part: Part, maker: QuestionMaker) -> Checks:
     """Check that no two options show the same, at several configurations."""
     details, quantities = part.details_as(CustomDetails), _make_quantities(numeric)
-    formulas = [(index, formula) for index in details.order if (formula := maker.options[index]) is not None]
+    formulas = [(index, formula) for index in details.order if (formula := maker.option_formulas[index]) is not None]
     values = [(index, compute(formula, quantities)) for index, formula in formulas]
     pairs = [(first, second) for k, first in enumerate(values) for second in values[k + 1 :]]
     equal_pairs = [

@@ -28,7 +28,7 @@ def check_three_digits(part: Part) -> Check:
     answer = part.answer_as(Number)
     exact = np.array([float(value) for value in answer.reference])
     rounded = np.array([float(f"{value:.2e}") for value in exact])
-    is_accepted = bool(np.all(np.abs(rounded - exact) <= answer.allowed_errors(None)))
+    is_accepted = bool(np.all(np.abs(rounded - exact) <= answer.list_allowed_errors(None)))
     return Check("three digits", is_accepted, "rounding keeps it right")
 
 

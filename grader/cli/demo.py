@@ -23,7 +23,7 @@ from qdot.grader.cli.class_commands import generate
 from qdot.grader.cli.export_commands import report
 from qdot.grader.cli.grade_command import grade
 from qdot.grader.cli.options import JobsOption
-from qdot.grader.grading.history import read_last_results
+from qdot.grader.grading.history import read_results_to_report
 from qdot.grader.reports.tables import find_work_status
 from qdot.grader.sandbox.sandbox import check_system
 
@@ -139,7 +139,7 @@ def demo(
     for student in assignment.roster:
         write_submission(assignment, student.id, KIND_BY_NAME[student.name])
     grade(folder, jobs=jobs, seconds=NOTEBOOK_SECONDS)
-    _, results = read_last_results(assignment)
+    _, results = read_results_to_report(assignment)
     scores = [f"{result.score:5.1f} of {result.max_score:g}" for result in results]
     say(f"\n{'id':<4}  {'name':<20} {'submitted':<32} {'points':>{len(scores[0])}}  status")
     for student, score, result in zip(assignment.roster, scores, results, strict=True):

@@ -121,18 +121,18 @@ def report(
       qdot report homework --report csv=-
           the marks for another program
     """
-    from qdot.grader.grading.history import read_last_results
+    from qdot.grader.grading.history import read_results_to_report
     from qdot.grader.reports.formats import STDOUT, parse_report_options, write_requested_reports
 
     reports = parse_report_options(report, has_one_student=False)
-    whole_class = load_class(folder)
-    assignment, results = read_last_results(whole_class)
-    ungraded_ids = [student.id for student in whole_class.roster if student not in assignment.roster]
+    current_assignment = load_class(folder)
+    graded_assignment, results = read_results_to_report(current_assignment)
+    ungraded_ids = [student.id for student in current_assignment.roster if student not in graded_assignment.roster]
     if ungraded_ids:
         note(f"{', '.join(ungraded_ids)}: on the roster but not yet graded; left out")
     if not reports or out is not None:
         reports.append(("html", str(out or folder / "graded" / "report.html")))
-    write_requested_reports(assignment, results, reports)
+    write_requested_reports(graded_assignment, results, reports)
     if all(path != STDOUT for _, path in reports):
         for name, path in reports:
             say(f"{name}: {path}, {count_noun(len(results), 'student')}")

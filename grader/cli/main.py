@@ -167,13 +167,14 @@ def _prepare_command() -> None:
         gc.freeze()
         gc.set_threshold(*COLLECTION_THRESHOLDS)
         gc.enable()
-    handlers: dict[int, Any] = {signal.SIGINT: signal.default_int_handler, **dict.fromkeys(ENDING_SIGNALS, _stop)}
+    handlers: dict[int, Any] = dict.fromkeys(ENDING_SIGNALS, _interrupt_command)
+    handlers[signal.SIGINT] = signal.default_int_handler
     for signal_number, handler in handlers.items():
         if signal.getsignal(signal_number) is _stop_at_once:
             signal.signal(signal_number, handler)
 
 
-def _stop(signal_number: int, _: object) -> NoReturn:
+def _interrupt_command(signal_number: int, _: object) -> NoReturn:
     """Handle a signal like Ctrl-C, so that the command ends its processes and cleans up."""
     signal.signal(signal_number, signal.SIG_IGN)  # ignore the signal if it comes again
     raise KeyboardInterrupt(signal_number)

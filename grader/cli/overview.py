@@ -75,8 +75,8 @@ def describe_family(family: Family, convention: str = "") -> str:
     for reason, names in names_by_reason.items():
         lines += _wrap("  ", f"{', '.join(names)}: {reason}")
     if family.robot_argument:
-        solve = f"qdot solve {family.robot_argument}"
-        advice = f"To use it, set robot in assignment.toml. Everything derived for it: {solve}"
+        solve_command = f"qdot solve {family.robot_argument}"
+        advice = f"To use it, set robot in assignment.toml. Everything derived for it: {solve_command}"
     else:
         problem = f"{family.name}/1@{convention}" if convention else f"{family.name}/1"
         advice = f"Short questions for quizzes: qdot questions. An example: qdot show {problem} --solution"

@@ -22,7 +22,7 @@ from qdot.exercises.common.console import check_choice, note, say, show_status
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS as SECONDS
 from qdot.exercises.common.time_limit import MIN_SECONDS, parse_seconds
 from qdot.exercises.families import Family
-from qdot.exercises.families.own import read_robot_family
+from qdot.exercises.families.robot_family import read_robot_family
 from qdot.exercises.generation import find_listing, look_up_family, select_quiz_questions
 from qdot.exercises.notebook.problem_formats import show_assignment
 from qdot.exercises.problem.problem import normalize_convention
@@ -137,7 +137,8 @@ def _make_family_row(family: Family, convention: str = "") -> dict[str, Any]:
     listing = find_listing(family, convention)
     return {
         "name": family.name, "title": family.title, "source": family.source, "joints": listing.kinds or "varied",
-        "questions": list(listing.questions), "difficulty": listing.steps[1], "difficulties": list(listing.steps),
+        "questions": list(listing.questions),
+        "difficulty": listing.band_range[1], "difficulties": list(listing.band_range),
     }  # fmt: skip
 
 

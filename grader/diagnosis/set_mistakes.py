@@ -166,7 +166,7 @@ class _SetExplanation:
     def __init__(self, problem: Problem, part: Part, claimed_pieces: Sequence[Piece], seed: str) -> None:
         assert isinstance(part.answer, ConditionSet)
         joints, roles = [q.name for q in problem.chain.q], problem.domain.roles
-        trees = part.answer.group_by_condition([tree for (tree,) in part.answer.parse_trees(roles)])
+        trees = part.answer.group_by_component([tree for (tree,) in part.answer.parse_trees(roles)])
         self.chain, self.components, self.seed = problem.chain, part.answer.components, seed
         self.claimed_pieces = claimed_pieces
         self.space = ConfigurationSpace(joints, problem.domain, part.rounding)

@@ -20,7 +20,7 @@ from qdot.exercises.problem.problem import ENGINE, Problem
 from qdot.grader.diagnosis.groups import format_group_key
 from qdot.grader.grading.copied_answers import ClassAnswers
 from qdot.grader.grading.result import MarkingVersions, NotebookMarks, PartResult, ProblemResult
-from qdot.grader.judging.functions import make_calls
+from qdot.grader.judging.functions import sample_function_arguments
 from qdot.grader.judging.verdict import Outcome, Verdict
 from qdot.grader.marking.marking import MarkingRules, mark
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
@@ -160,8 +160,8 @@ def grade_attempt(grader: Grader, student: str, submission: Submission | None) -
             notes += [SubmissionNote(note, note) for note in answers.notes]
             forbidden_stops = [stop for stop in answers.forbidden_stops if stop not in answers.notes]
             notes += [SubmissionNote(f"refused: {stop}") for stop in forbidden_stops]
-    is_other_students = submission is not None and submission.qdot_metadata.get("student") not in (None, student)
-    credit = Fraction(0) if is_other_students else assignment.follow_through
+    belongs_to_another = submission is not None and submission.qdot_metadata.get("student") not in (None, student)
+    credit = Fraction(0) if belongs_to_another else assignment.follow_through
     mark_problem = partial(mark, secret=assignment.secret, points_seed=seed, allowance=TimeBudgets())
     results = list[ProblemResult]()
     for slot, problem in problems:
@@ -186,11 +186,11 @@ def run_notebook(
     configurations at which a student's Python functions are called. Raises OverLimit.
     """
     parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
-    calls = {slot: make_calls(problem, problem.domain, seed) for slot, problem in problems}
+    arguments = {slot: sample_function_arguments(problem, problem.domain, seed) for slot, problem in problems}
     setup = write_setup_cell(problems)
 
     def run(cells: Sequence[str | None], names: Sequence[str]) -> Run:
-        return _run_with_retries(sandbox, partial(sandbox.run, cells, names, calls, setup, submission.modules))
+        return _run_with_retries(sandbox, partial(sandbox.run, cells, names, arguments, setup, submission.modules))
 
     return find_answers(empty_self_checks(submission.cells, problems), parts, run)
 

@@ -28,7 +28,7 @@ from qdot.exercises.common.files import (
     write_atomically,
 )
 from qdot.exercises.common.input_file import csv_text
-from qdot.exercises.common.json_form import as_json, from_json
+from qdot.exercises.common.json_form import parse_dataclass, to_jsonable
 from qdot.exercises.common.parallel import map_in_order
 from qdot.grader.grading.attempt import (
     MAX_ERROR_LENGTH,
@@ -76,13 +76,13 @@ def grade_class(
     costs = [("student", "seconds", "megabytes")]
     files_by_student = {student: files.files if files else (None,) for student, files in tasks}
     paths = [marks_path(cache, student, file) for student, files in files_by_student.items() for file in files]
-    mark_lost = partial(_mark_failed, assignment) if jobs else None
+    report_crash = partial(_make_failed_notebooks, assignment) if jobs else None
     with clean_up_after(paths), sync_disks_after():
         if executor:
             graded_notebooks = _grade_on_cluster(executor, tasks, assignment, limits, cache)
         else:
             setup = (assignment, limits, cache)
-            graded_notebooks = map_in_order(_grade_or_mark_failed, tasks, jobs, _GradingWorker, setup, mark_lost)
+            graded_notebooks = map_in_order(_grade_student_safely, tasks, jobs, _GradingWorker, setup, report_crash)
         with contextlib.closing(graded_notebooks):
             for student, notebooks in zip(chosen_students, graded_notebooks, strict=True):
                 try:
@@ -116,7 +116,7 @@ def _grade_on_cluster(
         worker = _GradingWorker(assignment, limits, cache_path, cluster)
         pool = ThreadPoolExecutor(cluster.threads)
         try:
-            yield from pool.map(partial(_grade_or_mark_failed, worker), tasks)
+            yield from pool.map(partial(_grade_student_safely, worker), tasks)
         finally:
             pool.shutdown(wait=False, cancel_futures=True)
 
@@ -134,7 +134,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
     except OSError as error:
         raise make_write_error(path, error) from None
     with file:
-        _locked_files.add(file.fileno())
+        _lock_descriptors.add(file.fileno())
         try:
             with contextlib.suppress(OSError):  # the disk has no locks; files are still written atomically
                 try:
@@ -144,21 +144,21 @@ def lock_folder(folder: Path) -> Iterator[None]:
                     raise QdotError(message) from None
             yield
         finally:
-            _locked_files.discard(file.fileno())
+            _lock_descriptors.discard(file.fileno())
 
 
-_locked_files: set[int] = set()
+_lock_descriptors: set[int] = set()
 """File descriptors of open lock files. A forked process closes its copies, because they would keep the lock alive."""
 
 
-def _close_locked_files() -> None:
+def _close_lock_descriptors() -> None:
     """Close this process's copies of open lock files."""
-    while _locked_files:
-        os.close(_locked_files.pop())
+    while _lock_descriptors:
+        os.close(_lock_descriptors.pop())
 
 
 if hasattr(os, "register_at_fork"):  # other systems don't fork
-    os.register_at_fork(after_in_child=_close_locked_files)
+    os.register_at_fork(after_in_child=_close_lock_descriptors)
 
 
 # --- in the process that grades ---
@@ -191,7 +191,7 @@ class _GradingWorker:
         if files is None:
             return [GradedNotebook(marks=self._mark(student, None))]
         if files.failure:
-            return _mark_failed(self.assignment, task, files.failure[:MAX_ERROR_LENGTH])
+            return _make_failed_notebooks(self.assignment, task, files.failure[:MAX_ERROR_LENGTH])
         attempts = read_attempts(files, self.assignment.key)
         counting_attempts = _select_counting_attempts(self.assignment, attempts)
         notebooks = []
@@ -216,7 +216,7 @@ class _GradingWorker:
     def load_marks(self, student: str, attempt: Submission | None) -> NotebookMarks | None:
         """Return the stored marks of a notebook; None if there are none or they may be out of date."""
         try:
-            stored_marks = from_json(_StoredMarks, self._find_path(student, attempt).read_bytes())
+            stored_marks = parse_dataclass(_StoredMarks, self._find_path(student, attempt).read_bytes())
         except (OSError, ValueError):
             return None  # nothing stored yet, or damaged
         return stored_marks.marked if stored_marks.key == self._compute_key(student, attempt) else None
@@ -225,7 +225,7 @@ class _GradingWorker:
         """Store the marks of a notebook, unless qdot failed to grade it, so that the next run tries again."""
         if marks.is_graded:
             stored_marks = _StoredMarks(self._compute_key(student, attempt), replace(marks, seconds=0.0, megabytes=0.0))
-            write_atomically(self._find_path(student, attempt), json.dumps(as_json(stored_marks)), is_synced=False)
+            write_atomically(self._find_path(student, attempt), json.dumps(to_jsonable(stored_marks)), is_synced=False)
 
     def _find_path(self, student: str, attempt: Submission | None) -> Path:
         """Return the path of the file that stores the marks of a notebook."""
@@ -234,11 +234,12 @@ class _GradingWorker:
     def _compute_key(self, student: str, attempt: Submission | None) -> str:
         """Return a digest that changes whenever the notebook's points may change or the limits change."""
         submission_key = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}/{self._limits}"
-        content = f"{json.dumps(as_json(make_marking_versions(self.assignment, student)))}/{student}/{submission_key}"
+        versions = json.dumps(to_jsonable(make_marking_versions(self.assignment, student)))
+        content = f"{versions}/{student}/{submission_key}"
         return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()
 
 
-def _grade_or_mark_failed(worker: _GradingWorker, task: GradingTask) -> list[GradedNotebook]:
+def _grade_student_safely(worker: _GradingWorker, task: GradingTask) -> list[GradedNotebook]:
     """Grade a student's notebooks like `_GradingWorker.grade`; an error leaves only this student UNGRADED.
 
     Raises QdotError for a problem that concerns the whole class, such as a full disk.
@@ -250,7 +251,7 @@ def _grade_or_mark_failed(worker: _GradingWorker, task: GradingTask) -> list[Gra
     except Exception as error:
         if (cause := make_open_files_error(error)) is not None:
             raise cause from None
-        return _mark_failed(worker.assignment, task, describe_error(error))
+        return _make_failed_notebooks(worker.assignment, task, describe_error(error))
 
 
 def _select_counting_attempts(assignment: Assignment, attempts: list[Submission]) -> list[Submission]:
@@ -263,7 +264,9 @@ def _select_counting_attempts(assignment: Assignment, attempts: list[Submission]
     return [matching_attempts[i] for i in assignment.attempt_policy.select_counting_indices(times)]
 
 
-def _mark_failed(assignment: Assignment, task: GradingTask, reason: str = CRASH_REASON) -> list[GradedNotebook]:
+def _make_failed_notebooks(
+    assignment: Assignment, task: GradingTask, reason: str = CRASH_REASON
+) -> list[GradedNotebook]:
     """Return an UNGRADED notebook for a student whom qdot failed to grade, for the given reason."""
     student, files = task
     file = make_printable(files.files[0].name) if files and files.files else ""

@@ -109,12 +109,17 @@ def find_claimed_form(claims: Mapping[str, object], slot: str, part: str) -> Exp
     form = dict_or_empty(forms).get(part)
     if not isinstance(form, dict) or not _is_name_list(symbols) or not symbols or not _is_name_list(joints):
         return None
-    labels, columns, metres = form.get("labels", []), form.get("columns", []), form.get("metres")
+    labels, columns, metre_power = form.get("labels", []), form.get("columns", []), form.get("metres")
     answer = _make_example_answer(form.get("type"), form.get("shape", []), form.get("units", []))
-    if answer is None or not _is_name_list(labels) or not _is_name_list(columns) or metres not in (None, *range(7)):
+    if (
+        answer is None
+        or not _is_name_list(labels)
+        or not _is_name_list(columns)
+        or metre_power not in (None, *range(7))
+    ):
         return None
     domain = Domain(dict.fromkeys(symbols, "signed"))
-    return ExpectedForm(answer, domain, tuple(joints), tuple(labels), tuple(columns), metres)
+    return ExpectedForm(answer, domain, tuple(joints), tuple(labels), tuple(columns), metre_power)
 
 
 SIZE_BOUND = 100
@@ -160,9 +165,9 @@ def _check_answer(part: str, text: str, expected: ExpectedForm | None) -> Checke
         is_blank = parsed_answer.refusal.outcome is Outcome.MISSING
         return CheckedAnswer(part, False, "left blank" if is_blank else parsed_answer.refusal.reason)
     has_known_symbols = expected is not None and expected.answer.takes_symbols and not expected.answer.is_set
-    unknown = describe_unknown_symbols(parsed_answer, expected.domain) if expected and has_known_symbols else ""
-    if unknown:
-        return CheckedAnswer(part, False, unknown)
+    symbol_error = describe_unknown_symbols(parsed_answer, expected.domain) if expected and has_known_symbols else ""
+    if symbol_error:
+        return CheckedAnswer(part, False, symbol_error)
     excerpt = shorten(text, 300)
     if parsed_answer.tree is not None and has_blank(parsed_answer.tree):
         return CheckedAnswer(part, False, f"partly left blank: {excerpt}")

@@ -13,7 +13,7 @@ from pathlib import Path, PurePath
 
 from qdot.exercises.assignment.assignment import SECRET_FILE, SECRET_VARIABLE, Assignment, load_assignment
 from qdot.exercises.assignment.release import notebook_path
-from qdot.exercises.common.errors import QdotError, count_noun, list_some
+from qdot.exercises.common.errors import QdotError, count_noun, list_first
 from qdot.grader.grading.certify import find_former_students
 from qdot.grader.submissions.layouts import list_nested_folders
 from qdot.grader.submissions.submission import StudentFiles, Submission, SubmissionFolder, read_submission
@@ -31,11 +31,11 @@ def load_class(folder: Path) -> Assignment:
     assignment = load_assignment(folder)
     paths = {student.id: notebook_path(assignment, student.id) for student in assignment.roster}
     released_files = {student: StudentFiles((path,)) for student, path in paths.items() if path.exists()}
-    unreleased = [name for name in paths if name not in released_files]
-    if respelled := _match_respelled_identifiers(find_former_students(assignment), unreleased):
-        students = count_noun(len(respelled), "student")
-        problem = f"{students} would get other problems than those in {folder / 'released'}, so qdot stopped"
-        raise QdotError(f"{folder / 'roster.csv'}: {problem}. {_advise_restoring(respelled)}")
+    unreleased_students = [name for name in paths if name not in released_files]
+    if respelled_ids := _match_respelled_identifiers(find_former_students(assignment), unreleased_students):
+        students = count_noun(len(respelled_ids), "student")
+        obstacle = f"{students} would get other problems than those in {folder / 'released'}, so qdot stopped"
+        raise QdotError(f"{folder / 'roster.csv'}: {obstacle}. {_advise_restoring(respelled_ids)}")
     submissions = [submission for _, submission in read_sample(assignment, released_files, list(paths))]
     remedy = ", or delete this folder if no student has these notebooks"
     check_secret(assignment, submissions, folder / "released", remedy)
@@ -55,27 +55,28 @@ def check_class(
     if unknown_names and not submissions.by_student:
         _, *nested_folders = list_nested_folders(submissions_folder)  # archives often contain such folders
         names = [*unknown_names, *(path.name for folder in nested_folders for path in folder.iterdir())]
-        problem = "no file or folder here belongs to a student in roster.csv, so nothing was graded"
-        raise QdotError(f"{named_path}: {problem}. {_describe_likely_cause(names, ids, assignment.key)}")
+        obstacle = "no file or folder here belongs to a student in roster.csv, so nothing was graded"
+        raise QdotError(f"{named_path}: {obstacle}. {_describe_likely_cause(names, ids, assignment.key)}")
     absent_students = [student for student in ids if student not in submissions.by_student]
-    if respelled := _match_respelled_identifiers(unknown_names, absent_students):
-        problem = f"submissions of {count_noun(len(respelled), 'student')} would have no owner, so nothing was graded"
-        raise QdotError(f"{named_path}: {problem}. {_advise_restoring(respelled)}")
+    if respelled_ids := _match_respelled_identifiers(unknown_names, absent_students):
+        students = count_noun(len(respelled_ids), "student")
+        obstacle = f"submissions of {students} would have no owner, so nothing was graded"
+        raise QdotError(f"{named_path}: {obstacle}. {_advise_restoring(respelled_ids)}")
     sample = dict(read_sample(assignment, submissions.by_student, ids))
-    keys = [key for key in _map_claims(sample, "assignment").values() if key != assignment.key]
-    if 2 * len(keys) > len(sample) > 1:
-        difference = f"another assignment ({_list_names(sorted(set(keys)))}) than {assignment.key!r}"
-        problem = f"{len(keys)} of {len(sample)} notebooks belong to {difference}, so nothing was graded"
-        raise QdotError(f"{named_path}: {problem}. Is this the right folder?")
+    other_keys = [key for key in _map_claims(sample, "assignment").values() if key != assignment.key]
+    if 2 * len(other_keys) > len(sample) > 1:
+        difference = f"another assignment ({_list_names(sorted(set(other_keys)))}) than {assignment.key!r}"
+        obstacle = f"{len(other_keys)} of {len(sample)} notebooks belong to {difference}, so nothing was graded"
+        raise QdotError(f"{named_path}: {obstacle}. Is this the right folder?")
     owners = {student: owner for student, owner in _map_claims(sample, "student").items() if owner != student}
     if len(owners) > 1 and 2 * len(owners) > len(sample):
         pairs = [f"{student} has the notebook of {owner}" for student, owner in owners.items()]
-        listing = list_some(pairs, MAX_NAMES_LISTED)
-        problem = f"{len(owners)} of {len(sample)} notebooks are in folders or under names of other students"
+        listing = list_first(pairs, MAX_NAMES_LISTED)
+        obstacle = f"{len(owners)} of {len(sample)} notebooks are in folders or under names of other students"
         advice = "Is this the right class? If notebooks were mixed up, move each one back to its own student"
         if all(_normalize(student) == _normalize(owner) for student, owner in owners.items()):
             advice = _advise_restoring(owners)
-        raise QdotError(f"{named_path}: {problem} ({listing}), so nothing was graded. {advice}")
+        raise QdotError(f"{named_path}: {obstacle} ({listing}), so nothing was graded. {advice}")
     check_secret(assignment, list(sample.values()), named_path)
 
 
@@ -111,8 +112,8 @@ def _describe_likely_cause(unknown_names: Sequence[str], ids: Sequence[str], ass
 
     `unknown_names` are the names of these files and folders.
     """
-    if respelled := _match_respelled_identifiers(unknown_names, ids):
-        return _advise_restoring(respelled)
+    if respelled_ids := _match_respelled_identifiers(unknown_names, ids):
+        return _advise_restoring(respelled_ids)
     name = f"{assignment_key}.ipynb"
     if name in unknown_names:
         return f"{name} does not name its student. Put it into a folder named after the student: STUDENT/{name}"
@@ -129,11 +130,11 @@ def _match_respelled_identifiers(unknown_names: Sequence[str], ids: Sequence[str
     return {student: names[_normalize(student)] for student in ids if _normalize(student) in names}
 
 
-def _advise_restoring(respelled: Mapping[str, str]) -> str:
-    """Return the advice to undo changes of identifiers; `respelled` maps present to original identifiers."""
-    pairs = [f"{new_name} → {old_name}" for new_name, old_name in respelled.items()]
+def _advise_restoring(respelled_ids: Mapping[str, str]) -> str:
+    """Return the advice to undo changes of identifiers; `respelled_ids` maps present to original identifiers."""
+    pairs = [f"{new_name} → {old_name}" for new_name, old_name in respelled_ids.items()]
     remedy = "Write the identifiers into roster.csv as they were when the notebooks were generated"
-    return f"{SPREADSHEET_HINT} {remedy}: {list_some(pairs, MAX_NAMES_LISTED)}."
+    return f"{SPREADSHEET_HINT} {remedy}: {list_first(pairs, MAX_NAMES_LISTED)}."
 
 
 def read_sample(
@@ -158,4 +159,4 @@ def _normalize(identifier: str) -> str:
 
 def _list_names(names: Sequence[str]) -> str:
     """Return the first few names, in quotes."""
-    return list_some(list(map(repr, names)), MAX_NAMES_LISTED)
+    return list_first(list(map(repr, names)), MAX_NAMES_LISTED)

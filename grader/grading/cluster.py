@@ -88,7 +88,7 @@ def make_brief(assignment: Assignment, limits: Limits) -> WorkerBrief:
     """Return the data that workers need to grade an assignment within the limits for each notebook."""
     roster = tuple(Student(student.id) for student in assignment.roster)
     replacements = assignment.replacements.items()
-    seed_numbers = sorted((*student_and_slot, new.seed_number) for student_and_slot, new in replacements)
+    seed_numbers = sorted((*student_and_slot, problem.seed_number) for student_and_slot, problem in replacements)
     settings = assignment.notebook_digest, assignment.marking_digest, assignment.secret, assignment.sandbox
     digest = hashlib.sha256(repr((*settings, limits, roster, seed_numbers)).encode()).hexdigest()
     anonymous_assignment = replace(assignment, folder=Path(), roster=roster, notes=(), gradebook=None)
@@ -101,7 +101,7 @@ class Cluster:
     def __init__(self, client: "Client", address: str, brief: WorkerBrief) -> None:
         """Wait for the first worker, and send it the brief. Raises QdotError if there is no worker."""
         self._client, self._address = client, address
-        self._last_seen, self._last_asked, self._had_workers = time.monotonic(), -1.0, False
+        self._last_worker_time, self._last_query_time, self._had_workers = time.monotonic(), -1.0, False
         self._lock, self._retry_lock, self._reported_warnings = threading.Lock(), threading.Lock(), set[str]()
         while not self._had_workers:
             self._look_for_workers()
@@ -154,19 +154,19 @@ class Cluster:
         """Raise QdotError if there has been no worker for a while; ask the scheduler at most once a second."""
         with self._lock:
             now = time.monotonic()
-            if now < self._last_asked + 1:
+            if now < self._last_query_time + 1:
                 return
             try:
-                workers, self._last_asked = self._client.nthreads(), now
+                workers, self._last_query_time = self._client.nthreads(), now
             except (OSError, RuntimeError) as error:
                 reason = _get_first_line(error)
                 message = f"the Dask scheduler at {self._address} no longer answers ({reason}); {RESUME_HINT}"
                 raise QdotError(message) from None
             if workers:
-                self._last_seen, self._had_workers = now, True
-            elif self._had_workers and now > self._last_seen + WORKER_RETURN_TIMEOUT:
+                self._last_worker_time, self._had_workers = now, True
+            elif self._had_workers and now > self._last_worker_time + WORKER_RETURN_TIMEOUT:
                 raise QdotError(f"all workers of {self._address} have left; {RESUME_HINT}")
-            elif not self._had_workers and now > self._last_seen + FIRST_WORKER_TIMEOUT:
+            elif not self._had_workers and now > self._last_worker_time + FIRST_WORKER_TIMEOUT:
                 command = f"dask worker {self._address} --nthreads 1 --nworkers auto"
                 raise QdotError(f"the Dask scheduler at {self._address} has no workers; start some: {command}")
 
@@ -204,8 +204,8 @@ def mark_on_worker(brief: WorkerBrief, student: str, submission: Submission | No
     machine = platform.node()
     if brief.code_digest != compute_code_digest():
         versions = f"qdot {find_qdot_version()} and Python {platform.python_version()}"
-        problem = f"its code or libraries ({versions}) differ from those of the grading machine"
-        raise QdotError(f"worker {machine}: {problem}; {SAME_VERSIONS_HINT}")
+        difference = f"its code or libraries ({versions}) differ from those of the grading machine"
+        raise QdotError(f"worker {machine}: {difference}; {SAME_VERSIONS_HINT}")
     with _grading_lock:
         try:
             if _worker_state.get("content_digest") != brief.content_digest:

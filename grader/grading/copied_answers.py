@@ -25,7 +25,7 @@ from qdot.exercises.questions.results import compute_answer, is_derived
 SAMPLE_COUNT = 2
 """Number of configurations at which answers are evaluated."""
 ROUNDING_FACTOR = 1e6
-"""Values are rounded to multiples of the inverse of this number before their digest is computed."""
+"""Values are multiplied by this number and rounded to integers before their digest is computed."""
 
 
 class ClassAnswers:
@@ -59,7 +59,7 @@ class ClassAnswers:
         symbols = problem.symbols.items()
         numbers = {name: np.full(SAMPLE_COUNT, float(info.value)) for name, info in symbols if info.value is not None}
         # A length that is a number here may be symbolic in the other problem, so both are tried.
-        results = (evaluate(program, tried_samples, SAMPLE_COUNT) for tried_samples in (samples | numbers, samples))
+        results = (evaluate(program, all_samples, SAMPLE_COUNT) for all_samples in (samples | numbers, samples))
         return any(_compute_digest(values.real) in self._fingerprints[key] for values, _ in results)
 
     def _generate_chains(self, slot: Slot) -> Iterator[Chain]:

@@ -12,7 +12,7 @@ from functools import partial
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.late_rule import add_time_zone
-from qdot.exercises.common.errors import list_some
+from qdot.exercises.common.errors import list_first
 from qdot.grader.grading.attempt import describe_error, mark_ungraded
 from qdot.grader.grading.overrides import NO_OVERRIDES, TOTAL_PART, Overrides
 from qdot.grader.grading.result import (
@@ -54,7 +54,7 @@ def compute_final_result(
     counts. For this choice, a part that qdot failed to grade counts as full marks, so that another attempt doesn't hide
     the failure.
     """
-    make_result = partial(_make_result_of, assignment, student, overrides)
+    make_result = partial(_make_result, assignment, student, overrides)
     results = {i: make_result(notebook, notebook.marks) for i, notebook in enumerate(notebooks) if notebook.marks}
     chosen_index = max(results, key=lambda i: _sum_possible_points(results[i]))
     result = results[chosen_index]
@@ -66,7 +66,7 @@ def compute_final_result(
         tied_count = sum(notebook.received == notebooks[chosen_index].received for notebook in notebooks)
         tie_reason = f", of the last {tied_count}, received at the same time, the likeliest by name"
         reason = ", the last" if tied_count == 1 else tie_reason
-    listing = list_some(other_files, MAX_FILES_LISTED)
+    listing = list_first(other_files, MAX_FILES_LISTED)
     note = f"{len(notebooks)} notebooks were submitted; {notebooks[chosen_index].file} counts{reason}, not {listing}"
     if assignment.attempt_policy.best_of is not None and len(results) < len(notebooks):
         note += f"; {assignment.attempt_policy.rule}"
@@ -83,10 +83,10 @@ def make_ungraded_result(assignment: Assignment, student: Student, file: str, er
     return compute_final_result(assignment, student, [GradedNotebook(file, marks=marks)])
 
 
-def _make_result_of(
+def _make_result(
     assignment: Assignment, student: Student, overrides: Overrides, notebook: GradedNotebook, marks: NotebookMarks
 ) -> Result:
-    """Return the result that a student gets if the notebook `graded`, which has the marks `marks`, counts."""
+    """Return the result of a student if this notebook, which has these marks, counts."""
     student_overrides = overrides.by_student.get(student.id, {})
 
     def apply_override(slot: str, part: PartResult) -> PartResult:

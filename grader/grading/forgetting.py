@@ -128,10 +128,10 @@ def _plan_for_assignment(folder: Path, roster: Sequence[Student], student: Stude
         return None
     # Files in the cache don't name their student, so all are removed; qdot can make the cache and the report again.
     removed_paths += [path for name in (".cache", "report.html") if (path := folder / "graded" / name).exists()]
-    paths_inside = {path for parent in removed_paths if parent.is_dir() for path in parent.rglob("*")}
+    contained_paths = {path for parent in removed_paths if parent.is_dir() for path in parent.rglob("*")}
     advice = "it may belong to this student or to another one"
     mentions = [(path.relative_to(folder).as_posix(), advice) for path in doubtful_paths]
-    mentions += _find_mentions(folder, student, {*removed_paths, *paths_inside, *new_contents})
+    mentions += _find_mentions(folder, student, {*removed_paths, *contained_paths, *new_contents})
     return ForgettingPlan(folder, student, tuple(dict.fromkeys(removed_paths)), new_contents, tuple(mentions))
 
 
@@ -157,9 +157,9 @@ def _shorten_tables(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
     names = ("graded/grades.csv", "graded/costs.csv", OVERRIDES_FILE, REPLACEMENTS_FILE, not_fetched, ROSTER_FILE)
     for path in (folder / name for name in names if (folder / name).is_file()):
         rows = read_roster_table(path) if path.name == ROSTER_FILE else read_table(path, "student", "student")
-        numbers = {number for number, cells in rows if normalize_identifier(cells.get("student", "")) == student}
-        if numbers:
-            yield path, remove_table_rows(path.read_bytes(), numbers)
+        matches = (number for number, cells in rows if normalize_identifier(cells.get("student", "")) == student)
+        if line_numbers := set(matches):
+            yield path, remove_table_rows(path.read_bytes(), line_numbers)
 
 
 def _read_student(line: bytes) -> str:

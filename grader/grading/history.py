@@ -15,7 +15,7 @@ from pathlib import Path
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.files import remove_leftovers, write_atomically
-from qdot.exercises.common.json_form import as_json, from_json
+from qdot.exercises.common.json_form import parse_dataclass, to_jsonable
 from qdot.grader.grading.result import MarkingVersions, Result
 from qdot.grader.marking.marking import format_points, map_max_points, sum_points
 
@@ -50,7 +50,7 @@ def _read_previous_lines(assignment: Assignment) -> Iterator[tuple[bytes, Result
         return
     for line in io.BytesIO(content):
         with contextlib.suppress(ValueError):
-            yield line, from_json(Result, line)
+            yield line, parse_dataclass(Result, line)
 
 
 def results_path(assignment: Assignment) -> Path:
@@ -58,8 +58,8 @@ def results_path(assignment: Assignment) -> Path:
     return assignment.folder / "graded" / "results.jsonl"
 
 
-def read_last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]:
-    """Return an assignment with only the graded students, and the results of these students in the last run.
+def read_results_to_report(assignment: Assignment) -> tuple[Assignment, list[Result]]:
+    """Return an assignment with only the graded students, and the results of these students, for a report.
 
     Both are in the order of the roster. Raises QdotError if nothing has been graded, or if the results belong to other
     problems or another version of qdot.
@@ -68,14 +68,14 @@ def read_last_results(assignment: Assignment) -> tuple[Assignment, list[Result]]
     advice = f"run: qdot grade {assignment.folder}"
     if not path.exists():
         raise QdotError(f"{path} does not exist, because nothing has been graded; {advice}")
-    previous = {result.student: (line, result) for line, result in _read_previous_lines(assignment)}
-    roster = tuple(student for student in assignment.roster if student.id in previous)
+    lines = {result.student: (line, result) for line, result in _read_previous_lines(assignment)}
+    roster = tuple(student for student in assignment.roster if student.id in lines)
     if not roster:
         raise QdotError(f"{path} contains no student of the roster; {advice}")
     max_points = list(map_max_points(assignment).items())
     results = []
-    for line, result in (previous[student.id] for student in roster):
-        if as_json(result) != json.loads(line):
+    for line, result in (lines[student.id] for student in roster):
+        if to_jsonable(result) != json.loads(line):
             raise QdotError(f"{path}: another version of qdot wrote the result of {result.student}; {advice}")
         if [(name, part.max_points) for name, part in result.parts.items()] != max_points:
             raise QdotError(f"{path}: assignment.toml has changed since the grading; {advice}")
@@ -91,74 +91,77 @@ def store_previous_results(assignment: Assignment, results: Sequence[Result]) ->
     result_by_student = {result.student: result for result in results}
     folder = assignment.folder / "graded" / "history"
     remove_leftovers(folder / f"{result.student}.jsonl" for _, result in _read_previous_lines(assignment))
-    for line, previous_result in _read_previous_lines(assignment):
-        path = folder / f"{previous_result.student}.jsonl"
-        current_result = result_by_student.get(previous_result.student)
-        if current_result is None or _clear_times(previous_result) != _clear_times(current_result):
-            _append_to_history(path, json.loads(line), describe_reasons(previous_result, current_result))
+    for line, old_result in _read_previous_lines(assignment):
+        path = folder / f"{old_result.student}.jsonl"
+        new_result = result_by_student.get(old_result.student)
+        if new_result is None or _clear_versions_and_times(old_result) != _clear_versions_and_times(new_result):
+            _append_to_history(path, json.loads(line), describe_reasons(old_result, new_result))
 
 
-def _append_to_history(path: Path, previous_result: object, reason: str) -> None:
+def _append_to_history(path: Path, old_result: object, reason: str) -> None:
     """Append a result to the history file of its student, with the time and the reason why it was replaced."""
     try:
         lines = [line for line in path.read_text(encoding="utf-8").split("\n") if line]
     except (OSError, ValueError):
         lines = []
     with contextlib.suppress(ValueError, KeyError, TypeError, IndexError):  # raised if the last line is damaged
-        if json.loads(lines[-1])["result"] == previous_result:
+        if json.loads(lines[-1])["result"] == old_result:
             lines.pop()  # an interrupted run added this result, perhaps with another reason
-    replaced = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-    lines.append(json.dumps({"replaced": replaced, "why": reason, "result": previous_result}, ensure_ascii=False))
+    time = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+    lines.append(json.dumps({"replaced": time, "why": reason, "result": old_result}, ensure_ascii=False))
     write_atomically(path, "".join(f"{line}\n" for line in lines), 0o600)
 
 
-def _clear_times(result: Result) -> Result:
-    """Return a result as results.jsonl stores it, without the versions and times, in which nobody notices a change.
+def _clear_versions_and_times(result: Result) -> Result:
+    """Return a result as results.jsonl stores it, without versions and times, whose changes don't matter to anybody.
 
     If a submission is late, the field `late` still contains its time.
     """
     attempts = tuple(replace(attempt, received=None) for attempt in result.attempts)
     submission = None if result.submission is None else replace(result.submission, received=None)
     cleared_result = replace(result, made_from=MarkingVersions(), attempts=attempts, submission=submission)
-    return from_json(Result, json.dumps(as_json(cleared_result)))
+    return parse_dataclass(Result, json.dumps(to_jsonable(cleared_result)))
 
 
 # --- reasons for changed results ---
 
 
-def describe_reasons(previous: Result, current: Result | None) -> str:
-    """Return the reasons for a changed result, as text; `current` is None if the student is no longer on the roster."""
-    if current is None:
+def describe_reasons(old_result: Result, new_result: Result | None) -> str:
+    """Return the reasons for a changed result, as text; `new_result` is None if the student left the roster."""
+    if new_result is None:
         return "no longer on the roster"
-    reasons = _find_grading_reasons(previous, current)
-    if previous.overrides != current.overrides:
+    reasons = _find_grading_reasons(old_result, new_result)
+    if old_result.overrides != new_result.overrides:
         reasons.append("override")
-    old_time, new_time = (result.submission and result.submission.received for result in (previous, current))
-    old_rule, new_rule = (result.late and (result.late.due, result.late.penalty) for result in (previous, current))
+    runs = (old_result, new_result)
+    old_time, new_time = (result.submission and result.submission.received for result in runs)
+    old_rule, new_rule = (result.late and (result.late.due, result.late.penalty) for result in runs)
     if old_time == new_time and old_rule != new_rule:
         reasons.append("late rule")
-    elif old_time != new_time and previous.late != current.late and not reasons:
+    elif old_time != new_time and old_result.late != new_result.late and not reasons:
         reasons.append("received at another time")
     return ", ".join(reasons) or "graded again"
 
 
-def _find_grading_reasons(previous: Result, current: Result) -> list[str]:
+def _find_grading_reasons(old_result: Result, new_result: Result) -> list[str]:
     """Return the reasons why the grader may have given different points."""
     reasons = []
-    old, new, submission = previous.made_from, current.made_from, current.submission
-    runs = (previous, current)
+    old_versions, new_versions = old_result.made_from, new_result.made_from
+    submission = new_result.submission
+    runs = (old_result, new_result)
     old_file, new_file = ((result.file, result.submission and result.submission.sha256) for result in runs)
     if old_file != new_file:
-        earlier_attempts = [(attempt.file, attempt.received) for attempt in previous.attempts]
+        earlier_attempts = [(attempt.file, attempt.received) for attempt in old_result.attempts]
         if submission is None:
             reasons.append("submission missing")
         elif (submission.file, submission.received) in earlier_attempts:
             reasons.append("another attempt counts")
         else:
             reasons.append("new submission")
-    if old != MarkingVersions() and old.assignment != new.assignment:  # results of an older qdot lack the versions
+    # The results of an older qdot lack the versions.
+    if old_versions != MarkingVersions() and old_versions.assignment != new_versions.assignment:
         reasons.append("assignment changed")
-    if (old.engine, old.grader) != (new.engine, new.grader):
+    if (old_versions.engine, old_versions.grader) != (new_versions.engine, new_versions.grader):
         reasons.append("grader changed")
     return reasons
 
@@ -184,17 +187,17 @@ def find_mark_changes(previous_results: Mapping[str, Result], results: Sequence[
     return changes
 
 
-def _find_changes_of_student(student: str, previous: Result, current: Result) -> list[MarkChange]:
+def _find_changes_of_student(student: str, old_result: Result, new_result: Result) -> list[MarkChange]:
     """Return the changed marks of a student: the parts, then the total."""
     changes = []
-    for part in dict.fromkeys((*current.parts, *previous.parts)):
-        old_points, new_points = _describe_mark(previous, part), _describe_mark(current, part)
+    for part in dict.fromkeys((*new_result.parts, *old_result.parts)):
+        old_points, new_points = _describe_mark(old_result, part), _describe_mark(new_result, part)
         if old_points != new_points:
-            reason = _describe_part_reason(part, previous, current)
+            reason = _describe_part_reason(part, old_result, new_result)
             changes.append(MarkChange(student, part, old_points, new_points, reason))
-    if changes or previous.score != current.score:
-        old_points, new_points = format_points(previous.score), format_points(current.score)
-        changes.append(MarkChange(student, "", old_points, new_points, describe_reasons(previous, current)))
+    if changes or old_result.score != new_result.score:
+        old_points, new_points = format_points(old_result.score), format_points(new_result.score)
+        changes.append(MarkChange(student, "", old_points, new_points, describe_reasons(old_result, new_result)))
     return changes
 
 
@@ -206,10 +209,10 @@ def _describe_mark(result: Result, part: str) -> str:
     return "ungraded" if points is None else format_points(points)
 
 
-def _describe_part_reason(part: str, previous: Result, current: Result) -> str:
+def _describe_part_reason(part: str, old_result: Result, new_result: Result) -> str:
     """Return the reasons for the changed mark of a part, as text."""
-    reasons = _find_grading_reasons(previous, current)
-    old_override, new_override = previous.overrides.get(part), current.overrides.get(part)
+    reasons = _find_grading_reasons(old_result, new_result)
+    old_override, new_override = old_result.overrides.get(part), new_result.overrides.get(part)
     if old_override != new_override:
         group = next((override.group for override in (new_override, old_override) if override is not None), None)
         reasons.append("override" if group is None else f"override of {group}")

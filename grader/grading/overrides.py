@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.common.errors import QdotError, find_most_similar, list_some, make_name_error
+from qdot.exercises.common.errors import QdotError, find_most_similar, list_first, make_name_error
 from qdot.exercises.common.input_file import read_table
 from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, format_group_key
 from qdot.grader.grading.result import Override
@@ -53,8 +53,8 @@ def read_overrides(assignment: Assignment) -> Overrides:
     by_student: dict[str, dict[str, Override]] = {}
     by_group: dict[str, Override] = {}
     first_lines: dict[tuple[str, str], int] = {}
-    for number, cells in read_table(path, COLUMN_NAMES[0], HEADER):
-        location = f"{path}: line {number}"
+    for line_number, cells in read_table(path, COLUMN_NAMES[0], HEADER):
+        location = f"{path}: line {line_number}"
         if not {"part", "points"} <= set(cells):
             raise QdotError(f"{location}: there is no cell for part or points; the columns are {HEADER}")
         texts = [unicodedata.normalize("NFC", cells.get(name, "").strip()) for name in (*COLUMN_NAMES, GROUP_COLUMN)]
@@ -71,7 +71,7 @@ def read_overrides(assignment: Assignment) -> Overrides:
         if part not in max_points:
             raise _make_unknown_part_error(location, part, list(max_points))
         target = f"the group {group!r}" if group else f"{part or 'the total'} of {student!r}"
-        if (first_line := first_lines.setdefault((student, group or part), number)) != number:
+        if (first_line := first_lines.setdefault((student, group or part), line_number)) != line_number:
             raise QdotError(f"{location}: {target} was already set on line {first_line}")
         if group and not points and not comment:
             raise QdotError(
@@ -96,10 +96,10 @@ def describe_unused_groups(assignment: Assignment, overrides: Overrides, class_g
         part_groups = [key for key in class_groups if key.split("/")[0] == part]
         similar_letters = find_most_similar(letters, [key.split("/")[1] for key in part_groups])
         hint = f" (did you mean {format_group_key(part, similar_letters)!r}?)" if similar_letters else ""
-        listing = f"groups of {part}: {list_some(part_groups, MAX_GROUPS_LISTED)}; `qdot report` shows all groups"
+        listing = f"groups of {part}: {list_first(part_groups, MAX_GROUPS_LISTED)}; `qdot report` shows all groups"
         known_groups = listing if part_groups else f"no answer to {part} is in a group"
-        problem = f"the group {group!r}{hint} has no answers in this class, so its line has no effect yet"
-        notes.append(f"{assignment.folder / OVERRIDES_FILE}: {problem}; {known_groups}")
+        warning = f"the group {group!r}{hint} has no answers in this class, so its line has no effect yet"
+        notes.append(f"{assignment.folder / OVERRIDES_FILE}: {warning}; {known_groups}")
     return notes
 
 

@@ -31,7 +31,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.input_file import csv_text
 from qdot.grader.grading.batch import find_student
-from qdot.grader.grading.history import read_last_results
+from qdot.grader.grading.history import read_results_to_report
 from qdot.grader.integrations.git_hosts import Host, Push, find_host
 from qdot.grader.reports.github import make_summary
 from qdot.grader.submissions.submission import NOT_FETCHED_FILE
@@ -237,7 +237,7 @@ def hand_back(assignment: Assignment, host: Host) -> list[CollectedRepository]:
     The feedback is a commit without a parent. Its id depends only on its content, so git does not send unchanged
     feedback again.
     """
-    graded_assignment, results = read_last_results(assignment)
+    graded_assignment, results = read_results_to_report(assignment)
     result_by_student = {result.student: result for result in results}
 
     def push_feedback(student: str, repository: str) -> CollectedRepository:

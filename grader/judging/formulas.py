@@ -29,7 +29,12 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import Atom, Piece, parse_pieces, parse_typed_set
 from qdot.exercises.formula.trees import ZERO, Node, ParseError, find_names, make_number
 from qdot.exercises.formula.vocabulary import VOCABULARY
-from qdot.exercises.problem.credit import count_false_conditions, count_spoiled_zeros, share_of_entries, share_of_set
+from qdot.exercises.problem.credit import (
+    compute_share_of_entries,
+    compute_share_of_set,
+    count_false_conditions,
+    count_spoiled_zeros,
+)
 from qdot.grader.judging.answer_parser import (
     OR_HINT,
     ParsedAnswer,
@@ -98,7 +103,7 @@ def judge_compared_matrix(
         if not unknown_symbols_message or any(is_correct):
             clauses = [_describe_correct_count(is_correct, is_blank, is_zero), _describe_blanks(is_blank), *clauses]
         reason = "; ".join(filter(None, clauses))
-        share = float(share_of_entries(is_correct, is_zero, is_blank))
+        share = float(compute_share_of_entries(is_correct, is_zero, is_blank))
         judgement = partial_judgement(share, reason, comparison.certificate)
     entry_flags = tuple(tuple(is_correct[i : i + columns]) for i in range(0, len(is_correct), columns))
     return replace(judgement, entries=entry_flags)
@@ -177,7 +182,7 @@ def judge_numbers(
         blank_words = "" if is_blank[wrong_index] else _describe_blanks(is_blank, "number", "numbers")
         count_words = _describe_correct_count(is_correct, is_blank, is_zero, "numbers")
         reason = "; ".join(filter(None, [count_words, blank_words, f"number {wrong_index + 1}{difference}"]))
-        share = share_of_entries(is_correct, is_zero, is_blank)
+        share = compute_share_of_entries(is_correct, is_zero, is_blank)
         judgement = partial_judgement(float(share), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judgement, entries=tuple((is_right,) for is_right in is_correct))
 
@@ -286,7 +291,7 @@ def judge_singular(
 
     For each condition, the reference contains a list of joint values, or the condition itself. The share depends on how
     many conditions are found completely or in part, and on how many of the student's conditions are not singular
-    (`share_of_set`).
+    (`compute_share_of_set`).
     """
     assert parsed.tree is not None
     reference_pieces = [[piece for tree in group for piece in parse_pieces(tree, joints)] for group in reference]
@@ -345,7 +350,7 @@ def _judge_set(
     false_pieces = [piece for piece, is_sound in pieces_and_soundness if is_sound is False]
     false_joints = [_find_restricted_joints(piece, space) for piece in false_pieces]
     false_count = count_false_conditions(false_joints, true_joints)
-    share = share_of_set(match_counts, false_count, is_rounded=comparison.is_only_rounded)
+    share = compute_share_of_set(match_counts, false_count, is_rounded=comparison.is_only_rounded)
     reason = _describe_set_difference(tolerant_comparison, space.joints, noun)
     if comparison.is_only_rounded:
         pairs = zip(claimed, comparison.is_sound, strict=True)

@@ -33,7 +33,7 @@ RELATIVE_TOLERANCE = 1e-9
 FUNCTION_TEXT = f"a Python function; its values at {SAMPLE_COUNT} random configurations were compared"
 
 
-def make_calls(problem: Problem, domain: equality.Domain, seed: str) -> FunctionArguments:
+def sample_function_arguments(problem: Problem, domain: equality.Domain, seed: str) -> FunctionArguments:
     """Return the arguments with which a student's function is called: the joints, and all symbols with their values.
 
     `domain` contains the symbols of the problem.

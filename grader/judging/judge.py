@@ -60,17 +60,17 @@ class _AnswerJudge(reference_answers.AnswerVisitor[Judgement]):
     def visit_direction(self, answer: reference_answers.Direction) -> Judgement:
         """Compare a vector up to a factor."""
         expected = [entry for row in answer.parse_trees(self.domain.roles) for entry in row]
-        return judge_direction(self.parsed, expected, self.domain, self.seed, answer.tolerance_with(self.part.rounding))
+        return judge_direction(self.parsed, expected, self.domain, self.seed, answer.find_tolerance(self.part.rounding))
 
     def visit_number(self, answer: reference_answers.Number) -> Judgement:
         """Compare numbers within their tolerances."""
         expected = [float(value) for value in answer.reference]
-        return judge_numbers(self.parsed, expected, answer.units, *answer.tolerance_and_floor(self.part.rounding))
+        return judge_numbers(self.parsed, expected, answer.units, *answer.find_tolerance_and_floor(self.part.rounding))
 
     def visit_singular(self, answer: reference_answers.ConditionSet) -> Judgement:
         """Compare sets of configurations."""
         joints = [q.name for q in self.problem.chain.q]
-        expected = answer.group_by_condition([piece for (piece,) in answer.parse_trees(self.domain.roles)])
+        expected = answer.group_by_component([piece for (piece,) in answer.parse_trees(self.domain.roles)])
         return judge_singular(self.parsed, expected, joints, self.domain, self.seed, self.part.rounding)
 
     def visit_text(self, answer: reference_answers.Words) -> Judgement:

@@ -29,14 +29,15 @@ from qdot.exercises.formula.trees import ONE, ZERO, Node, find_names
 from qdot.exercises.problem.credit import (
     MAX_WRONG_FACTORS,
     MISTAKE_FACTOR,
-    share_of_columns,
-    share_of_product,
-    share_up_to_sign_and_factor,
+    compute_share_of_columns,
+    compute_share_of_product,
+    compute_share_up_to_sign_and_factor,
 )
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import find_determinant_in_denominator, is_product
 from qdot.exercises.reference_answers import Number
 from qdot.grader.diagnosis.diagnosis import is_one_mistake
+from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE
 from qdot.grader.judging.answer_parser import FunctionValues, ParsedAnswer
 from qdot.grader.judging.verdict import Judgement, Outcome
 from qdot.grader.marking.follow_through import IsCopied, never_copied
@@ -47,7 +48,6 @@ MAX_FACTORS = 6
 """Maximum number of factors of a product that are compared one by one."""
 MAX_LENGTHS = 5
 """Maximum number of lengths whose powers are tried in a constant factor."""
-RELATIVE_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied:
         credit = _credit_except_factor(answer, judgement) or _credit_factors(answer)
     elif part.answer.expected_units:
         credit = _credit_except_signs(answer)
-    if rules.is_by_mistakes and max(share, credit.share if credit else 0) < MISTAKE_FACTOR:
+    if rules.covers_known_mistakes and max(share, credit.share if credit else 0) < MISTAKE_FACTOR:
         credit = _credit_one_mistake(answer, is_copied) or credit
     if credit is not None and credit.share > share:
         share = credit.share
@@ -146,7 +146,7 @@ def _credit_entries(answer: AnswerToCredit, judgement: Judgement, share: Fractio
     columns = list(zip(*entries, strict=True))
     if answer.part.credit.rule == "columns" and len(columns) > 1:
         are_correct = [all(column) for k, column in enumerate(columns) if any(reference.col(k))]
-        share = share_of_columns(are_correct)
+        share = compute_share_of_columns(are_correct)
         reason = f"{sum(are_correct)} of {len(are_correct)} columns are right; {judgement.reason}"
         judgement = replace(judgement, reason=reason)
     if share and any(varying_flags) and not any(map(and_, chain.from_iterable(entries), varying_flags)):
@@ -188,7 +188,7 @@ def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> Earne
         entries = [parsed.entries[k] for k in wrong_indices]
         seed = f"{answer.seed}/factor"
         factor = find_constant_factor(entries, expected_entries, domain, varying_names, seed, part.rounding)
-        may_lack_divisor = factor is None and part.credit.is_by_mistakes
+        may_lack_divisor = factor is None and part.credit.covers_known_mistakes
         det = find_determinant_in_denominator(answer.problem.chain, part, domain.roles) if may_lack_divisor else None
         if det is not None:
             expected_entries = [entry * det for entry in expected_entries]
@@ -200,7 +200,7 @@ def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> Earne
     words += ["a common factor"] * factor.changes_size
     if not words:  # no error was found, which doesn't mean that the answer is correct
         return None
-    share = share_up_to_sign_and_factor(factor.is_negative, factor.changes_size)
+    share = compute_share_up_to_sign_and_factor(factor.is_negative, factor.changes_size)
     verb = "is" if words in (["the sign"], ["a common factor"]) else "are"
     return EarnedShare(share, f"only {' and '.join(words)} {verb} wrong")
 
@@ -263,7 +263,7 @@ def _credit_factors(answer: AnswerToCredit) -> EarnedShare | None:
     counts = range(MAX_WRONG_FACTORS + 1)
     error_counts = sorted(product(counts, counts), key=lambda pair: (max(pair), pair))[1:]
     for missing_count, surplus_count in error_counts:
-        share = share_of_product(len(expected_factors), missing_count, surplus_count)
+        share = compute_share_of_product(len(expected_factors), missing_count, surplus_count)
         if share and _have_equal_products(answer, typed_factors, expected_factors, missing_count, surplus_count):
             correct_count = len(expected_factors) - missing_count
             factors = count_noun(len(expected_factors), "factor")
@@ -320,11 +320,11 @@ def _credit_except_signs(answer: AnswerToCredit) -> EarnedShare | None:
         return None
     expected_numbers = np.array([float(value) for value in part.answer.as_matrix()])
     numbers = evaluate(compile_program(list(parsed.entries)), {}, 1).values[:, 0]
-    tolerance = np.array(part.answer_as(Number).allowed_errors(part.rounding))
+    tolerance = np.array(part.answer_as(Number).list_allowed_errors(part.rounding))
     error = np.minimum(np.abs(numbers - expected_numbers), np.abs(numbers + expected_numbers))
     if not np.all(np.isfinite(numbers)) or np.all(np.abs(expected_numbers) <= tolerance) or np.any(error > tolerance):
         return None
-    share = share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False)
+    share = compute_share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False)
     return EarnedShare(share, "only signs are wrong")
 
 

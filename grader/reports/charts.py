@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from qdot.exercises.common.errors import shorten
 from qdot.exercises.common.extras import require_extra
 from qdot.grader.judging.verdict import Outcome
-from qdot.grader.statistics.statistics import Interval
+from qdot.grader.statistics.class_statistics import Interval
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

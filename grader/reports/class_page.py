@@ -20,7 +20,7 @@ from qdot.grader.marking.marking import WRONG_OR_PARTIAL
 from qdot.grader.reports import charts, class_view
 from qdot.grader.reports.answer_display import ShownAnswer, make_visible, show_answer
 from qdot.grader.reports.tables import UNMARKED_STATUSES, find_work_status
-from qdot.grader.statistics import statistics
+from qdot.grader.statistics import class_statistics
 from qdot.grader.statistics.fairness_tests import Comparison, compare_groups, correct_p_values
 
 MAX_CHARTED_MISTAKES = 15
@@ -94,7 +94,7 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
         "reports/report.html.j2", **page_charts, title=assignment.title, results=results, graded_count=len(graded_ids),
         names={student.id: class_view.describe_student(student) for student in assignment.roster},
         status_counts=status_counts, scores=scores, parts=parts, titles={part.name: part.title for part in parts},
-        outcome_words=outcome_words, mistakes=mistakes, comparisons=comparisons, statistics=statistics,
+        outcome_words=outcome_words, mistakes=mistakes, comparisons=comparisons, statistics=class_statistics,
         is_small_class=scores is None or len(scores.percents) < MIN_RELIABLE_CLASS, overrides=overrides,
         groups=_group_answers(results, work_by_part), make_visible=make_visible,
         has_due_dates=any(assignment.due_date_of(student) is not None for student in assignment.roster),

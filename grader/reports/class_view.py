@@ -14,7 +14,7 @@ from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import map_max_points
 from qdot.grader.reports.answer_display import make_visible
 from qdot.grader.reports.tables import UNMARKED_STATUSES, find_work_status, is_marked
-from qdot.grader.statistics.statistics import Interval, compute_discrimination, compute_reliability
+from qdot.grader.statistics.class_statistics import Interval, compute_discrimination, compute_reliability
 
 
 @dataclass(frozen=True)

@@ -74,8 +74,8 @@ def limit_feedback(part: PartResult, level: str) -> PartResult:
     if shows_at_least(level, "mistake"):
         return replace(part, reason=reason, certificate=certificate)
     reason = replace_patterns(reason, _MISTAKE_NAME_PATTERNS) if certificate is None else ""
-    outcome_only = replace(part, mistake=None, advice=None, entries=None, follows=None)
-    return replace(outcome_only, reason=reason, certificate=certificate)
+    part_without_details = replace(part, mistake=None, advice=None, entries=None, follows=None)
+    return replace(part_without_details, reason=reason, certificate=certificate)
 
 
 def remove_numbers(reason: str) -> str:

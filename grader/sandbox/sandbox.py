@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.json_form import as_json
+from qdot.exercises.common.json_form import to_jsonable
 from qdot.grader.sandbox.notebook_process import isolation
 from qdot.grader.sandbox.temporary_folder import TemporaryFolder, make_temporary_folder
 
@@ -247,7 +247,7 @@ class Sandbox:
         """
         request = {
             "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds,
-            "arguments": as_json(arguments or {}), "setup": setup, "modules": dict(modules or {}),
+            "arguments": to_jsonable(arguments or {}), "setup": setup, "modules": dict(modules or {}),
         }  # fmt: skip
         run = Run(limits=self.limits)
 
@@ -288,8 +288,8 @@ class Sandbox:
         - "lost": the forking process has ended, possibly because the notebook killed it
         - "unbegun": nothing was run, for a reason that lies outside the notebook
         """
-        self._tidy_up()
-        self._start()
+        self._finish_last_notebook()
+        self._start_if_needed()
         assert self._control is not None
         try:
             request_writer, report_reader = self._receive_pipes()
@@ -317,23 +317,23 @@ class Sandbox:
 
     def collect_cost(self) -> Cost:
         """Return the processor time of all notebooks since the last call, and the largest memory of any."""
-        self._tidy_up()
+        self._finish_last_notebook()
         cost, self._cost = self._cost, Cost(0.0, 0.0)
         return cost
 
     @property
     def has_left_processes(self) -> bool:
         """Whether any process of the last notebook continued to run after the notebook's end."""
-        self._tidy_up()
+        self._finish_last_notebook()
         return self._has_left_processes
 
     @property
     def has_left_files(self) -> bool:
         """Whether earlier notebooks left files in the sandbox's folder, apart from the next notebook's folder."""
-        self._tidy_up()
+        self._finish_last_notebook()
         return self._folder is not None and len(list(Path(self._folder.path).iterdir())) > 1
 
-    def _tidy_up(self) -> None:
+    def _finish_last_notebook(self) -> None:
         """Wait for the end of the last notebook; if the forking process has ended, close, so that it restarts."""
         if self._last_report is not None:
             try:
@@ -344,7 +344,7 @@ class Sandbox:
     def _await_notebook_end(self) -> int:
         """Return the signal that ended the last notebook prematurely; 0 if none did. Raises _ForkingProcessEnded."""
         assert self._last_report is not None
-        message = self._receive()
+        message = self._receive_message()
         self._cost = Cost(self._cost.seconds + message["seconds"], max(self._cost.memory, message["memory"]))
         self._has_left_processes = not self._last_report.ends_within(seconds=1.0)
         self._close_last_report()
@@ -375,9 +375,9 @@ class Sandbox:
         """Return the processor time of the running notebook in seconds. Raises _ForkingProcessEnded."""
         assert self._control is not None
         self._control.sendall(b"t")
-        return float(self._receive()["used"])
+        return float(self._receive_message()["used"])
 
-    def _receive(self) -> dict[str, Any]:
+    def _receive_message(self) -> dict[str, Any]:
         """Return the next message of the forking process, as `forking_process` describes it; no notebook can write one.
 
         Raises _ForkingProcessEnded.
@@ -394,7 +394,7 @@ class Sandbox:
             raise _ForkingProcessEnded(message["failed"])
         return message
 
-    def _start(self) -> None:
+    def _start_if_needed(self) -> None:
         """Start the forking process if none is running. Raises QdotError if it does not start."""
         if self._process is not None and self._process.poll() is None:
             return
@@ -417,7 +417,7 @@ class Sandbox:
             )  # fmt: skip
         self._control.settimeout(FORKING_PROCESS_TIMEOUT)
         try:
-            self.unavailable_measures = self._receive()["unavailable"]
+            self.unavailable_measures = self._receive_message()["unavailable"]
         except (_ForkingProcessEnded, OSError) as error:
             self.close()
             failure = str(error) if isinstance(error, _ForkingProcessEnded) else ""
@@ -452,7 +452,7 @@ class _ReportLines:
     def close(self) -> None:
         os.close(self._descriptor)
 
-    def next(self) -> dict[str, Any] | str:
+    def read_next(self) -> dict[str, Any] | str:
         """Return the content of the next line, {} if it is invalid; "overtime" or "closed" if there is no next line."""
         while not self._lines:
             timeout = max(0.0, self._deadline - time.monotonic())
@@ -500,7 +500,7 @@ def _exchange_with_child(
     a receipt for each line. Raises _NotebookNotStarted if the child dies before it reads the request; no notebook can
     cause that. Raises QdotError, and sends no request, if a measure fails that worked when the forking process started.
     """
-    greeting = lines.next()
+    greeting = lines.read_next()
     if isinstance(greeting, str):
         raise _NotebookNotStarted
     if "failed" in greeting:
@@ -510,10 +510,10 @@ def _exchange_with_child(
     # If the child has died, the end of its report shows that.
     with contextlib.suppress(BrokenPipeError), open(request_writer, "wb", closefd=False) as pipe:
         pipe.write((json.dumps(request) + "\n").encode())
-    if isinstance(lines.next(), str):  # the next line reports that the notebook begins
+    if isinstance(lines.read_next(), str):  # the next line reports that the notebook begins
         raise _NotebookNotStarted
     os.set_blocking(request_writer, False)
-    while not isinstance(line := lines.next(), str):
+    while not isinstance(line := lines.read_next(), str):
         if line.get("done") is True:
             return "done"
         handle_line(line)

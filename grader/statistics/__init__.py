@@ -2,7 +2,7 @@
 
 This package imports problems and their certificates.
 
-    statistics                  compute the discrimination of parts, the reliability, and permutation tests
+    class_statistics            compute the discrimination of parts, the reliability, and permutation tests
     fairness_tests              test whether some variants were harder than others
     shared_answers              count the students of a class who share an answer
 """

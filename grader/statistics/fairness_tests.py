@@ -16,7 +16,7 @@ from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.singularities.difficulty import rate_difficulty_band
-from qdot.grader.statistics.statistics import compute_permutation_p_value, correct_by_holm
+from qdot.grader.statistics.class_statistics import compute_permutation_p_value, correct_by_holm
 
 MIN_GROUP_SIZE = 3
 """Minimum number of students in a group; smaller groups are merged into `OTHERS_GROUP`."""
@@ -64,14 +64,14 @@ def _describe_point(chain: Chain) -> str:
     return f"P {'at' if convention_of(chain).point.is_origin else 'not at'} the origin of the last frame"
 
 
-def _describe_directions(chain: Chain) -> str:
+def _describe_axis_directions(chain: Chain) -> str:
     """Return how many axes are oblique when the arm is at home."""
     axes = home_geometry_of(chain).axes
     oblique_count = sum(sum(entry != 0 for entry in axis.direction) > 1 for axis in axes)
     return f"{oblique_count} of {chain.n} axes at home not parallel to a coordinate axis"
 
 
-def _describe_components(chain: Chain) -> str:
+def _describe_axis_senses(chain: Chain) -> str:
     """Return how many axes have a direction with a negative component when the arm is at home."""
     axes = home_geometry_of(chain).axes
     count = sum(any(bool(entry < 0) for entry in axis.direction if entry.is_number) for axis in axes)
@@ -92,7 +92,10 @@ TABLE_FEATURES: Features = {
     "point of interest": _describe_point,
 }
 """Features in which arms described by a DH table may differ, in the frames of that table."""
-SCREW_FEATURES: Features = {"directions of the axes": _describe_directions, "senses of the axes": _describe_components}
+SCREW_FEATURES: Features = {
+    "directions of the axes": _describe_axis_directions,
+    "senses of the axes": _describe_axis_senses,
+}
 """Features in which arms described by their axes, which have no frames, may differ."""
 STRUCTURE_FEATURES: Features = {"difficulty": lambda chain: f"difficulty {rate_difficulty_band(chain)}"}
 """Features in which arms differ only if their family samples the structure, too; they take time to compute."""
@@ -108,19 +111,21 @@ def compare_groups(
     """
     comparisons = []
     features = {**FEATURES, **(STRUCTURE_FEATURES if has_varied_structure else {})}
-    shows_table = {convention_of(chain).shows_table for chain in chains}
-    if len(shows_table) == 1:
-        features |= TABLE_FEATURES if True in shows_table else SCREW_FEATURES
+    table_count = sum(convention_of(chain).shows_table for chain in chains)
+    if table_count in (0, len(chains)):
+        features |= TABLE_FEATURES if table_count else SCREW_FEATURES
     for feature, describe in features.items():
-        names = [describe(chain) for chain in chains]
-        small_groups = {name for name, size in Counter(names).items() if size < MIN_GROUP_SIZE}
-        names = [OTHERS_GROUP if name in small_groups else name for name in names]
-        groups = sorted(set(names), key=lambda name: (name == OTHERS_GROUP, name))
-        if len(groups) < 2 or names.count(OTHERS_GROUP) in (1, 2) or len(set(shares)) < 2:
+        descriptions = [describe(chain) for chain in chains]
+        group_sizes = Counter(descriptions)
+        groups = [OTHERS_GROUP if group_sizes[text] < MIN_GROUP_SIZE else text for text in descriptions]
+        distinct_groups = sorted(set(groups), key=lambda group: (group == OTHERS_GROUP, group))
+        if len(distinct_groups) < 2 or 0 < groups.count(OTHERS_GROUP) < MIN_GROUP_SIZE or len(set(shares)) < 2:
             continue
-        p_value = compute_permutation_p_value(shares, names, f"{seed}/{slot}/{feature}")
-        pairs = list(zip(shares, names, strict=True))
-        shares_by_group = {group: tuple(share for share, name in pairs if name == group) for group in groups}
+        p_value = compute_permutation_p_value(shares, groups, f"{seed}/{slot}/{feature}")
+        shares_by_group = {
+            group: tuple(share for share, own_group in zip(shares, groups, strict=True) if own_group == group)
+            for group in distinct_groups
+        }
         comparisons.append(Comparison(slot, feature, shares_by_group, p_value))
     return comparisons
 

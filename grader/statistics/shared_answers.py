@@ -39,16 +39,19 @@ def _read_digests(assignment: Assignment, student: str) -> dict[str, dict[str, s
 
 def _describe_sharing(slot: Slot, digests: list[dict[str, str]]) -> str:
     """Return the line on a slot, given the digests of each student by part; "" if few students share an answer."""
-    sharing: dict[tuple[int, bool], list[str]] = {}
+    questions_by_sharing: dict[
+        tuple[int, bool], list[str]
+    ] = {}  # by the number of students, and if all share one answer
     for question in slot.questions:
         digest_counts = Counter(parts[question] for parts in digests if question in parts)
         students = sum(count for count in digest_counts.values() if count > 1)
         if students >= MIN_SHARING_STUDENTS and students > MIN_SHARING_FRACTION * len(digests):
-            sharing.setdefault((students, max(digest_counts.values()) == students), []).append(question)
-    if not sharing:
+            is_one_answer = max(digest_counts.values()) == students
+            questions_by_sharing.setdefault((students, is_one_answer), []).append(question)
+    if not questions_by_sharing:
         return ""
     total, clauses = len(digests), list[str]()
-    for (students, is_one_answer), names in sorted(sharing.items(), reverse=True):
+    for (students, is_one_answer), names in sorted(questions_by_sharing.items(), reverse=True):
         who = f"all {total}" if students == total else f"{students} of {total}"
         answer = "the same answer" if is_one_answer else "the same answer as another student"
         clauses.append(f"{', '.join(names)}: {who} students have {answer}")

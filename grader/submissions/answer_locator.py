@@ -163,9 +163,8 @@ class _Notebook:
         assignment = re.compile(rf"(?m)^ *`*{name} *=(?!=)")
         text_cells = [(index, cell) for index, cell in enumerate(self.cells) if index not in self.sources]
         likely_cells = (index for index, cell in text_cells if cell.part == part or assignment.search(cell.source))
-        if not any(
-            self._use_text_cell(index, part) for index in itertools.islice(likely_cells, MAX_SEARCHED_CANDIDATES)
-        ):
+        candidates = itertools.islice(likely_cells, MAX_SEARCHED_CANDIDATES)
+        if not any(self._use_text_cell(index, part) for index in candidates):
             self._use_misspelt_variable(name)
 
     def _use_misspelt_variable(self, name: str) -> None:
@@ -200,7 +199,7 @@ class _Notebook:
         last_statement = tree.body[-1]
         if isinstance(last_statement, ast.Expr) and isinstance(last_statement.value, ast.Name):
             return statements.get(last_statement.value.id, last_statement)
-        if isinstance(last_statement, ast.Expr) and not statements and not _only_displays(last_statement):
+        if isinstance(last_statement, ast.Expr) and not statements and not _is_display_call(last_statement):
             return last_statement
         return max(statements.values(), key=lambda statement: (statement.lineno, statement.col_offset), default=None)
 
@@ -295,12 +294,12 @@ VALUE_CLASSES = (ast.BinOp, ast.UnaryOp, ast.Call, ast.Constant, ast.Compare, as
 """Classes of expressions, common in answers, in which only a walrus or a comprehension can set a name."""
 
 
-def _only_displays(statement: ast.Expr) -> bool:
+def _is_display_call(statement: ast.Expr) -> bool:
     """Return whether a statement only displays something, or is an IPython magic."""
-    called = statement.value.func if isinstance(statement.value, ast.Call) else None
-    if isinstance(called, ast.Attribute):
-        return called.attr in ("show", "run_line_magic", "run_cell_magic", "system", "getoutput")
-    return isinstance(called, ast.Name) and called.id in ("print", "display", "pprint", "init_printing", "help")
+    function = statement.value.func if isinstance(statement.value, ast.Call) else None
+    if isinstance(function, ast.Attribute):
+        return function.attr in ("show", "run_line_magic", "run_cell_magic", "system", "getoutput")
+    return isinstance(function, ast.Name) and function.id in ("print", "display", "pprint", "init_printing", "help")
 
 
 def _is_likely_code(statement: ast.stmt) -> bool:
@@ -369,8 +368,8 @@ def _describe_overtime(notebook: _Notebook, run: Run) -> list[str]:
     notes = []
     for index, error in run.cell_errors.items():
         if error.startswith(OVERTIME_ERRORS):
-            names_set = notebook.bound_names[index]
-            used_names = [name for name in notebook.names.values() if name in names_set and name in run.answers]
+            names = notebook.bound_names[index] & set(run.answers)
+            used_names = [name for name in notebook.names.values() if name in names]
             effect = f"; qdot used {' and '.join(used_names)}, which the cell had already set" if used_names else ""
             notes.append(f"{_name_cells([index])} was stopped: {error}{effect}")
     return notes

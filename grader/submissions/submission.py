@@ -18,7 +18,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from qdot.exercises.common.console import note
-from qdot.exercises.common.errors import QdotError, list_some
+from qdot.exercises.common.errors import QdotError, list_first
 from qdot.grader.submissions.archives import is_archive, list_members, read_member, unpack_temporarily
 from qdot.grader.submissions.cells import (
     MARKDOWN_ENDINGS,
@@ -161,7 +161,7 @@ def _find_root(students: "Sequence[Student]", root: Path) -> tuple[Path, Roster]
     """
     roster = Roster(students)
     for folder in list_nested_folders(root):
-        if any(roster.find_owner(submitted).students for submitted in find_submitted_paths(folder)):
+        if any(roster.find_owner(submitted_path).students for submitted_path in find_submitted_paths(folder)):
             return folder, roster
     return root, roster
 
@@ -432,8 +432,8 @@ def read_submission(path: Path, key: str = "", siblings: Sequence[Path] = ()) ->
         raise Unreadable(f"{label} can't be read: {error.strerror}") from None
     digest = hashlib.sha256(data).hexdigest()
     name, notes = path.name, list[str]()
-    same_folder = [sibling for sibling in siblings if sibling.parent == path.parent and sibling != path]
-    neighbours: list[_Neighbour] = [(sibling.name, partial(_read_small, sibling)) for sibling in same_folder]
+    files_in_folder = [sibling for sibling in siblings if sibling.parent == path.parent and sibling != path]
+    neighbours: list[_Neighbour] = [(sibling.name, partial(_read_small, sibling)) for sibling in files_in_folder]
     if is_archive(data[:512]):
         name, data, message, neighbours = _read_from_archive(path, key)
         notes.append(message)
@@ -476,17 +476,17 @@ def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Nei
         raise Unreadable(f"{label} {content}; {NOTEBOOK_ADVICE}")
     candidates.sort(key=lambda name: (ranks[name], _find_archive_depth(name), name))
     read = partial(_read_small_member, path, sizes)
-    best, *others = sort_candidates(candidates[:20], str, read, key)  # reading more files would take too long
-    if sizes[best] > MAX_FILE_BYTES:
+    best_name, *other_names = sort_candidates(candidates[:20], str, read, key)  # reading more files would take too long
+    if sizes[best_name] > MAX_FILE_BYTES:
         limit = f"{MAX_FILE_BYTES // 1_000_000} MB"
-        raise OverLimit(f"{make_printable(best)} in {label} is larger than {limit}; clear its outputs")
-    message = f"{label} is an archive; qdot graded {make_printable(best)} in it"
-    likely_names = [make_printable(name) for name in others if ranks[name] <= ranks[best]]
+        raise OverLimit(f"{make_printable(best_name)} in {label} is larger than {limit}; clear its outputs")
+    message = f"{label} is an archive; qdot graded {make_printable(best_name)} in it"
+    likely_names = [make_printable(name) for name in other_names if ranks[name] <= ranks[best_name]]
     message += f", not {', '.join(likely_names[:5])}" if likely_names else ""
-    folder = PurePosixPath(best).parent
-    same_folder = [name for name in names if name != best and PurePosixPath(name).parent == folder]
-    neighbours: list[_Neighbour] = [(PurePosixPath(name).name, partial(read, name)) for name in same_folder]
-    return PurePosixPath(best).name, read_member(path, best), message, neighbours
+    folder = PurePosixPath(best_name).parent
+    names_in_folder = [name for name in names if name != best_name and PurePosixPath(name).parent == folder]
+    neighbours: list[_Neighbour] = [(PurePosixPath(name).name, partial(read, name)) for name in names_in_folder]
+    return PurePosixPath(best_name).name, read_member(path, best_name), message, neighbours
 
 
 # --- metadata ---
@@ -526,13 +526,11 @@ def describe_unusual_metadata(submission: Submission, assignment: "Assignment", 
         notes.append(SubmissionNote(OTHER_VERSION, message))
     parts = {f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions}
     if unknown_parts := sorted({cell.part for cell in submission.cells if cell.part is not None} - parts):
-        listing = list_some(list(map(make_printable, unknown_parts)), 3)
-        text = f"cells are marked as answers to parts that the assignment does not have: {listing}"
-        notes.append(SubmissionNote(text))
+        names = list_first(list(map(make_printable, unknown_parts)), 3)
+        notes.append(SubmissionNote(f"cells are marked as answers to parts that the assignment does not have: {names}"))
     if submission.unknown_metadata:
-        listing = list_some(submission.unknown_metadata, 5)
-        text = f"the metadata of its cells were changed, which does not affect the marks: {listing}"
-        notes.append(SubmissionNote(text))
+        keys = list_first(submission.unknown_metadata, 5)
+        notes.append(SubmissionNote(f"the metadata of its cells were changed, which does not affect the marks: {keys}"))
     if submission.flagged_late:
         notes.append(SubmissionNote("the platform marked it as late"))
     return notes

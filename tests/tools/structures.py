@@ -44,7 +44,7 @@ def tables(n: int, angles: bool) -> Iterator[tuple[StructureRow, ...]]:
     """
     kinds = [StructureRow("R", a, d, x) for a, d, x in product((False, True), repeat=3)]
     kinds += [StructureRow("P", a, d, x) for a, d, x in product((False, True), repeat=3) if angles or not d]
-    last = [row for row in kinds if not row.twist]
+    last = [row for row in kinds if not row.has_twist]
     yield from product(*[kinds] * (n - 1), last)
 
 
@@ -54,7 +54,7 @@ def count_tables(n: int, angles: bool) -> int:
     >>> count_tables(2, False), count_tables(3, False), count_tables(3, True)
     (108, 1944, 4608)
     """
-    return sum(2 ** sum(row.twist for row in rows) for rows in tables(n, angles))
+    return sum(2 ** sum(row.has_twist for row in rows) for rows in tables(n, angles))
 
 
 def normal_form(rows: tuple[StructureRow, ...]) -> tuple[StructureRow, ...]:
@@ -65,17 +65,16 @@ def normal_form(rows: tuple[StructureRow, ...]) -> tuple[StructureRow, ...]:
     """
     first = rows[0]
     normal_rows = [
-        StructureRow("R", first.a, False, first.twist)
+        StructureRow("R", first.has_a, False, first.has_twist)
         if first.is_revolute
-        else StructureRow("P", False, False, first.twist)
+        else StructureRow("P", False, False, first.has_twist)
     ]
     for row in rows[1:]:
         before = normal_rows[-1]
-        if row.is_revolute and row.d and not before.twist:
-            normal_rows[-1] = (
-                StructureRow("R", before.a, len(normal_rows) > 1, before.twist) if before.is_revolute else before
-            )
-            normal_rows.append(StructureRow("R", row.a, False, row.twist))
+        if row.is_revolute and row.has_fixed_entry and not before.has_twist:
+            has_d = len(normal_rows) > 1
+            normal_rows[-1] = StructureRow("R", before.has_a, has_d, before.has_twist) if before.is_revolute else before
+            normal_rows.append(StructureRow("R", row.has_a, False, row.has_twist))
         else:
             normal_rows.append(row)
     result = tuple(normal_rows)
@@ -172,15 +171,15 @@ def _bodies(rows: Sequence[StructureRow]) -> list[_Body]:
     for row in rows:
         if row.is_revolute:
             bodies[-1].behind = axes[2]
-            bodies.append(_Body(offsets={BEFORE} if row.d else set()))
+            bodies.append(_Body(offsets={BEFORE} if row.has_fixed_entry else set()))
             axes = (0, 1, 2)
         else:
-            if row.d:
+            if row.has_fixed_entry:
                 axes = (axes[1], axes[0], axes[2])
             bodies[-1].slides.append(axes[2])
-        if row.a:
+        if row.has_a:
             bodies[-1].offsets.add(axes[0])
-        if row.twist:
+        if row.has_twist:
             axes = (axes[0], axes[2], axes[1])
     return bodies
 

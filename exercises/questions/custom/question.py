@@ -5,10 +5,10 @@ give.
 """
 
 import ast
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import lru_cache
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 import sympy as sp
@@ -27,12 +27,7 @@ from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_term_count_objection
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, TEXT_ANSWER, Definition, GivenValue
 from qdot.exercises.questions.custom.units import find_unit_objection
-from qdot.exercises.questions.language import (
-    FormulaError,
-    find_calls,
-    find_names,
-    parse,
-)
+from qdot.exercises.questions.language import FormulaError, find_calls, find_names, parse
 from qdot.exercises.questions.quantities import compile_formula, name_accelerations, select_components
 from qdot.exercises.questions.reference import derive_reference
 from qdot.exercises.reference_answers import (
@@ -140,11 +135,11 @@ class QuestionMaker:
         tree = parse(definition.answer) if definition.answer not in ("", TEXT_ANSWER) else None
         self.is_set = isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and tree.func.id == ZEROS
         self.formulas = [] if tree is None else tree.args if isinstance(tree, ast.Call) and self.is_set else [tree]
-        self.options = [parse(option.content) if option.is_formula else None for option in definition.options]
+        self.option_formulas = [parse(option.content) if option.is_formula else None for option in definition.options]
 
     @property
     def _all_formulas(self) -> list[ast.expr]:
-        return [*self.formulas, *filter(None, self.options)]
+        return [*self.formulas, *filter(None, self.option_formulas)]
 
     @property
     def prerequisite_sets(self) -> tuple[tuple[str, ...], ...]:
@@ -198,24 +193,21 @@ class QuestionMaker:
             return Direction(matrix), details
         return (Expression(matrix[0]) if matrix.shape == (1, 1) else Matrix(matrix)), details
 
-    def derive(
-        self, chain: Chain, compute_value: Callable[[StageResults], np.ndarray], formulas: Sequence[ast.expr] = ()
-    ) -> sp.Matrix:
-        """Return a value as formulas in textbook form.
+    def derive(self, chain: Chain, formula: ast.expr, names_symbols: bool) -> sp.Matrix:
+        """Return the value of a formula in textbook form.
 
         If possible, it is derived for the symbolic arm, and the arm's numbers are substituted at the end. A formula
         that names joint variables or lengths is derived for the arm itself, because the symbolic arm has other ones.
         """
-        if self.names_arm_symbols(chain, formulas):
-            return to_sympy_matrix(compute_value(derive_reference(chain, {}))).applyfunc(_simplify)
-        symbolic_arm = symbolic_arm_of(chain).chain
-        matrix = to_sympy_matrix(compute_value(derive_reference(symbolic_arm, {}))).applyfunc(_simplify)
-        return derive(chain).substitute_matrix(matrix)
+        derived_chain = chain if names_symbols else symbolic_arm_of(chain).chain
+        value = self._compute(formula, derive_reference(derived_chain, {}))
+        matrix = to_sympy_matrix(value).applyfunc(_simplify)
+        return matrix if names_symbols else derive(chain).substitute_matrix(matrix)
 
     def derive_text_formula(self, text: str, chain: Chain) -> sp.Matrix | sp.Expr:
         """Return the value of a formula in a text of the question. Raises FormulaError."""
         formula = parse(text)
-        matrix = self.derive(chain, lambda stages: self._compute(formula, stages), [formula])
+        matrix = self.derive(chain, formula, self.names_arm_symbols(chain, [formula]))
         return matrix[0] if matrix.shape == (1, 1) else matrix
 
     def names_arm_symbols(self, chain: Chain, formulas: Sequence[ast.expr] = ()) -> bool:
@@ -229,7 +221,7 @@ class QuestionMaker:
     # --- numbers ---
 
     def sample_number(self, chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-        """Return the numeric answer at random values of what is given."""
+        """Return the numeric answer at random given values; None if it is not a finite number for any sample."""
         for _ in range(MAX_TRIES):
             details = self._sample_values(chain, rng)
             matrix = to_sympy_matrix(self.compute_answer(compute_symbolic_stages(chain), details))
@@ -273,33 +265,33 @@ class QuestionMaker:
     # --- sets and options ---
 
     def find_zeros(self, chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-        """Return the configurations at which the formulas are all zero."""
+        """Return the configurations at which the formulas are all zero; None if there are none, or all of them."""
         components = _find_zeros(self.definition, chain)
         return (ConditionSet(components), CustomDetails(definition=self.definition)) if components else None
 
     def derive_zeros(self, chain: Chain) -> tuple[Component, ...] | None:
         """Return the components of the set; None if the formulas are zero everywhere."""
-        is_of_arm = self.names_arm_symbols(chain)
-        stages = derive_reference(chain if is_of_arm else symbolic_arm_of(chain).chain, {})
+        names_symbols = self.names_arm_symbols(chain)
+        stages = derive_reference(chain if names_symbols else symbolic_arm_of(chain).chain, {})
         values = [self._compute(formula, stages) for formula in self.formulas]
         if any(value.ndim > 1 for value in values):
             raise FormulaError("zeros needs numbers, not vectors: write zeros(p.x), for example")
-        return find_zero_set([to_sympy_matrix(value)[0] for value in values], chain, is_symbolic=not is_of_arm)
+        return find_zero_set([to_sympy_matrix(value)[0] for value in values], chain, is_symbolic=not names_symbols)
 
     def sample_choice(self, chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-        """Return the options in random order."""
-        order = rng.permutation(tuple(range(len(self.options))))
+        """Return a choice or selection with the options in random order."""
+        order = rng.permutation(tuple(range(len(self.option_formulas))))
         options = [self.definition.options[index] for index in order]
-        texts = tuple(self._option_text(chain, index) for index in order)
+        texts = tuple(self._write_option(chain, index) for index in order)
         correct = tuple(position for position, option in enumerate(options) if option.is_correct)
         answer = Choice(texts, correct[0]) if len(correct) == 1 else Selection(texts, correct)
         return answer, CustomDetails(definition=self.definition, order=tuple(order))
 
-    def _option_text(self, chain: Chain, index: int) -> str:
-        formula = self.options[index]
+    def _write_option(self, chain: Chain, index: int) -> str:
+        formula = self.option_formulas[index]
         if formula is None:
             return self.definition.options[index].content
-        matrix = self.derive(chain, lambda stages: self._compute(formula, stages))
+        matrix = self.derive(chain, formula, self.names_arm_symbols(chain))
         return expression_text(matrix[0]) if matrix.shape == (1, 1) else str([expression_text(e) for e in matrix])
 
     # --- objections ---
@@ -318,13 +310,11 @@ class QuestionMaker:
     def find_objection_to_arm(self, chain: Chain) -> str | None:
         """Return why the question can't be asked about this arm, or None; `find_objection` caches the result."""
         try:
-            texts = [self._option_text(chain, index) for index in range(len(self.options))]
-            repeated = next((text for k, text in enumerate(texts) if text in texts[:k]), None)
-            if repeated is not None:
-                first, second = (
-                    o.content for o, t in zip(self.definition.options, texts, strict=True) if t == repeated
-                )
-                return f"its options {first!r} and {second!r} are equal for this arm"
+            texts = [self._write_option(chain, index) for index in range(len(self.option_formulas))]
+            options = zip(self.definition.options, texts, strict=True)
+            for (first, first_text), (second, second_text) in combinations(options, 2):
+                if first_text == second_text:
+                    return f"its options {first.content!r} and {second.content!r} are equal for this arm"
             if self.is_set:
                 has_zeros = self.find_zeros(chain, Stream("check")) is not None
                 return None if has_zeros else "its formula is never zero, or always, so there is no set to ask for"
@@ -349,7 +339,7 @@ class QuestionMaker:
         return answers.pop() if len(answers) == 1 else None
 
     def find_unit_objection(self, chain: Chain) -> str | None:
-        """Return why a number probably doesn't have its unit, or None."""
+        """Return why the numeric answer probably doesn't have the unit of the definition, or None."""
         if not self.definition.given or self.is_set or not self.formulas:
             return None
         try:
@@ -379,7 +369,7 @@ def _derive_answer(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
 
 @lru_cache(maxsize=1024)
 def _derive_for_symbolic_arm(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
-    """Return the answer for a symbolic arm, or for an arm whose symbols it names; cached for all arms of a class."""
+    """Return the answer for a symbolic arm, or for an arm whose symbols the formula names; cached for a whole class."""
     details = CustomDetails(definition=definition)
     value = QuestionMaker(definition).compute_answer(derive_reference(chain, {}), details)
     return sp.ImmutableMatrix(to_sympy_matrix(value).applyfunc(_simplify))

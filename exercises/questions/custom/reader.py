@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Collection
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -22,10 +23,6 @@ from qdot.exercises.questions.custom.definition import (
 )
 from qdot.exercises.questions.custom.question import make_question
 from qdot.exercises.reference_answers import LETTERS
-
-ENGLISH = "en"
-LANGUAGES = ("de",)
-"""The languages in which a question may have further texts."""
 
 MAX_TEXT_LENGTH, MAX_OPTIONS, HINT_COUNT = 5000, len(LETTERS), 3
 
@@ -175,7 +172,7 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
     with file.locate_errors("question", name, "digits" if entry.tolerance is None else "tolerance"):
         rounding = _read_rounding(entry)
     title = entry.title or name.replace("-", " ").capitalize()
-    texts = [(ENGLISH, Texts(title, entry.prompt, tuple(entry.hints), entry.solution))]
+    texts = [("en", Texts(title, entry.prompt, tuple(entry.hints), entry.solution))]
     if entry.de is not None:
         texts.append(("de", Texts(entry.de.title or title, entry.de.prompt, tuple(entry.de.hints), entry.de.solution)))
     definition = Definition(
@@ -205,34 +202,36 @@ def _read_rounding(entry: QuestionEntry) -> Rounding | None:
 
 
 def _read_options(entry: QuestionEntry) -> tuple[Option, ...]:
+    if entry.options is None:
+        return ()
     options = []
-    for item in entry.options or ():
+    for item in entry.options:
         if isinstance(item, str):
             options.append(Option(item, entry.shown == "formula", False))
         elif (item.text is None) == (item.formula is None):
             raise QdotError("an option needs either text or formula")
         else:
             options.append(Option(str(item.formula or item.text), item.formula is not None, item.right))
-    if options and not any(option.is_correct for option in options):
-        options[0] = Option(options[0].content, options[0].is_formula, True)
-    if entry.options is not None and not 2 <= len(options) <= MAX_OPTIONS:
+    if not 2 <= len(options) <= MAX_OPTIONS:
         raise QdotError(f"a question has from 2 to {MAX_OPTIONS} options")
-    if entry.options is not None and all(option.is_correct for option in options):
+    if not any(option.is_correct for option in options):
+        options[0] = replace(options[0], is_correct=True)
+    if all(option.is_correct for option in options):
         raise QdotError("all options are right; at least one must be wrong")
-    repeated = next((option.content for k, option in enumerate(options) if option.content in [
-        earlier.content for earlier in options[:k]]), None)  # fmt: skip
-    if repeated is not None:
-        raise QdotError(f"two options are {repeated!r}")
+    contents = [option.content for option in options]
+    for content in contents:
+        if contents.count(content) > 1:
+            raise QdotError(f"two options are {content!r}")
     return tuple(options)
 
 
 def _read_given(entry: QuestionEntry) -> tuple[GivenValue, ...]:
-    if entry.given and (entry.answer in (None, TEXT_ANSWER)):
+    if entry.given and entry.answer in (None, TEXT_ANSWER):
         raise QdotError("values are given only with a formula as the answer")
     if isinstance(entry.given, list):
-        unknown = next((name for name in entry.given if name not in GIVEN_GROUPS), None)
-        if unknown is not None:
-            raise make_name_error("group", unknown, GIVEN_GROUPS)
+        for name in entry.given:
+            if name not in GIVEN_GROUPS:
+                raise make_name_error("group", name, GIVEN_GROUPS)
         return tuple(map(GivenValue, entry.given))
     return tuple(_read_given_value(name, value) for name, value in entry.given.items())
 

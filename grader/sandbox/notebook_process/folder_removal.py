@@ -33,29 +33,29 @@ def remove_folder(path: str, timeout: float = math.inf) -> None:
     os.rmdir(path)
 
 
-def _unlink(name: str, parent: int) -> bool:
+def _unlink(name: str, parent_handle: int) -> bool:
     """Remove a file or a link; return False for a folder, after giving its owner all rights to it.
 
     `parent` is the descriptor of the folder that contains it.
     """
     try:
-        os.unlink(name, dir_fd=parent)
+        os.unlink(name, dir_fd=parent_handle)
     except (IsADirectoryError, PermissionError):  # for a folder, macOS raises PermissionError
         with contextlib.suppress(NotImplementedError):
-            os.chmod(name, 0o700, dir_fd=parent, follow_symlinks=False)
-        if not stat.S_ISDIR(os.stat(name, dir_fd=parent, follow_symlinks=False).st_mode):
+            os.chmod(name, 0o700, dir_fd=parent_handle, follow_symlinks=False)
+        if not stat.S_ISDIR(os.stat(name, dir_fd=parent_handle, follow_symlinks=False).st_mode):
             raise
         return False
     return True
 
 
-def _move_up(name: str, top: int) -> None:
+def _move_up(name: str, top_handle: int) -> None:
     """Move the subfolders of a folder into the top folder; remove its files, and then the folder itself."""
-    folder = os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=top)
+    folder_handle = os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=top_handle)
     try:
-        for entry in os.listdir(folder):
-            if not _unlink(entry, folder):
-                os.rename(entry, secrets.token_hex(16), src_dir_fd=folder, dst_dir_fd=top)
+        for entry in os.listdir(folder_handle):
+            if not _unlink(entry, folder_handle):
+                os.rename(entry, secrets.token_hex(16), src_dir_fd=folder_handle, dst_dir_fd=top_handle)
     finally:
-        os.close(folder)
-    os.rmdir(name, dir_fd=top)
+        os.close(folder_handle)
+    os.rmdir(name, dir_fd=top_handle)

@@ -99,8 +99,8 @@ def _match_arguments(function: Any, arguments: Mapping[str, Any], get_value: Cal
         if isinstance(function, numpy.vectorize):
             function = function.pyfunc
         parameters = inspect.signature(function).parameters.values()
-        positional = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
-        names = [p.name for p in parameters if p.kind in positional and p.default is inspect.Parameter.empty]
+        positional_kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+        names = [p.name for p in parameters if p.kind in positional_kinds and p.default is inspect.Parameter.empty]
         takes_any_number = any(p.kind is inspect.Parameter.VAR_POSITIONAL for p in parameters)
     joints: list[str] = list(arguments["joints"])
     if takes_any_number and not names:

@@ -68,9 +68,9 @@ def _translate_statements(lines: Sequence[str]) -> Iterator[str]:
         if _ESCAPED_LINE.fullmatch(lines[begin]) or _ASSIGNED_MAGIC.fullmatch(lines[begin]):
             while lines[end - 1].endswith("\\") and end < len(lines):
                 end += 1
-        translated = _translate_line(" ".join(line.rstrip("\\") for line in lines[begin:end]))
-        if translated is not None:
-            yield translated
+        translated_line = _translate_line(" ".join(line.rstrip("\\") for line in lines[begin:end]))
+        if translated_line is not None:
+            yield translated_line
             yield from [""] * (end - begin - 1)
         else:
             end = _find_statement_end(lines, begin)

@@ -192,7 +192,7 @@ def exceeds_disk_limit(measures: Measures, folder: str, pid: int) -> bool:
     them. A file system in memory has no such number, so the deleted files that are open or mapped are counted.
     """
     try:
-        with _as_notebook_user(measures):
+        with _become_notebook_user(measures):
             if _count_written_bytes(pid) > MAX_DISK_BYTES or _count_deleted_bytes(pid, folder) > MAX_DISK_BYTES:
                 return True
         byte_count = file_count = 0
@@ -214,7 +214,7 @@ def exceeds_disk_limit(measures: Measures, folder: str, pid: int) -> bool:
 
 
 @contextlib.contextmanager
-def _as_notebook_user(measures: Measures) -> Iterator[None]:
+def _become_notebook_user(measures: Measures) -> Iterator[None]:
     """Become the notebook's user during the block, because only this user may inspect the notebook's process."""
     if measures.user is None or not measures.is_applied("user"):
         yield

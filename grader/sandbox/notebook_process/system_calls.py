@@ -77,13 +77,13 @@ def make_filter_program(pid: int, sees_machine_files: bool) -> bytes:
             return
         program.extend((_encode(_EQUAL, numbers[column], 0, len(instructions)), *instructions))
 
-    def test_argument(argument_offset: int, values: tuple[int, ...], if_equal: bytes, otherwise: bytes) -> list[bytes]:
-        """Return instructions that end with `if_equal` if an argument is one of the values, else with `otherwise`.
+    def test_argument(offset: int, values: tuple[int, ...], if_equal: bytes, if_different: bytes) -> list[bytes]:
+        """Return instructions that end with `if_equal` if an argument is one of the values, else with `if_different`.
 
         The instructions compare the lower half of the argument, because the kernel uses only this half.
         """
         tests = [_encode(_EQUAL, value, len(values) - i) for i, value in enumerate(values)]
-        return [_encode(_LOAD, argument_offset), *tests, otherwise, if_equal]
+        return [_encode(_LOAD, offset), *tests, if_different, if_equal]
 
     is_thread = _encode(_ANY_BIT, _THREAD_FLAG, 1)
     add_case(_CLONE, _encode(_LOAD, _FIRST_ARGUMENT_OFFSET), is_thread, refuse, allow)

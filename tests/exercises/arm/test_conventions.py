@@ -20,7 +20,7 @@ from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.families.own import read_robot_family
+from qdot.exercises.families.robot_family import read_robot_family
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import ProblemId

@@ -64,8 +64,8 @@ def test_listing_of_family_agrees_with_its_arms(family: str) -> None:
 
 def test_listing_has_difficulty_of_every_variation_step() -> None:
     for name, listed in read_listing().items():
-        assert list(listed.by_variation) == sorted(listed.by_variation)
-        assert len(listed.by_variation) == (0 if FAMILIES[name].has_varied_structure else len(VARIATION_STEPS))
+        assert list(listed.step_difficulties) == sorted(listed.step_difficulties)
+        assert len(listed.step_difficulties) == (0 if FAMILIES[name].has_varied_structure else len(VARIATION_STEPS))
 
 
 @together

@@ -26,8 +26,8 @@ RATES = {QD1: sp.Integer(1), QD2: sp.Integer(2)}
 ELBOW = {A1: sp.Rational(1, 10), A2: HALF, A3: TWO_FIFTHS, T1: to_radians(30), T2: to_radians(-40), T3: to_radians(70)}
 
 
-def read_numbers(where: str) -> list[float]:
-    (erratum,) = [erratum for erratum in read_errata() if where in erratum.where]
+def read_numbers(place: str) -> list[float]:
+    (erratum,) = [erratum for erratum in read_errata() if place in erratum.place]
     return [float(value.removesuffix(" m/s").replace("−", "-")) for _, value in erratum.values]
 
 
@@ -82,11 +82,11 @@ def test_numbers_of_planar_arm_are_those_computed() -> None:
 def test_solutions_and_kinds_of_planar_arm_are_those_computed() -> None:
     point = NumericChain(make_planar_2r(), {"a1": 0.5, "a2": 0.4}).point(np.array([0.0, np.pi / 3]))
     distance = float(np.linalg.norm(point))
-    (erratum,) = [erratum for erratum in read_errata() if "inverse solutions" in erratum.where]
+    (erratum,) = [erratum for erratum in read_errata() if "inverse solutions" in erratum.place]
     assert f"at {distance:.3f} m" in erratum.values[1][0]
     solutions = [count_inverse_solutions(0.5, 0.4, 0.9), count_inverse_solutions(0.5, 0.4, distance)]
     assert read_numbers("inverse solutions") == solutions == [1, 2]
-    (erratum,) = [erratum for erratum in read_errata() if "$s_2 = 0$" in erratum.where]
+    (erratum,) = [erratum for erratum in read_errata() if "$s_2 = 0$" in erratum.place]
     assert [kind for _, kind in erratum.values] == [classify_folded_arm(HALF), classify_folded_arm(TWO_FIFTHS)]
 
 
@@ -114,5 +114,5 @@ def test_numbers_of_scorbot_are_those_computed() -> None:
     )
     assert read_numbers("Example 6.3, singular") == approximate(*computed)
     assert computed[0] == 3 and computed[2] == 2
-    (erratum,) = [erratum for erratum in read_errata() if "Example 6.3, singular" in erratum.where]
-    assert rf"\theta_2 = {float(sp.deg(shoulder[T2])):.2f}^\circ" in erratum.at
+    (erratum,) = [erratum for erratum in read_errata() if "Example 6.3, singular" in erratum.place]
+    assert rf"\theta_2 = {float(sp.deg(shoulder[T2])):.2f}^\circ" in erratum.configuration

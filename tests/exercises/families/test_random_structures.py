@@ -54,7 +54,7 @@ def test_the_numbers_of_tables_are_those_that_were_counted_before() -> None:
     assert (count_tables(2, False), count_tables(3, False), count_tables(3, True)) == (108, 1944, 4608)
     forms = regular_forms(3)
     regular = [[rows for rows in tables(3, angles) if normal_form(rows) in forms] for angles in (False, True)]
-    assert [sum(2 ** sum(row.twist for row in rows) for rows in each) for each in regular] == [1024, 2504]
+    assert [sum(2 ** sum(row.has_twist for row in rows) for rows in each) for each in regular] == [1024, 2504]
 
 
 @pytest.mark.parametrize("n", select_for_suite([2], [2, 3]))

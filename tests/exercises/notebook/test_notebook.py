@@ -213,13 +213,13 @@ def test_staff_reads_what_students_read_whether_it_is_written_anew_or_not() -> N
     ((_, problem), _), of = _problems("planar-2r"), (TITLE, "hw1", "s001")
     short = [("p1", replace(problem, parts=(problem["position"], problem["jacobian"])))]
     handed_out = make_student_notebook(*of, short, True)
-    assert write_notebook(make_solution_notebook(*of, short, True, released=handed_out)) == write_notebook(
+    assert write_notebook(make_solution_notebook(*of, short, True, released_notebook=handed_out)) == write_notebook(
         make_solution_notebook(*of, short, True)
     )
     asked = next(cell for cell in handed_out.cells if cell.id.endswith("-question"))
     asked.source = "written once"
     assert "written once" in [
-        cell.source for cell in make_solution_notebook(*of, short, True, released=handed_out).cells
+        cell.source for cell in make_solution_notebook(*of, short, True, released_notebook=handed_out).cells
     ]
 
 

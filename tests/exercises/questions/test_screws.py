@@ -16,7 +16,7 @@ from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.family import Family
-from qdot.exercises.families.own import read_robot_family
+from qdot.exercises.families.robot_family import read_robot_family
 from qdot.exercises.generation import generate, list_applicable_questions, sample_chain
 from qdot.exercises.mistakes.catalogue import CATALOGUE, SECTIONS, generate_mistaken_answers
 from qdot.exercises.problem.problem import ProblemId

@@ -99,11 +99,12 @@ def test_the_errata_are_told_in_german_with_the_same_numbers() -> None:
         assert "Printed" not in body
         assert page.path != ERRATA_PATH or title == "Errata des Kapitels"
     for english, german in zip(read_errata(), read_errata("de"), strict=True):
-        assert german.why != english.why
+        assert german.reason != english.reason
         told = [value.replace(",", ".") for _, value in german.values]
         kinds = {"boundary": "am Rand", "internal": "im Inneren"}
-        assert told == [kinds.get(value, value) for _, value in english.values], english.where
-        assert not re.search(r"\d\.\d", " ".join((german.printed, german.right, german.at, *sum(german.values, ()))))
+        assert told == [kinds.get(value, value) for _, value in english.values], english.place
+        texts = german.printed, german.correction, german.configuration, *sum(german.values, ())
+        assert not re.search(r"\d\.\d", " ".join(texts))
 
 
 @pytest.mark.parametrize("has_docs", select_for_suite([True], [False, True]))

@@ -16,7 +16,7 @@ from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.variation import list_variation_axes
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.families.own import read_robot_family
+from qdot.exercises.families.robot_family import read_robot_family
 from qdot.exercises.generation import check_questions, find_listing, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS

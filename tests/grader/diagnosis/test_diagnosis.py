@@ -22,7 +22,7 @@ from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer
 from qdot.exercises.reference_answers import Expression, Matrix
-from qdot.grader.judging.functions import make_calls
+from qdot.grader.judging.functions import sample_function_arguments
 from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
 from tests.support.judging import diagnose
 from tests.support.problems import LONG_ARMS, ask_question
@@ -307,7 +307,7 @@ def test_numeric_derivations_give_the_reference(family: str) -> None:
 
 def test_a_sampled_function_is_diagnosed_by_its_values() -> None:
     problem = ask_question("position", PLANAR)
-    calls = make_calls(problem, problem.domain, "points")
+    calls = sample_function_arguments(problem, problem.domain, "points")
     values_at = dict(zip(calls.symbols, np.array(calls.points).T, strict=True))
     a1, a2, theta1, theta2 = (values_at[name] for name in ("a1", "a2", "theta1", "theta2"))
     rows = [a1 * trig(theta1) + a2 * trig(theta2) for trig in (np.cos, np.sin)]

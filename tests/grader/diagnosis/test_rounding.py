@@ -13,7 +13,7 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import ConditionSet
-from qdot.grader.judging.functions import make_calls
+from qdot.grader.judging.functions import sample_function_arguments
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Diagnosis, Outcome
 from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
@@ -93,7 +93,7 @@ def test_singular_sets_with_decimals_for_pi_are_no_mistake(convention: str, digi
 @pytest.mark.parametrize(("family", "seed", "convention"), ARMS)
 def test_rounded_values_of_a_function_are_no_mistake(family: str, seed: int, convention: str, digits: int) -> None:
     problem = get_problem(family, seed, convention=convention)
-    calls = make_calls(problem, problem.domain, "points")
+    calls = sample_function_arguments(problem, problem.domain, "points")
     points = np.array(calls.points).T
     values_of, mistakes, messages = dict(zip(calls.symbols, points, strict=True)), {}, set()
     for part in problem.parts:

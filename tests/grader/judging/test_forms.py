@@ -19,7 +19,7 @@ from qdot.exercises.reference_answers import LETTERS, Choice, Number
 from qdot.grader.grading.check import find_claimed_form, is_readable
 from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.expected_form import find_expected_form, read_answer
-from qdot.grader.judging.functions import make_calls
+from qdot.grader.judging.functions import sample_function_arguments
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.sandbox.sandbox import Sandbox
 from tests.support import DATA
@@ -85,7 +85,7 @@ def typed(sandbox: Sandbox) -> list[TypedAnswer]:
 def run_in_notebook(sandbox: Sandbox, forms: list[dict[str, Any]]) -> list[TypedAnswer]:
     slots = [f"p{k}" for k in range(len(forms))]
     names = [f"{slot}_form" for slot in slots]
-    calls = dict.fromkeys(slots, make_calls(problem(), problem().domain, SEED))
+    calls = dict.fromkeys(slots, sample_function_arguments(problem(), problem().domain, SEED))
     cells = [SETUP, *(f"{name} = {form['typed']}" for name, form in zip(names, forms, strict=True))]
     run = sandbox.run(cells, names, calls)
     assert run.end == "done"

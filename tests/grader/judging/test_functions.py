@@ -9,7 +9,7 @@ import sympy as sp
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.exercises.reference_answers import Expression, Matrix
-from qdot.grader.judging.functions import SAMPLE_COUNT, judge_function, make_calls, read_table
+from qdot.grader.judging.functions import SAMPLE_COUNT, judge_function, read_table, sample_function_arguments
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
@@ -108,7 +108,7 @@ def test_an_endless_function_costs_only_its_answer(sandbox: Sandbox) -> None:
 
 def test_the_counterexample_to_a_function_names_only_relevant_variables(sandbox: Sandbox) -> None:
     problem = get_problem("planar-2r", 3)
-    calls = {"p1": make_calls(problem, problem.domain, "points")}
+    calls = {"p1": sample_function_arguments(problem, problem.domain, "points")}
     run = sandbox.run(["p1_position = lambda theta1, theta2: [0.5 * float(theta1), 1]"], ["p1_position"], calls)
     answers = Answers(run).map_texts("p1", problem)
     verdicts = mark(problem, answers, secret="secret", points_seed="points")
@@ -138,7 +138,7 @@ def test_a_function_gets_the_outcome_of_its_formula(
     """Leave out the diagnosis, which changes no mark; test_diagnosis.py tests it."""
     monkeypatch.setattr("qdot.grader.marking.marking.diagnose", lambda *_: None)
     parts = formula_parts(problem)
-    calls = {"p1": make_calls(problem, problem.domain, "points")}
+    calls = {"p1": sample_function_arguments(problem, problem.domain, "points")}
     names = calls["p1"].symbols
     first = next((name.removeprefix("theta") for name in names if name.startswith("theta")), None)
     for variation, (body, expected) in VARIATIONS.items():

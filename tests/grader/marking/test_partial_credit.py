@@ -255,7 +255,7 @@ def test_a_mistake_in_a_set_earns_the_same_on_every_arm(family: str) -> None:
     for part in problem.parts:
         if not isinstance(part.answer, ConditionSet):
             continue
-        groups = part.answer.group_by_condition(part.answer.list_pieces())
+        groups = part.answer.group_by_component(part.answer.list_pieces())
         k = next((k for k, group in enumerate(groups) if len(group) > 1), None)
         if k is not None:
             one_root_less = [piece for j, group in enumerate(groups) for piece in group[j == k :]]

@@ -16,7 +16,7 @@ from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.store import store_problems
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.json_form import from_json
+from qdot.exercises.common.json_form import parse_dataclass
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.grader.diagnosis.similar import (
@@ -34,7 +34,7 @@ from qdot.grader.reports.class_page import make_class_page
 from qdot.grader.reports.class_view import summarize_mistakes, summarize_parts, summarize_scores
 from qdot.grader.reports.formats import write_requested_reports
 from qdot.grader.reports.tables import make_results_jsonl
-from qdot.grader.statistics import statistics
+from qdot.grader.statistics import class_statistics
 from qdot.grader.statistics.fairness_tests import (
     FEATURES,
     OTHERS_GROUP,
@@ -54,25 +54,27 @@ ROWS = [[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 0, 0], [1, 1, 0], [1, 1, 1], [0, 1,
 def test_discrimination_is_the_correlation_with_the_other_parts() -> None:
     marks = np.array(ROWS, dtype=float)
     for part in range(3):
-        discrimination = statistics.compute_discrimination(ROWS, part)
+        discrimination = class_statistics.compute_discrimination(ROWS, part)
         assert discrimination is not None
         other_points = marks.sum(axis=1) - marks[:, part]
         assert discrimination.value == pytest.approx(np.corrcoef(marks[:, part], other_points)[0, 1])
         assert -1 <= discrimination.low < discrimination.value < discrimination.high <= 1
-    assert statistics.compute_discrimination(ROWS[:9], 0) is None  # too few
-    assert statistics.compute_discrimination([[1, k % 3] for k in range(12)], 0) is None  # everybody has the point
+    assert class_statistics.compute_discrimination(ROWS[:9], 0) is None  # too few
+    assert (
+        class_statistics.compute_discrimination([[1, k % 3] for k in range(12)], 0) is None
+    )  # everybody has the point
 
 
 def test_reliability_agrees_with_numpy_and_hand_calculation() -> None:
     """By hand: part variances 4/15, 5/18, 5/18, total variance 1.6556, so 3/2 (1 - 0.8222/1.6556) = 0.7550."""
     marks = np.array(ROWS, dtype=float)
     by_numpy = 3 / 2 * (1 - marks.var(axis=0, ddof=1).sum() / marks.sum(axis=1).var(ddof=1))
-    assert statistics.compute_reliability(ROWS) == pytest.approx(by_numpy)
+    assert class_statistics.compute_reliability(ROWS) == pytest.approx(by_numpy)
     same = [[k % 2, k % 2] for k in range(10)]
-    assert statistics.compute_reliability(same) == pytest.approx(1)
-    assert statistics.compute_reliability([[1, 1]] * 10) is None
-    assert statistics.compute_reliability(ROWS[:5]) is None
-    assert statistics.compute_correlation([1, 1], [1, 2]) is None
+    assert class_statistics.compute_reliability(same) == pytest.approx(1)
+    assert class_statistics.compute_reliability([[1, 1]] * 10) is None
+    assert class_statistics.compute_reliability(ROWS[:5]) is None
+    assert class_statistics.compute_correlation([1, 1], [1, 2]) is None
 
 
 def test_the_permutation_test_agrees_with_enumeration() -> None:
@@ -80,16 +82,17 @@ def test_the_permutation_test_agrees_with_enumeration() -> None:
     divisions = list(itertools.combinations(range(8), 4))
     sums = [abs(sum(values[i] for i in chosen) - 18) for chosen in divisions]
     exact = sum(total >= abs(22 - 18) for total in sums) / len(divisions)
-    p_value = statistics.compute_permutation_p_value(values, groups, "seed")
+    p_value = class_statistics.compute_permutation_p_value(values, groups, "seed")
     assert p_value == pytest.approx(exact, abs=0.03)
-    assert p_value == statistics.compute_permutation_p_value(values, groups, "seed")
-    assert statistics.compute_permutation_p_value([1, 1, 1, 1], "aabb", "seed") == 1
-    assert statistics.compute_permutation_p_value([1, 2], "aa", "seed") == 1
-    smallest = statistics.compute_permutation_p_value([0.0] * 10 + [1.0] * 10, "a" * 10 + "b" * 10, "seed")
+    assert p_value == class_statistics.compute_permutation_p_value(values, groups, "seed")
+    assert class_statistics.compute_permutation_p_value([1, 1, 1, 1], "aabb", "seed") == 1
+    assert class_statistics.compute_permutation_p_value([1, 2], "aa", "seed") == 1
+    smallest = class_statistics.compute_permutation_p_value([0.0] * 10 + [1.0] * 10, "a" * 10 + "b" * 10, "seed")
     assert smallest == pytest.approx(1 / 5000)  # never 0
-    assert next(statistics._generate_permutations(5, "seed"))[:2].tolist() == [[1, 2, 3, 4, 0], [0, 3, 1, 2, 4]], (
-        "permutations never change"
-    )
+    assert next(class_statistics._generate_permutations(5, "seed"))[:2].tolist() == [
+        [1, 2, 3, 4, 0],
+        [0, 3, 1, 2, 4],
+    ], "permutations never change"
 
 
 def test_arms_are_grouped_by_features_of_their_convention() -> None:
@@ -212,7 +215,7 @@ def test_the_report_is_safe_reproducible_and_lists_similar_answers(assignment: A
     results = make_class_results(assignment)
     text = make_class_page(assignment, results)
     assert text == make_class_page(
-        assignment, [from_json(Result, line) for line in make_results_jsonl(results).splitlines()]
+        assignment, [parse_dataclass(Result, line) for line in make_results_jsonl(results).splitlines()]
     )
     page = Page(text)
     # Students' text is not markup, and nothing is loaded from elsewhere.

@@ -15,7 +15,7 @@ from qdot.exercises.common.stream import Stream
 
 MIN_STUDENTS = 10
 """Minimum number of students for a correlation or a reliability."""
-PERMUTATIONS = 4999
+PERMUTATION_COUNT = 4999
 """Number of random permutations of the marks in a test."""
 BATCH_SIZE = 500
 """Number of permutations that are in memory at the same time."""
@@ -90,23 +90,24 @@ def compute_permutation_p_value(values: Numbers, groups: Sequence[Hashable], see
     """Return the p-value of a permutation test: how often the means of random groups differ at least as much.
 
     `groups` has the group of each of the values. The statistic is the variance between the groups' means, weighted by
-    group size. No normal distribution is assumed. The observed grouping counts as one of `PERMUTATIONS` + 1, so that p
-    is never 0.
+    group size. No normal distribution is assumed. The observed grouping counts as one of `PERMUTATION_COUNT` + 1, so
+    that p is never 0.
     """
     names = list(dict.fromkeys(groups))
     deviations = np.asarray(values, dtype=float) - math.fsum(values) / len(values)
     membership = np.array([[group == name for name in names] for group in groups], dtype=float)
     sizes = membership.sum(axis=0)
 
-    def compute_group_variance(permuted: np.ndarray) -> np.ndarray:
-        return np.asarray(((permuted @ membership) ** 2 / sizes).sum(axis=-1))
+    def compute_group_variance(deviation_rows: np.ndarray) -> np.ndarray:
+        """Return the variance between the groups' means for each row of deviations, up to a constant factor."""
+        return np.asarray(((deviation_rows @ membership) ** 2 / sizes).sum(axis=-1))
 
     observed_variance = float(compute_group_variance(deviations))
     scale = max(float((deviations**2).sum()), _TOLERANCE)
     threshold = observed_variance - _TOLERANCE * scale
     batches = _generate_permutations(len(deviations), seed)
     count = sum(int((compute_group_variance(deviations[orders]) >= threshold).sum()) for orders in batches)
-    return (1 + count) / (1 + PERMUTATIONS)
+    return (1 + count) / (1 + PERMUTATION_COUNT)
 
 
 def _generate_permutations(n: int, seed: str) -> Iterator[np.ndarray]:
@@ -115,8 +116,8 @@ def _generate_permutations(n: int, seed: str) -> Iterator[np.ndarray]:
     The permutations are the ranks of raw PCG64 output, which is the same in all versions of NumPy.
     """
     generator = np.random.PCG64(Stream(seed).integer_below(1 << 62))
-    for start in range(0, PERMUTATIONS, BATCH_SIZE):
-        size = min(BATCH_SIZE, PERMUTATIONS - start)
+    for start in range(0, PERMUTATION_COUNT, BATCH_SIZE):
+        size = min(BATCH_SIZE, PERMUTATION_COUNT - start)
         yield np.argsort(generator.random_raw((size, n)), axis=1, kind="stable")
 
 
