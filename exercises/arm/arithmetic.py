@@ -29,6 +29,8 @@ class NumericArithmetic:
     the n + 1 values is the value itself; each other value has one joint variable moved by an imaginary step.
     """
 
+    sin, cos = np.sin, np.cos
+
     def __init__(self, joints: Sequence[str], values: Mapping[str, np.ndarray]) -> None:
         self.values = {name: np.asarray(value, dtype=float) for name, value in values.items()}
         self.configuration_count = len(next(iter(self.values.values())))
@@ -59,14 +61,6 @@ class NumericArithmetic:
     def constant(self, value: sp.Expr) -> np.ndarray:
         """Return a constant, repeated for each configuration, (N,)."""
         return np.full(self.configuration_count, float(value))
-
-    def sin(self, angle: np.ndarray) -> np.ndarray:
-        """Return the sines."""
-        return np.asarray(np.sin(angle))
-
-    def cos(self, angle: np.ndarray) -> np.ndarray:
-        """Return the cosines."""
-        return np.asarray(np.cos(angle))
 
     def sqrt(self, square: np.ndarray) -> np.ndarray:
         """Return the square roots; the root of a negative value is nan."""
@@ -156,19 +150,19 @@ class TreeArithmetic(_FormulaArithmetic):
 
     @staticmethod
     def matrix(rows: Sequence[Sequence[Node]]) -> np.ndarray:
-        """Return the rows of a matrix of trees as an array of terms, (rows, columns, 1)."""
+        """Return the rows of a matrix of trees as an array, (rows, columns, 1)."""
         return np.stack([TreeArithmetic.entries(row) for row in rows])[:, :, None]
-
-    @staticmethod
-    def rows(array: np.ndarray) -> list[list[Node]]:
-        """Return a vector or matrix of terms as rows of trees; a vector has one tree per row, a scalar one row."""
-        entries = array[..., 0]
-        matrix: list[list[Node]] = entries.reshape(len(entries) if entries.ndim else 1, -1).tolist()
-        return matrix
 
 
 Arithmetic = NumericArithmetic | SympyArithmetic | TreeArithmetic
 """An arithmetic converts entries of the DH table and symbols to values, and applies functions to values."""
+
+
+def list_rows(formulas: np.ndarray) -> list[list[Any]]:
+    """Return formulas (rows, columns, 1) as rows; a vector (k, 1) becomes k rows, a scalar (1,) one row."""
+    entries = formulas[..., 0]
+    rows: list[list[Any]] = entries.reshape(len(entries) if entries.ndim else 1, -1).tolist()
+    return rows
 
 
 # --- vectors and matrices along the first array axes ---

@@ -84,7 +84,7 @@ def split_base_pose(pose: Pose) -> tuple[Base, sp.Expr]:
     """
     solutions = _find_base_angles(pose.rotation)
     yaw, tilt, z_angle = min(solutions, key=lambda angles: (angles.z_angle != 0, abs(angles.yaw), -angles.tilt))
-    x, y, z = pose.origin.applyfunc(recognize_exact)
+    x, y, z = make_exact(pose.origin)
     return Base((x, y, z), yaw, tilt), z_angle
 
 
@@ -127,7 +127,7 @@ def compute_table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base,
         next_axis = axes[number] if number < len(axes) else Axis("", frame.rotation[:, 2], point)
         row, table_frame = _compute_next_row(previous_frame, next_axis)
         if number == len(axes) and not (12 * row.theta / sp.pi).is_Integer:
-            x, y, z = _evaluate_matrix(frame.rotation.T * (point - frame.origin)).applyfunc(recognize_exact)
+            x, y, z = make_exact(frame.rotation.T * (point - frame.origin))
             row, tool = Joint("P", -previous_frame.z_rotation, 0, 0, 0), Point(number, (x, y, z))
         joint = replace(row, kind=axis.kind)
         variable = sp.Symbol(f"{axis.variable_key}{number}")
@@ -231,6 +231,11 @@ def recognize_exact(value: sp.Expr) -> sp.Expr:
     """Return a value in which each number is replaced by an exact fraction or root if recognised, else is rounded."""
     evaluated = evaluate_entry(value)
     return evaluated.xreplace({number: _recognize_number(number) for number in evaluated.atoms(sp.Float)})
+
+
+def make_exact(matrix: sp.Matrix) -> sp.Matrix:
+    """Return a matrix with exact numbers where they are recognised; other numbers are rounded."""
+    return matrix.applyfunc(recognize_exact)
 
 
 def _recognize_number(number: sp.Float) -> sp.Expr:

@@ -23,6 +23,7 @@ from qdot.exercises.arm.arithmetic import (
     cofactor_signs,
     cross,
     determinant,
+    list_rows,
     matrix_product,
     minors,
 )
@@ -83,7 +84,7 @@ class StageResults:
     new_changes: tuple[tuple[str, Change], ...] = ()
     base_results: "StageResults | None" = None
     _results: dict[str, Any] = field(default_factory=dict)
-    _results_for_first_joints: dict[int, "StageResults"] = field(default_factory=dict)
+    _shortened_results: dict[int, "StageResults"] = field(default_factory=dict)
     _row_rotations: dict[tuple[int, int], tuple[TableRow, np.ndarray]] = field(default_factory=dict)
 
     def __getitem__(self, stage: str) -> Any:
@@ -127,19 +128,17 @@ class StageResults:
 
         The point of interest of that arm is the origin of its last frame.
         """
-        if joint_count not in self._results_for_first_joints:
+        if joint_count not in self._shortened_results:
             base_results = self.base_results and self.base_results.for_first_joints(joint_count)
             chain = base_results.chain if base_results else convention_of(self.chain).keep_first_joints(joint_count)
-            self._results_for_first_joints[joint_count] = replace(
-                self, chain=chain, base_results=base_results, _results={}, _results_for_first_joints={}
+            self._shortened_results[joint_count] = replace(
+                self, chain=chain, base_results=base_results, _results={}, _shortened_results={}
             )
-        return self._results_for_first_joints[joint_count]
+        return self._shortened_results[joint_count]
 
     def depends_on(self, stage: str) -> bool:
         """Return whether a result computed so far, also for the first joints only, depends on a stage."""
-        computed_stages = {
-            name for stages in (self, *self._results_for_first_joints.values()) for name in stages._results
-        }
+        computed_stages = {name for stages in (self, *self._shortened_results.values()) for name in stages._results}
         return any(stage == name or stage in list_prerequisites(name) for name in computed_stages)
 
     @property
@@ -233,8 +232,7 @@ def _stack_without_derivatives(stages: StageResults, vectors: list[np.ndarray]) 
 
 
 def _compute_origins(stages: StageResults) -> np.ndarray:
-    vectors = [stages["table"].base_position, *stages["links"][:-1]]
-    return np.cumsum(_stack_without_derivatives(stages, vectors), axis=0)
+    return np.cumsum(_stack_without_derivatives(stages, [stages["table"].base_position, *stages["links"][:-1]]), axis=0)
 
 
 def _compute_point(stages: StageResults) -> np.ndarray:
@@ -475,5 +473,4 @@ def list_prerequisites(stage: str) -> frozenset[str]:
 
 def to_sympy_matrix(values: np.ndarray) -> sp.Matrix:
     """Convert the values (rows, columns, 1) of SympyArithmetic to a SymPy matrix; a scalar becomes a 1 x 1 matrix."""
-    entries = values[..., 0]
-    return sp.Matrix(entries.reshape(len(entries) if entries.ndim else 1, -1).tolist())
+    return sp.Matrix(list_rows(values))

@@ -97,11 +97,9 @@ class StraightPath:
             derivatives = solve_linear(jacobian, self.direction, self.context)
             yield PathSample(s, tuple(q), tuple(derivatives), conditioning)
             step_count += 1
-            predicted_values = [a + step_length * b for a, b in zip(q, derivatives, strict=True)]
+            predicted_q = [a + step_length * b for a, b in zip(q, derivatives, strict=True)]
             s = step_length * step_count
-            joint_values = self.find_joint_values(s, predicted_values)
-            if joint_values is None:
+            new_q = self.find_joint_values(s, predicted_q)
+            if new_q is None or max(abs(a - b) for a, b in zip(new_q, predicted_q, strict=True)) > MAX_JUMP:
                 return
-            if max(abs(a - b) for a, b in zip(joint_values, predicted_values, strict=True)) > MAX_JUMP:
-                return
-            q = joint_values
+            q = new_q

@@ -40,7 +40,7 @@ from typing import Any, TypeGuard
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.axes_to_dh import IDENTITY_POSE, Axis, Pose, make_pose, recognize_exact
+from qdot.exercises.arm.axes_to_dh import IDENTITY_POSE, Axis, Pose, make_exact, make_pose
 from qdot.exercises.arm.chain import CONVENTIONS, PRISMATIC, REVOLUTE, TWIST_ORDERS, Chain, HasKind, Joint, Point
 from qdot.exercises.arm.conventions import ALIASES, REGISTRY
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, VELOCITY_NAMES, Convention
@@ -201,10 +201,8 @@ class _RobotReader:
     def read_chain(self) -> Chain:
         """Return the arm with the task in the file, or with the default task if the file has none."""
         base, joints, point = self._read_table() if self.has_dh_table else self._read_axes()
-        chain = Chain(
-            self.title, joints, _PROVISIONAL_TASK, base, point, self.title, convention=self.convention.name,
-            axis_points=self.axis_points, twist_order=self.twist_order,
-        )  # fmt: skip
+        chain = Chain(self.title, joints, _PROVISIONAL_TASK, base, point, self.title, self.convention.name)
+        chain = replace(chain, axis_points=self.axis_points, twist_order=self.twist_order)
         if "task" not in self.content:
             return chain.with_task(*choose_default_task(chain))
         with self.file.locate_errors("task"):
@@ -407,13 +405,12 @@ class _RobotReader:
 
     def read_limits(self) -> tuple[Limits | None, ...]:
         """Return the limits of each joint (rad or m); None for a joint without limits."""
-        return tuple(
-            self._read_joint_limits(index) if "limits" in joint else None for index, joint in enumerate(self.joints)
-        )
+        return tuple(map(self._read_joint_limits, range(len(self.joints))))
 
-    def _read_joint_limits(self, index: int) -> Limits:
-        limits = self.joints[index]["limits"]
-        is_angle = self.joints[index]["kind"] == REVOLUTE
+    def _read_joint_limits(self, index: int) -> Limits | None:
+        if "limits" not in self.joints[index]:
+            return None
+        limits, is_angle = self.joints[index]["limits"], self.joints[index]["kind"] == REVOLUTE
         example = '["-pi/2", "pi/2"]' if is_angle else "[0, 0.5]"
         with self.file.locate_errors("joint", index, "limits"):
             values = [parse_entry(limit, is_angle, self.uses_degrees) for limit in limits] if _is_pair(limits) else []
@@ -424,7 +421,7 @@ class _RobotReader:
 
 def _recognize_point(point: sp.Matrix) -> Triple:
     """Return the coordinates of a point, with exact numbers where these are recognised."""
-    x, y, z = point.applyfunc(recognize_exact)
+    x, y, z = make_exact(point)
     return x, y, z
 
 
@@ -434,11 +431,7 @@ def _is_pair(value: object) -> TypeGuard[list[Any]]:
 
 def _describe_axes(axes: Sequence[Axis]) -> WrittenArm:
     """Return axes as the description of an arm, with exact coordinates where these are recognised."""
-
-    def recognize(vector: sp.Matrix) -> sp.Matrix:
-        return vector.applyfunc(recognize_exact)
-
-    return WrittenArm(Screws, tuple(Axis(axis.kind, recognize(axis.direction), recognize(axis.point)) for axis in axes))
+    return WrittenArm(Screws, tuple(Axis(a.kind, make_exact(a.direction), make_exact(a.point)) for a in axes))
 
 
 def _split_variable(value: sp.Expr, variable: sp.Symbol, kind: str) -> tuple[sp.Expr, bool]:

@@ -18,6 +18,7 @@ from qdot.exercises.arm.axes_to_dh import (
     Pose,
     compute_table_of_axes,
     evaluate_entry,
+    make_exact,
     move_point_along_axes,
     recognize_exact,
     split_base_pose,
@@ -56,9 +57,7 @@ ArmTable = tuple[Base, tuple[Joint, ...], Point | None]
 """Base, standard table and point of interest of an arm; None if the point is the origin of the last frame."""
 
 
-def convert_standard_rows(
-    rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, point: Point | None = None
-) -> ArmTable:
+def convert_standard_rows(rows: Sequence[WrittenRow], base: Pose, point: Point | None) -> ArmTable:
     """Return base, standard table and point of an arm, given the rows of a standard table with reversed joints.
 
     The frame of a reversed joint is rotated by pi about x, because Rz(-q) = Rx(pi) Rz(q) Rx(-pi). A rotation of the
@@ -79,9 +78,7 @@ def convert_standard_rows(
     return table_base, tuple(joints), _convert_point(point, 0, Pose(rot_z(-base_rotation), sp.zeros(3, 1)))
 
 
-def convert_modified_rows(
-    rows: Sequence[WrittenRow], base: Pose = IDENTITY_POSE, point: Point | None = None
-) -> ArmTable:
+def convert_modified_rows(rows: Sequence[WrittenRow], base: Pose, point: Point | None) -> ArmTable:
     """Return base, standard table and point of an arm, given the rows of a modified table with reversed joints."""
     following_links = [(row.a, row.alpha) for row in rows[1:]] + [(sp.S.Zero, sp.S.Zero)]
     standard_rows = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(rows, following_links, strict=True)]
@@ -111,7 +108,7 @@ def convert_axes(axes: Sequence[Axis], point: sp.Matrix, link_number: int) -> Ar
         home = dict.fromkeys(chain.q, sp.S.Zero)
         frame = frames_and_point(chain).frames[link_number]
         offset = frame.rotation.xreplace(home).T * (point - frame.origin.xreplace(home))
-        x, y, z = offset.applyfunc(recognize_exact)
+        x, y, z = make_exact(offset)
         tool = Point(link_number, (x, y, z))
     _check_table(Chain("axes", joints, ("vx",), base, tool), axes, point, link_number)
     return base, joints, tool

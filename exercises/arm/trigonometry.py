@@ -13,7 +13,6 @@ import operator
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import sympy as sp
 
@@ -75,15 +74,11 @@ def compute_fourier_form(expression: sp.Expr) -> FourierForm:
             scale = 2 if first_multiple else 1
             product = sp.Mul(*map(sp.Pow, lengths, powers[: len(lengths)]))
             cosines, sines = terms.setdefault(phi, [[], []])
-            real_part, imaginary_part = map(_to_rational, (coefficient.x, coefficient.y))
+            real_part, imaginary_part = map(sp.QQ.to_sympy, (coefficient.x, coefficient.y))
             cosines.append(scale * real_part * product)
             sines.append(-scale * imaginary_part * product)
     sums = {phi: (sp.Add(*cosines), sp.Add(*sines)) for phi, (cosines, sines) in terms.items()}
     return FourierForm(angles, {phi: pair for phi, pair in sums.items() if pair != (0, 0)})
-
-
-def _to_rational(number: Any) -> sp.Rational:
-    return sp.Rational(int(number.numerator), int(number.denominator))
 
 
 def _read_multiples(phi: sp.Expr) -> dict[sp.Symbol, int]:

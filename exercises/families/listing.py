@@ -33,9 +33,8 @@ class FamilyListing:
 @cache
 def read_listing() -> dict[str, FamilyListing]:
     """Return the stored properties of each family by the family's name."""
+    content = json.loads(LISTING_FILE.read_text(encoding="utf-8"))
+    keys = ("band_range", "questions", "step_difficulties")
     return {
-        name: FamilyListing(
-            entry["kinds"], *(tuple(entry[key]) for key in ("band_range", "questions", "step_difficulties"))
-        )
-        for name, entry in json.loads(LISTING_FILE.read_text(encoding="utf-8")).items()
+        name: FamilyListing(entry["kinds"], *(tuple(entry[key]) for key in keys)) for name, entry in content.items()
     }

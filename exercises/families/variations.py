@@ -137,9 +137,8 @@ def hang_base(chain: Chain, rng: Stream) -> Chain:
 def mount_base(chain: Chain, rng: Stream) -> Chain:
     """Put the base on the floor, under the ceiling or on a wall, rotated by right angles."""
     tilt = rng.choice((sp.S.Zero, sp.pi, sp.pi / 2, -sp.pi / 2))
-    return replace(
-        chain, base=replace(raise_base(chain, rng).base, yaw=to_radians(rng.choice(RIGHT_ANGLES)), tilt=tilt)
-    )
+    base = raise_base(chain, rng).base
+    return replace(chain, base=replace(base, yaw=to_radians(rng.choice(RIGHT_ANGLES)), tilt=tilt))
 
 
 # --- point of interest ---

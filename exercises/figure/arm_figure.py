@@ -19,7 +19,7 @@ from qdot.exercises.figure.arm import draw_joint_variable, draw_links_and_joints
 from qdot.exercises.figure.labels import Layout
 from qdot.exercises.figure.lettering import FONT_SIZE, measure_width, write_upright
 from qdot.exercises.figure.model import make_model
-from qdot.exercises.figure.plane import choose_view, convert_to_exact_numbers, is_drawn_flat
+from qdot.exercises.figure.plane import choose_view, is_drawn_flat, make_numbers_exact
 from qdot.exercises.figure.pose import (
     HEIGHT,
     LONG_ARM_JOINTS,
@@ -96,7 +96,7 @@ def draw_with_labels(chain: Chain, pose: Pose | None) -> tuple[Figure, tuple[flo
 
     Without a pose, the clearest of a fixed list of poses is used. Arms with the same model share one drawing.
     """
-    model = make_model(convert_to_exact_numbers(chain))
+    model = make_model(make_numbers_exact(chain))
     figure, entries = _draw_model(model.chain, None if pose is None else model.convert_to_model_pose(dict(pose)))
     return model.relabel(figure), model.convert_to_arm_entries(entries)
 

@@ -75,11 +75,6 @@ class LabelRequest:
         """The points of the anchors; the label is placed near one of them."""
         return tuple(dict.fromkeys(point for point, _ in self.anchors))
 
-    @property
-    def leader_distance(self) -> float:
-        """The distance in pixels from which the label needs a leader."""
-        return max(LEADER_DISTANCE, self.gap + LEADER_DISTANCE - 3.0)
-
 
 def make_anchors(point: Vector2D, *directions: Vector2D) -> tuple[tuple[Vector2D, Vector2D], ...]:
     """Return anchors at one point with several preferred directions."""
@@ -200,7 +195,8 @@ class LabelPlaces:
     """The places of one label; `rivals` are points of other objects of the same kind."""
 
     def __init__(self, request: LabelRequest, rivals: Sequence[Vector2D], ink: InkPoints, size: Vector2D) -> None:
-        self._gap, self._leader_distance, self._rivals, self._ink = request.gap, request.leader_distance, rivals, ink
+        self._gap, self._rivals, self._ink = request.gap, rivals, ink
+        self._leader_distance = max(LEADER_DISTANCE, self._gap + LEADER_DISTANCE - 3.0)
         width = measure_width(request.lettering)
         self._half_size = (width / 2, LETTERING_HEIGHT / 2)
         self._right, self._bottom = size[0] - EDGE_MARGIN, size[1] - EDGE_MARGIN

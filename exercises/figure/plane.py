@@ -9,13 +9,13 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
 
 
-def make_axonometric_view(azimuth: float, elevation: float) -> np.ndarray:
+def compute_view(azimuth: float, elevation: float) -> np.ndarray:
     """Return the directions right, up and towards the reader (rows) for a reader's azimuth and elevation (rad)."""
     ca, sa, ce, se = np.cos(azimuth), np.sin(azimuth), np.cos(elevation), np.sin(elevation)
     return np.array([[-sa, ca, 0.0], [-se * ca, -se * sa, ce], [ce * ca, ce * sa, se]])
 
 
-SPATIAL_VIEW = make_axonometric_view(np.radians(36.0), np.radians(24.0))
+SPATIAL_VIEW = compute_view(np.radians(36.0), np.radians(24.0))
 """The usual view of a spatial arm."""
 VIEWS = {
     "z": np.eye(3),
@@ -32,7 +32,7 @@ VIEW_DESCRIPTIONS = {
 """The views of planar arms in words, by the world axis perpendicular to the drawing."""
 
 
-def convert_to_exact_numbers(chain: Chain) -> Chain:
+def make_numbers_exact(chain: Chain) -> Chain:
     """Return the same arm with Python numbers in its base and point converted to SymPy numbers."""
     return chain.map_entries(lambda _, entry: sp.sympify(entry))
 
@@ -65,7 +65,7 @@ def find_normal_axis(chain: Chain) -> str | None:
     """
     if chain.is_planar:
         return "z"
-    chain = convert_to_exact_numbers(chain)
+    chain = make_numbers_exact(chain)
     arm = NumericChain(chain, {symbol.name: 0.3 + 0.11 * k for k, symbol in enumerate(chain.parameters)})
     configurations = np.array([[0.37 + 0.21 * i for i in range(chain.n)], [1.13 - 0.47 * i for i in range(chain.n)]])
     frames = arm.frames(configurations)

@@ -19,13 +19,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import ANGLE_PREFIXES, PRISMATIC, Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.figure.plane import (
-    SPATIAL_VIEW,
-    choose_view,
-    is_drawn_flat,
-    list_numeric_lengths,
-    make_axonometric_view,
-)
+from qdot.exercises.figure.plane import SPATIAL_VIEW, choose_view, compute_view, is_drawn_flat, list_numeric_lengths
 
 DEFAULT_LENGTH = 0.4
 """Longest length in metres of an arm whose table has no numeric lengths."""
@@ -368,9 +362,7 @@ def find_best_views(drawn_chain: Chain, entries: np.ndarray, count: int) -> list
     machine.
     """
     directions = itertools.product(ELEVATIONS, AZIMUTHS)
-    views = np.array(
-        [make_axonometric_view(np.radians(36.0 + angle), np.radians(height)) for height, angle in directions]
-    )
+    views = np.array([compute_view(np.radians(36.0 + angle), np.radians(height)) for height, angle in directions])
     score = _score_views(drawn_chain, entries, views)
     score[0] += USUAL_VIEW_BONUS
     order = np.argsort(-np.round(score, 3), kind="stable")[:count]

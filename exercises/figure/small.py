@@ -18,12 +18,7 @@ from qdot.exercises.arm.chain import ANGLE_PREFIXES, Base, Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.figure.arm import draw_links_and_joints, fit_drawing, make_scene
 from qdot.exercises.figure.lettering import format_decimal
-from qdot.exercises.figure.plane import (
-    convert_to_exact_numbers,
-    is_drawn_flat,
-    list_numeric_lengths,
-    scale_prismatic_entries,
-)
+from qdot.exercises.figure.plane import is_drawn_flat, list_numeric_lengths, make_numbers_exact, scale_prismatic_entries
 from qdot.exercises.figure.pose import (
     choose_symbol_values,
     compute_skeleton,
@@ -68,7 +63,7 @@ MAX_CAPTION_LENGTH = 24
 
 def draw_thumbnail(chain: Chain) -> Figure:
     """Return the arm in its clearest pose without frames and labels."""
-    chain = convert_to_exact_numbers(chain)
+    chain = make_numbers_exact(chain)
     drawn_chain = make_drawable_chain(replace(chain, base=replace(chain.base, position=Base().position)))
     (entries,) = find_best_poses(chain, drawn_chain, 1)
     return _draw_small(drawn_chain, entries, THUMBNAIL_SIZE)
@@ -79,7 +74,7 @@ def draw_in_pose(chain: Chain, pose: Mapping[str, float], mark_offset: np.ndarra
 
     `mark_offset` (3, in m) is the vector from P to a point that is marked by a cross.
     """
-    scaled_arm = _scale_arm(convert_to_exact_numbers(chain))
+    scaled_arm = _scale_arm(make_numbers_exact(chain))
     entries = scaled_arm.scale_entries(np.array([pose[q.name] for q in chain.q]) + scaled_arm.offsets)
     mark = None if mark_offset is None else mark_offset / scaled_arm.unit
     return _draw_small(scaled_arm.scaled_chain, entries, PANEL_SIZE, mark=mark)
@@ -183,11 +178,7 @@ def draw_singular_panels(chain: Chain, language: str = ENGLISH) -> PanelSet:
     There are at most about MAX_SINGULAR_DRAWINGS singular configurations. Nothing is drawn if the arm has no singular
     configuration for its task, or no regular configuration.
     """
-    chain, catalogue, components = (
-        convert_to_exact_numbers(chain),
-        load_catalogue(language),
-        find_singular_set(chain) or (),
-    )
+    chain, catalogue, components = make_numbers_exact(chain), load_catalogue(language), find_singular_set(chain) or ()
     scaled_arm = _scale_arm(chain)
     drawn_chain = scaled_arm.scaled_chain
     (regular_entries,) = find_best_poses(chain, drawn_chain, 1)

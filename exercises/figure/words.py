@@ -6,7 +6,7 @@ from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.figure.lettering import write_sign_and_rest
-from qdot.exercises.figure.plane import VIEW_DESCRIPTIONS, convert_to_exact_numbers, find_normal_axis, is_drawn_flat
+from qdot.exercises.figure.plane import VIEW_DESCRIPTIONS, find_normal_axis, is_drawn_flat, make_numbers_exact
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.translatable_phrases import NUMBER_WORDS
 
@@ -34,7 +34,7 @@ def describe_figure(chain: Chain, is_away_from_home: bool = False) -> str:
     If the arm is presented by its axes, its home configuration is described, even if the figure shows the arm in
     another configuration (`is_away_from_home`).
     """
-    chain = convert_to_exact_numbers(chain)
+    chain = make_numbers_exact(chain)
     joint_count = NUMBER_WORDS[chain.n] if chain.n < len(NUMBER_WORDS) else str(chain.n)
     normal_axis = find_normal_axis(chain)
     kind, view = ("planar", f"flat {VIEW_DESCRIPTIONS[normal_axis]}") if normal_axis else ("spatial", "in space")
@@ -49,15 +49,16 @@ def describe_figure(chain: Chain, is_away_from_home: bool = False) -> str:
     return " ".join([*sentences, "Lengths are not to scale."])
 
 
-def describe_panels(
-    captions: list[str], legend: str, remark: str, has_lost_direction: bool, catalogue: Catalogue
-) -> str:
-    """Return a description of the drawings in a `small.PanelSet`, which begin with a regular configuration."""
+def describe_panels(captions: list[str], legend: str, remark: str, has_mark: bool, catalogue: Catalogue) -> str:
+    """Return a description of the drawings in a `small.PanelSet`, the first of which shows a regular configuration.
+
+    `has_mark` is whether a lost direction is marked.
+    """
     singular = "; ".join(captions[1:])
     opening = catalogue.gettext(
         "The arm in a regular configuration and in these singular ones: %(singular)s.", singular=singular
     )
-    ring = catalogue.gettext("A dashed ring marks a direction towards the reader.") if has_lost_direction else ""
+    ring = catalogue.gettext("A dashed ring marks a direction towards the reader.") if has_mark else ""
     scale = catalogue.gettext("Drawn to scale.")
     return " ".join(sentence for sentence in (opening, remark, scale, legend, ring) if sentence)
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from qdot.exercises.arm.arithmetic import TreeArithmetic, determinant
+from qdot.exercises.arm.arithmetic import TreeArithmetic, determinant, list_rows
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import RESULT, StageResults
@@ -41,7 +41,7 @@ def find_determinant_in_denominator(chain: Chain, part: Part, symbol_names: Iter
     if not _is_made_of_minors(part) or part.shape is None or len(chain.task) != chain.n:
         return None
     jacobian = Matrix(derive(chain).jacobian).parse_trees(symbol_names)
-    return TreeArithmetic.rows(determinant(TreeArithmetic.matrix(jacobian)))[0][0]
+    return list_rows(determinant(TreeArithmetic.matrix(jacobian)))[0][0]
 
 
 def compute_answer(stages: StageResults, part: Part) -> np.ndarray:

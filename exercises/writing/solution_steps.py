@@ -343,8 +343,9 @@ class SolutionSteps:
 
     def find_largest_minor(self, configuration: ConfigurationAndVelocity) -> tuple[str, sp.Expr]:
         """Return the minor with the largest absolute value at a configuration: its columns or rows, and its value."""
-        values = [(label, self.evaluate(configuration, minor)) for label, minor in self.minors]
-        return max(values, key=lambda label_and_value: abs(label_and_value[1]))
+        values = {label: self.evaluate(configuration, minor) for label, minor in self.minors}
+        largest_label = max(values, key=lambda label: abs(values[label]))
+        return largest_label, values[largest_label]
 
     # --- singular configurations ---
 

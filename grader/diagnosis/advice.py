@@ -122,12 +122,6 @@ class _AnswerAndReference:
         direction = normalize(entries)
         return (direction[:, None] * direction[None]).reshape(-1, entries.shape[-1])
 
-    @property
-    def has_fixed_joints(self) -> bool:
-        """Whether the question gives values of joints."""
-        details = self.part.details
-        return bool(details.list_given_values(self.chain) or details.given_joints)
-
 
 def _remark_on_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float) -> Iterator[str]:
     """Yield a remark if all entries of an answer differ from the expected entries by the same factor."""
@@ -177,7 +171,7 @@ def _has_changed(values_after: np.ndarray, values_before: np.ndarray) -> bool:
 
 def _remark_on_configuration(pair: _AnswerAndReference, values: SymbolValues) -> Iterator[str]:
     """Yield a remark that names a configuration with simple angles at which the answer is wrong."""
-    if pair.has_fixed_joints:
+    if pair.part.details.list_given_values(pair.chain) or pair.part.details.given_joints:
         yield "Calculate the numbers again step by step, and substitute your result into the equation that it solves."
         return
     revolute_joints = [q for q, joint in zip(pair.chain.q, pair.chain.joints, strict=True) if joint.is_revolute]

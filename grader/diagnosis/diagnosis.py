@@ -117,7 +117,7 @@ def _find_mistake(
         rounding = explain_rounded_function(wrong_answer)
     if rounding or wrong_answer.is_correct:  # with correct values, mistakes without effect on this arm would match
         return rounding
-    return _explain_values(wrong_answer.in_expected_shape, causes)
+    return _explain_values(wrong_answer.transpose_vector_if_needed(), causes)
 
 
 def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> bool:
@@ -135,7 +135,7 @@ def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
         return False
     is_wrong = ~numeric.match_entries(reference)
     is_nonzero = np.abs(numeric.values[is_wrong]).max(axis=-1) > RELATIVE_TOLERANCE  # many mistakes give zeros
-    predictions = predict_wrong_answers(wrong_answer.correct_working, part, numeric.is_precise)
+    predictions = predict_wrong_answers(wrong_answer.correct_stages, part, numeric.is_precise)
     for predicted in predictions if is_nonzero.any() else ():
         fits = predicted.answer.shape == reference.shape and (numeric.match_entries(predicted.answer) | ~is_wrong).all()
         if fits and is_distinctive(predicted.answer):
@@ -170,7 +170,7 @@ def _explain_values(answer: WrongAnswer, causes: Sequence[Cause]) -> Diagnosis |
     if numeric.is_direction and _arm_can_move(answer.correct_values, numeric.values):
         return Diagnosis(("direction-that-moves",), CATALOGUE["direction-that-moves"].format_message({}))
     fitting_predictions = []
-    for predicted in predict_wrong_answers(answer.correct_working, answer.part, numeric.is_precise):
+    for predicted in predict_wrong_answers(answer.correct_stages, answer.part, numeric.is_precise):
         if _is_predicted(predicted, numeric):
             if cause := _find_cause(predicted, causes):
                 return _name_inherited(predicted, cause)
@@ -223,7 +223,7 @@ def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer])
     candidates = [first_prediction] + [
         predicted
         for name in equivalent_names
-        for predicted in apply_mistake(CATALOGUE[name], answer.correct_working, answer.part)
+        for predicted in apply_mistake(CATALOGUE[name], answer.correct_stages, answer.part)
         if _is_predicted(predicted, answer.numeric) and predicted.sentence != first_prediction.sentence
     ]
     highest_frequency = max(candidate.frequency for candidate in candidates)

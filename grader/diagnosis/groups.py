@@ -53,7 +53,7 @@ def find_group(
     `diagnosis` concerns this answer alone, regardless of mistakes found in earlier parts. Python functions without a
     diagnosed mistake have no group, because each function is called at different configurations.
     """
-    identity = _identify(problem, part, parsed_answer, diagnosis, secret)
+    identity = _make_identity(problem, part, parsed_answer, diagnosis, secret)
     if identity is None:
         return None
     text = repr((secret, part.name, identity)).encode("utf-8", "replace")
@@ -61,7 +61,7 @@ def find_group(
     return "".join(KEY_LETTERS[number // base**k % base] for k in range(KEY_LENGTH))
 
 
-def _identify(
+def _make_identity(
     problem: Problem, part: Part, parsed_answer: ParsedAnswer, diagnosis: Diagnosis | None, secret: str
 ) -> tuple[object, ...] | None:
     """Return a tuple that is equal for all answers of a group."""
@@ -87,7 +87,7 @@ def _identify(
             forms = (parsed_answer.rows, part.answer.parse_trees(roles))
             shapes, is_direction = [(len(rows), len(rows[0])) for rows in forms], part.answer.counts_up_to_a_factor
             entries = (list(chain.from_iterable(rows)) for rows in forms)
-            return "formulas", shapes, *(general_form.fingerprint_formulas(each, is_direction) for each in entries)
+            return "formulas", shapes, *(general_form.fingerprint_formulas(nodes, is_direction) for nodes in entries)
     except (ParseError, ValueError, ArithmeticError, RecursionError):
         pass  # not a formula: compare the text
     return "text", "".join(parsed_answer.text.split())
@@ -112,8 +112,8 @@ def _round_numbers(entries: Sequence[Node]) -> tuple[str, ...]:
 class _GeneralForm:
     """Rewrites formulas into a form common to all students, with names instead of the numeric lengths of an arm.
 
-    `names_in_products` and `names_in_sums` map numbers to expressions of lengths. A number that is both a product and a
-    sum of lengths is the product in `names_in_products`, and the sum in `names_in_sums`. `offset_by_joint` maps joint
+    `names_in_products` maps numeric factors of a product, and `names_in_sums` all other numbers, to expressions of
+    named lengths. They differ if a number equals both a product and a sum of lengths. `offset_by_joint` maps joint
     variables to their offsets, and `shifted_joints` maps joint variables to the variable minus its offset. `seed`
     determines the numbers at which formulas are compared.
     """

@@ -12,18 +12,17 @@ import numpy as np
 
 from qdot.exercises.arm.derivation_graph import StageResults, list_links_to_point
 from qdot.exercises.short_questions import question_of
+from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE
 from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
-RELATIVE_TOLERANCE = 1e-9
-"""A residual counts as zero if it is at most this fraction of the largest value."""
 MAX_LINKS = 8
 """Maximum number of links of which all sums are tried."""
 
 
 def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:
     """Return the diagnosis that an answer of the expected shape lacks the contributions of some links, or None."""
-    stages, correct_values, question = answer.correct_working, answer.correct_values, question_of(answer.part)
+    stages, correct_values, question = answer.correct_stages, answer.correct_values, question_of(answer.part)
     linear_rows, residual = question.find_link_sum_rows(stages.chain), correct_values - answer.numeric.values
     if not linear_rows or residual.shape[1] > stages.n:
         return None
@@ -73,7 +72,7 @@ def _find_links_with_sum(
         return None
     links = [k for k in list_links_to_point(stages.chain) if np.abs(contributions[k]).max() > tolerance]
     subsets = (subset for count in range(1, min(len(links), MAX_LINKS)) for subset in combinations(links, count))
-    return next((s for s in subsets if np.abs(residual - contributions[list(s)].sum(axis=0)).max() <= tolerance), None)
+    return next((k for k in subsets if np.abs(residual - contributions[list(k)].sum(axis=0)).max() <= tolerance), None)
 
 
 def _describe_links(stages: StageResults, links: Sequence[int]) -> str:

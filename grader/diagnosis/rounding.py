@@ -36,8 +36,8 @@ def explain_rounding(wrong_answer: WrongAnswer, entries: Sequence[Node]) -> Diag
     has_decimals = any(map(count_decimal_digits, entries))
     if answer.is_direction:
         relative_tolerance = CONSTANT_TOLERANCE if has_decimals else answer.tolerances.relative
-        tolerant = replace(answer, tolerances=Tolerances(relative_tolerance, 0.0))
-        is_correct = replace(wrong_answer, numeric=tolerant).is_correct
+        tolerant_answer = replace(answer, tolerances=Tolerances(relative_tolerance, 0.0))
+        is_correct = replace(wrong_answer, numeric=tolerant_answer).is_correct
         return Diagnosis((), EXACT_VALUES_ADVICE) if entries and not part.answer.is_numeric and is_correct else None
     digits = part.rounding.words if part.rounding is not None else "to three significant digits"
     if part.answer.is_numeric:

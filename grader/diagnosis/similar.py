@@ -65,11 +65,12 @@ def make_canonical_form(parsed_answer: ParsedAnswer) -> CanonicalForm | None:
 
 @lru_cache(maxsize=4096)
 def _make_cached_form(tree: Node) -> CanonicalForm | None:
-    pieces = Counter[str]()
+    subtree_counts = Counter[str]()
     try:
         if has_blank(tree) or count_nodes(tree) > MAX_NODES:
             return None
-        return CanonicalForm(_sort_text(_flatten(tree), pieces), count_nodes(tree), tuple(sorted(pieces.items())))
+        text = _write_sorted(_flatten(tree), subtree_counts)
+        return CanonicalForm(text, count_nodes(tree), tuple(sorted(subtree_counts.items())))
     except RecursionError:  # nested too deeply to be a formula that a student wrote
         return None
 
@@ -101,7 +102,7 @@ _MINUS_ONE = Node("number", value=Fraction(-1))
 
 def _multiply(args: tuple[Node, ...]) -> Node:
     """Return the product of flattened factors, with all numeric factors multiplied together and placed first."""
-    factors = [inner for arg in args for inner in (arg.args if arg.kind == "*" else (arg,))]
+    factors = [factor for arg in args for factor in (arg.args if arg.kind == "*" else (arg,))]
     other_factors = [factor for factor in factors if factor.kind not in _NUMBER_KINDS]
     numeric_factor = math.prod((factor.value for factor in factors if factor.kind in _NUMBER_KINDS), start=Fraction(1))
     if numeric_factor != 1 or not other_factors:
@@ -109,9 +110,9 @@ def _multiply(args: tuple[Node, ...]) -> Node:
     return other_factors[0] if len(other_factors) == 1 else Node("*", tuple(other_factors))
 
 
-def _sort_text(node: Node, subtree_counts: Counter[str]) -> str:
+def _write_sorted(node: Node, subtree_counts: Counter[str]) -> str:
     """Return the text of a tree in a standard order, and count each of its subtrees in `subtree_counts`."""
-    argument_texts = [_sort_text(arg, subtree_counts) for arg in node.args]
+    argument_texts = [_write_sorted(arg, subtree_counts) for arg in node.args]
     if node.kind in _COMMUTATIVE_KINDS:
         argument_texts.sort()
     head = str(node.value) if node.value is not None else node.kind
@@ -124,8 +125,8 @@ def compute_similarity(first: CanonicalForm, second: CanonicalForm) -> float:
     """Return the share of common subtrees, from 0 to 1; 1 if only the order of terms and factors differs."""
     if first.text == second.text:
         return 1.0
-    first_pieces, second_pieces = Counter(dict(first.subtree_counts)), Counter(dict(second.subtree_counts))
-    return (first_pieces & second_pieces).total() / max(1, (first_pieces | second_pieces).total())
+    first_counts, second_counts = Counter(dict(first.subtree_counts)), Counter(dict(second.subtree_counts))
+    return (first_counts & second_counts).total() / max(1, (first_counts | second_counts).total())
 
 
 def find_similar_pairs(answers: Sequence[StudentAnswer], max_common_count: int) -> list[SimilarPair]:

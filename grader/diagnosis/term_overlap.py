@@ -18,6 +18,7 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import ONE, Node, count_nodes, find_names
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_values
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE
 from qdot.grader.judging.answer_parser import ParsedAnswer
 
 MIN_SHARE = Fraction(1, 2)
@@ -28,8 +29,6 @@ MAX_TERMS = 300
 """Maximum number of terms into which an entry is expanded; a longer entry counts as one term."""
 SAMPLE_COUNT = 6
 """Number of random configurations at which terms are compared."""
-RELATIVE_TOLERANCE = 1e-9
-"""Two terms count as equal if they differ by at most this fraction of the largest value."""
 
 
 def has_enough_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> bool:
@@ -49,7 +48,7 @@ def has_enough_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, 
     expanded_pairs = [(_expand(entry), _expand(expected_entry)) for entry, expected_entry in pairs]
     values = sample_values(domain, SAMPLE_COUNT, Stream(f"{seed}/terms"))
     varying_names = set(domain.roles) - problem.constants
-    return any(_compute_share(form, varying_names, values) >= MIN_SHARE for form in (pairs, expanded_pairs))
+    return any(_compute_share(each, varying_names, values) >= MIN_SHARE for each in (pairs, expanded_pairs))
 
 
 def _compute_share(
@@ -61,8 +60,8 @@ def _compute_share(
     """
     common_count = expected_count = typed_count = 0
     for entry, reference in pairs:
-        all_expected = algebra.expand_terms(reference, MAX_TERMS) or [reference]
-        expected_terms = [term for term in all_expected if find_names(term) & varying_names]
+        reference_terms = algebra.expand_terms(reference, MAX_TERMS) or [reference]
+        expected_terms = [term for term in reference_terms if find_names(term) & varying_names]
         terms = algebra.expand_terms(entry, MAX_TERMS) or [entry]
         expected_count += len(expected_terms)
         typed_count += sum(bool(find_names(term) & varying_names) for term in terms)

@@ -40,14 +40,14 @@ class WrongAnswer:
     rows: Rows | None = None
 
     @cached_property
-    def correct_working(self) -> StageResults:
+    def correct_stages(self) -> StageResults:
         """The correct derivation, evaluated at the configurations."""
         return compute_numeric_stages(self.problem.chain, self.values)
 
     @cached_property
     def correct_values(self) -> np.ndarray:
         """The values of the correct answer, (rows, columns, N)."""
-        return compute_answer(self.correct_working, self.part)
+        return compute_answer(self.correct_stages, self.part)
 
     @cached_property
     def is_differentiated(self) -> np.ndarray:
@@ -57,7 +57,7 @@ class WrongAnswer:
         """
         if is_made_of_jacobian(self.part):
             return np.zeros(self.correct_values.shape[:2], bool)
-        doubled_rows = self.correct_working.with_mistakes({"linear": lambda _, rows: 2 * rows})
+        doubled_rows = self.correct_stages.with_mistakes({"linear": lambda _, rows: 2 * rows})
         change = np.abs(compute_answer(doubled_rows, self.part) - self.correct_values)
         return np.asarray((change > RELATIVE_TOLERANCE * np.abs(self.correct_values)).any(axis=-1))
 
@@ -71,9 +71,8 @@ class WrongAnswer:
         """Whether all values are correct within the tolerance."""
         return self.has_expected_shape and bool(self.numeric.match_entries(self.correct_values).all())
 
-    @property
-    def in_expected_shape(self) -> "WrongAnswer":
-        """The same answer, transposed if a vector was typed as a row instead of a column, or vice versa."""
+    def transpose_vector_if_needed(self) -> "WrongAnswer":
+        """Return the same answer, transposed if a vector was typed as a row instead of a column, or vice versa."""
         shape, transposed_values = self.correct_values.shape, self.numeric.values.swapaxes(0, 1)
         if 1 not in shape[:2] or self.numeric.values.shape == shape or transposed_values.shape != shape:
             return self
@@ -121,13 +120,14 @@ def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: SymbolVal
 
     Return None if all entries are blank or if a symbol is unknown.
     """
-    blanks, filler = parsed_answer.is_blank, Node("name", value="pi")
-    if parsed_answer.rows is None or all(blanks) or parsed_answer.symbols - set(values):
+    is_blank, placeholder = parsed_answer.is_blank, Node("name", value="pi")
+    if parsed_answer.rows is None or all(is_blank) or parsed_answer.symbols - set(values):
         return None
-    entries = [filler if is_blank else entry for entry, is_blank in zip(parsed_answer.entries, blanks, strict=True)]
+    pairs = zip(parsed_answer.entries, is_blank, strict=True)
+    entries = [placeholder if blank else entry for entry, blank in pairs]
     count = len(next(iter(values.values())))
     entry_values, term_size = evaluate(compile_program(entries), values, count)
-    entry_values[blanks] = np.nan
+    entry_values[is_blank] = np.nan
     shape = (len(parsed_answer.rows), len(parsed_answer.rows[0]), count)
     tolerances = _choose_tolerances(part, entries)
     return NumericAnswer(

@@ -580,8 +580,12 @@ def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (
         return node
     entries = {_normalize_label(str(arg.args[0].value)): arg.args[1] for arg in node.args}
     if len(entries) != len(node.args):
-        _refuse_repeated_names(node)
-        return node
+        if not all(map(_is_named, node.args)):
+            return node
+        names = [str(arg.args[0].value) for arg in node.args]
+        normalized_names = list(map(_normalize_label, names))
+        repeated_name = next(name for name in names if normalized_names.count(_normalize_label(name)) > 1)
+        raise ParseError(f"{repeated_name} appears twice; write each entry once")
     expected_names = [_normalize_label(label) for label in labels]
     if expected_names and set(entries) == set(expected_names):
         return Node("list", tuple(entries[label] for label in expected_names))
@@ -601,15 +605,6 @@ def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (
     raise ParseError(f"you named the entries {', '.join(list(entries)[:5])}{expected_words}; {advice}")
 
 
-def _refuse_repeated_names(node: Node) -> None:
-    """Raise ParseError if two entries have the same name and all entries are named."""
-    names = [str(arg.args[0].value) for arg in node.args if _is_named(arg)]
-    labels = list(map(_normalize_label, names))
-    for name, label in zip(names, labels, strict=True):
-        if labels.count(label) > 1 and len(labels) == len(node.args):
-            raise ParseError(f"{name} appears twice; write each entry once")
-
-
 def _stack_vectors(node: Node, shape: MatrixShape, labels: NameSequence, columns: NameSequence) -> Node | None:
     """Return the matrix that v = […], ω = […] or z0 = […], z1 = […] define, in any order; None for anything else.
 
@@ -619,7 +614,7 @@ def _stack_vectors(node: Node, shape: MatrixShape, labels: NameSequence, columns
         return None
     components = [_normalize_label(label) for label in labels]
     first_letter = _normalize_label(_find_entry_name(node.args[0]))[:1] if node.args else ""
-    if not columns and shape[1] > 1 and first_letter in _COLUMN_LETTERS:
+    if not columns and shape[1] > 1 and first_letter in ("j", "s"):
         columns = [f"{first_letter}{i + 1}" for i in range(shape[1])]
     is_twist = components in ([*VELOCITY_NAMES], [*VELOCITY_NAMES[3:], *VELOCITY_NAMES[:3]])
     expected_names = [components[0][0], components[3][0]] if is_twist else list(map(_normalize_label, columns))
@@ -632,10 +627,6 @@ def _stack_vectors(node: Node, shape: MatrixShape, labels: NameSequence, columns
     if is_twist:
         return Node("list", tuple(entry for vector in ordered_vectors for entry in vector))
     return make_rows(zip(*ordered_vectors, strict=True))
-
-
-_COLUMN_LETTERS = ("j", "s")
-"""The letters that may name columns: of the Jacobian, or of screws."""
 
 
 def _find_entry_name(node: Node) -> str:

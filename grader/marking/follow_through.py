@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from qdot.exercises.arm.arithmetic import TreeArithmetic, determinant
+from qdot.exercises.arm.arithmetic import TreeArithmetic, determinant, list_rows
 from qdot.exercises.arm.derivation_graph import Change, StageResults, compute_numeric_stages, compute_tree_stages
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import Matrix as Rows
@@ -273,7 +273,7 @@ class _Context:
                 return compute_rows(stages, part.details)[..., 0].ravel().astype(float)
             tree_rows = {name: TreeArithmetic.matrix(rows) for name, rows in rows_by_part.items()}
             stages = _substitute(compute_tree_stages(self.problem.chain), tree_rows)
-            rows = TreeArithmetic.rows(compute_rows(stages, part.details))
+            rows = list_rows(compute_rows(stages, part.details))
             return rows if sum(count_nodes(entry) for row in rows for entry in row) <= 20 * MAX_NODES else None
         except ParseError:
             return None
@@ -339,7 +339,7 @@ def _evaluate_at(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:
 
 def _compute_determinant(rows: Rows) -> Rows:
     """Return the determinant of a small matrix as a matrix with one entry."""
-    return TreeArithmetic.rows(determinant(TreeArithmetic.matrix(rows)))
+    return list_rows(determinant(TreeArithmetic.matrix(rows)))
 
 
 @dataclass(frozen=True)

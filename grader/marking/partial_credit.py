@@ -37,6 +37,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import find_determinant_in_denominator, is_product
 from qdot.exercises.reference_answers import Number
 from qdot.grader.diagnosis.diagnosis import is_one_mistake
+from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE
 from qdot.grader.judging.answer_parser import FunctionValues, ParsedAnswer
 from qdot.grader.judging.verdict import Judgement, Outcome
 from qdot.grader.marking.follow_through import IsCopied, never_copied
@@ -47,7 +48,6 @@ MAX_FACTORS = 6
 """Maximum number of factors of a product that are compared one by one."""
 MAX_LENGTHS = 5
 """Maximum number of lengths whose powers are tried in a constant factor."""
-RELATIVE_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)

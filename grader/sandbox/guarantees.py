@@ -180,10 +180,7 @@ def _make_targets() -> Iterator[dict[str, Any]]:
         local_socket.bind(address)
         local_socket.listen()
         port = server.getsockname()[1]
-        yield {
-            "file": str(file), "writable_folder": str(writable_folder), "port": port, "socket": address,
-            "pid": os.getpid(),
-        }  # fmt: skip
+        yield {"file": str(file), "folder": str(writable_folder), "port": port, "socket": address, "pid": os.getpid()}
 
 
 def check_sandbox(must_be_strict: bool) -> str:

@@ -25,7 +25,7 @@ from qdot.exercises.figure.arm_figure import (
     draw_thumbnail_svg,
 )
 from qdot.exercises.figure.lettering import LETTERING_HEIGHT, measure_width, write_upright
-from qdot.exercises.figure.plane import convert_to_exact_numbers, is_drawn_flat
+from qdot.exercises.figure.plane import is_drawn_flat, make_numbers_exact
 from qdot.exercises.figure.pose import LONG_ARM_JOINTS, find_best_poses, list_candidate_poses, make_drawable_chain
 from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Text, Vector2D, format_one_decimal
 from qdot.exercises.figure.small import PANEL_SIZE, PanelSet, draw_singular_panels
@@ -269,7 +269,7 @@ def test_axes_are_named_where_they_tell_something(arm: str, there: set[str], not
 def test_no_name_lies_on_another_and_no_link_across_one_at_any_step(family: str) -> None:
     """A link crosses another one only where it does so in every pose that is looked at."""
     for step in VARIATION_STEPS if family not in LONG_ARMS else select_for_suite(("full",), tuple(VARIATION_STEPS)):
-        chain = convert_to_exact_numbers(sample_chain(ProblemId(family, 1, variation=step)))
+        chain = make_numbers_exact(sample_chain(ProblemId(family, 1, variation=step)))
         figure, arm = drawn(chain), make_drawable_chain(chain)
         assert not find_faults(figure), (step, find_faults(figure))
         tried = find_best_poses(chain, arm, TRIED_POSE_COUNT[chain.n > LONG_ARM_JOINTS])
