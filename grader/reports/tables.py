@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common.console import escape_controls
 from qdot.exercises.common.input_file import csv_text
-from qdot.exercises.common.json_form import as_json
+from qdot.exercises.common.json_form import to_jsonable
 from qdot.grader.grading.result import Result
 from qdot.grader.judging.verdict import AWAITS_PERSON
 from qdot.grader.marking.marking import format_points, sum_points
@@ -22,7 +22,7 @@ def make_results_jsonl(results: Sequence[Result]) -> bytes:
     """Return a line of JSON for each student, as UTF-8 bytes; for a large class, bytes need less memory than text."""
     content = io.BytesIO()
     for result in results:
-        line = escape_controls(json.dumps(as_json(result), ensure_ascii=False, allow_nan=False))
+        line = escape_controls(json.dumps(to_jsonable(result), ensure_ascii=False, allow_nan=False))
         content.write(f"{line}\n".encode("utf-8", "replace"))
     return content.getvalue()
 

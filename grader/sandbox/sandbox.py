@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.json_form import as_json
+from qdot.exercises.common.json_form import to_jsonable
 from qdot.grader.sandbox.notebook_process import isolation
 from qdot.grader.sandbox.temporary_folder import TemporaryFolder, make_temporary_folder
 
@@ -244,7 +244,7 @@ class Sandbox:
         """
         request = {
             "cells": list(cells), "names": list(names), "cell_seconds": self.limits.cell_seconds,
-            "arguments": as_json(arguments or {}), "setup": setup, "modules": dict(modules or {}),
+            "arguments": to_jsonable(arguments or {}), "setup": setup, "modules": dict(modules or {}),
         }  # fmt: skip
         run = Run(limits=self.limits)
 
