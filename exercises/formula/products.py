@@ -107,11 +107,10 @@ def _multiply(left: Rows, right: Rows) -> Node:
     if len(left) * len(right) * len(right[0]) >= _MAX_NODES:
         raise ParseError(_TOO_LONG)
     columns = list(zip(*right, strict=True))
-    return make_rows([_compute_dot_product(row, column) for column in columns] for row in left)
-
-
-def _compute_dot_product(row: Sequence[Node], column: Sequence[Node]) -> Node:
-    return combine_from_left("+", [Node("*", pair) for pair in zip(row, column, strict=True)])
+    return make_rows(
+        [combine_from_left("+", [Node("*", pair) for pair in zip(row, column, strict=True)]) for column in columns]
+        for row in left
+    )
 
 
 def _raise_matrix(rows: Rows, exponent: Node) -> Node:

@@ -161,10 +161,10 @@ class _ExpressionLayout:
         degrees = script(Layout("number", digits), superscript=layout.DEGREE)
         if remainder == 0:
             return (layout.MINUS, degrees) if constant < 0 else (degrees,)
-        rest_pieces = self.lay_out(remainder)
-        if constant < 0 or rest_pieces[0] != layout.MINUS:
-            return (*rest_pieces, layout.MINUS if constant < 0 else layout.PLUS, degrees)
-        return (degrees, *rest_pieces)
+        remainder_pieces = self.lay_out(remainder)
+        if constant < 0 or remainder_pieces[0] != layout.MINUS:
+            return (*remainder_pieces, layout.MINUS if constant < 0 else layout.PLUS, degrees)
+        return (degrees, *remainder_pieces)
 
     def lay_out_number(self, value: sp.Expr) -> _SignedTerm:
         is_negative, size = bool(value.is_negative), abs(value)
@@ -192,8 +192,8 @@ class _ExpressionLayout:
             return (() if quotient[0] == 1 else numerator.pieces), denominator.pieces
         has_root = any(factor.is_Pow and factor.is_number for factor in sp.Mul.make_args(remainder))
         if value.q > _MAX_DENOMINATOR or not (remainder.is_number or has_root):
-            is_short = digits is None or (is_fraction and value > 1 and len(str(inverse_digits)) <= len(digits))
-            if inverse_digits is not None and is_short:
+            prefers_inverse = digits is None or (is_fraction and value > 1 and len(str(inverse_digits)) <= len(digits))
+            if inverse_digits is not None and prefers_inverse:
                 return (), number(inverse_digits)
             if digits is not None:
                 return number(digits), ()

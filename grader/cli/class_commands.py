@@ -17,7 +17,7 @@ from qdot.exercises.assignment.assignment import check_definition_on_family
 from qdot.exercises.assignment.certified_problems import FailedSlot, describe_replacements, raise_failed_slots
 from qdot.exercises.assignment.release import ReleaseResult, notebook_path, release_notebooks
 from qdot.exercises.common.console import note, say, show_progress
-from qdot.exercises.common.errors import QdotError, count_noun, list_some
+from qdot.exercises.common.errors import QdotError, count_noun, list_first
 from qdot.exercises.common.extras import find_qdot_version
 from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.exercises.families import FAMILIES
@@ -89,7 +89,7 @@ def generate(
     for message in (*messages, *describe_shared_answers(released_assignment)):
         note(message)
     if former_students := find_former_students(released_assignment):
-        names = list_some(former_students, 3)
+        names = list_first(former_students, 3)
         note(f"do not distribute the notebooks of students not on the roster ({names}), in {folder / 'released'}")
     raise_failed_slots(released_assignment, failed_slots)
 

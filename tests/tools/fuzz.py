@@ -21,7 +21,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from qdot.exercises.common.json_form import as_json
+from qdot.exercises.common.json_form import to_jsonable
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import names, trees
 from qdot.exercises.formula import parser as expression
@@ -196,7 +196,7 @@ def _judge(judgement: Callable[[], Judgement]) -> Judgement:
     if result.outcome is Outcome.UNGRADED or not 0 <= result.share <= 1:
         raise Find(f"{result.outcome}, {result.share}")
     if result.certificate is not None:
-        json.dumps(as_json(result.certificate), allow_nan=False)
+        json.dumps(to_jsonable(result.certificate), allow_nan=False)
     return result
 
 
