@@ -49,10 +49,10 @@ def count_noun(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def list_some(names: Sequence[str], shown_count: int) -> str:
+def list_first(names: Sequence[str], shown_count: int) -> str:
     """Return the first `shown_count` names as a list, and how many more there are.
 
-    >>> list_some(["ada", "bo", "cy", "di"], 2)
+    >>> list_first(["ada", "bo", "cy", "di"], 2)
     'ada, bo and 2 more'
     """
     others_text = f" and {len(names) - shown_count} more" if len(names) > shown_count else ""

@@ -14,22 +14,22 @@ OMITTED_IF_NONE = {"is_optional": True}
 """Metadata of a field that is omitted from JSON if it is None."""
 
 
-def as_json(value: Any) -> Any:
+def to_jsonable(value: Any) -> Any:
     """Return a value in a form for `json.dumps`: a dataclass becomes a dictionary of its fields, in their order.
 
     >>> from qdot.exercises.formula.equality import Certificate
-    >>> as_json((Certificate("exact", 1),))
+    >>> to_jsonable((Certificate("exact", 1),))
     [{'method': 'exact', 'points': 1, 'bound': None, 'counterexample': None}]
     """
     if is_dataclass(value):
         contents = {field: getattr(value, field.name) for field in fields(value)}
-        return {f.name: as_json(x) for f, x in contents.items() if x is not None or f.metadata != OMITTED_IF_NONE}
+        return {f.name: to_jsonable(x) for f, x in contents.items() if x is not None or f.metadata != OMITTED_IF_NONE}
     if isinstance(value, Mapping):
-        return {key: as_json(item) for key, item in value.items()}
-    return [as_json(item) for item in value] if isinstance(value, tuple | list) else value
+        return {key: to_jsonable(item) for key, item in value.items()}
+    return [to_jsonable(item) for item in value] if isinstance(value, tuple | list) else value
 
 
-def from_json(dataclass_type: type[Dataclass], text: str | bytes) -> Dataclass:
+def parse_dataclass(dataclass_type: type[Dataclass], text: str | bytes) -> Dataclass:
     """Return an instance of a dataclass from its JSON text, without unknown keys. Raises ValueError for wrong types."""
     content = json.loads(text)  # pydantic's own parser rejects lone surrogates
     instance: Dataclass = _type_adapter(dataclass_type).validate_python(content)

@@ -15,7 +15,7 @@ from qdot.exercises.assignment.certified_problems import (
 )
 from qdot.exercises.assignment.replacements import MAX_SEEDS
 from qdot.exercises.common.errors import QdotError, Reason, count_noun
-from qdot.exercises.common.json_form import as_json
+from qdot.exercises.common.json_form import to_jsonable
 from qdot.exercises.common.parallel import map_in_order, return_state
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.families.family import describe_variation
@@ -130,7 +130,7 @@ def _generate_candidate(state: _WorkerState[Conversion], number: int) -> _Candid
     if isinstance(result, Reason):
         return result
     problem, _ = result
-    fingerprint = repr(as_json(compute_digests(problem)))
+    fingerprint = repr(to_jsonable(compute_digests(problem)))
     if fingerprint in known_fingerprints:
         return None
     known_fingerprints.add(fingerprint)

@@ -170,17 +170,12 @@ def make_box(problem: Problem, part: Part, solution: str = "") -> AnswerBox | No
         case reference_answers.Words():
             return AnswerBox(MIN_WORKING_SPACE, row_height=TEXT_HEIGHT)
         case Number():
-            return _make_number_box(problem, part, answer, working_space)
+            labels, units = name_entries(problem, part), tuple(map(format_unit, answer.units))
+            shown_labels = labels if len(labels) == len(units) else ()
+            return AnswerBox(working_space, len(answer.reference), labels=shown_labels, units=units)
     rows, columns = answer.shape or (1, 1)
     entries = [] if answer.is_numeric else list(answer.as_matrix())
     max_width = max((estimate_width(parse_latex(tex(entry, problem.chain))) for entry in entries), default=0.0)
     line_count = max(1, min(3, math.ceil(HANDWRITING_WIDTH * max_width * columns / BOX_WIDTH)))
     # All cells are as high as the cell of the longest entry.
     return AnswerBox(working_space, rows, columns, ROW_HEIGHT + LINE_HEIGHT * (line_count - 1))
-
-
-def _make_number_box(problem: Problem, part: Part, answer: Number, working_space: int) -> AnswerBox:
-    labels = name_entries(problem, part)
-    units = tuple(map(format_unit, answer.units))
-    rows, columns = answer.shape or (1, 1)
-    return AnswerBox(working_space, rows * columns, 1, labels=labels if len(labels) == len(units) else (), units=units)

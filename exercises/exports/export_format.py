@@ -137,8 +137,8 @@ class ExportFormat:
     """An export format, selected by `--to NAME`.
 
     `title` describes the exported files. `read_by` names the program for which they are, and `checked_by` the program
-    that reads the files in our tests. `progress_unit` says how often the work is done: for every "variant", for every
-    "student", or "once". `regenerates_problems` means that the platform regenerates the problems from assignment.toml.
+    that reads the files in our tests. The work is done for every `progress_unit`: for every "variant" or "student".
+    `regenerates_problems` means that the platform regenerates the problems from assignment.toml.
 
     Before anything is written, `check` raises QdotError if no machine can carry out the request. `explain_missing`
     returns which program this machine lacks and how to install it, or "".
@@ -148,7 +148,7 @@ class ExportFormat:
     title: str
     read_by: str
     checked_by: str
-    progress_unit: Literal["variant", "student", "once"]
+    progress_unit: Literal["variant", "student"]
     export: Callable[[ExportRequest], Generator[ExportedFile, None, None]]
     regenerates_problems: bool = False
     check: Callable[[ExportRequest], object] = lambda _: None
@@ -162,7 +162,6 @@ class ExportFormat:
     def count_steps(self, request: ExportRequest) -> int:
         """Return how many times `request.on_step` will be called."""
         assignment = request.assignment
-        return {
-            "variant": len(assignment.slots) * request.variant_count, "once": 1,
-            "student": request.version_count or len(assignment.roster),
-        }[self.progress_unit]  # fmt: skip
+        if self.progress_unit == "student":
+            return request.version_count or len(assignment.roster)
+        return len(assignment.slots) * request.variant_count

@@ -389,15 +389,15 @@ def _write_numeric_question(
     problem: Problem, part: Part, numeric_part: NumericPart, fields: tuple[NumberField, ...], entry_count: int
 ) -> str:
     """Return the question that asks for some fields of an answer with `entry_count` entries."""
-    text = problem_texts.write_prompt(problem, part)
-    answer_line = _ANSWER_PATTERN.search(text)
+    prompt = problem_texts.write_prompt(problem, part)
+    answer_line = _ANSWER_PATTERN.search(prompt)
     convention = "" if answer_line is None or part.type in ("expression", "direction") else answer_line[1].strip()
     for pattern, replacement in _TYPING_PHRASES:
         convention = pattern.sub(replacement, convention)
     labels = list_entry_labels(problem, part, numeric_part.values.shape)
     unit_entry = "" if numeric_part.unit_entry is None else f"its entry ${labels[numeric_part.unit_entry]}$"
     return render(
-        "exports/question.md.j2", prompt=_ANSWER_PATTERN.sub("", text).strip(), given_values=numeric_part.given_values,
-        unit_entry=unit_entry, convention=convention, fields=fields, entries=entry_count,
+        "exports/question.md.j2", prompt=_ANSWER_PATTERN.sub("", prompt).strip(), unit_entry=unit_entry,
+        given_values=numeric_part.given_values, convention=convention, fields=fields, entries=entry_count,
         precision="exactly" if fields[0].tolerance == 0 else part.precision,
     ).strip()  # fmt: skip

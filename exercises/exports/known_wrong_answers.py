@@ -19,7 +19,8 @@ from qdot.exercises.arm.standard_table import wrap_angle
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain, compare_entries
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
+from qdot.exercises.formula.trees import Node
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.mistakes.catalogue import PredictedAnswer, generate_mistaken_answers, predict_wrong_answers
 from qdot.exercises.mistakes.configurations import sample_configurations
@@ -173,11 +174,14 @@ def _find_wrong_formulas(problem: Problem, part: Part, mistake_count: int) -> It
 
 def compare_entry_by_entry(problem: Problem, answer: sp.Matrix, reference: sp.Matrix) -> tuple[bool, ...]:
     """Return for each entry, row by row, whether the grader judges an answer's entry as equal to the reference."""
-    domain = make_domain(problem)
-    answer_trees, reference_trees = (
-        [parse_formula(expression_text(entry), domain.roles) for entry in matrix] for matrix in (answer, reference)
-    )
-    return compare_entries(answer_trees, reference_trees, domain, f"known/{problem.id}").is_correct
+    answer_trees, reference_trees = parse_entries(problem, answer), parse_entries(problem, reference)
+    return compare_entries(answer_trees, reference_trees, make_domain(problem), f"known/{problem.id}").is_correct
+
+
+def parse_entries(problem: Problem, entries: Iterable[sp.Expr]) -> list[Node]:
+    """Return the entries of an answer as trees, for comparisons by the grader's means."""
+    roles = make_domain(problem).roles
+    return [parse_formula(format_expression(entry), roles) for entry in entries]
 
 
 # --- numbers and sets ---

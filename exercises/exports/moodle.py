@@ -40,8 +40,10 @@ def export_moodle(request: ExportRequest) -> Generator[ExportedFile, None, None]
         Category(tuple(map(make_moodle_name, names)), tuple(_make_question(item, assignment.key) for item in group))
         for names, group in items.group_by_category(items.make_items(request)).items()
     ]
-    groups = [{"path": make_category_path(category.names), "questions": category.questions} for category in categories]
-    xml = render("exports/moodle.xml.j2", categories=groups, title=assignment.title)
+    category_records = [
+        {"path": make_category_path(category.names), "questions": category.questions} for category in categories
+    ]
+    xml = render("exports/moodle.xml.j2", categories=category_records, title=assignment.title)
     yield ExportedFile(f"{assignment.key}.xml", xml, is_private=True)
     yield ExportedFile(f"{assignment.key}.mbz", make_quiz_backup(request, categories), is_private=True)
 
@@ -90,8 +92,8 @@ def _write_html(body: Sequence[str | platform_markup.Picture]) -> str:
 
 def _encode_pictures(body: Sequence[str | platform_markup.Picture]) -> tuple[tuple[str, str], ...]:
     return tuple(
-        (f"{p.name}.svg", base64.b64encode(platform_markup.make_svg_file(p)).decode())
-        for p in platform_markup.find_pictures(body)
+        (f"{picture.name}.svg", base64.b64encode(platform_markup.make_svg_file(picture)).decode())
+        for picture in platform_markup.find_pictures(body)
     )
 
 

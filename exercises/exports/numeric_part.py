@@ -135,7 +135,11 @@ def _check_agreement(
 def _list_wrong_answers(stages: StageResults, part: Part) -> list[catalogue.PredictedAnswer]:
     """Return the answers that mistakes lead to; if the derivation is long, only for a few likely mistakes."""
     if stages.n > MAX_JOINTS_FOR_ALL_MISTAKES and is_made_of_jacobian(part):
-        mistakes = [m for m in catalogue.list_likely_mistakes(part) if m.name in catalogue.MISTAKES_FOR_ONE_NUMBER]
+        mistakes = [
+            mistake
+            for mistake in catalogue.list_likely_mistakes(part)
+            if mistake.name in catalogue.MISTAKES_FOR_ONE_NUMBER
+        ]
         return [prediction for mistake in mistakes for prediction in catalogue.apply_mistake(mistake, stages, part)]
     return list(catalogue.predict_wrong_answers(stages, part))
 
@@ -247,7 +251,9 @@ def _scale_direction(direction: NumericPart) -> NumericPart:
     unit_entry = int(np.abs(np.round(direction.values, 6)).argmax())
     values = direction.values / direction.values.ravel()[unit_entry]
     with np.errstate(all="ignore"):
-        wrong_answers = tuple((text, wrong / wrong.ravel()[unit_entry]) for text, wrong in direction.wrong_answers)
+        wrong_answers = tuple(
+            (text, wrong_values / wrong_values.ravel()[unit_entry]) for text, wrong_values in direction.wrong_answers
+        )
     reference = sp.Matrix(values.tolist())
     answer = Number(reference, ("",) * len(reference), inversion.THREE_DIGIT_TOLERANCE, ABSOLUTE_TOLERANCE)
     part = replace(direction.part, answer=answer)

@@ -23,13 +23,12 @@ from qdot.exercises.exports.known_wrong_answers import (
     find_known_wrong_answers,
     list_tolerances,
     make_domain,
+    parse_entries,
 )
 from qdot.exercises.formula.equality import READABLE_POINTS
-from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.printers.maxima import maxima_matrix, maxima_text
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.scale import find_constant_factor
-from qdot.exercises.formula.sympy_text import expression_text
 from qdot.exercises.formula.trees import ONE
 from qdot.exercises.formula.trees import Node as Tree
 from qdot.exercises.mistakes.base import name_chapter
@@ -167,7 +166,7 @@ def convert_part(problem: Problem, part: Part) -> StackPart | Reason:
             raise TypeError(f"STACK does not support answers of type {answer.type}")
 
 
-def compute_share_of_formulas(
+def compute_formula_share(
     problem: Problem, part: Part, answer: sp.Matrix, entries_equal: Sequence[bool], is_explained: bool = False
 ) -> float:
     """Return the share of the points that formulas earn. `entries_equal` says which entries are correct.
@@ -223,14 +222,11 @@ def _compute_share_up_to_a_factor(
     """
     domain, varying_indices = make_domain(problem), _find_varying_indices(problem, reference)
     wrong_indices = [k for k, is_equal in enumerate(entries_equal) if not is_equal]
-    answer_entries, reference_entries = (
-        [parse_formula(expression_text(matrix[k]), domain.roles) for k in wrong_indices]
-        for matrix in (answer, reference)
-    )
-    multiplied_entries = [entry * common_factor for entry in reference_entries]
-    factor = find_constant_factor(
-        answer_entries, multiplied_entries, domain, set(domain.roles) - problem.constants, f"stack/{problem.id}"
-    )
+    wrong_entries = parse_entries(problem, (answer[k] for k in wrong_indices))
+    expected_entries = parse_entries(problem, (reference[k] for k in wrong_indices))
+    variables = set(domain.roles) - problem.constants
+    multiplied_entries = [entry * common_factor for entry in expected_entries]
+    factor = find_constant_factor(wrong_entries, multiplied_entries, domain, variables, f"stack/{problem.id}")
     if factor is None or (factor.changes_size and set(varying_indices).isdisjoint(wrong_indices)):
         return Fraction(0)
     return compute_share_up_to_sign_and_factor(factor.is_negative, factor.changes_size or common_factor != ONE)
@@ -298,9 +294,7 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | Reason:
         min(max_width, max(min_width, max_length)), typing_help=explain_typing(problem),
     )  # fmt: skip
     for index, known_answer in enumerate(find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
-        share = compute_share_of_formulas(
-            problem, part, known_answer.matrix, known_answer.entries_equal, is_explained=True
-        )
+        share = compute_formula_share(problem, part, known_answer.matrix, known_answer.entries_equal, is_explained=True)
         maxima = _write_maxima(known_answer.matrix, is_single)
         stack_part.add_mistake(index, known_answer, maxima, f"qdot_same(said, wrong{index})", "1", share)
         if min_share := _compute_minimum_share(problem, part, known_answer.matrix):
@@ -311,7 +305,7 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | Reason:
         tests.append(UNUSUAL_FORM_TEST)
     unrelated_answer = sp.ones(*reference.shape) * UNRELATED_VALUE
     entries_equal = compare_entry_by_entry(problem, unrelated_answer, reference)
-    share = compute_share_of_formulas(problem, part, unrelated_answer, entries_equal)
+    share = compute_formula_share(problem, part, unrelated_answer, entries_equal)
     tests.append(replace(UNRELATED_TEST, score=share))
     return stack_part
 
@@ -337,7 +331,7 @@ def _sample_points(problem: Problem, reference: sp.Matrix, pivot_position: int) 
     position (from 1).
     """
     domain = make_domain(problem)
-    program = compile_program([parse_formula(expression_text(entry), domain.roles) for entry in reference])
+    program = compile_program(parse_entries(problem, reference))
     for attempt in range(MAX_TRIES):
         stream = Stream(f"stack/{problem.id}/{reference.shape}/{attempt}")
         samples = domain.sample(set(domain.roles), READABLE_POINTS, stream)
@@ -466,7 +460,7 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
         feedback, "share", box_width=12, reports_wrong_type=False,
     )  # fmt: skip
     for number, known_answer in enumerate(known_answers, 1):
-        share = _compute_share_of_numbers(part, known_answer, is_zero)
+        share = _compute_number_share(part, known_answer, is_zero)
         floats = _write_floats(known_answer.matrix, is_single)
         stack_part.add_mistake(number, known_answer, floats, write_near_count(f"wrong{number}"), str(n), share)
         if not is_single and part.credit.covers_known_mistakes:
@@ -500,7 +494,7 @@ def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
     return lines if credit_factor == 1 else [*lines, f"share: share*{credit_factor};"]
 
 
-def _compute_share_of_numbers(part: Part, known_answer: KnownWrongAnswer, is_zero: Sequence[bool]) -> float:
+def _compute_number_share(part: Part, known_answer: KnownWrongAnswer, is_zero: Sequence[bool]) -> float:
     """Return the share of the points for the numbers that a known mistake leads to."""
     credit = part.credit
     if len(is_zero) == 1 or credit.rule == "whole":

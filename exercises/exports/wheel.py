@@ -50,13 +50,16 @@ def make_wheel() -> Wheel:
 def _read_package_files() -> dict[str, bytes]:
     """Return the files of the package; the templates are inside `exercises`, as in a wheel."""
     folders = [(f"qdot/{name}", (PACKAGE_FOLDER / name).resolve()) for name in ("exercises", "grader")]
-    names = {path: f"{name}/{path.relative_to(root).as_posix()}" for name, root in folders for path in root.rglob("*")}
-    names |= {path: f"qdot/{path.name}" for path in PACKAGE_FOLDER.glob("*") if path.is_file()}
+    name_by_path = {
+        path: f"{name}/{path.relative_to(root).as_posix()}" for name, root in folders for path in root.rglob("*")
+    }
+    name_by_path |= {path: f"qdot/{path.name}" for path in PACKAGE_FOLDER.glob("*") if path.is_file()}
     templates = find_template_folder()
     for path in templates.rglob("*"):
-        names[path] = f"qdot/exercises/templates/{path.relative_to(templates).as_posix()}"
-    files = {name: path for path, name in names.items() if path.is_file() and not path.name.startswith(".")}
-    return {name: path.read_bytes() for name, path in sorted(files.items()) if "__pycache__" not in path.parts}
+        name_by_path[path] = f"qdot/exercises/templates/{path.relative_to(templates).as_posix()}"
+    paths = [path for path in name_by_path if path.is_file() and "__pycache__" not in path.parts]
+    path_by_name = {name_by_path[path]: path for path in paths if not path.name.startswith(".")}
+    return {name: path.read_bytes() for name, path in sorted(path_by_name.items())}
 
 
 def list_versions() -> str:

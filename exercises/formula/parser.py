@@ -44,8 +44,8 @@ _TOKENS_OUTSIDE_BARS = ("=", "==", ",", ";", ":", "&")
 """Tokens that never occur inside an absolute value such as |a1|, unless in brackets."""
 _TOKENS_AFTER_BARS = ("*", "/", "^", "**", "=", "==", ")", "]", "}", ",", ";")
 """Tokens after a bar that show that the bar ends an absolute value; they can't begin an alternative."""
-_TOKENS_BEFORE_STATEMENT = (",", ";", "and", "&", "or", "[", "(", "{")
-"""Tokens after which a new equation may begin, as in [J(q) = …]."""
+_TOKENS_BEFORE_EQUATION = (",", ";", "and", "&", "or", "[", "(", "{")
+"""Tokens after which an equation such as J(q) = … may begin."""
 _OR_WORDS = ("or", "|")
 """Words that add nothing to a comma between two conditions, but make alternatives of two entries of a vector."""
 
@@ -198,18 +198,14 @@ class _Parser:
             if self.take(","):
                 has_comma = True
                 first_entry = next(row[0] for row in rows if row)
-                if not closing and self.take("and", "&", *(_OR_WORDS if self.is_condition(first_entry) else ())):
-                    self.require_more()
+                words = ("and", "&", *(_OR_WORDS if self.is_condition(first_entry) else ()))
+                if not closing and self.take(*words) and self.tokens[self.index].kind == "end":
+                    raise self.make_error("expected a number, a symbol or a bracket, found the end")
             elif self.peek() != ";":
                 if closing:
                     self.expect(closing)
                 break
         return [row for row in rows if row] or [[]], has_comma
-
-    def require_more(self) -> None:
-        """Raise ParseError at the end of the text."""
-        if self.tokens[self.index].kind == "end":
-            raise self.make_error("expected a number, a symbol or a bracket, found the end")
 
     def is_comma_before_and(self) -> bool:
         return self.peek() == "," and self.peek(1) in ("and", "&")
@@ -427,11 +423,8 @@ class _Parser:
 
     def is_row_below(self, node: Node) -> bool:
         """Return whether the next list is one more row below `node`, as in [a, b][c, d], a calculator's notation."""
-        return node.kind == "list" and len(node.args) > 1 and self.peek(-1) == "]" and not self.is_matrix_ahead()
-
-    def is_matrix_ahead(self) -> bool:
-        """Return whether the list that begins here has rows, as in [a; b] or [[a, b], [c, d]]."""
-        return self.peek(1) == "[" or (1, ";") in self.list_bracket_tokens()
+        has_rows = self.peek(1) == "[" or (1, ";") in self.list_bracket_tokens()  # [[a, b], [c, d]] or [a; b]
+        return node.kind == "list" and len(node.args) > 1 and self.peek(-1) == "]" and not has_rows
 
     def list_bracket_tokens(self) -> list[tuple[int, str]]:
         """Return (depth, text) of each token from the bracket that begins here to its closing bracket."""
@@ -560,7 +553,8 @@ class _Parser:
             and symbol not in _FACTORS_BEFORE_BRACKETS
         ):
             after_bracket = self.index + len(self.list_bracket_tokens())
-            if self.begins_statement() and after_bracket < len(self.tokens) and self.tokens[after_bracket].text == "=":
+            is_first_name = self.index == 1 or self.tokens[self.index - 2].text in _TOKENS_BEFORE_EQUATION
+            if is_first_name and after_bracket < len(self.tokens) and self.tokens[after_bracket].text == "=":
                 self.index = after_bracket  # J(q) = …
                 return Node("name", value=symbol)
             advice = _NEGATION_ADVICE if name in VOCABULARY["negations"] else _UNKNOWN_FUNCTION_ADVICE
@@ -569,10 +563,6 @@ class _Parser:
         if parts[-1].kind in FUNCTIONS and PATTERNS["shorthand_of_angle"].search(name):
             self.bare_argument_end = self.index
         return product
-
-    def begins_statement(self) -> bool:
-        """Return whether the last parsed name begins a statement."""
-        return self.index == 1 or self.tokens[self.index - 2].text in _TOKENS_BEFORE_STATEMENT
 
     def is_angle_ahead(self) -> bool:
         """Return whether an angle or a bracket follows, perhaps after a power: c theta1, s^2(theta1)."""

@@ -19,7 +19,6 @@ _TOO_LONG = "the matrix products are too long; write out their entries"
 def evaluate_matrices(tree: Node) -> Node:
     """Return a tree in which the results replace all operations on matrices. Raises ParseError.
 
-    >>> from qdot.exercises.formula.trees import node_text
     >>> two, x = Node("number", value=2), Node("name", value="x")
     >>> column = evaluate_matrices(Node("*", (two, Node("list", (x, two)))))
     >>> [entry.kind for row in column.args for entry in row.args]
@@ -107,11 +106,10 @@ def _multiply(left: Rows, right: Rows) -> Node:
     if len(left) * len(right) * len(right[0]) >= _MAX_NODES:
         raise ParseError(_TOO_LONG)
     columns = list(zip(*right, strict=True))
-    return make_rows([_compute_dot_product(row, column) for column in columns] for row in left)
-
-
-def _compute_dot_product(row: Sequence[Node], column: Sequence[Node]) -> Node:
-    return combine_from_left("+", [Node("*", pair) for pair in zip(row, column, strict=True)])
+    return make_rows(
+        [combine_from_left("+", [Node("*", pair) for pair in zip(row, column, strict=True)]) for column in columns]
+        for row in left
+    )
 
 
 def _raise_matrix(rows: Rows, exponent: Node) -> Node:

@@ -14,12 +14,13 @@
 
 Beside the questions:
 
-    base                the definition of a question
-    reference           the derivation in textbook form, from which reference answers are derived
-    exact_configurations  regular and singular configurations, and the branches of a singular set
-    lost_lines          the lines of an arm along which a motion is lost
-    custom/             questions that instructors define
-    results             answers computed from a derivation, correct or with mistakes in it
+    base                    the definition of a question
+    reference               the derivation in textbook form, from which reference answers are derived
+    language, quantities    the language of formulas, and the quantities of an arm that formulas name
+    exact_configurations    regular and singular configurations, and the branches of a singular set
+    lost_lines              the lines of an arm along which a motion is lost
+    custom/                 questions that instructors define
+    results                 answers computed from a derivation, correct or with mistakes in it
 """
 
 from qdot.exercises.problem.problem import Part

@@ -39,6 +39,10 @@ from qdot.exercises.reference_answers import Number
 from qdot.exercises.reference_answers.formulas import COUNT_TOLERANCE
 from qdot.exercises.singularities.directions import find_lost_direction
 
+MAX_EFFECT_TRIES, MAX_LOSS_TRIES, MAX_VELOCITY_TRIES = 60, 20, 80
+"""Maximum numbers of samples: configurations for a joint's effect, singular configurations, and velocities at one."""
+MAX_TASKS, MIN_REGULAR_RATIO = 6, 0.06
+"""Maximum number of tasks tried for an answer about (6.7), and the minimum sigma_min/sigma_max if J is regular."""
 MIN_EFFECT, MIN_WRONG_EFFECT = 0.1, 0.05
 """Minimum velocity due to a joint at unit rate (m/s or rad/s): in a correct option, and in a wrong one."""
 MIN_OPTION_DIFFERENCE = 0.2
@@ -104,7 +108,7 @@ def _choose_rows(chain: Chain) -> tuple[str, ...]:
 def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     rows = _choose_rows(chain)
     indices = [VELOCITY_NAMES.index(row) for row in rows]
-    for _ in range(60):
+    for _ in range(MAX_EFFECT_TRIES):
         lengths, joints = sample_unequal_lengths(chain, rng), sample_joint_values(chain, rng)
         configuration = make_exact_configuration(chain, lengths, joints)
         jacobian = evaluate_precisely(chain, configuration, derive(chain).geometric)[indices, :]
@@ -214,13 +218,13 @@ def _ask_invertibility(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Choose the answer first, then a task and a configuration for which it is correct."""
     keys = tuple(INVERTIBILITY_ANSWERS)
     for answer_key in rng.permutation(keys):
-        for task in rng.permutation(_list_tasks(chain, answer_key))[:6]:
+        for task in rng.permutation(_list_tasks(chain, answer_key))[:MAX_TASKS]:
             task_chain = chain.with_task(*task)
             if answer_key == "singular":
                 configuration = sample_from_any_component(task_chain, rng)
             else:
                 prefers_misleading = answer_key == "regular"
-                configuration = sample_regular_configuration(task_chain, rng, 0.06, prefers_misleading)
+                configuration = sample_regular_configuration(task_chain, rng, MIN_REGULAR_RATIO, prefers_misleading)
             if configuration is not None:
                 answer, _ = shuffle_options(keys, answer_key, rng, INVERTIBILITY_ANSWERS.__getitem__)
                 return answer, _make_invertibility_details(task_chain, answer_key, configuration)
@@ -263,7 +267,7 @@ MAX_ROWS = 4
 class VelocityLossDetails(Details):
     """Details of a question about the velocities that are impossible at a singular configuration.
 
-    `is_possible` says whether the correct option is the only possible velocity, or the only impossible velocity.
+    If `is_possible`, the correct option is the only possible velocity. Otherwise it is the only impossible velocity.
     `products` are the scalar products of the lost direction with the options (by letter), to two decimals.
     """
 
@@ -292,9 +296,9 @@ def _loses_one_direction_somewhere(chain: Chain) -> bool:
 
 
 def _ask_unreachable_velocity(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Choose at random whether exactly one of four velocities can be produced, or all but one."""
+    """Choose at random whether the arm can produce exactly one of four velocities, or exactly three."""
     is_possible = rng.choice((True, False))
-    for _ in range(20):
+    for _ in range(MAX_LOSS_TRIES):
         configuration = sample_from_any_component(chain, rng, 1)
         if configuration is None:
             continue
@@ -324,14 +328,14 @@ def _sample_velocities(
     If `is_first_possible`, the arm can produce only the first velocity, otherwise only the others.
     """
     velocities: list[RoundedVector] = []
-    for _ in range(80):
+    for _ in range(MAX_VELOCITY_TRIES):
         rates = sp.Matrix([sp.Rational(rng.nonzero_integer(9), 10) for _ in range(jacobian.cols)])
         exact_velocity = jacobian * rates
         is_possible = is_first_possible == (not velocities)
         if not is_possible:
             exact_velocity += _sample_velocity_along(lost_unit_vector, _compute_norm(exact_velocity), rng)
         velocity = _round_vector(exact_velocity)
-        is_moderate = 0.1 < _compute_norm(velocity) < 3
+        is_moderate = 0.1 < _compute_norm(velocity) < 3  # in m/s or rad/s
         is_suitable = is_moderate and _is_clearly_suitable(velocity, lost_unit_vector, is_possible)
         if is_suitable and _is_new(velocity, velocities):
             velocities.append(velocity)

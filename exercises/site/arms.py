@@ -19,7 +19,7 @@ GALLERY_PATH = "arms.html"
 
 def make_gallery_page(bank_families: Collection[str]) -> Page:
     """Return the page; `bank_families` are the families in the site's bank, which can be practised."""
-    messages = {code: load_catalogue(code) for code in LANGUAGES}
+    catalogues = {code: load_catalogue(code) for code in LANGUAGES}
     body = render(
         "site/arms.html.j2",
         families=FAMILIES,
@@ -27,8 +27,8 @@ def make_gallery_page(bank_families: Collection[str]) -> Page:
         practised=bank_families,
         tasks={name: _write_task(name) for name, family in FAMILIES.items() if not family.has_varied_structure},
         questions={name: question.title for name, question in QUESTIONS.items()},
-        translate_family=lambda title: {code: messages[code].translate_family(title) for code in messages},
-        translate_question=lambda title: {code: messages[code].translate_question(title) for code in messages},
+        translate_family=lambda title: {code: catalogues[code].translate_family(title) for code in catalogues},
+        translate_question=lambda title: {code: catalogues[code].translate_question(title) for code in catalogues},
     )
     return Page(GALLERY_PATH, "The arms", body, section="arms", kind="wide")
 

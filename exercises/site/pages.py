@@ -164,11 +164,11 @@ def _make_documentation_pages(docs: Path, command_reference: str) -> Iterator[Pa
             yield Page(f"docs/{entry.name}.html", entry.title, page_body, section="docs", kind="docs")
 
 
-def link_pages(page: str) -> str:
+def link_pages(body: str) -> str:
     """Return a page of docs/ with links to other pages of the site, and with anchors at its headings."""
-    page = re.sub(r'href="([\w-]+)\.md(#[\w-]*)?"', lambda m: f'href="{_write_address(m[1], m[2] or "")}"', page)
-    page = re.sub(r'href="\.\./(?!\w+(?:/\w+)?\.html)([^"]+)"', r'href="\1"', page)
-    return re.sub(r"<h([2-4])>(.*?)</h\1>", _add_anchor, page)
+    body = re.sub(r'href="([\w-]+)\.md(#[\w-]*)?"', lambda m: f'href="{_write_address(m[1], m[2] or "")}"', body)
+    body = re.sub(r'href="\.\./(?!\w+(?:/\w+)?\.html)([^"]+)"', r'href="\1"', body)
+    return re.sub(r"<h([2-4])>(.*?)</h\1>", _add_anchor, body)
 
 
 def _write_address(name: str, anchor: str) -> str:
@@ -187,13 +187,13 @@ def _add_anchor(heading: re.Match[str]) -> str:
     return f'<h{heading[1]} id="{anchor}">{heading[2]}</h{heading[1]}>'
 
 
-def find_headings(page: str) -> list[tuple[str, str]]:
+def find_headings(body: str) -> list[tuple[str, str]]:
     """Return the anchor and the text of each second-level heading of a page.
 
     >>> find_headings('<h2 id="a">An <code>A</code></h2>')
     [('a', 'An A')]
     """
-    matches = re.findall(r'<h2 id="([^"]*)">(.*?)</h2>', page)
+    matches = re.findall(r'<h2 id="([^"]*)">(.*?)</h2>', body)
     return [(anchor, re.sub(r"<[^>]*>", "", text)) for anchor, text in matches]
 
 

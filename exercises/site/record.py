@@ -26,7 +26,7 @@ from qdot.exercises.singularities.difficulty import rate_difficulty_band
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
-from qdot.exercises.writing.latex import tex, write_symbol
+from qdot.exercises.writing.latex import list_prismatic_joints, tex, write_symbol
 from qdot.exercises.writing.markup import to_html
 
 LENGTH_TOLERANCE, SHORTENING_FACTOR = 1e-9, 0.85
@@ -148,10 +148,10 @@ def _make_latex_element(latex: str, is_displayed: bool) -> str:
 
 def _list_symbols(problem: Problem) -> Json:
     """Return the role, the unit, the LaTeX and, if it is known, the value of each symbol, by its name."""
-    prismatic = tuple(str(i) for i, joint in enumerate(problem.chain.joints, 1) if joint.is_prismatic)
     symbols: Json = {}
     for name, info in problem.symbols.items():
-        symbols[name] = {"role": info.role, "unit": info.unit, "latex": write_symbol(name, prismatic)}
+        latex = write_symbol(name, list_prismatic_joints(problem.chain))
+        symbols[name] = {"role": info.role, "unit": info.unit, "latex": latex}
         if info.value is not None:
             symbols[name]["value"] = float(info.value)
     return symbols

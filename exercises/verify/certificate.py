@@ -13,7 +13,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.standard_table import home_geometry_of
-from qdot.exercises.common.json_form import as_json
+from qdot.exercises.common.json_form import to_jsonable
 from qdot.exercises.formula.trees import ParseError, find_names
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import Digests, compute_digests
@@ -49,7 +49,7 @@ class ProblemCertificate:
     def as_json(self) -> dict[str, Any]:
         """Return the certificate in the form that `show` prints."""
         checks = [check._asdict() for check in self.checks]
-        identity = {"problem": str(self.problem), "engine": self.engine, **as_json(self.digests)}
+        identity = {"problem": str(self.problem), "engine": self.engine, **to_jsonable(self.digests)}
         return {**identity, "passed": self.passed, "checks": checks}
 
 

@@ -11,9 +11,10 @@ from itertools import combinations
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.standard_table import wrap_angle
 from qdot.exercises.formula.order import find_number_in_name
 from qdot.exercises.formula.printers.python import python_text
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.writing import shortening
 
 
@@ -73,7 +74,7 @@ def name_angles(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
     """
     other_angles = {trig.args[0] for matrix in matrices for trig in matrix.atoms(sp.sin, sp.cos)}
     angle_by_name: dict[sp.Symbol, sp.Expr] = {}
-    for angle in (*angles, *sorted(other_angles, key=lambda a: (len(a.free_symbols), expression_text(a)))):
+    for angle in (*angles, *sorted(other_angles, key=lambda a: (len(a.free_symbols), format_expression(a)))):
         has_unit_coefficients = all(abs(angle.coeff(symbol)) == 1 for symbol in angle.free_symbols)
         if needs_name(angle) and has_unit_coefficients and _express_by_name(angle, angle_by_name) is None:
             angle_by_name[_make_name(angle, angle_by_name)] = angle
@@ -138,9 +139,8 @@ def _group_angles_by_run(chain: Chain) -> list[list[sp.Expr]]:
 
 def _reduce_constant(angle: sp.Expr) -> sp.Expr:
     """Return an angle with its constant moved into (-pi, pi]; unchanged if this is no rational multiple of pi."""
-    angle = sp.expand(angle)
-    constant = sp.Add(*(term for term in sp.Add.make_args(angle) if term.is_number))
-    return angle - constant + sp.pi - sp.Mod(sp.pi - constant, 2 * sp.pi) if (constant / sp.pi).is_Rational else angle
+    variable, constant = shortening.split_constant(sp.expand(angle))
+    return variable + wrap_angle(constant)
 
 
 def _make_first_joint_positive(angle: sp.Expr) -> sp.Expr:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import Chain
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, Texts
 from qdot.exercises.questions.custom.question import CustomDetails, QuestionMaker
@@ -79,7 +78,7 @@ def _fill_placeholder(content: str, part: Part, wording: "Wording") -> tuple[str
     details, chain = part.details_as(CustomDetails), wording.chain
     if content == "base":
         return wording.frame, False
-    values = {symbol.name: text for symbol, text in _write_values(details, chain).items()}
+    values = {symbol.name: text for symbol, text in _write_values(details, wording).items()}
     if content in (*GIVEN_GROUPS, "given"):
         names = {
             "pose": [symbol.name for symbol in (*chain.q, *chain.parameters)],
@@ -95,9 +94,9 @@ def _fill_placeholder(content: str, part: Part, wording: "Wording") -> tuple[str
     return tex(maker.derive_text_formula(content, chain), chain), True
 
 
-def _write_values(details: CustomDetails, chain: Chain) -> Mapping[sp.Symbol, str]:
+def _write_values(details: CustomDetails, wording: "Wording") -> Mapping[sp.Symbol, str]:
     """Return each given symbol with its value and unit, as LaTeX."""
-    texts = {}
+    chain, texts = wording.chain, {}
     units = {value.name: SAMPLED_KINDS.get(value.kind, "") for value in details.definition.given}
     units |= dict(details.definition.units)
     for symbol, value in details.all_values.items():
@@ -106,18 +105,7 @@ def _write_values(details: CustomDetails, chain: Chain) -> Mapping[sp.Symbol, st
         elif symbol in chain.parameters:
             text = tex_length(value)
         else:
-            text = _append_unit(value, _find_unit(symbol, chain) or units.get(symbol.name, ""))
+            unit = wording.find_unit(symbol) or units.get(symbol.name, "")
+            text = rf"{float(value):g}\,\text{{{unit}}}" if unit else f"{float(value):g}"
         texts[symbol] = f"{tex(symbol, chain)} = {text}"
     return texts
-
-
-def _find_unit(symbol: sp.Symbol, chain: Chain) -> str:
-    """Return the unit of a joint rate or of a component of the task's velocity; "" for other symbols."""
-    if symbol in chain.rates:
-        return "rad/s" if chain.joints[chain.rates.index(symbol)].is_revolute else "m/s"
-    return {"v": "m/s", "w": "rad/s"}[symbol.name[0]] if symbol.name in chain.task else ""
-
-
-def _append_unit(value: sp.Expr, unit: str) -> str:
-    number = f"{float(value):g}"
-    return rf"{number}\,\text{{{unit}}}" if unit else number

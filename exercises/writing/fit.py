@@ -141,11 +141,10 @@ def _break_side(side: Pieces, max_width: float) -> Lines:
         return [side]
     for factors, sign in ((layout.split_at(side, _CROSS), _CROSS), (_split_matrices(side), layout.DOT)):
         if len(factors) > 1:
-            parts = [
-                _break_side(factor, max_width - 1.5) for factor in factors
-            ]  # 1.5: the sign and the space around it
-            continued_parts = ([(layout.EMPTY, sign, *lines[0]), *lines[1:]] for lines in parts[1:])
-            return [*parts[0], *chain.from_iterable(continued_parts)]
+            # 1.5: the sign and the space around it
+            lines_by_factor = [_break_side(factor, max_width - 1.5) for factor in factors]
+            continued_lines = ([(layout.EMPTY, sign, *lines[0]), *lines[1:]] for lines in lines_by_factor[1:])
+            return [*lines_by_factor[0], *chain.from_iterable(continued_lines)]
     terms = layout.split_terms(side)
     lines = _break_fraction(side, max_width) or _name_entries(side, max_width) if len(terms) == 1 else []
     return lines or fill_lines(_split_wide_terms(terms, max_width), max_width)
@@ -159,7 +158,7 @@ def _split_matrices(product_pieces: Pieces) -> Lines:
 
 def _find_matrix(piece: Layout) -> Layout | None:
     """Return the matrix if a piece is a matrix or a power of a matrix; otherwise None."""
-    base = layout.base_of_script(piece)
+    base = layout.get_script_base(piece)
     return base if base.kind == "matrix" else None
 
 

@@ -18,7 +18,7 @@ from qdot.exercises.formula.order import natural_sort_key
 from qdot.exercises.questions.wrist import derive_blocks, find_block_objection
 from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.exercises.writing.latex import tex
-from qdot.exercises.writing.wording import join
+from qdot.exercises.writing.wording import Wording
 
 Item = TypeVar("Item")
 
@@ -41,6 +41,7 @@ class HintContext:
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
         self.derivation: Derivation = derive(chain)
+        self._join = Wording(chain).join
 
     def list_symbols(self, matrix: sp.Matrix) -> list[str]:
         """Return the symbols in a matrix, joint variables first, as LaTeX."""
@@ -49,7 +50,8 @@ class HintContext:
 
     def name_variables(self, formula: sp.Expr) -> str:
         """Return the joint variables in a formula, as in "$d_{1}$ and $d_{2}$", or "no joint"."""
-        return join([f"${tex(q, self.chain)}$" for q in self.chain.q if q in formula.free_symbols] or ["no joint"])
+        variables = [f"${tex(q, self.chain)}$" for q in self.chain.q if q in formula.free_symbols]
+        return self._join(variables or ["no joint"])
 
     # --- a part of a result ---
 
@@ -92,14 +94,14 @@ class HintContext:
     def name_joints(self, kind: str, count: int | None = None) -> str:
         """Return the joints of `kind` among the first `count`, as in "joints 1 and 3"; "" if there are none."""
         numbers = [str(i) for i, joint in enumerate(self.chain.joints[:count], 1) if joint.kind == kind]
-        return f"joint{'s' * (len(numbers) > 1)} {join(numbers)}" if numbers else ""
+        return f"joint{'s' * (len(numbers) > 1)} {self._join(numbers)}" if numbers else ""
 
     @property
     def zero_link_vectors(self) -> str:
         """The zero link vectors up to P, as in "$r_{1}$ and $r_{4}$"; "" if there are none."""
         vectors = self.derivation.link_vectors[: self.chain.point.frame]
         zero_vectors = [f"$r_{{{i}}}$" for i, vector in enumerate(vectors, 1) if vector.is_zero_matrix]
-        return join(zero_vectors) if zero_vectors else ""
+        return self._join(zero_vectors) if zero_vectors else ""
 
     @property
     def axis_directions(self) -> list[tuple[int, str, sp.Expr]]:

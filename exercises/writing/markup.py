@@ -85,19 +85,19 @@ def to_html(
     """
     tokens, formulas = parse_markdown(text)
     parser = _get_parser()
-    page = parser.renderer.render(tokens, parser.options, {})
+    html_text = parser.renderer.render(tokens, parser.options, {})
 
     convert = convert_formula or partial(_convert_to_mathml, max_width=width_share * HTML_WIDTH)
-    keeps_lines = convert_formula is None or join_punctuation
+    joins_punctuation = convert_formula is None or join_punctuation
 
     def convert_with_punctuation(match: re.Match[str]) -> str:
         prefix, number, suffix = match.groups()
         latex, is_displayed = formulas[int(number)]
         html = f"{prefix}{convert(latex, is_displayed)}{suffix}"
         is_single = not is_displayed and len(_split_equations(latex)) == 1
-        return f'<span class="whole">{html}</span>' if keeps_lines and is_single and (prefix or suffix) else html
+        return f'<span class="whole">{html}</span>' if joins_punctuation and is_single and (prefix or suffix) else html
 
-    return _PLACEHOLDER_WITH_PUNCTUATION.sub(convert_with_punctuation, str(page))
+    return _PLACEHOLDER_WITH_PUNCTUATION.sub(convert_with_punctuation, str(html_text))
 
 
 @lru_cache(maxsize=512)
@@ -148,9 +148,9 @@ def to_html_for_mathjax(text: str) -> str:
             return rf"\[{escape(fit_latex(latex, HTML_WIDTH), quote=False)}\]"
         return "".join(rf"\({escape(part, quote=False)}\)" + separator for part, separator in _split_equations(latex))
 
-    page = to_html(text, convert_formula).replace("</table>", "</table></div>")
+    html_text = to_html(text, convert_formula).replace("</table>", "</table></div>")
     table_tag = '<table class="generaltable table table-bordered" style="width: auto">'
-    return page.replace("<table>", f'<div style="overflow-x: auto; position: relative">{table_tag}')
+    return html_text.replace("<table>", f'<div style="overflow-x: auto; position: relative">{table_tag}')
 
 
 # --- LaTeX ---
@@ -315,7 +315,7 @@ def _wrap(text: str, width: int) -> list[str]:
 
 
 def _write_table(rows: Sequence[Sequence[str]]) -> str:
-    widths = [max(line_width(row[c]) for row in rows) for c in range(len(rows[0]))]
-    lines = ["  ".join(cell.center(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows]
-    lines.insert(1, "  ".join("─" * w for w in widths))
+    widths = [max(line_width(row[column]) for row in rows) for column in range(len(rows[0]))]
+    lines = ["  ".join(cell.center(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    lines.insert(1, "  ".join("─" * width for width in widths))
     return textwrap.indent("\n".join(lines), "    ")

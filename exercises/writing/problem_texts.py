@@ -31,7 +31,7 @@ def write_statement(
     If `explains_typing`, the statement also says how to type symbols.
     """
     chain, messages = problem.chain, load_catalogue(language)
-    names = {"chain": chain, "title": title, "figure": figure, "typed": explains_typing}
+    names = {"chain": chain, "title": title, "figure": figure, "explains_typing": explains_typing}
     template = make_environment(language).get_template("writing/statement.md.j2")
     text = template.render(names, w=Wording(chain, messages), arm=messages.translate_arm_in_sentence(chain.title))
     return messages.localize_formulas(_clean_whitespace(text))
@@ -153,7 +153,7 @@ def _make_legend(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
 def _add_legend(legend: list[tuple[str, str]], text: str, language: str, is_for_several: bool = False) -> str:
     """Return a text preceded by a legend; if `is_for_several`, the legend also applies to the following texts."""
     template = make_environment(language).get_template("writing/solution.md.j2")
-    return _clean_whitespace(template.render(solution=text, names=legend, first_of_all=is_for_several))
+    return _clean_whitespace(template.render(solution=text, legend=legend, is_for_several=is_for_several))
 
 
 @lru_cache(maxsize=64)

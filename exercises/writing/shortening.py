@@ -162,9 +162,17 @@ def _combine_one_pair(total: sp.Expr, has_notation: HasNotation) -> sp.Expr | No
     return None
 
 
+class _ProductOfTrigs(NamedTuple):
+    """A term with a product of two sines or cosines: its number, and the function (sin or cos) of each angle."""
+
+    term: sp.Expr
+    number: sp.Expr
+    functions: dict[sp.Expr, type]
+
+
 def _iterate_pairs_of_terms(total: sp.Expr) -> Iterator[tuple[tuple[sp.Expr, sp.Expr], sp.Expr, sp.Expr]]:
     """Yield pairs of terms that an angle-sum identity combines, with a factor and the new sine or cosine."""
-    products: dict[tuple[frozenset[sp.Expr], sp.Expr], list[tuple[sp.Expr, sp.Expr, dict[sp.Expr, type]]]] = {}
+    products_by_angles_and_factors: dict[tuple[frozenset[sp.Expr], sp.Expr], list[_ProductOfTrigs]] = {}
     for term in total.args:
         number, factors = _split_number(term)
         trigs = [factor for factor in factors if isinstance(factor, (sp.sin, sp.cos)) and factor.free_symbols]
@@ -172,10 +180,11 @@ def _iterate_pairs_of_terms(total: sp.Expr) -> Iterator[tuple[tuple[sp.Expr, sp.
             functions = {first_trig.args[0]: first_trig.func, second_trig.args[0]: second_trig.func}
             other_factors = sp.Mul(*(factor for factor in factors if factor not in (first_trig, second_trig)))
             if len(functions) == 2:
-                products.setdefault((frozenset(functions), other_factors), []).append((term, number, functions))
-    for (angles, other_factors), terms in products.items():
+                products = products_by_angles_and_factors.setdefault((frozenset(functions), other_factors), [])
+                products.append(_ProductOfTrigs(term, number, functions))
+    for (angles, other_factors), products in products_by_angles_and_factors.items():
         alpha, beta = sorted(angles, key=sp.default_sort_key)
-        for (term, number, functions), (second_term, second_number, second_functions) in combinations(terms, 2):
+        for (term, number, functions), (second_term, second_number, second_functions) in combinations(products, 2):
             has_same_function = any(functions[angle] is second_functions[angle] for angle in angles)
             if has_same_function or number not in (second_number, -second_number):
                 continue
@@ -208,18 +217,18 @@ def factor_sums(expression: sp.Expr) -> sp.Expr:
 
 def _collect_rates(total: sp.Add) -> sp.Expr:
     """Return a sum in which joint rates (or velocities) with the same coefficient are collected: s_1 (qd2 + qd3)."""
-    rates: dict[sp.Expr, list[sp.Expr]] = {}
+    rates_by_coefficient: dict[sp.Expr, list[sp.Expr]] = {}
     for term in total.args:
         symbols = (factor for factor in sp.Mul.make_args(term) if factor.is_Symbol)
         rates_in_term = list(filter(is_rate_or_component, symbols))
         if len(rates_in_term) != 1:
             return total
         (rate,) = rates_in_term
-        if -term / rate in rates:
-            rates[-term / rate].append(-rate)
+        if -term / rate in rates_by_coefficient:
+            rates_by_coefficient[-term / rate].append(-rate)
         else:
-            rates.setdefault(term / rate, []).append(rate)
-    return sp.Add(*(c * sp.Add(*rates_with_coefficient) for c, rates_with_coefficient in rates.items()))
+            rates_by_coefficient.setdefault(term / rate, []).append(rate)
+    return sp.Add(*(coefficient * sp.Add(*rates) for coefficient, rates in rates_by_coefficient.items()))
 
 
 def _collect_first_joint(total: sp.Add) -> sp.Expr:

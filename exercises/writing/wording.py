@@ -13,7 +13,7 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.questions.base import name_velocity_components
 from qdot.exercises.singularities.classification import Classification
-from qdot.exercises.singularities.singular_set import Values
+from qdot.exercises.singularities.singular_set import ValueCombination
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.latex import list_lengths, tex, tex_angle, tex_length, tex_value, write_symbol
@@ -170,7 +170,7 @@ class Wording:
         """
         order = self.convention.order_entries
         rows = self.convention.rows
-        return [order(tex_angle(r.theta), tex_length(r.d), tex_length(r.a), tex_angle(r.alpha)) for r in rows]
+        return [order(tex_angle(row.theta), tex_length(row.d), tex_length(row.a), tex_angle(row.alpha)) for row in rows]
 
     @property
     def axes_at_home(self) -> list[tuple[str, str, str, str]]:
@@ -286,10 +286,15 @@ class Wording:
         """The size of the largest square part of the task Jacobian."""
         return min(len(self.chain.task), self.chain.n)
 
+    def find_unit(self, symbol: sp.Symbol) -> str:
+        """Return the unit of a joint rate or of a component of the task's velocity; "" for other symbols."""
+        if symbol in self.chain.rates:
+            return self.rate_units[self.chain.rates.index(symbol)]
+        return ("m/s" if symbol.name.startswith("v") else "rad/s") if symbol.name in self.chain.task else ""
+
     def write_velocity(self, component: sp.Symbol, value: sp.Expr) -> str:
         """Return a component of velocity with its unit."""
-        unit = r"\text{m/s}" if component.name.startswith("v") else r"\text{rad/s}"
-        return rf"{tex(value)}\,{unit}"
+        return rf"{tex(value)}\,\text{{{self.find_unit(component)}}}"
 
     def explain_meaning(self, kind: Classification) -> str:
         """Return sentences on the geometric meaning and the kind of a set of singular configurations."""
@@ -301,15 +306,17 @@ class Wording:
         kind_sentence = boundary if kind.kind == "boundary" else internal
         return f"{sentence} {kind_sentence if kind.uniform else self._mixed_kinds_sentence}"
 
-    def explain_cases(self, kinds_by_value: Iterable[tuple[Values, Classification]]) -> str:
+    def explain_cases(self, kinds_by_value: Iterable[tuple[ValueCombination, Classification]]) -> str:
         """Return sentences on the meaning and kind for each choice of joint values; equal kinds share a sentence."""
-        values_by_kind: dict[Classification, list[Values]] = {}
+        values_by_kind: dict[Classification, list[ValueCombination]] = {}
         for values, kind in kinds_by_value:
             values_by_kind.setdefault(kind, []).append(values)
         conjunction = ", " + self.messages.gettext("or") + " "
         sentences = []
         for kind, values_of_kind in values_by_kind.items():
-            equations = ([f"${tex(q, self.chain)} = {tex_value(value, q)}$" for q, value in v] for v in values_of_kind)
+            equations = (
+                [f"${tex(q, self.chain)} = {tex_value(value, q)}$" for q, value in values] for values in values_of_kind
+            )
             words, case = conjunction.join(map(self.join, equations)), self.explain_meaning(kind)
             sentences.append(self.messages.gettext("At %(values)s: %(case)s", values=words, case=case))
         return " ".join(sentences)
@@ -350,12 +357,3 @@ def format_coordinates(values: Iterable[sp.Expr]) -> str:
     coordinates = ", ".join(tex(sp.sympify(value)) for value in values)
     is_numeric = all(sp.sympify(value).is_number for value in values)
     return f"({coordinates})" + (r"\,\text{m}" if is_numeric else "")
-
-
-def join(words: list[str], conjunction: str = "and") -> str:
-    """Join words as in a sentence, in English.
-
-    >>> join(["x", "y", "z"])
-    'x, y and z'
-    """
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} {conjunction} {words[-1]}"

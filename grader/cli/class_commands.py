@@ -17,7 +17,7 @@ from qdot.exercises.assignment.assignment import check_definition_on_family
 from qdot.exercises.assignment.certified_problems import FailedSlot, describe_replacements, raise_failed_slots
 from qdot.exercises.assignment.release import ReleaseResult, notebook_path, release_notebooks
 from qdot.exercises.common.console import note, say, show_progress
-from qdot.exercises.common.errors import QdotError, count_noun, list_some
+from qdot.exercises.common.errors import QdotError, count_noun, list_first
 from qdot.exercises.common.extras import find_qdot_version
 from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.exercises.families import FAMILIES
@@ -78,21 +78,18 @@ def generate(
                 note(f"{old_path} belongs to an older version of the assignment; do not distribute it")
             counter.step()
 
-        released_assignment = release_notebooks(
-            assignment, CERTIFIER, min(jobs, len(assignment.roster)), report_student
-        )
+        process_count = min(jobs, len(assignment.roster))
+        released_assignment = release_notebooks(assignment, CERTIFIER, process_count, report_student)
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
     next_step = f"distribute {folder / 'released'}, keep {folder / 'solutions'} private"
     say(f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; {next_step}")
     if counts["rewritten"]:
         note("The assignment, the secret or qdot changed after the notebooks were written: distribute the new ones.")
-    for message in (
-        *describe_replacements(assignment, released_assignment),
-        *describe_shared_answers(released_assignment),
-    ):
+    messages = describe_replacements(assignment, released_assignment)
+    for message in (*messages, *describe_shared_answers(released_assignment)):
         note(message)
     if former_students := find_former_students(released_assignment):
-        names = list_some(former_students, 3)
+        names = list_first(former_students, 3)
         note(f"do not distribute the notebooks of students not on the roster ({names}), in {folder / 'released'}")
     raise_failed_slots(released_assignment, failed_slots)
 
@@ -177,9 +174,7 @@ def _list_verification_tasks(
         raise QdotError(f"--variation, --convention and --twist-order apply to problems only; {advice}")
     problem_texts = [target for target in targets if not Path(target).is_dir()]
     identities = family_problems or [ProblemId.parse(text, NO_FOLDER_HINT) for text in problem_texts]
-    identities = [
-        identity.with_variation(variation).with_convention(convention, twist_order) for identity in identities
-    ]
+    identities = [each.with_variation(variation).with_convention(convention, twist_order) for each in identities]
     if question_files:
         return [task for path in question_files for task in _list_question_tasks(path, identities)]
     return [*map(VerificationTask, identities), *(task for folder in folders for task in _list_class_tasks(folder))]
@@ -233,13 +228,10 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
             raise QdotError(f"{path}: {refusals[families[0]]}")
         for refusal in refusals.values():
             note(refusal)
-        applicable_identities = [
-            replace(identity, questions=(definition.name,))
-            for identity in identities
-            if identity.family not in refusals
-        ]
-        tasks += [VerificationTask(identity, definitions=(definition,)) for identity in applicable_identities]
-        for identity in applicable_identities[:SAMPLE_COUNT]:
+        accepted = [identity for identity in identities if identity.family not in refusals]
+        question_identities = [replace(identity, questions=(definition.name,)) for identity in accepted]
+        tasks += [VerificationTask(identity, definitions=(definition,)) for identity in question_identities]
+        for identity in question_identities[:SAMPLE_COUNT]:
             part = generate_problem(identity, definitions=(definition,)).parts[0]
             say(f"{definition.name} for {identity}: {part.answer.as_json() or part.answer.type}")
     return tasks

@@ -11,7 +11,7 @@ import typer
 
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.common.console import note, say, show_progress
-from qdot.exercises.common.errors import QdotError, count_noun, list_some
+from qdot.exercises.common.errors import QdotError, count_noun, list_first
 from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.grader.cli.options import FolderArgument, JobsOption, SecondsOption
 from qdot.grader.grading import batch
@@ -166,15 +166,13 @@ def _check_nobody_missing(
     For example, a second zip may contain only late submissions. Or the last run graded a platform's zip, but this run
     does not name the zip.
     """
-    names = [student.id for student in assignment.roster]
-    students_with_submission = {name for name, result in earlier_results.items() if result.submission is not None}
-    missing_names = [
-        name for name in names if name not in submission_folder.by_student and name in students_with_submission
-    ]
-    if missing_names:
-        students = f"{len(missing_names)} of {count_noun(len(names), 'student')} graded in the last run"
+    earlier_ids = {student for student, result in earlier_results.items() if result.submission is not None}
+    ids = [student.id for student in assignment.roster]
+    missing_ids = [student for student in ids if student in earlier_ids - submission_folder.by_student.keys()]
+    if missing_ids:
+        students = f"{len(missing_ids)} of {count_noun(len(ids), 'student')} graded in the last run"
         raise QdotError(
-            f"{source}: submissions of {students} are missing: {list_some(missing_names, 5)}; put all submissions into "
+            f"{source}: submissions of {students} are missing: {list_first(missing_ids, 5)}; put all submissions into "
             "one folder or zip, or add --allow-missing to remove these marks"
         )
 
@@ -206,10 +204,10 @@ def _check_graded(results: list[Result]) -> None:
     over_limit_ids = [result.student for result in results if find_work_status(result) == "over limit"]
     if over_limit_ids:
         advice = "the feedback says which limit, and you can set points in overrides.csv"
-        note(f"no mark, because the submission exceeds a limit: {list_some(over_limit_ids, 5)}; {advice}")
+        note(f"no mark, because the submission exceeds a limit: {list_first(over_limit_ids, 5)}; {advice}")
     unmarked_ids = [result.student for result in results if find_work_status(result) == "to mark"]
     if unmarked_ids:
-        note(f"answers in words have no points yet: {list_some(unmarked_ids, 5)}; set their points in overrides.csv")
+        note(f"answers in words have no points yet: {list_first(unmarked_ids, 5)}; set their points in overrides.csv")
     if any(find_work_status(result) == "ungraded" for result in results):
         reasons = "feedback and grades.csv call them 'ungraded' and give the reason"
         raise QdotError(f"qdot failed on some answers, which have no mark; {reasons}. Please report it")

@@ -28,7 +28,7 @@ from qdot.exercises.common.files import (
     write_atomically,
 )
 from qdot.exercises.common.input_file import csv_text
-from qdot.exercises.common.json_form import as_json, from_json
+from qdot.exercises.common.json_form import parse_dataclass, to_jsonable
 from qdot.exercises.common.parallel import map_in_order
 from qdot.grader.grading.attempt import (
     MAX_ERROR_LENGTH,
@@ -216,7 +216,7 @@ class _GradingWorker:
     def load_marks(self, student: str, attempt: Submission | None) -> NotebookMarks | None:
         """Return the stored marks of a notebook; None if there are none or they may be out of date."""
         try:
-            stored_marks = from_json(_StoredMarks, self._find_path(student, attempt).read_bytes())
+            stored_marks = parse_dataclass(_StoredMarks, self._find_path(student, attempt).read_bytes())
         except (OSError, ValueError):
             return None  # nothing stored yet, or damaged
         return stored_marks.marked if stored_marks.key == self._compute_key(student, attempt) else None
@@ -225,7 +225,7 @@ class _GradingWorker:
         """Store the marks of a notebook, unless qdot failed to grade it, so that the next run tries again."""
         if marks.is_graded:
             stored_marks = _StoredMarks(self._compute_key(student, attempt), replace(marks, seconds=0.0, megabytes=0.0))
-            write_atomically(self._find_path(student, attempt), json.dumps(as_json(stored_marks)), is_synced=False)
+            write_atomically(self._find_path(student, attempt), json.dumps(to_jsonable(stored_marks)), is_synced=False)
 
     def _find_path(self, student: str, attempt: Submission | None) -> Path:
         """Return the path of the file that stores the marks of a notebook."""
@@ -234,7 +234,8 @@ class _GradingWorker:
     def _compute_key(self, student: str, attempt: Submission | None) -> str:
         """Return a digest that changes whenever the notebook's points may change or the limits change."""
         submission_key = "" if attempt is None else f"{attempt.file.name}/{attempt.fingerprint}/{self._limits}"
-        content = f"{json.dumps(as_json(make_marking_versions(self.assignment, student)))}/{student}/{submission_key}"
+        versions = json.dumps(to_jsonable(make_marking_versions(self.assignment, student)))
+        content = f"{versions}/{student}/{submission_key}"
         return hashlib.sha256(content.encode("utf-8", "replace")).hexdigest()
 
 

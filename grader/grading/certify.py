@@ -16,7 +16,7 @@ from qdot.exercises.assignment.certified_problems import raise_failures
 from qdot.exercises.assignment.release import Certifier, certificate_path, notebook_path
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import find_qdot_version
-from qdot.exercises.common.json_form import as_json
+from qdot.exercises.common.json_form import to_jsonable
 from qdot.exercises.common.parallel import map_in_order, return_state
 from qdot.exercises.families import Family
 from qdot.exercises.generation import generate
@@ -89,7 +89,7 @@ def make_record(problem: Problem) -> ProblemRecord:
     return ProblemRecord(
         problem=str(problem.id), questions=tuple(part.name for part in problem.parts), band=problem.id.band,
         engine=problem.id.engine, qdot=find_qdot_version(), difficulty=rate_difficulty(problem.chain), checks=checks,
-        **as_json(certificate.digests),
+        **to_jsonable(certificate.digests),
     )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from functools import partial
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.late_rule import add_time_zone
-from qdot.exercises.common.errors import list_some
+from qdot.exercises.common.errors import list_first
 from qdot.grader.grading.attempt import describe_error, mark_ungraded
 from qdot.grader.grading.overrides import NO_OVERRIDES, TOTAL_PART, Overrides
 from qdot.grader.grading.result import (
@@ -66,7 +66,7 @@ def compute_final_result(
         tied_count = sum(notebook.received == notebooks[chosen_index].received for notebook in notebooks)
         tie_reason = f", of the last {tied_count}, received at the same time, the likeliest by name"
         reason = ", the last" if tied_count == 1 else tie_reason
-    listing = list_some(other_files, MAX_FILES_LISTED)
+    listing = list_first(other_files, MAX_FILES_LISTED)
     note = f"{len(notebooks)} notebooks were submitted; {notebooks[chosen_index].file} counts{reason}, not {listing}"
     if assignment.attempt_policy.best_of is not None and len(results) < len(notebooks):
         note += f"; {assignment.attempt_policy.rule}"

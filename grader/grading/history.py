@@ -15,7 +15,7 @@ from pathlib import Path
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.files import remove_leftovers, write_atomically
-from qdot.exercises.common.json_form import as_json, from_json
+from qdot.exercises.common.json_form import parse_dataclass, to_jsonable
 from qdot.grader.grading.result import MarkingVersions, Result
 from qdot.grader.marking.marking import format_points, map_max_points, sum_points
 
@@ -50,7 +50,7 @@ def _read_previous_lines(assignment: Assignment) -> Iterator[tuple[bytes, Result
         return
     for line in io.BytesIO(content):
         with contextlib.suppress(ValueError):
-            yield line, from_json(Result, line)
+            yield line, parse_dataclass(Result, line)
 
 
 def results_path(assignment: Assignment) -> Path:
@@ -75,7 +75,7 @@ def read_results_to_report(assignment: Assignment) -> tuple[Assignment, list[Res
     max_points = list(map_max_points(assignment).items())
     results = []
     for line, result in (lines[student.id] for student in roster):
-        if as_json(result) != json.loads(line):
+        if to_jsonable(result) != json.loads(line):
             raise QdotError(f"{path}: another version of qdot wrote the result of {result.student}; {advice}")
         if [(name, part.max_points) for name, part in result.parts.items()] != max_points:
             raise QdotError(f"{path}: assignment.toml has changed since the grading; {advice}")
@@ -120,7 +120,7 @@ def _clear_versions_and_times(result: Result) -> Result:
     attempts = tuple(replace(attempt, received=None) for attempt in result.attempts)
     submission = None if result.submission is None else replace(result.submission, received=None)
     cleared_result = replace(result, made_from=MarkingVersions(), attempts=attempts, submission=submission)
-    return from_json(Result, json.dumps(as_json(cleared_result)))
+    return parse_dataclass(Result, json.dumps(to_jsonable(cleared_result)))
 
 
 # --- reasons for changed results ---

@@ -30,9 +30,8 @@ def restore_cells(
     changed remains as an ordinary cell.
     """
     parts = {make_grade_id(part): part for part in points}
-    marks_cells = {
-        name: nbgrader.make_marks_cell(part, points[part]) for name, part in parts.items() if part not in text_parts
-    }
+    marked_parts = {name: part for name, part in parts.items() if part not in text_parts}
+    marks_cells = {name: nbgrader.make_marks_cell(part, points[part]) for name, part in marked_parts.items()}
     unplaced_text_parts = set(text_parts)
     unplaced_cells, restored_cells = dict(marks_cells), list[Cell]()
     marks_cell_ids = {cell["id"] for cell in marks_cells.values()}
@@ -88,7 +87,7 @@ def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
         elif metadata.get("grade"):
             row = unplaced_rows.pop(metadata["grade_id"], None)
             if row is None or row.points is None or float(metadata["points"]) != row.max_points:
-                reason = f"the assignment does not have this part, or it has other points; {EXPORT_AGAIN_ADVICE}"
+                reason = f"the assignment does not have this part, or it has other points; {EXPORT_AGAIN}"
                 if row is not None and row.points is None:
                     reason = f"there is no mark, because qdot failed: {row.message}"
                 raise QdotError(f"{metadata['grade_id']}: {reason}")
@@ -98,12 +97,12 @@ def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:
             if row is not None and row.outcome == Outcome.MISSING and "blank" in cell["source"]:
                 metadata["checksum"] = nbgrader.compute_checksum(cell)
     if unplaced_rows:
-        raise QdotError(f"{', '.join(unplaced_rows)}: nbgrader's database has no such cells; {EXPORT_AGAIN_ADVICE}")
+        raise QdotError(f"{', '.join(unplaced_rows)}: nbgrader's database has no such cells; {EXPORT_AGAIN}")
 
 
 MAX_LINE_LENGTH = 76
 """Maximum length of a line that nbgrader's pages show without scrolling, even in a window 860 pixels wide."""
-EXPORT_AGAIN_ADVICE = "export the assignment again and run nbgrader generate_assignment again"
+EXPORT_AGAIN = "export the assignment again and run nbgrader generate_assignment again"
 
 
 def make_outputs(row: PartRow) -> list[dict[str, Any]]:

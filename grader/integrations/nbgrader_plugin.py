@@ -23,12 +23,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.nbgrader import MARKS_COMMENT, find_text_parts
 from qdot.grader.grading.batch import find_student, grade_one, make_limits
 from qdot.grader.grading.result import Result
-from qdot.grader.integrations.nbgrader_cells import (
-    EXPORT_AGAIN_ADVICE,
-    fill_in_marks,
-    remove_self_checks,
-    restore_cells,
-)
+from qdot.grader.integrations.nbgrader_cells import EXPORT_AGAIN, fill_in_marks, remove_self_checks, restore_cells
 from qdot.grader.marking.marking import compute_points, format_points, map_max_points
 from qdot.grader.reports.rows import make_part_rows
 from qdot.grader.sandbox.guarantees import note_sandbox_weakness
@@ -72,9 +67,7 @@ class RestoreCells(NbGraderPreprocessor):
             return nb, resources
         points, text_parts = map_max_points(assignment), find_text_parts(assignment)
         if sum(source.startswith(MARKS_COMMENT) for source in sources) != len(points) - len(text_parts):
-            raise QdotError(
-                f"the cells in nbgrader's database are not those of {info['assignment']}; {EXPORT_AGAIN_ADVICE}"
-            )
+            raise QdotError(f"the cells in nbgrader's database are not those of {info['assignment']}; {EXPORT_AGAIN}")
         nb.cells = [from_dict(cell) for cell in restore_cells(nb.cells, points, text_parts)]
         return nb, resources
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.json_form import as_json
+from qdot.exercises.common.json_form import to_jsonable
 from qdot.grader.grading.batch import find_student
 from qdot.grader.integrations.gradescope import find_submitter, grade_submission
 from qdot.grader.judging.verdict import AWAITS_PERSON
@@ -62,7 +62,7 @@ def list_marks(results: GradescopeResults) -> dict[str, Mark]:
 
 def write_marks_code(marks: Mapping[str, Mark]) -> str:
     """Return the code of a cell that loads the marks for the tests and runs no student code."""
-    return f"import json\n{MARKS_VARIABLE} = json.loads({json.dumps(as_json(marks))!r})"
+    return f"import json\n{MARKS_VARIABLE} = json.loads({json.dumps(to_jsonable(marks))!r})"
 
 
 def require_full_points(marks: Mapping[str, Mapping[str, Any]] | None, part: str) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.json_form import as_json
+from qdot.exercises.common.json_form import to_jsonable
 from qdot.exercises.common.time_limit import OutOfTime
 from qdot.exercises.formula.equality import Domain, choose_default_role
 from qdot.exercises.formula.parser import MAX_DEPTH, parse_formula, parse_reference
@@ -166,5 +166,5 @@ def guess_type(reference: str) -> str:
 
 def judgement_content(judgement: Judgement) -> dict[str, Any]:
     """Return the outcome, reason and certificate as data for JSON."""
-    certificate = as_json(judgement.certificate)
+    certificate = to_jsonable(judgement.certificate)
     return {"outcome": judgement.outcome.value, "reason": judgement.reason, "certificate": certificate}

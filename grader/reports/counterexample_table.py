@@ -64,10 +64,10 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
     if isinstance(example, SetDifference):
         headings = zip(SET_HEADINGS, candidates, strict=True)
         columns = [heading for heading, configuration in headings if configuration is not None]
-        title = "Configurations where your answer is wrong"
-        return (
-            CounterexampleTable(title, ("Quantity", *columns), tuple(symbol_rows)) if columns and symbol_rows else None
-        )
+        if not columns or not symbol_rows:
+            return None
+        caption = "Configurations where your answer is wrong"
+        return CounterexampleTable(caption, ("Quantity", *columns), tuple(symbol_rows))
     caption = _write_caption(part, example, bool(symbol_rows))
     return CounterexampleTable(caption, ("Quantity", "Value"), tuple(symbol_rows), _make_result_rows(part, example))
 

@@ -51,9 +51,8 @@ def _make_part_table(assignment: Assignment, results: Sequence[Result]) -> tuple
     rows: list[list[Cell]] = []
     for part in summarize_parts(assignment, results):
         mean = None if part.mean_share is None else round(part.mean_share * part.max_points, 4)
-        rows.append(
-            [part.name, part.max_points, mean, *(float(part.outcome_counts[outcome]) for outcome in OUTCOME_STYLES)]
-        )
+        counts = [float(part.outcome_counts[outcome]) for outcome in OUTCOME_STYLES]
+        rows.append([part.name, part.max_points, mean, *counts])
     return header, rows
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.store import load_stored_problems
-from qdot.exercises.common.json_form import as_json
+from qdot.exercises.common.json_form import to_jsonable
 from qdot.exercises.formula.equality import Certificate
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import question_of
@@ -100,7 +100,7 @@ class ProblemOnPage:
 
 def compute_page_fingerprint(assignment: Assignment, student: Student, result: Result) -> str:
     """Return a short text that changes whenever the page must change; the page contains it."""
-    content = [PAGE_VERSION, assignment.notebook_digest, assignment.feedback, student.name, as_json(result)]
+    content = [PAGE_VERSION, assignment.notebook_digest, assignment.feedback, student.name, to_jsonable(result)]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 

@@ -11,7 +11,7 @@ from qdot.exercises.common.console import check_choice, note, say
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import require_extra
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.common.json_form import as_json
+from qdot.exercises.common.json_form import to_jsonable
 from qdot.grader.grading.result import Result
 from qdot.grader.reports import charts, github, gradescope, junit
 from qdot.grader.reports.class_page import make_class_page
@@ -54,7 +54,7 @@ FORMATS = {
         ReportFormat("csv", "A row for each student, a column for each part", "spreadsheets", "Python's csv",
                      lambda assignment, results: make_grades_csv(results, assignment.roster)),
         ReportFormat("json", "All results, as one list", "programs", "our JSON Schema",
-                     lambda _, results: json.dumps(as_json(results), ensure_ascii=False, indent=1) + "\n"),
+                     lambda _, results: json.dumps(to_jsonable(results), ensure_ascii=False, indent=1) + "\n"),
         ReportFormat("junit", "A test for every part of every student, in XML", "GitLab, Jenkins, Artemis",
                      "junitparser", junit.write_junit_xml),
         ReportFormat("github", "A job summary; annotations are printed to standard output", "GitHub Actions",

@@ -42,9 +42,8 @@ def make_summary(assignment: Assignment, results: Sequence[Result]) -> str:
 
     def render_summary(count: int) -> str:
         """Return the summary with the parts of the first `count` students."""
-        sections = [
-            (result, make_part_rows(result, assignment.feedback), list_notes(result)) for result in results[:count]
-        ]
+        level, shown_results = assignment.feedback, results[:count]
+        sections = [(result, make_part_rows(result, level), list_notes(result)) for result in shown_results]
         texts.update(sections=sections, omitted_count=len(results) - count)
         return render("reports/github.md.j2", **texts, escape_markdown=_escape_markdown, format_points=format_points)
 

@@ -59,9 +59,8 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
     title = _write_column_title(assignment)
     phrase = next((phrase for phrase in RESERVED_PHRASES if phrase in title), None)
     if phrase is not None:
-        raise QdotError(
-            f"canvas: Canvas ignores columns whose title contains {phrase!r}; change the assignment's title"
-        )
+        rule = f"Canvas ignores columns whose title contains {phrase!r}"
+        raise QdotError(f"canvas: {rule}; change the assignment's title")
     points = format_points(results[0].max_score)
     book = assignment.gradebook
     if book is not None and book.platform == gradebook.CANVAS:
@@ -86,10 +85,10 @@ class CanvasStudent(NamedTuple):
 
 def _identify_by_export(book: Gradebook, title: str, points: str) -> tuple[list[str], dict[str, CanvasStudent]]:
     """Return the header of the table, and the cells that identify its students, from Canvas's export."""
-    column = _find_column(book, title)
-    count = book.identity_column_count
+    column, count = _find_column(book, title), book.identity_column_count
+    marks = {name: "" if column is None else row[column] for name, row in book.rows_by_student.items()}
+    students = {name: CanvasStudent(book.rows_by_student[name][:count], mark) for name, mark in marks.items()}
     if column is None:
-        students = {name: CanvasStudent(row[:count], "") for name, row in book.rows_by_student.items()}
         return [*book.header[:count], title], students
     canvas_points = book.points_row[column] if book.points_row else ""
     if _parse_number(canvas_points) not in (None, _parse_number(points)):
@@ -97,7 +96,6 @@ def _identify_by_export(book: Gradebook, title: str, points: str) -> tuple[list[
             f"canvas: {book.header[column]!r} has {canvas_points} points in Canvas, but {points} in qdot; change one "
             "of them (`points` in assignment.toml sets qdot's)"
         )
-    students = {name: CanvasStudent(row[:count], row[column]) for name, row in book.rows_by_student.items()}
     return [*book.header[:count], book.header[column]], students
 
 

@@ -33,18 +33,15 @@ def write_reports(
     """
     folder = assignment.folder / "graded"
     by_id = {student.id: student for student in assignment.roster}
-    students = [by_id[result.student] for result in results]
-    pairs = [
-        (student, _replace_if_unwritable(assignment, student, result))
-        for student, result in zip(students, results, strict=True)
-    ]
+    pairs = [(by_id[result.student], result) for result in results]
+    pairs = [(student, _replace_if_unwritable(assignment, student, result)) for student, result in pairs]
     result_by_student = {student.id: result for student, result in pairs}
     # Drawing the figures takes most of the time, so only outdated pages are written, on several processes.
     outdated_pairs = [pair for pair in pairs if not _is_up_to_date(assignment, *pair)]
     unwritten_students = []
     report_lost = _report_lost_page if jobs > 1 else None
     grades_path, lines_path = folder / "grades.csv", results_path(assignment)
-    paths = [*(_find_page_path(folder, student) for student in students), lines_path, grades_path]
+    paths = [*(_find_page_path(folder, student) for student, _ in pairs), lines_path, grades_path]
     page_results = map_in_order(_write_or_mark_ungraded, outdated_pairs, jobs, return_state, (assignment,), report_lost)
     with clean_up_after(paths):
         with contextlib.closing(page_results), sync_disks_after():

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.common.json_form import as_json
+from qdot.exercises.common.json_form import to_jsonable
 from qdot.grader.grading.result import Lateness, MarkingVersions, Result
 from qdot.grader.reports.answer_display import make_visible
 from qdot.grader.reports.rows import get_only_result, list_notes, make_part_rows
@@ -59,7 +59,7 @@ class GradescopeResults:
     @property
     def text(self) -> str:
         """The content of the file."""
-        return json.dumps(as_json(self), ensure_ascii=False, indent=1) + "\n"
+        return json.dumps(to_jsonable(self), ensure_ascii=False, indent=1) + "\n"
 
 
 def make_results_json(assignment: Assignment, results: Sequence[Result]) -> str:

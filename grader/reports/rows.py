@@ -86,11 +86,8 @@ def describe_override(override: Override, subject: str) -> str:
     """Return a note for a student on an override; `subject` is the total, or the points of a part."""
     if override.points is None:
         return f"Your instructor says: {override.comment}"
-    return (
-        f"{subject}: your instructor gave {_format_points_with_unit(override.points)}: {override.comment}".removesuffix(
-            ": "
-        )
-    )
+    points = _format_points_with_unit(override.points)
+    return f"{subject}: your instructor gave {points}: {override.comment}".removesuffix(": ")
 
 
 def _format_points_with_unit(points: float) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common.console import escape_controls
 from qdot.exercises.common.input_file import csv_text
-from qdot.exercises.common.json_form import as_json
+from qdot.exercises.common.json_form import to_jsonable
 from qdot.grader.grading.result import Result
 from qdot.grader.judging.verdict import AWAITS_PERSON
 from qdot.grader.marking.marking import format_points, sum_points
@@ -22,7 +22,7 @@ def make_results_jsonl(results: Sequence[Result]) -> bytes:
     """Return a line of JSON for each student, as UTF-8 bytes; for a large class, bytes need less memory than text."""
     content = io.BytesIO()
     for result in results:
-        line = escape_controls(json.dumps(as_json(result), ensure_ascii=False, allow_nan=False))
+        line = escape_controls(json.dumps(to_jsonable(result), ensure_ascii=False, allow_nan=False))
         content.write(f"{line}\n".encode("utf-8", "replace"))
     return content.getvalue()
 
@@ -51,11 +51,15 @@ def make_grades_table(results: Sequence[Result], roster: Sequence[Student]) -> t
         student = by_id[result.student]
         cells = [student.id, student.name, student.email, *(value for _, value in student.other_cells)]
         points = [part.points for part in result.parts.values()]
-        score, percent = (
-            (None, None) if find_work_status(result) in UNMARKED_STATUSES else (result.score, result.percent)
-        )
-        sums = [score, result.max_score, percent, find_work_status(result), _compute_late_penalty(result)]
-        notes = "; ".join((*list_staff_notes(result), *list_group_notes(result)))
+        status = find_work_status(result)
+        score, percent = (None, None) if status in UNMARKED_STATUSES else (result.score, result.percent)
+        sums = [score, result.max_score, percent, status, _compute_late_penalty(result)]
+        group_notes = [
+            f"overrides.csv {'comments on' if override.points is None else 'sets'} the group {override.group}"
+            for override in result.overrides.values()
+            if override.group is not None
+        ]
+        notes = "; ".join((*list_staff_notes(result), *group_notes))
         rows.append([*cells, *points, *sums, "; ".join(describe_overrides(result)), notes])
     return ["student", "name", "email", *columns, *results[0].parts, *SUMMARY_COLUMNS], rows
 
@@ -122,15 +126,6 @@ def describe_overrides(result: Result) -> list[str]:
 def count_overridden(result: Result) -> int:
     """Return the number of marks that a person set, for parts or for the total."""
     return sum(override.points is not None for override in result.overrides.values())
-
-
-def list_group_notes(result: Result) -> list[str]:
-    """Return a note for the staff on each override that applies to a whole group of equal wrong answers."""
-    overrides = [override for override in result.overrides.values() if override.group is not None]
-    return [
-        f"overrides.csv {'comments on' if override.points is None else 'sets'} the group {override.group}"
-        for override in overrides
-    ]
 
 
 def _compute_late_penalty(result: Result) -> float | None:

@@ -163,9 +163,8 @@ class _Notebook:
         assignment = re.compile(rf"(?m)^ *`*{name} *=(?!=)")
         text_cells = [(index, cell) for index, cell in enumerate(self.cells) if index not in self.sources]
         likely_cells = (index for index, cell in text_cells if cell.part == part or assignment.search(cell.source))
-        if not any(
-            self._use_text_cell(index, part) for index in itertools.islice(likely_cells, MAX_SEARCHED_CANDIDATES)
-        ):
+        candidates = itertools.islice(likely_cells, MAX_SEARCHED_CANDIDATES)
+        if not any(self._use_text_cell(index, part) for index in candidates):
             self._use_misspelt_variable(name)
 
     def _use_misspelt_variable(self, name: str) -> None:

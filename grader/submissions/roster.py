@@ -65,9 +65,8 @@ class Roster:
             return PossibleOwners(students, "its name and its number belong to different students")
         if id_owners:
             return PossibleOwners(tuple(sorted(id_owners)), "its identifier fits several students")
-        return PossibleOwners(
-            tuple(sorted(name_owners)), "several students have this name" if len(name_owners) > 1 else ""
-        )
+        reason = "several students have this name" if len(name_owners) > 1 else ""
+        return PossibleOwners(tuple(sorted(name_owners)), reason)
 
     def _find_by_name(self, name: str) -> set[str]:
         """Return the students with this name; an empty set if there are none.

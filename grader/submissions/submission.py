@@ -18,7 +18,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from qdot.exercises.common.console import note
-from qdot.exercises.common.errors import QdotError, list_some
+from qdot.exercises.common.errors import QdotError, list_first
 from qdot.grader.submissions.archives import is_archive, list_members, read_member, unpack_temporarily
 from qdot.grader.submissions.cells import (
     MARKDOWN_ENDINGS,
@@ -526,13 +526,11 @@ def describe_unusual_metadata(submission: Submission, assignment: "Assignment", 
         notes.append(SubmissionNote(OTHER_VERSION, message))
     parts = {f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions}
     if unknown_parts := sorted({cell.part for cell in submission.cells if cell.part is not None} - parts):
-        listing = list_some(list(map(make_printable, unknown_parts)), 3)
-        text = f"cells are marked as answers to parts that the assignment does not have: {listing}"
-        notes.append(SubmissionNote(text))
+        names = list_first(list(map(make_printable, unknown_parts)), 3)
+        notes.append(SubmissionNote(f"cells are marked as answers to parts that the assignment does not have: {names}"))
     if submission.unknown_metadata:
-        listing = list_some(submission.unknown_metadata, 5)
-        text = f"the metadata of its cells were changed, which does not affect the marks: {listing}"
-        notes.append(SubmissionNote(text))
+        keys = list_first(submission.unknown_metadata, 5)
+        notes.append(SubmissionNote(f"the metadata of its cells were changed, which does not affect the marks: {keys}"))
     if submission.flagged_late:
         notes.append(SubmissionNote("the platform marked it as late"))
     return notes

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.common.json_form import from_json
+from qdot.exercises.common.json_form import parse_dataclass
 from qdot.grader.grading.result import CountingSubmission, Override, PartResult, ProblemResult, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import sum_points
@@ -92,4 +92,4 @@ def get_received_time(result: Result) -> str | None:
 def read_results(folder: Path) -> dict[str, Result]:
     """Return the results of an assignment's last run."""
     lines = (folder / "graded" / "results.jsonl").read_bytes().splitlines()
-    return index_by_student(from_json(Result, line) for line in lines)
+    return index_by_student(parse_dataclass(Result, line) for line in lines)

@@ -1,11 +1,9 @@
 """Questions that instructors define in TOML.
 
-The modules, from what an instructor writes to the question:
+The modules, from what an instructor writes to the question (its formulas are in `questions.language`):
 
     definition      what an instructor writes
     reader          reads it from a file
-    language        the language of formulas: parsing, operations, functions
-    quantities      the named quantities of an arm, in any arithmetic
     units           checks the unit of a number
     question        the question of a definition: computes, samples and checks its answer
 """

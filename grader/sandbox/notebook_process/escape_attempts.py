@@ -120,7 +120,7 @@ def _share_memory(_: dict[str, Any]) -> None:
 
 ATTEMPTS = (
     Attempt("files", "read a file in another user's folder", lambda targets: Path(targets["file"]).read_bytes()),
-    Attempt("files", "wrote into another folder", lambda targets: Path(targets["writable_folder"], "planted").touch()),
+    Attempt("files", "wrote into another folder", lambda targets: Path(targets["folder"], "planted").touch()),
     Attempt("files", "changed permissions in another folder", lambda targets: os.chmod(targets["file"], 0o600)),
     Attempt("files", "changed the permissions of a library", _alter_library),
     Attempt("files", "listed another folder", lambda targets: os.listdir(Path(targets["file"]).parent)),

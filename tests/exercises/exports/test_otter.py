@@ -15,7 +15,7 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.json_form import as_json
+from qdot.exercises.common.json_form import to_jsonable
 from qdot.exercises.exports.nbgrader import list_parts
 from qdot.exercises.exports.otter import PLUGIN_PATH
 from qdot.exercises.problem.problem import name_answer_variable
@@ -89,7 +89,7 @@ def test_marks_are_passed_to_otter_as_data(assignment: Assignment, tmp_path: Pat
     marks = list_marks(results)
     namespace: dict[str, Any] = {}
     exec(write_marks_code(marks), namespace)  # as Otter's kernel does
-    assert namespace["qdot_marks"] == as_json(marks)
+    assert namespace["qdot_marks"] == to_jsonable(marks)
     require_full_points(namespace["qdot_marks"], "p1.jacobian")
     for part, message in (("p1.position", "wrong"), ("p1.determinant", "sign"), ("p1.nothing", "has not graded")):
         with pytest.raises(AssertionError, match=message):

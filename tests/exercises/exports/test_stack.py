@@ -20,11 +20,11 @@ from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.known_wrong_answers import compare_entry_by_entry, find_known_wrong_answers
 from qdot.exercises.exports.registry import EXPORT_FORMATS
-from qdot.exercises.exports.stack_parts import _are_usable, compute_share_of_formulas, convert_part
+from qdot.exercises.exports.stack_parts import _are_usable, compute_formula_share, convert_part
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.printers.maxima import maxima_text
 from qdot.exercises.formula.program import compile_program
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Problem, ProblemId
@@ -134,7 +134,7 @@ def test_each_part_is_a_question_in_its_category_with_its_points(
     problem = next(iter(iterate_bank(replace(export_request, variant_count=1)))).problem
     determinant = problem.parts[2].answer
     assert isinstance(determinant, Expression)
-    assert expression_text(determinant.reference) not in get_text(
+    assert format_expression(determinant.reference) not in get_text(
         find_question(quiz, "determinant"), "questiontext/text"
     )
 
@@ -332,7 +332,7 @@ def test_known_wrong_answers_are_wrong_for_the_grader_with_their_mistake(family:
             assert judged.outcome in (Outcome.WRONG, Outcome.PARTIAL)
             if isinstance(part.answer, Matrix):
                 share = judge_with_credit(problem, part, text, "known").share
-                assert compute_share_of_formulas(
+                assert compute_formula_share(
                     problem, part, wrong.answer, wrong.entries_equal, is_explained=True
                 ) == pytest.approx(share)
             blamed = diagnose(problem, part, text, "known")
@@ -347,7 +347,7 @@ def test_shares_agree_with_the_grader(export_request: ExportRequest) -> None:
         assert isinstance(wrong.answer, sp.MatrixBase)
         text = str(wrong.answer.tolist())
         judged = judge_with_credit(variant.problem, part, text, "s")
-        assert compute_share_of_formulas(
+        assert compute_formula_share(
             variant.problem, part, wrong.answer, wrong.entries_equal, is_explained=True
         ) == pytest.approx(judged.share)
 

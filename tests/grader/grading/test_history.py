@@ -12,7 +12,7 @@ import pytest
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.common.json_form import as_json
+from qdot.exercises.common.json_form import to_jsonable
 from qdot.grader.grading import history
 from qdot.grader.grading.attempt import GRADER_VERSION
 from qdot.grader.grading.history import (
@@ -117,7 +117,7 @@ def test_diff_says_whose_mark_changed_and_why(folder: Path, released: Path) -> N
         "marks of 2 students changed since the last run; total points 3.4 → 7.4 (+4)",
     ]  # fmt: skip
     (line,) = read_history(folder)["s1"]
-    assert (line["why"], line["result"]) == ("new submission", as_json(first["s1"]))
+    assert (line["why"], line["result"]) == ("new submission", to_jsonable(first["s1"]))
     assert set(read_history(folder)) == {"s1", "s3"}
 
     (folder / "assignment.toml").write_text(TOML.format(RULE))

@@ -24,7 +24,7 @@ from typer.testing import CliRunner
 
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release_notebooks
-from qdot.exercises.common.json_form import from_json
+from qdot.exercises.common.json_form import parse_dataclass
 from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
 from qdot.grader.grading.attempt import Grader, grade_attempt, read_attempts
@@ -235,7 +235,7 @@ def grade_with_crashes(folder: Path, times: int) -> dict[str, Result]:
 
 
 def select_neighbours(undisturbed: dict[str, bytes]) -> dict[str, Result]:
-    results = [from_json(Result, line) for line in undisturbed["results.jsonl"].splitlines()]
+    results = [parse_dataclass(Result, line) for line in undisturbed["results.jsonl"].splitlines()]
     return index_by_student(results[NEIGHBOURS])
 
 

@@ -16,7 +16,7 @@ from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.store import store_problems
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.json_form import from_json
+from qdot.exercises.common.json_form import parse_dataclass
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.grader.diagnosis.similar import (
@@ -215,7 +215,7 @@ def test_the_report_is_safe_reproducible_and_lists_similar_answers(assignment: A
     results = make_class_results(assignment)
     text = make_class_page(assignment, results)
     assert text == make_class_page(
-        assignment, [from_json(Result, line) for line in make_results_jsonl(results).splitlines()]
+        assignment, [parse_dataclass(Result, line) for line in make_results_jsonl(results).splitlines()]
     )
     page = Page(text)
     # Students' text is not markup, and nothing is loaded from elsewhere.
