@@ -350,8 +350,8 @@ VARIANTS: dict[str, VariantGenerator] = {
     "arm-to-origin": _vary_propagation({"p*": lambda stages, _: stages["origins on axes"]}),
     "arm-reversed": _vary_propagation({"p*": lambda stages, vectors: -vectors}),
     "arm-of-one-link": _vary_propagation({"p*": _stop_at_next_origin}),
-    "prismatic-as-revolute": _treat_joints_as("R", "P"),
-    "revolute-as-prismatic": _treat_joints_as("P", "R"),
+    "prismatic-as-revolute": _treat_joints_as(REVOLUTE, PRISMATIC),
+    "revolute-as-prismatic": _treat_joints_as(PRISMATIC, REVOLUTE),
     "slide-turns": vary_each(lambda chain: (([i],) for i in chain.prismatic_joints), _rotate_prismatic_joints),
     "no-angular-part": lambda chain, _: vary_each_joint_and_all(chain.revolute_joints, _drop_angular),
     "slides-turn": vary_each(

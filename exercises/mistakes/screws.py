@@ -72,7 +72,7 @@ def _move_prismatic_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[Mi
         new_columns[:, prismatic_joints] = np.roll(columns[:, prismatic_joints], 3, axis=0)
         return new_columns
 
-    if {joint.kind for joint in chain.joints} == {"R", "P"}:
+    if {joint.kind for joint in chain.joints} == {REVOLUTE, PRISMATIC}:
         yield from (MistakeVariant({stage: apply_change}) for stage in SCREW_STAGES)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.arithmetic import apply_matrix, matrix_product
-from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.chain import PRISMATIC, REVOLUTE, Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import (
     Change,
@@ -158,7 +158,7 @@ def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
             yield _add_to_row(i, chain.joints[i].variable_key, chain.offsets[j] - chain.offsets[i], **words)
         for entry in ("a", "d", "alpha"):
             value = getattr(other_row, entry)
-            is_variable = entry == "d" and "P" in (row.kind, other_row.kind)
+            is_variable = entry == "d" and PRISMATIC in (row.kind, other_row.kind)
             if not is_variable and getattr(row, entry) != value:
                 yield _change_row(i, partial(_make_entry, entry, value), entry=entry, other=j + 1)
 
@@ -372,7 +372,7 @@ def _read_as_standard(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 VARIANTS: dict[str, VariantGenerator] = {
     "offset-forgotten": _drop_offsets,
     "offset-sign": _scale_offsets([sp.S(-1)], lambda offset: bool(sp.sin(offset) != 0)),
-    "prismatic-offset-sign": _add_to_variable(lambda chain, i: -2 * chain.offsets[i], "P"),
+    "prismatic-offset-sign": _add_to_variable(lambda chain, i: -2 * chain.offsets[i], PRISMATIC),
     "offset-in-degrees": _scale_offsets([180 / sp.pi]),
     "wrong-radians": _scale_offsets([sp.S(2), sp.S.Half]),
     "fixed-angle-forgotten": _change_each_row(
@@ -380,7 +380,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     ),
     "length-forgotten": _change_each_row(lambda row: row.a != 0, lambda _, row: {"a": row.a * 0}),
     "distance-forgotten": _change_each_row(lambda row: row.is_revolute and row.d != 0, lambda _, row: {"d": row.d * 0}),
-    "variable-forgotten": _add_to_variable(lambda chain, i: -chain.q[i], "R"),
+    "variable-forgotten": _add_to_variable(lambda chain, i: -chain.q[i], REVOLUTE),
     "row-misread": _use_other_row,
     "lengths-exchanged": _exchange_lengths,
     "point-forgotten": vary_if(
@@ -399,7 +399,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     "standard-dh": _read_as_standard,
     "a-and-d-exchanged": _change_each_row(lambda row: row.a != row.d, lambda _, row: {"a": row.d, "d": row.a}),
     "joint-rotates-other-way": _change_each_row(lambda row: row.is_revolute, lambda _, row: {"theta": -row.theta}),
-    "quarter-turn": _add_to_variable(lambda chain, i: sp.pi / 2, "R"),
+    "quarter-turn": _add_to_variable(lambda chain, i: sp.pi / 2, REVOLUTE),
     "lengths-in-centimetres": _use_other_units,
     "degrees": vary_if(lambda chain: chain.revolute_joints, {"table": scale_angles(sp.pi / 180)}),
 }

@@ -26,7 +26,7 @@ from qdot.exercises.questions import inversion
 from qdot.exercises.questions.inversion import Configuration, JointValues, Lengths, sample_joint_values
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.directions import NONZERO_THRESHOLD, find_clear_rank
-from qdot.exercises.singularities.singular_set import Component, Values, find_singular_set
+from qdot.exercises.singularities.singular_set import Component, ValueCombination, find_singular_set
 
 DIGITS, WORKING_DIGITS = 30, 40
 """Number of digits of results, and of the intermediate results from which they are computed."""
@@ -291,7 +291,7 @@ class Branch:
     structure_component: Component
 
     @property
-    def values(self) -> Values:
+    def values(self) -> ValueCombination:
         """The joint values of the branch; empty if the branch is given by a condition."""
         return () if self.component.solutions is None else self.component.list_value_combinations()[0]
 
@@ -315,7 +315,7 @@ def match_branches(chain: Chain) -> tuple[Branch, ...]:
     return tuple(branches)
 
 
-def _are_same_values(chain: Chain, arm_values: Values, structure_values: Values) -> bool:
+def _are_same_values(chain: Chain, arm_values: ValueCombination, structure_values: ValueCombination) -> bool:
     """Return whether joint values of a structure are those of the arm, up to joint offsets and full rotations."""
     lengths = {symbol: sp.Rational(37 + 11 * i, 100) for i, symbol in enumerate(chain.parameters)}  # any lengths
     for (q, value), (_, structure_value) in zip(arm_values, structure_values, strict=True):

@@ -49,7 +49,7 @@ from qdot.exercises.singularities.directions import (
     find_shortest_lost_direction,
 )
 from qdot.exercises.singularities.meanings import BranchMeanings, Meaning, find_branch_meanings
-from qdot.exercises.singularities.singular_set import Component, Values, find_singular_set
+from qdot.exercises.singularities.singular_set import Component, ValueCombination, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 
 MAX_ROWS = 4
@@ -183,7 +183,7 @@ class JacobianOnBranch:
     - `columns` are the numbers (from 1) of the columns of J whose cofactors are the entries of the lost direction.
     """
 
-    values: Values
+    values: ValueCombination
     free_joints: tuple[sp.Symbol, ...] = field(metadata=recorded_as("free"))
     jacobian: sp.Matrix | None
     columns: tuple[int, ...]
@@ -229,7 +229,7 @@ def _substitute_numbers(
     return jacobian_on_branch, formula.direction.applyfunc(substitute)
 
 
-def find_lost_direction_formula(chain: Chain, values: Values) -> tuple[JacobianOnBranch, sp.Matrix] | None:
+def find_lost_direction_formula(chain: Chain, values: ValueCombination) -> tuple[JacobianOnBranch, sp.Matrix] | None:
     """Return J and the lost direction at given joint values as formulas, or None if they are too long."""
     for branch in match_branches(chain) if values else ():
         if branch.values == values:
@@ -246,7 +246,7 @@ def find_lost_direction_formula(chain: Chain, values: Values) -> tuple[JacobianO
 class BranchConfigurations:
     """The configurations of a branch: given joint values, or a condition that the question describes in `words`."""
 
-    values: Values
+    values: ValueCombination
     words: str = ""
     condition: sp.Expr | None = None
 
@@ -366,7 +366,7 @@ class MeaningDetails(Details):
     The question states the joint `values` of the branch, or else one `configuration` that satisfies its `condition`.
     """
 
-    values: Values = field(metadata=recorded_as("asked.values"))
+    values: ValueCombination = field(metadata=recorded_as("asked.values"))
     configuration: ExactConfiguration | None = field(metadata=recorded_as("asked.place"))
     condition: sp.Expr | None = field(metadata=recorded_as("asked.condition"))
     options: tuple[MeaningOption, ...] = field(metadata=recorded_as("asked.offered"))

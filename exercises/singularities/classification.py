@@ -24,7 +24,7 @@ from qdot.exercises.formula.set_parser import Piece, parse_pieces
 from qdot.exercises.singularities.appearance import describe_appearance
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singular_set import Component, Values, find_singular_set
+from qdot.exercises.singularities.singular_set import Component, ValueCombination, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import are_one_sided, can_establish_kind, classify_samples
 
 _SAMPLE_COUNT = 60
@@ -189,7 +189,7 @@ def _classify_for_all_lengths(chain: Chain, conditions: tuple[str, ...]) -> Clas
     return None if " or " in result.meaning else result
 
 
-def split_by_value(component: Component, classification: Classification) -> list[tuple[Values, Component]]:
+def split_by_value(component: Component, classification: Classification) -> list[tuple[ValueCombination, Component]]:
     """Split a component by its combinations of joint values; return an empty list unless the parts may differ.
 
     Parts may differ in their kind or in what their configurations look like; `kind` is the component's classification.

@@ -11,7 +11,7 @@ from functools import lru_cache
 import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain
-from qdot.exercises.singularities.singular_set import Component, principal_angle
+from qdot.exercises.singularities.singular_set import Component, reduce_angle
 
 
 @lru_cache(maxsize=1024)
@@ -61,4 +61,4 @@ def normalize_joint_values(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) ->
 
 
 def _shift_value(value: sp.Expr, offset: sp.Expr, joint: sp.Symbol) -> sp.Expr:
-    return principal_angle(value + offset) if joint.name.startswith("theta") else sp.expand(value + offset)
+    return reduce_angle(value + offset) if joint.name.startswith("theta") else sp.expand(value + offset)

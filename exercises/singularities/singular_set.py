@@ -44,12 +44,12 @@ Conjunction = tuple[sp.Expr, ...]
 zero."""
 JointSolution = tuple[sp.Symbol, tuple[sp.Expr, ...]]
 """A joint variable, and its values (rad or m) at which a condition holds."""
-Values = tuple[tuple[sp.Symbol, sp.Expr], ...]
-"""Joint variables, each with one value (rad or m)."""
+ValueCombination = tuple[tuple[sp.Symbol, sp.Expr], ...]
+"""One value (rad or m) for each of several joint variables."""
 JointValues = dict[sp.Symbol, sp.Expr]
-"""The value of each joint variable that a condition fixes."""
+"""Maps the joint variables that a condition fixes to their values."""
 Zeros = list[Conjunction] | None
-"""Conjunctions under each of which all minors are zero; None if the minors are always zero."""
+"""The conjunctions that make all minors zero; None if the minors are always zero."""
 
 
 @dataclass(frozen=True)
@@ -70,10 +70,10 @@ class Component:
         """
         if self.solutions is None:
             return [" and ".join(f"{condition} = 0" for condition in self.conditions)]
-        combinations = self.list_value_combinations()
-        return [" and ".join(f"{joint} = {value}" for joint, value in values) for values in combinations]
+        value_combinations = self.list_value_combinations()
+        return [" and ".join(f"{joint} = {value}" for joint, value in values) for values in value_combinations]
 
-    def list_value_combinations(self) -> list[Values]:
+    def list_value_combinations(self) -> list[ValueCombination]:
         """Return every combination of joint values at which the conditions hold; none if `solutions` is None."""
         if self.solutions is None:
             return []
@@ -87,7 +87,7 @@ class Component:
         )
         return replace(self, solutions=solutions)
 
-    def restrict_to(self, values: Values) -> "Component":
+    def restrict_to(self, values: ValueCombination) -> "Component":
         """Return the part of this component at which the joints have these values."""
         return Component(self.conditions, tuple((joint, (value,)) for joint, value in values))
 
@@ -133,7 +133,7 @@ def _insert_prismatic_values(conditions: tuple[sp.Expr, ...], chain: Chain) -> t
 def find_special_length_components(chain: Chain) -> tuple[Component, ...]:
     """Return components that contain configurations only if the symbolic lengths satisfy special relations."""
     derivation = derive(chain)
-    inverse = sp.Symbol("d_inverse")  # an unknown that requires that the product of the lengths is not zero
+    inverse = sp.Symbol("d_inverse")  # if 1 = inverse * product of lengths, no length is zero
     components = []
     for conditions, is_possible in _substitute_values(derivation, _find_zeros(derivation, derivation.symbolic_minors)):
         lengths = sorted(sp.Tuple(*conditions).free_symbols - set(chain.q), key=str)
@@ -150,7 +150,7 @@ def never_vanishes(condition: sp.Expr, chain: Chain) -> bool:
 
 
 def _find_components(derivation: Derivation) -> tuple[Component, ...] | None:
-    """Return the components of the singular set without those that lie in another; None if it is everything."""
+    """Return the components of the singular set that lie in no other; None if every configuration is singular."""
     zeros = _find_zeros(derivation, derivation.symbolic_minors)
     if zeros is None:
         return None
@@ -274,6 +274,7 @@ def solve_condition(condition: sp.Expr, chain: Chain) -> JointSolution | None:
 
 
 def _solve_polynomial(condition: sp.Expr, joint: sp.Symbol) -> JointSolution | None:
+    """Solve a condition of degree one, or of degree two with numeric coefficients, for a prismatic joint variable."""
     polynomial = sp.Poly(condition, joint)
     if polynomial.degree() == 1:
         a, b = polynomial.all_coeffs()
@@ -294,14 +295,17 @@ def _solve_angle(condition: sp.Expr, joint: sp.Symbol) -> JointSolution | None:
     coefficients = find_trig_coefficients(sp.expand_trig(condition) if arguments else condition, phi, joint)
     if coefficients is None:
         return None
-    values = (principal_angle(value - offset) for value in _find_trig_roots(*coefficients))
+    values = (reduce_angle(value - offset) for value in _find_trig_roots(*coefficients))
     return joint, tuple(dict.fromkeys(values))
 
 
 def find_trig_coefficients(
     condition: sp.Expr, angle: sp.Expr, joint: sp.Symbol
 ) -> tuple[sp.Expr, sp.Expr, sp.Expr] | None:
-    """Return A, B and C of a condition A + B cos(angle) + C sin(angle); None if it has another form."""
+    """Return A, B and C of a condition A + B cos(angle) + C sin(angle), which do not contain the joint variable.
+
+    Return None if the condition has another form.
+    """
     cosine, sine = sp.Dummy("c"), sp.Dummy("s")
     polynomial = sp.Poly(sp.expand(condition).xreplace({sp.cos(angle): cosine, sp.sin(angle): sine}), cosine, sine)
     if polynomial.total_degree() != 1 or joint in polynomial.free_symbols:
@@ -333,7 +337,7 @@ def _exceeds(a: sp.Expr, b: sp.Expr) -> bool:
     return bool(sp.expand(a**2 - b**2).is_positive)
 
 
-def principal_angle(angle: sp.Expr) -> sp.Expr:
+def reduce_angle(angle: sp.Expr) -> sp.Expr:
     """Return a numeric angle reduced to (-pi, pi], and any other angle expanded."""
     angle = sp.expand(angle)
     if not angle.is_number:
@@ -353,6 +357,7 @@ def _compute_excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
     if polynomial is None:
         return None
     constant = polynomial.coeff_monomial(1)
+    # twice the constant, because the coefficients include the constant
     excess = 2 * abs(constant) - sum(abs(coefficient) for coefficient in polynomial.coeffs())
     number = sp.N(excess, 30)
     return sp.S.Zero if abs(number) < _ZERO_TOLERANCE and sp.simplify(excess) == 0 else number
@@ -378,12 +383,15 @@ def _find_single_solution(condition: sp.Expr, chain: Chain) -> Component | None:
     multiples, angles = sp.linear_eq_to_matrix(equations, joints)
     if not multiples.is_square or abs(multiples.det()) != 1:  # several joint values, or none, give the same angles
         return None
-    values = [(q, principal_angle(value)) for q, value in zip(joints, multiples.inv() * angles, strict=True)]
+    values = [(q, reduce_angle(value)) for q, value in zip(joints, multiples.inv() * angles, strict=True)]
     return Component(tuple(1 - sp.cos(q - value) for q, value in values), tuple((q, (value,)) for q, value in values))
 
 
 def _to_trig_polynomial(condition: sp.Expr, chain: Chain) -> sp.Poly | None:
-    """Return a condition as a polynomial in its sines and cosines; None if other symbols occur outside of them."""
+    """Return a condition as a polynomial in its sines and cosines.
+
+    Return None if it has no sines and cosines, contains lengths, or contains joint variables outside of them.
+    """
     trigs = sorted(condition.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
     without_trigs = condition.xreplace({trig: sp.Dummy() for trig in trigs})
     if not trigs or condition.free_symbols - set(chain.q) or without_trigs.free_symbols & set(chain.q):
@@ -437,7 +445,7 @@ def _search_zeros(minors: tuple[Factored, ...], joints: Joints) -> tuple[Zeros, 
 
 
 def find_common_zeros(minors: Sequence[Factored], search: Search) -> Zeros:
-    """Return the conjunctions under each of which all minors are zero. Raises TooLong."""
+    """Return the conjunctions that make all minors zero. Raises TooLong."""
     factor_sets = [factors for minor in minors if (factors := search.find_joint_factors(minor)) is not None]
     if not factor_sets:
         return None

@@ -133,17 +133,10 @@ def generate_redundant_events(chain: Chain) -> Iterator[str | RedundantSingulari
             confirmed.append((component, check.samples[k]))
         else:
             undecided.append(component.conditions)
-    result = replace(
-        result,
-        components=tuple(_add_meaning(component, "") for component, _ in confirmed),
-        check=check,
-        doubtful=tuple(doubtful),
-        undecided=tuple(undecided),
-        matrix_indices=tuple(
-            _find_minors_index(remaining_matrices, component.conditions) for component, _ in confirmed
-        ),
-        is_described=False,
-    )
+    components = tuple(_add_meaning(component, "") for component, _ in confirmed)
+    indices = tuple(_find_minors_index(remaining_matrices, component.conditions) for component in components)
+    result = replace(result, components=components, matrix_indices=indices, check=check, is_described=False)
+    result = replace(result, doubtful=tuple(doubtful), undecided=tuple(undecided))
     yield result
     yield "the geometry of the configurations in which J loses rank"
     components = tuple(_describe_component(chain, component, samples) for component, samples in confirmed)
@@ -177,7 +170,7 @@ def _is_shown(reduced_case: ReducedCase) -> bool:
 def _collect_remaining_matrices(
     reduced_cases: Iterable[ReducedCase], values: Mapping[sp.Symbol, sp.Expr]
 ) -> RemainingMatrices:
-    """Return the matrices of cases with the arm's numbers; cases with the same matrix are grouped."""
+    """Return the matrices of cases, without duplicates and with the arm's numbers, each with all of its cases."""
     cases: dict[tuple[sp.ImmutableMatrix, tuple[int, ...], frozenset[sp.Expr]], list[tuple[sp.Expr, ...]]] = {}
     for reduced in reduced_cases:
         case = tuple(condition.xreplace(values) for condition in reduced.case)
@@ -196,7 +189,10 @@ def _find_minors_index(remaining_matrices: RemainingMatrices, conditions: tuple[
 
 
 def _scale_coefficients(condition: sp.Expr) -> sp.Expr:
-    """Scale a sum by a power of ten, so that large integer coefficients become exact decimals of at most one."""
+    """Divide a sum with large integer coefficients by a power of ten, so that they become decimals of at most one.
+
+    Other conditions are returned unchanged.
+    """
     expanded = sp.expand(condition)
     numbers = [term.as_coeff_Mul()[0] for term in sp.Add.make_args(expanded)]
     largest_number = max(map(abs, numbers))

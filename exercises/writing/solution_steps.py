@@ -27,7 +27,7 @@ from qdot.exercises.questions.singular import ConfigurationsOfOneKind, find_comp
 from qdot.exercises.questions.wrist import derive_block_determinants, derive_wrist_block, find_block_objection
 from qdot.exercises.singularities.classification import Classification, classify, is_one_sided, split_by_value
 from qdot.exercises.singularities.existence_conditions import ExistenceCondition, find_existence_condition
-from qdot.exercises.singularities.singular_set import Component, Values, find_singular_set, never_vanishes
+from qdot.exercises.singularities.singular_set import Component, ValueCombination, find_singular_set, never_vanishes
 from qdot.exercises.writing import expansion
 from qdot.exercises.writing.angles import AngleNames, iterate_arm_angles, list_link_angles, name_angles
 from qdot.exercises.writing.expansion import Expansion, expand_determinant, expand_jacobian
@@ -72,7 +72,7 @@ class SingularComponent:
     conditions: tuple[sp.Expr, ...]
     solutions: tuple[tuple[sp.Symbol, tuple[sp.Expr, ...]], ...] | None
     kind: Classification
-    cases: tuple[tuple[Values, Classification], ...] = ()
+    cases: tuple[tuple[ValueCombination, Classification], ...] = ()
     existence_condition: ExistenceCondition | None = None
 
     @property
@@ -113,7 +113,7 @@ class SolutionSteps:
         """What hints show of the arm and its results."""
         return HintContext(self.chain)
 
-    def find_lost_direction(self, values: Values) -> tuple[JacobianOnBranch, sp.Matrix] | None:
+    def find_lost_direction(self, values: ValueCombination) -> tuple[JacobianOnBranch, sp.Matrix] | None:
         """Return J and the lost direction at given joint values, or None if there is no short formula for both."""
         return rank.find_lost_direction_formula(self.chain, values)
 
@@ -395,7 +395,9 @@ class SolutionSteps:
         is_opposite_shown = opposite_latex in tex(self.derivation.determinant, self.chain, self.angles)
         return -without_number if is_opposite_shown else without_number
 
-    def _find_cases(self, component: Component, kind: Classification) -> tuple[tuple[Values, Classification], ...]:
+    def _find_cases(
+        self, component: Component, kind: Classification
+    ) -> tuple[tuple[ValueCombination, Classification], ...]:
         cases = [(values, classify(self.chain, part)) for values, part in split_by_value(component, kind)]
         return tuple(cases) if len({case for _, case in cases}) > 1 else ()
 

@@ -13,7 +13,7 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.standard_table import home_geometry_of
 from qdot.exercises.questions.base import name_velocity_components
 from qdot.exercises.singularities.classification import Classification
-from qdot.exercises.singularities.singular_set import Values
+from qdot.exercises.singularities.singular_set import ValueCombination
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.latex import list_lengths, tex, tex_angle, tex_length, tex_value, write_symbol
@@ -306,9 +306,9 @@ class Wording:
         kind_sentence = boundary if kind.kind == "boundary" else internal
         return f"{sentence} {kind_sentence if kind.uniform else self._mixed_kinds_sentence}"
 
-    def explain_cases(self, kinds_by_value: Iterable[tuple[Values, Classification]]) -> str:
+    def explain_cases(self, kinds_by_value: Iterable[tuple[ValueCombination, Classification]]) -> str:
         """Return sentences on the meaning and kind for each choice of joint values; equal kinds share a sentence."""
-        values_by_kind: dict[Classification, list[Values]] = {}
+        values_by_kind: dict[Classification, list[ValueCombination]] = {}
         for values, kind in kinds_by_value:
             values_by_kind.setdefault(kind, []).append(values)
         conjunction = ", " + self.messages.gettext("or") + " "

@@ -1,6 +1,6 @@
 <?php
-// Moodle made ready, and our file imported by its own reader: what moodle.php, moodle_scorm.php and stack.php begin with. The request is JSON
-// on standard input; its `config` is Moodle's config.php.
+// The start of moodle.php, moodle_scorm.php and stack.php: load Moodle, and import our file with its own reader. The request
+// is JSON on standard input; its `config` is the path of Moodle's config.php.
 
 define('CLI_SCRIPT', true);
 $request = json_decode(stream_get_contents(STDIN), true);
@@ -15,9 +15,15 @@ function a_course(): stdClass {
     return create_course((object) ['fullname' => $name, 'shortname' => $name, 'category' => 1]);
 }
 
-// Import a question bank; return whether that was done, and what was said of it.
-function import(string $file, stdClass $course): array {
-    $context = context_course::instance($course->id);
+// Return where a course has its questions: since Moodle 5.0 in an activity, the question bank, and before in the course.
+function bank_context(stdClass $course): context {
+    $helper = 'core_question\\local\\bank\\question_bank_helper';
+    return class_exists($helper) ? $helper::create_default_open_instance($course, 'qdot')->context
+        : context_course::instance($course->id);
+}
+
+// Import a question bank into a context of a course; return whether that was done, and what Moodle said.
+function import(string $file, stdClass $course, context $context): array {
     $format = new qformat_xml();
     $format->setContexts([$context]);
     $format->setCourse($course);
@@ -27,7 +33,7 @@ function import(string $file, stdClass $course): array {
     $format->setCatfromfile(true);
     $format->setContextfromfile(false);
     $format->setStoponerror(true);
-    $format->setCategory(question_make_default_categories([$context]));
+    $format->setCategory(question_get_default_category($context->id, true));
     $format->set_display_progress(false);
     ob_start();
     try {

@@ -32,6 +32,8 @@ function sent(question_attempt $attempt, array $answer): array {
     switch ($question->get_type_name()) {
         case 'numerical':
             return ['answer' => $answer['numbers'][0]];
+        case 'essay':
+            return ['answer' => $answer['text'], 'answerformat' => FORMAT_PLAIN];
         case 'multianswer':
             $data = [];
             foreach ($answer['numbers'] as $index => $number) {
@@ -161,7 +163,12 @@ $PAGE->set_url('/');
 $answer = ['software' => 'Moodle ' . $CFG->release];
 foreach (['xml', 'quiz'] as $form) {
     if ($request[$form] ?? null) {
-        $made = $form === 'xml' ? import($request['xml'], $course) + ['questions' => questions_of($context)] : restored($request['quiz'], $course);
+        if ($form === 'xml') {
+            $bank = bank_context($course);
+            $made = import($request['xml'], $course, $bank) + ['questions' => questions_of($bank), 'context' => $bank];
+        } else {
+            $made = restored($request['quiz'], $course);
+        }
         $in = $made['context'] ?? $context;
         unset($made['context']);
         foreach ($made['done'] ? $request['tries'] : [] as $name => $tries) {

@@ -38,16 +38,17 @@ class Try:
     """An answer, what it is to earn, what is to be said of it, and under which name it is counted."""
 
     counted: str
-    fraction: float
+    fraction: float | None
     numbers: tuple[str, ...] = ()
     chosen: tuple[int, ...] = ()
     options: tuple[str | None, ...] = ()
+    text: str = ""
     advice: str = ""
     language: str = POINT
 
     def request(self) -> Json:
         """Return it as moodle.php reads it."""
-        sent = {"numbers": self.numbers, "chosen": self.chosen, "options": self.options}
+        sent = {"numbers": self.numbers, "chosen": self.chosen, "options": self.options, "text": self.text}
         return {**sent, "language": self.language}
 
 
@@ -100,6 +101,8 @@ def tries_of(item: QuizItem) -> Iterator[Try]:
         yield from _chosen(form)
     elif isinstance(form, MatchingForm):
         yield from _matched(form)
+    else:
+        yield Try("left to a person", None, text="By the chain rule.")
 
 
 def _in_numbers(form: NumberForm) -> Iterator[Try]:
@@ -164,8 +167,12 @@ def _see(counts: Counts, what: str, asked: Sequence[QuizItem], made: Json, tries
         faults = faults_of(item, results[0]["blank"])
         counts.add("shown", not faults, f"{what}: {name}: {faults}")
         for one, result in zip(tries[name], results, strict=True):
-            earned = float(result["fraction"] or 0)
-            counts.add(one.counted, abs(earned - one.fraction) < 1e-4, f"{what}: {name}: {earned} for {one}")
+            earned = result["fraction"]
+            if one.fraction is None:
+                counts.add(one.counted, earned is None, f"{what}: {name}: {earned} for {one}")
+            else:
+                is_as_expected = abs(float(earned or 0) - one.fraction) < 1e-4
+                counts.add(one.counted, is_as_expected, f"{what}: {name}: {earned} for {one}")
             if one.advice:
                 counts.add("mistake named", plain(one.advice) in plain(result["shown"]), f"{what}: {name}: {one}")
     if what == "bank":

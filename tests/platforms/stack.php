@@ -84,7 +84,7 @@ $PAGE->set_course($course);
 $PAGE->set_url('/');
 $plugin = core_plugin_manager::instance()->get_plugin_info('qtype_stack')->release;
 $about = ['moodle' => $CFG->release, 'stack' => $plugin, 'database' => $DB->get_name(), 'platform' => $config->platform];
-told($about + ['import' => import($request['xml'], $course)]);
+told($about + ['import' => import($request['xml'], $course, bank_context($course))]);
 foreach (questions_of($context) as $question) {
     $tests = question_bank::get_qtype('stack')->load_question_tests($question->id);
     told((array) $question + shown($question->id, $context) + [

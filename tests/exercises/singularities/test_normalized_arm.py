@@ -20,7 +20,7 @@ from qdot.exercises.singularities.classification import (
     split_by_value,
 )
 from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalize_conditions
-from qdot.exercises.singularities.singular_set import Component, Values, find_singular_set
+from qdot.exercises.singularities.singular_set import Component, ValueCombination, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import classify_samples
 from qdot.exercises.verify.singularity_statements import sample_component, statement_holds
 from tests.support.suites import few_families, select_for_suite
@@ -138,7 +138,7 @@ def test_arms_with_special_lengths_are_looked_at_by_themselves() -> None:
     assert kinds == {4: ["boundary", "boundary"], 5: ["boundary", "internal"]}
 
 
-def values_of(chain: Chain) -> list[tuple[Values, Component]]:
+def values_of(chain: Chain) -> list[tuple[ValueCombination, Component]]:
     (component,) = find_singular_set(chain) or ()
     return split_by_value(component, classify(chain, component))
 
