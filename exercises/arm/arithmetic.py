@@ -15,7 +15,7 @@ import sympy as sp
 from qdot.exercises.formula.algebra import apply_function, differentiate
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Program, compile_program, evaluate
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.formula.trees import Node
 
 DERIVATIVE_STEP = 1e-30
@@ -135,7 +135,7 @@ class TreeArithmetic(_FormulaArithmetic):
 
     def constant(self, value: sp.Expr) -> np.ndarray:
         """Return a constant, or any other SymPy expression, as an array (1,) of trees."""
-        return self.entries([parse_formula(expression_text(sp.sympify(value)))])
+        return self.entries([parse_formula(format_expression(sp.sympify(value)))])
 
     convert_entry = constant
 

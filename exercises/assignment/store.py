@@ -25,7 +25,7 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
-from qdot.exercises.formula.sympy_text import expression_text, store_texts
+from qdot.exercises.formula.sympy_text import format_expression, store_texts
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import write_prompt, write_statement
@@ -64,7 +64,7 @@ def store_problems(assignment: Assignment, student: str, problems: list[tuple[st
     """Store the problems of a student with their figures and texts; do nothing if the disk is full or read-only."""
     pieces = {slot: _make_pieces(slot, problem) for slot, problem in problems}
     answers = [part.answer for _, problem in problems for part in problem.parts]
-    entry_texts = [(entry, expression_text(entry)) for answer in answers for entry in answer.list_entries()]
+    entry_texts = [(entry, format_expression(entry)) for answer in answers for entry in answer.list_entries()]
     minors = [_pickle_minors(problem) for _, problem in problems]
     payload = zlib.compress(_pickle_content((problems, pieces, entry_texts, minors)), 1)
     text = f"{_compute_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"

@@ -19,7 +19,7 @@ from qdot.exercises.arm.standard_table import wrap_angle
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain, compare_entries
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.mistakes.catalogue import PredictedAnswer, generate_mistaken_answers, predict_wrong_answers
@@ -181,7 +181,7 @@ def compare_entry_by_entry(problem: Problem, answer: sp.Matrix, reference: sp.Ma
 def parse_entries(problem: Problem, entries: Iterable[sp.Expr]) -> list[Node]:
     """Return the entries of an answer as trees, for comparisons by the grader's means."""
     roles = make_domain(problem).roles
-    return [parse_formula(expression_text(entry), roles) for entry in entries]
+    return [parse_formula(format_expression(entry), roles) for entry in entries]
 
 
 # --- numbers and sets ---

@@ -83,8 +83,8 @@ def differentiate(node: Node, name: str) -> Node:
     """Return the derivative with respect to a name. Raises ParseError for abs, sign, atan2 and sets.
 
     >>> from qdot.exercises.formula.parser import parse_formula
-    >>> from qdot.exercises.formula.trees import node_text
-    >>> node_text(differentiate(parse_formula("a1*cos(theta1) + 2*theta1^2"), "theta1"))
+    >>> from qdot.exercises.formula.trees import format_tree
+    >>> format_tree(differentiate(parse_formula("a1*cos(theta1) + 2*theta1^2"), "theta1"))
     '((a1*(-sin(theta1)))+(2*(2*theta1)))'
     """
     if node.kind == "name":

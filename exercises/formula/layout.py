@@ -121,7 +121,7 @@ def print_layout(piece: Layout, printers: Mapping[str, Callable[..., Printed]]) 
     return printers[piece.kind](piece, *(print_layout(part, printers) for part in piece.inner))
 
 
-def base_of_script(piece: Layout) -> Layout:
+def get_script_base(piece: Layout) -> Layout:
     """Return the base of a script, or any other piece unchanged."""
     return piece.inner[0] if piece.kind == "script" else piece
 
@@ -156,5 +156,5 @@ def split_at(pieces: Sequence[Layout], separator: Layout) -> list[Pieces]:
 
 def _find_depth_change(piece: Layout) -> int:
     """Return 1 for an opening bracket, -1 for a closing bracket (perhaps with a power), 0 for any other piece."""
-    bracket = base_of_script(piece)
+    bracket = get_script_base(piece)
     return {"(": 1, ")": -1}.get(bracket.text, 0) if bracket.kind == "sign" else 0

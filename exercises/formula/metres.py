@@ -15,8 +15,9 @@ def remove_metres(tree: Node) -> Node:
     If m multiplies pi or an angle, it is a whole number, and stays.
 
     >>> from qdot.exercises.formula.parser import parse_formula
-    >>> from qdot.exercises.formula.trees import node_text
-    >>> [node_text(parse_formula(text).args[1]) for text in ("d3 = 0.2 m + a1", "theta2 = (2 m + 1) pi/2", "d3 = m*a1")]
+    >>> from qdot.exercises.formula.trees import format_tree
+    >>> texts = "d3 = 0.2 m + a1", "theta2 = (2 m + 1) pi/2", "d3 = m*a1"
+    >>> [format_tree(parse_formula(text).args[1]) for text in texts]
     ['(0.2+a1)', '(((2*m)+1)*pi/2)', '(m*a1)']
     """
     results: list[Node] = []

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import sympy as sp
 
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
 
 SortKey = tuple[object, ...]
 """A key by which `sorted` compares names, terms or factors."""
@@ -44,7 +44,7 @@ def natural_sort_key(name: str) -> SortKey:
 def _make_trig_key(trig: sp.Expr) -> SortKey:
     """Return a key that sorts sines and cosines by their last joint, then by their number of joints, cosines first."""
     joints = sorted(joint for s in trig.args[0].free_symbols for joint in find_joints(s))
-    return (max(joints, default=0), -len(joints), joints, isinstance(trig, sp.sin), expression_text(trig))
+    return (max(joints, default=0), -len(joints), joints, isinstance(trig, sp.sin), format_expression(trig))
 
 
 def find_joints(symbol: sp.Symbol) -> list[int]:
@@ -61,8 +61,8 @@ def _make_term_key(term: sp.Expr) -> SortKey:
     names = sorted(natural_sort_key(s.name) for s in term.free_symbols)
     is_without_angle = not any(letters == "theta" for letters, _ in names)  # False sorts before True
     if not trig_keys and not motion_keys and names:
-        return ([], [], is_without_angle, False, names, expression_text(term))
-    return (motion_keys, trig_keys, is_without_angle, term.is_number, names, expression_text(term))
+        return ([], [], is_without_angle, False, names, format_expression(term))
+    return (motion_keys, trig_keys, is_without_angle, term.is_number, names, format_expression(term))
 
 
 @lru_cache(maxsize=4096)
@@ -82,15 +82,15 @@ def _make_factor_key(factor: sp.Expr) -> SortKey:
     r"""Return a key that sorts factors: number, lengths, c_1 and s_1, brackets, \cos\varphi_1, rates and velocities."""
     base = factor.base if factor.is_Pow else factor
     if base.is_number:
-        return (0, expression_text(factor))
+        return (0, format_expression(factor))
     if base.is_Symbol:
         return (6, _make_motion_key(base)) if is_rate_or_component(base) else (1, natural_sort_key(base.name))
     if isinstance(base, (sp.sin, sp.cos)):
         return (3 if find_joint_sum_digits(base.args[0]) is not None else 5, _make_trig_key(base))
     if base.is_Add and all(map(is_rate_or_component, base.free_symbols)):
-        return (6, (2, expression_text(base)))  # like a rate, after all other factors
+        return (6, (2, format_expression(base)))  # like a rate, after all other factors
     is_length = base.is_Add and all(symbol.name[0] in "aL" for symbol in base.free_symbols)
-    return (2 if is_length else 4, base.is_Add, expression_text(factor))
+    return (2 if is_length else 4, base.is_Add, format_expression(factor))
 
 
 @lru_cache(maxsize=4096)
@@ -186,7 +186,7 @@ def _move_plus_first(signed_terms: list[SignedTerm]) -> list[SignedTerm]:
     return signed_terms
 
 
-def decimal_text(value: sp.Expr) -> str | None:
+def write_decimal(value: sp.Expr) -> str | None:
     """Return the digits of a terminating decimal, as in "0.35", or None for any other number."""
     if not value.is_Rational or 10 ** int(value.q).bit_length() % int(value.q):
         return None

@@ -19,7 +19,6 @@ _TOO_LONG = "the matrix products are too long; write out their entries"
 def evaluate_matrices(tree: Node) -> Node:
     """Return a tree in which the results replace all operations on matrices. Raises ParseError.
 
-    >>> from qdot.exercises.formula.trees import node_text
     >>> two, x = Node("number", value=2), Node("name", value="x")
     >>> column = evaluate_matrices(Node("*", (two, Node("list", (x, two)))))
     >>> [entry.kind for row in column.args for entry in row.args]

@@ -10,7 +10,7 @@ from qdot.exercises.formula.printing import Printer
 
 
 @lru_cache(maxsize=1024, typed=True)
-def expression_text(expression: sp.Expr) -> str:
+def format_expression(expression: sp.Expr) -> str:
     """Return an expression as text; it is cached, because the record, its digest and the grader need it."""
     return _stored_texts.get((type(expression), expression)) or Printer().doprint(expression)
 
@@ -26,11 +26,11 @@ def store_texts(texts: Iterable[tuple[sp.Expr, str]]) -> None:
     _stored_texts.update(((type(expression), expression), text) for expression, text in texts)
 
 
-def matrix_rows_as_text(matrix: sp.Matrix) -> list[list[str]]:
+def format_matrix_rows(matrix: sp.Matrix) -> list[list[str]]:
     """Return the entries of a matrix as text, row by row."""
-    return [[expression_text(entry) for entry in row] for row in matrix.tolist()]
+    return [[format_expression(entry) for entry in row] for row in matrix.tolist()]
 
 
-def matrix_json(matrix: sp.Matrix) -> list[Any]:
+def make_matrix_json(matrix: sp.Matrix) -> list[Any]:
     """Return a matrix as a list of rows of text, a column as a plain list."""
-    return [expression_text(entry) for entry in matrix] if matrix.cols == 1 else matrix_rows_as_text(matrix)
+    return [format_expression(entry) for entry in matrix] if matrix.cols == 1 else format_matrix_rows(matrix)

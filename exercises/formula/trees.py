@@ -32,7 +32,7 @@ class Node:
     The operators + - * / ** combine nodes or integers, and leave out operands 0 and 1 that change nothing:
 
     >>> x, y = Node("name", value="x"), Node("name", value="y")
-    >>> node_text(0 + x * y**2), node_text(-(x / ONE))
+    >>> format_tree(0 + x * y**2), format_tree(-(x / ONE))
     ('(x*(y^2))', '(-x)')
     """
 
@@ -272,7 +272,7 @@ def as_matrix(node: Node) -> list[list[Node]]:
     return rows
 
 
-def node_text(node: Node) -> str:
+def format_tree(node: Node) -> str:
     """Return a text that is parsed as the same tree; long sums and products have no nested brackets."""
     return fold(node, _combine_texts)
 

@@ -14,7 +14,7 @@ from math import prod
 from operator import add, sub
 
 from qdot.exercises.formula.algebra import expand_terms, split_terms
-from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, make_number, node_text
+from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, format_tree, make_number
 
 MAX_ENTRY_NODES = 400
 """Maximum number of nodes of an entry that is edited."""
@@ -50,7 +50,7 @@ class Edit:
 def _find_factors(node: Node) -> Iterator[str]:
     """Yield the names and decimals of a term, except those inside sines and cosines."""
     if node.kind == "decimal" or (node.kind == "name" and node.value != "pi"):
-        yield node_text(node)
+        yield format_tree(node)
     elif not _is_trig(node):
         for arg in node.args:
             yield from _find_factors(arg)

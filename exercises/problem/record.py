@@ -15,7 +15,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.problem.problem import RECORDED_NAME, Details, Part, Problem, SymbolInfo
 
 Json = dict[str, Any]
@@ -36,7 +36,7 @@ def make_robot_json(chain: Chain) -> Json:
         "name": chain.name,
         "title": chain.title,
         "joints": [
-            {"kind": joint.kind, **{key: expression_text(getattr(joint, key)) for key in row_keys}}
+            {"kind": joint.kind, **{key: format_expression(getattr(joint, key)) for key in row_keys}}
             for joint in chain.joints
         ],
         "base": {"position": [str(value) for value in base.position], "yaw": str(base.yaw), "tilt": str(base.tilt)},
@@ -75,7 +75,7 @@ def to_plain_data(value: object) -> Any:
     if isinstance(value, (tuple, list)):
         return [to_plain_data(item) for item in value]
     if isinstance(value, sp.Expr):
-        return expression_text(value)
+        return format_expression(value)
     return value if value is None or isinstance(value, (str, int, float)) else str(value)
 
 

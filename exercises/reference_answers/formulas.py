@@ -8,8 +8,14 @@ from typing import Any
 import sympy as sp
 
 from qdot.exercises.formula.equality import Rounding
-from qdot.exercises.formula.printers.python import FormulaToCode, bracket_long_text, list_code, matrix_code, python_text
-from qdot.exercises.formula.sympy_text import expression_text, matrix_json, matrix_rows_as_text
+from qdot.exercises.formula.printers.python import (
+    FormulaToCode,
+    bracket_long_text,
+    python_text,
+    write_list_code,
+    write_matrix_code,
+)
+from qdot.exercises.formula.sympy_text import format_expression, format_matrix_rows, make_matrix_json
 from qdot.exercises.reference_answers.base import Answer, Json, T
 from qdot.exercises.singularities.singular_set import Component
 
@@ -26,7 +32,7 @@ class _Formulas(Answer):
 
     def list_formulas(self) -> list[str]:
         """Return the text of each entry, row by row."""
-        return [expression_text(entry) for entry in self.as_matrix()]
+        return [format_expression(entry) for entry in self.as_matrix()]
 
 
 @dataclass(frozen=True)
@@ -47,7 +53,7 @@ class Expression(_Formulas):
 
     def as_json(self) -> str:
         """Return the formula's text."""
-        return expression_text(self.reference)
+        return format_expression(self.reference)
 
     as_typed = as_json
 
@@ -72,19 +78,21 @@ class RowsAnswer(_Formulas):
 
     def as_json(self) -> list[Any]:
         """Return a list of rows, or of the entries of a vector."""
-        return matrix_json(self.reference)
+        return make_matrix_json(self.reference)
 
     def as_typed(self) -> str:
         """Return the rows in brackets."""
-        return bracket_rows(matrix_rows_as_text(self.reference))
+        return bracket_rows(format_matrix_rows(self.reference))
 
     def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return `Matrix([[…], […]])`; a long matrix has one row per line."""
-        return matrix_code([[format_formula(entry) for entry in row] for row in self.reference.tolist()], prefix_width)
+        return write_matrix_code(
+            [[format_formula(entry) for entry in row] for row in self.reference.tolist()], prefix_width
+        )
 
     def write_placeholder(self, prefix_width: int = 0) -> str:
         """Return the matrix with `blank` as each entry."""
-        return matrix_code([["blank"] * self.reference.cols] * self.reference.rows, prefix_width)
+        return write_matrix_code([["blank"] * self.reference.cols] * self.reference.rows, prefix_width)
 
 
 def bracket_rows(rows: list[list[str]]) -> str:
@@ -223,7 +231,7 @@ class ConditionSet(Answer):
     def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
         """Return a list of `Eq` and `And`, one for each value or combination of values."""
         alternatives = (_list_alternatives(component, format_formula) for component in self.components)
-        return list_code([text for texts in alternatives for text in texts], prefix_width)
+        return write_list_code([text for texts in alternatives for text in texts], prefix_width)
 
     def write_placeholder(self, prefix_width: int = 0) -> str:
         """Return a list with one blank."""

@@ -20,7 +20,7 @@ from qdot.exercises.arm.conventions.base import SCREWS, Convention
 from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.arm.robot_file import Robot
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.sympy_text import matrix_json
+from qdot.exercises.formula.sympy_text import make_matrix_json
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import MAX_JOINTS_FOR_INVERSE
@@ -489,7 +489,7 @@ def generate_data_events(chain: Chain) -> Events:
     """Yield the events of a derivation as plain data; the names of results are keys."""
     derivation = derive(chain)
     yield "the position"
-    yield ReadyResult("position", {"position": matrix_json(derivation.position)})
+    yield ReadyResult("position", {"position": make_matrix_json(derivation.position)})
     yield "the Jacobian"
     rows = _to_text_rows(derivation.geometric)
     yield ReadyResult("jacobian", {"jacobian": rows[:3], "geometric_jacobian": rows})

@@ -21,7 +21,7 @@ from qdot.exercises.arm.vectors import cross
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.inversion import Configuration
@@ -151,7 +151,7 @@ class NumericReference:
 
         Each entry is printed, and its text is parsed like an answer. This also checks the printed form.
         """
-        program = compile_program([self.parse(expression_text(entry)) for entry in entries])
+        program = compile_program([self.parse(format_expression(entry)) for entry in entries])
         values = evaluate(program, self.symbol_values, self.sample_count).values
         result = values.real if np.all(np.abs(values.imag) <= 1e-12 * (1 + np.abs(values))) else values
         return result.T.reshape(self.sample_count, *entries.shape)

@@ -14,7 +14,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.standard_table import wrap_angle
 from qdot.exercises.formula.order import find_number_in_name
 from qdot.exercises.formula.printers.python import python_text
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.writing import shortening
 
 
@@ -74,7 +74,7 @@ def name_angles(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
     """
     other_angles = {trig.args[0] for matrix in matrices for trig in matrix.atoms(sp.sin, sp.cos)}
     angle_by_name: dict[sp.Symbol, sp.Expr] = {}
-    for angle in (*angles, *sorted(other_angles, key=lambda a: (len(a.free_symbols), expression_text(a)))):
+    for angle in (*angles, *sorted(other_angles, key=lambda a: (len(a.free_symbols), format_expression(a)))):
         has_unit_coefficients = all(abs(angle.coeff(symbol)) == 1 for symbol in angle.free_symbols)
         if needs_name(angle) and has_unit_coefficients and _express_by_name(angle, angle_by_name) is None:
             angle_by_name[_make_name(angle, angle_by_name)] = angle

@@ -158,7 +158,7 @@ def _split_matrices(product_pieces: Pieces) -> Lines:
 
 def _find_matrix(piece: Layout) -> Layout | None:
     """Return the matrix if a piece is a matrix or a power of a matrix; otherwise None."""
-    base = layout.base_of_script(piece)
+    base = layout.get_script_base(piece)
     return base if base.kind == "matrix" else None
 
 

@@ -13,7 +13,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.formula import layout, order
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
-from qdot.exercises.formula.order import COMPONENT_PATTERN, decimal_text, find_joint_sum_digits, is_rate_or_component
+from qdot.exercises.formula.order import COMPONENT_PATTERN, find_joint_sum_digits, is_rate_or_component, write_decimal
 from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.writing.angles import AngleNames
 from qdot.exercises.writing.constant_angles import list_constant_angles, use_constant_angles
@@ -155,7 +155,7 @@ class _ExpressionLayout:
     def lay_out_angle(self, value: sp.Expr) -> Pieces:
         """Return an angle, with its constant in degrees if that is a short decimal: theta_1 + 30, or 30 - theta_1."""
         constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if (term / sp.pi).is_Rational))
-        remainder, digits = sp.expand(value - constant), decimal_text(abs(180 * constant / sp.pi))
+        remainder, digits = sp.expand(value - constant), write_decimal(abs(180 * constant / sp.pi))
         if constant == 0 or digits is None:
             return self.lay_out(value)
         degrees = script(Layout("number", digits), superscript=layout.DEGREE)
@@ -173,7 +173,7 @@ class _ExpressionLayout:
             return _SignedTerm(is_negative, layout.scientific_number(digits, int(power)) if power else number(digits))
         if not size.is_Rational:
             return _SignedTerm(False, self.lay_out_factor(value))
-        if (decimal_digits := decimal_text(size)) is not None:
+        if (decimal_digits := write_decimal(size)) is not None:
             return _SignedTerm(is_negative, number(decimal_digits))
         return _SignedTerm(is_negative, (layout.fraction(number(str(size.p)), number(str(size.q)), is_small=True),))
 
@@ -186,7 +186,7 @@ class _ExpressionLayout:
             return (), ()
         if not value.is_Rational:
             return self.lay_out_number(value).pieces, ()
-        digits, inverse_digits = decimal_text(value), decimal_text(1 / value)
+        digits, inverse_digits = write_decimal(value), write_decimal(1 / value)
         if is_fraction and (quotient := _find_quotient_of_lengths(value, self.lengths)) is not None:
             numerator, denominator = map(self.lay_out_number, quotient)
             return (() if quotient[0] == 1 else numerator.pieces), denominator.pieces
@@ -207,7 +207,7 @@ def _find_quotient_of_lengths(value: sp.Rational, lengths: tuple[sp.Rational, ..
     Numerator and denominator may each be a product of two lengths, and the numerator may be 1. Returns None for other
     numbers, and for decimals that are short.
     """
-    if value == 1 or (decimal_text(value) is not None and not value.is_Integer):
+    if value == 1 or (write_decimal(value) is not None and not value.is_Integer):
         return None
     products = [a * b for a, b in combinations_with_replacement(lengths, 2)]
     for numerator_size, denominator_size in ((1, 1), (1, 2), (2, 1), (2, 2)):
@@ -316,7 +316,7 @@ def tex_length(value: sp.Expr) -> str:
     """
     value = _restore_table_numbers(sp.sympify(value))
     constant = sp.Add(*(term for term in sp.Add.make_args(value) if term.is_number))
-    return _tex_with_unit(value, "m" if constant != 0 and decimal_text(constant) is not None else "")
+    return _tex_with_unit(value, "m" if constant != 0 and write_decimal(constant) is not None else "")
 
 
 def _restore_table_numbers(value: sp.Expr) -> sp.Expr:
@@ -336,7 +336,7 @@ def _restore_table_numbers(value: sp.Expr) -> sp.Expr:
     if len(numbers) == len(terms) or not all(number.is_Integer for number, _ in terms):
         return value
     common_factor = sp.Integer(math.gcd(*map(int, numbers)))
-    if any(decimal_text(number / common_factor) is None for number, _ in terms):
+    if any(write_decimal(number / common_factor) is None for number, _ in terms):
         return value
     new_bracket = sp.Add(*(number / common_factor * remainder for number, remainder in terms))
     return value / bracket * common_factor * new_bracket

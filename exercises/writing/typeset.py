@@ -14,7 +14,7 @@ from typing import NamedTuple
 from qdot.exercises.formula import layout
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
-from qdot.exercises.formula.trees import ONE, Node, ParseError, as_matrix, make_number, node_text
+from qdot.exercises.formula.trees import ONE, Node, ParseError, as_matrix, format_tree, make_number
 from qdot.exercises.writing.latex import write_symbol
 
 MAX_DEPTH = 30
@@ -205,8 +205,8 @@ _TYPESETTERS: dict[str, Callable[[_Typesetter, Node], _Operand]] = {
 
 def _choose_separator(previous_factor: Pieces, next_start: Layout) -> Pieces:
     """Return the separator of two factors: a dot before a number; a space beside a name and after tall brackets."""
-    previous_piece, next_piece = previous_factor[-1], layout.base_of_script(next_start)
-    previous_start = layout.base_of_script(previous_factor[0])
+    previous_piece, next_piece = previous_factor[-1], layout.get_script_base(next_start)
+    previous_start = layout.get_script_base(previous_factor[0])
     if next_piece.kind == "number" or (next_start.kind == "fraction" and previous_piece.kind == "number"):
         return (layout.DOT,)
     return (layout.THIN,) if "text" in (previous_start.kind, next_piece.kind) or previous_piece.text == "()" else ()
@@ -262,7 +262,7 @@ def _typeset_number(node: Node) -> _Operand:
     if node.kind == "number" and value.denominator != 1:
         fraction = layout.fraction(number(str(value.numerator)), number(str(value.denominator)), is_small=True)
         return _Operand((fraction,), _FACTOR)
-    digits = node_text(node)
+    digits = format_tree(node)
     if node.kind == "decimal" and value and not Fraction(1, 10**5) <= abs(value) < 10**9:
         mantissa, _, power = f"{Decimal(digits):e}".partition("e")
         return _Operand(layout.scientific_number(mantissa.rstrip("0").rstrip("."), int(power)), _PRODUCT)

@@ -16,7 +16,7 @@ import numpy as np
 from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.algebra import expand_terms
 from qdot.exercises.formula.program import evaluate_variants
-from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, node_text
+from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, format_tree
 from qdot.exercises.mistakes import formula_edits
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import SymbolValues
@@ -146,7 +146,7 @@ def _find_other_lengths(answer: WrongAnswer, reference: Rows) -> Diagnosis | Non
     expected_values, size = answer.correct_values[first_samples], answer.numeric.term_size[first_samples]
     if not any(NumericAnswer(values, size, answer.numeric.tolerances).equals(expected_values) for values in answers):
         return None
-    words = ", ".join(map(node_text, other_lengths))
+    words = ", ".join(map(format_tree, other_lengths))
     return Diagnosis((), f"Your answer is correct for an arm with other lengths ({words}). {OWN_TABLE_HINT}")
 
 

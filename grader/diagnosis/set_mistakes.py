@@ -18,7 +18,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace, SetComparison, compare_sets
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.set_parser import Piece, parse_pieces, parse_typed_set
-from qdot.exercises.formula.trees import Node, ParseError, count_decimal_digits, find_names, node_text
+from qdot.exercises.formula.trees import Node, ParseError, count_decimal_digits, find_names, format_tree
 from qdot.exercises.mistakes.base import Mistake, MistakenAnswer
 from qdot.exercises.mistakes.catalogue import CATALOGUE, generate_mistaken_answers
 from qdot.exercises.mistakes.configurations import sample_values
@@ -219,7 +219,7 @@ def _format_value(value: Node) -> str:
     """
     if value.kind == "neg" and value.args[0].kind not in ("+", "-"):
         return f"-{_format_value(value.args[0])}"
-    text = node_text(value)
+    text = format_tree(value)
     return text[1:-1] if text.startswith("(") else text
 
 

@@ -32,11 +32,11 @@ from qdot.exercises.formula.trees import (
     count_nodes,
     find_names,
     find_nonscalar,
+    format_tree,
     has_blank,
     iterate_nodes,
     list_equation_sides,
     make_rows,
-    node_text,
     refuse_nonscalars,
     replace_names,
 )
@@ -272,7 +272,7 @@ def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[
     example = f"{joints[-1]} = 0 or {joints[-1]} = pi/3"
     alternatives = tree.args if tree.kind in ("list", "set", "or") else (tree,)
     for bare_formula in (node for node in alternatives if _is_bare_formula(node, joints)):
-        formula = node_text(bare_formula)[:_MAX_LENGTH_SHOWN]
+        formula = format_tree(bare_formula)[:_MAX_LENGTH_SHOWN]
         advice = f"write the joint values at which it is zero, such as {example}, or an equation, {formula} = 0"
         raise _Refusal(f"{formula} is not a condition; {advice}")
     if unknown := find_names(tree) - set(domain.roles) - set(joints) - set(WHOLE_NUMBER_NAMES):

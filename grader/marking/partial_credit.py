@@ -24,7 +24,7 @@ from qdot.exercises.formula.equality import READABLE_POINTS, Domain, compare_ent
 from qdot.exercises.formula.parser import parse_reference
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.scale import ConstantFactor, find_constant_factor
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.formula.trees import ONE, ZERO, Node, find_names
 from qdot.exercises.problem.credit import (
     MAX_WRONG_FACTORS,
@@ -254,7 +254,7 @@ def _credit_factors(answer: AnswerToCredit) -> EarnedShare | None:
     if answer.parsed.tree is None or answer.parsed.table is not None or answer.has_unknown_symbols:
         return None
     (reference,) = part.answer.list_entries()
-    all_factors = [parse_reference(expression_text(factor), names) for factor in _list_factors(reference)]
+    all_factors = [parse_reference(format_expression(factor), names) for factor in _list_factors(reference)]
     expected_factors = [factor for factor in all_factors if find_names(factor) & answer.varying_names]
     (entry,) = answer.parsed.entries
     typed_factors = [factor for factor in split_factors(entry) if find_names(factor) & answer.varying_names]

@@ -198,16 +198,15 @@ def _summarize_group(key: str, answers: Sequence[tuple[str, str, PartResult]]) -
 
 @dataclass(frozen=True)
 class LateOrUnmarked:
-    """A student who has no mark or was late: the status of the work, as in `find_work_status`, and the reason."""
+    """A student who has no mark or was late: the status of the work, as in `find_work_status`, and the reason.
+
+    `has_mark` is whether the student has a mark nevertheless.
+    """
 
     result: Result
     status: str
     reason: str
-
-    @property
-    def has_mark(self) -> bool:
-        """Whether the student has a mark nevertheless."""
-        return is_marked(self.result)
+    has_mark: bool
 
 
 def find_late_or_unmarked(results: Sequence[Result]) -> list[LateOrUnmarked]:
@@ -225,7 +224,7 @@ def find_late_or_unmarked(results: Sequence[Result]) -> list[LateOrUnmarked]:
         elif status in ("unusable", *UNMARKED_STATUSES):
             cause = "qdot failed on a part" if status == "ungraded" else "judging a part took too long"
             reason = result.obstacle or cause
-        rows.append(LateOrUnmarked(result, status, make_visible(reason)))
+        rows.append(LateOrUnmarked(result, status, make_visible(reason), is_marked(result)))
     order = [*UNMARKED_STATUSES, "unusable", "missing", "late"]
     return sorted(rows, key=lambda row: order.index(row.status))
 

@@ -54,7 +54,12 @@ def make_grades_table(results: Sequence[Result], roster: Sequence[Student]) -> t
         status = find_work_status(result)
         score, percent = (None, None) if status in UNMARKED_STATUSES else (result.score, result.percent)
         sums = [score, result.max_score, percent, status, _compute_late_penalty(result)]
-        notes = "; ".join((*list_staff_notes(result), *list_group_notes(result)))
+        group_notes = [
+            f"overrides.csv {'comments on' if override.points is None else 'sets'} the group {override.group}"
+            for override in result.overrides.values()
+            if override.group is not None
+        ]
+        notes = "; ".join((*list_staff_notes(result), *group_notes))
         rows.append([*cells, *points, *sums, "; ".join(describe_overrides(result)), notes])
     return ["student", "name", "email", *columns, *results[0].parts, *SUMMARY_COLUMNS], rows
 
@@ -121,15 +126,6 @@ def describe_overrides(result: Result) -> list[str]:
 def count_overridden(result: Result) -> int:
     """Return the number of marks that a person set, for parts or for the total."""
     return sum(override.points is not None for override in result.overrides.values())
-
-
-def list_group_notes(result: Result) -> list[str]:
-    """Return a note for the staff on each override that applies to a whole group of equal wrong answers."""
-    overrides = [override for override in result.overrides.values() if override.group is not None]
-    return [
-        f"overrides.csv {'comments on' if override.points is None else 'sets'} the group {override.group}"
-        for override in overrides
-    ]
 
 
 def _compute_late_penalty(result: Result) -> float | None:

@@ -28,24 +28,23 @@ class Promise:
     """What qdot promises about a notebook.
 
     `text` completes the sentence "a notebook …". `measures` are the names of the measures that keep the promise, as in
-    `MEASURES`. `is_watched` says whether Python's audit hook watches what the promise forbids.
+    `MEASURES`; with "watch", Python's audit hook watches what the promise forbids.
     """
 
     text: str
     measures: tuple[str, ...]
-    is_watched: bool = False
 
 
 PROMISES = {
     "files": Promise(
         "reads only Python and its libraries, and writes only into its own folder (64 MB), which is then removed",
-        ("namespaces", "landlock", "seccomp", "user", "quota", "watch"), True),
+        ("namespaces", "landlock", "seccomp", "user", "quota", "watch")),
     "network": Promise(
         "can't use the network or connect to a socket of this machine",
-        ("namespaces", "seccomp", "landlock", "watch"), True),
+        ("namespaces", "seccomp", "landlock", "watch")),
     "processes": Promise(
         "can't start programs or reach other processes; its own processes end with it",
-        ("seccomp", "namespaces", "limits", "watch"), True),
+        ("seccomp", "namespaces", "limits", "watch")),
     "memory": Promise("can't use more memory than its limit", ("limits", "seccomp", "namespaces")),
     "time": Promise("can't use more processor time than its limit, and is then killed", ("limits",)),
     "privileges": Promise("has no root privileges and can't gain any", ("privileges", "seccomp", "user")),
@@ -158,8 +157,8 @@ def _make_guarantee(name: str, achievements: list[str], unavailable_measures: di
     if "namespaces" not in unavailable_measures and "quota" in available_measures:
         available_measures.remove("quota")  # the notebook's own file system has a limited size, so nothing is counted
     titles = tuple(MEASURES[measure].title for measure in available_measures)
-    is_watched = PROMISES[name].is_watched and "watch" not in unavailable_measures
-    enforcement = ENFORCED_BY_KERNEL if not achievements else WATCHED_IN_PYTHON if is_watched else NOT_ENFORCED
+    enforcement_in_python = WATCHED_IN_PYTHON if "watch" in available_measures else NOT_ENFORCED
+    enforcement = enforcement_in_python if achievements else ENFORCED_BY_KERNEL
     return Guarantee(name, PROMISES[name].text, enforcement, titles, tuple(achievements))
 
 

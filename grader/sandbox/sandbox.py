@@ -70,14 +70,6 @@ class Limits:
     cell_seconds: float = 90.0
     memory: int = 3 << 30
 
-    @property
-    def description(self) -> str:
-        """The limits as a phrase for messages."""
-        return (
-            f"{self.memory / 2**30:g} GB of memory, {self.seconds:g} s, {isolation.MAX_DISK_BYTES / 1e6:g} MB "
-            f"in at most {isolation.MAX_FILES} files, folders nested {isolation.MAX_DEPTH} deep"
-        )
-
 
 @dataclass(frozen=True)
 class FunctionArguments:
@@ -134,11 +126,16 @@ class Run:
     def describe_end(self, cell_name: str = "it") -> str:
         """Return a sentence on how the run ended, with the name of the last cell; empty if the run ended normally."""
         location = "" if cell_name == "it" else f" in {cell_name}"
+        limits_text = (
+            f"{self.limits.memory / 2**30:g} GB of memory, {self.limits.seconds:g} s, "
+            f"{isolation.MAX_DISK_BYTES / 1e6:g} MB in at most {isolation.MAX_FILES} files, "
+            f"folders nested {isolation.MAX_DEPTH} deep"
+        )
         descriptions = {
             "overtime": f"the notebook used up its {self.limits.seconds:g} s{location}",
             "crashed": f"the notebook crashed Python{location}",
             "closed": f"the notebook ended its own process{location}",
-            "killed": f"the notebook was stopped{location} because it exceeded a limit ({self.limits.description})",
+            "killed": f"the notebook was stopped{location} because it exceeded a limit ({limits_text})",
             "lost": f"the notebook killed the process that runs it{location}",
         }
         if self.end == "unbegun":

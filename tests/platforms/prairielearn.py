@@ -33,7 +33,7 @@ from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.known_wrong_answers import find_known_wrong_answers
 from qdot.exercises.exports.prairielearn import INSTANCE_FOLDER, list_input_names, make_question_id
 from qdot.exercises.exports.registry import EXPORT_FORMATS
-from qdot.exercises.formula.sympy_text import matrix_rows_as_text
+from qdot.exercises.formula.sympy_text import format_matrix_rows
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import LETTERS, Answer, ConditionSet, Letters, Matching, Number
 from qdot.exercises.reference_answers.formulas import bracket_rows
@@ -295,7 +295,7 @@ def _typed(answer: Answer, wrong: sp.Matrix | tuple[Component, ...]) -> str:
         return replace(answer, components=wrong).as_typed()
     if isinstance(answer, Number):
         return _listed(f"{float(value):.6g}" for value in sp.Matrix(wrong))
-    rows = matrix_rows_as_text(sp.Matrix(wrong))
+    rows = format_matrix_rows(sp.Matrix(wrong))
     return bracket_rows(rows) if answer.shape else rows[0][0]
 
 

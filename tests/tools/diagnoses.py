@@ -28,7 +28,7 @@ from qdot.exercises.arm.derivation_graph import (
 from qdot.exercises.arm.trigonometry import textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.mistakes.catalogue import (
     CATALOGUE,
     PredictedAnswer,
@@ -158,9 +158,9 @@ def _write_answer(part: Part, wrong: PredictedAnswer, stages: StageResults) -> s
         return str([[float(f"{value:.5g}") for value in row] for row in wrong.answer[..., 0].tolist()])
     matrix = _short_determinant(wrong) if part.kind == "determinant" and stages.n > 3 else to_sympy_matrix(wrong.answer)
     if isinstance(part.answer, Expression):
-        text = expression_text(matrix[0])
+        text = format_expression(matrix[0])
     else:
-        text = "[" + ", ".join(f"[{', '.join(map(expression_text, row))}]" for row in matrix.tolist()) + "]"
+        text = "[" + ", ".join(f"[{', '.join(map(format_expression, row))}]" for row in matrix.tolist()) + "]"
     return None if len(text) > MAX_LENGTH or "nan" in text or "zoo" in text else text
 
 
@@ -208,13 +208,13 @@ def random_answers(problem: Problem, part: Part, count: int) -> Iterator[str]:
     answer = part.answer
     for _ in range(count):
         if isinstance(answer, Expression):
-            yield spoiled(expression_text(answer.reference))
+            yield spoiled(format_expression(answer.reference))
         elif isinstance(answer, Number):
             yield str([float(f"{float(value) * rng.uniform(0.3, 3):.5g}") for value in answer.reference])
         elif isinstance(answer, (ConditionSet, Choice, Selection, Matching)):
             return
         else:
-            rows = [[expression_text(entry) for entry in row] for row in answer.as_matrix().tolist()]
+            rows = [[format_expression(entry) for entry in row] for row in answer.as_matrix().tolist()]
             places = [(i, j) for i, row in enumerate(rows) for j, entry in enumerate(row) if entry != "0"]
             for i, j in rng.sample(places, min(len(places), rng.randint(1, 3))):
                 rows[i][j] = spoiled(rows[i][j])

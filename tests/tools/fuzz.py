@@ -29,7 +29,7 @@ from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import Atom, parse_pieces
-from qdot.exercises.formula.trees import Node, ParseError, as_matrix, node_text
+from qdot.exercises.formula.trees import Node, ParseError, as_matrix, format_tree
 from qdot.grader.judging.answer_parser import assign_values_to_joint, read_conditions, replace_decimal_commas
 from qdot.grader.judging.compare_command import compare_line
 from qdot.grader.judging.verdict import Judgement, Outcome
@@ -120,12 +120,12 @@ def check_printing(text: str) -> None:
         tree = _parse(text, known)
         if tree is None or not _is_scalar(tree) or not all(map(_is_normal, trees.find_names(tree))):
             continue
-        again = _parse(node_text(tree), known)
+        again = _parse(format_tree(tree), known)
         if again is None:
             if _depth(tree) < expression.MAX_DEPTH // 2:
-                raise Find(f"what it prints as can't be read: {node_text(tree)}")
+                raise Find(f"what it prints as can't be read: {format_tree(tree)}")
         elif _have_different_values(tree, again):
-            raise Find(f"prints as something else: {node_text(tree)}, known {sorted(known)}")
+            raise Find(f"prints as something else: {format_tree(tree)}, known {sorted(known)}")
     _compare_with_python(text)
 
 
@@ -291,7 +291,7 @@ def _compare_with_python(text: str) -> None:
             for candidate in (expected, expected.conjugate())
         )
         if cmath.isfinite(expected) and abs(expected) < 1e200 and not any(is_near):
-            raise Find(f"in Python this is {expected}, and here {value}, {node_text(tree)}")
+            raise Find(f"in Python this is {expected}, and here {value}, {format_tree(tree)}")
 
 
 # --- evaluation with many digits ---

@@ -20,8 +20,8 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.sympy_text import expression_text
-from qdot.exercises.formula.trees import Node, find_names, node_text
+from qdot.exercises.formula.sympy_text import format_expression
+from qdot.exercises.formula.trees import Node, find_names, format_tree
 from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.reference_answers import Expression, Matrix
@@ -265,7 +265,7 @@ def apply_rules(node: Node, rules: tuple[Rule, ...], rng: Stream, steps: int) ->
             new = None if inside_a_power else rng.choice(rules)(subtree_at(node, place), rng)
             if new is not None:
                 longer = replace_at(node, place, new)
-                node = longer if len(node_text(longer)) <= 2 * MAX_LENGTH else node
+                node = longer if len(format_tree(longer)) <= 2 * MAX_LENGTH else node
                 break
     return node
 
@@ -299,7 +299,7 @@ def references(seeds: Iterator[int]) -> Iterator[tuple[str, Node, Domain]]:
                 entries = list(answer.reference) if isinstance(answer, Matrix) else []
                 entries = [answer.reference] if isinstance(answer, Expression) else entries
                 for index, entry in enumerate(entries):
-                    if len(text := expression_text(entry)) <= MAX_LENGTH:
+                    if len(text := format_expression(entry)) <= MAX_LENGTH:
                         yield f"{family}/{seed} {part.name}[{index}]", parse_formula(text, domain.roles), domain
 
 
@@ -320,7 +320,7 @@ def pairs(count: int) -> Iterator[Pair]:
     """Yield pairs of a reference and an answer for which it is known whether they are the same function."""
     count_so_far = 0
     for source, reference, domain in references(iter(range(10**9))):
-        text = node_text(reference)
+        text = format_tree(reference)
         for k in range(6):
             if count_so_far >= count:
                 return
@@ -331,12 +331,12 @@ def pairs(count: int) -> Iterator[Pair]:
                 tree = apply_rules(tree, MUTATIONS, rng, 1)
             differs = is_different(tree, reference, domain, rng)
             if is_rewriting and differs:
-                raise AssertionError(f"a rewriting is no identity: {source}: {node_text(tree)}")
+                raise AssertionError(f"a rewriting is no identity: {source}: {format_tree(tree)}")
             if differs is None or (not is_rewriting and not differs):
                 continue  # floating-point values can't tell
             count_so_far += 1
             kind, seed = "rewritten" if is_rewriting else "changed", f"pairs/{source}/{k}"
-            yield Pair(source, kind, not differs, node_text(tree), text, domain, seed)
+            yield Pair(source, kind, not differs, format_tree(tree), text, domain, seed)
 
 
 def verdicts(count: int) -> Iterator[tuple[str, str, bool, bool, str]]:

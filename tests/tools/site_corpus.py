@@ -12,7 +12,7 @@ from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import Domain, choose_default_role
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.trees import ParseError, as_matrix, find_names, node_text
+from qdot.exercises.formula.trees import ParseError, as_matrix, find_names, format_tree
 from qdot.exercises.site.keys import make_values_key
 from qdot.exercises.site.record import make_arm_record
 from qdot.grader.judging.compare_command import compare
@@ -104,7 +104,7 @@ def _find_answer_names(student: str) -> set[str]:
 
 
 def _texts(reference: str) -> list[list[str]]:
-    return [[node_text(entry) for entry in row] for row in as_matrix(parse_formula(reference))]
+    return [[format_tree(entry) for entry in row] for row in as_matrix(parse_formula(reference))]
 
 
 if __name__ == "__main__":

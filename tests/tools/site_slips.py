@@ -17,7 +17,7 @@ from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import split_terms
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.trees import Node, as_matrix, find_names, node_text
+from qdot.exercises.formula.trees import Node, as_matrix, find_names, format_tree
 from qdot.exercises.generation import generate
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
@@ -339,8 +339,8 @@ def find_kind(slip: str) -> str:
 
 def _write_rows(rows: Rows) -> str:
     if len(rows) == len(rows[0]) == 1:
-        return node_text(rows[0][0])
-    return f"[{', '.join('[' + ', '.join(map(node_text, row)) + ']' for row in rows)}]"
+        return format_tree(rows[0][0])
+    return f"[{', '.join('[' + ', '.join(map(format_tree, row)) + ']' for row in rows)}]"
 
 
 def make_problem(family: str, variation: str) -> Problem:

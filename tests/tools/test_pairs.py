@@ -7,7 +7,7 @@ import pytest
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.trees import node_text
+from qdot.exercises.formula.trees import format_tree
 from tests.support.suites import select_for_suite
 from tests.tools.pairs import MUTATIONS, REWRITINGS, Rule, apply_rules, is_different, replace_at, subtree_at, verdicts
 
@@ -34,8 +34,8 @@ def test_every_rewriting_applies_and_is_an_identity(rule: Rule) -> None:
     for k in range(12):
         tree = apply_rules(POSITION, (rule,), Stream(f"rewriting/{k}"), 1)
         assert is_different(tree, POSITION, DOMAIN, Stream("points")) is False
-        texts.add(node_text(tree))
-    assert texts - {node_text(POSITION)}
+        texts.add(format_tree(tree))
+    assert texts - {format_tree(POSITION)}
 
 
 @pytest.mark.parametrize("rule", MUTATIONS, ids=get_name)
@@ -45,11 +45,11 @@ def test_every_mutation_changes_the_function(rule: Rule) -> None:
 
 
 def test_subtrees_are_found_and_replaced() -> None:
-    assert node_text(subtree_at(POSITION, (0, 1))) == "cos(theta1)"
-    assert node_text(replace_at(parse_formula("a1 + a2"), (1,), parse_formula("a3"))) == "(a1+a3)"
+    assert format_tree(subtree_at(POSITION, (0, 1))) == "cos(theta1)"
+    assert format_tree(replace_at(parse_formula("a1 + a2"), (1,), parse_formula("a3"))) == "(a1+a3)"
 
 
 @pytest.mark.parametrize("text", ["(a1*0.05)", "(-12.5)", "((3/4)+a1)", "(a1^(-2))", "7.0", "atan2(a1, 2)"])
 def test_a_printed_tree_parses_to_the_same_tree(text: str) -> None:
-    assert node_text(parse_formula(text)) == text
-    assert parse_formula(node_text(parse_formula(text))) == parse_formula(text)
+    assert format_tree(parse_formula(text)) == text
+    assert parse_formula(format_tree(parse_formula(text))) == parse_formula(text)

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 from qdot.exercises.formula import layout
 from qdot.exercises.formula.latex import LETTERS, PRIMES, SIGNS
-from qdot.exercises.formula.layout import EMPTY, MINUS, PLUS, THIN, Layout, Pieces, base_of_script, is_binary, row
+from qdot.exercises.formula.layout import EMPTY, MINUS, PLUS, THIN, Layout, Pieces, get_script_base, is_binary, row
 
 _COMMANDS = {char: f"\\{name}" for table in (SIGNS, LETTERS) for name, char in reversed(table.items())} | {"−": "-"}
 _SPACED_SIGNS, _NO_SPACE_AFTER, _NO_SPACE_BEFORE = "=≠<>≤≥≈∈→⋅×±", "([{/+−", ")]},;/."
@@ -49,14 +49,14 @@ def _are_joined(previous: Layout, piece: Layout) -> bool:
     """Return whether two pieces have no space between them."""
     if _is_sign(previous, _SPACED_SIGNS) or _is_sign(piece, _SPACED_SIGNS):
         return False
-    if _is_sign(previous, _NO_SPACE_AFTER) or _is_sign(base_of_script(piece), _NO_SPACE_BEFORE) or piece == THIN:
+    if _is_sign(previous, _NO_SPACE_AFTER) or _is_sign(get_script_base(piece), _NO_SPACE_BEFORE) or piece == THIN:
         return True
     if previous == THIN:
         return piece.kind == "text"
     if previous.kind == "script" and previous.inner[0] == EMPTY:  # {}^{0}z_{1}
         return True
-    base = base_of_script(piece)
-    return (base.kind == "fenced" or base.text == "(") and base_of_script(previous).kind in ("word", "text")
+    base = get_script_base(piece)
+    return (base.kind == "fenced" or base.text == "(") and get_script_base(previous).kind in ("word", "text")
 
 
 def _is_sign(piece: Layout, signs: str) -> bool:

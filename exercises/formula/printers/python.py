@@ -8,7 +8,7 @@ import sympy as sp
 from sympy.printing.str import StrPrinter
 
 from qdot.exercises.formula import order
-from qdot.exercises.formula.order import decimal_text
+from qdot.exercises.formula.order import write_decimal
 
 MAX_CODE_WIDTH = 88
 """Maximum length of a line of code in a notebook, if it can be broken."""
@@ -55,7 +55,7 @@ class _CodePrinter(StrPrinter):
             return str(self._print(abs(term) if term.is_Rational or term.is_Float else term))
         product = order.order_product(term)
         is_irrational = any(factor.is_number and not factor.is_Rational for factor in term.args)  # as in 5*pi/6
-        digits = None if is_irrational else decimal_text(product.number)
+        digits = None if is_irrational else write_decimal(product.number)
         numbers = (digits, "1") if digits else (str(product.number.p), str(product.number.q))
         numerator, denominator = (
             [text for text in (number, *self._print_factors(factors, product)) if text != "1"]
@@ -71,7 +71,7 @@ class _CodePrinter(StrPrinter):
         return [f"({sums[factor]})" if factor in sums else str(self._print(factor)) for factor in factors]
 
     def _print_Rational(self, expr: sp.Rational) -> str:
-        return decimal_text(expr) or f"Rational({expr.p}, {expr.q})"
+        return write_decimal(expr) or f"Rational({expr.p}, {expr.q})"
 
     def _print_Float(self, expr: sp.Float) -> str:
         return f"{float(expr):.10g}"
@@ -87,15 +87,15 @@ def python_text(expression: sp.Expr, sum_texts: Mapping[sp.Symbol, str] | None =
     return str(_CodePrinter(sum_texts or {}).doprint(expression))
 
 
-def matrix_code(rows: Sequence[Sequence[str]], prefix_width: int) -> str:
+def write_matrix_code(rows: Sequence[Sequence[str]], prefix_width: int) -> str:
     """Return the code of a matrix, given the code of its entries; its first line has `prefix_width` columns already."""
     inside = prefix_width + len("Matrix()")
     if all(len(row) == 1 for row in rows):
-        return f"Matrix({list_code([row[0] for row in rows], inside)})"
-    return f"Matrix({list_code([list_code(row, len('    ,'), 1) for row in rows], inside)})"
+        return f"Matrix({write_list_code([row[0] for row in rows], inside)})"
+    return f"Matrix({write_list_code([write_list_code(row, len('    ,'), 1) for row in rows], inside)})"
 
 
-def list_code(items: Sequence[str], prefix_width: int, depth: int = 0) -> str:
+def write_list_code(items: Sequence[str], prefix_width: int, depth: int = 0) -> str:
     """Return the code of a list, on one line if the list fits after `prefix_width` columns."""
     line = f"[{', '.join(items)}]"
     if prefix_width + len(line) <= MAX_CODE_WIDTH and "\n" not in line:

@@ -21,7 +21,7 @@ from qdot.exercises.arm.trigonometry import textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.problem.problem import Details, SymbolInfo, list_table_numbers
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_term_count_objection
@@ -292,7 +292,7 @@ class QuestionMaker:
         if formula is None:
             return self.definition.options[index].content
         matrix = self.derive(chain, formula, self.names_arm_symbols(chain))
-        return expression_text(matrix[0]) if matrix.shape == (1, 1) else str([expression_text(e) for e in matrix])
+        return format_expression(matrix[0]) if matrix.shape == (1, 1) else str([format_expression(e) for e in matrix])
 
     # --- objections ---
 
@@ -398,7 +398,7 @@ def _is_constant(matrix: sp.Matrix) -> bool:
     """Return whether a matrix has the same value at three arbitrary values of its symbols."""
     symbols = sorted(matrix.free_symbols, key=str)
     points = [{symbol: sp.Rational(7 * k + 3 * i + 4, 11 + i) for i, symbol in enumerate(symbols)} for k in range(3)]
-    program = compile_program([parse_formula(expression_text(entry)) for entry in matrix])
+    program = compile_program([parse_formula(format_expression(entry)) for entry in matrix])
     names = {symbol.name: np.array([float(point[symbol]) for point in points]) for symbol in symbols}
     values = evaluate(program, names, len(points)).values.T
     return all(np.allclose(value, values[0], rtol=1e-9, atol=1e-9) for value in values[1:])

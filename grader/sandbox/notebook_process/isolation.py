@@ -14,6 +14,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from . import audit_hook, kernel, system_calls
@@ -287,11 +288,8 @@ def apply_measures(measures: Measures, folder: str, parent_pid: int) -> dict[str
     if not measures.is_applied("privileges") and measures.is_applied("seccomp") and sys.platform == "linux":
         apply_measure("seccomp", lambda: kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1))
     apply_measure("landlock", lambda: _restrict_files(folder))
-    sees_machine_files = not measures.is_applied("namespaces")
-    apply_measure(
-        "seccomp",
-        lambda: kernel.install_seccomp_filter(system_calls.make_filter_program(os.getpid(), sees_machine_files)),
-    )
+    make_filter = partial(system_calls.make_filter_program, sees_machine_files=not measures.is_applied("namespaces"))
+    apply_measure("seccomp", lambda: kernel.install_seccomp_filter(make_filter(os.getpid())))
     kernel.release_library()
     return failed_measures
 

@@ -24,7 +24,7 @@ from qdot.exercises.exports.stack_parts import _are_usable, compute_formula_shar
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.printers.maxima import maxima_text
 from qdot.exercises.formula.program import compile_program
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Problem, ProblemId
@@ -134,7 +134,7 @@ def test_each_part_is_a_question_in_its_category_with_its_points(
     problem = next(iter(iterate_bank(replace(export_request, variant_count=1)))).problem
     determinant = problem.parts[2].answer
     assert isinstance(determinant, Expression)
-    assert expression_text(determinant.reference) not in get_text(
+    assert format_expression(determinant.reference) not in get_text(
         find_question(quiz, "determinant"), "questiontext/text"
     )
 

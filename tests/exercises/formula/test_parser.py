@@ -17,8 +17,8 @@ from qdot.exercises.formula.trees import (
     as_matrix,
     count_decimal_digits,
     find_names,
+    format_tree,
     has_blank,
-    node_text,
 )
 from tests.support.suites import sample_for_suite, select_for_suite
 
@@ -196,8 +196,8 @@ def test_operator_precedence_is_that_of_python(text: str) -> None:
     ],
 )  # fmt: skip
 def test_printed_tree_parses_to_the_same(text: str) -> None:
-    printed = node_text(parse_formula(node_text(parse_formula(text))))
-    assert printed == node_text(parse_formula(text))
+    printed = format_tree(parse_formula(format_tree(parse_formula(text))))
+    assert printed == format_tree(parse_formula(text))
     assert evaluate_text(printed) == evaluate_text(text)
 
 

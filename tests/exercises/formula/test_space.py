@@ -18,7 +18,7 @@ from qdot.exercises.formula.equality import Domain, Rounding
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import WHOLE_NUMBER_VALUES, Piece, parse_pieces
-from qdot.exercises.formula.trees import ParseError, node_text
+from qdot.exercises.formula.trees import ParseError, format_tree
 
 JOINTS = ("theta1", "theta2", "d3")
 ROLES = {"theta1": "angle", "theta2": "angle", "d3": "signed", "a1": "length", "a2": "length"}
@@ -87,7 +87,7 @@ def test_invalid_condition_is_refused(text: str, message: str) -> None:
 
 
 def test_integers_range_from_minus_six_to_six_modulo_full_turns() -> None:
-    assert [node_text(node).strip("()") for node in WHOLE_NUMBER_VALUES] == [str(k) for k in range(-6, 7)]
+    assert [format_tree(node).strip("()") for node in WHOLE_NUMBER_VALUES] == [str(k) for k in range(-6, 7)]
     counts = {"k*pi": 2, "k*pi/6": 12, "2*k*pi": 1, "pi/4 + n*pi/2": 4, "k*a1": 13, "k*pi + a1": 13, "(k + n)*pi/6": 12}
     assert {text: len(list_piece_joints(f"theta2 = {text}")) for text in counts} == counts
     assert len(list_piece_joints("sin(theta2) = k")) == 13
@@ -179,8 +179,8 @@ def test_smallest_residual_of_a_condition_is_estimated() -> None:
 def test_root_on_one_side_is_replaced_by_its_operand(text: str) -> None:
     """Such as manipulability, sqrt(det(J J^T)) = 0, with terms of different sizes."""
     inner = "a1^2*sin(theta1)^2 + (a2*sin(theta2))^2"
-    assert [node_text(atom.expression) for (atom,) in read_pieces(text.format(inner))] == [
-        node_text(parse_formula(inner))
+    assert [format_tree(atom.expression) for (atom,) in read_pieces(text.format(inner))] == [
+        format_tree(parse_formula(inner))
     ]
     assert compare(text.format(inner), "sin(theta1) = 0 and sin(theta2) = 0").are_equal
     assert not compare(text.format(inner), "sin(theta1) = 0").are_equal
@@ -189,7 +189,7 @@ def test_root_on_one_side_is_replaced_by_its_operand(text: str) -> None:
 def test_root_inside_a_side_is_kept() -> None:
     for text in ("sqrt(d3) = 1", "0 - sqrt(d3)", "sqrt(d3) + abs(a1)", "exp(d3)"):
         (piece,) = read_pieces(text)
-        assert node_text(piece[0].expression) == node_text(parse_formula(text.replace(" = ", " - ")))
+        assert format_tree(piece[0].expression) == format_tree(parse_formula(text.replace(" = ", " - ")))
 
 
 @pytest.mark.parametrize(

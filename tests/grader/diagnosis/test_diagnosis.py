@@ -14,7 +14,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
@@ -36,7 +36,7 @@ QUESTION_COUNT, LONG_ARM_COUNT = 4, select_for_suite(2, 4)
 
 def evaluate_reference(part: Part, values: SymbolValues) -> np.ndarray:
     """Return the entries of a reference at N configurations, shape (entries, N)."""
-    nodes = [parse_formula(expression_text(entry), frozenset(values)) for entry in part.answer.as_matrix()]
+    nodes = [parse_formula(format_expression(entry), frozenset(values)) for entry in part.answer.as_matrix()]
     return evaluate(compile_program(nodes), values, len(next(iter(values.values())))).values
 
 

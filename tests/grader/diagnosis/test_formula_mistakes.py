@@ -11,7 +11,7 @@ from qdot.exercises.chapter import make_planar_2r
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.trees import Node, count_nodes, node_text
+from qdot.exercises.formula.trees import Node, count_nodes, format_tree
 from qdot.exercises.mistakes.catalogue import CATALOGUE, apply_mistake
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.mistakes.formula_edits import edit_all_entries, edit_entry
@@ -77,9 +77,9 @@ def test_mistakes_in_entries_are_named_with_their_places(changed: dict[int, str]
 
 def test_relative_angles_in_a_whole_entry_are_one_mistake() -> None:
     entry = parse_formula(f"a1*{C1} + a2*{C12} + a3*cos(theta1 + theta2 + theta3 + pi/6)", {})
-    changed = [node_text(edit.entry) for edit in edit_entry(entry) if edit.mistake == "angles-typed"]
+    changed = [format_tree(edit.entry) for edit in edit_entry(entry) if edit.mistake == "angles-typed"]
     expected = parse_formula("a1*cos(theta1) + a2*cos(theta2) + a3*cos(theta3 + pi/6)", {})
-    assert changed[0] == node_text(expected)
+    assert changed[0] == format_tree(expected)
 
 
 def test_a_missing_term_is_described_by_its_symbols() -> None:
@@ -106,8 +106,8 @@ def is_different(values: np.ndarray, right: np.ndarray) -> bool:
 
 def write_rows(part: Part, rows: list[list[Node]]) -> str:
     if part.shape is None:
-        return node_text(rows[0][0])
-    return f"[{', '.join('[' + ', '.join(map(node_text, row)) + ']' for row in rows)}]"
+        return format_tree(rows[0][0])
+    return f"[{', '.join('[' + ', '.join(map(format_tree, row)) + ']' for row in rows)}]"
 
 
 @few_families
@@ -182,4 +182,4 @@ def test_an_inherited_mistake_is_named_once() -> None:
 
 def test_a_missing_square_leaves_the_root_or_twice_the_root() -> None:
     entries = [edit.entry for edit in edit_entry(parse_formula("x^2"), ["x"]) if edit.mistake == "square-missing"]
-    assert [node_text(entry) for entry in entries] == ["x", "(2*x)"]
+    assert [format_tree(entry) for entry in entries] == ["x", "(2*x)"]

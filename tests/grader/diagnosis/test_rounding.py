@@ -10,7 +10,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import ConditionSet
 from qdot.grader.judging.functions import sample_function_arguments
@@ -45,7 +45,7 @@ def replace_by_fractions(entry: sp.Expr) -> sp.Expr:
 
 
 def write_answer(part: Part, change: Callable[[sp.Expr], sp.Expr]) -> str:
-    rows = [", ".join(expression_text(change(entry)) for entry in row) for row in part.answer.as_matrix().tolist()]
+    rows = [", ".join(format_expression(change(entry)) for entry in row) for row in part.answer.as_matrix().tolist()]
     return rows[0] if part.shape is None else f"[[{'], ['.join(rows)}]]"
 
 

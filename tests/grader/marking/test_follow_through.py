@@ -11,7 +11,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.generation import generate
 from qdot.exercises.mistakes.catalogue import CATALOGUE, apply_mistake
 from qdot.exercises.mistakes.configurations import sample_configurations
@@ -44,7 +44,7 @@ def mark_answers(problem: Problem, answers: dict[str, str], credit: Fraction = F
 
 def write_answer(part: Part, stages: StageResults) -> str:
     matrix = to_sympy_matrix(compute_answer(stages, part))
-    return expression_text(matrix[0]) if isinstance(part.answer, Expression) else str(matrix.tolist())
+    return format_expression(matrix[0]) if isinstance(part.answer, Expression) else str(matrix.tolist())
 
 
 RELATIVE_ANGLES = {

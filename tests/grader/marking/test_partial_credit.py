@@ -13,7 +13,7 @@ from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.formula.sympy_text import expression_text
+from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.credit import CREDIT_RULES, Credit, parse_credit_policy
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
@@ -103,7 +103,7 @@ def test_a_mistake_in_a_determinant_earns_the_same_on_every_arm(family: str) -> 
         for mistake, (answer, share) in wrong_answers.items():
             if answer is None or (problem.chain.joints[0].is_prismatic and "too many" in mistake):
                 continue
-            judgement = judge_with_credit(problem, part, expression_text(answer), "f")
+            judgement = judge_with_credit(problem, part, format_expression(answer), "f")
             assert judgement.share == share, (mistake, answer, judgement)
 
 
