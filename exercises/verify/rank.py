@@ -46,19 +46,19 @@ speed.
 """
 
 
-class FoundRank(NamedTuple):
+class NumericRank(NamedTuple):
     """The rank of a matrix, and whether every singular value is either clearly zero or clearly not zero."""
 
     rank: int
     is_clear: bool
 
 
-def find_rank(jacobian: np.ndarray) -> FoundRank:
+def find_rank(jacobian: np.ndarray) -> NumericRank:
     """Return the rank of a matrix, determined by its singular values."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     shares = sigma / max(float(sigma[0]), 1e-12)
     is_unclear = np.any((shares > ZERO_SHARE) & (shares < NONZERO_SHARE))
-    return FoundRank(int(np.sum(shares > ZERO_SHARE)), not is_unclear)
+    return NumericRank(int(np.sum(shares > ZERO_SHARE)), not is_unclear)
 
 
 def _check_rank(numeric: NumericReference, part: Part) -> Checks:
