@@ -26,6 +26,7 @@ from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,
     VariantGenerator,
+    list_joints_of_kind,
     make_joint_words,
     make_propagated_variant,
     scale_entries,
@@ -43,8 +44,7 @@ def _vary_each_stage(change: Change, *stages: str) -> VariantGenerator:
 
 def _flip_linear_parts(stages: StageResults, columns: np.ndarray) -> np.ndarray:
     """Return the screws with the sign of v flipped for revolute joints."""
-    revolute_joints = [i for i, kind in enumerate(stages["kinds"]) if kind == REVOLUTE]
-    return scale_entries((slice(3, None), revolute_joints), -1)(stages, columns)
+    return scale_entries((slice(3, None), list_joints_of_kind(stages, REVOLUTE)), -1)(stages, columns)
 
 
 def _replace_linear_parts(compute_linear: Callable[[StageResults, np.ndarray, int, Axis], np.ndarray]) -> Change:
@@ -67,7 +67,7 @@ def _move_prismatic_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[Mi
     """Yield variants with the directions of prismatic joints in the rows of omega, unless all joints are prismatic."""
 
     def apply_change(stages: StageResults, columns: np.ndarray) -> np.ndarray:
-        prismatic_joints = [i for i, kind in enumerate(stages["kinds"]) if kind == PRISMATIC]
+        prismatic_joints = list_joints_of_kind(stages, PRISMATIC)
         new_columns = np.array(columns)
         new_columns[:, prismatic_joints] = np.roll(columns[:, prismatic_joints], 3, axis=0)
         return new_columns
