@@ -25,6 +25,7 @@ from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
 MAX_DEPTH = LIMITS["depth"]
 MAX_LENGTH, MAX_PLUS_MINUS_SIGNS = LIMITS["characters"], LIMITS["plus_minus_signs"]
 MAX_ROWS = LIMITS["matrix_rows"]
+"""Maximum number of rows of diag(…), and of lists that follow each other as the rows of a matrix."""
 
 _CALL_MEANINGS: dict[str, str] = VOCABULARY["call_meanings"]
 """The meaning of each SymPy, NumPy or Python call that is not a function of numbers, such as Matrix and Eq."""
@@ -241,12 +242,12 @@ class _Parser:
         return Node("and", tuple(terms))
 
     def make_dictionary(self, items: Sequence[Node]) -> Node:
-        """Return a dictionary; values without a name belong to the name before them."""
+        """Return a dictionary node; values without a name belong to the name before them, as in theta2: 0, pi."""
         pairs: list[list[Node]] = []
         for item in items:
             if item.kind == "pair":
                 pairs.append([*item.args])
-            elif pairs and _is_value(item):  # theta2: 0, pi
+            elif pairs and _is_value(item):
                 pairs[-1].append(item)
             else:
                 advice = "write conditions without words before them"

@@ -86,6 +86,7 @@ class SolutionSteps:
     """The steps of the worked solutions for one arm. Templates read the properties."""
 
     screws = screws
+    """The module with the formulas of screws, for templates."""
 
     def __init__(self, chain: Chain) -> None:
         self.chain, self.convention = chain, convention_of(chain)

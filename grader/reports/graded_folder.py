@@ -13,7 +13,7 @@ from qdot.grader.grading.final_result import make_ungraded_result
 from qdot.grader.grading.history import results_path, store_previous_results
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import compute_page_fingerprint, make_feedback_page
-from qdot.grader.reports.tables import make_grades_csv, make_results_jsonl
+from qdot.grader.reports.grades_table import make_grades_csv, make_results_jsonl
 
 FINGERPRINT_WINDOW = 1000
 """Number of characters at the beginning of a page that contain its fingerprint."""
