@@ -237,12 +237,14 @@ def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], d
     return wrong_judgement(describe_unknown_symbols(parsed, domain) or reason, certificate)
 
 
-def _make_pivot_certificate(certificate: Certificate, expected: Node, answered: Node, pivot: int) -> Certificate:
+def _make_pivot_certificate(
+    certificate: Certificate, expected_entry: Node, student_entry: Node, pivot: int
+) -> Certificate:
     """Return a certificate that shows the student's entry, and the value that would fit the student's pivot.
 
-    `expected` and `answered` are the pivots of the reference and of the answer, at the index `pivot`. The comparison
-    multiplied both values by the expected pivot. If the expected pivot is zero at the counterexample, the student's
-    pivot is not zero, so the counterexample shows the pivot instead.
+    `expected_entry` and `student_entry` are the pivots of the reference and of the answer, at the index `pivot`. The
+    comparison multiplied both values by the expected pivot. If the expected pivot is zero at the counterexample, the
+    student's pivot is not zero, so the counterexample shows the pivot instead.
     """
     example = certificate.counterexample
     if not isinstance(example, EntryDifference):
@@ -250,7 +252,7 @@ def _make_pivot_certificate(certificate: Certificate, expected: Node, answered: 
     if not isinstance(example.yours, float) or not isinstance(example.expected, float):
         return certificate
     point = {name: np.array([value]) for name, value in example.at.items()}
-    values, _ = evaluate(compile_program([expected, answered]), point, 1)
+    values, _ = evaluate(compile_program([expected_entry, student_entry]), point, 1)
     expected_pivot, answered_pivot = map(complex, values[:, 0])
     if not expected_pivot:  # e.g. -sin(theta1) at theta1 = 0; readable sample values may be 0
         pivot_difference = EntryDifference(pivot, example.at, to_json_number(answered_pivot), 0.0)
@@ -417,10 +419,10 @@ def _are_degrees(
     if any(atom.joint is None for piece in claimed_pieces for atom in piece):
         return False
     degree = Node("name", value="pi") / make_number(180)
-    converted = [
+    converted_pieces = [
         tuple(Atom(Node("*", (atom.expression, degree)), atom.joint) for atom in piece) for piece in claimed_pieces
     ]
-    return False not in compare_sets(converted, reference_pieces, space, seed).is_sound
+    return False not in compare_sets(converted_pieces, reference_pieces, space, seed).is_sound
 
 
 def _make_set_certificate(comparison: SetComparison) -> Certificate:
