@@ -19,7 +19,7 @@ from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.short_questions import ALL_QUESTIONS, SHORT_QUESTIONS
 from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, rate_difficulty, rate_difficulty_band
 
-KnownQuestions = Mapping[str, Question]
+QuestionsByName = Mapping[str, Question]
 """Questions by name: all built-in ones, and perhaps those that an instructor has defined."""
 
 MAX_ATTEMPTS = 8
@@ -60,7 +60,8 @@ def look_up_family(name: str | Family) -> Family:
 
 
 def sample_chain(
-    identity: ProblemId, family: Family | None = None, attempt: int = 0, known: KnownQuestions = ALL_QUESTIONS
+    identity: ProblemId, family: Family | None = None, attempt: int = 0,
+    questions_by_name: QuestionsByName = ALL_QUESTIONS,
 ) -> Chain:  # fmt: skip
     """Return the arm of a problem. Give `family` if it is not registered (an instructor's own robot).
 
@@ -78,7 +79,7 @@ def sample_chain(
     stream = Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/arm" + (f"/{attempt}" if attempt else ""))
     axes = list_variation_axes(identity.variation)
     if family.sample_structure is not None:
-        accepts = lambda chain: not _find_objection(describe_as_asked(chain), identity.questions, known)  # noqa: E731
+        accepts = lambda chain: not _find_objection(describe_as_asked(chain), identity.questions, questions_by_name)  # noqa: E731
         return describe_as_asked(family.sample_structure(stream, axes, identity.band, accepts))
     short_questions = [name for name in identity.questions if name in SHORT_QUESTIONS]
     arms = map(describe_as_asked, _sample_arms(family, stream, axes))
@@ -112,11 +113,11 @@ def _sample_arms(family: Family, stream: Stream, axes: tuple[str, ...]) -> Itera
 
 
 def _find_objection(
-    chain: Chain, questions: Sequence[str], known: KnownQuestions = ALL_QUESTIONS
+    chain: Chain, questions: Sequence[str], questions_by_name: QuestionsByName = ALL_QUESTIONS
 ) -> str | None:  # fmt: skip
     """Return why one of the questions doesn't apply to an arm; None if all apply. Unknown questions are skipped."""
     for name in questions:
-        if name in known and (objection := known[name].find_obstacle(chain)) is not None:
+        if name in questions_by_name and (objection := questions_by_name[name].find_obstacle(chain)) is not None:
             return f"question {name!r} does not apply to {chain.name}: {objection}"
     return None
 
@@ -214,11 +215,11 @@ def check_questions(
 ) -> None:  # fmt: skip
     """Raise QdotError if a question is unknown, is listed twice, or doesn't apply to the family's arms."""
     known_family = look_up_family(family)
-    known = _list_known_questions(definitions)
-    _check_names(questions, known)
+    questions_by_name = _collect_questions(definitions)
+    _check_names(questions, questions_by_name)
     if FAMILIES.get(known_family.name) is known_family:
         for name in questions:
-            if (reason := known[name].find_convention_objection(convention or CONVENTIONS[0])) is not None:
+            if (reason := questions_by_name[name].find_convention_objection(convention or CONVENTIONS[0])) is not None:
                 raise QdotError(f"question {name!r} does not apply to {known_family.name}: {reason}")
     listed = None if convention else _look_up_listing(known_family)
     if listed is not None:
@@ -231,33 +232,33 @@ def check_questions(
             hint = f"`qdot families {known_family.name}` lists the questions that do"
             raise QdotError(f"question {inapplicable!r} applies to no arm of {known_family.name}; {hint}")
     identity = ProblemId(known_family.name, 0, tuple(questions), band=band, variation=variation, convention=convention)
-    chain = sample_chain(identity, known_family, known=known)
-    _check_questions_apply(chain, questions, known_family, convention, known)
+    chain = sample_chain(identity, known_family, questions_by_name=questions_by_name)
+    _check_questions_apply(chain, questions, known_family, convention, questions_by_name)
 
 
-def _list_known_questions(definitions: Sequence[Definition]) -> KnownQuestions:
-    """Return all built-in questions, and those of the definitions."""
+def _collect_questions(definitions: Sequence[Definition]) -> QuestionsByName:
+    """Return all built-in questions and an instructor's own questions, by name."""
     return {**ALL_QUESTIONS, **{definition.name: make_question(definition) for definition in definitions}}
 
 
-def _check_names(questions: Sequence[str], known: KnownQuestions) -> None:
+def _check_names(questions: Sequence[str], questions_by_name: QuestionsByName) -> None:
     for name in questions:
-        if name not in known:
-            raise make_name_error("question", name, list(known))
+        if name not in questions_by_name:
+            raise make_name_error("question", name, list(questions_by_name))
         if list(questions).count(name) > 1:
             raise QdotError(f"question {name!r} is listed twice")
-        source = next((question for question in known[name].shown_answers if question in questions), None)
+        source = next((question for question in questions_by_name[name].shown_answers if question in questions), None)
         if source is not None:
             advice = "put them into separate [[problem]] tables, with different arms"
             raise QdotError(f"question {name!r} shows the answer to {source!r} among its options; {advice}")
 
 
 def _check_questions_apply(
-    chain: Chain, questions: Sequence[str], family: Family, convention: str, known: KnownQuestions
+    chain: Chain, questions: Sequence[str], family: Family, convention: str, questions_by_name: QuestionsByName
 ) -> None:  # fmt: skip
-    objection = _find_objection(chain, questions, known)
+    objection = _find_objection(chain, questions, questions_by_name)
     if objection is not None:
-        if any(known[name].find_obstacle(chain) for name in questions if name not in ALL_QUESTIONS):
+        if any(questions_by_name[name].find_obstacle(chain) for name in questions if name not in ALL_QUESTIONS):
             raise QdotError(objection)
         argument = (family.robot_argument or family.name) + (f" --convention {convention}" if convention else "")
         raise QdotError(f"{objection}; `qdot families {argument}` lists the questions that do")
@@ -280,15 +281,15 @@ def generate(
     """
     identity = ProblemId.parse(identity) if isinstance(identity, str) else identity
     identity = replace(identity, questions=tuple(questions)) if questions else identity
-    known = _list_known_questions(definitions)
-    _check_names(identity.questions, known)
+    questions_by_name = _collect_questions(definitions)
+    _check_names(identity.questions, questions_by_name)
     known_family = family or look_up_family(identity.family)
     may_retry = known_family.has_varied_structure or any(name in SHORT_QUESTIONS for name in identity.questions)
     for attempt in range(MAX_ATTEMPTS if may_retry else 1):
-        chain = sample_chain(identity, family, attempt, known)
-        _check_questions_apply(chain, identity.questions, known_family, identity.convention, known)
+        chain = sample_chain(identity, family, attempt, questions_by_name)
+        _check_questions_apply(chain, identity.questions, known_family, identity.convention, questions_by_name)
         try:
-            return Problem(identity, chain, _make_parts(identity, chain, points, known))
+            return Problem(identity, chain, _make_parts(identity, chain, points, questions_by_name))
         except RuntimeError:
             if not may_retry or attempt == MAX_ATTEMPTS - 1:
                 raise
@@ -296,13 +297,13 @@ def generate(
 
 
 def _make_parts(
-    identity: ProblemId, chain: Chain, points: Sequence[float] | None, known: KnownQuestions
+    identity: ProblemId, chain: Chain, points: Sequence[float] | None, questions_by_name: QuestionsByName
 ) -> tuple[Part, ...]:  # fmt: skip
     """Return the parts of a problem. Raises RuntimeError if a question finds nothing to ask about the arm."""
     names = identity.questions or list_applicable_questions(chain)
     parts = []
     for index, name in enumerate(names):
-        question = known[name]
+        question = questions_by_name[name]
         answer, details = question.ask(chain, Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/{name}"))
         part_points = question.points if points is None else points[index]
         prerequisites = tuple(prerequisite for prerequisite in question.prerequisites if prerequisite in names)

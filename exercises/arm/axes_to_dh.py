@@ -99,10 +99,14 @@ class _BaseAngles(NamedTuple):
 def _find_base_angles(r: sp.Matrix) -> list[_BaseAngles]:
     """Return the angles of a rotation matrix: two solutions, or one if z_0 is vertical."""
     if is_zero(r[0, 2]) and is_zero(r[1, 2]):
-        return [_BaseAngles(angle_of(r[0, 0], r[1, 0]), sp.S.Zero if r[2, 2] > 0 else sp.pi, sp.S.Zero)]
+        return [_BaseAngles(compute_angle(r[0, 0], r[1, 0]), sp.S.Zero if r[2, 2] > 0 else sp.pi, sp.S.Zero)]
     sine = sp.sqrt(evaluate_entry(1 - r[2, 2] ** 2))
     return [
-        _BaseAngles(angle_of(-r[1, 2] / s, r[0, 2] / s), angle_of(r[2, 2], s), angle_of(r[2, 1] / s, r[2, 0] / s))
+        _BaseAngles(
+            yaw=compute_angle(-r[1, 2] / s, r[0, 2] / s),
+            tilt=compute_angle(r[2, 2], s),
+            z_angle=compute_angle(r[2, 1] / s, r[2, 0] / s),
+        )
         for s in (sine, -sine)
     ]
 
@@ -188,8 +192,8 @@ def _compute_next_row(table_frame: _TableFrame, next_axis: Axis) -> tuple[Joint,
             next_x, a = -next_x, -a
         a = recognize_exact(a)
         offset = a * next_x
-    theta = angle_of(x.dot(next_x), z.dot(x.cross(next_x))) + next_rotation - table_frame.z_rotation
-    alpha = angle_of(z.dot(next_direction), next_x.dot(z.cross(next_direction)))
+    theta = compute_angle(x.dot(next_x), z.dot(x.cross(next_x))) + next_rotation - table_frame.z_rotation
+    alpha = compute_angle(z.dot(next_direction), next_x.dot(z.cross(next_direction)))
     origin = _evaluate_matrix(frame.origin + d * z + offset)
     next_pose = Pose(_evaluate_matrix(sp.Matrix.hstack(next_x, next_direction.cross(next_x), next_direction)), origin)
     return Joint("P", theta, d, a, alpha), _TableFrame(next_pose, next_rotation if alpha == 0 else -next_rotation)
@@ -266,13 +270,13 @@ def _recognize_sum_of_roots(number: sp.Float) -> sp.Expr | None:
     return sp.Add(*(sp.Rational(-k, number_factor) * root for k, root in zip(root_factors, roots, strict=True)))
 
 
-def angle_of(cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
+def compute_angle(cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
     """Return the angle in (-pi, pi] with a numeric cosine and sine; the angle is rounded if no exact form is found."""
     cosine, sine = evaluate_entry(cosine), evaluate_entry(sine)
     value = sp.atan2(sine, cosine).n(_DIGITS)
-    exact = sp.pi * sp.Integer(sp.floor(value * 12 / sp.pi + sp.Rational(1, 2))) / 12
-    if abs(exact.n(_DIGITS) - value) < ZERO_TOLERANCE:
-        return sp.pi if exact == -sp.pi else exact
+    multiple = sp.pi * sp.Integer(sp.floor(value * 12 / sp.pi + sp.Rational(1, 2))) / 12
+    if abs(multiple.n(_DIGITS) - value) < ZERO_TOLERANCE:
+        return sp.pi if multiple == -sp.pi else multiple
     cosine, sine = _recognize_number(cosine), _recognize_number(sine)
     is_exact = sp.expand(cosine**2 + sine**2) == 1
     return sp.atan2(sine, cosine) if is_exact else sp.Rational(str(round(value, _ROUNDED_DECIMALS)))
@@ -288,8 +292,8 @@ def _is_zero_vector(vector: sp.Matrix) -> bool:
 
 def _is_negative(value: sp.Expr) -> bool:
     """Return whether a value is negative for all positive values of the symbolic lengths."""
-    positive = {symbol: sp.Dummy(positive=True) for symbol in value.free_symbols}
-    return bool(sp.expand(value.xreplace(positive)).is_negative)
+    positive_symbols = {symbol: sp.Dummy(positive=True) for symbol in value.free_symbols}
+    return bool(sp.expand(value.xreplace(positive_symbols)).is_negative)
 
 
 # --- a check without a table ---

@@ -110,27 +110,27 @@ def _derive_geometry(chain: Chain) -> _Geometry:
     p_star = sp.Matrix.hstack(*((point - frame.origin).applyfunc(textbook_form) for frame in frames_on_axes))
     linear = _derive_position(chain).jacobian(chain.q).applyfunc(textbook_form)
     angular = sp.Matrix(3, chain.n, lambda r, i: z[r, i] if chain.joints[i].is_revolute else sp.S.Zero)
-    geometric = linear.col_join(angular)
+    jacobian = linear.col_join(angular)
     stages = compute_symbolic_stages(chain)
-    propagated = np.concatenate([propagate_linear_rows(stages), stages["angular"]])
+    propagated_jacobian = np.concatenate([propagate_linear_rows(stages), stages["angular"]])
     axes_of_convention = sp.Matrix.hstack(*(frame.rotation[:, 2] for frame in frames_on_axes))
     for by_differentiation, by_propagation, quantity in (
         (z.T, stages["axes"][: chain.n], "z"),
         (axes_of_convention.T, stages["axes"][: chain.n], "z"),
         (p_star.T, stages["p*"][: chain.n], "p*"),
-        (geometric, propagated, "Jacobian"),
+        (jacobian, propagated_jacobian, "Jacobian"),
     ):
         entries = zip(by_differentiation, to_sympy_matrix(by_propagation), strict=True)
         if not all(are_identical(a, b) for a, b in entries):
             raise RuntimeError(f"the two routes disagree on {quantity} of {chain}; please report this")
-    return _Geometry(z, p_star, geometric)
+    return _Geometry(z, p_star, jacobian)
 
 
 def _derive_task_jacobian(chain: Chain) -> sp.Matrix:
     return _derive_geometry(chain).jacobian[chain.task_rows, :]
 
 
-def determinant_of(matrix: sp.Matrix) -> sp.Expr:
+def expand_determinant(matrix: sp.Matrix) -> sp.Expr:
     """Return the expanded determinant of a matrix, in which sines and cosines are treated as independent symbols."""
     atoms = sorted(matrix.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
     names = {atom: sp.Symbol(f"t_{i}") for i, atom in enumerate(atoms)}
@@ -173,7 +173,7 @@ def _expand_minors(chain: Chain) -> tuple[sp.Expr, ...] | None:
     minor_size = min(rows, cols)
     minors: list[sp.Expr] = []
     for indices in product(combinations(range(rows), minor_size), combinations(range(cols), minor_size)):
-        minors.append(determinant_of(jacobian.extract(*map(list, indices))))
+        minors.append(expand_determinant(jacobian.extract(*map(list, indices))))
         if _count_terms(minors) > MAX_MINOR_TERMS:
             return None
     return tuple(minors)
@@ -224,7 +224,7 @@ def _derive_inverse(chain: Chain) -> tuple[tuple[Factored, ...], ...]:
 
     def derive_entry(i: int, j: int) -> Factored:
         submatrix = jacobian.extract([r for r in range(n) if r != j], [c for c in range(n) if c != i])
-        cofactor = factor_trig((-1) ** (i + j) * (determinant_of(submatrix) if n > 1 else sp.S.One))
+        cofactor = factor_trig((-1) ** (i + j) * (expand_determinant(submatrix) if n > 1 else sp.S.One))
         return cofactor.divide_by(determinant)
 
     return tuple(tuple(derive_entry(i, j) for j in range(n)) for i in range(n))
@@ -235,10 +235,10 @@ def _derive_rates(chain: Chain) -> tuple[Factored, ...]:
     """Return the n joint rates of a symbolic arm as fractions: (sum of cofactors times velocities) / det J."""
     jacobian = _derive_task_jacobian(chain)
     (determinant,) = _derive_minors(chain)
-    velocity = sp.Matrix(task_velocity(chain))
+    velocity = sp.Matrix(make_task_velocity(chain))
     # Cramer's rule: the numerator of rate i is the determinant of J with the velocity as column i.
     matrices = (sp.Matrix.hstack(jacobian[:, :i], velocity, jacobian[:, i + 1 :]) for i in range(chain.n))
-    rates = (factor_trig(determinant_of(matrix)).divide_by(determinant) for matrix in matrices)
+    rates = (factor_trig(expand_determinant(matrix)).divide_by(determinant) for matrix in matrices)
     return tuple(_collect_by_velocity(rate, tuple(velocity)) for rate in rates)
 
 
@@ -374,7 +374,7 @@ class Derivation:
         return sp.Matrix([rate.substitute(self._values) for rate in _derive_rates(self._symbolic_chain)])
 
 
-def task_velocity(chain: Chain) -> tuple[sp.Symbol, ...]:
+def make_task_velocity(chain: Chain) -> tuple[sp.Symbol, ...]:
     """Return the symbols of the task velocity, for example vx and vy."""
     return tuple(sp.Symbol(row) for row in chain.task)
 

@@ -385,7 +385,7 @@ def _compute_body_jacobian(stages: StageResults) -> np.ndarray:
     return rotate_rows(stages["body rotation"].swapaxes(0, 1), twists_about_point)
 
 
-def adjoint_matrix(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
+def make_adjoint_matrix(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
     """Return [Ad T] (6, 6, …) for twists (omega, v), given the rotation (3, 3, …) and the origin (3, …) of T."""
     blocks = [[rotation, 0 * rotation], [cross(origin[:, None], rotation), rotation]]
     return np.concatenate([np.concatenate(row, axis=1) for row in blocks])
@@ -427,7 +427,7 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
     "space jacobian": (_compute_space_jacobian, ("axes", "origins", "kinds")),
     "body rotation": (_compute_body_rotation, ("rotations",)),
     "body adjoint": (
-        lambda stages: adjoint_matrix(stages["body rotation"], stages["point"]),
+        lambda stages: make_adjoint_matrix(stages["body rotation"], stages["point"]),
         ("body rotation", "point"),
     ),
     "body jacobian": (_compute_body_jacobian, ("space jacobian", "body rotation", "point")),

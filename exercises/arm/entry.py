@@ -122,13 +122,13 @@ def _check_angle(value: sp.Expr) -> None:
     if not constant.is_Rational or constant == 0:
         return
     twelfths = float(constant) / (float(sp.pi) / 12)
-    nearest = round(twelfths)
-    if nearest and abs(twelfths - nearest) < 0.005:  # about 0.0013 rad, as in 1.57
-        exact = sp.pi * nearest / 12
-        raise QdotError(f'{float(constant):g} looks like a rounded angle; write the exact angle, "{exact}"')
+    nearest_integer = round(twelfths)
+    if nearest_integer and abs(twelfths - nearest_integer) < 0.005:  # about 0.0013 rad, as in 1.57
+        exact_angle = sp.pi * nearest_integer / 12
+        raise QdotError(f'{float(constant):g} looks like a rounded angle; write the exact angle, "{exact_angle}"')
     if abs(constant) > 7:  # more than a full turn, 2 pi
-        in_radians = f'angles are in radians; {float(constant):g} degrees would be "{sp.pi * constant / 180}"'
-        raise QdotError(f'{in_radians}; if all angles are in degrees, add angles = "degrees"')
+        radians_hint = f'angles are in radians; {float(constant):g} degrees would be "{sp.pi * constant / 180}"'
+        raise QdotError(f'{radians_hint}; if all angles are in degrees, add angles = "degrees"')
 
 
 def _sum_constant_terms(value: sp.Expr) -> sp.Expr:

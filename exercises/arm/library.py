@@ -22,11 +22,11 @@ FILE_EXTENSIONS = (".toml", ".urdf", ".xml")
 
 @dataclass(frozen=True)
 class ListedRobot:
-    """A robot in the list of the library. `joint_kinds` are the kinds of its joints, such as RRPR."""
+    """A robot in the list of the library. `joints` are the kinds of its joints, such as RRPR."""
 
     name: str
     title: str
-    joint_kinds: str
+    joints: str
     convention: str
     source: str
 
@@ -50,8 +50,8 @@ def robots() -> Mapping[str, ListedRobot]:
     robots_by_name = {}
     for path in sorted(ROBOT_FOLDER.glob("*.toml"), key=sort_key):
         content = tomllib.loads(path.read_text(encoding="utf-8"))
-        joint_kinds, convention = "".join(joint["kind"] for joint in content["joint"]), content.get("convention", "dh")
-        robots_by_name[path.stem] = ListedRobot(path.stem, content["name"], joint_kinds, convention, content["source"])
+        joints, convention = "".join(joint["kind"] for joint in content["joint"]), content.get("convention", "dh")
+        robots_by_name[path.stem] = ListedRobot(path.stem, content["name"], joints, convention, content["source"])
     return MappingProxyType(robots_by_name)
 
 

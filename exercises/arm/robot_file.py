@@ -51,7 +51,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.standard_table import (
     ArmTable,
     WrittenRow,
-    axes_of_rows,
+    compute_axes_of_rows,
     convert_axes,
     convert_modified_rows,
     convert_standard_rows,
@@ -261,7 +261,7 @@ class _RobotReader:
             raise QdotError(f"{entry}: the first alpha rotates the base, so the first alpha must be a number")
         base = self._read_pose("base")
         if base != IDENTITY_POSE or self.is_modified_table:
-            self.exact_home_geometry = axes_of_rows(rows, base, self.convention), None
+            self.exact_home_geometry = compute_axes_of_rows(rows, base, self.convention), None
         convert_rows = convert_modified_rows if self.is_modified_table else convert_standard_rows
         if self.is_modified_table or any(row.is_reversed for row in rows):
             written_rows = tuple(map(WrittenRow.with_variable, rows, self.variables))
@@ -536,10 +536,10 @@ def _find_nonzero_rows(chain: Chain) -> tuple[bool, ...]:
     values = {symbol.name: rng.uniform(0.4, 1.4) for symbol in chain.parameters}
     q = np.array([[rng.uniform(-3, 3) for _ in chain.q] for _ in range(3)])
     try:
-        largest = np.abs(NumericChain(chain, values).jacobian(q)).max(axis=(0, 2))
+        largest_entries = np.abs(NumericChain(chain, values).jacobian(q)).max(axis=(0, 2))
     except TypeError:  # a constant is not real for these lengths, e.g. sqrt(a1**2 - d1**2)
         return (False,) * len(VELOCITY_NAMES)
-    return tuple(bool(size > _NONZERO_THRESHOLD) for size in largest)
+    return tuple(bool(size > _NONZERO_THRESHOLD) for size in largest_entries)
 
 
 def choose_default_task(chain: Chain) -> tuple[str, ...]:

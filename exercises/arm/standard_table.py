@@ -193,7 +193,7 @@ def _yield_poses_at_home(rows: Iterable[Joint], base: Pose, convention: type[Con
     yield pose
 
 
-def axes_of_rows(rows: Sequence[WrittenRow], base: Pose, convention: type[Convention]) -> list[Axis]:
+def compute_axes_of_rows(rows: Sequence[WrittenRow], base: Pose, convention: type[Convention]) -> list[Axis]:
     """Return the axes of an arm at home in the world frame, given the rows of a table and the pose of frame 0."""
     poses = _yield_poses_at_home(rows, base, convention)
     return [Axis(row.kind, pose.rotation[:, 2], pose.origin) for row, pose in zip(rows, poses, strict=False)]

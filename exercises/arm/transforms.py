@@ -15,14 +15,14 @@ from qdot.exercises.arm.trigonometry import count_terms, textbook_form, textbook
 
 
 @lru_cache(maxsize=4096)
-def frame_poses(arm: Chain) -> tuple[sp.Matrix, ...]:
+def compute_frame_poses(arm: Chain) -> tuple[sp.Matrix, ...]:
     """Return the poses T_{w,0} ... T_{w,n} of a symbolic arm's frames in the world, 4 x 4."""
     poses = (frame.rotation.row_join(frame.origin).applyfunc(textbook_form) for frame in link_frames(arm))
     return tuple(pose.col_join(sp.Matrix([[0, 0, 0, 1]])) for pose in poses)
 
 
 @lru_cache(maxsize=4096)
-def joint_vectors_in_tool_frame(arm: Chain) -> tuple[tuple[sp.Matrix, sp.Matrix, sp.Matrix], ...]:
+def compute_joint_vectors(arm: Chain) -> tuple[tuple[sp.Matrix, sp.Matrix, sp.Matrix], ...]:
     """Return for each joint the axis z, the vector p* (m) and z x p*, each 3 x 1, in the last frame."""
     convention, vectors = convention_of(arm), []
     joints = convention.keep_first_joints(arm.n).joints
@@ -36,11 +36,11 @@ def joint_vectors_in_tool_frame(arm: Chain) -> tuple[tuple[sp.Matrix, sp.Matrix,
 
 
 @lru_cache(maxsize=4096)
-def jacobian_in_tool_frame(arm: Chain) -> sp.Matrix:
+def compute_tool_jacobian(arm: Chain) -> sp.Matrix:
     """Return the 6 x n Jacobian of a symbolic arm in the coordinates of the last frame."""
     columns = (
         cross.col_join(z) if joint.is_revolute else z.col_join(sp.zeros(3, 1))
-        for joint, (z, _, cross) in zip(arm.joints, joint_vectors_in_tool_frame(arm), strict=True)
+        for joint, (z, _, cross) in zip(arm.joints, compute_joint_vectors(arm), strict=True)
     )
     return sp.Matrix.hstack(*columns)
 
@@ -48,10 +48,10 @@ def jacobian_in_tool_frame(arm: Chain) -> sp.Matrix:
 @lru_cache(maxsize=4096)
 def count_last_pose_terms(arm: Chain) -> int:
     """Return the number of terms of T_{w,n}, multiplied out; ones and zeros don't count."""
-    return count_terms(frame_poses(arm)[-1], ignored_values=(0, 1))
+    return count_terms(compute_frame_poses(arm)[-1], ignored_values=(0, 1))
 
 
 @lru_cache(maxsize=4096)
 def count_tool_jacobian_terms(arm: Chain) -> int:
     """Return the number of terms of the Jacobian in the last frame, multiplied out; ones and zeros don't count."""
-    return count_terms(jacobian_in_tool_frame(arm), ignored_values=(0, 1))
+    return count_terms(compute_tool_jacobian(arm), ignored_values=(0, 1))

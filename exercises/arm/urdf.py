@@ -175,19 +175,19 @@ class _UrdfReader:
         words = text.split()
         number = r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d{1,2})?"
         if len(words) != count or not all(re.fullmatch(number, word) for word in words):
-            expected = "three numbers" if count == 3 else "a number"
-            raise self.make_joint_error(joint, f"{attribute} = {text!r}: expected {expected}")
+            expectation = "three numbers" if count == 3 else "a number"
+            raise self.make_joint_error(joint, f"{attribute} = {text!r}: expected {expectation}")
         return [sp.Rational(word) for word in words]
 
     def _recognize_angle(self, joint: ElementTree.Element, angle: sp.Expr) -> sp.Expr:
         """Return the multiple of pi/12 that is within the tolerance of an angle, else the angle itself."""
         twelfths = sp.Integer(round(float(angle) * 12 / float(sp.pi)))
-        exact = sp.pi * twelfths / 12
-        difference = abs(sp.N(angle - exact, 30))
+        multiple = sp.pi * twelfths / 12
+        difference = abs(sp.N(angle - multiple, 30))
         if not twelfths or difference > ANGLE_TOLERANCE:
             return angle
         if difference > ZERO_TOLERANCE * 1000:  # angles rounded to six or more decimals need no note
             self.notes.append(
-                f"{self.path}: joint {self.read_name(joint)!r}: {float(angle):g} rad is taken as exactly {exact}"
+                f"{self.path}: joint {self.read_name(joint)!r}: {float(angle):g} rad is taken as exactly {multiple}"
             )
-        return exact
+        return multiple

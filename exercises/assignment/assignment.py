@@ -208,8 +208,8 @@ class Slot:
     def make_problem_id(self, secret: str, student: str, seed_number: int = 1) -> ProblemId:
         """Return the id of a student's problem in this slot; `seed_number` is explained in `replacements`."""
         seed_name = self.name if seed_number == 1 else f"{self.name}/{seed_number}"
-        id_without_seed = self.make_id_from_seed(0)
-        return generation.make_student_problem_id(secret, student, seed_name, id_without_seed)
+        id_with_any_seed = self.make_id_from_seed(0)
+        return generation.make_student_problem_id(secret, student, seed_name, id_with_any_seed)
 
     def make_id_from_seed(self, seed: int) -> ProblemId:
         """Return the id of the problem of this slot with a given seed."""
@@ -227,10 +227,12 @@ class Slot:
         problem = generation.generate(
             self.make_id_from_seed(seed), points=self.points, family=self.family, definitions=self.definitions
         )
-        roundings, credits_by_name = dict(self.decimals), dict(self.credit)
-        parts = (replace(part, rounding=roundings.get(part.name, part.rounding)) for part in problem.parts)
-        parts = (replace(part, credit=credits_by_name.get(part.name, Credit())) for part in parts)
-        return replace(problem, parts=tuple(parts))
+        roundings, rules = dict(self.decimals), dict(self.credit)
+        parts = tuple(
+            replace(part, rounding=roundings.get(part.name, part.rounding), credit=rules.get(part.name, Credit()))
+            for part in problem.parts
+        )
+        return replace(problem, parts=parts)
 
 
 @dataclass(frozen=True)
@@ -364,7 +366,7 @@ def load_assignment(folder: Path) -> Assignment:
     _check_folder(folder)
     file = read_toml(folder / ASSIGNMENT_FILE, _MISSING_FILE_HINT, float)
     content = _validate(file)
-    _parse(file, ("key",), _check_key, content.key)
+    _parse(file, ("key",), _check_assignment_key, content.key)
     late_rule = _parse(file, ("late",), read_late_rule, content.late, content.due)
     attempt_policy = _parse(file, ("attempts",), read_attempt_policy, content.attempts)
     variation = _parse(file, ("variation",), find_canonical_name, content.variation)
@@ -421,7 +423,7 @@ def _parse(file: TomlFile, key_path: Sequence[str | int], parse: Callable[..., P
         return parse(*values)
 
 
-def _check_key(key: str) -> None:
+def _check_assignment_key(key: str) -> None:
     if key.lower().endswith(".ipynb"):
         raise QdotError(f'leave out .ipynb: key = "{key[:-6]}"')
     if is_changed_by_windows(key):
@@ -458,9 +460,10 @@ def _read_slot(
     file: TomlFile, content: AssignmentFile, index: int, variation: str, notes: list[str],
     definitions: Mapping[str, Definition],
 ) -> Slot:  # fmt: skip
-    """Read the slot at an index; its variation and convention override the assignment's (see `ProblemEntry`).
+    """Return the slot of the [[problem]] at an index. Raises QdotError.
 
-    `variation` is the assignment's. Warnings about an instructor's robot are appended to `notes`. Raises QdotError.
+    `variation` is the assignment's, which the slot may override. Warnings about an instructor's robot and questions are
+    appended to `notes`.
     """
     entry = content.problem[index]
 
@@ -482,9 +485,9 @@ def _read_slot(
         variation = parse("variation", find_canonical_name, entry.variation)
     convention = entry.convention or content.convention or ""
     if convention:
-        canonical_convention = parse("convention", normalize_convention, convention)
-        if not robot_digest:  # the default is ""; for a robot, "" would mean the convention of its file
-            convention = canonical_convention
+        normalized_convention = parse("convention", normalize_convention, convention)
+        if not robot_digest:  # for a robot, "" (the default) would mean the convention of its file
+            convention = normalized_convention
     twist_order = parse("twist_order", _choose_twist_order, entry.twist_order, content.twist_order, family, convention)
     band = parse("difficulty", _read_band, entry.difficulty)
     if band is not None:
@@ -543,9 +546,9 @@ def _choose_twist_order(setting: str | None, default: str | None, family: Family
     `setting` is the order that the slot sets, and `default` that of the assignment. Raises QdotError.
     """
     chosen_order = setting or default or ""
-    canonical_order = normalize_twist_order(chosen_order) if chosen_order else ""
+    normalized_order = normalize_twist_order(chosen_order) if chosen_order else ""
     if _has_twist_order(convention, family):
-        return chosen_order if family.robot_argument else canonical_order
+        return chosen_order if family.robot_argument else normalized_order
     if setting is not None:
         raise QdotError(f"its arms are described by tables; {TWIST_ORDER_HINT}")
     return ""

@@ -29,8 +29,8 @@ def make_install_command(extra: str = "") -> str:
     True
     """
     package = f"{DISTRIBUTION if IS_RELEASED else '.'}{f'[{extra}]' if extra else ''}"
-    quoted = f"'{package}'" if extra else package
-    return f"pip install {quoted}"
+    argument = f"'{package}'" if extra else package
+    return f"pip install {argument}"
 
 
 def explain_missing(extra: str, feature: str, module: str = "") -> str:

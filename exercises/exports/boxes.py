@@ -10,8 +10,8 @@ from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE, Number
 from qdot.exercises.short_questions.options import Options
-from qdot.exercises.writing.fit import estimate_width
 from qdot.exercises.writing.latex import tex
+from qdot.exercises.writing.line_breaking import estimate_width
 from qdot.exercises.writing.problem_texts import name_entries, write_option
 from qdot.exercises.writing.short_answer import format_unit
 

@@ -17,7 +17,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
 from qdot.exercises.reference_answers import LETTERS, Answer
 from qdot.exercises.short_questions.options import list_blames
-from qdot.exercises.writing.fit import estimate_width, fit_formula
+from qdot.exercises.writing.line_breaking import estimate_width, fit_formula
 from qdot.exercises.writing.short_answer import write_short_answer
 
 MAX_MISTAKES = 4

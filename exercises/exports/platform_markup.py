@@ -12,7 +12,7 @@ from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout
 from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.writing.fit import fit_formula
+from qdot.exercises.writing.line_breaking import fit_formula
 from qdot.exercises.writing.markup import HTML_WIDTH, to_html, to_html_for_mathjax
 from qdot.exercises.writing.render import render
 

@@ -25,7 +25,7 @@ from qdot.exercises.exports.platform_markup import Picture, draw_arm, draw_promp
 from qdot.exercises.notebook.notebook import write_points
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import question_of
-from qdot.exercises.writing.on_paper import remove_options, remove_typing_remarks
+from qdot.exercises.writing.paper_texts import remove_options, remove_typing_remarks
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solutions, write_statement
 from qdot.exercises.writing.short_answer import write_short_answer
 

@@ -57,9 +57,9 @@ LENGTHS = tuple(range(10, 100, 5))
 
 
 def _sample_structure(
-    n: int, rng: Stream, axes: Collection[str], band: Band | None = None, accepts: ChainTest | None = None
+    n: int, rng: Stream, axes: Collection[str], band: Band | None = None, is_acceptable: ChainTest | None = None
 ) -> Chain:
-    """Return a random arm of n joints whose difficulty is in the band and for which `accepts` is true.
+    """Return a random arm of n joints whose difficulty is in the band and for which `is_acceptable` returns true.
 
     Raises QdotError if no arm is found.
     """
@@ -72,7 +72,7 @@ def _sample_structure(
         if chain is None or not low <= rate_difficulty_band(chain) <= high:
             continue
         has_arm_in_band = True
-        if accepts is None or accepts(chain):
+        if is_acceptable is None or is_acceptable(chain):
             return chain
         rejected_structures.add(structure)
     band_phrase = f"of difficulty {describe_band(low, high)}" if band else "of any difficulty"

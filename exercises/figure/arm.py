@@ -22,11 +22,11 @@ from qdot.exercises.figure.shapes import Circle, Glyph, Polyline, Shape, Vector2
 from qdot.exercises.figure.view import (
     Drawing,
     View,
+    compute_unit_vector,
     draw_cylinder,
     draw_line_with_arrowhead,
     draw_sleeve,
     find_perpendicular_vectors,
-    unit_vector_at,
 )
 
 JOINT_RADIUS, JOINT_HALF_LENGTH, SLEEVE_HALF_LENGTH = 9.0, 11.0, 19.0
@@ -277,7 +277,7 @@ def _draw_joint_angle(scene: Scene, i: int) -> Drawing:
     if is_apart or i - 1 in scene.frames_without_x or scene.convention.is_proximal:
         directions.append(x)
     if np.linalg.norm(skeleton.corners[i - 1] - center) > 1e-9 or row.a == 0:
-        directions.append(unit_vector_at(x, y, angle))
+        directions.append(compute_unit_vector(x, y, angle))
     radius = ARC_RADIUS[scene.is_flat] + (5.0 if i == 1 and not scene.is_flat else 0.0)
     ends = [center + direction * (radius + 14) / view.scale for direction in directions]
     dashed_lines = tuple(Polyline(view.to_pixel_path([center, end]), "dashed") for end in ends)
@@ -294,8 +294,8 @@ def draw_arc(
     """
     segment_count = max(8, int(abs(angle) * 12 + 1e-6))
     arc_angles = angle * np.arange(segment_count + 1)[:, None] / segment_count
-    points = view.to_pixel_path(center + unit_vector_at(*xy, arc_angles) * radius / view.scale)
-    radial_vectors = [unit_vector_at(*xy, share * angle) for share in (0.5, 0.35, 0.65, 0.2, 0.8)]
+    points = view.to_pixel_path(center + compute_unit_vector(*xy, arc_angles) * radius / view.scale)
+    radial_vectors = [compute_unit_vector(*xy, share * angle) for share in (0.5, 0.35, 0.65, 0.2, 0.8)]
     arc_points = view.to_pixel_path([center + vector * radius / view.scale for vector in radial_vectors])
     anchors = tuple(zip(arc_points, map(view.to_drawn_direction, radial_vectors), strict=True))
     further_points = points[:: max(1, segment_count // 8)]

@@ -116,19 +116,19 @@ def _draw_model(chain: Chain, pose: Pose | None) -> tuple[Figure, tuple[float, .
 
 def _draw_in_clearest_pose(chain: Chain) -> tuple[LabelledDrawing, np.ndarray]:
     """Return the drawing in the clearest of a fixed list of poses, and the table's entries (n) in this pose."""
-    best_cost, best = math.inf, None
+    best_cost, best_drawing_and_entries = math.inf, None
     poses = find_best_poses(chain, make_drawable_chain(chain), TRIED_POSE_COUNT[chain.n > LONG_ARM_JOINTS])
     for rank, entries in enumerate(poses):
         rank_cost = LATER_POSE_COST * rank
         labelled_drawing, cost = _draw_and_label(chain, _make_skeletons(chain, entries), best_cost - rank_cost)
         cost = round(cost + rank_cost, 1)  # rounded: a tie goes to the first on every machine
-        if best is None or cost < best_cost:
-            best_cost, best = cost, (labelled_drawing, entries)
+        if best_drawing_and_entries is None or cost < best_cost:
+            best_cost, best_drawing_and_entries = cost, (labelled_drawing, entries)
         good_cost = GOOD_LABEL_COST * (1 + rank / 5) * len(labelled_drawing.drawing.labels)
         if best_cost <= max(good_cost, LATER_POSE_COST * (rank + 1)):
             break
-    assert best is not None
-    return best
+    assert best_drawing_and_entries is not None
+    return best_drawing_and_entries
 
 
 def _draw_in_given_pose(chain: Chain, entries: np.ndarray) -> LabelledDrawing:
@@ -136,14 +136,14 @@ def _draw_in_given_pose(chain: Chain, entries: np.ndarray) -> LabelledDrawing:
     is_flat = is_drawn_flat(chain)
     views = [choose_view(chain)] if is_flat else find_best_views(make_drawable_chain(chain), entries, TRIED_VIEW_COUNT)
     for is_sparse in (False, True) if chain.n <= LONG_ARM_JOINTS else (True,):
-        best_cost, best = math.inf, None
+        best_cost, best_drawing = math.inf, None
         for axes in views:
             labelled_drawing, cost = _draw_and_label(chain, _make_skeletons(chain, entries), best_cost, axes, is_sparse)
-            if best is None or round(cost, 1) < best_cost:
-                best_cost, best = round(cost, 1), labelled_drawing
-        assert best is not None
-        clearest_drawing = best
-        if best_cost <= CLEAR_LABEL_COST[is_flat] * len(best.drawing.labels):
+            if best_drawing is None or round(cost, 1) < best_cost:
+                best_cost, best_drawing = round(cost, 1), labelled_drawing
+        assert best_drawing is not None
+        clearest_drawing = best_drawing
+        if best_cost <= CLEAR_LABEL_COST[is_flat] * len(best_drawing.drawing.labels):
             break
     return clearest_drawing
 

@@ -174,6 +174,6 @@ def draw_line_with_arrowhead(
     return (Polyline((*points[:-1], line_end), style), Polyline(head, f"{style}-head", True))
 
 
-def unit_vector_at(x: np.ndarray, y: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
+def compute_unit_vector(x: np.ndarray, y: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
     """Return the unit vector at an angle (rad) from x towards y; for angles (k x 1), the vectors (k x 3)."""
     return np.asarray(x * np.cos(angle) + y * np.sin(angle))

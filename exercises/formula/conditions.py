@@ -146,6 +146,7 @@ class _CompiledPiece:
         if not square_residuals:
             last_steps = np.minimum(last_steps, self._polish(values, typical_sizes[0]))
         residual, _ = self.compute_residuals(values)
+        # a zero of a square is a double zero, of which only half of the digits can be found
         largest_residual = 1e-7 if square_residuals else _CONVERGED_RESIDUAL
         with np.errstate(all="ignore"):
             is_near = np.all(np.abs(residual) <= largest_residual * typical_sizes, axis=0)

@@ -15,7 +15,7 @@ BOUNDED_FUNCTIONS = ("sin", "cos")
 
 @dataclass(frozen=True)
 class _Term:
-    """A tree, the size of its coefficient (nan if that is unknown), and the value of the tree if it is a number."""
+    """A tree, the size of its numeric coefficient (nan if unknown), and the value of the tree if it is a number."""
 
     tree: Node
     coefficient_size: float

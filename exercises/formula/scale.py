@@ -45,11 +45,11 @@ def find_constant_factor(
     with np.errstate(all="ignore"):
         ratios = entry_values[: len(reference)] / entry_values[len(reference) :]
     is_negative = ratios[:, -1].real < 0
-    signed_reference = [-entry if minus else entry for entry, minus in zip(reference, is_negative, strict=True)]
-    if is_negative.any() and all(
-        compare_entries(entries, signed_reference, domain, f"{seed}/sign", rounding).is_correct
-    ):
-        return ConstantFactor(is_negative=True, changes_size=False)
+    signed_reference = [-entry if flips else entry for entry, flips in zip(reference, is_negative, strict=True)]
+    if is_negative.any():
+        comparison = compare_entries(entries, signed_reference, domain, f"{seed}/sign", rounding)
+        if all(comparison.is_correct):
+            return ConstantFactor(is_negative=True, changes_size=False)
     # a prime marks the symbols of the other configuration
     extended_domain = Domain({**domain.roles, **{f"{name}'": domain.roles[name] for name in varying_symbols}})
     primed_names = {name: Node("name", value=f"{name}'") for name in varying_symbols}

@@ -177,6 +177,11 @@ def make_joint_words(joints: Sequence[int], separator: str = " and ") -> dict[st
     return {"joint": separator.join(str(i + 1) for i in joints)}
 
 
+def list_joints_of_kind(stages: StageResults, kind: str) -> list[int]:
+    """Return the joints (from 0) that a derivation takes for revolute or for prismatic; a mistake may confuse them."""
+    return [i for i, kind_of_joint in enumerate(stages["kinds"]) if kind_of_joint == kind]
+
+
 def scale_entries(entry_index: Any, factor: int) -> Change:
     """Return the change that multiplies the entries at an index of an array by a factor."""
 

@@ -30,6 +30,7 @@ from qdot.exercises.mistakes.base import (
     MistakeVariant,
     VariantGenerator,
     exchange,
+    list_joints_of_kind,
     make_joint_words,
     make_propagated_variant,
     scale_entries,
@@ -79,8 +80,7 @@ def _mirror_link_derivatives(stages: StageResults, joint: int) -> np.ndarray:
     derivatives of all sines and leaves the derivatives of all cosines unchanged.
     """
     run_start = find_first_joint_of_run(stages.chain, joint)
-    revolute_joints = [i for i, kind in enumerate(stages["kinds"]) if kind == REVOLUTE]
-    run = [i for i in revolute_joints if find_first_joint_of_run(stages.chain, i) == run_start]
+    run = [i for i in list_joints_of_kind(stages, REVOLUTE) if find_first_joint_of_run(stages.chain, i) == run_start]
 
     def mirror(_: StageResults, table: Table) -> Table:
         rows = (replace(row, theta=-row.theta) if i in run else row for i, row in enumerate(table.rows))
@@ -99,7 +99,7 @@ def _flip_derivative(sign: int) -> VariantGenerator:
 
     def apply_change(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
         new_derivatives = np.array(link_derivatives)
-        for i in [i for i, kind in enumerate(stages["kinds"]) if kind == REVOLUTE]:
+        for i in list_joints_of_kind(stages, REVOLUTE):
             new_derivatives[i] = sign * _mirror_link_derivatives(stages, i)
         return new_derivatives
 
@@ -109,10 +109,9 @@ def _flip_derivative(sign: int) -> VariantGenerator:
 def _skip_differentiation(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
     """Return the later link vectors themselves instead of their derivatives with respect to a revolute joint."""
     new_derivatives, links = np.array(link_derivatives), stages.arithmetic.drop_derivatives(np.stack(stages["links"]))
-    for joint in range(stages.n):
-        if stages["kinds"][joint] == REVOLUTE:
-            later_links = [k for k in list_links_to_point(stages.chain) if k >= joint]
-            new_derivatives[joint, later_links] = links[later_links]
+    for joint in list_joints_of_kind(stages, REVOLUTE):
+        later_links = [k for k in list_links_to_point(stages.chain) if k >= joint]
+        new_derivatives[joint, later_links] = links[later_links]
     return new_derivatives
 
 

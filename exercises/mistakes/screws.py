@@ -17,8 +17,8 @@ from qdot.exercises.arm.derivation_graph import (
     Change,
     StageResults,
     Table,
-    adjoint_matrix,
     convert_constant_vector,
+    make_adjoint_matrix,
     rotate_rows,
 )
 from qdot.exercises.arm.standard_table import home_geometry_of
@@ -26,6 +26,7 @@ from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,
     VariantGenerator,
+    list_joints_of_kind,
     make_joint_words,
     make_propagated_variant,
     scale_entries,
@@ -43,8 +44,7 @@ def _vary_each_stage(change: Change, *stages: str) -> VariantGenerator:
 
 def _flip_linear_parts(stages: StageResults, columns: np.ndarray) -> np.ndarray:
     """Return the screws with the sign of v flipped for revolute joints."""
-    revolute_joints = [i for i, kind in enumerate(stages["kinds"]) if kind == REVOLUTE]
-    return scale_entries((slice(3, None), revolute_joints), -1)(stages, columns)
+    return scale_entries((slice(3, None), list_joints_of_kind(stages, REVOLUTE)), -1)(stages, columns)
 
 
 def _replace_linear_parts(compute_linear: Callable[[StageResults, np.ndarray, int, Axis], np.ndarray]) -> Change:
@@ -67,7 +67,7 @@ def _move_prismatic_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[Mi
     """Yield variants with the directions of prismatic joints in the rows of omega, unless all joints are prismatic."""
 
     def apply_change(stages: StageResults, columns: np.ndarray) -> np.ndarray:
-        prismatic_joints = [i for i, kind in enumerate(stages["kinds"]) if kind == PRISMATIC]
+        prismatic_joints = list_joints_of_kind(stages, PRISMATIC)
         new_columns = np.array(columns)
         new_columns[:, prismatic_joints] = np.roll(columns[:, prismatic_joints], 3, axis=0)
         return new_columns
@@ -136,7 +136,7 @@ def _make_skew_matrix(vector: np.ndarray) -> np.ndarray:
 def _compute_adjoint_of_inverse(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
     """Return the adjoint matrix (6, 6, …) of the inverse of a pose."""
     transpose = rotation.swapaxes(0, 1)
-    return adjoint_matrix(transpose, -apply_matrix(transpose, position))
+    return make_adjoint_matrix(transpose, -apply_matrix(transpose, position))
 
 
 # --- exponentials ---
@@ -292,10 +292,10 @@ VARIANTS: dict[str, VariantGenerator] = {
         lambda R, P: _stack_blocks(R, matrix_product(_make_skew_matrix(P), R), 0 * R, R)
     ),
     "adjoint-order": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, matrix_product(R, _make_skew_matrix(P)), R)),
-    "adjoint-sign": _change_adjoint(lambda R, P: adjoint_matrix(R, -P)),
-    "adjoint-without-p": _change_adjoint(lambda R, P: adjoint_matrix(R, 0 * P)),
+    "adjoint-sign": _change_adjoint(lambda R, P: make_adjoint_matrix(R, -P)),
+    "adjoint-without-p": _change_adjoint(lambda R, P: make_adjoint_matrix(R, 0 * P)),
     "adjoint-not-rotated": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, _make_skew_matrix(P), R)),
-    "rotation-transposed": _change_adjoint(lambda R, P: adjoint_matrix(R.swapaxes(0, 1), P)),
+    "rotation-transposed": _change_adjoint(lambda R, P: make_adjoint_matrix(R.swapaxes(0, 1), P)),
     "exponentials-reversed": _reverse_order,
     "home-pose-multiplied-from-left": vary_always(  # M exp(…) instead of exp(…) M
         {"point": lambda stages, _: _compute_home_point(stages) + _multiply_exponentials(stages).translation}

@@ -44,9 +44,7 @@ def _change_row(
     """Return a variant that changes entries of one row of the table that students see."""
 
     def apply_change(stages: StageResults, table: Table) -> Table:
-        return _replace_convention_entries(
-            stages, table, index, **change(stages, _find_convention_row(stages, table, index))
-        )
+        return _change_entries(stages, table, index, **change(stages, _find_convention_row(stages, table, index)))
 
     return MistakeVariant({"table": apply_change}, {"joint": index + 1, "link": index + 1, **words})
 
@@ -60,7 +58,7 @@ def _find_convention_row(stages: StageResults, table: Table, index: int) -> Tabl
     return replace(row, a=shift if convention_of(stages.chain).base.is_world else shift * 0, alpha=table.base_tilt)
 
 
-def _replace_convention_entries(stages: StageResults, table: Table, index: int, **new_entries: Any) -> Table:
+def _change_entries(stages: StageResults, table: Table, index: int, **new_entries: Any) -> Table:
     """Return the standard table with entries changed in one row of the table that students see."""
     row, link_row_index = _find_convention_row(stages, table, index), _find_link_row(stages, index)
     a, alpha = new_entries.pop("a", row.a), new_entries.pop("alpha", row.alpha)
@@ -172,7 +170,7 @@ def _exchange_lengths(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
     def exchange(stages: StageResults, table: Table, i: int, j: int) -> Table:
         a_i, a_j = (_find_convention_row(stages, table, index).a for index in (i, j))
-        return _replace_convention_entries(stages, _replace_convention_entries(stages, table, i, a=a_j), j, a=a_i)
+        return _change_entries(stages, _change_entries(stages, table, i, a=a_j), j, a=a_i)
 
     rows = convention_of(chain).rows
     for i, j in combinations(range(chain.n), 2):
@@ -236,16 +234,12 @@ def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
             yield MistakeVariant({"table": _move_point_to_earlier_origin}, {"frame": chain.n - 1})
         return
 
-    def make_variant(frame: int) -> MistakeVariant:
-        return MistakeVariant(
+    frame = chain.n - 1 if chain.point.frame == chain.n else chain.n
+    if frame > 0:
+        yield MistakeVariant(
             {"point": lambda stages, _: stages["origins"][frame], "link derivatives": _keep_derivatives_up_to(frame)},
             {"frame": frame},
         )
-
-    if chain.point.frame != chain.n:
-        yield make_variant(chain.n)
-    if chain.point.frame == chain.n and chain.n > 1:
-        yield make_variant(chain.n - 1)
 
 
 def _move_point_to_earlier_origin(stages: StageResults, table: Table) -> Table:
@@ -321,7 +315,7 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         offset = np.stack([stages.arithmetic.convert_entry(value) for value in point.offset])
         for i, next_row in zip(range(stages.n), [*rows[1:], empty_row], strict=False):
             a, alpha = stages.arithmetic.convert_entry(next_row.a), stages.arithmetic.convert_entry(next_row.alpha)
-            table = _replace_convention_entries(stages, table, i, a=a, alpha=alpha)
+            table = _change_entries(stages, table, i, a=a, alpha=alpha)
         if 0 < point.frame < stages.n:  # P keeps its coordinates, but they now refer to the previous frame
             row = table.rows[point.frame - 1]
             moved_offset = offset - np.stack([row.a, row.a * 0, row.a * 0])

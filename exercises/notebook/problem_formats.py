@@ -12,7 +12,7 @@ from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.notebook import notebook
 from qdot.exercises.notebook.self_check import Problems
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.problem.record import Json, make_robot_json, make_symbol_json
+from qdot.exercises.problem.record import Json, make_arm_json, make_symbol_json
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.markup import escape_latex, to_html, to_latex, to_text
@@ -160,7 +160,7 @@ def make_problem_json(problem: Problem, with_solutions: bool, certificate: Mappi
     return {
         "id": str(problem.id), "family": problem.id.family, "seed": problem.id.seed,
         "variation": problem.id.variation, "engine": problem.id.engine, "title": problem.title,
-        "robot": make_robot_json(problem.chain),
+        "robot": make_arm_json(problem.chain),
         "symbols": {name: make_symbol_json(info) for name, info in problem.symbols.items()},
         "statement": problem_texts.write_statement(problem, ""),
         "parts": [_make_part_json(problem, part, with_solutions) for part in problem.parts],

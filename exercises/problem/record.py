@@ -21,7 +21,7 @@ from qdot.exercises.problem.problem import RECORDED_NAME, Details, Part, Problem
 Json = dict[str, Any]
 
 
-def make_robot_json(chain: Chain) -> Json:
+def make_arm_json(chain: Chain) -> Json:
     """Return an arm as plain data: standard DH rows, base, tool point and task, with expressions as text.
 
     The data has a `convention` only if the arm is not described by a standard DH table. It has a `twist_order` only if
@@ -90,7 +90,7 @@ class Digests:
 
 def compute_digests(problem: Problem) -> Digests:
     """Return the digests of a problem. They don't depend on the points, which instructors may change later."""
-    arm = _compute_digest(make_robot_json(problem.chain))
+    arm = _compute_digest(make_arm_json(problem.chain))
     parts = {part.name: _compute_digest(_make_part_json(part)) for part in problem.parts}
     return Digests(_compute_digest([problem.id.engine, arm, parts]), arm, parts)
 

@@ -57,10 +57,10 @@ def write_linear_velocity(chain: Chain) -> sp.Matrix:
     If every term of the position has the sine or cosine of at most one angle, the velocity is written link by link, as
     in Example 6.1: -a1 s1 qd1 - a2 s12 (qd1 + qd2). Otherwise it is written joint by joint, as J qd.
     """
-    d, rows = derive(chain), list_linear_task_rows(chain)
+    derivation, rows = derive(chain), list_linear_task_rows(chain)
     if _is_written_by_links(chain):
-        return d.position.extract(rows, [0]).applyfunc(lambda entry: _differentiate_by_links(entry, chain))
-    return d.geometric.extract(rows, list(range(chain.n))) * sp.Matrix(chain.rates)
+        return derivation.position.extract(rows, [0]).applyfunc(lambda entry: _differentiate_by_links(entry, chain))
+    return derivation.geometric.extract(rows, list(range(chain.n))) * sp.Matrix(chain.rates)
 
 
 def _is_written_by_links(chain: Chain) -> bool:

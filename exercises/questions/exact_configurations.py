@@ -9,7 +9,6 @@ the exact configuration, with 30 digits.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
-from itertools import islice
 
 import mpmath
 import numpy as np
@@ -222,7 +221,7 @@ def sample_singular_configuration(
     """
     for _ in range(MAX_UNROUNDED_TRIES if needs_no_rounding else MAX_TRIES):
         lengths = _sample_varied_lengths(chain, rng) if has_varied_lengths else sample_unequal_lengths(chain, rng)
-        sample_joints = _sample_unrounded_joint_values if needs_no_rounding else _sample_joint_values
+        sample_joints = _sample_unrounded_values_on_components if needs_no_rounding else _sample_values_on_components
         joints = sample_joints(chain, components, lengths, rng)
         if joints is None or not all(_is_real(value) for value in joints.values()):
             continue
@@ -304,14 +303,17 @@ def match_branches(chain: Chain) -> tuple[Branch, ...]:
     structure_components = {tuple(map(substitute, component.conditions)): component for component in structure_set}
     branches: list[Branch] = []
     for component in find_singular_set(chain) or ():
-        match = structure_components.get(component.conditions)
-        if match is None or (component.solutions is None) != (match.solutions is None):
+        structure_component = structure_components.get(component.conditions)
+        if structure_component is None or (component.solutions is None) != (structure_component.solutions is None):
             continue
         if component.solutions is None:
-            branches.append(Branch(component, match))
+            branches.append(Branch(component, structure_component))
         for values in component.list_value_combinations():
-            same_values = (v for v in match.list_value_combinations() if _are_same_values(chain, values, v))
-            branches += [Branch(component.restrict_to(values), match.restrict_to(v)) for v in islice(same_values, 1)]
+            for structure_values in structure_component.list_value_combinations():
+                if _are_same_values(chain, values, structure_values):
+                    restricted = structure_component.restrict_to(structure_values)
+                    branches.append(Branch(component.restrict_to(values), restricted))
+                    break
     return tuple(branches)
 
 
@@ -329,7 +331,7 @@ def _are_same_values(chain: Chain, arm_values: ValueCombination, structure_value
     return True
 
 
-def _sample_joint_values(
+def _sample_values_on_components(
     chain: Chain, components: Sequence[Component], lengths: Lengths, rng: Stream
 ) -> JointValues | None:
     """Return random joint values of a configuration on all `components`, or None if none are found.
@@ -363,16 +365,16 @@ def _sample_joint_values(
     return {**sampled_values, **fixed_values}
 
 
-def _sample_unrounded_joint_values(
+def _sample_unrounded_values_on_components(
     chain: Chain, components: Sequence[Component], lengths: Lengths, rng: Stream
 ) -> JointValues | None:
-    """Return joint values as `_sample_joint_values` does, but only values that need no rounding.
+    """Return joint values as `_sample_values_on_components` does, but only values that need no rounding.
 
     In a condition on several joints, angles (with the joint offset) are multiples of 30 degrees, and the variables of
     prismatic joints are multiples of 5 cm.
     """
     solved_components = [component for component in components if component.solutions is not None]
-    fixed_values = _sample_joint_values(chain, solved_components, lengths, rng)
+    fixed_values = _sample_values_on_components(chain, solved_components, lengths, rng)
     if fixed_values is None:
         return None
     solved_joints = {q for component in solved_components for q, _ in component.solutions or ()}

@@ -13,7 +13,7 @@ import sympy as sp
 
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import task_velocity
+from qdot.exercises.arm.derivation import make_task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.mpmath_kinematics import MpmathArm, Vector
 from qdot.exercises.common.stream import Stream
@@ -121,7 +121,7 @@ def sample_configuration_and_velocity(chain: Chain, rng: Stream) -> Configuratio
     """Return a random configuration far from singular ones, with a random task velocity."""
     for _ in range(MAX_SAMPLES):
         lengths, joints = sample_lengths(chain, rng), sample_joint_values(chain, rng)
-        velocity = {v: sp.Rational(rng.nonzero_integer(8), 20) for v in task_velocity(chain)}
+        velocity = {v: sp.Rational(rng.nonzero_integer(8), 20) for v in make_task_velocity(chain)}
         if compute_conditioning(chain, lengths, joints) > find_min_conditioning(chain):
             return ConfigurationAndVelocity(lengths, joints, velocity)
     raise RuntimeError(f"no well-conditioned pose of {chain} was found; please report this")

@@ -269,14 +269,9 @@ def _compute_call(formula: ast.Call, quantities: Quantities) -> np.ndarray:
         (argument,) = _check_arguments(formula, arguments, (0,))
         return quantities.apply(name, argument)
     if name not in MATRIX_FUNCTIONS:
-        raise _make_name_error("function", name, list_functions())
+        raise _make_name_error("function", name, [*SCALAR_FUNCTIONS, *MATRIX_FUNCTIONS, *SPECIAL_FUNCTIONS])
     axis_counts, function = MATRIX_FUNCTIONS[name]
     return function(formula, *_check_arguments(formula, arguments, axis_counts))
-
-
-def list_functions() -> list[str]:
-    """Return the names of all functions of the language."""
-    return [*SCALAR_FUNCTIONS, *MATRIX_FUNCTIONS, *SPECIAL_FUNCTIONS]
 
 
 def _check_arguments(formula: ast.Call, arguments: list[np.ndarray], axis_counts: tuple[int, ...]) -> list[np.ndarray]:

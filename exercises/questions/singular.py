@@ -130,7 +130,8 @@ def _sample_configurations_of_kind(chain: Chain, kind: str, rng: Stream) -> Conf
             if classification.uniform and classification.kind == kind:
                 return ConfigurationsOfOneKind({}, component.conditions[0], words)
         else:
-            for joints in _sample_joint_values(chain, component, rng):
+            for values in rng.permutation(component.list_value_combinations() * 2):  # twice, with other joint values
+                joints = {**inversion.sample_joint_values(chain, rng), **dict(values)}
                 if _find_kinds_over_lengths(chain, joints) == {kind}:
                     return ConfigurationsOfOneKind(joints)
     return None
@@ -174,12 +175,6 @@ def _is_well_conditioned(chain: Chain, joints: JointValues, rng: Stream) -> bool
     minimum = 0.8 * inversion.find_min_conditioning(chain)
     all_lengths = (inversion.sample_lengths(chain, rng) for _ in range(4))
     return all(inversion.compute_conditioning(chain, lengths, joints) > minimum for lengths in all_lengths)
-
-
-def _sample_joint_values(chain: Chain, component: Component, rng: Stream) -> Iterator[JointValues]:
-    """Yield configurations of a component: its joint values, each time with new random values of the other joints."""
-    for values in rng.permutation(component.list_value_combinations() * 2):
-        yield {**inversion.sample_joint_values(chain, rng), **dict(values)}
 
 
 _TEST_LENGTHS = (sp.Rational(1, 20), sp.Rational(3, 10), sp.Rational(7, 10), sp.S(2), sp.S(6))

@@ -76,7 +76,7 @@ def find_first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum
 
 def _list_poses(chain: Chain) -> tuple[sp.Matrix, ...]:
     """Return the transforms T_{w,0} ... T_{w,n} of an arm, with the arm's numbers."""
-    return tuple(map(derive(chain).substitute_matrix, transforms.frame_poses(symbolic_arm_of(chain).chain)))
+    return tuple(map(derive(chain).substitute_matrix, transforms.compute_frame_poses(symbolic_arm_of(chain).chain)))
 
 
 def _make_transform_details(chain: Chain, rng: Stream) -> TransformDetails:
@@ -86,7 +86,7 @@ def _make_transform_details(chain: Chain, rng: Stream) -> TransformDetails:
 
 def _make_tool_details(chain: Chain, rng: Stream) -> ToolJacobianDetails:
     substitute, symbolic_chain = derive(chain).substitute_matrix, symbolic_arm_of(chain).chain
-    vectors_of_joints = transforms.joint_vectors_in_tool_frame(symbolic_chain)
+    vectors_of_joints = transforms.compute_joint_vectors(symbolic_chain)
     joints_and_vectors = enumerate(zip(symbolic_chain.joints, vectors_of_joints, strict=True), 1)
     columns = (ToolColumn(i, joint.kind, *map(substitute, vectors)) for i, (joint, vectors) in joints_and_vectors)
     return ToolJacobianDetails(columns=tuple(columns))
@@ -119,7 +119,7 @@ QUESTIONS = (
         prerequisites=("transform", "geometric-jacobian"), stage="tool jacobian",
         textbook_formulas={
             "tool jacobian": lambda chain: derive(chain).substitute_matrix(
-                transforms.jacobian_in_tool_frame(symbolic_arm_of(chain).chain)
+                transforms.compute_tool_jacobian(symbolic_arm_of(chain).chain)
             ),
         },
         make_details=_make_tool_details, label_rows_and_columns=base.label_jacobian(lambda _: VELOCITY_NAMES),

@@ -116,14 +116,14 @@ def derive_blocks(chain: Chain) -> BlockDetails:
     def wrap_angle(angle: sp.Expr) -> sp.Expr:
         return sp.pi - sp.Mod(sp.pi - angle, 2 * sp.pi) if angle.is_number else angle
 
-    d, symbolic_chain = derive(chain), symbolic_arm_of(chain).chain
+    derivation, symbolic_chain = derive(chain), symbolic_arm_of(chain).chain
     wrist_block = derive_wrist_block(chain)
     arm_determinant, _ = _factor_determinants(symbolic_chain)
-    factors = (d.substitute_values(factor) for factor, _ in arm_determinant.factors)
+    factors = (derivation.substitute_values(factor) for factor, _ in arm_determinant.factors)
     joint_factors = (factor for factor in factors if factor.free_symbols & set(chain.q))
     return BlockDetails(
         arm_block=_derive_arm_block(chain),
-        arm_block_in_frame_1=d.substitute_matrix(_derive_arm_block_in_frame_1(symbolic_chain)),
+        arm_block_in_frame_1=derivation.substitute_matrix(_derive_arm_block_in_frame_1(symbolic_chain)),
         wrist_block=wrist_block,
         expanded_wrist_determinant=wrist_block[0, 1] * wrist_block[1, 2] - wrist_block[1, 1] * wrist_block[0, 2],
         arm_factors=tuple(-factor if factor.could_extract_minus_sign() else factor for factor in joint_factors),

@@ -223,10 +223,10 @@ class ConditionSet(Answer):
 
     list_formulas = as_json = list_pieces
 
-    def group_by_component(self, pieces: Sequence[T]) -> list[list[T]]:
-        """Return one group for each component, from a sequence with one item for each piece of the set."""
-        remaining_pieces = iter(pieces)
-        return [list(islice(remaining_pieces, len(component.list_pieces()))) for component in self.components]
+    def group_by_component(self, items: Sequence[T]) -> list[list[T]]:
+        """Return the items in groups, one for each component; there is one item for each piece of the set."""
+        remaining_items = iter(items)
+        return [list(islice(remaining_items, len(component.list_pieces()))) for component in self.components]
 
     def as_typed(self) -> str:
         """Return the pieces in brackets."""

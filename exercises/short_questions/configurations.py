@@ -68,7 +68,7 @@ def _find_clearly_regular_ratio(chain: Chain) -> float:
 
 
 def _sample_singular_configurations(chain: Chain, rng: Stream) -> Iterator[ConfigurationAndBlame]:
-    """Yield singular configurations of an arm, from all components of its singular set in turn."""
+    """Yield singular configurations of an arm, in rounds through all components of its singular set."""
     for _ in range(MAX_TRIES):
         for component in rng.permutation(find_singular_set(chain) or ()):
             configuration = sample_displayable_configuration(chain, (component,), rng)
@@ -108,9 +108,10 @@ def _sample_falsely_singular_configuration(
         configuration = sample_regular_configuration(chain, rng, _find_clearly_regular_ratio(chain), False)
         if configuration is None:
             return None
-        values = {q: rng.choice(values) for q, values in component.solutions}
-        if (regular := make_regular_configuration(chain, {**configuration.joints, **values})) is not None:
-            return regular
+        component_values = {q: rng.choice(solutions) for q, solutions in component.solutions}
+        falsely_singular = make_regular_configuration(chain, {**configuration.joints, **component_values})
+        if falsely_singular is not None:
+            return falsely_singular
     return None
 
 

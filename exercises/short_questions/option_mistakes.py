@@ -45,7 +45,7 @@ def explain_options(problem: Problem, part: Part, stream: Stream) -> list[Blames
 
 
 def _blame_by_mistaken_answers(problem: Problem, part: Part) -> Mapping[int, Blames]:
-    """Return the most likely mistake for each wrong option that an answer with a known mistake would choose."""
+    """Return, by the index of a wrong option, the first known mistake whose answer chooses the option."""
     blames: dict[int, Blames] = {}
     for mistake, variant in catalogue.generate_mistaken_answers(problem.chain, part):
         if isinstance(variant.answer, Letters):
@@ -55,7 +55,7 @@ def _blame_by_mistaken_answers(problem: Problem, part: Part) -> Mapping[int, Bla
 
 
 def _blame_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mapping[int, Blames]:
-    """Return the most likely mistake behind each numeric option that equals the result of a wrong derivation."""
+    """Return, by the index of a numeric option, the most likely mistake in a derivation that leads to the option."""
     if not is_derived(part):
         return {}
     configurations = sample_configurations(problem.chain, part, problem.domain, 1, stream)

@@ -33,12 +33,12 @@ class Quantity:
 
     def derive_formulas(self, chain: Chain) -> sp.Matrix:
         """Return the formulas of the quantity as a column."""
-        d = derive(chain)
+        derivation = derive(chain)
         if self.name == "determinant":
-            return sp.Matrix([d.determinant])
+            return sp.Matrix([derivation.determinant])
         if self.name == "position":
-            return sp.Matrix([d.position[self.row]])
-        column = d.jacobian.col(self.column)
+            return sp.Matrix([derivation.position[self.row]])
+        column = derivation.jacobian.col(self.column)
         return column if self.row is None else sp.Matrix([column[self.row]])
 
 

@@ -47,6 +47,7 @@ def _sample_regular_configuration(chain: Chain, rng: Stream) -> ExactConfigurati
 
 
 def _make_number(value: Any, unit: str) -> Number:
+    """Return a number as an answer that accepts three digits."""
     rounded_value = round_to_ten_digits(value)
     absolute_tolerance = THREE_DIGIT_TOLERANCE * abs(float(rounded_value)) / 5  # small: only relative errors matter
     return Number(sp.Matrix([rounded_value]), (unit,), THREE_DIGIT_TOLERANCE, absolute_tolerance)

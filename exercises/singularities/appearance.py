@@ -306,7 +306,7 @@ def _find_extreme_side_of_prismatic(chain: Chain, samples: Sequence[Sample]) -> 
     """Find a prismatic joint whose line is as far from the point as a later joint can bring it."""
     for prismatic in chain.prismatic_joints:
         side = f"the point is as far to one side of prismatic joint {prismatic + 1}"
-        for moving_joint in range(prismatic + 1, min(chain.n, chain.point.frame)):
+        for moving_joint in range(prismatic + 1, chain.point.frame):
             if _find_common_extreme_signs(samples, prismatic, moving_joint) == {1}:
                 words = f"{side} as joint {moving_joint + 1} can bring it"
                 yield _make_extreme_statement(words, prismatic, [moving_joint], {1})
@@ -350,7 +350,7 @@ def _find_extreme_origin(chain: Chain, samples: Sequence[Sample]) -> Iterator[St
 
 def _find_common_direction(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find two joints that move the point along the same line."""
-    for pair in combinations(range(min(chain.n, chain.point.frame)), 2):
+    for pair in combinations(range(chain.point.frame), 2):
         speeds = [np.linalg.norm(s.arm.jacobian(s.q)[:3, list(pair)], axis=0).min() for s in samples]
         if min(speeds) > NONZERO_THRESHOLD:
             words = f"joints {_join_joint_numbers(pair)} move the point along the same line"
@@ -360,7 +360,7 @@ def _find_common_direction(chain: Chain, samples: Sequence[Sample]) -> Iterator[
 def _find_extreme_reach(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find an axis whose distance from the point is at a maximum or minimum with respect to later joints."""
     for axis in chain.revolute_joints:
-        later_joints = range(axis + 1, min(chain.n, chain.point.frame))
+        later_joints = range(axis + 1, chain.point.frame)
         signs_by_joint = {joint: _find_common_extreme_signs(samples, axis, joint) for joint in later_joints}
         extreme_joints = [joint for joint, signs in signs_by_joint.items() if 0 not in signs]
         other_joints = [j for j in later_joints if j not in extreme_joints]

@@ -135,7 +135,7 @@ def list_candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[Mea
     groups = (collinear_meanings, point_meanings) if has_angular_rows else (point_meanings, collinear_meanings)
     meanings = _select_special(samples, [meaning for group in groups for meaning in group])
     for i in revolute:
-        for j in range(i + 1, min(chain.n, chain.point.frame)):
+        for j in range(i + 1, chain.point.frame):
             meanings += _list_extreme_meanings(chain, samples, i, j)
     parallel_meanings, perpendicular_meanings = (
         _list_prismatic_meanings(chain, samples, is_perpendicular) if has_angular_rows else []
@@ -216,7 +216,7 @@ def _list_plane_meanings(chain: Chain, samples: Sequence[Sample], revolute: Sequ
 
 def _list_common_direction_meanings(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
     """Return the statements about two joints that move the point along the same line."""
-    moving_joints = range(min(chain.n, chain.point.frame))
+    moving_joints = range(chain.point.frame)
     speeds = np.min([np.linalg.norm(s.arm.jacobian(s.q)[:3], axis=0) for s in samples], axis=0)
     return [
         _make_meaning("one way", (i, j), "joints {} and {} move $P$ along the same line",
@@ -235,7 +235,7 @@ def _list_extreme_meanings(chain: Chain, samples: Sequence[Sample], i: int, j: i
     far, near = f"$P$ is as far from {axis}", f"$P$ is as near to {axis}"
     if chain.joints[j].is_prismatic:
         return [_make_meaning("near", (i, j), near, measure)]
-    other_joints = [k for k in range(i + 1, min(chain.n, chain.point.frame)) if k != j]
+    other_joints = [k for k in range(i + 1, chain.point.frame) if k != j]
     if are_parallel(samples, i, j) and not any(_changes_distance(samples, i, k) for k in other_joints):
         far, near = f"the arm is stretched out: {far}", f"the arm is folded back: {near}"
     return [_make_meaning("far", (i, j), far, measure), _make_meaning("near", (i, j), near, measure)]

@@ -83,7 +83,7 @@ class _RotatedPlanarArm:
 @lru_cache(maxsize=256)
 def _find_rotated_planar_arm(arm: NumericChain) -> _RotatedPlanarArm | None:
     """Return the description of a planar arm rotated by joint 1; None for other arms."""
-    moving_joint_count = min(arm.point_frame, len(arm.kinds))
+    moving_joint_count = arm.point_frame
     if moving_joint_count < 2 or not arm.is_revolute[0]:
         return None
     home = _compute_home_frames(arm)
@@ -196,7 +196,7 @@ def _find_planar_arm(arm: NumericChain, task: tuple[int, ...]) -> _PlanarArm | N
 
     If the arm can change the height of P above the plane, the task must contain this height.
     """
-    linear, angle_axes = [row for row in task if row < 3], [row - 3 for row in task if row >= 3]
+    linear_axes, angle_axes = [row for row in task if row < 3], [row - 3 for row in task if row >= 3]
     home, moving_joint_count = _compute_home_frames(arm), arm.point_frame
     axes, is_revolute = home[:moving_joint_count, :3, 2], arm.is_revolute[:moving_joint_count]
     if not is_revolute.any() or (angle_axes and moving_joint_count != len(arm.kinds)):
@@ -206,10 +206,11 @@ def _find_planar_arm(arm: NumericChain, task: tuple[int, ...]) -> _PlanarArm | N
     is_parallel, is_in_plane = cosines > 1 - _ZERO_TOLERANCE, cosines < _ZERO_TOLERANCE
     if not np.all(is_parallel | (is_in_plane & ~is_revolute)):
         return None
-    if linear == [0, 1, 2]:
+    if linear_axes == [0, 1, 2]:
         if not np.any(is_parallel & ~is_revolute):
             return None
-    elif len(linear) != 2 or abs(normal[3 - sum(linear)]) < 1 - _ZERO_TOLERANCE:
+    # 3 - the sum is the third axis, which must be the normal
+    elif len(linear_axes) != 2 or abs(normal[3 - sum(linear_axes)]) < 1 - _ZERO_TOLERANCE:
         return None
     if angle_axes and (len(angle_axes) > 1 or abs(normal[angle_axes[0]]) < 1 - _ZERO_TOLERANCE):
         return None

@@ -20,7 +20,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import ANGLE_PREFIXES, Base, Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.derivation import TooLong, determinant_of, has_long_minors, point_moves_with_last_link
+from qdot.exercises.arm.derivation import TooLong, expand_determinant, has_long_minors, point_moves_with_last_link
 from qdot.exercises.arm.kinematics import NumericChain, compute_jacobian_in_frame
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
@@ -332,7 +332,8 @@ class _Elimination:
     ) -> Iterator[Conjunction]:
         """Yield the branches on which all maximal minors of a matrix are zero."""
         column_sets = combinations(range(matrix.cols), matrix.rows)
-        minors = [factor_trig(determinant_of(matrix.extract(list(range(matrix.rows)), list(c)))) for c in column_sets]
+        rows = list(range(matrix.rows))
+        minors = [factor_trig(expand_determinant(matrix.extract(rows, list(columns)))) for columns in column_sets]
         zeros = find_common_zeros(minors, self.search)
         branches = ((),) if zeros is None else tuple(zeros)
         self.reduced_cases.append(ReducedCase(case, sp.ImmutableMatrix(matrix), joints, branches))

@@ -128,7 +128,7 @@ def _classify_by_position(samples: Sequence[Sample], task: list[int]) -> np.ndar
     if not samples or max(task) > 2:
         return kinds
     undecided = {k: samples[k] for k in np.flatnonzero(kinds == "internal").tolist()}
-    for joint in range(1, min(len(samples[0].q), samples[0].arm.point_frame)):
+    for joint in range(1, samples[0].arm.point_frame):
         if undecided and samples[0].arm.is_revolute[joint]:
             rotations = _rotate_joint(undecided, joint)
             rotation_kinds = _classify_by_motion(list(chain_together(*rotations.values())), task)

@@ -106,14 +106,14 @@ class _Condition:
       the joint changes the height (k x 1 x 1).
     """
 
-    arm: _NormalizedArms
+    arms: _NormalizedArms
     is_only_condition: np.ndarray
     matrix: np.ndarray
 
     def evaluate(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual and the margin, k x m each."""
-        point = self.arm.point(x, y)
-        return self._evaluate_revolute(point) if self.arm.is_revolute[1] else self._evaluate_prismatic(point)
+        point = self.arms.point(x, y)
+        return self._evaluate_revolute(point) if self.arms.is_revolute[1] else self._evaluate_prismatic(point)
 
     def _evaluate_revolute(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return residual and margin for a revolute second joint.
@@ -121,12 +121,12 @@ class _Condition:
         The third joint determines the length of the vector from the second axis to P. The target determines two
         components of this vector, which must be compatible with its length.
         """
-        arm = self.arm
-        vector_to_point = point - arm.origins[:, None, 1]
-        axis = arm.axes[:, None, 1]
+        arms = self.arms
+        vector_to_point = point - arms.origins[:, None, 1]
+        axis = arms.axes[:, None, 1]
         height = _dot(vector_to_point, axis)
         squared_length = _dot(vector_to_point, vector_to_point)
-        required_components = _compute_required_components(arm, height, squared_length)
+        required_components = _compute_required_components(arms, height, squared_length)
         u, sigma, _ = np.linalg.svd(self.matrix)
         components = np.einsum("kji,kmj->kmi", u, required_components)
         squared_radius = squared_length - height**2
@@ -136,12 +136,12 @@ class _Condition:
 
     def _evaluate_prismatic(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return residual and margin for a prismatic second joint."""
-        arm = self.arm
-        first_axis, second_axis = arm.axes[:, None, 0], arm.axes[:, None, 1]
-        if not arm.is_revolute[0]:
-            residual = _dot(cross(first_axis, second_axis), point - arm.target[:, None])
+        arms = self.arms
+        first_axis, second_axis = arms.axes[:, None, 0], arms.axes[:, None, 1]
+        if not arms.is_revolute[0]:
+            residual = _dot(cross(first_axis, second_axis), point - arms.target[:, None])
             return residual, np.ones_like(residual)
-        height, squared_distance = _dot(arm.target, arm.axes[:, 0])[:, None], _dot(arm.target, arm.target)[:, None]
+        height, squared_distance = _dot(arms.target, arms.axes[:, 0])[:, None], _dot(arms.target, arms.target)[:, None]
         height_change = height - _dot(point, first_axis)
         moved_point = point + (height_change / self.matrix[:, :1, 0])[..., None] * second_axis
         polynomial = _dot(moved_point, moved_point) - squared_distance
@@ -156,32 +156,32 @@ class _Condition:
         return np.where(is_only, polynomial, linear_residual), np.where(is_only, 1.0, margin)
 
 
-def _eliminate_second_joint(arm: _NormalizedArms) -> _Condition:
+def _eliminate_second_joint(arms: _NormalizedArms) -> _Condition:
     """Return the condition on the third joint that remains after the second joint is eliminated."""
-    first_axis, second_axis = arm.axes[:, 0], arm.axes[:, 1]
-    if not arm.is_revolute[1]:
+    first_axis, second_axis = arms.axes[:, 0], arms.axes[:, 1]
+    if not arms.is_revolute[1]:
         axis_cosine = _dot(first_axis, second_axis)
-        is_only = (np.abs(axis_cosine) > _ZERO_TOLERANCE) & arm.is_revolute[0]
-        return _Condition(arm, is_only, axis_cosine[:, None, None])
-    directions = (first_axis, 2 * arm.origins[:, 1]) if arm.is_revolute[0] else _choose_perpendiculars(first_axis)
+        is_only = (np.abs(axis_cosine) > _ZERO_TOLERANCE) & arms.is_revolute[0]
+        return _Condition(arms, is_only, axis_cosine[:, None, None])
+    directions = (first_axis, 2 * arms.origins[:, 1]) if arms.is_revolute[0] else _choose_perpendiculars(first_axis)
     matrix = np.stack(directions, axis=1) @ np.stack(_choose_perpendiculars(second_axis), axis=1).swapaxes(1, 2)
-    return _Condition(arm, np.linalg.svd(matrix, compute_uv=False)[:, 1] > _ZERO_TOLERANCE, matrix)
+    return _Condition(arms, np.linalg.svd(matrix, compute_uv=False)[:, 1] > _ZERO_TOLERANCE, matrix)
 
 
-def _compute_required_components(arm: _NormalizedArms, height: np.ndarray, squared_length: np.ndarray) -> np.ndarray:
+def _compute_required_components(arms: _NormalizedArms, height: np.ndarray, squared_length: np.ndarray) -> np.ndarray:
     """Return two components (k x m x 2) that the target requires of the vector from the second axis to P.
 
     `height` is the component of this vector along the second axis, and `squared` is its squared length.
     """
-    first_axis, second_axis, origin = arm.axes[:, 0], arm.axes[:, 1], arm.origins[:, 1]
-    if arm.is_revolute[0]:
-        height_change = _dot(arm.target, first_axis) - _dot(origin, first_axis)
-        square_change = _dot(arm.target, arm.target) - _dot(origin, origin)
+    first_axis, second_axis, origin = arms.axes[:, 0], arms.axes[:, 1], arms.origins[:, 1]
+    if arms.is_revolute[0]:
+        height_change = _dot(arms.target, first_axis) - _dot(origin, first_axis)
+        square_change = _dot(arms.target, arms.target) - _dot(origin, origin)
         required_height = height_change[:, None] - _dot(first_axis, second_axis)[:, None] * height
         required_square = square_change[:, None] - squared_length - 2 * _dot(origin, second_axis)[:, None] * height
         return np.stack([required_height, required_square], axis=2)
     normals = _choose_perpendiculars(first_axis)
-    components = [_dot(u, arm.target - origin)[:, None] - _dot(u, second_axis)[:, None] * height for u in normals]
+    components = [_dot(u, arms.target - origin)[:, None] - _dot(u, second_axis)[:, None] * height for u in normals]
     return np.stack(components, axis=2)
 
 
@@ -190,9 +190,9 @@ def _compute_required_components(arm: _NormalizedArms, height: np.ndarray, squar
 
 def _decide_by_sign(condition: _Condition) -> np.ndarray:
     """Decide whether the polynomial has a root, that is, whether its values have both signs or are zero."""
-    if condition.arm.is_revolute[2]:
+    if condition.arms.is_revolute[2]:
         return _decide_on_circle(condition)
-    return (_decide_by_minimum if condition.arm.is_revolute[:2].all() else _decide_on_line)(condition)
+    return (_decide_by_minimum if condition.arms.is_revolute[:2].all() else _decide_on_line)(condition)
 
 
 def _decide_on_circle(condition: _Condition) -> np.ndarray:
@@ -294,7 +294,7 @@ def _fit_polynomial(condition: _Condition, degree: int) -> np.ndarray:
 
 def _decide_by_roots(condition: _Condition) -> np.ndarray:
     """Decide whether the other quantity is in the second joint's range at a root of the linear condition."""
-    find_roots = _find_roots_on_circle if condition.arm.is_revolute[2] else _find_roots_on_line
+    find_roots = _find_roots_on_circle if condition.arms.is_revolute[2] else _find_roots_on_line
     x, y, existence = find_roots(condition)
     _, margin = condition.evaluate(x, y)
     has_roots, has_no_root = existence[:, None] == YES, existence == NO
@@ -304,7 +304,10 @@ def _decide_by_roots(condition: _Condition) -> np.ndarray:
 
 
 def _find_roots_on_circle(condition: _Condition) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the roots x and y (k x 2 each) of a residual that is linear in x and y, and whether they exist (k)."""
+    """Return the roots x and y (k x 2 each) of a residual that is linear in x and y, and YES, NO or UNSURE (k).
+
+    The answer says whether the roots exist.
+    """
     angles = np.arange(3) * np.pi / 2
     residuals, _ = condition.evaluate(np.cos(angles), np.sin(angles))
     at_0, at_90, at_180 = residuals.T
@@ -319,7 +322,7 @@ def _find_roots_on_circle(condition: _Condition) -> tuple[np.ndarray, np.ndarray
 
 
 def _find_roots_on_line(condition: _Condition) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the roots x and y (k x 2 each) of a residual of degree at most two, and whether they exist (k)."""
+    """Return the roots x and y (k x 2 each) of a residual of degree at most two, and whether they exist, as above."""
     constant, linear, quadratic = _fit_polynomial(condition, 2).T
     is_quadratic = np.abs(quadratic) > _ZERO_TOLERANCE
     discriminant = linear**2 - 4 * quadratic * constant

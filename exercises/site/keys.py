@@ -378,7 +378,7 @@ def _list_speed_mistakes(problem: Problem, part: Part) -> Iterator[_NumericMista
         return
     derived_part, _ = _find_derived_question(part)
     assert derived_part is not None
-    velocity = _flatten(compute_answer(_evaluate_derivation(problem, part), derived_part))
+    velocity = _take_first_values(compute_answer(_evaluate_derivation(problem, part), derived_part))
     nonzero_components = np.abs(velocity[np.abs(velocity) > 1e-9])
     wrong_speeds = [("components-added", nonzero_components.sum()), ("components-added", abs(velocity.sum()))]
     wrong_speeds += [("component-alone", component) for component in nonzero_components]
@@ -395,16 +395,16 @@ def _evaluate_derivation(problem: Problem, part: Part) -> StageResults:
     return compute_numeric_stages(problem.chain, values)
 
 
-def _flatten(answer: np.ndarray) -> np.ndarray:
+def _take_first_values(answer: np.ndarray) -> np.ndarray:
     """Return the entries of an answer at its first configuration."""
     return answer.reshape(-1, answer.shape[-1])[:, 0].real
 
 
 def _compute_norm(answer: np.ndarray) -> np.ndarray:
-    return np.array([np.linalg.norm(_flatten(answer))])
+    return np.array([np.linalg.norm(_take_first_values(answer))])
 
 
-_CHAPTER_QUESTIONS = {"determinant-value": ("determinant", _flatten), "speed": ("velocity", _compute_norm)}
+_CHAPTER_QUESTIONS = {"determinant-value": ("determinant", _take_first_values), "speed": ("velocity", _compute_norm)}
 """For each numeric short question: the chapter's question behind it, and a function from its answer to the number."""
 
 
@@ -418,7 +418,7 @@ def _find_derived_question(part: Part) -> tuple[Part | None, Callable[[np.ndarra
     The question is the part itself, or a question of the chapter; None if there is no such question.
     """
     if is_derived(part) or part.kind not in _CHAPTER_QUESTIONS:
-        return (part if is_derived(part) else None), _flatten
+        return (part if is_derived(part) else None), _take_first_values
     kind, extract_numbers = _CHAPTER_QUESTIONS[part.kind]
     return replace(part, kind=kind), extract_numbers
 

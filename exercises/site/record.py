@@ -19,7 +19,7 @@ from qdot.exercises.formula.printers.python import python_text
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.problem.record import Json, make_robot_json
+from qdot.exercises.problem.record import Json, make_arm_json
 from qdot.exercises.questions.inversion import list_table_lengths
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.singularities.difficulty import rate_difficulty_band
@@ -58,7 +58,7 @@ def make_site_record(problem: Problem) -> Json:
 
 def make_arm_record(problem: Problem) -> Json:
     """Return the data of the interactive arm, as in `make_site_record`: {"robot", "symbols", "pose"}."""
-    robot = {**make_robot_json(problem.chain), "values": _choose_values(problem.chain)}
+    robot = {**make_arm_json(problem.chain), "values": _choose_values(problem.chain)}
     return {"robot": robot, "symbols": _list_symbols(problem), "pose": find_figure_pose(problem.chain)}
 
 

@@ -15,6 +15,5 @@ configuration of lower rank that Newton's method finds.
     short_questions     tests of short questions, such as choices
     custom              tests of questions that instructors define
     numeric_reference   a numeric model of the arm: 4 x 4 products, finite differences, the product of exponentials
-    singularity_statements
-                        tests of what a worked solution says about singular configurations, by moving joints
+    singularity_statements    tests of what a worked solution says about singular configurations, by moving joints
 """

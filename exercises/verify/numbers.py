@@ -26,9 +26,9 @@ def list_reference_numbers(part: Part) -> np.ndarray:
 def check_three_digits(part: Part) -> Check:
     """Check that the reference's numbers are still accepted after rounding to three digits."""
     answer = part.answer_as(Number)
-    exact = np.array([float(value) for value in answer.reference])
-    rounded = np.array([float(f"{value:.2e}") for value in exact])
-    is_accepted = bool(np.all(np.abs(rounded - exact) <= answer.list_allowed_errors(None)))
+    exact_numbers = np.array([float(value) for value in answer.reference])
+    rounded_numbers = np.array([float(f"{value:.2e}") for value in exact_numbers])
+    is_accepted = bool(np.all(np.abs(rounded_numbers - exact_numbers) <= answer.list_allowed_errors(None)))
     return Check("three digits", is_accepted, "rounding keeps it right")
 
 

@@ -46,19 +46,19 @@ speed.
 """
 
 
-class FoundRank(NamedTuple):
+class NumericRank(NamedTuple):
     """The rank of a matrix, and whether every singular value is either clearly zero or clearly not zero."""
 
     rank: int
     is_clear: bool
 
 
-def find_rank(jacobian: np.ndarray) -> FoundRank:
+def find_rank(jacobian: np.ndarray) -> NumericRank:
     """Return the rank of a matrix, determined by its singular values."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     shares = sigma / max(float(sigma[0]), 1e-12)
     is_unclear = np.any((shares > ZERO_SHARE) & (shares < NONZERO_SHARE))
-    return FoundRank(int(np.sum(shares > ZERO_SHARE)), not is_unclear)
+    return NumericRank(int(np.sum(shares > ZERO_SHARE)), not is_unclear)
 
 
 def _check_rank(numeric: NumericReference, part: Part) -> Checks:
@@ -94,11 +94,11 @@ def _check_direction(numeric: NumericReference, part: Part) -> Checks:
 def _check_written_form(part: Part) -> Check:
     """Check that not all entries begin with a minus sign, and that their coefficients have at most five digits."""
     entries = [entry for entry in part.answer.as_matrix() if entry != 0]
-    all_negative = bool(entries) and all(entry.could_extract_minus_sign() for entry in entries)
+    are_all_negative = bool(entries) and all(entry.could_extract_minus_sign() for entry in entries)
     terms = [term for entry in entries for term in sp.Add.make_args(sp.expand(entry))]
     numbers = [term.as_coeff_Mul()[0] for term in terms]
     is_unwieldy = any(number.is_Rational and max(abs(number.p), number.q) > 99_999 for number in numbers)
-    is_short = bool(entries) and not all_negative and not is_unwieldy
+    is_short = bool(entries) and not are_all_negative and not is_unwieldy
     return Check("short", is_short, f"{len(entries)} entries, {len(terms)} terms")
 
 
@@ -220,7 +220,7 @@ def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
     answer, choice = part.answer_as(Choice), part.details_as(MeaningDetails)
     samples = sample_at_values(numeric, choice.values, choice.condition)
     options = zip(answer.options, choice.options, strict=True)
-    has_same_texts = all(text.startswith(offered.meaning.words) for text, offered in options)
+    has_same_texts = all(text.startswith(option.meaning.words) for text, option in options)
     yield Check("options", has_same_texts and len(set(answer.options)) == len(answer.options), "as offered")
     kinds = set(map(str, classify_samples(numeric.chain, samples)))
 

@@ -55,11 +55,9 @@ def _insert_option(numeric: NumericReference, subject: OptionSubject, option: sp
 def _check_formula_choice(numeric: NumericReference, part: Part) -> Checks:
     """Check that only the correct formula passes the check of the full question."""
     subject = part.details_as(FormulaOptions).subject
-    check = BASE_CHECKS[subject.base_question]
     offered = _list_offered_options(part)
     parts = [_insert_option(numeric, subject, option.content) for option in offered]
-    passes = [all(result.passed for result in check(numeric, part_with_option)) for part_with_option in parts]
-    yield _check_one_correct(part, passes)
+    yield _check_one_correct(numeric, part, parts, BASE_CHECKS[subject.base_question])
     yield _check_values_differ(numeric, [sp.Matrix(option.content) for option in offered])
 
 
@@ -69,11 +67,14 @@ def _list_offered_options(part: Part) -> tuple[OfferedOption, ...]:
     return offered
 
 
-def _check_one_correct(part: Part, passes: Sequence[bool]) -> Check:
-    """Check that only the correct option passes; `passes` is whether each option does."""
-    indices = [index for index, has_passed in enumerate(passes) if has_passed]
-    detail = f"options that pass, from 0: {', '.join(map(str, indices)) or 'none'}"
-    return Check("one right option", indices == [part.answer_as(Choice).correct], detail)
+def _check_one_correct(
+    numeric: NumericReference, part: Part, parts_with_option: Sequence[Part], check: PartCheck
+) -> Check:
+    """Check that only the part that has the correct option as its answer passes a check."""
+    are_passed = [all(result.passed for result in check(numeric, option_part)) for option_part in parts_with_option]
+    passing_indices = [index for index, is_passed in enumerate(are_passed) if is_passed]
+    detail = f"options that pass, from 0: {', '.join(map(str, passing_indices)) or 'none'}"
+    return Check("one right option", passing_indices == [part.answer_as(Choice).correct], detail)
 
 
 def _check_values_differ(numeric: NumericReference, options: Sequence[sp.Matrix]) -> Check:
@@ -88,9 +89,7 @@ def _check_set_choice(numeric: NumericReference, part: Part) -> Checks:
     """Check that only the correct singular set passes the check of singular sets."""
     kind, offered = "singular-angles", _list_offered_options(part)
     parts = [Part(kind, kind, ConditionSet(option.content)) for option in offered]
-    check = SET_CHECKS[kind]
-    passes = [all(result.passed for result in check(numeric, part_with_option)) for part_with_option in parts]
-    yield _check_one_correct(part, passes)
+    yield _check_one_correct(numeric, part, parts, SET_CHECKS[kind])
     yield _check_texts_differ([option.text for option in offered])
 
 
@@ -104,13 +103,13 @@ def _check_texts_differ(texts: Sequence[str]) -> Check:
 def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
     """Check by the rank of J which of the offered configurations are singular."""
     details, full_rank = part.details_as(ConfigurationOptions), min(len(numeric.task_rows), numeric.chain.n)
-    found_ranks = []
+    ranks = []
     for offered in details.offered_configurations:
         configuration = replace(offered, lengths={**details.lengths, **offered.lengths})
-        found_ranks.append(find_rank(numeric.exponential_jacobian_at(configuration)[numeric.task_rows]))
-    singular_indices = tuple(index for index, found in enumerate(found_ranks) if found.rank < full_rank)
-    ranks = ", ".join(str(found.rank) for found in found_ranks)
-    yield Check("clear", all(found.is_clear for found in found_ranks), f"ranks {ranks}")
+        ranks.append(find_rank(numeric.exponential_jacobian_at(configuration)[numeric.task_rows]))
+    singular_indices = tuple(index for index, numeric_rank in enumerate(ranks) if numeric_rank.rank < full_rank)
+    rank_text = ", ".join(str(numeric_rank.rank) for numeric_rank in ranks)
+    yield Check("clear", all(numeric_rank.is_clear for numeric_rank in ranks), f"ranks {rank_text}")
     is_correct = singular_indices == tuple(part.answer.correct_indices)
     yield Check("singular ones", is_correct, f"of rank less than {full_rank}, from 0: {singular_indices}")
     yield _check_texts_differ(part.answer.offered_options)

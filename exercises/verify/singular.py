@@ -124,11 +124,11 @@ def _check_completeness(numeric: NumericReference, pieces: Sequence[Piece]) -> C
         if len(q) and compute_conditioning_ratios(arm.jacobian(q)[:, numeric.task_rows]).max() > MAX_SHIFTED_RATIO:
             return Check("complete", False, "J has full rank at a singular configuration of the normalized arm")
         count += len(q)
-        for uncovered in _find_uncovered_configurations(numeric, pieces, lengths, q):
-            starts = uncovered + SEARCH_RADIUS * choose_random_configurations(chain, numeric.rng, START_COUNT)
+        for configuration in _find_uncovered_configurations(numeric, pieces, lengths, q):
+            starts = configuration + SEARCH_RADIUS * choose_random_configurations(chain, numeric.rng, START_COUNT)
             nearby_results = find_singular_configurations(arm, starts, numeric.task_rows)
             if 2 * len(_find_uncovered_configurations(numeric, pieces, lengths, nearby_results)) >= len(nearby_results):
-                pairs = [*zip(chain.q, uncovered, strict=True), *lengths.items()]
+                pairs = [*zip(chain.q, configuration, strict=True), *lengths.items()]
                 location = ", ".join(f"{name} = {value:.4g}" for name, value in pairs)
                 return Check("complete", False, f"J loses rank at {location}, which no condition covers")
     return Check("complete", True, f"all of {count} singular configurations found by search are covered")

@@ -231,12 +231,12 @@ def _is_extreme_sideways(clause: _Clause) -> bool:
     configurations = _move_joint(sample, int(clause.match["by"]) - 1)
     z, origin = _locate_axis(sample, prismatic_joint)
     offsets = _make_position_function(sample, clause.match["what"])(configurations) - origin
-    projected = offsets - (offsets @ z)[:, None] * z
-    side_direction = projected[0] / max(float(np.linalg.norm(projected[0])), 1e-12)
-    centred = projected - projected.mean(axis=0)
-    _, _, main_directions = np.linalg.svd(centred)
+    projections = offsets - (offsets @ z)[:, None] * z
+    side_direction = projections[0] / max(float(np.linalg.norm(projections[0])), 1e-12)
+    deviations = projections - projections.mean(axis=0)
+    _, _, main_directions = np.linalg.svd(deviations)
     line_direction = main_directions[0]
-    return bool(_name_extreme(projected @ side_direction) or _name_extreme(centred @ line_direction))
+    return bool(_name_extreme(projections @ side_direction) or _name_extreme(deviations @ line_direction))
 
 
 def _is_stretched(clause: _Clause) -> bool:
@@ -344,8 +344,8 @@ def _move_point_in_line_or_plane(clause: _Clause) -> bool:
 def _move_point_in_line_as_seen(clause: _Clause) -> bool:
     """Return whether all joints move the point along one line, as seen along an axis of the world frame."""
     axis_index = "xyz".index(clause.match["axis"])
-    projected = np.delete(clause.sample.arm.jacobian(clause.sample.q)[:3], axis_index, axis=0)
-    return bool(np.linalg.svd(projected, compute_uv=False)[1] < TOLERANCE)
+    projections = np.delete(clause.sample.arm.jacobian(clause.sample.q)[:3], axis_index, axis=0)
+    return bool(np.linalg.svd(projections, compute_uv=False)[1] < TOLERANCE)
 
 
 def _no_joint_moves(clause: _Clause) -> bool:

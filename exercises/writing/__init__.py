@@ -4,9 +4,10 @@ The modules, from formulas to complete texts:
 
     shortening, angles          shorter sums; one name for each angle of an arm
     constant_angles             sines and cosines of an arm's constant angles instead of roots
-    fit                         wide formulas on several lines
+    line_breaking               wide formulas on several lines
     latex, typeset              SymPy's formulas in the textbook's notation; the formulas of a student's answer
-    markup, typst, on_paper     Markdown as HTML, LaTeX, text and Typst; texts without remarks on typing
+    markup, typst               Markdown as HTML, LaTeX, text and Typst
+    paper_texts                 texts without remarks on typing
     wording                     the words for an arm, and the names of its axes and vectors
     expansion, solution_steps   the steps that expand a determinant; all steps of a worked solution
     hint_context                what hints show of an arm and its results

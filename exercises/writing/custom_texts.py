@@ -24,24 +24,24 @@ _PIECE = re.compile(r"\{\{|\}\}|(?P<dollar>\$\$?)|\{(?P<content>[^{}]*)\}")
 _LATEX_BRACE = re.compile(r"[A-Za-z_^}\]]$")
 
 
-def write_text(part: Part, name: str, wording: "Wording") -> str:
-    """Return the prompt or the solution of a custom question."""
-    return fill_text(str(getattr(_select_texts(part, wording), name)), part, wording)
+def write_custom_text(part: Part, text_name: str, wording: "Wording") -> str:
+    """Return the prompt or the solution of a custom question; `text_name` is "prompt" or "solution"."""
+    return fill_text(str(getattr(_select_texts(part, wording), text_name)), part, wording)
 
 
-def write_hints(part: Part, wording: "Wording") -> list[str]:
+def write_custom_hints(part: Part, wording: "Wording") -> list[str]:
     """Return the hints of a custom question."""
     return [fill_text(hint, part, wording) for hint in _select_texts(part, wording).hints]
 
 
-def list_symbols(part: Part, wording: "Wording") -> list[str]:
+def list_custom_symbols(part: Part, wording: "Wording") -> list[str]:
     """Return the names that an answer may contain besides joint variables and lengths, whole groups of names."""
     chain, used_names = wording.chain, {symbol.name for symbol in part.answer.as_matrix().free_symbols}
     groups = ([rate.name for rate in chain.rates], list(chain.task), list(part.symbols))
     return [name for names in groups if not used_names.isdisjoint(names) for name in names]
 
 
-def write_options(part: Part, wording: "Wording") -> list[str]:
+def write_custom_options(part: Part, wording: "Wording") -> list[str]:
     """Return the options of a custom question in the order in which they are shown."""
     details = part.details_as(CustomDetails)
     options = (details.definition.options[index] for index in details.order)

@@ -17,7 +17,7 @@ from qdot.exercises.formula.order import COMPONENT_PATTERN, find_joint_sum_digit
 from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.writing.angles import AngleNames
 from qdot.exercises.writing.constant_angles import list_constant_angles, use_constant_angles
-from qdot.exercises.writing.fit import fill_lines
+from qdot.exercises.writing.line_breaking import fill_lines
 from qdot.exercises.writing.shortening import multiply_numbers
 
 _FUNCTIONS = {
@@ -293,7 +293,7 @@ _get_expression_layout = lru_cache(maxsize=16)(_ExpressionLayout)
 
 
 MAX_LINE_WIDTH = 44.0
-"""Maximum width of a formula's line in em (see `fit`); longer lines are broken."""
+"""Maximum width of a formula's line in em (see `line_breaking`); longer lines are broken."""
 
 
 def tex_lines(expression: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:

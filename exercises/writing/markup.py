@@ -20,7 +20,7 @@ from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.formula.printers.unicode import unicode_text
-from qdot.exercises.writing.fit import estimate_width, fit_formula, is_taller_than_line, is_too_wide_inline
+from qdot.exercises.writing.line_breaking import estimate_width, fit_formula, is_taller_than_line, is_too_wide_inline
 
 if TYPE_CHECKING:  # importing markdown_it is slow, and grading does not need it, because grading uses stored HTML
     from markdown_it import MarkdownIt
@@ -29,7 +29,7 @@ if TYPE_CHECKING:  # importing markdown_it is slow, and grading does not need it
 
 TERMINAL_WIDTH = 100
 HTML_WIDTH, LATEX_WIDTH = 44.0, 38.0
-"""Maximum width of formulas in em (see `fit`): in HTML, for a page of 900 pixels or A4 paper, and in LaTeX."""
+"""Maximum width of formulas in em (see `line_breaking`): in HTML, for pages of 900 pixels or A4 paper, and in LaTeX."""
 _FORMULA_OR_CODE = re.compile(r"```.*?```|`[^`]+`|\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL)
 """Matches a formula; also matches code, because a dollar sign in code does not begin a formula."""
 MARKUP: dict[str, dict[str, str]] = json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8"))

@@ -12,7 +12,7 @@ from typing import Any
 import jinja2
 from jinja2.ext import Extension
 
-from qdot.exercises.writing.custom_texts import list_symbols, write_hints, write_options, write_text
+from qdot.exercises.writing import custom_texts
 from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_lines, tex_value, tex_zero
 
@@ -94,9 +94,9 @@ def make_environment(language: str = ENGLISH) -> jinja2.Environment:
         "tex": tex, "tex_lines": tex_lines, "tex_length": tex_length, "tex_angle": tex_angle, "tex_value": tex_value,
         "tex_zero": tex_zero, "phrase": messages.translate_phrase, "plain": escape_markdown,
         "mistake": lambda blame: messages.translate_title_in_sentence(blame.mistake, blame.title),
-        "json": lambda value: json.dumps(value, ensure_ascii=False), "custom_text": write_text,
-        "custom_hints": write_hints, "custom_options": write_options,
-        "custom_symbols": list_symbols,
+        "json": lambda value: json.dumps(value, ensure_ascii=False), "custom_text": custom_texts.write_custom_text,
+        "custom_hints": custom_texts.write_custom_hints, "custom_options": custom_texts.write_custom_options,
+        "custom_symbols": custom_texts.list_custom_symbols,
     }  # fmt: skip
     templates.install_gettext_translations(messages.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
     return templates

@@ -14,7 +14,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain, Point
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.derivation import Derivation, TooLong, derive, symbolic_arm_of, task_velocity
+from qdot.exercises.arm.derivation import Derivation, TooLong, derive, make_task_velocity, symbolic_arm_of
 from qdot.exercises.arm.kinematics import compute_frame_after, link_frames
 from qdot.exercises.arm.mpmath_kinematics import determinant, inverse, round_matrix, round_to_four_digits
 from qdot.exercises.arm.standard_table import home_geometry_of
@@ -86,6 +86,7 @@ class SolutionSteps:
     """The steps of the worked solutions for one arm. Templates read the properties."""
 
     screws = screws
+    """The module with the formulas of screws, for templates."""
 
     def __init__(self, chain: Chain) -> None:
         self.chain, self.convention = chain, convention_of(chain)
@@ -94,7 +95,7 @@ class SolutionSteps:
         self._structure, self._values = symbolic_arm.chain, dict(symbolic_arm.values)
         self.kinds = [joint.kind for joint in chain.joints]
         """For each joint, R (revolute) or P (prismatic)."""
-        self.rates, self.velocity = sp.Matrix(chain.rates), sp.Matrix(task_velocity(chain))
+        self.rates, self.velocity = sp.Matrix(chain.rates), sp.Matrix(make_task_velocity(chain))
         """The vectors of the joint rates and of the task's velocity."""
         self.home_configuration = dict.fromkeys(chain.q, sp.S.Zero)
         """All joint variables at zero, for substitution."""

@@ -152,7 +152,7 @@ class _Typesetter:
 
     def typeset_call(self, node: Node, superscript: Layout = layout.EMPTY) -> _Operand:
         word = str(node.value)
-        if word in ("sin", "cos") and (joint_digits := _list_joint_digits(node.args[0])):
+        if word in ("sin", "cos") and (joint_digits := _find_joint_digits(node.args[0])):
             symbol = script(Layout("letter", word[0]), row(*number(joint_digits)), superscript)
             return _Operand((symbol,), _FACTOR if superscript.inner else _ATOM)
         arguments = self.typeset_list(node.args)
@@ -227,7 +227,7 @@ def _split_factors(node: Node) -> tuple[list[Node], list[Node]]:
     return numerator[::-1], denominator[::-1]
 
 
-def _list_joint_digits(angle: Node) -> str:
+def _find_joint_digits(angle: Node) -> str:
     """Return "12" for theta1 + theta2; "" for an angle whose cosine can't be written like c_{12}."""
     terms: list[Node] = []
     while angle.kind == "+":

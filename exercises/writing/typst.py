@@ -16,7 +16,7 @@ from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.speech import speak
 from qdot.exercises.formula.printers.typst import typst_string, typst_text
 from qdot.exercises.writing import markup
-from qdot.exercises.writing.fit import estimate_width, fit_formula, is_too_wide_inline
+from qdot.exercises.writing.line_breaking import estimate_width, fit_formula, is_too_wide_inline
 from qdot.exercises.writing.markup import PLACEHOLDER_PATTERN, TokenWriters, count_columns, has_tall_formula
 
 TYPST_WIDTH = 40.0

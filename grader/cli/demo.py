@@ -24,7 +24,7 @@ from qdot.grader.cli.export_commands import report
 from qdot.grader.cli.grade_command import grade
 from qdot.grader.cli.options import JobsOption
 from qdot.grader.grading.history import read_results_to_report
-from qdot.grader.reports.tables import find_work_status
+from qdot.grader.reports.grades_table import find_work_status
 from qdot.grader.sandbox.sandbox import check_system
 
 TITLE, KEY = "Velocity kinematics, demonstration", "velocity"

@@ -20,7 +20,7 @@ from qdot.grader.grading.history import describe_mark_changes, read_previous_res
 from qdot.grader.grading.overrides import OVERRIDES_FILE, describe_unused_groups, read_overrides
 from qdot.grader.grading.result import Result
 from qdot.grader.marking.marking import format_points
-from qdot.grader.reports.tables import UNMARKED_STATUSES, count_overridden, find_work_status, list_staff_notes
+from qdot.grader.reports.grades_table import UNMARKED_STATUSES, count_overridden, find_work_status, list_staff_notes
 from qdot.grader.sandbox.guarantees import note_sandbox_weakness
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import (

@@ -52,7 +52,7 @@ def describe_robots() -> str:
     """Return a text that lists the robots of the library: name, joints, convention, description and source."""
     lines = ["Real robots: name, joints, convention, title and source of the data:", ""]
     for robot in robots().values():
-        prefix = f"  {robot.name:<16}{robot.joint_kinds:<9}{robot.convention:<13}"
+        prefix = f"  {robot.name:<16}{robot.joints:<9}{robot.convention:<13}"
         lines += _wrap(prefix, f"{robot.title}; {robot.source}")
     lines += ["", "Everything about one of them: qdot solve NAME. As a file: qdot solve NAME --convert dh > arm.toml"]
     return "\n".join(lines)

@@ -136,9 +136,10 @@ def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     is_wrong = ~numeric.match_entries(reference)
     is_nonzero = np.abs(numeric.values[is_wrong]).max(axis=-1) > RELATIVE_TOLERANCE  # many mistakes give zeros
     predictions = predict_wrong_answers(wrong_answer.correct_stages, part, numeric.is_precise)
-    for predicted in predictions if is_nonzero.any() else ():
-        fits = predicted.answer.shape == reference.shape and (numeric.match_entries(predicted.answer) | ~is_wrong).all()
-        if fits and is_distinctive(predicted.answer):
+    for prediction in predictions if is_nonzero.any() else ():
+        values = prediction.answer
+        fits = values.shape == reference.shape and (numeric.match_entries(values) | ~is_wrong).all()
+        if fits and is_distinctive(values):
             return True
     if is_product(part) or not is_nonzero.all():  # the factors of a product are marked separately
         return False
@@ -170,12 +171,12 @@ def _explain_values(answer: WrongAnswer, causes: Sequence[Cause]) -> Diagnosis |
     if numeric.is_direction and _arm_can_move(answer.correct_values, numeric.values):
         return Diagnosis(("direction-that-moves",), CATALOGUE["direction-that-moves"].format_message({}))
     fitting_predictions = []
-    for predicted in predict_wrong_answers(answer.correct_stages, answer.part, numeric.is_precise):
-        if _is_predicted(predicted, numeric):
-            if cause := _find_cause(predicted, causes):
-                return _name_inherited(predicted, cause)
-            fitting_predictions.append(predicted)
-            if not causes and predicted.frequency >= 1:
+    for prediction in predict_wrong_answers(answer.correct_stages, answer.part, numeric.is_precise):
+        if _has_values(prediction, numeric):
+            if cause := _find_cause(prediction, causes):
+                return _name_inherited(prediction, cause)
+            fitting_predictions.append(prediction)
+            if not causes and prediction.frequency >= 1:
                 break
     if fitting_predictions:
         return _name_likeliest(answer, fitting_predictions)
@@ -186,8 +187,9 @@ def _explain_values(answer: WrongAnswer, causes: Sequence[Cause]) -> Diagnosis |
     )
 
 
-def _is_predicted(predicted: PredictedAnswer, numeric_answer: NumericAnswer) -> bool:
-    return numeric_answer.equals(predicted.answer) and is_distinctive(predicted.answer)
+def _has_values(prediction: PredictedAnswer, numeric_answer: NumericAnswer) -> bool:
+    """Return whether the values of a predicted answer are those of an answer, and too specific to match by chance."""
+    return numeric_answer.equals(prediction.answer) and is_distinctive(prediction.answer)
 
 
 def _arm_can_move(lost_direction: np.ndarray, direction: np.ndarray) -> bool:
@@ -199,15 +201,15 @@ def _arm_can_move(lost_direction: np.ndarray, direction: np.ndarray) -> bool:
     return bool(np.isfinite(component).all() and (component < 1e-3).all())
 
 
-def _find_cause(predicted: PredictedAnswer, causes: Sequence[Cause]) -> Cause | None:
-    mistake, words = predicted.mistake.name, dict(predicted.variant.words)
+def _find_cause(prediction: PredictedAnswer, causes: Sequence[Cause]) -> Cause | None:
+    mistake, words = prediction.mistake.name, dict(prediction.variant.words)
     return next((cause for cause in causes if (cause.mistake, cause.words) == (mistake, words)), None)
 
 
-def _name_inherited(predicted: PredictedAnswer, cause: Cause) -> Diagnosis:
+def _name_inherited(prediction: PredictedAnswer, cause: Cause) -> Diagnosis:
     """Return the diagnosis for a mistake that was already found in an earlier part."""
     message = f"You seem to have made the same mistake as in {cause.part_title!r}. Correct that part first."
-    signature = locate_mistake(predicted.mistake.name, predicted.variant.words)
+    signature = locate_mistake(prediction.mistake.name, prediction.variant.words)
     return Diagnosis((), message, inherited=cause.part, signature=(signature,))
 
 
@@ -216,15 +218,15 @@ def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer])
 
     If a single mistake in the finished formulas is likelier, return that mistake instead.
     """
-    first_prediction = max(predictions, key=lambda predicted: predicted.frequency)
+    first_prediction = max(predictions, key=lambda prediction: prediction.frequency)
     equivalent_names = list(first_prediction.mistake.equivalent_mistakes)
     if answer.numeric.is_direction and first_prediction.mistake.name == "row-sign":  # one row, or all other rows
         equivalent_names.append("row-sign")
     candidates = [first_prediction] + [
-        predicted
+        prediction
         for name in equivalent_names
-        for predicted in apply_mistake(CATALOGUE[name], answer.correct_stages, answer.part)
-        if _is_predicted(predicted, answer.numeric) and predicted.sentence != first_prediction.sentence
+        for prediction in apply_mistake(CATALOGUE[name], answer.correct_stages, answer.part)
+        if _has_values(prediction, answer.numeric) and prediction.sentence != first_prediction.sentence
     ]
     highest_frequency = max(candidate.frequency for candidate in candidates)
     single_mistake = _find_likelier_mistake(answer, first_prediction, highest_frequency)
@@ -237,7 +239,7 @@ def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer])
     return replace(diagnosis, cause=(likeliest[0].mistake.name, dict(likeliest[0].variant.words)))
 
 
-def _find_likelier_mistake(answer: WrongAnswer, predicted: PredictedAnswer, frequency: float) -> Diagnosis | None:
+def _find_likelier_mistake(answer: WrongAnswer, prediction: PredictedAnswer, frequency: float) -> Diagnosis | None:
     """Return a single mistake in the finished formulas that is likelier than the predicted mistake, or None.
 
     `frequency` is the frequency of the predicted mistake and of others that give the same answer.
@@ -248,8 +250,8 @@ def _find_likelier_mistake(answer: WrongAnswer, predicted: PredictedAnswer, freq
     wrong_count = int((~numeric.match_entries(answer.correct_values)).sum())
     is_unlikely = frequency < UNLIKELY_FREQUENCY and wrong_count <= MAX_ENTRIES_OF_ONE_MISTAKE
     is_only_one_wrong = wrong_count == 1 < numeric.values[..., 0].size
-    is_throughout = is_only_one_wrong and not LOCATION_WORDS & set(predicted.variant.words)
-    is_at_several = predicted.mistake.is_rare and len(predicted.variant.joints) > 1
+    is_throughout = is_only_one_wrong and not LOCATION_WORDS & set(prediction.variant.words)
+    is_at_several = prediction.mistake.is_rare and len(prediction.variant.joints) > 1
     if not (is_unlikely or is_at_several or (is_throughout and frequency < LIKELY_FREQUENCY)):
         return None
     single_mistake = _explain_formulas(answer)
@@ -260,9 +262,9 @@ def _find_likelier_mistake(answer: WrongAnswer, predicted: PredictedAnswer, freq
     return single_mistake if is_likelier or names <= (EXCHANGE_MISTAKES if is_at_several else SIGN_MISTAKES) else None
 
 
-def _write_message(predicted: PredictedAnswer) -> str:
-    missing_symbols = predicted.variant.missing_symbols
-    return predicted.sentence + (f" The missing part contains {missing_symbols}." if missing_symbols else "")
+def _write_message(prediction: PredictedAnswer) -> str:
+    missing_symbols = prediction.variant.missing_symbols
+    return prediction.sentence + (f" The missing part contains {missing_symbols}." if missing_symbols else "")
 
 
 def _explain_formulas(answer: WrongAnswer, allows_any_number: bool = False) -> Diagnosis | None:

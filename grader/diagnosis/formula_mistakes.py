@@ -111,8 +111,8 @@ def _find_mistake_everywhere(answer: WrongAnswer, rows: Rows) -> Diagnosis | Non
     size = sum(count_nodes(entry) for row in rows for entry in row)
     for name, edited_rows in islice(formula_edits.edit_all_entries(rows), MAX_EVALUATED_NODES // max(size, 1)):
         entries = [entry for row in edited_rows for entry in row]
-        predicted = _evaluate(entries, answer.values).reshape(answer.correct_values.shape)
-        if answer.numeric.equals(predicted) and is_distinctive(predicted):
+        predicted_values = _evaluate(entries, answer.values).reshape(answer.correct_values.shape)
+        if answer.numeric.equals(predicted_values) and is_distinctive(predicted_values):
             return Diagnosis((name,), CATALOGUE[name].format_message({"Where": "In your answer"}))
     return None
 

@@ -75,10 +75,10 @@ def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed:
         return Diagnosis((), EXACT_VALUES_ADVICE)
     for mistake, variant in generate_mistaken_answers(problem.chain, part):
         if isinstance(variant.answer, ConditionSet):
-            predicted = fingerprinter.fingerprint_answer(variant.answer)
-            has_same_values = typed_set.tied_pieces and typed_set.valued_pieces == predicted.valued_pieces
-            may_be_equal = has_same_values and len(typed_set.tied_pieces) == len(predicted.tied_pieces)
-            if predicted == typed_set or (
+            predicted_set = fingerprinter.fingerprint_answer(variant.answer)
+            has_same_values = typed_set.tied_pieces and typed_set.valued_pieces == predicted_set.valued_pieces
+            may_be_equal = has_same_values and len(typed_set.tied_pieces) == len(predicted_set.tied_pieces)
+            if predicted_set == typed_set or (
                 may_be_equal and _is_judged_correct(problem, part, parsed_answer, variant, seed)
             ):
                 return _name_likeliest(problem, part, mistake, variant, fingerprinter)
@@ -154,7 +154,7 @@ def _explain_pieces(problem: Problem, part: Part, claimed_pieces: Sequence[Piece
         return None
     sentences = dict.fromkeys(CATALOGUE[name].format_message(words) for name, words in mistakes)
     names = tuple(dict.fromkeys(name for name, _ in mistakes))
-    signature = tuple(dict.fromkeys(locate_mistake(*named) for named in mistakes))
+    signature = tuple(dict.fromkeys(locate_mistake(*mistake) for mistake in mistakes))
     return Diagnosis(names, " ".join(sentences), signature=signature)
 
 

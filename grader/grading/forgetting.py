@@ -141,7 +141,7 @@ def _find_files_named_after(folder: Path, student: str) -> list[Path]:
     paths += [folder / "graded" / "feedback" / f"{student}.html", folder / "graded" / "history" / f"{student}.jsonl"]
     paths.append(store_path(folder, student))
     paths += [path for path in sorted((folder / "exports").glob("*/*/*")) if student in (path.name, path.stem)]
-    paths += [unfinished for path in paths for unfinished in path.parent.glob(f".{path.name[:40]}.*.tmp")]
+    paths += [unfinished_copy for path in paths for unfinished_copy in path.parent.glob(f".{path.name[:40]}.*.tmp")]
     return [path for path in paths if path.exists() or path.is_symlink()]
 
 
@@ -153,8 +153,8 @@ def _shorten_tables(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
         other_lines = [line for line in lines if _read_student(line) != student]
         if len(other_lines) < len(lines):
             yield results, b"".join(other_lines)
-    not_fetched = f"submitted/{NOT_FETCHED_FILE}"
-    names = ("graded/grades.csv", "graded/costs.csv", OVERRIDES_FILE, REPLACEMENTS_FILE, not_fetched, ROSTER_FILE)
+    not_fetched_name = f"submitted/{NOT_FETCHED_FILE}"
+    names = ("graded/grades.csv", "graded/costs.csv", OVERRIDES_FILE, REPLACEMENTS_FILE, not_fetched_name, ROSTER_FILE)
     for path in (folder / name for name in names if (folder / name).is_file()):
         rows = read_roster_table(path) if path.name == ROSTER_FILE else read_table(path, "student", "student")
         matches = (number for number, cells in rows if normalize_identifier(cells.get("student", "")) == student)

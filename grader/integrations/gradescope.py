@@ -23,7 +23,7 @@ from qdot.exercises.common.files import write_atomically
 from qdot.grader.grading.batch import find_student, grade_one, make_limits
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.gradescope import VISIBILITY, GradescopeResults, make_gradescope_results
-from qdot.grader.reports.rows import get_only_result
+from qdot.grader.reports.part_rows import get_only_result
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.layouts import SubmittedPath
 from qdot.grader.submissions.roster import Roster

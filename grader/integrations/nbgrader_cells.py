@@ -15,7 +15,7 @@ from qdot.exercises.notebook.self_check import Problems, write_self_check_cells
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.answer_display import make_visible
-from qdot.grader.reports.rows import PartRow
+from qdot.grader.reports.part_rows import PartRow
 
 
 def restore_cells(

@@ -25,7 +25,7 @@ from qdot.grader.grading.batch import find_student, grade_one, make_limits
 from qdot.grader.grading.result import Result
 from qdot.grader.integrations.nbgrader_cells import EXPORT_AGAIN, fill_in_marks, remove_self_checks, restore_cells
 from qdot.grader.marking.marking import compute_points, format_points, map_max_points
-from qdot.grader.reports.rows import make_part_rows
+from qdot.grader.reports.part_rows import make_part_rows
 from qdot.grader.sandbox.guarantees import note_sandbox_weakness
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_student_files

@@ -417,12 +417,12 @@ def replace_decimal_commas(text: str) -> str:
     closing_brackets = _find_closing_brackets(text)
     characters: list[str] = []
     is_grouping: list[bool] = []  # for each open bracket, whether it only groups
-    for index, (before, char, after) in enumerate(zip(f" {text}", text, f"{text[1:]} ", strict=False)):
+    for index, (previous_char, char, next_char) in enumerate(zip(f" {text}", text, f"{text[1:]} ", strict=False)):
         if char in "([{":
             is_grouping.append(char == "(" and _is_grouping_bracket(text, index, closing_brackets.get(index)))
         elif char in ")]}" and is_grouping:
             is_grouping.pop()
-        is_between_digits = before.isdecimal() and after.isdecimal()
+        is_between_digits = previous_char.isdecimal() and next_char.isdecimal()
         characters.append("." if char == "," and is_between_digits and (not is_grouping or is_grouping[-1]) else char)
     return "".join(characters)
 

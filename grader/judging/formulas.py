@@ -237,12 +237,14 @@ def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], d
     return wrong_judgement(describe_unknown_symbols(parsed, domain) or reason, certificate)
 
 
-def _make_pivot_certificate(certificate: Certificate, expected: Node, answered: Node, pivot: int) -> Certificate:
+def _make_pivot_certificate(
+    certificate: Certificate, expected_entry: Node, student_entry: Node, pivot: int
+) -> Certificate:
     """Return a certificate that shows the student's entry, and the value that would fit the student's pivot.
 
-    `expected` and `answered` are the pivots of the reference and of the answer, at the index `pivot`. The comparison
-    multiplied both values by the expected pivot. If the expected pivot is zero at the counterexample, the student's
-    pivot is not zero, so the counterexample shows the pivot instead.
+    `expected_entry` and `student_entry` are the pivots of the reference and of the answer, at the index `pivot`. The
+    comparison multiplied both values by the expected pivot. If the expected pivot is zero at the counterexample, the
+    student's pivot is not zero, so the counterexample shows the pivot instead.
     """
     example = certificate.counterexample
     if not isinstance(example, EntryDifference):
@@ -250,7 +252,7 @@ def _make_pivot_certificate(certificate: Certificate, expected: Node, answered: 
     if not isinstance(example.yours, float) or not isinstance(example.expected, float):
         return certificate
     point = {name: np.array([value]) for name, value in example.at.items()}
-    values, _ = evaluate(compile_program([expected, answered]), point, 1)
+    values, _ = evaluate(compile_program([expected_entry, student_entry]), point, 1)
     expected_pivot, answered_pivot = map(complex, values[:, 0])
     if not expected_pivot:  # e.g. -sin(theta1) at theta1 = 0; readable sample values may be 0
         pivot_difference = EntryDifference(pivot, example.at, to_json_number(answered_pivot), 0.0)
@@ -334,24 +336,24 @@ def judge_angles(parsed: ParsedAnswer, reference: Node, domain: Domain, seed: st
 
 
 def _judge_set(
-    claimed: Sequence[Piece], conditions: Sequence[Sequence[Piece]], space: ConfigurationSpace, seed: str,
+    claimed_pieces: Sequence[Piece], conditions: Sequence[Sequence[Piece]], space: ConfigurationSpace, seed: str,
     noun: str,
 ) -> Judgement:  # fmt: skip
-    """Judge the union of the student's (`claimed`) pieces by comparing it with the union of the `conditions`.
+    """Judge the union of the student's `claimed_pieces` by comparing it with the union of the `conditions`.
 
     A piece is a set of configurations given by equations that all hold; a condition is the union of its pieces. A piece
     is sound if all its configurations belong to the reference.
     """
     reference_pieces = [piece for condition in conditions for piece in condition]
-    comparison = compare_sets(claimed, reference_pieces, space, seed)
-    if comparison.are_equal and claimed:
+    comparison = compare_sets(claimed_pieces, reference_pieces, space, seed)
+    if comparison.are_equal and claimed_pieces:
         return correct_judgement(_make_set_certificate(comparison))
     tolerant_space, tolerant_comparison = space, comparison
     if comparison.is_only_rounded:
         tolerant_space = ConfigurationSpace(space.joints, space.domain, ROUNDED_JOINT_VALUE)
-        tolerant_comparison = compare_sets(claimed, reference_pieces, tolerant_space, seed)
+        tolerant_comparison = compare_sets(claimed_pieces, reference_pieces, tolerant_space, seed)
     # A piece that is not sound may also cover part of the reference; only sound pieces count for the share.
-    pieces_and_soundness = list(zip(claimed, tolerant_comparison.is_sound, strict=True))
+    pieces_and_soundness = list(zip(claimed_pieces, tolerant_comparison.is_sound, strict=True))
     sound_pieces = [piece for piece, is_sound in pieces_and_soundness if is_sound]
     is_covered = compare_sets(sound_pieces, reference_pieces, tolerant_space, seed).is_covered
     match_counts = _count_covered_pieces(is_covered, conditions)
@@ -362,12 +364,12 @@ def _judge_set(
     share = compute_share_of_set(match_counts, false_count, is_rounded=comparison.is_only_rounded)
     reason = _describe_set_difference(tolerant_comparison, space.joints, noun)
     if comparison.is_only_rounded:
-        pairs = zip(claimed, comparison.is_sound, strict=True)
+        pairs = zip(claimed_pieces, comparison.is_sound, strict=True)
         rounded_pieces = [piece for piece, is_exact in pairs if not is_exact and piece in sound_pieces]
         rounded_values = compare_sets(rounded_pieces, reference_pieces, space, seed).surplus or {}
         rounding_words = f"correct except for rounding{_describe_configuration(rounded_values, space.joints)}"
         reason = f"{rounding_words}; write {_EXACT_VALUE_HINT}{reason and f'; {reason}'}"
-    if tolerant_comparison.surplus is not None and _are_degrees(claimed, reference_pieces, space, seed):
+    if tolerant_comparison.surplus is not None and _are_degrees(claimed_pieces, reference_pieces, space, seed):
         reason, false_count = "these values are in degrees, but the question asks for radians", 0
     match_words = f"{_describe_matches(match_counts, false_count)}; " if share else ""
     reason = match_words + (reason or "your answer contains no configuration")
@@ -420,14 +422,16 @@ def group_by_joints(reference: Sequence[Node], joints: Sequence[str]) -> list[li
 
 
 def _are_degrees(
-    claimed: Sequence[Piece], reference_pieces: Sequence[Piece], space: ConfigurationSpace, seed: str
+    claimed_pieces: Sequence[Piece], reference_pieces: Sequence[Piece], space: ConfigurationSpace, seed: str
 ) -> bool:
     """Return whether all joint values of the student would be correct after conversion from degrees to radians."""
-    if any(atom.joint is None for piece in claimed for atom in piece):
+    if any(atom.joint is None for piece in claimed_pieces for atom in piece):
         return False
     degree = Node("name", value="pi") / make_number(180)
-    converted = [tuple(Atom(Node("*", (atom.expression, degree)), atom.joint) for atom in piece) for piece in claimed]
-    return False not in compare_sets(converted, reference_pieces, space, seed).is_sound
+    converted_pieces = [
+        tuple(Atom(Node("*", (atom.expression, degree)), atom.joint) for atom in piece) for piece in claimed_pieces
+    ]
+    return False not in compare_sets(converted_pieces, reference_pieces, space, seed).is_sound
 
 
 def _make_set_certificate(comparison: SetComparison) -> Certificate:

@@ -107,8 +107,8 @@ class Verdict:
     attempt: bool | None = None
 
     def __repr__(self) -> str:
-        earned = "no mark yet" if self.points is None else f"{self.points:g} of {self.max_points:g}"
-        return f"Verdict({self.part}: {self.judgement.outcome.value}, {earned})"
+        points_text = "no mark yet" if self.points is None else f"{self.points:g} of {self.max_points:g}"
+        return f"Verdict({self.part}: {self.judgement.outcome.value}, {points_text})"
 
 
 AWAITS_PERSON = "a person marks this answer"

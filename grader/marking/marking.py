@@ -264,11 +264,11 @@ def _apply_follow_through(
     if followed_points <= (verdict.points or 0.0):
         reason = f"this follows {source}. {next_step} {_capitalize(judgement.reason)}"
         return replace(verdict, judgement=replace(judgement, reason=reason)) if follows_completely else verdict
-    earned = f"{'it' if follows_completely else 'what follows'} earns {float(credit):.0%} of the points"
+    earned_words = f"{'it' if follows_completely else 'what follows'} earns {float(credit):.0%} of the points"
     is_single = difference.startswith("differs")
     comparison = f", your answer {difference}" if is_single else f": {_capitalize(difference)}"
     reason = (
-        f"this follows{'' if follows_completely else ' in part'} {source}, so {earned}. {next_step} "
+        f"this follows{'' if follows_completely else ' in part'} {source}, so {earned_words}. {next_step} "
         f"Compared with the solution{comparison}"
     )
     judgement = replace(judgement, outcome=Outcome.PARTIAL, reason=reason)

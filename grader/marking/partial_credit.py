@@ -118,8 +118,10 @@ def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied:
         share = credit.share
         # The share is not the share of correct entries, so their number is left out.
         detail = re.sub(r"^\d+ of \d+ [a-z ]+ (is|are) right[^;]*; ", "", reason)
-        earned = share * rules.factor
-        words = f"{credit.reason}, so you earn {'half' if earned == Fraction(1, 2) else earned} of the points"
+        earned_share = share * rules.factor
+        words = (
+            f"{credit.reason}, so you earn {'half' if earned_share == Fraction(1, 2) else earned_share} of the points"
+        )
         judgement = replace(judgement, reason=f"{words}; {detail}")
     return _replace_share(judgement, share * rules.factor)
 

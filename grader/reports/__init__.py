@@ -3,8 +3,9 @@
 `formats` lists the formats that other programs read. The other modules:
 
     feedback_levels                 limit what a student sees about a wrong answer
-    rows, tables                    list a result part by part; write results.jsonl and grades.csv
-    class_view, charts, class_page  compute the numbers of `qdot report`; draw its charts; write its page
+    part_rows, grades_table         list a result part by part; write results.jsonl and grades.csv
+    class_summary, charts           compute the numbers of `qdot report`; draw its charts
+    class_page                      write the page of `qdot report`
     answer_display                  show an answer as it was parsed
     counterexample_table            show where an answer is wrong, as a table
     counterexample_figure           draw the arm where an answer is wrong

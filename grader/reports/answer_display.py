@@ -12,8 +12,8 @@ from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.formula.trees import Node, count_nodes
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE
-from qdot.exercises.writing.fit import estimate_width, fit_formula
 from qdot.exercises.writing.latex import list_prismatic_joints
+from qdot.exercises.writing.line_breaking import estimate_width, fit_formula
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import write_option
 from qdot.exercises.writing.typeset import TooDeep, typeset

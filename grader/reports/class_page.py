@@ -17,9 +17,9 @@ from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.functions import FUNCTION_TEXT
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import WRONG_OR_PARTIAL
-from qdot.grader.reports import charts, class_view
+from qdot.grader.reports import charts, class_summary
 from qdot.grader.reports.answer_display import ShownAnswer, make_visible, show_answer
-from qdot.grader.reports.tables import UNMARKED_STATUSES, find_work_status
+from qdot.grader.reports.grades_table import UNMARKED_STATUSES, find_work_status
 from qdot.grader.statistics import class_statistics
 from qdot.grader.statistics.fairness_tests import Comparison, compare_groups, correct_p_values
 
@@ -60,18 +60,18 @@ class GroupsOfPart:
     """The groups of equal wrong answers to a part: those that the page shows, each with an answer, and the others."""
 
     name: str
-    groups: Sequence[tuple[class_view.AnswerGroup, ShownAnswer]]
-    omitted_groups: Sequence[class_view.AnswerGroup]
+    groups: Sequence[tuple[class_summary.AnswerGroup, ShownAnswer]]
+    omitted_groups: Sequence[class_summary.AnswerGroup]
 
 
 def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return the page as one HTML file, with all charts. Raises QdotError if matplotlib is not installed."""
     charts.check_library()
-    graded_ids = [result.student for result in class_view.select_graded(results)]
+    graded_ids = [result.student for result in class_summary.select_graded(results)]
     problems = {student: dict(load_stored_problems(assignment, student).problems) for student in graded_ids}
-    scores = class_view.summarize_scores(results)
-    parts = class_view.summarize_parts(assignment, results)
-    mistakes = class_view.summarize_mistakes(results)
+    scores = class_summary.summarize_scores(results)
+    parts = class_summary.summarize_parts(assignment, results)
+    mistakes = class_summary.summarize_mistakes(results)
     comparisons = _compare_variants(assignment, results, problems)
     names = [part.name for part in parts]
     work_by_part = {name: _collect_work(name, results, problems) for name in names}
@@ -92,14 +92,14 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     }
     return render(
         "reports/report.html.j2", **page_charts, title=assignment.title, results=results, graded_count=len(graded_ids),
-        names={student.id: class_view.describe_student(student) for student in assignment.roster},
+        names={student.id: class_summary.describe_student(student) for student in assignment.roster},
         status_counts=status_counts, scores=scores, parts=parts, titles={part.name: part.title for part in parts},
         outcome_words=outcome_words, mistakes=mistakes, comparisons=comparisons, statistics=class_statistics,
         is_small_class=scores is None or len(scores.percents) < MIN_RELIABLE_CLASS, overrides=overrides,
         groups=_group_answers(results, work_by_part), make_visible=make_visible,
         has_due_dates=any(assignment.due_date_of(student) is not None for student in assignment.roster),
-        late_or_unmarked=class_view.find_late_or_unmarked(results), shorten=_shorten, pairs=similar_pairs,
-        max_pairs=MAX_PAIRS, parts_without_attempt=class_view.find_students_without_attempt(results),
+        late_or_unmarked=class_summary.find_late_or_unmarked(results), shorten=_shorten, pairs=similar_pairs,
+        max_pairs=MAX_PAIRS, parts_without_attempt=class_summary.find_students_without_attempt(results),
     )  # fmt: skip
 
 
@@ -109,7 +109,7 @@ def _collect_work(
     """Return the work of all students who wrote an answer to a part; `name` is for example "p1.jacobian"."""
     slot, question = name.split(".", 1)
     works = []
-    for result in class_view.select_graded(results):
+    for result in class_summary.select_graded(results):
         part, problem = result.parts[name], problems[result.student][slot]
         if part.answer is not None and part.answer != FUNCTION_TEXT:
             works.append(StudentWork(result.student, problem, problem[question], part, part.answer))
@@ -119,7 +119,7 @@ def _collect_work(
 def _group_answers(results: Sequence[Result], work_by_part: Mapping[str, Sequence[StudentWork]]) -> list[GroupsOfPart]:
     """Return the groups of equal wrong answers to each part; `work_by_part` has the work of all students."""
     parts = []
-    for name, part_groups in groupby(class_view.group_wrong_answers(results), key=lambda group: group.part):
+    for name, part_groups in groupby(class_summary.group_wrong_answers(results), key=lambda group: group.part):
         groups = list(part_groups)
         work_by_student = {work.student: work for work in work_by_part[name]}
         pairs = [(group, work_by_student.get(group.typical_student)) for group in groups[:MAX_GROUPS]]
@@ -136,7 +136,7 @@ def _compare_variants(
     comparisons = []
     for slot in assignment.slots:
         chains, shares = [], []
-        for result in class_view.select_graded(results):
+        for result in class_summary.select_graded(results):
             parts = next(problem.parts for problem in result.problems if problem.slot == slot.name)
             points = [part.points for part in parts if part.points is not None]
             if len(points) == len(parts):

@@ -13,8 +13,8 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.console import escape_controls
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.charts import OUTCOME_STYLES
-from qdot.grader.reports.class_view import summarize_parts
-from qdot.grader.reports.tables import Cell, is_marked, make_grades_table
+from qdot.grader.reports.class_summary import summarize_parts
+from qdot.grader.reports.grades_table import Cell, is_marked, make_grades_table
 
 CREATION_TIME = datetime.datetime(2000, 1, 1)  # noqa: DTZ001 - a workbook's times have no zone
 """The creation time recorded in every workbook; the time is constant so that the same results give the same bytes."""

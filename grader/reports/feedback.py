@@ -29,7 +29,7 @@ from qdot.grader.reports.answer_display import ShownAnswer, make_visible, show_a
 from qdot.grader.reports.counterexample_figure import draw_example
 from qdot.grader.reports.counterexample_table import SUPERSCRIPT, CounterexampleTable, make_counterexample_table
 from qdot.grader.reports.feedback_levels import limit_feedback, remove_numbers, replace_patterns, shows_at_least
-from qdot.grader.reports.rows import describe_decisions, describe_override
+from qdot.grader.reports.part_rows import describe_decisions, describe_override
 
 PAGE_VERSION = 10
 """Version of the page; increase it when the page's content changes, so that every page is rewritten."""

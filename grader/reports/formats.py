@@ -17,7 +17,7 @@ from qdot.grader.reports import charts, github, gradescope, junit
 from qdot.grader.reports.class_page import make_class_page
 from qdot.grader.reports.excel import make_workbook
 from qdot.grader.reports.gradebooks import describe_unmarked_students, make_canvas_csv, make_moodle_csv
-from qdot.grader.reports.tables import make_grades_csv
+from qdot.grader.reports.grades_table import make_grades_csv
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ from qdot.grader.grading.check import CheckedNotebook
 from qdot.grader.grading.result import Result
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.answer_display import make_visible
-from qdot.grader.reports.rows import list_notes, make_part_rows
-from qdot.grader.reports.tables import UNMARKED_STATUSES, find_work_status, list_staff_notes
+from qdot.grader.reports.grades_table import UNMARKED_STATUSES, find_work_status, list_staff_notes
+from qdot.grader.reports.part_rows import list_notes, make_part_rows
 
 MAX_ANNOTATIONS = 10
 """Maximum number of annotations of each kind, errors and warnings."""

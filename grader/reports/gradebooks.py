@@ -17,7 +17,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.input_file import csv_text
 from qdot.grader.grading.result import Result
 from qdot.grader.marking.marking import format_points
-from qdot.grader.reports.tables import escape_formula, find_work_status, is_marked
+from qdot.grader.reports.grades_table import escape_formula, find_work_status, is_marked
 
 RESERVED_PHRASES = (
     "Current Score", "Current Points", "Current Grade", "Final Score", "Final Points", "Final Grade", "Override Score",

@@ -13,7 +13,7 @@ from qdot.grader.grading.final_result import make_ungraded_result
 from qdot.grader.grading.history import results_path, store_previous_results
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import compute_page_fingerprint, make_feedback_page
-from qdot.grader.reports.tables import make_grades_csv, make_results_jsonl
+from qdot.grader.reports.grades_table import make_grades_csv, make_results_jsonl
 
 FINGERPRINT_WINDOW = 1000
 """Number of characters at the beginning of a page that contain its fingerprint."""
@@ -39,10 +39,12 @@ def write_reports(
     # Drawing the figures takes most of the time, so only outdated pages are written, on several processes.
     outdated_pairs = [pair for pair in pairs if not _is_up_to_date(assignment, *pair)]
     unwritten_students = []
-    report_lost = _report_lost_page if jobs > 1 else None
+    result_if_lost = (lambda _: None) if jobs > 1 else None  # None if every attempt to write a page crashes
     grades_path, lines_path = folder / "grades.csv", results_path(assignment)
     paths = [*(_find_page_path(folder, student) for student, _ in pairs), lines_path, grades_path]
-    page_results = map_in_order(_write_or_mark_ungraded, outdated_pairs, jobs, return_state, (assignment,), report_lost)
+    page_results = map_in_order(
+        _write_or_mark_ungraded, outdated_pairs, jobs, return_state, (assignment,), result_if_lost
+    )
     with clean_up_after(paths):
         with contextlib.closing(page_results), sync_disks_after():
             for (student, _), result in zip(outdated_pairs, page_results, strict=True):
@@ -93,10 +95,6 @@ def _write_or_mark_ungraded(assignment: Assignment, student_and_result: tuple[St
         with contextlib.suppress(Exception):
             write_page(assignment, student, result)
     return result
-
-
-def _report_lost_page(_: tuple[Student, Result]) -> None:
-    """Return None if every attempt to write the student's page crashed."""
 
 
 def _find_page_path(folder: Path, student: Student) -> Path:

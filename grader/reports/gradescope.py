@@ -12,8 +12,8 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.json_form import to_jsonable
 from qdot.grader.grading.result import Lateness, MarkingVersions, Result
 from qdot.grader.reports.answer_display import make_visible
-from qdot.grader.reports.rows import get_only_result, list_notes, make_part_rows
-from qdot.grader.reports.tables import list_staff_notes
+from qdot.grader.reports.grades_table import list_staff_notes
+from qdot.grader.reports.part_rows import get_only_result, list_notes, make_part_rows
 
 VISIBILITY = ("visible", "after_due_date", "after_published", "hidden")
 """Gradescope's words for when students see a test."""

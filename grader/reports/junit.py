@@ -12,7 +12,7 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.grader.grading.result import Result
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.answer_display import make_visible
-from qdot.grader.reports.rows import PartRow, make_part_rows
+from qdot.grader.reports.part_rows import PartRow, make_part_rows
 
 MAX_ATTRIBUTE_LENGTH = 300
 """Maximum number of characters of a message in an attribute; the element's text has the whole message."""

@@ -50,10 +50,10 @@ def _describe_sharing(slot: Slot, digests: list[dict[str, str]]) -> str:
             questions_by_sharing.setdefault((students, is_one_answer), []).append(question)
     if not questions_by_sharing:
         return ""
-    total, clauses = len(digests), list[str]()
+    student_count, clauses = len(digests), list[str]()
     for (students, is_one_answer), names in sorted(questions_by_sharing.items(), reverse=True):
-        who = f"all {total}" if students == total else f"{students} of {total}"
+        students_text = f"all {student_count}" if students == student_count else f"{students} of {student_count}"
         answer = "the same answer" if is_one_answer else "the same answer as another student"
-        clauses.append(f"{', '.join(names)}: {who} students have {answer}")
+        clauses.append(f"{', '.join(names)}: {students_text} students have {answer}")
     slot_text = f"{slot.name} ({slot.family.name}, {describe_variation(slot.family, slot.variation)})"
     return f"{slot_text}, {'; '.join(clauses)}"

@@ -99,8 +99,9 @@ def _recognise_gradescope(root: Path, entries: Sequence[Path]) -> list[Submitted
         return []
     by_name = {path.name: path for path in entries}
     submitted_paths = [SubmittedPath(listing, platform="Gradescope")]
-    for folder, record in _read_gradescope_records(listing).items():
-        for person in (record.people or [{}]) if folder in by_name else ():
+    records = {folder: record for folder, record in _read_gradescope_records(listing).items() if folder in by_name}
+    for folder, record in records.items():
+        for person in record.people or [{}]:  # without people, the submission has no owner
             ids = tuple(value for key in ("sid", "email") if (value := person.get(key)))
             name, received = person.get("name", ""), record.created_at
             submitted_paths.append(SubmittedPath(by_name[folder], ids, name, "Gradescope", received))
@@ -122,7 +123,7 @@ def _recognise_brightspace(_: Path, entries: Sequence[Path]) -> list[SubmittedPa
 
 
 _BLACKBOARD = re.compile(r"(?P<assignment_and_login>.+_.+)_attempt_\d{4}(?:-\d\d){5}(?:_(?P<file>.+)|\.txt)", re.DOTALL)
-"""Matches the name of a file in Blackboard's download; the group is the assignment and the login."""
+"""Matches the name of a file in Blackboard's download. Underscores may be in the assignment's name and in the login."""
 
 
 def _recognise_blackboard(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
@@ -131,11 +132,9 @@ def _recognise_blackboard(_: Path, entries: Sequence[Path]) -> list[SubmittedPat
     ASSIGNMENT_LOGIN_attempt_DATE.txt is also recognised, but has no owner. If a login has an underscore, only the
     roster can show where the assignment's name ends.
     """
-    matches = [
-        (path, match["assignment_and_login"] if match["file"] else "")
-        for path, match in _match_names(_BLACKBOARD, entries)
-    ]
-    return [SubmittedPath(path, _list_suffixes(name, "_"), platform="Blackboard") for path, name in matches]
+    matches = _match_names(_BLACKBOARD, entries)
+    names = [(path, match["assignment_and_login"] if match["file"] else "") for path, match in matches]
+    return [SubmittedPath(path, _list_suffixes(name, "_"), platform="Blackboard") for path, name in names]
 
 
 _ILIAS = re.compile(r"(?P<name>[^_]+_[^_]+)_(?P<login>.+)_(?P<number>\d+)", re.DOTALL)

@@ -14,7 +14,7 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.exports.nbgrader import list_parts
-from qdot.grader.reports.rows import make_part_rows
+from qdot.grader.reports.part_rows import make_part_rows
 from tests.platforms.notebooks import BLANK, KEY, MISTAKEN, RIGHT, WRONG, Ours, a_class, answered, exported, hold
 from tests.platforms.records import Counts, Record, today
 

@@ -18,7 +18,7 @@ from typing import Any
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.exports.nbgrader import list_parts, make_grade_id
 from qdot.grader.grading.batch import find_student
-from qdot.grader.reports.rows import make_part_rows
+from qdot.grader.reports.part_rows import make_part_rows
 from tests.platforms.jupyter import jupyter, page, variables
 from tests.platforms.notebooks import (
     BLANK,

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.exports.nbgrader import list_parts, make_grade_id
-from qdot.grader.reports.rows import make_part_rows
+from qdot.grader.reports.part_rows import make_part_rows
 from tests.platforms.notebooks import (
     BLANK,
     KEY,

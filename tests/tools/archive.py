@@ -39,7 +39,7 @@ from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.grading.history import results_path
 from qdot.grader.grading.overrides import OVERRIDES_FILE
 from qdot.grader.reports.formats import FORMATS
-from qdot.grader.reports.tables import make_results_jsonl
+from qdot.grader.reports.grades_table import make_results_jsonl
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions
 from tests.support import DATA, ROOT

@@ -30,7 +30,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.graded_folder import write_reports
-from qdot.grader.reports.tables import find_work_status
+from qdot.grader.reports.grades_table import find_work_status
 from qdot.grader.sandbox.notebook_process import folder_removal
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions, open_submissions

@@ -10,7 +10,7 @@ import pytest
 
 from qdot.exercises.common.stream import Stream
 from qdot.grader.reports.graded_folder import write_reports
-from qdot.grader.reports.tables import find_work_status
+from qdot.grader.reports.grades_table import find_work_status
 from qdot.grader.sandbox.notebook_process import folder_removal
 from tests.support.submitting import code_cell
 from tests.support.suites import select_for_suite

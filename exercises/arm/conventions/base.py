@@ -220,8 +220,8 @@ class Convention:
     @property
     def universal_statement(self) -> str:
         """A statement that is true at every singular configuration of the arm."""
-        dependent = "rows" if self.chain.n > len(self.chain.task) else "columns"
-        return f"the {dependent} of J are linearly dependent"
+        dependent_lines = "rows" if self.chain.n > len(self.chain.task) else "columns"
+        return f"the {dependent_lines} of J are linearly dependent"
 
     # --- twists ---
 

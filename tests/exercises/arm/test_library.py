@@ -278,7 +278,7 @@ def test_robots_command_lists_all_robots() -> None:
     assert {"name", "title", "joints", "convention", "source"} == {*listed[0]}
     output = run("robots")
     for robot in robots().values():
-        assert re.search(rf"(?m)^  {robot.name} +{robot.joint_kinds} +{robot.convention} +\S", output)
+        assert re.search(rf"(?m)^  {robot.name} +{robot.joints} +{robot.convention} +\S", output)
     assert max(map(len, output.splitlines())) <= 100
 
 

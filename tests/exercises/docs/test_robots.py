@@ -30,7 +30,7 @@ def test_every_robot_has_a_row_and_a_description() -> None:
     assert list(load_singular_words()) == list(robots())
     section = PAGE.read_text(encoding="utf-8").partition("## Real robots")[2].partition("\n## ")[0]
     for robot in robots().values():
-        assert f"| `{robot.name}` | {robot.title} | {robot.joint_kinds} | " in section
+        assert f"| `{robot.name}` | {robot.title} | {robot.joints} | " in section
         assert section.count(f"`{robot.name}`") >= 2
         assert all(words in section for words in load_singular_words()[robot.name])
     assert all(load_singular_words()[name] == () for name in LONG)

@@ -20,7 +20,7 @@ from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.nbgrader import MARKS_COMMENT, compute_checksum, export_nbgrader
 from qdot.exercises.problem.problem import name_answer_variable
 from qdot.grader.integrations.nbgrader_cells import MAX_LINE_LENGTH, fill_in_marks, make_outputs, restore_cells
-from qdot.grader.reports.rows import PartRow
+from qdot.grader.reports.part_rows import PartRow
 from tests.support.command import run
 from tests.support.programs import require_reader
 from tests.support.submitting import TOML, grade, make_class

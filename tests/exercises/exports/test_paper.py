@@ -37,7 +37,7 @@ from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.writing.markup import parse_markdown, to_latex
-from qdot.exercises.writing.on_paper import remove_typing_remarks
+from qdot.exercises.writing.paper_texts import remove_typing_remarks
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution, write_statement
 from qdot.exercises.writing.short_answer import write_short_answer
 from qdot.exercises.writing.typst import TYPST_WIDTH, escape_typst, to_typst

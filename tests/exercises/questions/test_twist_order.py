@@ -22,7 +22,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.exercises.problem.record import compute_digests, make_robot_json
+from qdot.exercises.problem.record import compute_digests, make_arm_json
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.markup import to_text
@@ -186,12 +186,10 @@ def test_id_contains_the_order() -> None:
 
 def test_only_the_unusual_order_changes_the_digest() -> None:
     first, second = generate_both_orders("planar-2r", 1, "chapter")
-    assert (
-        "twist_order" not in make_robot_json(first.chain) and make_robot_json(second.chain)["twist_order"] == "v-omega"
-    )
+    assert "twist_order" not in make_arm_json(first.chain) and make_arm_json(second.chain)["twist_order"] == "v-omega"
     assert compute_digests(first).arm != compute_digests(second).arm
     table_arm = replace(second.chain, convention="dh")
-    assert "twist_order" not in make_robot_json(table_arm)
+    assert "twist_order" not in make_arm_json(table_arm)
 
 
 ARM = """name = "arm"

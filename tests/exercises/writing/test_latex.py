@@ -18,7 +18,6 @@ from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.reference_answers import ConditionSet, Expression, Matrix
 from qdot.exercises.writing.angles import AngleNames, list_link_angles, name_angles
-from qdot.exercises.writing.fit import estimate_width
 from qdot.exercises.writing.latex import (
     MAX_LINE_WIDTH,
     list_numeric_lengths,
@@ -28,6 +27,7 @@ from qdot.exercises.writing.latex import (
     tex_lines,
     write_symbol,
 )
+from qdot.exercises.writing.line_breaking import estimate_width
 from qdot.exercises.writing.problem_texts import write_answer_code, write_solution, write_solutions
 from qdot.exercises.writing.solution_steps import SolutionSteps
 from qdot.exercises.writing.typeset import TooDeep, typeset

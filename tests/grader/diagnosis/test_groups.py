@@ -25,10 +25,10 @@ from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import mark
 from qdot.grader.reports.class_page import make_class_page
-from qdot.grader.reports.class_view import group_wrong_answers
+from qdot.grader.reports.class_summary import group_wrong_answers
 from qdot.grader.reports.feedback import make_feedback_page
-from qdot.grader.reports.rows import make_part_rows
-from qdot.grader.reports.tables import count_overridden, is_marked, make_grades_csv
+from qdot.grader.reports.grades_table import count_overridden, is_marked, make_grades_csv
+from qdot.grader.reports.part_rows import make_part_rows
 from tests.support.command import runner
 from tests.support.results import change_part, make_override, make_result, read_results
 from tests.support.submitting import grade, make_class, make_correct_notebook, submit, work_in_one_process

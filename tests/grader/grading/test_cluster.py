@@ -33,7 +33,7 @@ from qdot.grader.cli.main import app
 from qdot.grader.grading import batch, cluster
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import NotebookMarks
-from qdot.grader.reports.tables import make_grades_csv, make_results_jsonl
+from qdot.grader.reports.grades_table import make_grades_csv, make_results_jsonl
 from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import Submission, find_submissions

@@ -22,7 +22,7 @@ from qdot.grader.grading.result import Result
 from qdot.grader.marking import marking
 from qdot.grader.reports import graded_folder
 from qdot.grader.reports.graded_folder import write_reports
-from qdot.grader.reports.tables import find_work_status
+from qdot.grader.reports.grades_table import find_work_status
 from qdot.grader.sandbox.notebook_process import folder_removal
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions import submission

@@ -20,7 +20,7 @@ from qdot.grader.grading.final_result import GradedNotebook, compute_final_resul
 from qdot.grader.grading.overrides import Overrides, read_overrides
 from qdot.grader.grading.result import Lateness, MarkingVersions, NotebookMarks, Override, ProblemResult, Result
 from qdot.grader.reports.feedback import make_feedback_page
-from qdot.grader.reports.tables import SUMMARY_COLUMNS, find_work_status, make_grades_csv
+from qdot.grader.reports.grades_table import SUMMARY_COLUMNS, find_work_status, make_grades_csv
 from tests.support import command
 from tests.support.results import get_counted_file, make_override, make_part, read_results
 from tests.support.submitting import UNCERTIFIED, work_in_one_process

@@ -24,7 +24,7 @@ from qdot.grader.grading.history import (
 )
 from qdot.grader.grading.result import CountingSubmission, Lateness, ProblemResult, Result, SubmittedNotebook
 from qdot.grader.reports.graded_folder import write_reports
-from qdot.grader.reports.tables import make_results_jsonl
+from qdot.grader.reports.grades_table import make_results_jsonl
 from tests.grader.grading.test_final_result import DUE, HOUR, RULE, STUDENTS, TOML, released, run, submit_answers
 from tests.support.command import run_and_fail
 from tests.support.results import change_part, make_part

@@ -31,7 +31,7 @@ from qdot.grader.grading.attempt import Grader, grade_attempt, read_attempts
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.copied_answers import ClassAnswers
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.tables import find_work_status
+from qdot.grader.reports.grades_table import find_work_status
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.submissions.submission import StudentFiles, find_submissions
 from tests.support.problems import CrashingAssignment

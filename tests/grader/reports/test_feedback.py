@@ -30,7 +30,7 @@ from qdot.grader.reports.answer_display import show_answer
 from qdot.grader.reports.counterexample_table import format_decimal, make_counterexample_table
 from qdot.grader.reports.feedback import compute_page_fingerprint, make_feedback_page
 from qdot.grader.reports.graded_folder import write_reports
-from qdot.grader.reports.tables import find_work_status
+from qdot.grader.reports.grades_table import find_work_status
 from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
 from tests.support.results import change_part
 from tests.support.suites import sample_for_suite

@@ -16,7 +16,7 @@ from qdot.grader.grading.result import Override, Result
 from qdot.grader.reports.excel import make_workbook
 from qdot.grader.reports.formats import write_requested_reports
 from qdot.grader.reports.gradebooks import RESERVED_PHRASES, make_canvas_csv, make_moodle_csv
-from qdot.grader.reports.tables import make_grades_csv
+from qdot.grader.reports.grades_table import make_grades_csv
 from tests.support.command import run, run_and_fail
 from tests.support.results import make_result
 from tests.support.submitting import TOML, make_class

@@ -31,9 +31,9 @@ from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports import charts
 from qdot.grader.reports.class_page import make_class_page
-from qdot.grader.reports.class_view import summarize_mistakes, summarize_parts, summarize_scores
+from qdot.grader.reports.class_summary import summarize_mistakes, summarize_parts, summarize_scores
 from qdot.grader.reports.formats import write_requested_reports
-from qdot.grader.reports.tables import make_results_jsonl
+from qdot.grader.reports.grades_table import make_results_jsonl
 from qdot.grader.statistics import class_statistics
 from qdot.grader.statistics.fairness_tests import (
     FEATURES,

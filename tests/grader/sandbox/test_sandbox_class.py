@@ -21,7 +21,7 @@ from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import make_feedback_page
 from qdot.grader.reports.graded_folder import write_reports
-from qdot.grader.reports.tables import make_grades_csv, make_results_jsonl
+from qdot.grader.reports.grades_table import make_grades_csv, make_results_jsonl
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions
 from tests.support.submitting import UNCERTIFIED

@@ -11,7 +11,7 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.reports.tables import find_work_status
+from qdot.grader.reports.grades_table import find_work_status
 from qdot.grader.submissions.layouts import SubmittedPath, find_submitted_paths
 from qdot.grader.submissions.roster import Roster
 from qdot.grader.submissions.submission import UNCERTAIN_OWNER, find_submissions, open_submissions

@@ -19,7 +19,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.grader.grading.check import check_notebook
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import make_feedback_page
-from qdot.grader.reports.tables import find_work_status, make_grades_csv
+from qdot.grader.reports.grades_table import find_work_status, make_grades_csv
 from qdot.grader.sandbox.sandbox import Sandbox
 from qdot.grader.submissions import answer_locator, archives
 from qdot.grader.submissions import cells as reading

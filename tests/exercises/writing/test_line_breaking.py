@@ -8,7 +8,7 @@ import pytest
 
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Problem, ProblemId
-from qdot.exercises.writing import fit
+from qdot.exercises.writing import line_breaking
 from qdot.exercises.writing.markup import HTML_WIDTH, LATEX_WIDTH, fit_latex, to_html, to_latex
 from qdot.exercises.writing.problem_texts import write_prompt, write_solution
 from qdot.exercises.writing.typst import to_typst
@@ -32,7 +32,7 @@ def formulas(identity: ProblemId) -> set[str]:
 
 def width(latex: str) -> float:
     """The width of a formula."""
-    return fit.estimate_width(parse_latex(latex))
+    return line_breaking.estimate_width(parse_latex(latex))
 
 
 def symbols(latex: str) -> Counter[str]:

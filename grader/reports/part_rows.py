@@ -11,7 +11,7 @@ from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading.result import Override, Result
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.feedback_levels import limit_feedback
-from qdot.grader.reports.tables import UNMARKED_STATUSES, find_work_status
+from qdot.grader.reports.grades_table import UNMARKED_STATUSES, find_work_status
 
 MAX_MESSAGE_LENGTH = 4000
 """Maximum number of characters of the message on a part."""

@@ -13,7 +13,7 @@ from qdot.grader.grading.result import Override, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import map_max_points
 from qdot.grader.reports.answer_display import make_visible
-from qdot.grader.reports.tables import UNMARKED_STATUSES, find_work_status, is_marked
+from qdot.grader.reports.grades_table import UNMARKED_STATUSES, find_work_status, is_marked
 from qdot.grader.statistics.class_statistics import Interval, compute_discrimination, compute_reliability
 
 
