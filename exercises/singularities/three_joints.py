@@ -304,7 +304,10 @@ def _decide_by_roots(condition: _Condition) -> np.ndarray:
 
 
 def _find_roots_on_circle(condition: _Condition) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the roots x and y (k x 2 each) of a residual that is linear in x and y, and whether they exist (k)."""
+    """Return the roots x and y (k x 2 each) of a residual that is linear in x and y, and YES, NO or UNSURE (k).
+
+    The answer says whether the roots exist.
+    """
     angles = np.arange(3) * np.pi / 2
     residuals, _ = condition.evaluate(np.cos(angles), np.sin(angles))
     at_0, at_90, at_180 = residuals.T
@@ -319,7 +322,7 @@ def _find_roots_on_circle(condition: _Condition) -> tuple[np.ndarray, np.ndarray
 
 
 def _find_roots_on_line(condition: _Condition) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the roots x and y (k x 2 each) of a residual of degree at most two, and whether they exist (k)."""
+    """Return the roots x and y (k x 2 each) of a residual of degree at most two, and whether they exist, as above."""
     constant, linear, quadratic = _fit_polynomial(condition, 2).T
     is_quadratic = np.abs(quadratic) > _ZERO_TOLERANCE
     discriminant = linear**2 - 4 * quadratic * constant

@@ -185,7 +185,7 @@ SingularEvents = Generator[str | PartialResult | Singularities, None, Singularit
 def _solve_by_minors(chain: Chain) -> SingularEvents:
     """Find the singular set by the minors of J, or by the determinant if J is square; yield events. Raises TooLong."""
     derivation = derive(chain)
-    zeros = "where the determinant of J is zero" if derivation.is_square else "where the minors of J are all zero"
+    step = "where the determinant of J is zero" if derivation.is_square else "where the minors of J are all zero"
     later_results = (NUMERIC_TEST, SPECIAL_LENGTHS) if chain.parameters else (NUMERIC_TEST,)
     determinant = derivation.determinant if derivation.is_square else None
     if all(minor.is_zero for minor in derivation.symbolic_minors):
@@ -193,7 +193,7 @@ def _solve_by_minors(chain: Chain) -> SingularEvents:
         yield singularities
         return singularities
     yield PartialResult(partial(_render_partial_set, chain, minors_only=True), dict, (SINGULAR_SET,))
-    yield zeros
+    yield step
     find_singular_set(chain)  # its result is cached
     render_conditions = partial(_render_partial_set, chain, minors_only=False)
     yield PartialResult(render_conditions, partial(_make_conditions_data, chain), (DESCRIPTION, *later_results))
