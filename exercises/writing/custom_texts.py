@@ -1,11 +1,9 @@
 """Fill in the texts of custom questions: {name} in braces becomes what the student's own problem has, typeset.
 
 A placeholder is a group of values ({pose}, {rates}, {velocity}, {given}), {base} for the frame in which results are
-expressed, the name of a given value, or a formula of the question language. In a formula between dollar signs, a brace
-directly after a letter or one of _ ^ } ] belongs to LaTeX. Double braces stand for a brace.
+expressed, the name of a given value, or a formula of the question language.
 """
 
-import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -14,14 +12,12 @@ import sympy as sp
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, Texts
 from qdot.exercises.questions.custom.question import CustomDetails, QuestionMaker
+from qdot.exercises.questions.custom.texts import split_text
 from qdot.exercises.questions.language import FormulaError
 from qdot.exercises.writing.latex import tex, tex_length, tex_value
 
 if TYPE_CHECKING:
     from qdot.exercises.writing.wording import Wording
-
-_PIECE = re.compile(r"\{\{|\}\}|(?P<dollar>\$\$?)|\{(?P<content>[^{}]*)\}")
-_LATEX_BRACE = re.compile(r"[A-Za-z_^}\]]$")
 
 
 def write_custom_text(part: Part, text_name: str, wording: "Wording") -> str:
@@ -56,21 +52,13 @@ def _select_texts(part: Part, wording: "Wording") -> Texts:
 
 def fill_text(text: str, part: Part, wording: "Wording") -> str:
     """Return a text of a custom question with its placeholders filled in. Raises FormulaError for unknown ones."""
-    pieces, position, in_formula = [], 0, False
-    for match in _PIECE.finditer(text):
-        pieces.append(text[position : match.start()])
-        position = match.end()
-        if match["dollar"]:
-            in_formula = not in_formula
-            pieces.append(match[0])
-        elif match[0] in ("{{", "}}"):
-            pieces.append(match[0][0])
-        elif in_formula and _LATEX_BRACE.search(text[: match.start()]):
-            pieces.append(match[0])
-        else:
-            filled_text, is_formula = _fill_placeholder(match["content"].strip(), part, wording)
-            pieces.append(filled_text if in_formula or not is_formula else f"${filled_text}$")
-    return "".join([*pieces, text[position:]])
+    filled_pieces = []
+    for piece in split_text(text):
+        filled_text, is_formula = piece.text, False
+        if piece.is_placeholder:
+            filled_text, is_formula = _fill_placeholder(piece.text, part, wording)
+        filled_pieces.append(f"${filled_text}$" if is_formula and not piece.is_in_formula else filled_text)
+    return "".join(filled_pieces)
 
 
 def _fill_placeholder(content: str, part: Part, wording: "Wording") -> tuple[str, bool]:
