@@ -60,9 +60,9 @@ def fraction(numerator: Sequence[Layout], denominator: Sequence[Layout], is_smal
     return Layout("fraction", "tfrac" if is_small else "frac", (row(*numerator), row(*denominator)))
 
 
-def fence(brackets: str, inside: Sequence[Layout]) -> Layout:
+def fence(brackets: str, content: Sequence[Layout]) -> Layout:
     """Return pieces between brackets that grow with them."""
-    return Layout("fenced", brackets, (row(*inside),))
+    return Layout("fenced", brackets, (row(*content),))
 
 
 def matrix(rows: Sequence[Sequence[Sequence[Layout]]]) -> Layout:
@@ -94,15 +94,15 @@ def row_pieces(piece: Layout) -> Pieces:
 
 def join_pieces(separator: Sequence[Layout], sequences: Iterable[Sequence[Layout]]) -> Pieces:
     """Return several sequences of pieces as one, with `separator` between each two of them."""
-    joined = [piece for item in sequences for piece in (*separator, *item)]
-    return tuple(joined[len(separator) :])
+    pieces = [piece for sequence in sequences for piece in (*separator, *sequence)]
+    return tuple(pieces[len(separator) :])
 
 
-def bracket(inside: Sequence[Layout], tall_kinds: frozenset[str]) -> Pieces:
-    """Return pieces in brackets, which grow if there is a piece inside whose kind or text is in `tall_kinds`."""
-    if _contains_kind(inside, tall_kinds):
-        return (fence("()", inside),)
-    return (Layout("sign", "("), *inside, Layout("sign", ")"))
+def bracket(content: Sequence[Layout], tall_kinds: frozenset[str]) -> Pieces:
+    """Return pieces in brackets, which grow if they contain a piece whose kind or text is in `tall_kinds`."""
+    if _contains_kind(content, tall_kinds):
+        return (fence("()", content),)
+    return (Layout("sign", "("), *content, Layout("sign", ")"))
 
 
 def _contains_kind(pieces: Sequence[Layout], tall_kinds: frozenset[str]) -> bool:

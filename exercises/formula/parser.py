@@ -116,23 +116,23 @@ class _Parser:
 
     def translate_words(self, tokens: list[_Token]) -> list[_Token]:
         """Return the tokens with words of other languages replaced, such as the German word for "or"."""
-        translated: list[_Token] = []
+        translated_tokens: list[_Token] = []
         for token in tokens:
             kind, text, position = token
             word = VOCABULARY["synonyms"].get(text) if kind == "name" and text not in self.known_symbols else None
             is_dotted = word is None and kind == "name" and "." in text
             if word:
                 word_kind = "number" if word.isdigit() else "name" if word.isalpha() else "op"
-                translated.append(_Token(word_kind, word, position))
+                translated_tokens.append(_Token(word_kind, word, position))
             elif is_dotted and (factors := names.split_dotted_product(text, self.known_symbols)):
                 start = position
                 for factor in factors:  # a1.a2.sin
-                    translated += [_Token("op", "*", start), _Token("name", factor, start)]
+                    translated_tokens += [_Token("op", "*", start), _Token("name", factor, start)]
                     start += len(factor) + 1
-                del translated[-2 * len(factors)]
+                del translated_tokens[-2 * len(factors)]
             elif word is None:
-                translated.append(token)
-        return translated
+                translated_tokens.append(token)
+        return translated_tokens
 
     def peek(self, offset: int = 0) -> str:
         """Return the text of the next token or, if `offset` is not 0, of the token that comes `offset` tokens later."""

@@ -64,19 +64,20 @@ def compute_share_up_to_sign_and_factor(is_sign_wrong: bool, is_factor_wrong: bo
     return 1 - SIGN_OR_FACTOR_COST * (is_sign_wrong + is_factor_wrong)
 
 
-def compute_share_of_product(expected: int, missing: int, extra: int) -> Fraction:
-    """Return the share of a product of `expected` factors if factors are missing or extra.
+def compute_share_of_product(expected_count: int, missing_count: int, extra_count: int) -> Fraction:
+    """Return the share of a product of `expected_count` factors if factors are missing or extra.
 
     A wrong factor counts as one missing and one extra factor. Each mistake halves the share. If more factors are wrong
     than correct, the share is 0, because the correct factors may be a coincidence.
 
-    >>> compute_share_of_product(2, missing=1, extra=0), compute_share_of_product(2, missing=1, extra=1)
-    (Fraction(1, 2), Fraction(1, 2))
-    >>> compute_share_of_product(4, missing=2, extra=0), compute_share_of_product(2, missing=1, extra=2)
-    (Fraction(1, 4), Fraction(0, 1))
+    >>> [str(compute_share_of_product(2, missing_count=1, extra_count=extra_count)) for extra_count in (0, 1, 2)]
+    ['1/2', '1/2', '0']
+    >>> compute_share_of_product(4, missing_count=2, extra_count=0)
+    Fraction(1, 4)
     """
-    wrong_count = max(missing, extra)
-    return MISTAKE_FACTOR**wrong_count if wrong_count <= min(MAX_WRONG_FACTORS, expected - missing) else Fraction(0)
+    wrong_count = max(missing_count, extra_count)
+    earns_share = wrong_count <= min(MAX_WRONG_FACTORS, expected_count - missing_count)
+    return MISTAKE_FACTOR**wrong_count if earns_share else Fraction(0)
 
 
 def compute_share_of_entries(

@@ -119,8 +119,8 @@ def _classify_suffixes(text: str, suffixes: Sequence[str]) -> dict[str, str]:
             )
         if suffix_of_kind[kind]:
             plural = "orders of twists" if kind == "order of twists" else f"{kind}s"
-            both = f"{suffix_of_kind[kind]} and {suffix}"
-            raise QdotError(f"{text!r} names two {plural}, {both}; it may have one of each")
+            names = f"{suffix_of_kind[kind]} and {suffix}"
+            raise QdotError(f"{text!r} names two {plural}, {names}; it may have one of each")
         suffix_of_kind[kind] = suffix
     return suffix_of_kind
 

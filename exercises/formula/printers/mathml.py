@@ -155,15 +155,15 @@ _TEMPLATES = {
 
 def _add_spaces_and_signs(pieces: Pieces, printed_pieces: Sequence[str]) -> list[str]:
     """Return the printed pieces with space around functions, and with the sign of a number attached to the number."""
-    spaced = list(printed_pieces)
+    texts = list(printed_pieces)
     for k, piece in enumerate(pieces):
         if piece in (PLUS, MINUS) and pieces[k - 1] in _PIECES_BEFORE_TERM:
-            spaced[k] = printed_pieces[k].replace("<mo>", '<mo form="prefix">')
+            texts[k] = printed_pieces[k].replace("<mo>", '<mo form="prefix">')
         elif piece in _SPACED_FUNCTIONS:
             is_bare = piece in _FUNCTIONS_WITH_BARE_ARGUMENT and pieces[k + 1] not in _SPACED_FUNCTIONS
             is_bare = is_bare and printed_pieces[k + 1].startswith(_BARE_ARGUMENT_STARTS)
-            spaced[k] = f"{_THIN * printed_pieces[k - 1].endswith(_FACTOR_ENDS)}{printed_pieces[k]}{_THIN * is_bare}"
-    return spaced
+            texts[k] = f"{_THIN * printed_pieces[k - 1].endswith(_FACTOR_ENDS)}{printed_pieces[k]}{_THIN * is_bare}"
+    return texts
 
 
 def _make_cell(content: str, style: str = "") -> str:

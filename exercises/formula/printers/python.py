@@ -89,10 +89,10 @@ def python_text(expression: sp.Expr, sum_texts: Mapping[sp.Symbol, str] | None =
 
 def write_matrix_code(rows: Sequence[Sequence[str]], prefix_width: int) -> str:
     """Return the code of a matrix, given the code of its entries; its first line has `prefix_width` columns already."""
-    inside = prefix_width + len("Matrix()")
+    inner_width = prefix_width + len("Matrix()")
     if all(len(row) == 1 for row in rows):
-        return f"Matrix({write_list_code([row[0] for row in rows], inside)})"
-    return f"Matrix({write_list_code([write_list_code(row, len('    ,'), 1) for row in rows], inside)})"
+        return f"Matrix({write_list_code([row[0] for row in rows], inner_width)})"
+    return f"Matrix({write_list_code([write_list_code(row, len('    ,'), 1) for row in rows], inner_width)})"
 
 
 def write_list_code(items: Sequence[str], prefix_width: int, depth: int = 0) -> str:

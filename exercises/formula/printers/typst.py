@@ -13,8 +13,8 @@ def typst_string(text: str) -> str:
     >>> print(typst_string('a "b" \\ c'))
     "a \"b\" \\ c"
     """
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-    return f'"{escaped}"'
+    escaped_text = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    return f'"{escaped_text}"'
 
 
 def typst_text(formula: Layout) -> str:

@@ -34,14 +34,14 @@ def _make_grid(rows: Sequence[Sequence[stringPict]], is_aligned: bool) -> string
     lines: list[str] = []
     was_flat = True
     for row in rows:
-        padded: list[stringPict | str] = []
+        padded_boxes: list[stringPict | str] = []
         for c, box in enumerate(row):
             is_left_side = is_aligned and c % 2 == 0
             padding = " " * (widths[c] - box.width())
-            padded += [padding, box] if is_left_side else [box, padding]
+            padded_boxes += [padding, box] if is_left_side else [box, padding]
             if c < columns - 1 and not is_left_side:
-                padded.append("  ")
-        row_box = _join(*padded)
+                padded_boxes.append("  ")
+        row_box = _join(*padded_boxes)
         is_flat = row_box.height() == 1
         if is_aligned and lines and not (is_flat and was_flat):  # an empty line around tall equations
             lines.append("")

@@ -267,7 +267,10 @@ class QuestionMaker:
     def find_zeros(self, chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         """Return the configurations at which the formulas are all zero; None if there are none, or all of them."""
         components = _find_zeros(self.definition, chain)
-        return (ConditionSet(components), CustomDetails(definition=self.definition)) if components else None
+        if not components:
+            return None
+        is_singular_set = [ast.unparse(formula) for formula in self.formulas] == ["det(J)"]
+        return ConditionSet(components, is_singular_set), CustomDetails(definition=self.definition)
 
     def derive_zeros(self, chain: Chain) -> tuple[Component, ...] | None:
         """Return the components of the set; None if the formulas are zero everywhere."""

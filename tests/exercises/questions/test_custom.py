@@ -14,10 +14,13 @@ from qdot.exercises.assignment.assignment import Assignment, Student, load_assig
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.items import ChoiceForm, make_items
 from qdot.exercises.exports.paper import make_pdf_preview
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import find_names
+from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.notebook.problem_formats import show_assignment
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
@@ -376,6 +379,19 @@ def test_a_number_at_a_singular_pose_is_refused(tmp_path: Path) -> None:
     question = 'prompt = "x"\ngiven = {theta1 = 0, theta2 = 0}\nunit = "1/s"\nanswer = "norm(inv(J)*[1, 1])"'
     with pytest.raises(QdotError, match="not a finite number"):
         make_problem(tmp_path, question, more='variation = "chapter"\n')
+
+
+def test_other_sets_than_the_singular_one_are_not_called_singular(tmp_path: Path) -> None:
+    problem = make_problem(tmp_path, 'prompt = "When is $x$ fixed?"\nanswer = "zeros(Jv[1, 2])"')
+    verdict = mark(problem, {"mine": "[Eq(theta2, 0)]"}, secret="s")[0]
+    text = verdict.judgement.reason + (verdict.diagnosis.feedback if verdict.diagnosis else "")
+    assert verdict.points == 0 and "a configuration is missing" in text
+    assert not any(word in text for word in ("singular", "determinant", "det J", "(6.8)"))
+    assert draw_singular_configurations(problem, problem.parts[0], "x") == ""
+    request = ExportRequest(load_assignment(tmp_path / "hw"), find_failures, variant_count=1)
+    (item,) = make_items(request)
+    assert item.title.startswith("Mine") and "When is $x$ fixed?" in str(item.body[-1])
+    assert isinstance(item.form, ChoiceForm) and len(item.form.options) == 4
 
 
 def test_a_slide_is_solved_before_the_angle(tmp_path: Path) -> None:
