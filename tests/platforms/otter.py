@@ -77,9 +77,11 @@ def _hold(ours: Ours, results: Any, counts: Counts) -> None:
     said = {row.part: row.message for row in make_part_rows(ours.result, assignment.feedback)}
     for part, name, points, _ in list_parts(assignment):
         test = tests.get(name, {})
-        is_full = ours.parts[part]["points"] == points
+        is_full = ours.result.parts[part]["points"] == points
         shown = test.get("max_score") == points and (is_full or said[part] in test.get("output", ""))
         counts.add("shown", shown, f"{ours.student} {name}: {test}")
     hold(
-        counts, ours, {part: tests[make_grade_id(part)]["score"] for part in ours.parts if make_grade_id(part) in tests}
+        counts,
+        ours,
+        {part: tests[make_grade_id(part)]["score"] for part in ours.result.parts if make_grade_id(part) in tests},
     )
