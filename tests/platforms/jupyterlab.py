@@ -89,10 +89,10 @@ def hold(ours: Ours, shown: list[Any], counts: Counts) -> None:
             due = "Yes" if ours.student == RIGHT else "Not yet"
             counts.add("self-checks answer", bool(said) and all(due in line for line in said), where)
     for part in ours.result.parts.values():
-        points, most = part["points"], part["max_points"]
+        points, most = part.points or 0, part.max_points
         what = {RIGHT: "right = full", BLANK: "blank = 0"}.get(ours.student, "wrong < full")
         is_due = {RIGHT: points == most, BLANK: points == 0}.get(ours.student, points < most)
-        counts.add(what, is_due, f"{ours.student} {part['name']}: {points} of {most}")
+        counts.add(what, is_due, f"{ours.student} {part.name}: {points} of {most}")
 
 
 def _missing(source: str, title: str, seen: Any) -> Iterator[str]:
