@@ -3,6 +3,7 @@
 import ast
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -26,7 +27,7 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import GivenValue, Texts
 from qdot.exercises.questions.language import FormulaError, parse
-from qdot.exercises.reference_answers import ConditionSet, Number, Words
+from qdot.exercises.reference_answers import ConditionSet, Expression, Matrix, Number, Words
 from qdot.exercises.site.bank import make_index_json
 from qdot.exercises.site.bank_problem import BankProblem, find_custom_questions
 from qdot.exercises.site.record import make_site_record
@@ -121,6 +122,50 @@ def test_number_is_computed_from_the_given_values(tmp_path: Path) -> None:
         r"\text{m/s}" in write_prompt(problem, problem.parts[0])
         and "{" not in write_prompt(problem, problem.parts[0])[:10]
     )
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        "norm(p)", "ddt(norm(p))", "p/norm(p)", "sin(theta1)*sqrt(5 + cos(theta2))", "norm(v)*det(J)/dot(p, p)",
+        "exp(theta1)", "ddt(exp(theta2)*p.x)", "ddt(1/dot(p, p))", "ddt(log(dot(p, p)))", "ddt(abs(p.x))",
+    ],
+)  # fmt: skip
+def test_roots_quotients_and_other_functions_stay_in_the_answer(answer: str) -> None:
+    """With the usual step of differences, the last three could not be certified for one of these arms."""
+    definition = Definition("mine", answer, (("en", Texts("Mine", "x")),))
+    for seed in (1, 3):
+        problem = generate(f"planar-2r/{seed}", ["mine"], definitions=[definition])
+        assert find_failures(problem) == []
+        part = problem.parts[0]
+        assert judge_answer(problem, part.answer.as_typed()) == "correct"
+        wrong_matrix = part.answer.as_matrix() * sp.Rational(1000001, 1000000)
+        wrong_answer = Expression(wrong_matrix[0]) if part.shape is None else Matrix(wrong_matrix)
+        wrong = replace(part, answer=wrong_answer)
+        assert "geometry and differences" in find_failures(replace(problem, parts=(wrong,)))[0]
+
+
+def test_textbook_form_that_numbers_contradict_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("qdot.exercises.questions.custom.question.write_in_textbook_form", lambda entry: entry + 1)
+    definition = Definition("mine", "norm(p)", (("en", Texts("Unconfirmed", "x")),))
+    assert find_failures(generate("planar-2r/1", ["mine"], definitions=[definition])) == []
+
+
+@pytest.mark.parametrize(
+    ("answer", "expected"),
+    [
+        ("zeros(sin(theta1)/cos(theta2))", "[theta1 = 0, theta1 = pi]"),
+        ("zeros(diff(norm(p), theta2)*exp(theta1))", "[theta2 = 0, theta2 = pi]"),
+        ("zeros(norm(p) - 0.3)", "zeros needs sums, products and quotients"), ("zeros(1/p.x)", "is never zero"),
+    ],
+)  # fmt: skip
+def test_zeros_of_quotients_are_those_of_the_numerator(answer: str, expected: str, tmp_path: Path) -> None:
+    try:
+        problem = make_problem(tmp_path, f'prompt = "x"\nanswer = "{answer}"', more='variation = "chapter"\n')
+    except QdotError as error:
+        assert expected in str(error)
+    else:
+        assert (problem.parts[0].answer.as_typed(), find_failures(problem)) == (expected, [])
 
 
 def test_set_of_configurations_must_be_complete(tmp_path: Path) -> None:
