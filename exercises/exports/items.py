@@ -294,7 +294,7 @@ def _ask_short_question(problem: Problem, part: Part, request: ExportRequest) ->
 
 _ANSWER_PATTERN = re.compile(r"^\*\*Answer:\*\* (.*?)(?:\n\n|\Z)", re.MULTILINE | re.DOTALL)
 _OPTION_PATTERN = re.compile(
-    r"^- \*\*[A-H]\.\*\* .*\n?|^\$\$\n\\text\{[A-H]\.\} \\quad .*?\n\$\$\n?", re.MULTILINE | re.DOTALL
+    r"^- \*\*[A-H]\.\*\* [^\n]*\n?|^\$\$\n\\text\{[A-H]\.\} \\quad .*?\n\$\$\n?", re.MULTILINE | re.DOTALL
 )
 _TYPING_PHRASES = (
     (re.compile(r"; the joint rates are typed [^.]*\."), "."),

@@ -30,9 +30,9 @@ from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import GivenValue, Texts
 from qdot.exercises.questions.language import FormulaError, parse
 from qdot.exercises.reference_answers import ConditionSet, Expression, Matrix, Number, Words
-from qdot.exercises.site.bank import make_index_json
+from qdot.exercises.site.bank import make_index_json, make_titles_json
 from qdot.exercises.site.bank_problem import BankProblem, find_custom_questions
-from qdot.exercises.site.record import make_site_record
+from qdot.exercises.site.record import make_site_record, translate_record
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import find_failures
@@ -220,6 +220,26 @@ def test_preview_shows_the_problems_of_one_student(tmp_path: Path) -> None:
     assignment = make_assignment(tmp_path, text + '[[problem]]\nfamily = "planar-2r"\nquestions = ["mine"]\n')
     shown = show_assignment("T", assignment.generate_problems("preview"), solution=True)
     assert shown.startswith("T\n=\n") and "Problem 1: Planar 2R arm" in shown and "At θ₁ =" in shown
+
+
+def test_german_texts_replace_english_ones_where_they_exist(tmp_path: Path) -> None:
+    german = """[question.mine.de]
+title = "Mitte"
+prompt = 'In {base} und im {base} ist die Verschiebung von {base} nach {p} am {base} bekannt.'
+"""
+    question = f'title = "Middle"\nprompt = "x"\nanswer = "p"\nhints = ["In {{base}}", "b", "c"]\n{german}'
+    problem = make_problem(tmp_path, question)
+    part, frame = problem.parts[0], "Basiskoordinatensystem $O_0$"
+    prompt = write_prompt(problem, part, "de").partition(" bekannt")[0]
+    assert prompt.startswith(f"Im {frame} und im {frame} ist die Verschiebung vom {frame} nach $")
+    assert prompt.endswith(f"am {frame}")
+    assert [hint.strip() for hint in write_hints(problem, part, "de")] == ["In the base frame $O_0$", "b", "c"]
+    record = make_site_record(problem)
+    assert (record["parts"][0]["title"], translate_record(problem, record, "de")["parts"][0]["title"]) == (
+        "Middle", "Mitte",
+    )  # fmt: skip
+    questions = find_custom_questions([BankProblem("p1", "p1-001", problem=problem)])
+    assert json.loads(make_titles_json("de", [], questions))["questions"]["mine"] == "Mitte"
 
 
 def test_digest_of_problems_ignores_wording(tmp_path: Path) -> None:
