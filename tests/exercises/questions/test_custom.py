@@ -2,6 +2,7 @@
 
 import ast
 import json
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -32,6 +33,7 @@ from qdot.exercises.site.bank import make_index_json, make_titles_json
 from qdot.exercises.site.bank_problem import BankProblem, find_custom_questions
 from qdot.exercises.site.record import make_site_record, translate_record
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
+from qdot.exercises.writing.short_answer import write_short_answer
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.integrations.nbgrader_cells import restore_cells
 from qdot.grader.judging.judge import judge
@@ -352,19 +354,22 @@ BUILT_IN = [name for name, question in QUESTIONS.items() if question.formula and
     ("setting", "words", "error"),
     [
         ("", "to three significant digits", 0.004), ("digits = 5", "to five significant digits", 4e-5),
-        ('tolerance = "10 cm/s"', "within 10 cm/s", 0.09),
+        ('tolerance = "1 cm/s"', "within 1 cm/s", 0.009),
     ],
 )  # fmt: skip
 def test_a_number_is_marked_to_the_precision_that_its_prompt_states(
     setting: str, words: str, error: float, tmp_path: Path
 ) -> None:  # fmt: skip
-    question = f'prompt = "x"\ngiven = ["pose", "rates"]\nanswer = "100*norm(v)/norm(v) + v.x/1000"\n{setting}'
+    question = f'prompt = "x"\ngiven = ["pose", "rates"]\nanswer = "12.3456*norm(v)/norm(v) + v.x/1000"\n{setting}'
     problem = make_problem(tmp_path, question)
     (number,) = map(float, problem.parts[0].answer.as_json())
     assert words in write_prompt(problem, problem.parts[0])
     allowed = error * (1 if "tolerance" in setting else number)
     assert judge_answer(problem, f"{number + allowed:.12g}") == "correct"
     assert judge_answer(problem, f"{number + 1.5 * allowed:.12g}") == "wrong"
+    for text in (write_solution(problem, problem.parts[0]), write_short_answer(problem, problem.parts[0])):
+        (shown_number,) = re.findall(r"\d+\.\d+", text)
+        assert judge_answer(problem, shown_number) == "correct"
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
