@@ -13,12 +13,14 @@ import sympy as sp
 from qdot import generate
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, Reason
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.items import ChoiceForm, make_items
+from qdot.exercises.exports.known_wrong_answers import find_known_wrong_answers
 from qdot.exercises.exports.paper import make_pdf_preview
 from qdot.exercises.exports.registry import EXPORT_FORMATS
+from qdot.exercises.exports.stack_parts import StackPart, convert_part
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import find_names
 from qdot.exercises.notebook.notebook import draw_singular_configurations
@@ -34,12 +36,13 @@ from qdot.exercises.site.bank_problem import BankProblem, find_custom_questions
 from qdot.exercises.site.record import make_site_record, translate_record
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from qdot.exercises.writing.short_answer import write_short_answer
+from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.integrations.nbgrader_cells import restore_cells
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import mark
-from tests.support.command import run, run_and_fail
+from tests.support.command import run, run_and_fail, runner
 from tests.support.gallery import CHAPTER_ARMS, GALLERY, GALLERY_FOLDER
 from tests.support.suites import select_for_suite
 
@@ -282,6 +285,36 @@ def test_every_export_accepts_every_kind_of_custom_question(name: str, tmp_path:
     folder = make_assignment(tmp_path, EVERY_KIND).folder
     output = run("export", folder, "--to", name, "--variants", "1", "--jobs", "1")
     assert f"{name}: " in output and any((folder / "exports" / name).iterdir())
+
+
+def test_stack_export_leaves_out_only_what_fails_and_names_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """For the square of a distance, one of the likely mistakes is to take degrees for radians."""
+    square = EVERY_KIND.replace("ddt((o1 + o2)/2)", "ddt(dot(p, p))").replace('rows = ["v_x", "v_y"]\n', "")
+    folder = make_assignment(tmp_path, 'variation = "lengths"\n' + square).folder
+    run("export", folder, "--to", "stack", "--variants", "1", "--jobs", "1")
+    text = (folder / "exports" / "stack" / "hw-stack.xml").read_text()
+    assert "p1-001, midpoint: T" in text and "p1-001, tip: T" in text
+
+    def fail_for_tip(problem: Problem, part: Part) -> StackPart | Reason:
+        if part.name == "tip":
+            raise ValueError("the sum diverges")
+        return convert_part(problem, part)
+
+    monkeypatch.setattr("qdot.exercises.exports.stack.convert_part", fail_for_tip)
+    result = runner.invoke(app, ["export", str(folder), "--to", "stack", "--variants", "1", "--jobs", "1"])
+    reason = "qdot itself failed: ValueError: the sum diverges; please report it"
+    assert f"p1: STACK leaves out 'tip': {reason}" in result.stderr and result.exit_code == 0
+    text = (folder / "exports" / "stack" / "hw-stack.xml").read_text()
+    assert "p1-001, midpoint: T" in text and "p1-001, tip: T" not in text
+
+
+def test_questions_of_the_same_name_have_their_own_wrong_answers() -> None:
+    wrong_answers = []
+    for answer in ("dot(p, p)", "p.x"):
+        definition = Definition("same-name", answer, (("en", Texts("Mine", "x")),))
+        problem = generate("planar-2r/3", ["same-name"], definitions=[definition])
+        wrong_answers.append({str(wrong.matrix) for wrong in find_known_wrong_answers(problem, problem.parts[0], 3)})
+    assert all(wrong_answers) and wrong_answers[0].isdisjoint(wrong_answers[1])
 
 
 @pytest.mark.parametrize("sheet", ["exam", "key", "marking"])
