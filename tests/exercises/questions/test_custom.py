@@ -475,6 +475,25 @@ def test_show_and_verify_accept_custom_questions(tmp_path: Path) -> None:
     assert "--family planar-2r" in run_and_fail("verify", path, "planar-2r/7", "--family", "planar-2r")
 
 
+def test_students_are_told_that_multiples_count(tmp_path: Path) -> None:
+    problem = make_problem(tmp_path, 'prompt = "x"\nanswer = "v"\nrows = ["v_x", "v_y"]\nup_to_factor = true')
+    answer_line = write_prompt(problem, problem.parts[0]).splitlines()[-1]
+    assert answer_line == (
+        "**Answer:** a 2 × 1 vector, in the order $v_x, v_y$. Any nonzero multiple is also correct. "
+        "It may contain `qd1`, `qd2`."
+    )
+    first, second = problem.parts[0].answer.list_formulas()
+    assert judge_answer(problem, f"[-2*({first}), -2*({second})]") == "correct"
+
+
+def test_platforms_ask_for_numbers_in_words_for_numbers(tmp_path: Path) -> None:
+    make_problem(tmp_path, 'prompt = "x"\nanswer = "v"\nrows = ["v_x", "v_y"]')
+    (item,) = make_items(ExportRequest(load_assignment(tmp_path / "hw"), find_failures, variant_count=1))
+    question = str(item.body[-1])
+    assert "It may contain" not in question and "Instead of formulas, give numbers for" in question
+    assert question.endswith("2 × 1 vector, in the order $v_x, v_y$. Each number to three significant digits.")
+
+
 # --- refused, with the reason ---
 
 BAD = {
@@ -491,6 +510,8 @@ BAD = {
     'answer = "p"\nhints = ["a"]': "three texts", 'answer = "p"\noptions = ["a", "b"]': "either an answer or options",
     'answer = "__import__(\'os\')"': "not part of the formula language", 'answer = "p"\ndigits = 1': "from 2 to 9",
     'answer = "p"\ndigits = 4': "only numbers have digits",
+    'answer = "det(J)"\nup_to_factor = true': "only a vector",
+    'answer = "v"\ngiven = ["pose", "rates"]\nup_to_factor = true': "only a vector of formulas",
     'answer = "(lambda: 0)()"': "not part of the formula language", 'answer = "2^99"': "from -8 to 8",
     'answer = "inv(J)*[vx, vy]"\ngiven = {theta1 = 0, theta2 = 0}': "vx",
 }  # fmt: skip
