@@ -355,6 +355,8 @@ class QuestionMaker:
                 return None if self.sample_number(chain, Stream("check")) else "its answer is not a finite number"
             if self.formulas:
                 matrix = self.derive_formulas(chain, Stream("check"))[0].as_matrix()
+                if self.definition.is_up_to_factor and (matrix.rows == 1 or matrix.cols > 1):
+                    return "only a vector can count up to a factor; leave up_to_factor out"
                 if _is_constant(matrix):
                     return f"its answer is {'always zero' if matrix.is_zero_matrix else 'the same everywhere'}"
                 return find_term_count_objection(sum(len(sp.Add.make_args(entry)) for entry in matrix))

@@ -180,7 +180,10 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
         entry.unit, rounding, entry.up_to_factor, entry.points,
     )  # fmt: skip
     with file.locate_errors("question", name, "answer" if entry.options is None else "options"):
-        make_question(definition)  # parses the formulas
+        question = make_question(definition)  # parses the formulas
+    with file.locate_errors("question", name, "up_to_factor"):
+        if entry.up_to_factor and (question.compute is None or given):
+            raise QdotError("only a vector of formulas can count up to a factor; leave this key out")
     return definition
 
 

@@ -2,6 +2,7 @@
 
 import ast
 import json
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -35,6 +36,7 @@ from qdot.exercises.site.bank import make_index_json, make_titles_json
 from qdot.exercises.site.bank_problem import BankProblem, find_custom_questions
 from qdot.exercises.site.record import make_site_record, translate_record
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
+from qdot.exercises.writing.short_answer import write_short_answer
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.integrations.nbgrader_cells import restore_cells
@@ -398,19 +400,22 @@ BUILT_IN = [name for name, question in QUESTIONS.items() if question.formula and
     ("setting", "words", "error"),
     [
         ("", "to three significant digits", 0.004), ("digits = 5", "to five significant digits", 4e-5),
-        ('tolerance = "10 cm/s"', "within 10 cm/s", 0.09),
+        ('tolerance = "1 cm/s"', "within 1 cm/s", 0.009),
     ],
 )  # fmt: skip
 def test_a_number_is_marked_to_the_precision_that_its_prompt_states(
     setting: str, words: str, error: float, tmp_path: Path
 ) -> None:  # fmt: skip
-    question = f'prompt = "x"\ngiven = ["pose", "rates"]\nanswer = "100*norm(v)/norm(v) + v.x/1000"\n{setting}'
+    question = f'prompt = "x"\ngiven = ["pose", "rates"]\nanswer = "12.3456*norm(v)/norm(v) + v.x/1000"\n{setting}'
     problem = make_problem(tmp_path, question)
     (number,) = map(float, problem.parts[0].answer.as_json())
     assert words in write_prompt(problem, problem.parts[0])
     allowed = error * (1 if "tolerance" in setting else number)
     assert judge_answer(problem, f"{number + allowed:.12g}") == "correct"
     assert judge_answer(problem, f"{number + 1.5 * allowed:.12g}") == "wrong"
+    for text in (write_solution(problem, problem.parts[0]), write_short_answer(problem, problem.parts[0])):
+        (shown_number,) = re.findall(r"\d+\.\d+", text)
+        assert judge_answer(problem, shown_number) == "correct"
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
@@ -483,6 +488,25 @@ def test_show_and_verify_accept_custom_questions(tmp_path: Path) -> None:
     assert "--family planar-2r" in run_and_fail("verify", path, "planar-2r/7", "--family", "planar-2r")
 
 
+def test_students_are_told_that_multiples_count(tmp_path: Path) -> None:
+    problem = make_problem(tmp_path, 'prompt = "x"\nanswer = "v"\nrows = ["v_x", "v_y"]\nup_to_factor = true')
+    answer_line = write_prompt(problem, problem.parts[0]).splitlines()[-1]
+    assert answer_line == (
+        "**Answer:** a 2 × 1 vector, in the order $v_x, v_y$. Any nonzero multiple is also correct. "
+        "It may contain `qd1`, `qd2`."
+    )
+    first, second = problem.parts[0].answer.list_formulas()
+    assert judge_answer(problem, f"[-2*({first}), -2*({second})]") == "correct"
+
+
+def test_platforms_ask_for_numbers_in_words_for_numbers(tmp_path: Path) -> None:
+    make_problem(tmp_path, 'prompt = "x"\nanswer = "v"\nrows = ["v_x", "v_y"]')
+    (item,) = make_items(ExportRequest(load_assignment(tmp_path / "hw"), find_failures, variant_count=1))
+    question = str(item.body[-1])
+    assert "It may contain" not in question and "Instead of formulas, give numbers for" in question
+    assert question.endswith("2 × 1 vector, in the order $v_x, v_y$. Each number to three significant digits.")
+
+
 # --- refused, with the reason ---
 
 BAD = {
@@ -502,6 +526,8 @@ BAD = {
     'answer = "p"\nhints = ["a"]': "three texts", 'answer = "p"\noptions = ["a", "b"]': "either an answer or options",
     'answer = "__import__(\'os\')"': "not part of the formula language", 'answer = "p"\ndigits = 1': "from 2 to 9",
     'answer = "p"\ndigits = 4': "only numbers have digits",
+    'answer = "det(J)"\nup_to_factor = true': "only a vector",
+    'answer = "v"\ngiven = ["pose", "rates"]\nup_to_factor = true': "only a vector of formulas",
     'answer = "(lambda: 0)()"': "not part of the formula language", 'answer = "2^99"': "from -8 to 8",
     'answer = "inv(J)*[vx, vy]"\ngiven = {theta1 = 0, theta2 = 0}': "vx",
 }  # fmt: skip
