@@ -22,9 +22,10 @@ from qdot.exercises.exports.numeric_part import NumericPart, ask_in_numbers
 from qdot.exercises.exports.platform_markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
 from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE, Matching, Number, Selection, Words
+from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE, ConditionSet, Matching, Number, Selection, Words
 from qdot.exercises.short_questions import ALL_QUESTIONS, question_of
-from qdot.exercises.short_questions.options import list_blames
+from qdot.exercises.short_questions.options import Options, list_blames, offer_choice
+from qdot.exercises.short_questions.wrong_sets import make_four_sets
 from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.render import render
 
@@ -221,15 +222,21 @@ def group_by_category(items: Iterable[QuizItem]) -> dict[ItemCategory, list[Quiz
 
 def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part) -> QuizItem | None:
     """Return a part of a problem as an item without the variant's key; None if the part can't be asked."""
-    if part.answer.is_set:
+    explains_mistakes = request.includes_feedback("mistake")
+    numeric_part: NumericPart | None = None
+    form: ItemForm
+    if isinstance(part.answer, ConditionSet) and part.answer.is_singular_set:
         short_problem = _ask_short_question(problem, part, request)
         if short_problem is None:
             return None
         problem, (part,) = short_problem, short_problem.parts
-    explains_mistakes = request.includes_feedback("mistake")
-    numeric_part: NumericPart | None = None
-    form: ItemForm
-    if part.answer.offered_options:
+    if isinstance(part.answer, ConditionSet):
+        part_with_options = _offer_sets(problem, part, part.answer)
+        if part_with_options is None:
+            return None
+        form = _make_option_form(problem, part_with_options, explains_mistakes=False)
+        question = write_question_alone(problem, part)
+    elif part.answer.offered_options:
         form = _make_option_form(problem, part, explains_mistakes)
         question = write_question_alone(problem, part)
     elif isinstance(part.answer, Words):
@@ -256,6 +263,16 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
     return replace(item, single_number_item=number_item)
 
 
+def _offer_sets(problem: Problem, part: Part, answer: ConditionSet) -> Part | None:
+    """Return a part with its set and three wrong sets as options; None if known mistakes don't lead to three."""
+    stream = Stream(f"qdot/{problem.id.engine}/{problem.id}/{part.name}")
+    offered_options = make_four_sets(problem.chain, answer.components, stream)
+    if offered_options is None:
+        return None
+    choice, shuffled = offer_choice(offered_options, stream)
+    return replace(part, answer=choice, details=Options(offered_options=shuffled))
+
+
 def _ask_short_question(problem: Problem, part: Part, request: ExportRequest) -> Problem | None:
     """Return the problem with one short question on singular configurations, or None if no such question applies."""
     for name in SINGULARITY_QUESTIONS:
@@ -277,12 +294,13 @@ def _ask_short_question(problem: Problem, part: Part, request: ExportRequest) ->
 
 _ANSWER_PATTERN = re.compile(r"^\*\*Answer:\*\* (.*?)(?:\n\n|\Z)", re.MULTILINE | re.DOTALL)
 _OPTION_PATTERN = re.compile(
-    r"^- \*\*[A-H]\.\*\* .*\n?|^\$\$\n\\text\{[A-H]\.\} \\quad .*?\n\$\$\n?", re.MULTILINE | re.DOTALL
+    r"^- \*\*[A-H]\.\*\* [^\n]*\n?|^\$\$\n\\text\{[A-H]\.\} \\quad .*?\n\$\$\n?", re.MULTILINE | re.DOTALL
 )
 _TYPING_PHRASES = (
     (re.compile(r"; the joint rates are typed [^.]*\."), "."),
     (re.compile(r" The components are typed [^;]*; "), " "),
     (re.compile(r", in terms of the joint variables and `[^.]*`"), ""),
+    (re.compile(r" It may contain `[^.]*`\."), ""),
     (re.compile(r" with the last row `\[0, 0, 0, 1\]`"), " with the last row 0, 0, 0, 1"),
 )  # fmt: skip
 """Phrases in prompts that explain how to type formulas, each with its replacement for platforms."""
@@ -324,7 +342,7 @@ def _make_option_form(problem: Problem, part: Part, explains_mistakes: bool) -> 
 def _write_solution(problem: Problem, part: Part, numeric_part: NumericPart | None) -> tuple[str | Picture, ...]:
     text = problem_texts.write_solution(problem, part)
     if numeric_part is not None and (numeric_part.given_values is not None or numeric_part.unit_entry is not None):
-        rows = [[f"{value:.4g}" for value in row] for row in numeric_part.values]
+        rows = [[f"{value:.{part.count_digits(value, at_least=4)}g}" for value in row] for row in numeric_part.values]
         text += "\n" + render("exports/solution.md.j2", rows=rows)
     return (text, *filter(None, [draw_solution_figure(problem, part, "solution")]))
 

@@ -114,7 +114,7 @@ def _state_rule(problem: Problem, part: Part) -> str:
     match answer:
         case reference_answers.ConditionSet():
             return (
-                "Each missing condition and each condition that is not singular halves the points (all wrong values "
+                "Each missing condition and each wrong condition halves the points (all wrong values "
                 "of a joint count as one). A condition with some values missing: "
                 f"{_format_partial_points(part, INCOMPLETE_CONDITION_FACTOR)}. No points if more conditions are "
                 "wrong than right."

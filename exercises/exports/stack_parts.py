@@ -577,7 +577,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
     variables = stack_maxima.write_definitions(problem, stack_maxima.SET_FUNCTIONS, turning_line)
     variables.append(f"ta1: {write_equations(answer.components)};")
     feedback = (
-        "<p>You found {@right@} of the configurations; {@beyond@} of your conditions are not singular or not in the "
+        "<p>You found {@right@} of the configurations; {@beyond@} of your conditions are wrong or not in the "
         "form that the question asks for.</p>"
     )
     tests = [REFERENCE_TEST]

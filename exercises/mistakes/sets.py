@@ -5,7 +5,7 @@ such as sin(theta2) = 0. Its solutions give the values of a joint for each condi
 component without solutions has a condition that ties several joints.
 """
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import combinations, islice, product
@@ -30,11 +30,16 @@ MAX_COMBINATIONS = 20
 
 
 def _change_sets(change: Callable[[Chain, Components], Iterator[MistakenAnswer]]) -> AnswerGenerator:
-    """Return a function that yields the wrong sets that `change` makes from the components of the correct set."""
+    """Return a function that yields the wrong sets that `change` makes from the components of the correct set.
+
+    Mistakes whose message is about the determinant are made only in the set of singular configurations.
+    """
 
     def generate(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if isinstance(part.answer, ConditionSet) and part.answer.components:
-            yield from change(chain, part.answer.components)
+            for mistaken in change(chain, part.answer.components):
+                if part.answer.is_singular_set or not mentions_determinant(mistaken.words):
+                    yield mistaken
 
     return generate
 
@@ -48,6 +53,11 @@ def _write_advice(chain: Chain) -> str:
 def write_zero_question(chain: Chain) -> str:
     """Return the question with which a student can test whether a configuration is singular."""
     return "is det J zero there" if chain.n == len(chain.task) else "are all minors zero there"
+
+
+def mentions_determinant(words: Iterable[str]) -> bool:
+    """Return whether a message with these words is about the determinant or the minors of J."""
+    return not {"every", "zero"}.isdisjoint(words)
 
 
 def _make_answer(components: Sequence[Component], **words: object) -> MistakenAnswer:

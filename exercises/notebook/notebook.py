@@ -18,6 +18,7 @@ from qdot.exercises.notebook.self_check import Problems, write_check_cell, write
 from qdot.exercises.notebook.setup_cell import write_setup_cell
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, name_answer_variable
 from qdot.exercises.questions.differentiation import find_determinant_power_of_metres
+from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.render import render
@@ -40,11 +41,12 @@ def _embed_image(svg: str, alt_text: str) -> str:
 
 
 def draw_singular_configurations(problem: Problem, part: Part, name: str) -> str:
-    """Return the SVG of the singular configurations for a worked solution, or "" if the answer is not a set.
+    """Return the SVG of the singular configurations for a worked solution, or "" if they are not the answer.
 
     `name` begins the ids in the SVG.
     """
-    return draw_singular_svg(problem.chain, name) if part.answer.is_set else ""
+    is_answer = isinstance(part.answer, ConditionSet) and part.answer.is_singular_set
+    return draw_singular_svg(problem.chain, name) if is_answer else ""
 
 
 FOLDED_CODE_METADATA: dict[str, object] = {"jupyter": {"source_hidden": True}, "cellView": "form"}

@@ -204,9 +204,13 @@ class Number(RowsAnswer):
 
 @dataclass(frozen=True)
 class ConditionSet(Answer):
-    """A set of configurations: those that satisfy the conditions of at least one component."""
+    """A set of configurations: those that satisfy the conditions of at least one component.
+
+    `is_singular_set` is whether these are the arm's singular configurations.
+    """
 
     components: tuple[Component, ...]
+    is_singular_set: bool = True
 
     type = "singular"
     is_exact = True

@@ -23,6 +23,7 @@ from qdot.exercises.short_questions.options import OfferedOption, Options, offer
 from qdot.exercises.short_questions.short_question import ShortQuestion
 from qdot.exercises.short_questions.wrong_formulas import OptionSubject
 from qdot.exercises.short_questions.wrong_sets import make_four_sets
+from qdot.exercises.singularities.singular_set import find_singular_set
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,7 +78,8 @@ def _ask_formula(chain: Chain, rng: Stream, find_subjects: SubjectFinder, questi
 
 
 def _ask_sets(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    options = make_four_sets(chain, rng)
+    correct_set = find_singular_set(chain)
+    options = make_four_sets(chain, correct_set, rng) if correct_set else None
     if options is None:
         return None
     answer, shuffled = offer_choice(options, rng)

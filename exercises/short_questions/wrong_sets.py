@@ -16,7 +16,7 @@ from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.short_questions import options
 from qdot.exercises.short_questions.options import Blame, OfferedOption
 from qdot.exercises.singularities.classification import domain_of
-from qdot.exercises.singularities.singular_set import Component, find_singular_set
+from qdot.exercises.singularities.singular_set import Component
 
 ComponentSet = tuple[Component, ...]
 
@@ -26,11 +26,8 @@ MAX_PIECES = 6
 """Maximum number of pieces of a set in a short question."""
 
 
-def make_four_sets(chain: Chain, rng: Stream) -> list[OfferedOption] | None:
-    """Return the singular set and three wrong sets as options, or None if known mistakes don't lead to three."""
-    correct_set = find_singular_set(chain)
-    if not correct_set:
-        return None
+def make_four_sets(chain: Chain, correct_set: ComponentSet, rng: Stream) -> list[OfferedOption] | None:
+    """Return a set of configurations and three wrong sets as options, or None if known mistakes don't lead to three."""
     intended_rank = rng.integer_below(4)
     candidates: list[tuple[options.LengthMismatch, list[OfferedOption]]] = []
     for four_options in islice(_make_sets_of_four(chain, correct_set, rng), MAX_SETS_OF_FOUR):

@@ -7,13 +7,12 @@ matrices, finite differences of the poses and NumPy's linear algebra.
 A singular set is tested in both directions: J loses rank on every piece of the set, and the set contains every
 configuration of lower rank that Newton's method finds.
 
-    certificate         `certify`, and the tests of questions, listed in its `CHECKS`
-    formulas, numbers   tests of questions whose answers are formulas, vectors or numbers
-    rank, singular      tests of ranks and lost directions, and of singular sets
-    screws, path        tests of screws and exponentials, and of the motion along a line
-    concepts            tests of questions on concepts
-    short_questions     tests of short questions, such as choices
-    custom              tests of questions that instructors define
-    numeric_reference   a numeric model of the arm: 4 x 4 products, finite differences, the product of exponentials
-    singularity_statements    tests of what a worked solution says about singular configurations, by moving joints
+    certificate                 `certify`, and the tests of questions, listed in its `CHECKS`
+    formulas, numbers           tests of questions whose answers are formulas, vectors or numbers
+    rank, singular              tests of ranks and lost directions, and of singular sets
+    screws, path                tests of screws and exponentials, and of the motion along a line
+    concepts, short_questions   tests of questions on concepts, and of short questions
+    custom                      tests of questions that instructors define
+    numeric_reference           a numeric model of the arm: 4 x 4 products, finite differences, exponentials
+    singularity_statements      tests of what a worked solution says about singular configurations
 """

@@ -5,33 +5,41 @@ expressed, the name of a given value, or a formula of the question language. In 
 directly after a letter or one of _ ^ } ] belongs to LaTeX. Double braces stand for a brace.
 """
 
+import operator
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import sympy as sp
 
 from qdot.exercises.problem.problem import Part
+from qdot.exercises.questions.base import Question
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, Texts
-from qdot.exercises.questions.custom.question import CustomDetails, QuestionMaker
+from qdot.exercises.questions.custom.question import CustomDetails, CustomQuestion, QuestionMaker
 from qdot.exercises.questions.language import FormulaError
+from qdot.exercises.writing.languages import Catalogue, load_catalogue
 from qdot.exercises.writing.latex import tex, tex_length, tex_value
 
 if TYPE_CHECKING:
     from qdot.exercises.writing.wording import Wording
 
+BASE = "base"
+"""The placeholder for the frame in which results are expressed."""
 _PIECE = re.compile(r"\{\{|\}\}|(?P<dollar>\$\$?)|\{(?P<content>[^{}]*)\}")
 _LATEX_BRACE = re.compile(r"[A-Za-z_^}\]]$")
 
 
 def write_custom_text(part: Part, text_name: str, wording: "Wording") -> str:
     """Return the prompt or the solution of a custom question; `text_name` is "prompt" or "solution"."""
-    return fill_text(str(getattr(_select_texts(part, wording), text_name)), part, wording)
+    texts, text_wording = _find_texts(part, wording, operator.attrgetter(text_name))
+    return fill_text(str(getattr(texts, text_name)), part, text_wording)
 
 
 def write_custom_hints(part: Part, wording: "Wording") -> list[str]:
     """Return the hints of a custom question."""
-    return [fill_text(hint, part, wording) for hint in _select_texts(part, wording).hints]
+    texts, text_wording = _find_texts(part, wording, lambda texts: texts.hints)
+    return [fill_text(hint, part, text_wording) for hint in texts.hints]
 
 
 def list_custom_symbols(part: Part, wording: "Wording") -> list[str]:
@@ -50,8 +58,18 @@ def write_custom_options(part: Part, wording: "Wording") -> list[str]:
     ]
 
 
-def _select_texts(part: Part, wording: "Wording") -> Texts:
-    return part.details_as(CustomDetails).definition.texts_in(wording.messages.language)
+def translate_title(question: Question, messages: Catalogue) -> str:
+    """Return the title of a built-in or custom question in another language; in English if it is not translated."""
+    if not isinstance(question, CustomQuestion):
+        return messages.translate_question(question.title)
+    return question.definition.find_texts(messages.language, lambda texts: texts.title)[1].title
+
+
+def _find_texts(part: Part, wording: "Wording", has_text: Callable[[Texts], object]) -> tuple[Texts, "Wording"]:
+    """Return the texts in the language of a wording, or in English if a text is missing; and their own wording."""
+    definition, messages = part.details_as(CustomDetails).definition, wording.messages
+    language, texts = definition.find_texts(messages.language, has_text)
+    return texts, wording if language == messages.language else replace(wording, messages=load_catalogue(language))
 
 
 def fill_text(text: str, part: Part, wording: "Wording") -> str:
@@ -68,7 +86,10 @@ def fill_text(text: str, part: Part, wording: "Wording") -> str:
         elif in_formula and _LATEX_BRACE.search(text[: match.start()]):
             pieces.append(match[0])
         else:
-            filled_text, is_formula = _fill_placeholder(match["content"].strip(), part, wording)
+            content = match["content"].strip()
+            if content == BASE:
+                pieces[-1] = wording.messages.add_article(pieces[-1])
+            filled_text, is_formula = _fill_placeholder(content, part, wording)
             pieces.append(filled_text if in_formula or not is_formula else f"${filled_text}$")
     return "".join([*pieces, text[position:]])
 
@@ -76,7 +97,7 @@ def fill_text(text: str, part: Part, wording: "Wording") -> str:
 def _fill_placeholder(content: str, part: Part, wording: "Wording") -> tuple[str, bool]:
     """Return what a placeholder stands for, and whether it is LaTeX for a formula."""
     details, chain = part.details_as(CustomDetails), wording.chain
-    if content == "base":
+    if content == BASE:
         return wording.frame, False
     values = {symbol.name: text for symbol, text in _write_values(details, wording).items()}
     if content in (*GIVEN_GROUPS, "given"):

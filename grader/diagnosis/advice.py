@@ -21,7 +21,7 @@ from qdot.exercises.formula.trees import Node, ParseError, find_names
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import compute_answer, is_derived
-from qdot.exercises.singularities.singular_set import find_singular_set
+from qdot.exercises.reference_answers import ConditionSet
 from qdot.grader.diagnosis.numbers import normalize
 from qdot.grader.diagnosis.wrong_answer import THREE_DIGITS_TOLERANCE
 from qdot.grader.judging.answer_parser import ParsedAnswer, assign_values_to_joint
@@ -200,22 +200,24 @@ def _name_entry(part: Part, index: int) -> str:
 
 
 def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> str | None:
-    """Return advice on a set of singular configurations: on the joints that it names, or else on its values."""
+    """Return advice on a set of configurations: on the joints that it names, or else on its values."""
     if parsed_answer.refusal is not None or parsed_answer.tree is None:
         return None
-    components = find_singular_set(problem.chain) or ()
+    answer = part.answer_as(ConditionSet)
+    components = answer.components
     expressions = [condition for component in components for condition in component.conditions]
     expected_joints = {symbol.name for expression in expressions for symbol in expression.free_symbols}
     named_joints = find_names(parsed_answer.tree)
     for name in [q.name for q in problem.chain.q if (q.name in expected_joints) != (q.name in named_joints)]:
         fact = f"Your answer {'does not contain' if name in expected_joints else 'contains'} {name}."
-        return f"{fact} Do the zeros of the determinant (or of all minors) depend on it?"
+        zeros = "zeros of the determinant (or of all minors)" if answer.is_singular_set else "configurations asked for"
+        return f"{fact} Do the {zeros} depend on it?"
     are_simultaneous = any(len(component.conditions) > 1 for component in components)
     return _advise_on_claims(problem, part, parsed_answer.tree, seed, are_simultaneous)
 
 
 def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, are_simultaneous: bool) -> str | None:
-    """Return advice that depends on whether the configurations in the answer are singular.
+    """Return advice that depends on whether the configurations in the answer are right.
 
     `are_simultaneous` is whether some of the expected conditions have to hold simultaneously.
     """
@@ -234,8 +236,11 @@ def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, are_s
     if are_simultaneous:
         advice = "Look for all angles in a full turn, and for factors that are zero at the same time."
     if comparison.surplus is None:
-        return f"All configurations in your answer are singular, but some are missing. {advice}"
-    sentences = ["Substitute each of your values into the determinant (or the minors)."]
+        return f"All configurations in your answer are right, but some are missing. {advice}"
+    formula, result = "condition", "It must hold"
+    if part.answer_as(ConditionSet).is_singular_set:
+        formula, result = "determinant (or the minors)", "The result must be zero"
+    sentences = [f"Substitute each of your values into the {formula}."]
     if are_simultaneous or any(len(piece) > 1 for piece in claimed_pieces):
         sentences.append("Substitute values that must hold together at the same time.")
-    return " ".join([*sentences, "The result must be zero for all values of the other joints.", advice])
+    return " ".join([*sentences, f"{result} for all values of the other joints.", advice])

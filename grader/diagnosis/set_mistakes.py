@@ -22,7 +22,7 @@ from qdot.exercises.formula.trees import Node, ParseError, count_decimal_digits,
 from qdot.exercises.mistakes.base import Mistake, MistakenAnswer
 from qdot.exercises.mistakes.catalogue import CATALOGUE, generate_mistaken_answers
 from qdot.exercises.mistakes.configurations import sample_values
-from qdot.exercises.mistakes.sets import name_missed_component, write_zero_question
+from qdot.exercises.mistakes.sets import mentions_determinant, name_missed_component, write_zero_question
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import Answer, ConditionSet
 from qdot.exercises.singularities.singular_set import Component
@@ -148,6 +148,8 @@ def _explain_pieces(problem: Problem, part: Part, claimed_pieces: Sequence[Piece
     if comparison.is_only_rounded or any(len(piece) > 1 or piece[0].joint is None for piece in wrong_pieces):
         return None
     mistakes = [*explanation.explain_wrong_values(), *explanation.explain_missing_conditions()]
+    if not explanation.is_singular_set and any(mentions_determinant(words) for _, words in mistakes):
+        return None
     if not 0 < len(mistakes) <= MAX_MISTAKES_NAMED:
         return None
     sentences = dict.fromkeys(CATALOGUE[name].format_message(words) for name, words in mistakes)
@@ -168,6 +170,7 @@ class _SetExplanation:
         joints, roles = [q.name for q in problem.chain.q], problem.domain.roles
         trees = part.answer.group_by_component([tree for (tree,) in part.answer.parse_trees(roles)])
         self.chain, self.components, self.seed = problem.chain, part.answer.components, seed
+        self.is_singular_set = part.answer.is_singular_set
         self.claimed_pieces = claimed_pieces
         self.space = ConfigurationSpace(joints, problem.domain, part.rounding)
         self.conditions = [self.space.parse_reference(group) for group in trees]

@@ -285,14 +285,23 @@ def _judge_numeric_direction(parsed: ParsedAnswer, reference: Sequence[Node], to
     return wrong_judgement(reason, Certificate("numeric", 1, 0.0, example))
 
 
+SINGULAR_CONFIGURATION, CONFIGURATION, ANGLE = "a singular configuration", "a configuration", "an angle"
+"""The elements of sets, as messages about missing ones call them."""
+SURPLUS_WORDS = {
+    SINGULAR_CONFIGURATION: "this configuration is not singular",
+    CONFIGURATION: "this configuration does not satisfy the condition", ANGLE: "this angle is wrong",
+}  # fmt: skip
+"""What is said of an element that is not in the reference."""
+
+
 def judge_singular(
     parsed: ParsedAnswer, reference: Sequence[Sequence[Node]], joints: Sequence[str], domain: Domain, seed: str,
-    rounding: Rounding | None = None,
+    rounding: Rounding | None = None, noun: str = SINGULAR_CONFIGURATION,
 ) -> Judgement:  # fmt: skip
-    """Judge a set of singular configurations by the configurations that it contains.
+    """Judge a set of configurations by the configurations that it contains. `noun` is a key of `SURPLUS_WORDS`.
 
     For each condition, the reference contains a list of joint values, or the condition itself. The share depends on how
-    many conditions are found completely or in part, and on how many of the student's conditions are not singular
+    many conditions are found completely or in part, and on how many of the student's conditions are wrong
     (`compute_share_of_set`).
     """
     assert parsed.tree is not None
@@ -300,13 +309,13 @@ def judge_singular(
     reference_pieces = [space.parse_reference(group) for group in reference]
     try:
         claimed_pieces = parse_typed_set(assign_values_to_joint(parsed.tree, joints), joints)
-        judgement = _judge_set(claimed_pieces, reference_pieces, space, seed)
+        judgement = _judge_set(claimed_pieces, reference_pieces, space, seed, noun)
     except ParseError as error:
         return wrong_judgement(describe_parse_error(error, "conditions"))
     if judgement.outcome is Outcome.CORRECT or (joined_tree := combine_with_and(parsed.tree, joints)) is None:
         return judgement
     try:
-        joined_judgement = _judge_set(parse_typed_set(joined_tree, joints), reference_pieces, space, seed)
+        joined_judgement = _judge_set(parse_typed_set(joined_tree, joints), reference_pieces, space, seed, noun)
     except ParseError:  # the combined conditions have too many cases
         return judgement
     is_better = joined_judgement.share > judgement.share
@@ -321,14 +330,14 @@ def judge_angles(parsed: ParsedAnswer, reference: Node, domain: Domain, seed: st
     space = ConfigurationSpace(["angle"], angle_domain)
     try:
         claimed_pieces = parse_typed_set(Node("in", (joint, parsed.tree)), ["angle"])
-        return _judge_set(claimed_pieces, reference_pieces, space, seed, "an angle")
+        return _judge_set(claimed_pieces, reference_pieces, space, seed, ANGLE)
     except ParseError as error:
         return wrong_judgement(describe_parse_error(error, "a set of angles"))
 
 
 def _judge_set(
     claimed_pieces: Sequence[Piece], conditions: Sequence[Sequence[Piece]], space: ConfigurationSpace, seed: str,
-    noun: str = "a singular configuration",
+    noun: str,
 ) -> Judgement:  # fmt: skip
     """Judge the union of the student's `claimed_pieces` by comparing it with the union of the `conditions`.
 
@@ -438,8 +447,7 @@ def _describe_set_difference(comparison: SetComparison, joints: Sequence[str], n
     if comparison.missing is not None:
         reasons.append(f"{noun} is missing{_describe_configuration(comparison.missing, joints)}")
     if comparison.surplus is not None:
-        subject = "this angle is wrong" if noun == "an angle" else "this configuration is not singular"
-        reasons.append(f"{subject}{_describe_configuration(comparison.surplus, joints)}")
+        reasons.append(f"{SURPLUS_WORDS[noun]}{_describe_configuration(comparison.surplus, joints)}")
     return "; ".join(reasons)
 
 

@@ -9,7 +9,15 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.choices import judge_choice, judge_matching, judge_selection
 from qdot.grader.judging.expected_form import read_answer
-from qdot.grader.judging.formulas import judge_direction, judge_expression, judge_matrix, judge_numbers, judge_singular
+from qdot.grader.judging.formulas import (
+    CONFIGURATION,
+    SINGULAR_CONFIGURATION,
+    judge_direction,
+    judge_expression,
+    judge_matrix,
+    judge_numbers,
+    judge_singular,
+)
 from qdot.grader.judging.functions import judge_function
 from qdot.grader.judging.verdict import AWAITS_PERSON, Judgement, Outcome
 
@@ -71,7 +79,8 @@ class _AnswerJudge(reference_answers.AnswerVisitor[Judgement]):
         """Compare sets of configurations."""
         joints = [q.name for q in self.problem.chain.q]
         expected = answer.group_by_component([piece for (piece,) in answer.parse_trees(self.domain.roles)])
-        return judge_singular(self.parsed, expected, joints, self.domain, self.seed, self.part.rounding)
+        noun = SINGULAR_CONFIGURATION if answer.is_singular_set else CONFIGURATION
+        return judge_singular(self.parsed, expected, joints, self.domain, self.seed, self.part.rounding, noun)
 
     def visit_text(self, answer: reference_answers.Words) -> Judgement:
         """Leave the points to a person."""

@@ -20,6 +20,7 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import ParseError, as_matrix
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.inversion import list_table_lengths
+from qdot.exercises.reference_answers import ConditionSet
 from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.functions import FUNCTION_TEXT
 
@@ -34,7 +35,11 @@ MIN_REFERENCE_DISTANCE = 0.3
 MAX_ANSWER_LENGTH = 2_000
 """Maximum number of characters of an answer whose point is computed."""
 
-MISSING_CAPTION, SURPLUS_CAPTION = "singular, but not in your answer", "in your answer, but not singular"
+SET_CAPTIONS = {
+    True: ("singular, but not in your answer", "in your answer, but not singular"),
+    False: ("missing from your answer", "in your answer, but wrong"),
+}
+"""Captions of a missing and of a wrong configuration, for the set of singular configurations and for other sets."""
 CROSS_CAPTION = "Dot: P. Cross: P according to your answer."
 
 
@@ -42,7 +47,8 @@ def draw_example(problem: Problem, part: Part, example: Counterexample, answer: 
     """Return the counterexample of a wrong answer as an SVG element, empty if there is nothing to draw."""
     name = f"{part.name}-example"
     if isinstance(example, SetDifference):
-        candidates = ((MISSING_CAPTION, example.missing), (SURPLUS_CAPTION, example.surplus))
+        captions = SET_CAPTIONS[part.answer_as(ConditionSet).is_singular_set]
+        candidates = zip(captions, (example.missing, example.surplus), strict=True)
         arms = [_pose_arm(problem.chain, caption, values) for caption, values in candidates if values is not None]
         return draw_examples_svg([arm for arm in arms if arm], name) if arms and all(arms) else ""
     if part.kind != "position" or answer is None or answer == FUNCTION_TEXT or len(answer) > MAX_ANSWER_LENGTH:

@@ -11,16 +11,17 @@ from qdot.exercises.formula.equality import Counterexample, EntryDifference, Set
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.writing.latex import list_prismatic_joints, write_symbol
 from qdot.grader.judging.verdict import name_entry
 from qdot.grader.reports.answer_display import make_visible
+from qdot.grader.reports.counterexample_figure import SET_CAPTIONS
 
 DIGITS, MAX_DIGITS = 4, 16
 """Number of significant digits that are shown; if two values then look the same, up to the maximum."""
 ZERO_TOLERANCE = 1e-12
 """Values of symbols below this bound are shown as 0, because numeric searches end near zero, not at zero."""
 VALUE_WORDS = {"not a finite number": "not a finite number", "blank": "left blank"}
-SET_HEADINGS = ("Singular, but not in your answer", "In your answer, but not singular")
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -62,8 +63,12 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
         cells = tuple(_format_quantity(value, symbol_infos[name].unit) for value in values)
         symbol_rows.append(ExampleRow(mathml_text(parse_latex(write_symbol(name, prismatic_names))), cells))
     if isinstance(example, SetDifference):
-        headings = zip(SET_HEADINGS, candidates, strict=True)
-        columns = [heading for heading, configuration in headings if configuration is not None]
+        captions = SET_CAPTIONS[part.answer_as(ConditionSet).is_singular_set]
+        columns = [
+            caption[0].upper() + caption[1:]
+            for caption, configuration in zip(captions, candidates, strict=True)
+            if configuration is not None
+        ]
         if not columns or not symbol_rows:
             return None
         caption = "Configurations where your answer is wrong"

@@ -54,6 +54,7 @@ SHORT_REASONS = (
     (r"; differs$", ""),
     (r"\b(entry (?:\d+|\(\d+, \d+\))) differs$", r"\1 is wrong"),
     (r"\bthis configuration is not singular\b", "your answer includes a configuration that is not singular"),
+    (r"\bthis configuration does not satisfy the condition\b", "your answer includes a wrong configuration"),
 )
 """Patterns of phrases that make no sense without their numbers, with replacements; a table shows the numbers."""
 

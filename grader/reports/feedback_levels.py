@@ -30,7 +30,10 @@ _CORRECT_VALUE_PATTERNS = (
 """Patterns of correct values in the reasons given by `qdot.grader.judging.formulas`, with their replacements."""
 
 _NUMBER_PATTERNS = (
-    (rf"(\b(?:not singular|angle is wrong|(?:correct except|right but) for rounding)){_CONFIGURATION}", r"\1"),
+    (
+        rf"(\b(?:not singular|the condition|angle is wrong|(?:correct except|right but) for rounding)){_CONFIGURATION}",
+        r"\1",
+    ),
     (rf" at {_NAMED_VALUE}(?:, {_NAMED_VALUE})*", ""),
     (rf": yours {_VALUE}, which is not right", ""),
     (rf"(\b(?:number|entry) \d+) is {_VALUE}, which is not right", r"\1 is not right"),
@@ -40,6 +43,7 @@ _NUMBER_PATTERNS = (
 _DEPENDENT_PHRASE_PATTERNS = (
     (r"(?:^|; )differs$", ""),
     (r"\bthis configuration is not singular$", "your answer includes a configuration that is not singular"),
+    (r"\bthis configuration does not satisfy the condition$", "your answer includes a wrong configuration"),
 )
 """Patterns of phrases that make no sense without the withheld counterexample, with their replacements."""
 _MISTAKE_NAME_PATTERNS = ((r" \(transposed\?\)|; is it transposed\?", ""),)

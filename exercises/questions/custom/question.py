@@ -17,10 +17,10 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import TooLong, derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.arm.lengths import replace_lengths_by_symbols
-from qdot.exercises.arm.trigonometry import textbook_form
+from qdot.exercises.arm.trigonometry import write_in_textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.program import Evaluation, compile_program, evaluate
 from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.problem.problem import Details, SymbolInfo, list_table_numbers
 from qdot.exercises.questions import inversion
@@ -267,7 +267,10 @@ class QuestionMaker:
     def find_zeros(self, chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         """Return the configurations at which the formulas are all zero; None if there are none, or all of them."""
         components = _find_zeros(self.definition, chain)
-        return (ConditionSet(components), CustomDetails(definition=self.definition)) if components else None
+        if not components:
+            return None
+        is_singular_set = [ast.unparse(formula) for formula in self.formulas] == ["det(J)"]
+        return ConditionSet(components, is_singular_set), CustomDetails(definition=self.definition)
 
     def derive_zeros(self, chain: Chain) -> tuple[Component, ...] | None:
         """Return the components of the set; None if the formulas are zero everywhere."""
@@ -276,7 +279,13 @@ class QuestionMaker:
         values = [self._compute(formula, stages) for formula in self.formulas]
         if any(value.ndim > 1 for value in values):
             raise FormulaError("zeros needs numbers, not vectors: write zeros(p.x), for example")
-        return find_zero_set([to_sympy_matrix(value)[0] for value in values], chain, is_symbolic=not names_symbols)
+        numerators = [_find_numerator(to_sympy_matrix(value)[0]) for value in values]
+        try:
+            return find_zero_set(numerators, chain, is_symbolic=not names_symbols)
+        except (ValueError, sp.PolynomialError):
+            raise FormulaError(
+                "qdot can't find its zeros; zeros needs sums, products and quotients of lengths, sines and cosines"
+            ) from None
 
     def sample_choice(self, chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         """Return a choice or selection with the options in random order."""
@@ -322,6 +331,8 @@ class QuestionMaker:
                 return None if self.sample_number(chain, Stream("check")) else "its answer is not a finite number"
             if self.formulas:
                 matrix = self.derive_formulas(chain, Stream("check"))[0].as_matrix()
+                if self.definition.is_up_to_factor and (matrix.rows == 1 or matrix.cols > 1):
+                    return "only a vector can count up to a factor; leave up_to_factor out"
                 if _is_constant(matrix):
                     return f"its answer is {'always zero' if matrix.is_zero_matrix else 'the same everywhere'}"
                 return find_term_count_objection(sum(len(sp.Add.make_args(entry)) for entry in matrix))
@@ -387,21 +398,34 @@ def _find_objection(definition: Definition, chain: Chain) -> str | None:
 
 
 def _simplify(entry: sp.Expr) -> sp.Expr:
-    """Return an entry in textbook form if it is a polynomial in sines and cosines."""
-    try:
-        return textbook_form(sp.expand(entry))
-    except (ValueError, sp.PolynomialError):
+    """Return an entry in textbook form, or unchanged if that form can't be confirmed by numbers."""
+    simplified = write_in_textbook_form(entry)
+    if simplified == entry:
         return entry
+    (before, after), (magnitude, _) = _evaluate_at_points([entry, simplified])
+    is_equal = np.abs(after - before) <= 1e-9 * magnitude  # False for nan
+    return simplified if is_equal.all() else entry
+
+
+def _find_numerator(formula: sp.Expr) -> sp.Expr:
+    """Return a formula with the same zeros, in which no denominator, root or exponential function is a factor."""
+    if all(power.exp.is_Integer and power.exp > 0 for power in formula.atoms(sp.Pow)) and not formula.has(sp.exp):
+        return formula
+    numerator, _ = sp.fraction(sp.together(write_in_textbook_form(formula)))
+    return sp.Mul(*(factor.as_base_exp()[0] for factor in sp.Mul.make_args(numerator)))
 
 
 def _is_constant(matrix: sp.Matrix) -> bool:
     """Return whether a matrix has the same value at three arbitrary values of its symbols."""
-    symbols = sorted(matrix.free_symbols, key=str)
-    points = [{symbol: sp.Rational(7 * k + 3 * i + 4, 11 + i) for i, symbol in enumerate(symbols)} for k in range(3)]
-    program = compile_program([parse_formula(format_expression(entry)) for entry in matrix])
-    names = {symbol.name: np.array([float(point[symbol]) for point in points]) for symbol in symbols}
-    values = evaluate(program, names, len(points)).values.T
+    values = _evaluate_at_points(list(matrix)).values.T
     return all(np.allclose(value, values[0], rtol=1e-9, atol=1e-9) for value in values[1:])
+
+
+def _evaluate_at_points(entries: Sequence[sp.Expr]) -> Evaluation:
+    """Return the values and magnitudes of entries at three arbitrary values of their symbols."""
+    names = sorted(str(symbol) for symbol in set().union(*(entry.free_symbols for entry in entries)))
+    points = {name: (7 * np.arange(3) + 3 * i + 4) / (11 + i) for i, name in enumerate(names)}
+    return evaluate(compile_program([parse_formula(format_expression(entry)) for entry in entries]), points, 3)
 
 
 def _evaluate(entry: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:

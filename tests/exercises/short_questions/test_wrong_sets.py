@@ -8,6 +8,7 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.short_questions import wrong_sets
 from qdot.exercises.short_questions.options import OfferedOption
 from qdot.exercises.short_questions.wrong_sets import make_four_sets
+from qdot.exercises.singularities.singular_set import find_singular_set
 
 FAMILY, SEED = "elbow-3r", "sets"
 
@@ -25,6 +26,7 @@ def test_what_goes_together_best_is_compared_first_and_nothing_after_it(
         return they_differ
 
     monkeypatch.setattr(wrong_sets, "are_different_sets", all_differ)
-    found = make_four_sets(sample_chain(ProblemId(FAMILY, 0)), Stream(SEED))
+    chain = sample_chain(ProblemId(FAMILY, 0))
+    found = make_four_sets(chain, find_singular_set(chain) or (), Stream(SEED))
     assert scores == sorted(scores) and (found is not None) == they_differ
     assert len(scores) == 1 if they_differ else len(scores) > 3

@@ -91,7 +91,7 @@ def test_answers_right_except_for_rounding_are_recognised(
         ("And(theta2 = 0, theta3 = 1)", "Substitute each of your values into the determinant"),
         (
             "[And(theta2 = 0, sin(theta3) = 0), And(theta2 = pi, theta3 = 0)]",
-            "All configurations in your answer are singular",
+            "All configurations in your answer are right",
         ),
         ("And(theta2 = 3.14, theta3 = 0)", "Rounded values"),
         ("theta2 = 1", "theta3"),
