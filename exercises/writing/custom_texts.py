@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import sympy as sp
 
-from qdot.exercises.problem.problem import Part
+from qdot.exercises.problem.problem import Part, list_table_numbers
 from qdot.exercises.questions.base import Question
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, Texts
 from qdot.exercises.questions.custom.question import CustomDetails, CustomQuestion, QuestionMaker
@@ -123,7 +123,7 @@ def _write_values(details: CustomDetails, wording: "Wording") -> Mapping[sp.Symb
     for symbol, value in details.all_values.items():
         if symbol in chain.q:
             text = tex_value(value, symbol)
-        elif symbol in chain.parameters:
+        elif symbol in chain.parameters or symbol.name in list_table_numbers(chain):
             text = tex_length(value)
         else:
             unit = wording.find_unit(symbol) or units.get(symbol.name, "")

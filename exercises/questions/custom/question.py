@@ -18,6 +18,7 @@ from qdot.exercises.arm.derivation import TooLong, derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.arm.lengths import replace_lengths_by_symbols
 from qdot.exercises.arm.trigonometry import write_in_textbook_form
+from qdot.exercises.common.errors import make_name_error
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Evaluation, compile_program, evaluate
@@ -250,11 +251,15 @@ class QuestionMaker:
             "rates": chain.rates,
             "velocity": [sp.Symbol(row) for row in chain.task],
         }
+        numbers = list_table_numbers(chain)
         for name, value in given.items():
             symbols_of_name = groups.get(name, [] if name == "pose" or name in joint_names else [sp.Symbol(name)])
             kind = {"rates": "rate", "velocity": "velocity"}.get(name, value.kind)
             sampled_value = replace(value, kind=kind)
-            values |= {symbol: _sample(sampled_value, rng) for symbol in symbols_of_name}
+            values |= {symbol: numbers.get(name) or _sample(sampled_value, rng) for symbol in symbols_of_name}
+        if configuration is not None:
+            lengths = {symbol: values.pop(symbol, length) for symbol, length in configuration.lengths.items()}
+            configuration = replace(configuration, lengths=lengths)
         symbols = self.list_new_symbols(chain)
         return CustomDetails(definition=self.definition, configuration=configuration, values=values, symbols=symbols)
 
@@ -311,10 +316,29 @@ class QuestionMaker:
         A number at random values is sampled for the symbolic arm, once for all arms of a class.
         """
         given = self.definition.given
+        if (objection := self._find_objection_to_given_values(chain)) is not None:
+            return objection
         is_random = bool(given) and all(value.kind or value.name in GIVEN_GROUPS for value in given)
         if is_random and self.formulas and not self.names_arm_symbols(chain):
             return _find_objection(self.definition, symbolic_arm_of(chain).chain)
         return _find_objection(self.definition, chain)
+
+    def _find_objection_to_given_values(self, chain: Chain) -> str | None:
+        """Return why the arm can't have the given values, or None.
+
+        A length that is a number in the arm's table keeps this number, which must be in the given range.
+        """
+        numbers = list_table_numbers(chain)
+        symbols = (*chain.q, *chain.parameters, *chain.rates, *chain.task)
+        names = [*map(str, symbols), *numbers, *(self.list_new_symbols(chain) or ())]
+        for value in self.definition.given:
+            if value.name in numbers and not value.kind and not value.low <= numbers[value.name] <= value.high:
+                number = f"{float(numbers[value.name]):g} m"
+                advice = f'write {value.name} = "length" to accept the numbers of the arms'
+                return f"`given`: {value.name} is {number} in the table of this arm; {advice}"
+            if value.name not in (*names, *GIVEN_GROUPS):
+                return f"`given`: {make_name_error('symbol', value.name, names)}"
+        return None
 
     def find_objection_to_arm(self, chain: Chain) -> str | None:
         """Return why the question can't be asked about this arm, or None; `find_objection` caches the result."""

@@ -25,10 +25,11 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import find_names
 from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.notebook.problem_formats import show_assignment
-from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.problem.problem import Part, Problem, list_table_numbers
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import GivenValue, Texts
+from qdot.exercises.questions.custom.question import CustomDetails
 from qdot.exercises.questions.language import FormulaError, parse
 from qdot.exercises.reference_answers import ConditionSet, Expression, Matrix, Number, Words
 from qdot.exercises.site.bank import make_index_json, make_titles_json
@@ -171,6 +172,18 @@ def test_zeros_of_quotients_are_those_of_the_numerator(answer: str, expected: st
         assert expected in str(error)
     else:
         assert (problem.parts[0].answer.as_typed(), find_failures(problem)) == (expected, [])
+
+
+@pytest.mark.parametrize(("family", "number"), [("planar-2r", "a1"), ("elbow", "a3")])
+def test_length_that_is_a_number_in_the_table_is_given_this_value(family: str, number: str, tmp_path: Path) -> None:
+    question = f'prompt = "At {{given}}."\nanswer = "{number}*J[1, 1]"\ngiven = {{theta1 = "angle", theta2 = "angle", '
+    question += 'a2 = "length", ' + ('theta3 = "angle", a3 = "length"}' if number == "a3" else 'a1 = "length"}')
+    problem = make_problem(tmp_path, question, family)
+    details, value = problem.parts[0].details_as(CustomDetails), list_table_numbers(problem.chain)[number]
+    assert details.values[sp.Symbol(number)] == value and find_failures(problem) == []
+    assert rf"{number[0]}_{{{number[1]}}} = {float(value):g}\,\text{{m}}" in write_prompt(problem, problem.parts[0])
+    assert details.configuration is not None and sp.Symbol("a2") in details.configuration.lengths
+    assert sp.Symbol("a2") not in details.values  # a second value
 
 
 def test_set_of_configurations_must_be_complete(tmp_path: Path) -> None:
@@ -503,6 +516,9 @@ BAD = {
     'answer = "(p"': "is not a formula", 'answer = "p - p"': "always zero", 'answer = "1"': "the same everywhere",
     'answer = "p.w"': ".x, .y and .z", 'answer = "J[3, 1]"': "row 1 and column 2",
     'answer = "zeros(p)"': "zeros(p.x)", 'answer = "zeros(a1)"': "never zero, or always",
+    'answer = "norm(p)"\ngiven = {theta1 = "angle", theta2 = "angle", a2 = 0.1}': "a2 is 0.35 m in the table",
+    'answer = "norm(p)"\ngiven = {theta1 = "angle", theta2 = "angle", a7 = "length"}': "unknown symbol 'a7'",
+    'answer = "at(p, a2 = 1)"': "'a2' is a number of this arm", 'answer = "diff(p, pi)"': "'pi' is a number",
     'answer = "norm(v)"\ngiven = ["pose"]': "qd1, qd2", 'answer = "p"\nrows = ["a", "b"]': "end in x, y or z",
     'answer = "p"\ngiven = ["poses"]': "did you mean 'pose'", 'answer = 3': "a formula in quotes",
     'answr = "p"': "did you mean 'answer'", 'options = ["a"]': "from 2 to 8 options",
