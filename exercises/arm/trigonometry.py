@@ -89,6 +89,14 @@ def _read_multiples(phi: sp.Expr) -> dict[sp.Symbol, int]:
     return {angle: int(multiple) for angle, multiple in multiples.items()}
 
 
+def _is_whole_number_sum(phi: sp.Expr) -> bool:
+    try:
+        _read_multiples(phi)
+    except ValueError:
+        return False
+    return True
+
+
 def _sort_symbols(symbols: Iterable[sp.Symbol]) -> tuple[sp.Symbol, ...]:
     return tuple(sorted(symbols, key=lambda symbol: symbol.name))
 
@@ -258,6 +266,8 @@ def factor_trig(expression: sp.Expr, max_terms: int = 200) -> Factored:
         coefficient *= content**power
         for piece in sp.Mul.make_args(shortest):
             base, exponent = piece.as_base_exp()
+            if not exponent.is_Integer:  # a root, or exp(x), is a factor
+                base, exponent = piece, sp.S.One
             if base != 1:
                 powers[base] = powers.get(base, 0) + power * int(exponent)
     factors = sorted(powers.items(), key=lambda item: (sp.count_ops(item[0]), sp.default_sort_key(item[0])))
@@ -393,6 +403,42 @@ def textbook_form(expression: sp.Expr) -> sp.Expr:
     (a1 + a2*cos(theta2))*cos(theta1)
     """
     return factor_trig(expression, max_terms=60).expression()
+
+
+def write_in_textbook_form(expression: sp.Expr) -> sp.Expr:
+    """Return any expression in textbook form, also if it has roots, sums in denominators, or other functions.
+
+    First, what is in a root, in a denominator or in a function is written in textbook form. Then the root, the
+    denominator or the function is treated as a symbol. Where textbook form fails, an expression is left unchanged.
+
+    >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
+    >>> write_in_textbook_form(sp.sqrt((a1 * sp.cos(t1)) ** 2 + (a1 * sp.sin(t1)) ** 2 + 3) * t2)
+    theta2*sqrt(a1**2 + 3)
+    """
+    names: dict[sp.Expr, sp.Symbol] = {}
+
+    def name(node: sp.Expr) -> sp.Symbol:
+        return names.setdefault(node, sp.Symbol(f"function {len(names)}"))  # no other symbol has a space
+
+    def rewrite(node: sp.Expr) -> sp.Expr:
+        if node.is_Pow and node.exp.is_Rational and not (node.exp.is_Integer and (node.exp > 0 or node.base.is_Symbol)):
+            root = sp.Pow(write_in_textbook_form(node.base), sp.Rational(1, node.exp.q))
+            return name(root) ** node.exp.p
+        if node.is_Function and not (isinstance(node, sp.sin | sp.cos) and _is_whole_number_sum(node.args[0])):
+            return name(node.func(*map(write_in_textbook_form, node.args)))
+        return node.func(*map(rewrite, node.args)) if node.args and not node.is_Function else node
+
+    polynomial = rewrite(expression)
+    try:
+        numerator, denominator = sp.fraction(sp.together(polynomial))
+        if denominator.free_symbols:
+            divisor = factor_trig(sp.expand(denominator))
+            polynomial = factor_trig(sp.expand(numerator), max_terms=60).divide_by(divisor).expression()
+        else:
+            polynomial = textbook_form(sp.expand(polynomial))
+    except (ValueError, sp.PolynomialError):  # for example, an angle outside a sine
+        pass
+    return polynomial.xreplace({symbol: node for node, symbol in names.items()})
 
 
 def textbook_matrix(matrix: sp.Matrix) -> sp.Matrix:

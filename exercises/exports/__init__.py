@@ -4,6 +4,7 @@ Each export format has a module. These modules are shared:
 
     registry                    all export formats by name
     export_format               what an export format is, and the `ExportRequest` for an export
+    assignment_files            the files that a platform needs to grade
     bank, handouts              certified variants of an assignment's problems; the notebooks of its class
     items, numeric_part         questions for learning platforms; parts whose formulas are evaluated to numbers
     platform_markup             figures, HTML and numbers in the form that learning platforms need

@@ -1,12 +1,10 @@
 """Define what an export format is, and the request for an export: an assignment, and how to export it."""
 
 import io
-import tomllib
 import zipfile
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from pathlib import PurePath
 from typing import Literal
 
 from qdot.exercises.assignment.assignment import FEEDBACK, Assignment
@@ -110,26 +108,6 @@ def make_zip(files: Mapping[str, str | bytes], permissions: Mapping[str, int] = 
             info.external_attr = permissions.get(path, 0o644) << 16
             zip_file.writestr(info, content.encode() if isinstance(content, str) else content)
     return buffer.getvalue()
-
-
-def list_used_files(request: ExportRequest) -> list[str]:
-    """Return the paths of the files that an assignment uses, relative to its folder. Raises QdotError.
-
-    These are robots, files of questions, and the logo. Robots of the library are not included, because qdot contains
-    them. A file outside of the folder is an error.
-    """
-    assignment = request.assignment
-    content = tomllib.loads((assignment.folder / "assignment.toml").read_text(encoding="utf-8"))
-    robots = [entry["robot"] for entry in content["problem"] if "robot" in entry]
-    question_lists = (entry.get("questions") for entry in content["problem"])
-    question_names = [name for names in question_lists if isinstance(names, list) for name in names]
-    question_files = [name for name in question_names if name.lower().endswith(".toml")]
-    logo = content.get("paper", {}).get("logo")
-    names = list(dict.fromkeys([*robots, *question_files, *([logo] if logo else [])]))
-    for name in names:
-        if PurePath(name).is_absolute() or ".." in PurePath(name).parts:
-            raise QdotError(f"{name} is outside {assignment.folder}; to export the assignment, move the file there")
-    return [PurePath(name).as_posix() for name in names if (assignment.folder / name).is_file()]
 
 
 @dataclass(frozen=True)

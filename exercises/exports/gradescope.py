@@ -7,9 +7,9 @@ setup script makes the contents of the zip readable by root only.
 from collections.abc import Generator
 
 from qdot.exercises.assignment.assignment import SECRET_FILE
+from qdot.exercises.exports.assignment_files import read_assignment_files
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
 from qdot.exercises.exports.handouts import collect_handouts
-from qdot.exercises.exports.repositories import read_assignment_files
 from qdot.exercises.exports.wheel import list_versions, make_wheel
 from qdot.exercises.writing.render import render
 
@@ -19,7 +19,7 @@ def export_gradescope(request: ExportRequest) -> Generator[ExportedFile, None, N
     handouts = collect_handouts(request)
     assignment, context = handouts.assignment, handouts.context
     scripts = {"setup.sh": "exports/gradescope-setup.sh.j2", "run_autograder": "exports/gradescope-run.sh.j2"}
-    private_files = dict(read_assignment_files(request)) | {SECRET_FILE: f"{assignment.secret}\n".encode()}
+    private_files = read_assignment_files(assignment) | {SECRET_FILE: f"{assignment.secret}\n".encode()}
     files: dict[str, str | bytes] = {path: render(template, **context) for path, template in scripts.items()}
     files |= {f"assignment/{path}": data for path, data in private_files.items()}
     files |= {make_wheel().file_name: make_wheel().content, "versions.txt": list_versions()}

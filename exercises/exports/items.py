@@ -294,12 +294,13 @@ def _ask_short_question(problem: Problem, part: Part, request: ExportRequest) ->
 
 _ANSWER_PATTERN = re.compile(r"^\*\*Answer:\*\* (.*?)(?:\n\n|\Z)", re.MULTILINE | re.DOTALL)
 _OPTION_PATTERN = re.compile(
-    r"^- \*\*[A-H]\.\*\* .*\n?|^\$\$\n\\text\{[A-H]\.\} \\quad .*?\n\$\$\n?", re.MULTILINE | re.DOTALL
+    r"^- \*\*[A-H]\.\*\* [^\n]*\n?|^\$\$\n\\text\{[A-H]\.\} \\quad .*?\n\$\$\n?", re.MULTILINE | re.DOTALL
 )
 _TYPING_PHRASES = (
     (re.compile(r"; the joint rates are typed [^.]*\."), "."),
     (re.compile(r" The components are typed [^;]*; "), " "),
     (re.compile(r", in terms of the joint variables and `[^.]*`"), ""),
+    (re.compile(r" It may contain `[^.]*`\."), ""),
     (re.compile(r" with the last row `\[0, 0, 0, 1\]`"), " with the last row 0, 0, 0, 1"),
 )  # fmt: skip
 """Phrases in prompts that explain how to type formulas, each with its replacement for platforms."""
@@ -341,7 +342,7 @@ def _make_option_form(problem: Problem, part: Part, explains_mistakes: bool) -> 
 def _write_solution(problem: Problem, part: Part, numeric_part: NumericPart | None) -> tuple[str | Picture, ...]:
     text = problem_texts.write_solution(problem, part)
     if numeric_part is not None and (numeric_part.given_values is not None or numeric_part.unit_entry is not None):
-        rows = [[f"{value:.4g}" for value in row] for row in numeric_part.values]
+        rows = [[f"{value:.{part.count_digits(value, at_least=4)}g}" for value in row] for row in numeric_part.values]
         text += "\n" + render("exports/solution.md.j2", rows=rows)
     return (text, *filter(None, [draw_solution_figure(problem, part, "solution")]))
 

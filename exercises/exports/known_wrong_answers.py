@@ -25,6 +25,8 @@ from qdot.exercises.mistakes.base import name_chapter
 from qdot.exercises.mistakes.catalogue import PredictedAnswer, generate_mistaken_answers, predict_wrong_answers
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ResultChoiceDetails
+from qdot.exercises.questions.custom.definition import Definition
+from qdot.exercises.questions.custom.question import CustomDetails
 from qdot.exercises.questions.results import compute_answer, is_derived
 from qdot.exercises.reference_answers import ConditionSet, Number
 from qdot.exercises.short_questions import question_of, wrong_formulas
@@ -106,13 +108,13 @@ def _select_distinct(correct: np.ndarray, predictions: Iterable[PredictedAnswer]
 class _StructureQuestion:
     """A question about a structure: an arm with symbols for all lengths, which many arms share (see `arm.derivation`).
 
-    The results for a structure are cached. `result_choice` distinguishes questions of one kind that ask for different
-    results.
+    The results for a structure are cached. `content` distinguishes questions of one kind that ask for different
+    results, and custom questions of different assignments with the same name.
     """
 
     chain: Chain
     kind: str
-    result_choice: ResultChoiceDetails | None
+    content: ResultChoiceDetails | Definition | None
     part: Part = field(compare=False)
 
 
@@ -150,8 +152,10 @@ def _derive_wrong_formulas(question: _StructureQuestion, index: int) -> sp.Matri
 
 def _find_wrong_formulas(problem: Problem, part: Part, mistake_count: int) -> Iterator[KnownWrongAnswer]:
     """Yield the formulas that the likeliest mistakes lead to, if they are short and the grader judges them as wrong."""
-    result_choice = part.details if isinstance(part.details, ResultChoiceDetails) else None
-    question = _StructureQuestion(symbolic_arm_of(problem.chain).chain, part.kind, result_choice, part)
+    details = part.details
+    result_choice = details if isinstance(details, ResultChoiceDetails) else None
+    content = details.definition if isinstance(details, CustomDetails) else result_choice
+    question = _StructureQuestion(symbolic_arm_of(problem.chain).chain, part.kind, content, part)
     reference = part.answer.as_matrix()
     for index, prediction in enumerate(_find_numeric_wrong_answers(question)[:mistake_count]):
         changes = prediction.stages.changes

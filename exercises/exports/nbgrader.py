@@ -15,9 +15,9 @@ from nbformat.v4 import new_code_cell, new_markdown_cell
 
 from qdot.exercises.assignment.assignment import SECRET_FILE, Assignment, Slot, Student
 from qdot.exercises.common.input_file import csv_text
+from qdot.exercises.exports.assignment_files import read_assignment_files
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.handouts import collect_handouts
-from qdot.exercises.exports.repositories import read_assignment_files
 from qdot.exercises.exports.wheel import make_wheel
 from qdot.exercises.notebook.notebook import KERNEL, write_notebook, write_points
 from qdot.exercises.problem.problem import name_answer_variable
@@ -46,7 +46,7 @@ def export_nbgrader(request: ExportRequest) -> Generator[ExportedFile, None, Non
     yield ExportedFile("students.csv", _write_roster(assignment.roster))
     source = _make_source_notebook(assignment.title, key, assignment.slots)
     yield ExportedFile(f"source/{key}/{key}.ipynb", write_notebook(source))
-    for path, data in read_assignment_files(request):
+    for path, data in read_assignment_files(assignment).items():
         yield ExportedFile(f"qdot/{key}/{path}", data)
     yield ExportedFile(f"qdot/{key}/{SECRET_FILE}", f"{assignment.secret}\n", is_private=True)
     points_by_part = {part.name: part.points for part in list_parts(assignment)}

@@ -14,10 +14,10 @@ import nbformat
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_raw_cell
 
 from qdot.exercises.assignment.assignment import SECRET_FILE, Assignment
+from qdot.exercises.exports.assignment_files import read_assignment_files
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.handouts import collect_handouts
 from qdot.exercises.exports.nbgrader import PlatformPart, list_parts
-from qdot.exercises.exports.repositories import read_assignment_files
 from qdot.exercises.exports.wheel import make_wheel
 from qdot.exercises.notebook.notebook import KERNEL, write_notebook, write_points
 from qdot.exercises.problem.problem import name_answer_variable
@@ -33,14 +33,14 @@ def export_otter(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the source for `otter assign`, the files of the autograder, and every student's notebook."""
     handouts = collect_handouts(request)
     assignment, wheel = handouts.assignment, make_wheel()
-    private_files = [*read_assignment_files(request), (SECRET_FILE, f"{assignment.secret}\n".encode())]
-    paths = [wheel.file_name, *(f"{ASSIGNMENT_FOLDER}/{path}" for path, _ in private_files)]
+    private_files = read_assignment_files(assignment) | {SECRET_FILE: f"{assignment.secret}\n".encode()}
+    paths = [wheel.file_name, *(f"{ASSIGNMENT_FOLDER}/{path}" for path in private_files)]
     context = handouts.context | {"plugin": PLUGIN_PATH, "files": paths}
     yield ExportedFile("README.md", render("exports/otter/readme.md.j2", **context))
     config = render("exports/otter/config.yaml.j2", **context)
     yield ExportedFile(f"{assignment.key}.ipynb", _make_source_notebook(assignment, config))
     yield ExportedFile(*wheel)
-    for path, data in private_files:
+    for path, data in private_files.items():
         yield ExportedFile(f"{ASSIGNMENT_FOLDER}/{path}", data, is_private=True)
     for student, text in handouts.iterate_notebooks():
         yield ExportedFile(f"students/{student.id}/{assignment.key}.ipynb", _add_tests(assignment, text))

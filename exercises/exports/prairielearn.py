@@ -7,8 +7,9 @@ import uuid
 from collections.abc import Generator, Mapping, Sequence
 
 from qdot.exercises.assignment.assignment import SECRET_FILE, Assignment, Slot
+from qdot.exercises.exports.assignment_files import read_problem_files
 from qdot.exercises.exports.bank import iterate_bank
-from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, list_used_files
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.notebook.notebook import write_points
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.reference_answers import Answer, Choice, Matching, Number, Selection
@@ -98,10 +99,8 @@ def _make_server_files(
     request: ExportRequest, folder: str, seeds_by_slot: dict[str, list[str]]
 ) -> Generator[ExportedFile, None, None]:
     assignment = request.assignment
-    text = (assignment.folder / "assignment.toml").read_text(encoding="utf-8")
-    yield ExportedFile(f"{folder}/assignment.toml", text, is_private=True)
-    for name in sorted(list_used_files(request)):
-        yield ExportedFile(f"{folder}/{name}", (assignment.folder / name).read_bytes(), is_private=True)
+    for path, data in read_problem_files(assignment).items():
+        yield ExportedFile(f"{folder}/{path}", data, is_private=True)
     yield ExportedFile(f"{folder}/roster.csv", "student\nprairielearn\n", is_private=True)
     yield ExportedFile(f"{folder}/{SECRET_FILE}", _derive_hash(assignment, "seed") + "\n", is_private=True)
     bank = _write_json({"digest": assignment.notebook_digest, "seeds": seeds_by_slot})

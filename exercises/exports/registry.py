@@ -4,7 +4,7 @@ from functools import partial
 
 from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.exports.canvas import export_canvas
-from qdot.exercises.exports.export_format import ExportFormat, list_used_files
+from qdot.exercises.exports.export_format import ExportFormat
 from qdot.exercises.exports.gradescope import export_gradescope
 from qdot.exercises.exports.moodle import export_moodle
 from qdot.exercises.exports.nbgrader import export_nbgrader
@@ -21,18 +21,16 @@ EXPORT_FORMATS = {
     for export_format in (
         ExportFormat("github", "Repositories: one for grading and one for each student", "GitHub Actions",
             "GitHub's workflow schema; bash and git, in fresh clones", "student",
-            partial(export_repositories, platform="github"), check=list_used_files),
+            partial(export_repositories, platform="github")),
         ExportFormat("gradescope", "An autograder zip, and notebooks", "Gradescope",
-            "a harness with Gradescope's folders, which runs its two scripts", "student", export_gradescope,
-            check=list_used_files),
+            "a harness with Gradescope's folders, which runs its two scripts", "student", export_gradescope),
         ExportFormat("nbgrader", "A course folder, and notebooks", "nbgrader 0.9",
-            "nbgrader itself, from generate_assignment to feedback", "student", export_nbgrader,
-            check=list_used_files),
+            "nbgrader itself, from generate_assignment to feedback", "student", export_nbgrader),
         ExportFormat("otter", "A source for `otter assign`, and notebooks", "otter-grader 7",
-            "otter assign and otter run", "student", export_otter, check=list_used_files),
+            "otter assign and otter run", "student", export_otter),
         ExportFormat("gitlab", "Projects: one for grading and one for each student", "GitLab CI",
             "GitLab's CI schema; bash and git, in fresh clones", "student",
-            partial(export_repositories, platform="gitlab"), check=list_used_files),
+            partial(export_repositories, platform="gitlab")),
         ExportFormat("moodle", "A ready-made quiz, and a question bank as Moodle XML", "Moodle 4",
             "our checks of its importers' rules", "variant", export_moodle),
         ExportFormat("canvas", "A quiz as QTI 1.2", "Canvas", "text2qti (as the model), our checks", "variant",
@@ -54,8 +52,7 @@ EXPORT_FORMATS = {
         ExportFormat("stack", "STACK questions in Moodle XML", "Moodle with STACK", "Maxima", "variant",
             export_stack),
         ExportFormat("prairielearn", "A course folder whose questions call qdot", "PrairieLearn",
-            "Mustache; its JSON Schemas, checked by hand", "variant", export_prairielearn, regenerates_problems=True,
-            check=list_used_files),
+            "Mustache; its JSON Schemas, checked by hand", "variant", export_prairielearn, regenerates_problems=True),
     )
 }  # fmt: skip
 """All export formats by name."""

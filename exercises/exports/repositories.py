@@ -9,9 +9,9 @@ import re
 import sys
 from collections.abc import Generator
 
-from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, list_used_files
+from qdot.exercises.exports.assignment_files import read_assignment_files
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.handouts import collect_handouts
 from qdot.exercises.exports.wheel import list_versions, make_wheel
 from qdot.exercises.writing.render import render
@@ -33,15 +33,6 @@ GITHUB_LOGIN = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9-]{0,37}[A-Za-z0-9])?")
 """Matches a valid GitHub login."""
 
 
-def read_assignment_files(request: ExportRequest) -> list[tuple[str, bytes]]:
-    """Return the files of an assignment folder that grading needs, except the secret. Raises QdotError."""
-    folder = request.assignment.folder
-    names = ["assignment.toml", "roster.csv"]
-    names += [name for name in (REPLACEMENTS_FILE, "overrides.csv") if (folder / name).exists()]
-    names += list_used_files(request)
-    return [(name, (folder / name).read_bytes()) for name in names]
-
-
 def export_repositories(request: ExportRequest, platform: str) -> Generator[ExportedFile, None, None]:
     """Yield the files of all repositories. `platform` is "github" or "gitlab"."""
     handouts = collect_handouts(request)
@@ -52,7 +43,7 @@ def export_repositories(request: ExportRequest, platform: str) -> Generator[Expo
     yield ExportedFile("README.md", render("exports/repositories.md.j2", **context))
     if platform == "github":
         yield ExportedFile("setup-class.sh", render("exports/setup-class.sh.j2", **context))
-    for path, data in read_assignment_files(request):
+    for path, data in read_assignment_files(handouts.assignment).items():
         yield ExportedFile(f"grading/{path}", data)
     yield ExportedFile(f"grading/{grading_workflow}", render(f"exports/{platform}-grade.yml.j2", **context))
     yield ExportedFile("grading/README.md", render("exports/grading-readme.md.j2", **context))

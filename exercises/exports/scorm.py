@@ -130,10 +130,11 @@ def _make_bank_files(request: ExportRequest) -> _Files:
             path.relative_to(folder).as_posix(): _compact_record(json.loads(path.read_bytes()), assignment.hints)
             for path in paths
         }
-    files[f"{bank.BANK_FOLDER}/index.json"] = bank.make_index_json(
-        entries, titles, level, find_custom_questions(bank_problems)
-    )
-    return files | {f"{bank.BANK_FOLDER}/index.{code}.json": bank.make_titles_json(code, titles) for code in LANGUAGES}
+    questions = find_custom_questions(bank_problems)
+    files[f"{bank.BANK_FOLDER}/index.json"] = bank.make_index_json(entries, titles, level, questions)
+    return files | {
+        f"{bank.BANK_FOLDER}/index.{code}.json": bank.make_titles_json(code, titles, questions) for code in LANGUAGES
+    }
 
 
 def _compact_record(record: Json, has_hints: bool) -> str:

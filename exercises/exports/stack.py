@@ -11,7 +11,7 @@ from collections.abc import Generator
 from dataclasses import dataclass, replace
 
 from qdot.exercises.assignment.assignment import Slot
-from qdot.exercises.assignment.certified_problems import Variant
+from qdot.exercises.assignment.certified_problems import Variant, describe_internal_error
 from qdot.exercises.common.errors import QdotError, Reason
 from qdot.exercises.exports.bank import convert_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
@@ -87,17 +87,30 @@ def _make_questions(
     messages: list[str] = []
     prefix = f"{slot.name}: STACK"
     for part in problem.parts:
-        stack_part = convert_part(problem, remove_rounding_if_exact(part))
-        if isinstance(stack_part, Reason):
-            messages.append(f"{prefix} leaves out {part.name!r}: {stack_part}")
+        question = _convert_part(request, slot, problem, part)
+        if isinstance(question, Reason):
+            messages.append(f"{prefix} leaves out {part.name!r}: {question}")
             continue
+        questions.append(question)
         if part.rounding is not None and part.answer.is_exact:
             name, rounding = repr(part.name), part.rounding.words
             messages.append(f"{prefix} does not accept rounded decimals in {name}; qdot does, {rounding}")
         if is_product(part):
             messages.append(f"{prefix} marks {part.name!r} right or wrong; right factors earn no partial credit")
-        questions.append(_make_question(request, slot, problem, stack_part))
     return questions, dict.fromkeys(messages)
+
+
+def _convert_part(request: ExportRequest, slot: Slot, problem: Problem, part: Part) -> StackQuestion | Reason:
+    """Return the question of a part, or the reason why there is none, so that the other questions are exported."""
+    try:
+        stack_part = convert_part(problem, remove_rounding_if_exact(part))
+        return stack_part if isinstance(stack_part, Reason) else _make_question(request, slot, problem, stack_part)
+    except QdotError as error:
+        return Reason(error)
+    except (OSError, MemoryError):
+        raise
+    except Exception as error:
+        return Reason(describe_internal_error(error))
 
 
 def _make_question(request: ExportRequest, slot: Slot, problem: Problem, stack_part: StackPart) -> StackQuestion:

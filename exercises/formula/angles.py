@@ -108,14 +108,24 @@ def _is_too_long(number: Fraction) -> bool:
     return max(number.numerator.bit_length(), number.denominator.bit_length()) > MAX_BITS
 
 
+def find_linear_factors(node: Node) -> AngleCoefficients:
+    """Return the rational factors of a sum of names and of pi; {} for any other tree.
+
+    >>> find_linear_factors(Node("neg", (Node("name", value="theta1"),)))
+    {'theta1': Fraction(-1, 1)}
+    """
+    program = compile_program([node])
+    angle = find_angles(program.steps)[program.outputs[0]]
+    return {} if angle is None or angle.is_imaginary else angle.coefficients
+
+
 def find_multiple_of_pi(node: Node) -> Fraction | None:
     """Return the factor of a rational multiple of pi, reduced to 0 <= factor < 2; None for any other tree.
 
     >>> find_multiple_of_pi(Node("neg", (Node("name", value="pi"),)))
     Fraction(1, 1)
     """
-    program = compile_program([node])
-    angle = find_angles(program.steps)[program.outputs[0]]
-    if angle is None or angle.is_imaginary or set(angle.coefficients) - {"pi", ""} or angle.coefficients.get(""):
+    factors = find_linear_factors(node)
+    if not factors or set(factors) - {"pi", ""} or factors.get(""):
         return None
-    return angle.coefficients.get("pi", Fraction(0)) % 2
+    return factors.get("pi", Fraction(0)) % 2

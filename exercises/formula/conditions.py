@@ -6,7 +6,7 @@ the joint values, in rad and m.
 """
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -23,7 +23,15 @@ from qdot.exercises.formula.program import (
     evaluate_constant,
     evaluate_precisely,
 )
-from qdot.exercises.formula.set_parser import Atom, Piece, is_tied
+from qdot.exercises.formula.set_parser import (
+    Atom,
+    Piece,
+    is_tied,
+    make_half_sine,
+    parse_pieces,
+    solve_for_angle,
+    split_zeros,
+)
 from qdot.exercises.formula.trees import Node, find_names
 
 SAMPLE_COUNT = 50
@@ -223,16 +231,19 @@ class _CompiledPiece:
         return float(_reduce_without_warning(np.nanmedian, sizes[:1])[0, 0])
 
 
-def _compile_piece(piece: Piece, joints: Sequence[str]) -> _CompiledPiece:
+def _compile_piece(piece: Piece, joints: Sequence[str], angles: Collection[str]) -> _CompiledPiece:
     """Compile a piece; it assigns constant joint values first, then values that depend on other joints.
 
-    The value of a tied joint (`is_tied`) can't be assigned; joint - value is one more expression that vanishes.
+    The value of a tied joint (`is_tied`) can't be assigned; joint - value is one more expression that vanishes, or the
+    sine of its half if the joint is one of the `angles`.
     """
     tied_atoms = [atom for atom in piece if atom.joint is not None and is_tied(atom, piece, joints)]
     untied_atoms = [atom for atom in piece if atom.joint is not None and atom not in tied_atoms]
     untied_atoms.sort(key=lambda atom: bool(find_names(atom.expression) & set(joints)))
     vanishing_expressions = [atom.expression for atom in piece if atom.joint is None]
-    vanishing_expressions += [Node("-", (Node("name", value=atom.joint), atom.expression)) for atom in tied_atoms]
+    for atom in tied_atoms:
+        difference = Node("-", (Node("name", value=atom.joint), atom.expression))
+        vanishing_expressions.append(make_half_sine(difference) if atom.joint in angles else difference)
     free_names = set().union(*map(find_names, vanishing_expressions)) - {atom.joint for atom in untied_atoms}
     assignments = [(str(atom.joint), compile_program([atom.expression])) for atom in untied_atoms]
     free_joints = [joint for joint in joints if joint in free_names]
@@ -301,6 +312,7 @@ class ConfigurationSpace:
 
     def __init__(self, joints: Sequence[str], domain: Domain, rounding: Rounding | None = None) -> None:
         self.joints, self.domain, self.rounding = tuple(joints), domain, rounding
+        self.angles = tuple(joint for joint in self.joints if domain.roles.get(joint) == "angle")
 
     @property
     def typed_tolerance(self) -> float:
@@ -308,6 +320,14 @@ class ConfigurationSpace:
         if self.rounding is None:
             return TYPED_TOLERANCE
         return max(TYPED_TOLERANCE, self.rounding.absolute, self.rounding.relative * np.pi)
+
+    def parse_reference(self, conditions: Iterable[Node]) -> list[Piece]:
+        """Return the pieces of reference conditions, one for each value of an angle: two for sin(theta1 + theta2) = 0.
+
+        So an answer with one of the values earns partial credit.
+        """
+        pieces = [piece for condition in conditions for piece in parse_pieces(condition, self.joints)]
+        return [part for piece in pieces for part in split_zeros(piece, self.angles)]
 
     def collect_names(self, unions: Sequence[Sequence[Piece]]) -> set[str]:
         """Return all joints, and every other name in the unions of pieces."""
@@ -319,7 +339,7 @@ class ConfigurationSpace:
     ) -> dict[str, np.ndarray]:
         """Return up to `count` random configurations on a piece, with values of all `used_names`."""
         values = self.domain.sample(used_names, count, stream)
-        compiled = _compile_piece(piece, self.joints)
+        compiled = _compile_piece(piece, self.joints, self.angles)
         is_valid = compiled.assign_joints(values)
         if compiled.residual_program.outputs:
             is_valid &= compiled.project_onto_zeros(values)
@@ -332,7 +352,7 @@ class ConfigurationSpace:
         The residual of a configuration is the largest value of the conditions. If they have no zero at all, even the
         smallest residual is large.
         """
-        compiled = _compile_piece(piece, self.joints)
+        compiled = _compile_piece(piece, self.joints, self.angles)
         if not compiled.free_joints:
             return float("inf")
         count = min(4000, max(SAMPLE_COUNT, _MAX_STORED_VALUES // len(compiled.residual_program.steps)))
@@ -359,10 +379,10 @@ class ConfigurationSpace:
     def _holds(self, atom: Atom, values: Configurations, tolerance: float) -> np.ndarray:
         """Return for each configuration whether an atom holds."""
         if atom.joint is None:
-            return _compile_piece((atom,), self.joints).is_zero(values, tolerance)
+            return _compile_piece((atom,), self.joints, self.angles).is_zero(values, tolerance)
         expected = evaluate(compile_program([atom.expression]), values, _count_configurations(values)).values[0]
         difference = values[atom.joint] - expected.real
-        if self.domain.roles.get(atom.joint) == "angle":
+        if atom.joint in self.angles:
             difference = np.angle(np.exp(1j * np.where(np.isfinite(difference), difference, np.nan)))
         return np.asarray((np.abs(difference) <= tolerance) & (np.abs(expected.imag) <= tolerance))
 
@@ -381,11 +401,12 @@ class ConfigurationSpace:
     def _satisfies(self, typed_values: Mapping[str, Any], atom: Atom, symbols: Mapping[str, Any]) -> bool:
         """Return whether typed joint values satisfy an atom; True if a joint of the atom has no typed value."""
         if atom.joint is not None:
-            expected = evaluate_constant(atom.expression)
-            if expected is None or atom.joint not in typed_values:
+            names = find_names(atom.expression)
+            if not (names & set(self.joints)) | {atom.joint} <= set(typed_values):
                 return True
-            is_angle = self.domain.roles.get(atom.joint) == "angle"
-            return agree_to_double_precision(typed_values[atom.joint], expected, is_angle)
+            values = {name: typed_values.get(name, symbols.get(name)) for name in names}
+            (expected,) = evaluate_precisely(compile_program([atom.expression]), values, PRECISE_DIGITS)
+            return agree_to_double_precision(typed_values[atom.joint], expected, atom.joint in self.angles)
         used_names = find_names(atom.expression)
         joint_values = {joint: value for joint, value in typed_values.items() if joint in used_names}
         if not joint_values or used_names & set(self.joints) - set(joint_values):
@@ -429,6 +450,10 @@ def compare_sets(
 
     `seed` determines the random configurations.
     """
+    claimed_pieces, reference_pieces = (
+        [tuple(solve_for_angle(atom, space.angles) for atom in piece) for piece in pieces]
+        for pieces in (claimed_pieces, reference_pieces)
+    )
     used_names = space.collect_names([claimed_pieces, reference_pieces])
     counts: list[int] = []
     is_only_rounded = False

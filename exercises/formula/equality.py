@@ -15,6 +15,7 @@ operations with doubles (DOUBLE_TOLERANCE, relative to the size of the terms). A
 (`Rounding`).
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
@@ -115,6 +116,16 @@ class Rounding:
     relative: float = 0.0
     absolute: float = 0.0
     words: str = ""
+
+    def count_digits(self, value: float) -> int:
+        """Return how many significant digits state a value within this error.
+
+        >>> Rounding(5e-4).count_digits(9.5), Rounding(absolute=0.01).count_digits(123.456)
+        (4, 5)
+        """
+        exponent = math.floor(math.log10(abs(value)))
+        allowed_error = max(self.relative * 10.0**exponent, self.absolute)
+        return exponent + 1 + math.ceil(-math.log10(2 * allowed_error) - 1e-9)
 
 
 @dataclass(frozen=True)

@@ -5,15 +5,24 @@ The conditions describe a set of configurations. A piece is a tuple of atoms tha
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 
-from qdot.exercises.formula.angles import find_multiple_of_pi
+from qdot.exercises.formula.angles import find_linear_factors, find_multiple_of_pi
 from qdot.exercises.formula.noise import remove_noise
 from qdot.exercises.formula.program import compile_program
-from qdot.exercises.formula.trees import Node, ParseError, count_nodes, find_names, make_number, replace_names
+from qdot.exercises.formula.trees import (
+    ZERO,
+    Node,
+    ParseError,
+    count_nodes,
+    find_names,
+    make_number,
+    replace_names,
+    split_signed_terms,
+)
 from qdot.exercises.formula.vocabulary import VOCABULARY
 
 WHOLE_NUMBER_NAMES: tuple[str, ...] = tuple(VOCABULARY["whole_numbers"])
@@ -116,12 +125,15 @@ def _parse_alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
 def _find_joint(node: Node, joints: Sequence[str]) -> Node | None:
     """Return the joint of a condition: it gets a value, or it is a bare name. Return None if there is no such joint.
 
-    The joint of alternatives is the joint of the last alternative.
+    A sum of joints that gets a value, as in theta1 + theta2 = 0, pi, is returned, too. The joint of alternatives is the
+    joint of the last alternative.
     """
     if node.kind == "or":
         return _find_joint(node.args[-1], joints)
-    joint = node.args[0] if node.kind in ("eq", "in") else node
-    return joint if joint.kind == "name" and joint.value in joints else None
+    has_value = node.kind in ("eq", "in")
+    joint = node.args[0] if has_value else node
+    is_sum = has_value and find_names(joint) and find_names(joint) <= set(joints) and find_linear_factors(joint)
+    return joint if is_sum or (joint.kind == "name" and joint.value in joints) else None
 
 
 def _intersect(unions: Sequence[Sequence[Piece]]) -> list[Piece]:
@@ -176,6 +188,70 @@ def _list_whole_number_cases(node: Node) -> list[Node]:
     cases = [replace_names(node, dict(zip(whole_numbers, values, strict=True))) for values in combinations]
     multiples = [find_multiple_of_pi(case) for case in cases]
     return list({(k, i if k is None else 0): cases[i] for i, k in enumerate(multiples)}.values())
+
+
+def solve_for_angle(atom: Atom, angles: Collection[str]) -> Atom:
+    """Return a sum of angles that vanishes as a value of one of the angles: theta1 + theta2 as theta1 = -theta2.
+
+    Each angle may change by 2 pi: so theta1 + theta2 may be any multiple of 2 pi, but 2 theta1 = pi means pi/2 only. If
+    no angle can be isolated, as in 2 theta1 + 3 theta2, a sine vanishes instead. Other atoms are returned unchanged.
+    """
+    expression = atom.expression
+    if atom.joint is not None:
+        expression = Node("-", (Node("name", value=atom.joint), expression))
+    factors = _find_angle_factors(expression, angles)
+    if not factors or factors.keys() == {atom.joint}:
+        return atom
+    unit = _compute_greatest_common_divisor(factors.values())
+    for angle, factor in factors.items():
+        if abs(factor) == unit:
+            value = Node("/", (replace_names(expression, {angle: ZERO}), make_number(unit)))
+            return Atom(-value if factor > 0 else value, angle)
+    return Atom(make_half_sine(Node("/", (expression, make_number(unit)))))
+
+
+def _compute_greatest_common_divisor(factors: Collection[Fraction]) -> Fraction:
+    """Return the largest number of which all factors are whole multiples."""
+    denominator = math.lcm(*(factor.denominator for factor in factors))
+    return Fraction(math.gcd(*(int(factor * denominator) for factor in factors)), denominator)
+
+
+def make_half_sine(difference: Node) -> Node:
+    """Return sin(difference / 2), which vanishes if two angles are equal modulo 2 pi."""
+    return Node("call", (Node("/", (difference, make_number(2))),), "sin")
+
+
+def split_zeros(piece: Piece, angles: Collection[str]) -> list[Piece]:
+    """Return a piece for each value of a sine's or cosine's angle, such as 0 and pi for sin(theta1 + theta2) = 0."""
+    return list(product(*(_list_zeros(atom, angles) for atom in piece)))
+
+
+def _list_zeros(atom: Atom, angles: Collection[str]) -> list[Atom]:
+    """Return an atom for each zero of the sine or cosine of a joint or of a sum of joints; else the atom itself."""
+    function, arguments = atom.expression.value, atom.expression.args
+    if atom.joint is not None or atom.expression.kind != "call" or function not in ("sin", "cos"):
+        return [atom]
+    if _compute_greatest_common_divisor(_find_angle_factors(arguments[0], angles).values()) != 1:
+        return [atom]
+    pi = Node("name", value="pi")
+    values = (ZERO, pi) if function == "sin" else (pi / 2, -pi / 2)
+    return [solve_for_angle(Atom(arguments[0] - value), angles) for value in values]
+
+
+def _find_angle_factors(expression: Node, angles: Collection[str]) -> dict[str, Fraction]:
+    """Return the factor of each angle in a sum of multiples of angles and other terms.
+
+    Return {} if there are no angles, or if another term contains angles.
+    """
+    factors: dict[str, Fraction] = {}
+    for term, sign in split_signed_terms(expression):
+        names = find_names(term).intersection(angles)
+        coefficients = find_linear_factors(term) if names else {}
+        if not names <= set(coefficients):
+            return {}
+        for name in sorted(names):
+            factors[name] = factors.get(name, Fraction(0)) + sign * coefficients[name]
+    return {name: factor for name, factor in factors.items() if factor}
 
 
 def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:

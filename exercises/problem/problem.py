@@ -270,6 +270,10 @@ class Part:
         """The precision to which numbers are expected, in words: that of the assignment, or else three digits."""
         return self.rounding.words if self.rounding is not None else "to three significant digits"
 
+    def count_digits(self, value: float, at_least: int = 3) -> int:
+        """Return with how many significant digits to show a number of the answer, so that it would be accepted."""
+        return at_least if self.rounding is None or value == 0 else max(at_least, self.rounding.count_digits(value))
+
     @property
     def type(self) -> str:
         """The type of the answer: expression, matrix, singular, number, direction, choice, selection or matching."""

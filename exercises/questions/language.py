@@ -14,6 +14,7 @@ from functools import lru_cache, reduce
 from typing import Protocol
 
 import numpy as np
+import sympy as sp
 
 from qdot.exercises.arm.arithmetic import apply_matrix, cofactor_signs, cross, determinant, matrix_product, minors
 from qdot.exercises.common.errors import QdotError, make_name_error
@@ -50,6 +51,10 @@ class Quantities(Protocol):
     @property
     def names(self) -> tuple[str, ...]:
         """All known names."""
+
+    @property
+    def numbers(self) -> Mapping[str, sp.Expr]:
+        """The lengths in the arm's table that are numbers, by name."""
 
     def look_up(self, name: str) -> np.ndarray | None:
         """Return the value of a name, or of a formula such as "det(J)" that is itself a quantity; None if unknown."""
@@ -366,8 +371,10 @@ def _require_symbol(name: str, quantities: Quantities) -> None:
     value = quantities.look_up(name)
     if value is None:
         raise _make_name_error("symbol", name, quantities.names)
-    if count_axes(value):
-        raise FormulaError(f"{name!r} is {describe_shape(value)}, but a symbol is needed, such as a joint variable")
+    is_number = name == "pi" or name in quantities.numbers
+    if count_axes(value) or is_number:
+        meaning = "a number of this arm" if is_number else describe_shape(value)
+        raise FormulaError(f"{name!r} is {meaning}, but a symbol is needed, such as a joint variable")
 
 
 SPECIAL_FUNCTIONS: dict[str, Callable[[ast.Call, Quantities], np.ndarray]] = {

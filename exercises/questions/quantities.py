@@ -58,7 +58,7 @@ _FRAME_NAME = re.compile(r"(?:(o|[xyz])(\d)|([RT])(\d)(\d))")
 STENCIL = ((1, 4 / 5), (2, -1 / 5), (3, 4 / 105), (4, -1 / 280))
 """Central differences of order eight: numbers of steps to each side, and their weights."""
 STEP = 0.02
-"""The size of a step (rad, m); the error of a derivative is about 1e-12 for the sines and cosines of an arm."""
+"""The usual size of a step (rad, m); the error of a derivative is about 1e-12 for the sines and cosines of an arm."""
 
 
 def name_load(chain: Chain) -> tuple[str, ...]:
@@ -192,7 +192,7 @@ class NumericQuantities(StageQuantities):
 
     def derivative(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the derivative by central differences."""
-        return differentiate_numerically(self, formula, rates)
+        return differentiate_numerically(self, formula, rates, STEP)
 
     def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the value of a formula at other configurations, with the same mistakes in the stages."""
@@ -209,13 +209,15 @@ NUMPY_FUNCTIONS: dict[str, Callable[[Any], Any]] = {
 }  # fmt: skip
 
 
-def differentiate_numerically(quantities: Any, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
+def differentiate_numerically(
+    quantities: Any, formula: ast.expr, rates: Mapping[str, np.ndarray], step: float
+) -> np.ndarray:
     """Return the derivative of a formula while the symbols change at the given rates, by central differences."""
     derivative: Any = 0
-    for step, weight in STENCIL:
-        for sign in (1, -1):
-            shifted = {name: quantities.look_up(name) + sign * step * STEP * rate for name, rate in rates.items()}
-            derivative = derivative + sign * weight / STEP * quantities.with_values(formula, shifted)
+    for step_count, weight in STENCIL:
+        for shift in (step_count * step, -step_count * step):
+            shifted = {name: quantities.look_up(name) + shift * rate for name, rate in rates.items()}
+            derivative = derivative + step_count * weight / shift * quantities.with_values(formula, shifted)
     return np.asarray(derivative)
 
 
@@ -231,7 +233,12 @@ class SymbolicQuantities(StageQuantities):
         value = compute(formula, self)
 
         def differentiate(entry: sp.Expr) -> sp.Expr:
-            partials = (sp.diff(entry, sp.Symbol(name)) * rate[0] for name, rate in rates.items())
+            real = {symbol: sp.Symbol(symbol.name, real=True) for symbol in entry.free_symbols if entry.has(sp.Abs)}
+            formula_of_reals, symbols = entry.xreplace(real), {symbol: plain for plain, symbol in real.items()}
+            partials = (
+                sp.diff(formula_of_reals, real.get(sp.Symbol(name), sp.Symbol(name))).xreplace(symbols) * rate[0]
+                for name, rate in rates.items()
+            )
             return sp.Add(*partials)
 
         return self._for_each_entry(differentiate, value)

@@ -27,7 +27,7 @@ from qdot.exercises.arm.derivation_graph import (
     compute_symbolic_stages,
     to_sympy_matrix,
 )
-from qdot.exercises.arm.trigonometry import factor_trig, textbook_form
+from qdot.exercises.arm.trigonometry import factor_trig, textbook_form, write_in_textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain
 from qdot.exercises.formula.parser import parse_formula
@@ -170,7 +170,7 @@ def derive_simplified_formulas(symbolic_chain: Chain) -> StageResults:
 
 
 def _simplify_matrices(_: StageResults, matrices: list[np.ndarray]) -> list[np.ndarray]:
-    simplify = np.frompyfunc(lambda entry: textbook_form(sp.expand(entry)), 1, 1)
+    simplify = np.frompyfunc(write_in_textbook_form, 1, 1)  # also cos(pi*theta1/180), a mistake
     return [np.asarray(simplify(matrix)) for matrix in matrices]
 
 

@@ -30,6 +30,7 @@ from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import rate_difficulty_band
 from qdot.exercises.site.bank_problem import BankProblem
 from qdot.exercises.site.record import make_site_record, make_solutions_record, translate_record, translate_solutions
+from qdot.exercises.writing.custom_texts import translate_title
 from qdot.exercises.writing.languages import LANGUAGES, LOCALE, load_catalogue
 from qdot.exercises.writing.render import find_template_folder
 
@@ -153,7 +154,9 @@ def make_index_json(
     return write_compact_json({"format": 1, "feedback": feedback, "families": families, "questions": questions})
 
 
-def make_titles_json(language: str, titles: Sequence[tuple[str, str, str]]) -> str:
+def make_titles_json(
+    language: str, titles: Sequence[tuple[str, str, str]], custom_questions: Sequence[Question] = ()
+) -> str:  # fmt: skip
     """Return the titles in index.json in another language: {"families": {name: title}, "questions": {name: title}}.
 
     A slot of an instructor's assignment keeps its own title, whatever its name.
@@ -161,7 +164,8 @@ def make_titles_json(language: str, titles: Sequence[tuple[str, str, str]]) -> s
     messages = load_catalogue(language)
     library_names = {name for name, title, _ in titles if name in FAMILIES and FAMILIES[name].title == title}
     families = {name: messages.translate_family(FAMILIES[name].title) for name in sorted(library_names)}
-    questions = {name: messages.translate_question(question.title) for name, question in ALL_QUESTIONS.items()}
+    all_questions = (*ALL_QUESTIONS.values(), *custom_questions)
+    questions = {question.name: translate_title(question, messages) for question in all_questions}
     return write_compact_json({"families": families, "questions": questions})
 
 

@@ -70,6 +70,7 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
     entries = bank.write_bank(
         spec.folder, spec.problems, spec.find_failures, spec.jobs, on_problem, on_failed, spec.has_solutions
     )
+    custom_questions = find_custom_questions(spec.problems)
     endings = bank.PROBLEM_ENDINGS + bank.SOLUTION_ENDINGS * spec.has_solutions
     names = [f"{entry['family']}/{entry['key']}" for entry in entries]
     folder = spec.folder / bank.BANK_FOLDER
@@ -79,8 +80,11 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
         **{path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files},
         ROBOTS_FILE: make_tables_json(),
         SIZES_FILE: json.dumps({"format": 1, "files": sizes}, separators=(",", ":")),
-        INDEX_FILE: bank.make_index_json(entries, spec.titles, spec.feedback, find_custom_questions(spec.problems)),
-        **{f"{bank.BANK_FOLDER}/index.{code}.json": bank.make_titles_json(code, spec.titles) for code in LANGUAGES},
+        INDEX_FILE: bank.make_index_json(entries, spec.titles, spec.feedback, custom_questions),
+        **{
+            f"{bank.BANK_FOLDER}/index.{code}.json": bank.make_titles_json(code, spec.titles, custom_questions)
+            for code in LANGUAGES
+        },
         "icon.svg": pages.read_favicon(),
         "manifest.webmanifest": render(  # for adding the site to a phone's home screen
             "site/manifest.json.j2", name=spec.course or "qdot: velocity kinematics", short=spec.course or "qdot"

@@ -37,7 +37,6 @@ from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.formula.equality import Domain, round_to_six_digits
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate, evaluate_constant, evaluate_precisely
-from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.formula.trees import as_matrix, find_names
 from qdot.exercises.mistakes import catalogue
 from qdot.exercises.mistakes.catalogue import PredictedAnswer
@@ -440,10 +439,10 @@ def _list_variables(problem: Problem) -> tuple[list[str], list[str]]:
 
 def _count_pieces(problem: Problem, answer: ConditionSet) -> list[int]:
     """Return the number of pieces of each component of the singular set."""
-    roles = problem.domain.roles
-    joints = [q.name for q in problem.chain.q]
-    groups = answer.group_by_component(answer.list_pieces())
-    return [sum(len(parse_pieces(parse_formula(text, roles), joints)) for text in group) for group in groups]
+    joints, _ = _list_variables(problem)
+    space = ConfigurationSpace(joints, problem.domain)
+    groups = answer.group_by_component([parse_formula(text, problem.domain.roles) for text in answer.list_pieces()])
+    return [len(space.parse_reference(group)) for group in groups]
 
 
 def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[Any]:
@@ -453,7 +452,7 @@ def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[A
     space = ConfigurationSpace(joints, domain)
     rows_by_piece = []
     for text in answer.list_pieces():
-        for piece in parse_pieces(parse_formula(text, domain.roles), joints):
+        for piece in space.parse_reference([parse_formula(text, domain.roles)]):
             values = space.sample_piece(piece, {*joints, *symbols}, stream, 4 * CONFIGURATIONS_PER_PIECE)
             exact_values = {atom.joint: evaluate_constant(atom.expression) for atom in piece if atom.joint is not None}
             columns = []

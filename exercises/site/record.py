@@ -25,6 +25,7 @@ from qdot.exercises.short_questions import question_of
 from qdot.exercises.singularities.difficulty import rate_difficulty_band
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.writing import problem_texts
+from qdot.exercises.writing.custom_texts import translate_title
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.latex import list_prismatic_joints, tex, write_symbol
 from qdot.exercises.writing.markup import to_html
@@ -92,7 +93,7 @@ def translate_record(problem: Problem, record: Json, language: str) -> Json:
     parts = []
     for part in problem.parts:
         shown_hints = [write_html_with_latex(hint) for hint in problem_texts.write_hints(problem, part, language)]
-        texts: Json = {"name": part.name, "title": messages.translate_question(question_of(part).title)}
+        texts: Json = {"name": part.name, "title": translate_title(question_of(part), messages)}
         texts |= {"prompt": to_html(problem_texts.write_prompt(problem, part, language)), "hints": shown_hints}
         parts.append(texts | {"options": _list_options(problem, part, language)})
     translated_sentences = [_translate_sentence(messages, *row) for row in record["said"]]

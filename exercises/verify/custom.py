@@ -19,6 +19,7 @@ from qdot.exercises.questions.custom.question import CustomDetails, QuestionMake
 from qdot.exercises.questions.language import compute
 from qdot.exercises.questions.quantities import (
     NUMPY_FUNCTIONS,
+    STEP,
     differentiate_numerically,
     list_result_names,
     name_accelerations,
@@ -50,11 +51,11 @@ class ArmConfigurations(NamedTuple):
 class GeometryQuantities:
     """The named quantities of an arm at N configurations, from products of 4 x 4 matrices and exponentials.
 
-    `values` has the values (N,) of all symbols. No derivation is used.
+    `values` has the values (N,) of all symbols, and `step` is the size of a step of differences. No derivation is used.
     """
 
-    def __init__(self, chain: Chain, values: Mapping[str, np.ndarray]) -> None:
-        self.chain, self.values = chain, dict(values)
+    def __init__(self, chain: Chain, values: Mapping[str, np.ndarray], step: float = STEP) -> None:
+        self.chain, self.values, self.step = chain, dict(values), step
         self.count = len(next(iter(self.values.values())))
         self.numbers = list_table_numbers(chain)
         self.q = np.stack([self.values[q.name] for q in chain.q], axis=1)
@@ -144,11 +145,11 @@ class GeometryQuantities:
 
     def derivative(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the derivative by central differences."""
-        return differentiate_numerically(self, formula, rates)
+        return differentiate_numerically(self, formula, rates, self.step)
 
     def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the value of a formula at other values of some symbols."""
-        return compute(formula, GeometryQuantities(self.chain, {**self.values, **values}))
+        return compute(formula, GeometryQuantities(self.chain, {**self.values, **values}, self.step))
 
 
 def check_custom(numeric: NumericReference, part: Part) -> Checks:
@@ -175,12 +176,41 @@ def _convert_to_matrices(value: np.ndarray) -> np.ndarray:
     return np.moveaxis(rows if rows.ndim == 3 else rows[:, None], -1, 0)
 
 
+MAX_HALVINGS, MIN_PRECISE_SHARE = 6, 1 / 3
+"""How often the step of differences is halved, and at which share of the samples they must be precise."""
+
+
+def _check_agreement(
+    maker: QuestionMaker, chain: Chain, values: Mapping[str, np.ndarray], reference: np.ndarray
+) -> Check:  # fmt: skip
+    """Check that the reference, (N, rows, columns), agrees with numbers from the geometry and from differences.
+
+    The step is halved until two results agree, because the usual step is too long near a pole or a corner. Samples at
+    which no step is precise prove nothing, and are left out.
+    """
+    name, expected = "geometry and differences", np.array(np.nan)
+    error, coarse = np.array(np.inf), expected
+    for halvings in range(MAX_HALVINGS):
+        value = compute(maker.formulas[0], GeometryQuantities(chain, values, STEP / 2**halvings))
+        fine = _convert_to_matrices(select_components(value, maker.definition.rows))
+        with np.errstate(invalid="ignore"):
+            scale = 1 + np.abs(fine).max(axis=(1, 2))
+            difference = np.abs(fine - coarse).max(axis=(1, 2)) / scale
+        expected = np.where((difference < error)[:, None, None], fine, expected)
+        error, coarse = np.fmin(error, difference), fine
+        is_precise = error < DIFFERENCE_TOLERANCE / 10
+        if is_precise.all():
+            break
+    else:
+        is_precise |= np.isnan(coarse).any(axis=(1, 2))  # an undefined number agrees with no reference
+        if is_precise.mean() < MIN_PRECISE_SHARE:
+            return Check(name, False, "the differences are not precise enough to compare the reference with them")
+    return check_agreement(name, reference[is_precise], expected[is_precise], DIFFERENCE_TOLERANCE)
+
+
 def _check_formula(numeric: NumericReference, part: Part, maker: QuestionMaker) -> Checks:
     reference = numeric.evaluate_printed_formulas(part.answer.as_matrix())
-    expected = _convert_to_matrices(
-        select_components(compute(maker.formulas[0], _make_quantities(numeric)), maker.definition.rows)
-    )
-    yield check_agreement("geometry and differences", reference, expected, DIFFERENCE_TOLERANCE)
+    yield _check_agreement(maker, numeric.chain, numeric.symbol_values, reference)
     varies = np.ptp(reference, axis=0).max() > DIFFERENCE_TOLERANCE
     yield Check("it varies", bool(varies), "its values differ between configurations" if varies else "it is constant")
 
@@ -191,11 +221,8 @@ def _check_number(
     values = {name: value[:1] for name, value in numeric.symbol_values.items()}
     given_values = details.list_given_values(numeric.chain)
     values |= {name: np.array([number]) for name, number in given_values.items()}
-    expected = _convert_to_matrices(
-        select_components(compute(maker.formulas[0], _make_quantities(numeric, values)), maker.definition.rows)
-    )
     reference = np.array(answer.reference.tolist(), dtype=float)[None]
-    return check_agreement("geometry and differences", reference, expected, DIFFERENCE_TOLERANCE)
+    return _check_agreement(maker, numeric.chain, values, reference)
 
 
 # --- options ---
@@ -222,8 +249,9 @@ def _check_options(numeric: NumericReference, part: Part, maker: QuestionMaker) 
 
 START_COUNT, STEP_COUNT = 16, 25
 """The number of configurations from which zeros are searched, and of Newton's steps from each."""
-ZERO_TOLERANCE, MATCH_TOLERANCE, DIFFERENCE_STEP = 1e-9, 1e-5, 1e-6
-"""The size of a value that is taken as zero, the error allowed for a configuration, and the step of differences."""
+ZERO_TOLERANCE, MATCH_TOLERANCE, DIFFERENCE_STEP, NEAR_ZERO = 1e-9, 1e-5, 1e-6, 1e-11
+"""The size of a value that is taken as zero, the error allowed for a configuration, the step of differences, and the
+distance of a configuration from a zero at which a formula may be undefined."""
 
 Function = Callable[[np.ndarray], np.ndarray]
 """A function of configurations (N, n) with values (N, m)."""
@@ -251,7 +279,8 @@ def _check_zeros(numeric: NumericReference, answer: ConditionSet, maker: Questio
     yield Check("complete", not len(missing_zeros), detail)
     for component, function in zip(answer.components, distances, strict=True):
         listed_zeros = _find_zeros(function, starts[:6])
-        if len(listed_zeros) and np.abs(evaluate(listed_zeros)).max() > MATCH_TOLERANCE:
+        near_zeros = np.concatenate([listed_zeros, listed_zeros + NEAR_ZERO])  # sin(2*x)/sin(x) is undefined at 0
+        if len(listed_zeros) and not np.fmax.reduce(np.abs(evaluate(near_zeros)), axis=None) < MATCH_TOLERANCE:
             yield Check("sound", False, f"the formulas are not zero at {component.list_pieces()[0]}")
             return
     yield Check("sound", True, "the formulas vanish at each listed configuration")
@@ -272,7 +301,9 @@ def _make_distance_function(component: Component, chain: Chain, lengths: Mapping
     columns = []
     for joint, values in component.solutions:
         index = chain.q.index(joint)
-        columns.append((index, chain.joints[index].is_revolute, [float(sp.N(v.xreplace(numbers))) for v in values]))
+        columns.append(
+            (index, chain.joints[index].is_revolute, [_find_real_value(v.xreplace(numbers)) for v in values])
+        )
 
     def measure(q: np.ndarray) -> np.ndarray:
         distances = []
@@ -285,6 +316,12 @@ def _make_distance_function(component: Component, chain: Chain, lengths: Mapping
         return np.stack(distances, axis=1)
 
     return measure
+
+
+def _find_real_value(formula: sp.Expr) -> float:
+    """Return the value of a constant formula; nan if it is not real, such as the acos of 2."""
+    value = complex(sp.N(formula))
+    return value.real if abs(value.imag) < ZERO_TOLERANCE else np.nan
 
 
 def _find_zeros(function: Function, starts: np.ndarray) -> np.ndarray:

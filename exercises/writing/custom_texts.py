@@ -4,30 +4,39 @@ A placeholder is a group of values ({pose}, {rates}, {velocity}, {given}), {base
 expressed, the name of a given value, or a formula of the question language.
 """
 
-from collections.abc import Mapping
+import operator
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import sympy as sp
 
-from qdot.exercises.problem.problem import Part
+from qdot.exercises.problem.problem import Part, list_table_numbers
+from qdot.exercises.questions.base import Question
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, Texts
-from qdot.exercises.questions.custom.question import CustomDetails, QuestionMaker
+from qdot.exercises.questions.custom.question import CustomDetails, CustomQuestion, QuestionMaker
 from qdot.exercises.questions.custom.texts import split_text
 from qdot.exercises.questions.language import FormulaError
+from qdot.exercises.writing.languages import Catalogue, load_catalogue
 from qdot.exercises.writing.latex import tex, tex_length, tex_value
 
 if TYPE_CHECKING:
     from qdot.exercises.writing.wording import Wording
 
+BASE = "base"
+"""The placeholder for the frame in which results are expressed."""
+
 
 def write_custom_text(part: Part, text_name: str, wording: "Wording") -> str:
     """Return the prompt or the solution of a custom question; `text_name` is "prompt" or "solution"."""
-    return fill_text(str(getattr(_select_texts(part, wording), text_name)), part, wording)
+    texts, text_wording = _find_texts(part, wording, operator.attrgetter(text_name))
+    return fill_text(str(getattr(texts, text_name)), part, text_wording)
 
 
 def write_custom_hints(part: Part, wording: "Wording") -> list[str]:
     """Return the hints of a custom question."""
-    return [fill_text(hint, part, wording) for hint in _select_texts(part, wording).hints]
+    texts, text_wording = _find_texts(part, wording, lambda texts: texts.hints)
+    return [fill_text(hint, part, text_wording) for hint in texts.hints]
 
 
 def list_custom_symbols(part: Part, wording: "Wording") -> list[str]:
@@ -46,16 +55,28 @@ def write_custom_options(part: Part, wording: "Wording") -> list[str]:
     ]
 
 
-def _select_texts(part: Part, wording: "Wording") -> Texts:
-    return part.details_as(CustomDetails).definition.texts_in(wording.messages.language)
+def translate_title(question: Question, messages: Catalogue) -> str:
+    """Return the title of a built-in or custom question in another language; in English if it is not translated."""
+    if not isinstance(question, CustomQuestion):
+        return messages.translate_question(question.title)
+    return question.definition.find_texts(messages.language, lambda texts: texts.title)[1].title
+
+
+def _find_texts(part: Part, wording: "Wording", has_text: Callable[[Texts], object]) -> tuple[Texts, "Wording"]:
+    """Return the texts in the language of a wording, or in English if a text is missing; and their own wording."""
+    definition, messages = part.details_as(CustomDetails).definition, wording.messages
+    language, texts = definition.find_texts(messages.language, has_text)
+    return texts, wording if language == messages.language else replace(wording, messages=load_catalogue(language))
 
 
 def fill_text(text: str, part: Part, wording: "Wording") -> str:
     """Return a text of a custom question with its placeholders filled in. Raises FormulaError for unknown ones."""
-    filled_pieces = []
+    filled_pieces: list[str] = []
     for piece in split_text(text):
         filled_text, is_formula = piece.text, False
         if piece.is_placeholder:
+            if piece.text == BASE:
+                filled_pieces[-1] = wording.messages.add_article(filled_pieces[-1])
             filled_text, is_formula = _fill_placeholder(piece.text, part, wording)
         filled_pieces.append(f"${filled_text}$" if is_formula and not piece.is_in_formula else filled_text)
     return "".join(filled_pieces)
@@ -64,7 +85,7 @@ def fill_text(text: str, part: Part, wording: "Wording") -> str:
 def _fill_placeholder(content: str, part: Part, wording: "Wording") -> tuple[str, bool]:
     """Return what a placeholder stands for, and whether it is LaTeX for a formula."""
     details, chain = part.details_as(CustomDetails), wording.chain
-    if content == "base":
+    if content == BASE:
         return wording.frame, False
     values = {symbol.name: text for symbol, text in _write_values(details, wording).items()}
     if content in (*GIVEN_GROUPS, "given"):
@@ -90,7 +111,7 @@ def _write_values(details: CustomDetails, wording: "Wording") -> Mapping[sp.Symb
     for symbol, value in details.all_values.items():
         if symbol in chain.q:
             text = tex_value(value, symbol)
-        elif symbol in chain.parameters:
+        elif symbol in chain.parameters or symbol.name in list_table_numbers(chain):
             text = tex_length(value)
         else:
             unit = wording.find_unit(symbol) or units.get(symbol.name, "")

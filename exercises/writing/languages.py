@@ -134,6 +134,21 @@ class Catalogue:
         reference = self.gettext("See %(where)s.", where=source)
         return f"{translation} {reference}"
 
+    def add_article(self, text: str) -> str:
+        """Return a text before the name of a frame, with an article if the text ends with a bare preposition.
+
+        In English, names of frames have an article.
+
+        >>> load_catalogue("de").add_article("Wo liegt $P$ in ")
+        'Wo liegt $P$ im '
+        """
+        pairs = self.pgettext("prepositions before the name of a frame, and with an article", "in=in")
+        articles = dict(re.findall(r"(\w+)=([\w ]+)", pairs))
+        match = re.search(r"(\w+)\s+$", text)
+        if match is None or match[1].lower() not in articles:
+            return text
+        return f"{text[: match.start() + 1]}{articles[match[1].lower()][1:]} "
+
     # --- numbers ---
 
     def localize_formulas(self, text: str) -> str:

@@ -4,13 +4,15 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
+import sympy as sp
+
 from qdot.exercises import reference_answers
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import TRUE_FALSE, AnswerVisitor, Choice, Direction, Expression, Matrix, Number
 from qdot.exercises.short_questions.options import Options
 from qdot.exercises.writing.problem_texts import add_angle_legend, get_solution_steps, write_option, write_solution
 from qdot.exercises.writing.render import render
-from qdot.exercises.writing.solution_steps import format_three_digits
+from qdot.exercises.writing.solution_steps import format_number
 
 _TEXT_FIELDS = ("letters", "words", "remark")
 
@@ -40,12 +42,13 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
     def visit_direction(self, answer: Direction) -> dict[str, Any]:
         remark = {"remark": "Any multiple other than zero is as good."}
         if answer.is_numeric:
-            return {"values": [format_three_digits(value) for value in answer.reference], **remark}
+            return {"values": [self._format_number(value) for value in answer.reference], **remark}
         return {"formula": answer.reference, **remark}
 
     def visit_number(self, answer: Number) -> dict[str, Any]:
         values = zip(answer.reference, answer.units, strict=True)
-        return {"values": [_format_number(value, answer.tolerance) + _write_unit(unit) for value, unit in values]}
+        format_value = str if answer.is_count else self._format_number
+        return {"values": [format_value(value) + _write_unit(unit) for value, unit in values]}
 
     def visit_singular(self, answer: reference_answers.ConditionSet) -> dict[str, Any]:
         return {"components": answer.components}
@@ -63,10 +66,8 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
     def visit_letters(self, answer: reference_answers.Letters) -> dict[str, Any]:
         return {"letters": answer.letters}
 
-
-def _format_number(value: object, tolerance: float) -> str:
-    """Return a number as text: with all digits if answers must match it exactly, otherwise to three digits."""
-    return str(value) if tolerance < 1e-6 else format_three_digits(value)
+    def _format_number(self, value: sp.Expr) -> str:
+        return format_number(value, self.part.count_digits(float(value)))
 
 
 def format_unit(unit: str) -> str:

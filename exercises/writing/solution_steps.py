@@ -437,8 +437,8 @@ class SolutionSteps:
         )
 
     def format_answer(self, part: Part) -> list[str]:
-        """Return the numbers of an answer as text, to three significant digits."""
-        return [format_three_digits(value) for value in part.answer.as_matrix()]
+        """Return the numbers of an answer as text, to the digits that students need."""
+        return [format_number(value, part.count_digits(float(value))) for value in part.answer.as_matrix()]
 
 
 @lru_cache(maxsize=512)
@@ -449,13 +449,13 @@ def _compute_cofactors(chain: Chain) -> sp.Matrix:
     return sp.Matrix(n, n, lambda i, j: jacobian.cofactor(i, j) if n > 1 else sp.S.One)
 
 
-def format_three_digits(value: sp.Expr) -> str:
-    """Return a number as text, to three significant digits; only very small numbers have an exponent.
+def format_number(value: sp.Expr, digits: int = 3) -> str:
+    """Return a number as text with significant digits; only very small numbers have an exponent.
 
-    >>> format_three_digits(sp.Float("0.0752277")), format_three_digits(sp.Float("-12.345"))
+    >>> format_number(sp.Float("0.0752277")), format_number(sp.Float("-12.345"))
     ('0.0752', '-12.3')
     """
-    text = "0" if abs(value) < sp.Float("1e-12") else f"{float(value):#.3g}"
+    text = "0" if abs(value) < sp.Float("1e-12") else f"{float(value):#.{digits}g}"
     return f"{float(text):.0f}" if "e+" in text else text.rstrip(".")
 
 

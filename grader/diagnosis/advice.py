@@ -16,7 +16,7 @@ from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace, compare_sets
 from qdot.exercises.formula.program import Program, compile_program, evaluate
-from qdot.exercises.formula.set_parser import parse_pieces, parse_typed_set
+from qdot.exercises.formula.set_parser import parse_typed_set
 from qdot.exercises.formula.trees import Node, ParseError, find_names
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
@@ -225,8 +225,8 @@ def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, are_s
     try:
         claimed_pieces = parse_typed_set(assign_values_to_joint(tree, joints), joints)
         conditions = [condition for (condition,) in part.answer.parse_trees(domain.roles)]
-        expected_pieces = [piece for condition in conditions for piece in parse_pieces(condition, joints)]
         space = ConfigurationSpace(joints, domain, part.rounding)
+        expected_pieces = space.parse_reference(conditions)
         comparison = compare_sets(claimed_pieces, expected_pieces, space, seed)
     except ParseError:
         return None

@@ -9,6 +9,7 @@ A key depends on the problem, the answer and the assignment's secret, but not on
 change when other students submit, and without the secret nobody can compute the key.
 """
 
+import cmath
 import hashlib
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -77,7 +78,7 @@ def _make_identity(
         )
     try:
         if part.answer.is_numeric and parsed_answer.rows is not None:
-            return "numbers", part.answer.write_code(), _round_numbers(parsed_answer.entries)
+            return "numbers", part.answer.write_code(), _round_numbers(parsed_answer.entries, part)
         general_form, roles = _GeneralForm(problem.chain, secret), problem.domain.roles
         if parsed_answer.tree is not None and part.answer.is_set:
             reference = Node("list", tuple(chain.from_iterable(part.answer.parse_trees(roles))))
@@ -103,10 +104,11 @@ def _list_option_texts(part: Part, option_indices: Sequence[int]) -> tuple[objec
     return tuple(sorted(zip(items, texts, strict=True) if len(items) == len(texts) else texts))
 
 
-def _round_numbers(entries: Sequence[Node]) -> tuple[str, ...]:
-    """Return the numbers as texts with three significant digits, the precision required of answers."""
-    values = evaluate(compile_program(list(entries)), {}, 1).values
-    return tuple(f"{complex(value):.2e}" for value in values[:, 0])
+def _round_numbers(entries: Sequence[Node], part: Part) -> tuple[str, ...]:
+    """Return the numbers as texts with the precision required of answers."""
+    values = list(map(complex, evaluate(compile_program(list(entries)), {}, 1).values[:, 0]))
+    digits = (part.count_digits(abs(value)) if cmath.isfinite(value) else 3 for value in values)
+    return tuple(f"{value:.{count - 1}e}" for value, count in zip(values, digits, strict=True))
 
 
 class _GeneralForm:

@@ -39,9 +39,8 @@ def explain_rounding(wrong_answer: WrongAnswer, entries: Sequence[Node]) -> Diag
         tolerant_answer = replace(answer, tolerances=Tolerances(relative_tolerance, 0.0))
         is_correct = replace(wrong_answer, numeric=tolerant_answer).is_correct
         return Diagnosis((), EXACT_VALUES_ADVICE) if entries and not part.answer.is_numeric and is_correct else None
-    digits = part.rounding.words if part.rounding is not None else "to three significant digits"
     if part.answer.is_numeric:
-        advice = f"Your answer is correct except for rounding. Give each number {digits}."
+        advice = f"Your answer is correct except for rounding. Give each number {part.precision}."
         return Diagnosis((), advice) if _is_correct_to_few_digits(answer, correct_values) else None
     if not has_decimals:  # such as 866025/1000000
         return Diagnosis((), EXACT_VALUES_ADVICE) if entries and wrong_answer.is_correct else None
@@ -50,7 +49,7 @@ def explain_rounding(wrong_answer: WrongAnswer, entries: Sequence[Node]) -> Diag
     size = np.maximum(size, largest_value)  # an entry may contain cos(1.5708) times another entry
     if not (answer.match_entries(correct_values) | (difference <= CONSTANT_TOLERANCE * size).all(axis=-1)).all():
         return None
-    advice = f"Your answer is correct except for rounding. Give decimals {digits}."
+    advice = f"Your answer is correct except for rounding. Give decimals {part.precision}."
     return Diagnosis((), EXACT_VALUES_ADVICE if part.rounding is None else advice)
 
 

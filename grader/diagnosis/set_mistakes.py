@@ -17,7 +17,7 @@ from qdot.exercises.arm.chain import REVOLUTE
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace, SetComparison, compare_sets
 from qdot.exercises.formula.program import Program, compile_program, evaluate
-from qdot.exercises.formula.set_parser import Piece, parse_pieces, parse_typed_set
+from qdot.exercises.formula.set_parser import Piece, parse_typed_set
 from qdot.exercises.formula.trees import Node, ParseError, count_decimal_digits, find_names, format_tree
 from qdot.exercises.mistakes.base import Mistake, MistakenAnswer
 from qdot.exercises.mistakes.catalogue import CATALOGUE, generate_mistaken_answers
@@ -173,7 +173,7 @@ class _SetExplanation:
         self.is_singular_set = part.answer.is_singular_set
         self.claimed_pieces = claimed_pieces
         self.space = ConfigurationSpace(joints, problem.domain, part.rounding)
-        self.conditions = [[piece for tree in group for piece in parse_pieces(tree, joints)] for group in trees]
+        self.conditions = [self.space.parse_reference(group) for group in trees]
         self.comparison = self._compare(claimed_pieces, list(chain.from_iterable(self.conditions)))
         pairs = zip(claimed_pieces, self.comparison.is_sound, strict=True)
         self.wrong_pieces = [piece for piece, is_sound in pairs if is_sound is False]

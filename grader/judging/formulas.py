@@ -305,8 +305,8 @@ def judge_singular(
     (`compute_share_of_set`).
     """
     assert parsed.tree is not None
-    reference_pieces = [[piece for tree in group for piece in parse_pieces(tree, joints)] for group in reference]
     space = ConfigurationSpace(joints, domain, rounding)
+    reference_pieces = [space.parse_reference(group) for group in reference]
     try:
         claimed_pieces = parse_typed_set(assign_values_to_joint(parsed.tree, joints), joints)
         judgement = _judge_set(claimed_pieces, reference_pieces, space, seed, noun)

@@ -273,6 +273,32 @@ test.each([
   expect([found.outcome, found.share]).toEqual([outcome, share]);
 });
 
+const SUM: ConfigurationsKey = {
+  ...SET,
+  pieces: [0, Math.PI].map((sum) => [0.4, -2, 3].map((theta1) => [1, theta1, sum - theta1])),
+  conditions: [2],
+};
+const isSumSingular = ({ theta1 = 1, theta2 = 1 }: Readonly<Record<string, number>>) =>
+  Math.abs(Math.sin(theta1 + theta2)) < 1e-5;
+
+test.each([
+  ["theta1 + theta2 = 0 or pi", "correct", 1],
+  ["theta1 + theta2 = 0, pi, -pi", "correct", 1],
+  ["theta1 + theta2 = k*pi", "correct", 1],
+  ["[Eq(theta1 + theta2, 0), Eq(theta1 + theta2, 3*pi)]", "correct", 1],
+  ["theta1 = -theta2 + 2*pi, theta2 = pi - theta1", "correct", 1],
+  ["theta1 + theta2 - pi = 0, 2*theta1 + 2*theta2 = 0", "correct", 1],
+  ["Eq(theta1 + theta2, 0)", "partial", 2 / 3],
+  ["theta1 + theta2 = 0 or 3.14", "partial", 4 / 5],
+  ["theta1 + theta2 = 0 or pi/2", "partial", 1 / 3],
+  ["theta1 - theta2 = 0, pi", "wrong", 0],
+  ["2*theta1 + 2*theta2 = 0, pi", "partial", 1 / 3],
+  ["theta1 + theta2 = 0 and theta1 - theta2 = 0", "wrong", 0],
+])("a set given by a sum of angles: %s is %s", (typed, outcome, share) => {
+  const found = judgeSet(typed, SUM, ANGLES, isSumSingular);
+  expect([found.outcome, found.share]).toEqual([outcome, share]);
+});
+
 test("if decimal commas are ambiguous, the message suggests decimal points", () => {
   const problem = {
     robot: { joints: ["theta1", "theta2"].map((theta) => ({ kind: "R", theta })) },

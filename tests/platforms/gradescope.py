@@ -152,7 +152,7 @@ def _hold(ours: Ours, results: Any, counts: Counts) -> None:
     named += [(number, *pair) for number, test in tests.items() for pair in _undocumented(test, TESTS)]
     counts.add("fields as documented", not named, f"{ours.student}: {named}")
     total = results["score"]
-    counts.add("total as ours", abs(total - ours.result["score"]) < 1e-6, f"{ours.student}: {total}")
+    counts.add("total as ours", abs(total - ours.result.score) < 1e-6, f"{ours.student}: {total}")
     rows = {row.part: row for row in make_part_rows(ours.result, ours.assignment.feedback)}
     for part, _, points, title in list_parts(ours.assignment):
         test = tests.get(part, {})

@@ -76,7 +76,7 @@ def hold(ours: Ours, shown: list[Any], counts: Counts) -> None:
         for slot, problem in ours.assignment.generate_problems(ours.student)
         for part in problem.parts
     } | {"title": ours.assignment.title}
-    checks = {f"{name.replace('.', '-')}-check" for name in ours.parts}
+    checks = {f"{name.replace('.', '-')}-check" for name in ours.result.parts}
     for cell, seen in zip(cells, shown, strict=False):
         where = f"{ours.student} {cell['id']}: {seen}"
         if cell["cell_type"] == "markdown":
@@ -88,11 +88,11 @@ def hold(ours: Ours, shown: list[Any], counts: Counts) -> None:
             said = [line for line in seen["output"].splitlines() if line.strip()]
             due = "Yes" if ours.student == RIGHT else "Not yet"
             counts.add("self-checks answer", bool(said) and all(due in line for line in said), where)
-    for part in ours.parts.values():
-        points, most = part["points"], part["max_points"]
+    for part in ours.result.parts.values():
+        points, most = part.points or 0, part.max_points
         what = {RIGHT: "right = full", BLANK: "blank = 0"}.get(ours.student, "wrong < full")
         is_due = {RIGHT: points == most, BLANK: points == 0}.get(ours.student, points < most)
-        counts.add(what, is_due, f"{ours.student} {part['name']}: {points} of {most}")
+        counts.add(what, is_due, f"{ours.student} {part.name}: {points} of {most}")
 
 
 def _missing(source: str, title: str, seen: Any) -> Iterator[str]:

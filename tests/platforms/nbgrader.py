@@ -141,9 +141,9 @@ def _hold(ours: Ours, course: _Course, formgrader: _Formgrader, counts: Counts) 
     """Hold what the staff see of a student, and what the student sees."""
     student, assignment = ours.student, ours.assignment
     listed, grades = formgrader.scores[student], formgrader.grades(student)
-    total = (listed["score"], listed["max_score"]) == (ours.result["score"], ours.result["max_score"])
+    total = (listed["score"], listed["max_score"]) == (ours.result.score, ours.result.max_score)
     named = f"{listed['first_name']} {listed['last_name']}" == find_student(assignment, student).name
-    counts.add("shown in formgrader", total and named, f"{student}: {listed}, {ours.result['score']} of ours")
+    counts.add("shown in formgrader", total and named, f"{student}: {listed}, {ours.result.score} of ours")
     feedback = course.folder / "feedback" / student / KEY / f"{KEY}.html"
     pages = {"shown": _words(feedback.read_text(encoding="utf-8")), "shown in formgrader": formgrader.words(student)}
     rows = {row.part: row for row in make_part_rows(ours.result, assignment.feedback)}
@@ -153,4 +153,6 @@ def _hold(ours: Ours, course: _Course, formgrader: _Formgrader, counts: Counts) 
             counts.add(
                 what, f"#Markedbyqdot:{part}," in text and said in text, f"{student} {name}: {rows[part].message}"
             )
-    hold(counts, ours, {part: grades[make_grade_id(part)] for part in ours.parts if make_grade_id(part) in grades})
+    hold(
+        counts, ours, {part: grades[make_grade_id(part)] for part in ours.result.parts if make_grade_id(part) in grades}
+    )

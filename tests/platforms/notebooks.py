@@ -1,6 +1,7 @@
 """A class that hands in notebooks: right, wrong, mistaken and blank ones; and the marks that qdot gives to each."""
 
 import json
+import shutil
 import subprocess
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -21,11 +22,15 @@ from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.exercises.reference_answers import ConditionSet
 from qdot.grader.grading.batch import find_student, grade_one, make_limits
 from qdot.grader.grading.certify import find_failures
+from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_student_files
 from tests.platforms.given import SECRET
 from tests.platforms.records import Counts
+from tests.support.gallery import GALLERY, GALLERY_FOLDER
 
+CUSTOM_QUESTIONS = ("middle-of-a-link", "tip-speed", "axis-in-the-base-frame")
+"""The questions of the gallery that the class is asked."""
 RIGHT, WRONG, MISTAKEN, BLANK = "right", "wrong", "mistaken", "blank"
 """Students by what they hand in; what is mistaken is what a known mistake leads to, and may be right in part."""
 KEY = "arms"
@@ -33,9 +38,13 @@ NEAR = 1e-6
 
 
 def a_class(folder: Path, *students: str) -> Assignment:
-    """Make the assignment of a class whose students are called by what they hand in."""
+    """Make an assignment, which also has questions of an instructor, for students who are named by what they submit."""
     roster = [Student(name, f"{name.title()} <Student>", f"{name}@example.org") for name in students]
     init_assignment(folder, "Arms & <signs>", KEY, roster, SECRET, problem_set=SETS[DEFAULT_SET])
+    with (folder / "assignment.toml").open("a", encoding="utf-8") as file:
+        for name in CUSTOM_QUESTIONS:
+            shutil.copy(GALLERY_FOLDER / f"{name}.toml", folder)
+            file.write(f'[[problem]]\nfamily = "{GALLERY[name]}"\nquestions = ["{name}.toml"]\n')
     return load_assignment(folder)
 
 
@@ -124,27 +133,18 @@ class Ours:
     notebook: Path
 
     @cached_property
-    def result(self) -> Any:
+    def result(self) -> Result:
         """Its result, as in results.jsonl."""
         found = find_student_files(self.assignment, self.notebook)
         return grade_one(
             self.assignment, find_student(self.assignment, self.student), found, make_limits(Limits.seconds)
         )
 
-    @cached_property
-    def parts(self) -> dict[str, Any]:
-        """Results of its parts by their names, as in p1.jacobian."""
-        return {
-            f"{problem['slot']}.{part['name']}": part
-            for problem in self.result["problems"]
-            for part in problem["parts"]
-        }
-
 
 def hold(counts: Counts, ours: Ours, theirs: Mapping[str, float]) -> None:
     """Count what a program gives to each part, by what the student has handed in and by what qdot gives."""
-    for name, part in ours.parts.items():
-        points, most = theirs.get(name, -1.0), part["max_points"]
+    for name, part in ours.result.parts.items():
+        points, most = theirs.get(name, -1.0), part.max_points
         where = f"{ours.student} {name}: {points} of {most}"
         if ours.student == RIGHT:
             counts.add("right = full", points == most, where)
@@ -152,4 +152,4 @@ def hold(counts: Counts, ours: Ours, theirs: Mapping[str, float]) -> None:
             counts.add("blank = 0", points == 0, where)
         else:
             counts.add("wrong < full", 0 <= points < most, where)
-        counts.add("marks as ours", abs(points - part["points"]) < NEAR, f"{where}, {part['points']} of ours")
+        counts.add("marks as ours", abs(points - (part.points or 0)) < NEAR, f"{where}, {part.points} of ours")

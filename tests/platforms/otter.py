@@ -77,9 +77,8 @@ def _hold(ours: Ours, results: Any, counts: Counts) -> None:
     said = {row.part: row.message for row in make_part_rows(ours.result, assignment.feedback)}
     for part, name, points, _ in list_parts(assignment):
         test = tests.get(name, {})
-        is_full = ours.parts[part]["points"] == points
+        is_full = ours.result.parts[part].points == points
         shown = test.get("max_score") == points and (is_full or said[part] in test.get("output", ""))
         counts.add("shown", shown, f"{ours.student} {name}: {test}")
-    hold(
-        counts, ours, {part: tests[make_grade_id(part)]["score"] for part in ours.parts if make_grade_id(part) in tests}
-    )
+    grade_ids = {part: make_grade_id(part) for part in ours.result.parts}
+    hold(counts, ours, {part: tests[grade_id]["score"] for part, grade_id in grade_ids.items() if grade_id in tests})

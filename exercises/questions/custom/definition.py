@@ -1,6 +1,7 @@
 """What an instructor writes to define a question: its texts, and the formula or the options of its answer."""
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 from qdot.exercises.formula.equality import Rounding
@@ -60,7 +61,7 @@ class Definition:
     that are asked for, such as v_x and v_y. `units` maps further symbols of the answer, such as the mass of a load, to
     their units. `unit` and `rounding` belong to numbers, which need three significant digits by
     default. If `is_up_to_factor`, every nonzero multiple of a vector is
-    correct, too. `texts` maps each language to its texts.
+    correct, too. `texts` are pairs of a language and its texts; other languages than the first may lack some.
     """
 
     name: str
@@ -81,6 +82,10 @@ class Definition:
         content = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in ("texts", "points")}
         return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
 
-    def texts_in(self, language: str) -> Texts:
-        """Return the texts in a language, or in the first language if there are none."""
-        return dict(self.texts).get(language, self.texts[0][1])
+    def find_texts(self, language: str, has_text: Callable[[Texts], object]) -> tuple[str, Texts]:
+        """Return the texts in a language if these have a certain text; else those in the first language.
+
+        The result begins with their language.
+        """
+        matching_texts = (texts for texts in self.texts if texts[0] == language and has_text(texts[1]))
+        return next(matching_texts, self.texts[0])

@@ -17,10 +17,11 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import TooLong, derive, symbolic_arm_of
 from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.arm.lengths import replace_lengths_by_symbols
-from qdot.exercises.arm.trigonometry import textbook_form
+from qdot.exercises.arm.trigonometry import write_in_textbook_form
+from qdot.exercises.common.errors import make_name_error
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.program import Evaluation, compile_program, evaluate
 from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.problem.problem import Details, SymbolInfo, list_table_numbers
 from qdot.exercises.questions import inversion
@@ -250,11 +251,15 @@ class QuestionMaker:
             "rates": chain.rates,
             "velocity": [sp.Symbol(row) for row in chain.task],
         }
+        numbers = list_table_numbers(chain)
         for name, value in given.items():
             symbols_of_name = groups.get(name, [] if name == "pose" or name in joint_names else [sp.Symbol(name)])
             kind = {"rates": "rate", "velocity": "velocity"}.get(name, value.kind)
             sampled_value = replace(value, kind=kind)
-            values |= {symbol: _sample(sampled_value, rng) for symbol in symbols_of_name}
+            values |= {symbol: numbers.get(name) or _sample(sampled_value, rng) for symbol in symbols_of_name}
+        if configuration is not None:
+            lengths = {symbol: values.pop(symbol, length) for symbol, length in configuration.lengths.items()}
+            configuration = replace(configuration, lengths=lengths)
         symbols = self.list_new_symbols(chain)
         return CustomDetails(definition=self.definition, configuration=configuration, values=values, symbols=symbols)
 
@@ -279,7 +284,13 @@ class QuestionMaker:
         values = [self._compute(formula, stages) for formula in self.formulas]
         if any(value.ndim > 1 for value in values):
             raise FormulaError("zeros needs numbers, not vectors: write zeros(p.x), for example")
-        return find_zero_set([to_sympy_matrix(value)[0] for value in values], chain, is_symbolic=not names_symbols)
+        numerators = [_find_numerator(to_sympy_matrix(value)[0]) for value in values]
+        try:
+            return find_zero_set(numerators, chain, is_symbolic=not names_symbols)
+        except (ValueError, sp.PolynomialError):
+            raise FormulaError(
+                "qdot can't find its zeros; zeros needs sums, products and quotients of lengths, sines and cosines"
+            ) from None
 
     def sample_choice(self, chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         """Return a choice or selection with the options in random order."""
@@ -305,10 +316,29 @@ class QuestionMaker:
         A number at random values is sampled for the symbolic arm, once for all arms of a class.
         """
         given = self.definition.given
+        if (objection := self._find_objection_to_given_values(chain)) is not None:
+            return objection
         is_random = bool(given) and all(value.kind or value.name in GIVEN_GROUPS for value in given)
         if is_random and self.formulas and not self.names_arm_symbols(chain):
             return _find_objection(self.definition, symbolic_arm_of(chain).chain)
         return _find_objection(self.definition, chain)
+
+    def _find_objection_to_given_values(self, chain: Chain) -> str | None:
+        """Return why the arm can't have the given values, or None.
+
+        A length that is a number in the arm's table keeps this number, which must be in the given range.
+        """
+        numbers = list_table_numbers(chain)
+        symbols = (*chain.q, *chain.parameters, *chain.rates, *chain.task)
+        names = [*map(str, symbols), *numbers, *(self.list_new_symbols(chain) or ())]
+        for value in self.definition.given:
+            if value.name in numbers and not value.kind and not value.low <= numbers[value.name] <= value.high:
+                number = f"{float(numbers[value.name]):g} m"
+                advice = f'write {value.name} = "length" to accept the numbers of the arms'
+                return f"`given`: {value.name} is {number} in the table of this arm; {advice}"
+            if value.name not in (*names, *GIVEN_GROUPS):
+                return f"`given`: {make_name_error('symbol', value.name, names)}"
+        return None
 
     def find_objection_to_arm(self, chain: Chain) -> str | None:
         """Return why the question can't be asked about this arm, or None; `find_objection` caches the result."""
@@ -325,6 +355,8 @@ class QuestionMaker:
                 return None if self.sample_number(chain, Stream("check")) else "its answer is not a finite number"
             if self.formulas:
                 matrix = self.derive_formulas(chain, Stream("check"))[0].as_matrix()
+                if self.definition.is_up_to_factor and (matrix.rows == 1 or matrix.cols > 1):
+                    return "only a vector can count up to a factor; leave up_to_factor out"
                 if _is_constant(matrix):
                     return f"its answer is {'always zero' if matrix.is_zero_matrix else 'the same everywhere'}"
                 return find_term_count_objection(sum(len(sp.Add.make_args(entry)) for entry in matrix))
@@ -352,7 +384,8 @@ class QuestionMaker:
         except FormulaError:  # it names a number of the table, which has no symbol
             return None
         units = {value.name: SAMPLED_KINDS.get(value.kind, "1") for value in self.definition.given}
-        units |= dict(self.definition.units)
+        units |= dict.fromkeys(map(str, arm.parameters), "m")
+        units |= {name: info.unit for name, info in (self.list_new_symbols(arm) or {}).items()}
         for q, rate, joint in zip(arm.q, arm.rates, arm.joints, strict=True):
             units |= {q.name: "m", rate.name: "m/s"} if joint.is_prismatic else {q.name: "rad", rate.name: "rad/s"}
         units |= {row: "m/s" if row[0] == "v" else "rad/s" for row in arm.task}
@@ -390,21 +423,34 @@ def _find_objection(definition: Definition, chain: Chain) -> str | None:
 
 
 def _simplify(entry: sp.Expr) -> sp.Expr:
-    """Return an entry in textbook form if it is a polynomial in sines and cosines."""
-    try:
-        return textbook_form(sp.expand(entry))
-    except (ValueError, sp.PolynomialError):
+    """Return an entry in textbook form, or unchanged if that form can't be confirmed by numbers."""
+    simplified = write_in_textbook_form(entry)
+    if simplified == entry:
         return entry
+    (before, after), (magnitude, _) = _evaluate_at_points([entry, simplified])
+    is_equal = np.abs(after - before) <= 1e-9 * magnitude  # False for nan
+    return simplified if is_equal.all() else entry
+
+
+def _find_numerator(formula: sp.Expr) -> sp.Expr:
+    """Return a formula with the same zeros, in which no denominator, root or exponential function is a factor."""
+    if all(power.exp.is_Integer and power.exp > 0 for power in formula.atoms(sp.Pow)) and not formula.has(sp.exp):
+        return formula
+    numerator, _ = sp.fraction(sp.together(write_in_textbook_form(formula)))
+    return sp.Mul(*(factor.as_base_exp()[0] for factor in sp.Mul.make_args(numerator)))
 
 
 def _is_constant(matrix: sp.Matrix) -> bool:
     """Return whether a matrix has the same value at three arbitrary values of its symbols."""
-    symbols = sorted(matrix.free_symbols, key=str)
-    points = [{symbol: sp.Rational(7 * k + 3 * i + 4, 11 + i) for i, symbol in enumerate(symbols)} for k in range(3)]
-    program = compile_program([parse_formula(format_expression(entry)) for entry in matrix])
-    names = {symbol.name: np.array([float(point[symbol]) for point in points]) for symbol in symbols}
-    values = evaluate(program, names, len(points)).values.T
+    values = _evaluate_at_points(list(matrix)).values.T
     return all(np.allclose(value, values[0], rtol=1e-9, atol=1e-9) for value in values[1:])
+
+
+def _evaluate_at_points(entries: Sequence[sp.Expr]) -> Evaluation:
+    """Return the values and magnitudes of entries at three arbitrary values of their symbols."""
+    names = sorted(str(symbol) for symbol in set().union(*(entry.free_symbols for entry in entries)))
+    points = {name: (7 * np.arange(3) + 3 * i + 4) / (11 + i) for i, name in enumerate(names)}
+    return evaluate(compile_program([parse_formula(format_expression(entry)) for entry in entries]), points, 3)
 
 
 def _evaluate(entry: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:

@@ -41,7 +41,7 @@ class OptionEntry(pydantic.BaseModel):
 
 
 class TextsEntry(pydantic.BaseModel):
-    """The texts of a question in another language, in [question.NAME.de]."""
+    """The texts of a question in another language, in [question.NAME.de]; texts that are missing stay in English."""
 
     model_config = pydantic.ConfigDict(extra="forbid", strict=True, use_attribute_docstrings=True)
     title: str | None = None
@@ -176,13 +176,16 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
     title = entry.title or name.replace("-", " ").capitalize()
     texts = [("en", Texts(title, entry.prompt, tuple(entry.hints), entry.solution))]
     if entry.de is not None:
-        texts.append(("de", Texts(entry.de.title or title, entry.de.prompt, tuple(entry.de.hints), entry.de.solution)))
+        texts.append(("de", Texts(entry.de.title or "", entry.de.prompt, tuple(entry.de.hints), entry.de.solution)))
     definition = Definition(
         name, entry.answer or "", tuple(texts), options, given, tuple(entry.rows), tuple(sorted(entry.units.items())),
         entry.unit, rounding, entry.up_to_factor, entry.points,
     )  # fmt: skip
     with file.locate_errors("question", name, "answer" if entry.options is None else "options"):
-        make_question(definition)  # parses the formulas
+        question = make_question(definition)  # parses the formulas
+    with file.locate_errors("question", name, "up_to_factor"):
+        if entry.up_to_factor and (question.compute is None or given):
+            raise QdotError("only a vector of formulas can count up to a factor; leave this key out")
     return definition
 
 

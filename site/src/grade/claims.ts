@@ -1,7 +1,7 @@
 // Conditions on the joints as a union of pieces, by the rules of ../../../exercises/formula/set_parser.py.
 
 import { evaluate } from "../read/evaluate.js";
-import { anyNode, integer, namesIn, type Node, node, ParseError, replaceName } from "../read/tree.js";
+import { anyNode, call, decimal, integer, namesIn, type Node, node, ParseError, replaceName } from "../read/tree.js";
 import { VOCABULARY } from "../read/vocabulary.js";
 
 /** A condition: `joint` has the value `zero`; or, if `joint` is null, the expression `zero` vanishes. */
@@ -100,7 +100,9 @@ function piecesOfUnion(tree: Node, joints: ReadonlySet<string>): Piece[] {
       let last = arg;
       while (last.kind === "or") last = last.args.at(-1) as Node;
       const side = last.kind === "eq" || last.kind === "in" ? (last.args[0] as Node) : last;
-      joint = side.kind === "name" && joints.has(side.text) ? side : null;
+      const isSum =
+        side !== last && [...namesIn(side)].every((symbol) => joints.has(symbol)) && factorsOf(side, joints);
+      joint = isSum || (side.kind === "name" && joints.has(side.text)) ? side : null;
       const [, other] = tree.args;
       const isLabel = joint && arg.kind === "name" && tree.args.length === 2 && arg === tree.args[0];
       const hasJointLater = other !== undefined && [...namesIn(other)].some((symbol) => joints.has(symbol));
@@ -115,6 +117,44 @@ function piecesOfUnion(tree: Node, joints: ReadonlySet<string>): Piece[] {
     }
   }
   return union;
+}
+
+/**
+ * Return an expression that vanishes if a sum of angles vanishes modulo full turns: sin((theta1 + theta2)/2).
+ *
+ * Each angle may change by a full turn, so 2 theta1 = pi means pi/2 only. Other expressions are returned unchanged.
+ */
+export function vanishingModuloTurns(zero: Node, angles: ReadonlySet<string>): Node {
+  const factors = [...(factorsOf(zero, angles) ?? [])]
+    .map(([, factor]) => Math.abs(factor))
+    .filter((size) => size > 1e-9);
+  if (factors.length === 0) return zero;
+  return call("sin", node("/", zero, decimal(2 * factors.reduce(commonDivisor))));
+}
+
+const commonDivisor = (a: number, b: number): number =>
+  b < 1e-6 ? a : commonDivisor(b, a - b * Math.floor(a / b + 1e-9));
+
+/** Return the factor of each angle in a sum; null if an angle is in another term than a multiple of it. */
+function factorsOf(tree: Node, angles: ReadonlySet<string>): ReadonlyMap<string, number> | null {
+  const factors = new Map<string, number>();
+  const stack: (readonly [term: Node, factor: number])[] = [[tree, 1]];
+  for (let top = stack.pop(); top; top = stack.pop()) {
+    const [term, factor] = top;
+    const [left, right] = term.args;
+    if (term.kind === "name" && angles.has(term.text)) factors.set(term.text, (factors.get(term.text) ?? 0) + factor);
+    else if (![...namesIn(term)].some((symbol) => angles.has(symbol))) continue;
+    else if (term.kind === "neg" && left) stack.push([left, -factor]);
+    else if (term.kind === "+" || term.kind === "-")
+      stack.push([left as Node, factor], [right as Node, term.kind === "-" ? -factor : factor]);
+    else if (term.kind === "*" && left && namesIn(left).size === 0)
+      stack.push([right as Node, factor * evaluate(left, {}).re]);
+    else if ((term.kind === "*" || term.kind === "/") && left && right && namesIn(right).size === 0) {
+      const value = evaluate(right, {}).re;
+      stack.push([left, term.kind === "*" ? factor * value : factor / value]);
+    } else return null;
+  }
+  return [...factors.values()].every(Number.isFinite) ? factors : null;
 }
 
 /** Return the pieces of an intersection: every combination of one piece of each set. */

@@ -15,6 +15,7 @@ import {
   anyNode,
   CHAIN,
   chainOf,
+  decimal,
   hasBlank,
   integer,
   name,
@@ -26,7 +27,7 @@ import {
 } from "../read/tree.js";
 import { LIMITS, VOCABULARY } from "../read/vocabulary.js";
 import { message, type Message } from "../text/text.js";
-import { type Atom, parseClaims, type Piece } from "./claims.js";
+import { type Atom, parseClaims, type Piece, vanishingModuloTurns } from "./claims.js";
 import { falseConditions, shareOfSet } from "./credit.js";
 import { slipsInSet } from "./set-slips.js";
 import { type SymbolValues, correct, verdictOf, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
@@ -241,7 +242,8 @@ function compare(typed: readonly Piece[], conditions: Conditions, space: Table, 
   const missed = (slip?.piece && findUncovered(claims, slip.piece)) ?? uncovered[0];
   if (missed) return verdict([message("verdict.uncovered", { at: atText(jointValues(missed, space)) })], missed);
   if (rounded) {
-    const values = rounded.map(({ joint, zero }) => [joint, evaluate(zero, {}).re]);
+    const constants = rounded.filter(({ joint, zero }) => joint !== null && namesIn(zero).size === 0);
+    const values = constants.map(({ joint, zero }) => [joint, evaluate(zero, {}).re]);
     return verdict([], { ...pieces[0]?.[0], ...Object.fromEntries(values) });
   }
   const nowhere = counterexamples.findIndex((result) => result === "nowhere" || result === "close") + 1;
@@ -261,13 +263,17 @@ function jointValues(at: SymbolValues, { joints }: Space): SymbolValues {
 /** Return whether a piece holds in a pose, within tolerances. */
 function holdsAt(piece: Piece, at: SymbolValues, space: Space): boolean {
   return piece.every((atom) => {
-    const { re, im, size } = evaluate(atom.zero, at);
-    if (atom.joint !== null) {
-      const tolerance = namesIn(atom.zero).size === 0 ? VALUE_TOLERANCE : CONDITION_TOLERANCE;
+    const difference = zeroOf(atom);
+    const sum = vanishingModuloTurns(difference, space.angles);
+    const isConstant = namesIn(atom.zero).size === 0;
+    if (atom.joint !== null && (isConstant || sum === difference)) {
+      const { re, im } = evaluate(atom.zero, at);
+      const tolerance = isConstant ? VALUE_TOLERANCE : CONDITION_TOLERANCE;
       return Math.abs(im) < tolerance && distance(atom.joint, at[atom.joint] as number, re, space) < tolerance;
     }
+    const { re, im, size } = evaluate(sum, at);
     if (!Number.isFinite(re)) return false;
-    const slope = Math.hypot(...space.joints.map((joint) => slopeOf(atom.zero, at, joint)));
+    const slope = Math.hypot(...space.joints.map((joint) => slopeOf(sum, at, joint)));
     return Math.hypot(re, im) <= Math.max(CONDITION_TOLERANCE * slope, 1e-11 * size);
   });
 }
@@ -295,7 +301,7 @@ function counterexample(
 ): SymbolValues | "nowhere" | "close" | null {
   const random = randomNumbers((seed + 1) * 0x9e3779b9);
   const fixedValues = (k: number): SymbolValues => lengths[k % Math.max(lengths.length, 1)] ?? {};
-  const zeros = zerosOf(piece);
+  const zeros = zerosOf(piece, space);
   const free = space.joints.filter((joint) => zeros.some((zero) => namesIn(zero).has(joint)));
   let foundCount = 0;
   for (let start = 0; start < START_COUNT; start += 1) {
@@ -322,12 +328,25 @@ function missOf(zeros: readonly Node[], at: SymbolValues): number {
 
 /** Return a claim on values with rounded values replaced by exact ones: pi for 3.14 or 355/113. */
 function withExactValues(claim: Piece, poses: readonly (readonly SymbolValues[])[], space: Space): Piece {
-  if (claim.some(({ joint }) => joint === null)) return claim;
   const atoms = claim.map((atom) => {
+    if (atom.joint === null || namesIn(atom.zero).size > 0) return withExactSum(atom, poses, space);
     const exact = exactValueOf(atom, poses, space);
     return exact === null ? atom : { ...atom, zero: integer(exact) };
   });
   return atoms.every((atom, i) => atom === claim[i]) ? claim : atoms;
+}
+
+/** Return a condition on a sum of angles with its rounded value replaced by the exact one: theta1 + theta2 = 3.14. */
+function withExactSum(atom: Atom, poses: readonly (readonly SymbolValues[])[], { angles }: Space): Atom {
+  const difference = zeroOf(atom);
+  if (vanishingModuloTurns(difference, angles) === difference) return atom;
+  const exact = poses
+    .map((piece) => piece.map((at) => Math.asin(Math.sin(evaluate(difference, at).re / 2)) * 2))
+    .find(([first = NaN, ...others]) => {
+      const isConstant = others.every((other) => Math.abs(other - first) < 1e-8); // poses have nine decimals
+      return isConstant && Math.abs(first) < ROUNDED_WITHIN && Math.abs(first) > 1e-8;
+    });
+  return exact ? { joint: null, zero: node("-", difference, decimal(exact[0] as number)) } : atom;
 }
 
 /** Return the value of a joint on some piece of which the typed value is a rounded one; null if there is none. */
@@ -354,8 +373,13 @@ function randomPose(fixedValues: SymbolValues, { joints, angles }: Space, random
 }
 
 /** Return the expressions that vanish if the conditions of a piece hold. */
-const zerosOf = (piece: Piece): Node[] =>
-  piece.map(({ joint, zero }) => (joint === null ? zero : node("-", name(joint), zero)));
+const zerosOf = (piece: Piece, { angles }: Space): Node[] =>
+  piece.map((atom) => {
+    const isValue = atom.joint !== null && namesIn(atom.zero).size === 0;
+    return isValue ? zeroOf(atom) : vanishingModuloTurns(zeroOf(atom), angles);
+  });
+
+const zeroOf = ({ joint, zero }: Atom): Node => (joint === null ? zero : node("-", name(joint), zero));
 
 /** Return the pose moved by Gauss-Newton steps of least norm to where a piece holds; null if the steps fail. */
 function solve(

@@ -27,8 +27,7 @@ from qdot.exercises.arm.robot_text import robot_text
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.exports.export_format import ExportRequest
-from qdot.exercises.exports.export_format import list_used_files as robots_to_export
+from qdot.exercises.exports.assignment_files import read_problem_files
 from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.solve.solver import solve
 from tests.exercises.arm.poses import Matrix, compute_exponential, compute_origin_pose, rotate_about, translate
@@ -298,7 +297,7 @@ def test_assignment_takes_robot_from_library_or_folder(tmp_path: Path) -> None:
     path.write_text('title = "T"\nkey = "hw"\n[[problem]]\nrobot = "Cobra600"\nquestions = ["determinant"]\n')
     slot = load_assignment(path.parent).slots[0]
     assert (slot.name, slot.family.name, slot.family.title) == ("p1", "cobra600", "Adept Cobra 600")
-    assert _list_robots_to_export(path.parent) == []
+    assert _list_exported_files(path.parent) == ["assignment.toml"]
     path.write_text(path.read_text().replace("Cobra600", "cobra"))
     with pytest.raises(QdotError, match=r'line 4: problem 1: robot = "cobra": .*\'cobra600'):
         load_assignment(path.parent)
@@ -306,8 +305,8 @@ def test_assignment_takes_robot_from_library_or_folder(tmp_path: Path) -> None:
     (path.parent / "cobra.toml").write_text(text, encoding="utf-8")
     path.write_text(path.read_text().replace('"cobra"', '"cobra.toml"'))
     assert load_assignment(path.parent).slots[0].family.title == "Mine"
-    assert _list_robots_to_export(path.parent) == ["cobra.toml"]
+    assert _list_exported_files(path.parent) == ["assignment.toml", "cobra.toml"]
 
 
-def _list_robots_to_export(folder: Path) -> list[str]:
-    return robots_to_export(ExportRequest(load_assignment(folder), lambda _: ()))
+def _list_exported_files(folder: Path) -> list[str]:
+    return list(read_problem_files(load_assignment(folder)))

@@ -6,7 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from qdot.exercises.arm.trigonometry import _factor_polynomial as polynomial_factors
-from qdot.exercises.arm.trigonometry import are_identical, compute_fourier_form, factor_trig, textbook_form
+from qdot.exercises.arm.trigonometry import (
+    are_identical,
+    compute_fourier_form,
+    factor_trig,
+    textbook_form,
+    write_in_textbook_form,
+)
 
 T1, T2, T3, A1, A2, A3 = sp.symbols("theta1 theta2 theta3 a1 a2 a3")
 ANGLES = [T1, T2, T1 + T2, T1 - T2, T1 + T2 + T3, 2 * T1, T3]
@@ -37,6 +43,16 @@ def test_fourier_form_keeps_the_function(expression: sp.Expr) -> None:
 def test_factored_form_keeps_the_function(expression: sp.Expr) -> None:
     assert are_identical(factor_trig(expression).expression(), expression)
     assert are_identical(textbook_form(expression), expression)
+
+
+@settings(max_examples=40)
+@given(polynomials, polynomials)
+def test_textbook_form_keeps_roots_quotients_and_other_functions(a: sp.Expr, b: sp.Expr) -> None:
+    for expression in (a * sp.sqrt(b**2 + 1), a / (b**2 + 2) + b, sp.exp(a) * sp.cos(T1 / 2) / sp.sqrt(a**2 + 1) - b):
+        expected = pytest.approx(evaluate_at_point(expression), rel=1e-9, abs=1e-9)
+        assert evaluate_at_point(write_in_textbook_form(expression)) == expected
+    product = b * sp.sqrt(A1**2 + 1) ** 3
+    assert evaluate_at_point(factor_trig(product).expression()) == pytest.approx(evaluate_at_point(product), abs=1e-9)
 
 
 @given(polynomials)

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from qdot.exercises.arm.library import ROBOT_FOLDER
 from qdot.exercises.assignment.assignment import Slot, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports import scorm
+from qdot.exercises.exports.assignment_files import read_assignment_files
 from qdot.exercises.exports.bank import convert_bank, iterate_bank
-from qdot.exercises.exports.export_format import ExportRequest, list_used_files
+from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import Problem
@@ -146,17 +148,28 @@ def test_problem_that_fails_its_certificate_is_not_exported(
         )
 
 
-@pytest.mark.parametrize(
-    "export_format", [name for name, export_format in EXPORT_FORMATS.items() if export_format.check is list_used_files]
-)
-def test_robot_file_outside_the_folder_is_refused(
-    export_request: ExportRequest, export_format: str, tmp_path: Path
-) -> None:
-    (tmp_path / "assignment.toml").write_text('title = "T"\nkey = "hw"\n[[problem]]\nrobot = "../arm.toml"\n')
-    with pytest.raises(QdotError, match="is outside"):
-        EXPORT_FORMATS[export_format].check(
-            replace(export_request, assignment=replace(export_request.assignment, folder=tmp_path))
-        )
+def test_files_outside_the_folder_are_copied_into_the_export(tmp_path: Path) -> None:
+    """Two robots with the same name, a file of questions and the logo lie outside; a robot in the folder stays."""
+    folder, robot = make_class(tmp_path / "hw", [Student("ada")]).folder, (ROBOT_FOLDER / "cobra600.toml").read_bytes()
+    for path in ("other/arm.toml", "arm.toml", "hw/shared/arm.toml"):
+        (tmp_path / path).parent.mkdir(exist_ok=True)
+        (tmp_path / path).write_bytes(robot)
+    (tmp_path / "mine.toml").write_text('[question.mine]\nprompt = "x"\nanswer = "p"\n')
+    (tmp_path / "logo.svg").write_text("<svg/>")
+    robots = ("../arm.toml", "shared/arm.toml", f"{tmp_path.as_posix()}/other/arm.toml")
+    problems = "".join(f"[[problem]]\nrobot = '{name}'\nquestions = [ '../mine.toml' ] # '\n" for name in robots)
+    text = f'title = "T"\nkey = "hw"\n[paper]\nlogo = "../logo.svg"\n{problems}'
+    (folder / "assignment.toml").write_text(text)
+    assignment = load_assignment(folder)
+    files = read_assignment_files(assignment)
+    assert [path for path in files if "/" in path] == [
+        "shared/arm.toml", "shared-2/arm.toml", "shared-3/arm.toml", "shared/mine.toml", "shared/logo.svg",
+    ]  # fmt: skip
+    for path, content in {**files, "secret.txt": assignment.secret.encode()}.items():
+        (tmp_path / "export" / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "export" / path).write_bytes(content)
+    exported = load_assignment(tmp_path / "export")
+    assert exported.notebook_digest == assignment.notebook_digest and exported.front_page == assignment.front_page
 
 
 @pytest.fixture(scope="module")

@@ -55,14 +55,40 @@ SAME_LINES = [
 ]  # fmt: skip
 OTHER_LINES = ["sin(theta2) = 0 or sin(theta3) = 0", "{theta2: [0, pi], theta3: 0}"]
 SLIDE = ConfigurationSpace(("theta1", "d2"), Domain({"theta1": "angle", "d2": "signed"}))
+SUM = "sin(theta1 + theta2) = 0"
+SAME_SUM = [
+    "theta1 + theta2 = 0 or pi", "theta1 + theta2 = 0, pi, -pi", "theta1 + theta2 in {0, 3*pi}",
+    "theta1 + theta2 = k*pi", "[Eq(theta1 + theta2, 0), Eq(theta1 + theta2, pi)]",
+    "theta1 = -theta2 + 2*pi, theta2 = pi - theta1", "2*theta1 + 2*theta2 = 0 or (theta1 + theta2)/2 = pi/2",
+    "theta1 + theta2 - pi = 0, 0 = -theta1 - theta2",
+    "cos(theta1) = 0 and theta1 + theta2 = 0 or sin(theta1 + theta2) = 0",
+]  # fmt: skip
+OTHER_SUM = [
+    "theta1 + theta2 = 0", "theta1 + theta2 = 0 or pi/2", "theta1 - theta2 = 0, pi", "2*theta1 + 2*theta2 = 0, pi",
+    "theta1 + theta2 = 0 or 3.14", "And(Eq(theta1 + theta2, 0), Eq(theta2, pi))", "theta1 + theta2 = 0 or 180",
+]  # fmt: skip
+BOTH = "theta1 = -pi/2 and theta2 = pi/2 or theta1 = pi/2 and theta2 = -pi/2"
+SAME_BOTH = [
+    "theta1 + theta2 = 0 and theta1 - theta2 = pi", "And(Eq(theta1 + theta2, 2*pi), Eq(cos(theta1), 0))",
+    "theta1 = -theta2 and theta1 = theta2 + pi",
+]  # fmt: skip
+OTHER_BOTH = ["theta1 + theta2 = 0 and theta1 = pi/2", "theta1 + theta2 = 0 and theta1 - theta2 = 0"]
+SAME_MULTIPLES = ["sin(theta1 + 3*theta2/2) = 0", "theta2 = -2*theta1/3", "theta1 = pi - 1.5*theta2"]
+SLIDES = ConfigurationSpace(("d2", "d3"), Domain({"d2": "signed", "d3": "signed"}))
 COMPARED = [
     (FOLD, SPACE, SAME_FOLD, OTHER_FOLD), (SHOULDER, LONG_ENOUGH, SAME_SHOULDER, OTHER_SHOULDER),
     (LINES, SPACE, SAME_LINES, OTHER_LINES),
     ("d2 = -7/20", SLIDE, ["20*d2 + 7 = 0", "d2 = -0.35"], ["d2 = -7/20 + 2*pi"]),  # a slide has no full turns
+    ("d2 = 3 - d3", SLIDES, ["d2 + d3 = 3", "2*d3 + 2*d2 - 6 = 0"], ["d2 + d3 = 3 + 2*pi", "sin(d2 + d3 - 3) = 0"]),
+    (SUM, SPACE, SAME_SUM, OTHER_SUM), (BOTH, SPACE, SAME_BOTH, OTHER_BOTH),
+    ("2*theta1 + 3*theta2 = 0", SPACE, SAME_MULTIPLES, ["2*theta1 - 3*theta2 = 0", "theta1 + theta2 = 0"]),
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("reference", "space", "same", "others"), COMPARED, ids=["fold", "tied", "lines", "slide"])
+IDS = ["fold", "tied", "lines", "slide", "slides", "sum", "two sums", "multiples"]
+
+
+@pytest.mark.parametrize(("reference", "space", "same", "others"), COMPARED, ids=IDS)
 def test_sets_are_compared_independently_of_their_form(
     reference: str, space: ConfigurationSpace, same: list[str], others: list[str]
 ) -> None:

@@ -13,7 +13,7 @@ from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.path import DistanceDetails, PathDetails, RateLimitDetails, WeldingLine
 from qdot.exercises.reference_answers import Number
 from qdot.exercises.writing.problem_texts import write_prompt, write_solution
-from qdot.exercises.writing.solution_steps import format_three_digits
+from qdot.exercises.writing.solution_steps import format_number
 from tests.support.problems import ask_question, get_problem
 
 
@@ -106,7 +106,7 @@ def test_path_questions_use_simple_numbers_and_hide_the_result(family: str) -> N
         for q, value in seam.joints.items():
             assert (36 * value / sp.pi if q.name.startswith("theta") else 20 * value).is_Integer
             assert -sp.pi < value <= sp.pi or not q.name.startswith("theta")
-        assert format_three_digits(sp.Float(number)) in write_solution(problem, part)
+        assert format_number(sp.Float(number)) in write_solution(problem, part)
         assert f"{float(number):.4g}" not in write_prompt(problem, part)
 
 

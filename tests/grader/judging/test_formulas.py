@@ -331,6 +331,20 @@ def test_rounded_angles_lose_a_fifth(student: str, share: float, reason: str) ->
     assert judged.share == pytest.approx(share) and reason in judged.reason
 
 
+@pytest.mark.parametrize(
+    ("student", "share"),
+    [
+        ("theta1 + theta2 = 0, pi, -pi", 1), ("Eq(theta1 + theta2, 0)", 2 / 3), ("theta1 = pi - theta2", 2 / 3),
+        ("theta1 + theta2 = 0 or pi/2", 1 / 3), ("theta1 + theta2 = 0 or 3.14", 4 / 5), ("theta1 = 0 or pi", 0),
+    ],
+)  # fmt: skip
+def test_values_of_a_sum_of_angles_earn_their_share(student: str, share: float) -> None:
+    """Each value of the sum counts modulo 2 pi, as a value of a single joint does."""
+    for reference in ("sin(theta1 + theta2) = 0", "cos(theta1 + theta2 - pi/2) = 0"):
+        judged = judge_singular(student, [reference], ["theta1", "theta2"], DOMAIN, "s")
+        assert judged.share == pytest.approx(share), (reference, judged.reason)
+
+
 def test_a_singular_set_may_name_given_lengths() -> None:
     third = "theta2 in {acos(-3*sqrt(2)/10), -acos(-3*sqrt(2)/10)}"
     rows = [("a1 + d1*cos(theta2) = 0", ROOTS, WRONG), ("d1*cos(theta2) + a1 = 0", third, CORRECT)]
