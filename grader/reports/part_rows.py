@@ -11,7 +11,7 @@ from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading.result import Override, Result
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.feedback_levels import limit_feedback
-from qdot.grader.reports.grades_table import UNMARKED_STATUSES, find_work_status
+from qdot.grader.reports.grades_table import REASONS_WITHOUT_MARK, UNMARKED_STATUSES, find_work_status
 
 MAX_MESSAGE_LENGTH = 4000
 """Maximum number of characters of the message on a part."""
@@ -62,8 +62,7 @@ def get_only_result(results: Sequence[Result], report_format: str) -> Result:
     if len(results) != 1:
         raise QdotError(f"--report {report_format} contains only one student; add --student ID")
     if (status := find_work_status(results[0])) in UNMARKED_STATUSES:
-        cause = "qdot failed on an answer" if status == "ungraded" else "an answer or the notebook exceeded a limit"
-        raise QdotError(f"{results[0].student} has no mark for {report_format}: {cause}")
+        raise QdotError(f"{results[0].student} has no mark for {report_format}: {REASONS_WITHOUT_MARK[status]}")
     return results[0]
 
 
