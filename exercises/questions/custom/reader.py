@@ -27,6 +27,8 @@ from qdot.exercises.reference_answers import LETTERS
 
 MAX_TEXT_LENGTH, MAX_OPTIONS, HINT_COUNT = 5000, len(LETTERS), 3
 
+UNIT_CHARACTERS = r"[A-Za-z0-9µ°*/^(). -]*"
+
 
 class OptionEntry(pydantic.BaseModel):
     """One option, if it is not written as a text alone."""
@@ -103,7 +105,7 @@ FORMS = {
     'given = {theta1 = "angle", m = [1, 5]}; kinds are ' + ", ".join(SAMPLED_KINDS),
     "rows": 'expected a list of names in LaTeX, as in rows = ["v_x", "v_y"]',
     "units": 'expected a table, as in units = {m = "kg", g = "m/s^2"}',
-    "unit": 'expected a text, as in unit = "m/s"',
+    "unit": 'expected a unit, as in unit = "m/s"',
     "digits": "expected a whole number from 2 to 9, as in digits = 3",
     "tolerance": 'expected a tolerance with its unit in quotes, as in tolerance = "0.01 m/s"',
     "up_to_factor": "expected true or false, without quotes",
@@ -199,6 +201,8 @@ def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
             with file.locate_errors("question", name, *key_path, key):
                 for text in [value] if isinstance(value, str) else value:
                     check_text(text, file.text)
+                if key == "prompt" and not value.strip():
+                    raise QdotError(FORMS[key])
         with file.locate_errors("question", name, *key_path, "title"):
             check_title(texts.title or "", file.text)
     with file.locate_errors("question", name, "options"):
@@ -210,6 +214,10 @@ def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
     with file.locate_errors("question", name, "rows"):
         for row_name in entry.rows:
             check_latex(row_name)
+    for key, units in (("unit", [entry.unit]), ("units", entry.units.values())):
+        with file.locate_errors("question", name, key):
+            if not all(re.fullmatch(UNIT_CHARACTERS, unit) for unit in units):
+                raise QdotError(f"{FORMS[key]}; powers are written with ^, and products with *")
 
 
 def _read_rounding(entry: QuestionEntry) -> Rounding | None:
