@@ -404,7 +404,8 @@ class QuestionMaker:
         except FormulaError:  # it names a number of the table, which has no symbol
             return None
         units = {value.name: SAMPLED_KINDS.get(value.kind, "1") for value in self.definition.given}
-        units |= dict(self.definition.units)
+        units |= dict.fromkeys(map(str, arm.parameters), "m")
+        units |= {name: info.unit for name, info in (self.list_new_symbols(arm) or {}).items()}
         for q, rate, joint in zip(arm.q, arm.rates, arm.joints, strict=True):
             units |= {q.name: "m", rate.name: "m/s"} if joint.is_prismatic else {q.name: "rad", rate.name: "rad/s"}
         units |= {row: "m/s" if row[0] == "v" else "rad/s" for row in arm.task}

@@ -450,6 +450,19 @@ def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str, warning: str |
     assert (warning or "") in errors and bool(errors) == (warning is not None)
 
 
+@pytest.mark.parametrize(
+    ("answer", "given", "unit"),
+    [
+        ("norm(p)", "d2 = [0.2, 0.8], a1 = [0.2, 0.8]", "m"), ("p.x*f[1]", 'd2 = "length", fx = [1, 5]', "N m"),
+        ("qdd2*theta1", "qdd2 = [1, 3]", "m/s^2"),
+    ],
+)  # fmt: skip
+def test_given_symbols_have_their_units(answer: str, given: str, unit: str, tmp_path: Path) -> None:
+    keys = f'prompt = "x"\nanswer = "{answer}"\nunit = "{unit}"\ngiven = {{theta1 = "angle", {given}}}\n'
+    question = f'[question.mine]\n{keys}[[problem]]\nfamily = "polar-rp"\nquestions = ["mine"]\n'
+    assert make_assignment(tmp_path, 'variation = "chapter"\n' + question).notes == ()
+
+
 def test_a_number_at_a_singular_pose_is_refused(tmp_path: Path) -> None:
     question = 'prompt = "x"\ngiven = {theta1 = 0, theta2 = 0}\nunit = "1/s"\nanswer = "norm(inv(J)*[1, 1])"'
     with pytest.raises(QdotError, match="not a finite number"):
