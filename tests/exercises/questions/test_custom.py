@@ -458,7 +458,7 @@ def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str, warning: str |
     ],
 )  # fmt: skip
 def test_given_symbols_have_their_units(answer: str, given: str, unit: str, tmp_path: Path) -> None:
-    keys = f'prompt = "x"\nanswer = "{answer}"\nunit = "{unit}"\ngiven = {{theta1 = "angle", {given}}}\n'
+    keys = f'prompt = "{{given}}"\nanswer = "{answer}"\nunit = "{unit}"\ngiven = {{theta1 = "angle", {given}}}\n'
     question = f'[question.mine]\n{keys}[[problem]]\nfamily = "polar-rp"\nquestions = ["mine"]\n'
     assert make_assignment(tmp_path, 'variation = "chapter"\n' + question).notes == ()
 
