@@ -22,6 +22,7 @@ from qdot.exercises.questions.custom.definition import (
     Texts,
 )
 from qdot.exercises.questions.custom.question import make_question
+from qdot.exercises.questions.custom.texts import check_latex, check_text, check_title
 from qdot.exercises.reference_answers import LETTERS
 
 ONLY_NUMBERS = "only numbers have {}; with given values, a formula becomes a number"
@@ -165,10 +166,7 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
     if (entry.answer is None) == (entry.options is None):
         with file.locate_errors("question", name):
             raise QdotError("a question needs either an answer or options")
-    with file.locate_errors("question", name):
-        _check_texts(entry)
-        if entry.de is not None:
-            _check_texts(entry.de, "de.")
+    _check_texts(file, name, entry)
     with file.locate_errors("question", name, "options"):
         options = _read_options(entry)
     with file.locate_errors("question", name, "given"):
@@ -194,13 +192,31 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
     return definition
 
 
-def _check_texts(entry: QuestionEntry | TextsEntry, prefix: str = "") -> None:
-    """Raise QdotError, which begins with the key, if a text is too long or if there are not three hints."""
-    for key, text in (("prompt", entry.prompt), ("solution", entry.solution)):
-        if len(text) > MAX_TEXT_LENGTH:
-            raise QdotError(f"{prefix}{key}: the text has more than {MAX_TEXT_LENGTH} characters")
-    if len(entry.hints) not in (0, HINT_COUNT):
-        raise QdotError(f"{prefix}hints: {FORMS['hints']}")
+def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
+    """Raise QdotError with the line and the key of a text that is too long or has LaTeX which qdot doesn't support."""
+    for key_path, texts in (((), entry), (("de",), entry.de)):
+        if texts is None:
+            continue
+        for key in ("prompt", "hints", "solution"):
+            value = getattr(texts, key)
+            with file.locate_errors("question", name, *key_path, key):
+                if isinstance(value, list) and len(value) not in (0, HINT_COUNT):
+                    raise QdotError(FORMS["hints"])
+                for text in [value] if isinstance(value, str) else value:
+                    if len(text) > MAX_TEXT_LENGTH:
+                        raise QdotError(f"the text has more than {MAX_TEXT_LENGTH} characters")
+                    check_text(text, file.text)
+        with file.locate_errors("question", name, *key_path, "title"):
+            check_title(texts.title or "", file.text)
+    with file.locate_errors("question", name, "options"):
+        for option in entry.options or ():
+            if not isinstance(option, str):
+                check_text(option.text or "", file.text)
+            elif entry.shown == "text":
+                check_text(option, file.text)
+    with file.locate_errors("question", name, "rows"):
+        for row_name in entry.rows:
+            check_latex(row_name)
 
 
 def _read_rounding(entry: QuestionEntry) -> Rounding | None:
