@@ -113,7 +113,7 @@ class AssignmentFile(pydantic.BaseModel):
     attempts: str | dict[str, Any] = "last"
     """Which of a student's submissions counts."""
     feedback: Literal["outcome", "mistake", "counterexample", "values", "solutions"] = "counterexample"
-    """How much a feedback page shows about a wrong answer; each level adds to the one before it."""
+    """How much a feedback page shows about a wrong answer; only "solutions" shows worked solutions."""
     follow_through: float = pydantic.Field(default=0.8, ge=0, le=1)
     """The share of the points for an answer that follows from the student's own wrong earlier answer."""
     hints: bool = False

@@ -26,6 +26,10 @@ KeyPath = Sequence[str | int]
 """A path of keys and list indices: ("joint", 0, "alpha") is alpha of the first [[joint]]."""
 
 _MAX_VALUE_LENGTH = 48
+_BACKSLASH_HINT = (
+    "; write LaTeX in single quotes, as in '$\\alpha$', other formulas without backslashes, as in \"pi/2\", and paths "
+    "with /"
+)
 _HINTS = (
     ("invalid value", '; put text and formulas in quotes, as in "pi/2", and write numbers as 0.5'),
     ("expected newline or end", '; write numbers without a unit, as in 0.5, and everything else in quotes: "pi/2"'),
@@ -36,7 +40,8 @@ _HINTS = (
     ("invalid date", "; write a date with a time as 2027-01-15T23:59:00+01:00"),
     ("invalid statement", "; each line must be KEY = VALUE, a [[header]] or a # comment"),
     ("array declaration", "; a header contains only a name, as in [[joint]]"),
-    ("unescaped '\\'", '; write formulas without backslashes, as in "pi/2", and paths with /'),
+    ("unescaped '\\'", _BACKSLASH_HINT),
+    ("invalid hex value", _BACKSLASH_HINT),
 )
 """Parts of the messages of Python's TOML parser, each with a hint at the usual cause."""
 
@@ -187,6 +192,7 @@ class TomlFile:
                 numbers.setdefault(table, number)
             elif key := re.match(r"""\s*["']?([^"'=#\[]+?)["']?\s*=""", line):
                 numbers.setdefault((*table, key[1]), number)
+                numbers.setdefault((*table, *key[1].split(".")), number)
         return numbers
 
 

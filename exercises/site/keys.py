@@ -107,7 +107,7 @@ class _KeyMaker(AnswerVisitor[Json]):
         if not self.with_mistakes:
             return key
         key["mistakes"] = list(_find_mistakes_in_formulas(self.problem, self.part, points))
-        if not answer.counts_up_to_a_factor:
+        if not answer.is_direction:
             if coefficients := _find_linear_coefficients(self.problem, self.part, points):
                 key["linear"] = coefficients
             if mistakes_throughout := list(_find_mistakes_throughout(self.problem, self.part, points, key)):
@@ -228,7 +228,7 @@ def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValue
     if not is_derived(part):
         return
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
-    is_direction = part.answer.counts_up_to_a_factor
+    is_direction = part.answer.is_direction
     values = fix_given_joints(part, first_points) if is_direction else first_points
     stages = compute_numeric_stages(problem.chain, values)
     known_fingerprints = {_compute_fingerprint(compute_answer(stages, part), is_direction)}

@@ -1,12 +1,10 @@
 """Fill in the texts of custom questions: {name} in braces becomes what the student's own problem has, typeset.
 
 A placeholder is a group of values ({pose}, {rates}, {velocity}, {given}), {base} for the frame in which results are
-expressed, the name of a given value, or a formula of the question language. In a formula between dollar signs, a brace
-directly after a letter or one of _ ^ } ] belongs to LaTeX. Double braces stand for a brace.
+expressed, the name of a given value, or a formula of the question language.
 """
 
 import operator
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -17,6 +15,7 @@ from qdot.exercises.problem.problem import Part, list_table_numbers
 from qdot.exercises.questions.base import Question
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, Texts
 from qdot.exercises.questions.custom.question import CustomDetails, CustomQuestion, QuestionMaker
+from qdot.exercises.questions.custom.texts import split_text
 from qdot.exercises.questions.language import FormulaError
 from qdot.exercises.writing.languages import Catalogue, load_catalogue
 from qdot.exercises.writing.latex import tex, tex_length, tex_value
@@ -26,8 +25,6 @@ if TYPE_CHECKING:
 
 BASE = "base"
 """The placeholder for the frame in which results are expressed."""
-_PIECE = re.compile(r"\{\{|\}\}|(?P<dollar>\$\$?)|\{(?P<content>[^{}]*)\}")
-_LATEX_BRACE = re.compile(r"[A-Za-z_^}\]]$")
 
 
 def write_custom_text(part: Part, text_name: str, wording: "Wording") -> str:
@@ -74,24 +71,15 @@ def _find_texts(part: Part, wording: "Wording", has_text: Callable[[Texts], obje
 
 def fill_text(text: str, part: Part, wording: "Wording") -> str:
     """Return a text of a custom question with its placeholders filled in. Raises FormulaError for unknown ones."""
-    pieces, position, in_formula = [], 0, False
-    for match in _PIECE.finditer(text):
-        pieces.append(text[position : match.start()])
-        position = match.end()
-        if match["dollar"]:
-            in_formula = not in_formula
-            pieces.append(match[0])
-        elif match[0] in ("{{", "}}"):
-            pieces.append(match[0][0])
-        elif in_formula and _LATEX_BRACE.search(text[: match.start()]):
-            pieces.append(match[0])
-        else:
-            content = match["content"].strip()
-            if content == BASE:
-                pieces[-1] = wording.messages.add_article(pieces[-1])
-            filled_text, is_formula = _fill_placeholder(content, part, wording)
-            pieces.append(filled_text if in_formula or not is_formula else f"${filled_text}$")
-    return "".join([*pieces, text[position:]])
+    filled_pieces: list[str] = []
+    for piece in split_text(text):
+        filled_text, is_formula = piece.text, False
+        if piece.is_placeholder:
+            if piece.text == BASE:
+                filled_pieces[-1] = wording.messages.add_article(filled_pieces[-1])
+            filled_text, is_formula = _fill_placeholder(piece.text, part, wording)
+        filled_pieces.append(f"${filled_text}$" if is_formula and not piece.is_in_formula else filled_text)
+    return "".join(filled_pieces)
 
 
 def _fill_placeholder(content: str, part: Part, wording: "Wording") -> tuple[str, bool]:

@@ -22,6 +22,7 @@ from qdot.exercises.questions.custom.definition import (
     Texts,
 )
 from qdot.exercises.questions.custom.question import make_question
+from qdot.exercises.questions.custom.texts import check_latex, check_text, check_title
 from qdot.exercises.reference_answers import LETTERS
 
 MAX_TEXT_LENGTH, MAX_OPTIONS, HINT_COUNT = 5000, len(LETTERS), 3
@@ -162,6 +163,7 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
         if len(getattr(entry, key)) > MAX_TEXT_LENGTH:
             with file.locate_errors("question", name, key):
                 raise QdotError(f"the text has more than {MAX_TEXT_LENGTH} characters")
+    _check_texts(file, name, entry)
     with file.locate_errors("question", name, "hints"):
         if len(entry.hints) not in (0, HINT_COUNT):
             raise QdotError(FORMS["hints"])
@@ -185,6 +187,29 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
         if entry.up_to_factor and (question.compute is None or given):
             raise QdotError("only a vector of formulas can count up to a factor; leave this key out")
     return definition
+
+
+def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
+    """Raise QdotError with the line and the key of a text that has LaTeX which qdot doesn't support."""
+    for key_path, texts in (((), entry), (("de",), entry.de)):
+        if texts is None:
+            continue
+        for key in ("prompt", "hints", "solution"):
+            value = getattr(texts, key)
+            with file.locate_errors("question", name, *key_path, key):
+                for text in [value] if isinstance(value, str) else value:
+                    check_text(text, file.text)
+        with file.locate_errors("question", name, *key_path, "title"):
+            check_title(texts.title or "", file.text)
+    with file.locate_errors("question", name, "options"):
+        for option in entry.options or ():
+            if not isinstance(option, str):
+                check_text(option.text or "", file.text)
+            elif entry.shown == "text":
+                check_text(option, file.text)
+    with file.locate_errors("question", name, "rows"):
+        for row_name in entry.rows:
+            check_latex(row_name)
 
 
 def _read_rounding(entry: QuestionEntry) -> Rounding | None:

@@ -564,16 +564,73 @@ def test_invalid_question_is_refused_with_file_line_and_reason(question: str, tm
 
 @pytest.mark.parametrize(
     ("text", "reason"),
-    {"{foo}": "unknown name 'foo'", "{rates}": "add 'rates'", "{p": "", "{p.x.y}": ".x, .y and .z"}.items(),
+    {"{foo}": "unknown name 'foo'", "{rates}": "add 'rates'", "{p": "a brace { has no partner",
+     "p}": "a brace } has no partner", "{p.x.y}": ".x, .y and .z"}.items(),
 )  # fmt: skip
 def test_placeholders_are_checked(text: str, reason: str, tmp_path: Path) -> None:
-    question = f"prompt = 'Find {text}'\nanswer = \"p\""
-    if reason:
-        with pytest.raises(QdotError, match=f"prompt = .*{reason}"):
-            make_problem(tmp_path, question)
-    else:
-        problem = make_problem(tmp_path, question)
-        assert text in write_prompt(problem, problem.parts[0])
+    with pytest.raises(QdotError, match=f"prompt = .*{reason}"):
+        make_problem(tmp_path, f"prompt = 'Find {text}'\nanswer = \"p\"")
+
+
+BAD_TEXTS = {
+    r"prompt = '$\foo{v}$'": r"\foo is not supported in $\foo{v}$",
+    r"prompt = '$\boldsmybol{v}$'": r"(did you mean \boldsymbol?); supported are, for example, \vec{v},",
+    r"prompt = '$\frac{a}{b$'": r"a brace { has no partner in $\frac{a}{b$",
+    r"prompt = '$\left(a$'": r"a closing brace, \right or \end is missing in $\left(a$",
+    r"prompt = '$\text{m/s^2}$'": r"contains ^; write it outside of \text",
+    "prompt = 'costs 5$ at $P$'": "a dollar sign has no partner",
+    r'prompt = "Find $\theta$."': r"before 'heta': TOML reads \t in double quotes as one; write texts with",
+    r'prompt = "Find $\frac{1}{2}$."': r"before 'rac': TOML reads \f",
+    r'prompt = "Find $\nabla f$."': r"before 'abla': TOML reads \n",
+    r'prompt = "Find $\alpha$."': r"write LaTeX in single quotes, as in '$\alpha$'",
+    r'prompt = "Find $\upsilon$."': "write LaTeX in single quotes",
+    "prompt = 'x'\nhints = ['a', '$\\foo$', 'c']": r"hints = .*\foo is not",
+    "prompt = 'x'\nsolution = '$\\foo$'": r"solution = .*\foo is not",
+    "prompt = 'x'\nrows = ['\\foo', 'v_y']": r"rows = .*\foo is not",
+    "prompt = 'x'\nde.prompt = '$\\foo$'": r"de: prompt = .*\foo is not",
+    "prompt = 'x'\ntitle = 'Speed of $P$'": "a title is plain text without '$'",
+}
+
+
+@pytest.mark.parametrize("text", BAD_TEXTS)
+def test_text_that_can_not_be_shown_is_refused_with_its_line(text: str, tmp_path: Path) -> None:
+    with pytest.raises(QdotError) as refused:
+        make_problem(tmp_path, f"{text}\nanswer = 'p'")
+    message = str(refused.value)
+    assert re.search(".*".join(map(re.escape, BAD_TEXTS[text].split(".*"))), message) and "\n" not in message
+    assert f"assignment.toml: line {4 + text.count(chr(10))}: " in message
+
+
+ROBOTICS_TEXT = r"""
+Let $\vec{v} = \mathbf{J}(\boldsymbol{q})\,\dot{\boldsymbol{q}}$,
+$\hat{\mathbf{z_{1}}} \perp \bar{a} \parallel \tilde{b}$,
+$\lVert v\rVert \ne \|\ddot q\|$, $J^\top \in \mathbb{R}^{n \times 3}$, $\operatorname{rank} J = \max_i \min_j r_{ij}$,
+$\mathcal{N}(J)$, $\int_0^\infty \!\nabla f\,\mathrm{d}t$, $\forall i = 1, \ldots, n$,
+$\angle(\overline{AB}, \underline{CD})$,
+$a \rightarrow \begin{pmatrix} 1 & {p.x} \\ \frac{{a1}}{b_{1}} & 0 \end{pmatrix}$ and \$5:
+
+$$f = \begin{cases} x & \text{if } x > 0 \\ \dot{\hat{\mathbf{x_{1}}}} & \text{else} \end{cases}$$
+"""
+
+
+def test_latex_of_robotics_is_shown_in_every_format(tmp_path: Path) -> None:
+    question = f"prompt = '''{ROBOTICS_TEXT}'''\nanswer = 'p'\nsolution = '''{ROBOTICS_TEXT}'''"
+    text = (
+        f'variation = "chapter"\n[question.mine]\n{question}\n[[problem]]\nfamily = "planar-2r"\nquestions = ["mine"]\n'
+    )
+    assignment = make_assignment(tmp_path, text)
+    problems = assignment.generate_problems("s1")
+    shown = {
+        name: show_assignment("T", problems, format=name, solution=True) for name in ("text", "html", "latex", "ipynb")
+    }
+    assert "v\u20d7 = 𝐉 (𝒒) 𝒒\u0307, 𝐳₁\u0302 ⊥ a\u0304 ∥ b\u0303, ‖v‖ ≠ ‖q\u0308‖, Jᵀ ∈ ℝ^(n×3)" in shown["text"]
+    assert "$5:" in shown["text"]
+    assert r"\frac{a_{1}}{b_{1}}" in shown["latex"]
+    assert r"\\dot{\\hat{\\mathbf{x_{1}}}}" in shown["ipynb"]
+    assert all(f"&#x{ord(char):05X};" in shown["html"] for char in "𝐉ℝ𝒩∞∀∠⊥∥‖∇")
+    assert (
+        make_pdf_preview(assignment, "preview", [problem for _, problem in problems], has_solutions=True)[:4] == b"%PDF"
+    )
 
 
 def test_latex_keeps_its_braces(tmp_path: Path) -> None:
