@@ -256,7 +256,8 @@ def test_mistakes_in_example_6_3_are_named(answer: str, mistake: str) -> None:
 @pytest.mark.parametrize(
     ("family", "formula", "first_mistake"),
     [
-        ("planar-2r", "ddt(dot(p, p))", "sign"), ("planar-2r", "o2 - o1", "sign"), ("polar-rp", "det(J)", "determinant-sign"),
+        ("planar-2r", "ddt(dot(p, p))", "sign"), ("planar-2r", "o2 - o1", "sign"),
+        ("polar-rp", "det(J)", "determinant-sign"),
         ("planar-2r", "det(J)", "sign"), ("spherical", "v", "sign"), ("spherical", "p.x", "sign"),
         ("planar-2r", "J[1, 1]", "derivative-of-cosine"),
     ],
