@@ -45,6 +45,8 @@ from qdot.exercises.singularities.singular_set import Component, find_zero_set
 
 MAX_TRIES = 20
 """Maximum number of sets of random values that are tried until the answer is a finite number."""
+MAX_OPERATIONS = 20_000
+"""Maximum number of operations of a formula before it is simplified; those that people can read have hundreds."""
 
 SOURCES = {
     "p": ("position",), "v": ("position",), "J": ("jacobian",), "det(J)": ("determinant", "jacobian"),
@@ -444,6 +446,8 @@ def _find_objection(definition: Definition, chain: Chain) -> str | None:
 
 def _simplify(entry: sp.Expr) -> sp.Expr:
     """Return an entry in textbook form, or unchanged if that form can't be confirmed by numbers."""
+    if sp.count_ops(entry) > MAX_OPERATIONS:
+        raise TooLong(f"a formula has more than {MAX_OPERATIONS} operations, too many to be readable")
     simplified = write_in_textbook_form(entry)
     if simplified == entry:
         return entry

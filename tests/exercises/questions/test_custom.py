@@ -157,6 +157,13 @@ def test_textbook_form_that_numbers_contradict_is_not_used(monkeypatch: pytest.M
     assert find_failures(generate("planar-2r/1", ["mine"], definitions=[definition])) == []
 
 
+def test_formula_that_is_too_long_to_simplify_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("qdot.exercises.questions.custom.question.MAX_OPERATIONS", 9)
+    definition = Definition("mine", "norm(p)", (("en", Texts("Too long", "x")),))
+    with pytest.raises(QdotError, match="more than 9 operations"):
+        generate("planar-2r/1", ["mine"], definitions=[definition])
+
+
 @pytest.mark.parametrize(
     ("answer", "expected"),
     [
