@@ -169,6 +169,7 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
         with file.locate_errors("question", name):
             raise QdotError("a question needs either an answer or options")
     _check_texts(file, name, entry)
+    _check_options_and_units(file, name, entry)
     with file.locate_errors("question", name, "options"):
         options = _read_options(entry)
     with file.locate_errors("question", name, "given"):
@@ -196,7 +197,8 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
 
 def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
     """Raise QdotError with the line and the key of a text that is too long or has LaTeX which qdot doesn't support."""
-    for key_path, texts in (((), entry), (("de",), entry.de)):
+    languages: dict[tuple[str, ...], QuestionEntry | TextsEntry | None] = {(): entry, ("de",): entry.de}
+    for key_path, texts in languages.items():
         if texts is None:
             continue
         for key in ("prompt", "hints", "solution"):
@@ -212,6 +214,10 @@ def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
                     raise QdotError(FORMS[key])
         with file.locate_errors("question", name, *key_path, "title"):
             check_title(texts.title or "", file.text)
+
+
+def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) -> None:
+    """Raise QdotError with the line and the key of an option, a name of a row or a unit that qdot can't show."""
     with file.locate_errors("question", name, "options"):
         for option in entry.options or ():
             if not isinstance(option, str):
