@@ -511,6 +511,8 @@ def test_show_and_verify_accept_custom_questions(tmp_path: Path) -> None:
     assert "name the families" in run_and_fail("verify", path)
     printed = run("verify", folder / "assignment.toml", "--family", "planar-2r", "--count", "1", "--jobs", "1")
     assert "5 problems verified, 0 failed" in printed
+    result = runner.invoke(app, ["verify", str(folder / "assignment.toml"), "--family", "planar-3r", "--count", "1"])
+    assert "4 problems verified, 0 failed" in result.stdout and "where: answer" in result.stderr
     assert "--family planar-2r" in run_and_fail("verify", path, "planar-2r/7", "--family", "planar-2r")
 
 
