@@ -151,6 +151,14 @@ def test_roots_quotients_and_other_functions_stay_in_the_answer(answer: str) -> 
         assert "geometry and differences" in find_failures(replace(problem, parts=(wrong,)))[0]
 
 
+@pytest.mark.parametrize("position", ["[a1*cos(theta1), 1]", "[atan2(a1, theta1), 1]"])
+def test_derivative_is_marked_after_any_wrong_position(position: str) -> None:
+    definition = Definition("mine", "ddt(abs(p.x))", (("en", Texts("Mine", "x")),))
+    problem = generate("planar-2r/1", ["position", "mine"], definitions=[definition])
+    _, marked = mark(problem, {"position": position, "mine": "qd1"}, secret="s")
+    assert (marked.judgement.outcome, marked.points) == (Outcome.WRONG, 0)
+
+
 def test_textbook_form_that_numbers_contradict_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("qdot.exercises.questions.custom.question.write_in_textbook_form", lambda entry: entry + 1)
     definition = Definition("mine", "norm(p)", (("en", Texts("Unconfirmed", "x")),))
