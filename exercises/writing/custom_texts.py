@@ -19,6 +19,7 @@ from qdot.exercises.questions.custom.texts import split_text
 from qdot.exercises.questions.language import FormulaError
 from qdot.exercises.writing.languages import Catalogue, load_catalogue
 from qdot.exercises.writing.latex import tex, tex_length, tex_value
+from qdot.exercises.writing.units import tex_unit
 
 if TYPE_CHECKING:
     from qdot.exercises.writing.wording import Wording
@@ -82,6 +83,31 @@ def fill_text(text: str, part: Part, wording: "Wording") -> str:
     return "".join(filled_pieces)
 
 
+def find_unstated_values(part: Part, wording: "Wording") -> str | None:
+    """Return a message on given values that a custom question needs but does not state; None if there are none."""
+    try:
+        if isinstance(part.details, CustomDetails) and part.details.all_values:
+            check_given_values(write_custom_text(part, "prompt", wording), part, wording)
+    except FormulaError as error:
+        return str(error)
+    return None
+
+
+def check_given_values(prompt: str, part: Part, wording: "Wording") -> None:
+    """Raise FormulaError if a prompt, already filled in, lacks a value that the student needs.
+
+    A fixed value may be in the prompt in other words.
+    """
+    details = part.details_as(CustomDetails)
+    unstated = [symbol for symbol, text in _write_values(details, wording).items() if text not in prompt]
+    missing_names = QuestionMaker(details.definition).list_needed_values(wording.chain, details, unstated)
+    if missing_names:
+        raise FormulaError(
+            f"the text does not state the given values of {', '.join(missing_names)}; write {{given}}, or "
+            f"{{{missing_names[0]}}} for a single value"
+        )
+
+
 def _fill_placeholder(content: str, part: Part, wording: "Wording") -> tuple[str, bool]:
     """Return what a placeholder stands for, and whether it is LaTeX for a formula."""
     details, chain = part.details_as(CustomDetails), wording.chain
@@ -95,7 +121,8 @@ def _fill_placeholder(content: str, part: Part, wording: "Wording") -> tuple[str
         }[content]  # fmt: skip
         texts = [values[name] for name in names if name in values]
         if not texts:
-            raise FormulaError(f"{{{content}}}: the question gives no such values; add {content!r} to `given`")
+            advice = 'write, for example, given = ["pose"]' if content == "given" else f"add {content!r} to `given`"
+            raise FormulaError(f"{{{content}}}: the question gives no such values; {advice}")
         return ",$ $".join(texts), True
     if content in values:
         return values[content], True
@@ -115,6 +142,6 @@ def _write_values(details: CustomDetails, wording: "Wording") -> Mapping[sp.Symb
             text = tex_length(value)
         else:
             unit = wording.find_unit(symbol) or units.get(symbol.name, "")
-            text = rf"{float(value):g}\,\text{{{unit}}}" if unit else f"{float(value):g}"
+            text = f"{float(value):g}{tex_unit(unit)}"
         texts[symbol] = f"{tex(symbol, chain)} = {text}"
     return texts

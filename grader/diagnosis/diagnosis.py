@@ -14,7 +14,14 @@ import numpy as np
 from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import as_matrix
-from qdot.exercises.mistakes.catalogue import CATALOGUE, PredictedAnswer, apply_mistake, predict_wrong_answers
+from qdot.exercises.mistakes.catalogue import (
+    CATALOGUE,
+    SIGN_MISTAKES_AT_ONE_PLACE,
+    SIGN_MISTAKES_THROUGHOUT,
+    PredictedAnswer,
+    apply_mistake,
+    predict_wrong_answers,
+)
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
 from qdot.exercises.short_questions import question_of
@@ -177,10 +184,13 @@ def _explain_values(answer: WrongAnswer, earlier_mistakes: Sequence[EarlierMista
     if division := _explain_missing_division(answer):
         return division
     fitting_predictions = []
+    has_opposite_sign = not numeric.is_direction and numeric.equals(-answer.correct_values)
     for prediction in predict_wrong_answers(answer.correct_stages, answer.part, numeric.is_precise):
         if _has_values(prediction, numeric):
             if cause := _find_cause(prediction, earlier_mistakes):
                 return _name_inherited(prediction, cause)
+            if has_opposite_sign and prediction.mistake.name in SIGN_MISTAKES_AT_ONE_PLACE:
+                continue
             fitting_predictions.append(prediction)
             if not earlier_mistakes and prediction.frequency >= 1:
                 break
@@ -240,6 +250,10 @@ def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer])
     equivalent_names = list(first_prediction.mistake.equivalent_mistakes)
     if answer.numeric.is_direction and first_prediction.mistake.name == "row-sign":  # one row, or all other rows
         equivalent_names.append("row-sign")
+    if answer.numeric.equals(-answer.correct_values) and first_prediction.mistake.name not in SIGN_MISTAKES_THROUGHOUT:
+        sign_predictions = list(apply_mistake(CATALOGUE["sign"], answer.correct_stages, answer.part))
+        alternatives = [each for each in (*sign_predictions, first_prediction) if _has_values(each, answer.numeric)]
+        return name_alternatives([(each.mistake, each.variant.words, _write_message(each)) for each in alternatives])
     candidates = [first_prediction] + [
         prediction
         for name in equivalent_names

@@ -25,7 +25,10 @@ from qdot.exercises.questions.custom.question import make_question
 from qdot.exercises.questions.custom.texts import check_latex, check_text, check_title
 from qdot.exercises.reference_answers import LETTERS
 
+ONLY_NUMBERS = "only numbers have {}; with given values, a formula becomes a number"
 MAX_TEXT_LENGTH, MAX_OPTIONS, HINT_COUNT = 5000, len(LETTERS), 3
+
+UNIT_CHARACTERS = r"[A-Za-z0-9µ°*/^(). -]*"
 
 
 class OptionEntry(pydantic.BaseModel):
@@ -103,7 +106,7 @@ FORMS = {
     'given = {theta1 = "angle", m = [1, 5]}; kinds are ' + ", ".join(SAMPLED_KINDS),
     "rows": 'expected a list of names in LaTeX, as in rows = ["v_x", "v_y"]',
     "units": 'expected a table, as in units = {m = "kg", g = "m/s^2"}',
-    "unit": 'expected a text, as in unit = "m/s"',
+    "unit": 'expected a unit, as in unit = "m/s"',
     "digits": "expected a whole number from 2 to 9, as in digits = 3",
     "tolerance": 'expected a tolerance with its unit in quotes, as in tolerance = "0.01 m/s"',
     "up_to_factor": "expected true or false, without quotes",
@@ -131,15 +134,20 @@ def read_definitions(file: TomlFile, known_names: Collection[str]) -> dict[str, 
             if not isinstance(tables[name], dict):
                 raise QdotError(f"expected a table, [question.{name}]")
         file.check_keys(("question", name), tuple(QuestionEntry.model_fields), ("prompt",))
+        if isinstance(tables[name].get("de"), dict):
+            file.check_keys(("question", name, "de"), tuple(TextsEntry.model_fields), ("prompt",))
         definitions[name] = _read_definition(file, name, tables[name])
     return definitions
 
 
-def read_question_file(path: Path, known_names: Collection[str]) -> dict[str, Definition]:
-    """Return the questions that a file defines. Raises QdotError with the file, the line and the key."""
+def read_question_file(path: Path, known_names: Collection[str]) -> tuple[TomlFile, dict[str, Definition]]:
+    """Return a file and the questions that it defines; it may be the assignment.toml of an assignment.
+
+    Raises QdotError with the file, the line and the key.
+    """
     file = read_toml(path, "it should define questions, each in a table [question.NAME]", float)
-    file.check_keys((), ("question",), ("question",))
-    return read_definitions(file, known_names)
+    file.check_keys((), tuple(file.content) if "problem" in file.content else ("question",), ("question",))
+    return file, read_definitions(file, known_names)
 
 
 def _check_name(name: str, known_names: Collection[str]) -> None:
@@ -153,24 +161,22 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
     try:
         entry = QuestionEntry.model_validate(table)
     except pydantic.ValidationError as error:
-        key = str(error.errors()[0]["loc"][0])
-        with file.locate_errors("question", name, key):
-            raise QdotError(FORMS[key]) from None
+        location = error.errors()[0]["loc"]
+        key_path = [str(key) for key in location[: 2 if location[0] == "de" else 1]]
+        with file.locate_errors("question", name, *key_path):
+            raise QdotError(FORMS[key_path[-1]]) from None
     if (entry.answer is None) == (entry.options is None):
         with file.locate_errors("question", name):
             raise QdotError("a question needs either an answer or options")
-    for key in ("prompt", "solution"):
-        if len(getattr(entry, key)) > MAX_TEXT_LENGTH:
-            with file.locate_errors("question", name, key):
-                raise QdotError(f"the text has more than {MAX_TEXT_LENGTH} characters")
     _check_texts(file, name, entry)
-    with file.locate_errors("question", name, "hints"):
-        if len(entry.hints) not in (0, HINT_COUNT):
-            raise QdotError(FORMS["hints"])
+    _check_options_and_units(file, name, entry)
     with file.locate_errors("question", name, "options"):
         options = _read_options(entry)
     with file.locate_errors("question", name, "given"):
         given = _read_given(entry)
+    with file.locate_errors("question", name, "unit"):
+        if entry.unit and not given:
+            raise QdotError(ONLY_NUMBERS.format("a unit"))
     with file.locate_errors("question", name, "digits" if entry.tolerance is None else "tolerance"):
         rounding = _read_rounding(entry)
     title = entry.title or name.replace("-", " ").capitalize()
@@ -190,17 +196,28 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
 
 
 def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
-    """Raise QdotError with the line and the key of a text that has LaTeX which qdot doesn't support."""
-    for key_path, texts in (((), entry), (("de",), entry.de)):
+    """Raise QdotError with the line and the key of a text that is too long or has LaTeX which qdot doesn't support."""
+    languages: dict[tuple[str, ...], QuestionEntry | TextsEntry | None] = {(): entry, ("de",): entry.de}
+    for key_path, texts in languages.items():
         if texts is None:
             continue
         for key in ("prompt", "hints", "solution"):
             value = getattr(texts, key)
             with file.locate_errors("question", name, *key_path, key):
+                if isinstance(value, list) and len(value) not in (0, HINT_COUNT):
+                    raise QdotError(FORMS["hints"])
                 for text in [value] if isinstance(value, str) else value:
+                    if len(text) > MAX_TEXT_LENGTH:
+                        raise QdotError(f"the text has more than {MAX_TEXT_LENGTH} characters")
                     check_text(text, file.text)
+                if key == "prompt" and not value.strip():
+                    raise QdotError(FORMS[key])
         with file.locate_errors("question", name, *key_path, "title"):
             check_title(texts.title or "", file.text)
+
+
+def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) -> None:
+    """Raise QdotError with the line and the key of an option, a name of a row or a unit that qdot can't show."""
     with file.locate_errors("question", name, "options"):
         for option in entry.options or ():
             if not isinstance(option, str):
@@ -210,6 +227,10 @@ def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
     with file.locate_errors("question", name, "rows"):
         for row_name in entry.rows:
             check_latex(row_name)
+    for key, units in (("unit", [entry.unit]), ("units", entry.units.values())):
+        with file.locate_errors("question", name, key):
+            if not all(re.fullmatch(UNIT_CHARACTERS, unit) for unit in units):
+                raise QdotError(f"{FORMS[key]}; powers are written with ^, and products with *")
 
 
 def _read_rounding(entry: QuestionEntry) -> Rounding | None:
@@ -218,7 +239,7 @@ def _read_rounding(entry: QuestionEntry) -> Rounding | None:
     if not sets_digits and entry.tolerance is None:
         return None
     if not entry.given:
-        raise QdotError("only numbers have digits or a tolerance; with given values, a formula becomes a number")
+        raise QdotError(ONLY_NUMBERS.format("digits or a tolerance"))
     if entry.tolerance is None:
         return parse_rounding(entry.digits)
     if sets_digits:

@@ -117,8 +117,8 @@ export const nameOfJoint = ({ kind }: Row, index: number): string => `${kind ===
 
 /** Return the pose at which an answer differs, if the verdict states all joints and the answer could be parsed. */
 export function poseOf(problem: Problem, verdict: Verdict): SymbolValues | undefined {
-  const { at } = verdict;
+  const { counterexample } = verdict;
   if (!isParsed(verdict)) return undefined;
   const joints = problem.robot.joints.map(nameOfJoint);
-  return at && joints.every((joint) => at[joint] !== undefined) ? at : undefined;
+  return counterexample && joints.every((joint) => counterexample[joint] !== undefined) ? counterexample : undefined;
 }

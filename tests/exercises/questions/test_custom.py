@@ -151,10 +151,25 @@ def test_roots_quotients_and_other_functions_stay_in_the_answer(answer: str) -> 
         assert "geometry and differences" in find_failures(replace(problem, parts=(wrong,)))[0]
 
 
+@pytest.mark.parametrize("position", ["[a1*cos(theta1), 1]", "[atan2(a1, theta1), 1]"])
+def test_derivative_is_marked_after_any_wrong_position(position: str) -> None:
+    definition = Definition("mine", "ddt(abs(p.x))", (("en", Texts("Mine", "x")),))
+    problem = generate("planar-2r/1", ["position", "mine"], definitions=[definition])
+    _, marked = mark(problem, {"position": position, "mine": "qd1"}, secret="s")
+    assert (marked.judgement.outcome, marked.points) == (Outcome.WRONG, 0)
+
+
 def test_textbook_form_that_numbers_contradict_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("qdot.exercises.questions.custom.question.write_in_textbook_form", lambda entry: entry + 1)
     definition = Definition("mine", "norm(p)", (("en", Texts("Unconfirmed", "x")),))
     assert find_failures(generate("planar-2r/1", ["mine"], definitions=[definition])) == []
+
+
+def test_formula_that_is_too_long_to_simplify_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("qdot.exercises.questions.custom.question.MAX_OPERATIONS", 9)
+    definition = Definition("mine", "norm(p)", (("en", Texts("Too long", "x")),))
+    with pytest.raises(QdotError, match="more than 9 operations"):
+        generate("planar-2r/1", ["mine"], definitions=[definition])
 
 
 @pytest.mark.parametrize(
@@ -406,7 +421,8 @@ BUILT_IN = [name for name, question in QUESTIONS.items() if question.formula and
 def test_a_number_is_marked_to_the_precision_that_its_prompt_states(
     setting: str, words: str, error: float, tmp_path: Path
 ) -> None:  # fmt: skip
-    question = f'prompt = "x"\ngiven = ["pose", "rates"]\nanswer = "12.3456*norm(v)/norm(v) + v.x/1000"\n{setting}'
+    given, answer = 'given = ["pose", "rates"]', 'answer = "12.3456*norm(v)/norm(v) + v.x/1000"'
+    question = f'prompt = "{{given}}"\n{given}\n{answer}\n{setting}'
     problem = make_problem(tmp_path, question)
     (number,) = map(float, problem.parts[0].answer.as_json())
     assert words in write_prompt(problem, problem.parts[0])
@@ -436,14 +452,17 @@ def test_custom_question_with_the_formula_of_a_built_in_question_has_its_answer(
         ("norm(p) + theta1", "m", "it combines lengths with angles"),
         ("det(J)", "m^2", "its unit m^2 doesn't fit, because it grows like a length"),
         ("det(J)*d2", "m^2", None), ("norm(v)", "m/s", None), ("qd1*theta1", "rad/s", None), ("p.x*a1", "m^2", None),
-        ("norm(v)", "rad/s", "grows like a length"), ("norm(v)", "furlong", None),
+        ("norm(v)", "rad/s", "grows like a length"), ("norm(v)", "furlong", "doesn't know the unit 'furlong'"),
     ],
 )  # fmt: skip
 def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str, warning: str | None, tmp_path: Path) -> None:
-    question = f'[question.mine]\nprompt = "x"\nanswer = "{answer}"\nunit = "{unit}"\ngiven = ["pose", "rates"]\n'
+    given = 'prompt = "{given}"\ngiven = ["pose", "rates"]'
+    question = f'[question.mine]\n{given}\nanswer = "{answer}"\nunit = "{unit}"\n'
     assignment = make_assignment(tmp_path, question + '[[problem]]\nfamily = "polar-rp"\nquestions = ["mine"]\n')
     notes = [note for note in assignment.notes if "mine" in note]
     assert bool(notes) == (warning is not None) and (warning is None or warning in notes[0])
+    errors = runner.invoke(app, ["show", str(assignment.folder)]).stderr
+    assert (warning or "") in errors and bool(errors) == (warning is not None)
 
 
 @pytest.mark.parametrize(
@@ -454,7 +473,7 @@ def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str, warning: str |
     ],
 )  # fmt: skip
 def test_given_symbols_have_their_units(answer: str, given: str, unit: str, tmp_path: Path) -> None:
-    keys = f'prompt = "x"\nanswer = "{answer}"\nunit = "{unit}"\ngiven = {{theta1 = "angle", {given}}}\n'
+    keys = f'prompt = "{{given}}"\nanswer = "{answer}"\nunit = "{unit}"\ngiven = {{theta1 = "angle", {given}}}\n'
     question = f'[question.mine]\n{keys}[[problem]]\nfamily = "polar-rp"\nquestions = ["mine"]\n'
     assert make_assignment(tmp_path, 'variation = "chapter"\n' + question).notes == ()
 
@@ -498,6 +517,10 @@ def test_show_and_verify_accept_custom_questions(tmp_path: Path) -> None:
     assert [line.split(":")[0] for line in output[:-1]] == [f"tip-speed for planar-2r/{seed}" for seed in range(3)]
     assert output[-1] == "4 problems verified, 0 failed"
     assert "name the families" in run_and_fail("verify", path)
+    printed = run("verify", folder / "assignment.toml", "--family", "planar-2r", "--count", "1", "--jobs", "1")
+    assert "5 problems verified, 0 failed" in printed
+    result = runner.invoke(app, ["verify", str(folder / "assignment.toml"), "--family", "planar-3r", "--count", "1"])
+    assert "4 problems verified, 0 failed" in result.stdout and "where: answer" in result.stderr
     assert "--family planar-2r" in run_and_fail("verify", path, "planar-2r/7", "--family", "planar-2r")
 
 
@@ -541,6 +564,9 @@ BAD = {
     'answer = "p"\ndigits = 4': "only numbers have digits",
     'answer = "det(J)"\nup_to_factor = true': "only a vector",
     'answer = "v"\ngiven = ["pose", "rates"]\nup_to_factor = true': "only a vector of formulas",
+    'answer = "p"\nunit = "m"': "only numbers have a unit",
+    'given = ["pose", "rates"]\nanswer = "norm(v)"': "does not state the given values of a1, theta2, qd1, qd2",
+    'given = {theta2 = "angle"}\nanswer = "norm(p)*theta1"': "does not state the given values of a1, theta1, theta2;",
     'answer = "(lambda: 0)()"': "not part of the formula language", 'answer = "2^99"': "from -8 to 8",
     'answer = "inv(J)*[vx, vy]"\ngiven = {theta1 = 0, theta2 = 0}': "vx",
 }  # fmt: skip
@@ -553,6 +579,45 @@ def test_invalid_question_is_refused_with_file_line_and_reason(question: str, tm
     message = str(refused.value)
     assert BAD[question] in message and "\n" not in message
     assert "assignment.toml: line " in message and "question: mine" in message
+
+
+def test_values_that_the_answer_does_not_need_may_be_left_out(tmp_path: Path) -> None:
+    """The norm of v does not depend on theta1, and the prompt states the fixed mass in its own words."""
+    question = """prompt = "A mass of 2 kg: {theta2}, {qd1}, {qd2}, {a1}, {a2}."
+given = {theta2 = "angle", qd1 = "rate", qd2 = "rate", m = 2}
+units = {m = "kg"}
+answer = "m*norm(v)"
+"""
+    assert find_failures(make_problem(tmp_path, question)) == []
+    text = f'[question.mine]\n{question.replace(", {a2}", "")}[[problem]]\nfamily = "planar-2r"\nquestions = ["mine"]\n'
+    assignment = make_assignment(tmp_path / "2", text)
+    problems = [assignment.generate_problems(student)[0][1] for student in "abcdefgh"]
+    is_symbolic = ["a2" in {symbol.name for symbol in problem.chain.parameters} for problem in problems]
+    assert any(is_symbolic) and [bool(find_failures(problem)) for problem in problems] == is_symbolic
+
+
+LOCATED = {
+    'prompt = "x"\nanswer = "p*p"': 'hw/mine.toml: line 3: question: mine: answer = "p*p": ',
+    'prompt = "x"\noptions = ["a", "b",\n"z9"]\nshown = "formula"': "hw/mine.toml: line 3: question: mine: options",
+    'prompt = "{posse}"\nanswer = "p"': 'hw/mine.toml: line 2: question: mine: prompt = "{posse}": ',
+    'prompt = "{given}"\nanswer = "p"': 'no such values; write, for example, given = ["pose"]',
+    'prompt = "x"\nanswer = "p"\n\n[question.mine.de]\nprompt = "{posse}"': 'line 6: question: mine: de: prompt = "{po',
+    'prompt = "x"\nanswer = "p"\nde.prompt = "x"\nde.hints = ["a"]': "line 5: question: mine: de: hints",
+    'prompt = "x"\nanswer = "p"\nde.promt = "x"': "line 4: question: mine: de: unknown key 'promt' (did you mean",
+    'prompt = "x"\nanswer = "p"\nde.prompt = 3': "line 4: question: mine: de: prompt = 3: expected a text",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("question", LOCATED)
+def test_error_names_the_file_the_line_and_the_key(question: str, tmp_path: Path) -> None:
+    (tmp_path / "hw").mkdir()
+    path = tmp_path / "hw" / "mine.toml"
+    path.write_text(f"[question.mine]\n{question}\n")
+    with pytest.raises(QdotError) as refused:
+        make_assignment(tmp_path, '[[problem]]\nfamily = "planar-2r"\nquestions = ["mine.toml"]\n')
+    assert 'assignment.toml: line 5: problem 1: questions = ["mine.toml"]: ' in str(refused.value)
+    assert LOCATED[question] in str(refused.value)
+    assert LOCATED[question] in run_and_fail("verify", path, "--family", "planar-2r")
 
 
 @pytest.mark.parametrize(
@@ -581,6 +646,8 @@ BAD_TEXTS = {
     "prompt = 'x'\nsolution = '$\\foo$'": r"solution = .*\foo is not",
     "prompt = 'x'\nrows = ['\\foo', 'v_y']": r"rows = .*\foo is not",
     "prompt = 'x'\nde.prompt = '$\\foo$'": r"de: prompt = .*\foo is not",
+    "prompt = ' '": 'expected a text, as in prompt = "Find',
+    "prompt = 'x'\nunit = 'm/s%'": "powers are written with ^",
     "prompt = 'x'\ntitle = 'Speed of $P$'": "a title is plain text without '$'",
 }
 
@@ -624,6 +691,24 @@ def test_latex_of_robotics_is_shown_in_every_format(tmp_path: Path) -> None:
     assert (
         make_pdf_preview(assignment, "preview", [problem for _, problem in problems], has_solutions=True)[:4] == b"%PDF"
     )
+
+
+def test_power_in_a_unit_is_a_superscript_in_every_format(tmp_path: Path) -> None:
+    question = (
+        'prompt = "At {given}:"\nanswer = "m*g*p.y"\n'
+        'given = {theta1 = "angle", theta2 = "angle", m = [1, 5], g = 9.81}\n'
+        'units = {m = "kg", g = "m/s^2"}\nunit = "kg*m^2/s^2"'
+    )
+    text = f'[question.mine]\n{question}\n[[problem]]\nfamily = "planar-2r"\nquestions = ["mine"]\n'
+    assignment = make_assignment(tmp_path, text)
+    problems = assignment.generate_problems("s1")
+    shown = {name: show_assignment("T", problems, format=name, solution=True) for name in ("text", "latex", "html")}
+    assert r"$g = 9.81\,\text{m/s}^{2}$" in shown["latex"]
+    assert shown["latex"].count(r"\text{kg m}^{2}\text{/s}^{2}") == 2  # in the prompt and in the solution
+    assert "g = 9.81 m/s²" in shown["text"] and shown["text"].count("kg m²/s²") == 2
+    assert "^" not in re.sub("<pre.*?</pre>", "", shown["html"], flags=re.DOTALL)
+    (item,) = make_items(ExportRequest(assignment, find_failures, variant_count=1))
+    assert "kg m²/s²" in repr(item.form)
 
 
 def test_latex_keeps_its_braces(tmp_path: Path) -> None:
