@@ -9,6 +9,7 @@ import hashlib
 import os
 import unicodedata
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
@@ -51,8 +52,8 @@ from qdot.exercises.questions.custom.question import QuestionMaker
 from qdot.exercises.questions.custom.reader import read_definitions, read_question_file
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import HARDEST_BAND
-from qdot.exercises.writing.custom_texts import fill_text
-from qdot.exercises.writing.languages import load_catalogue
+from qdot.exercises.writing.custom_texts import check_given_values, fill_text
+from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.wording import Wording
 
 Parsed = TypeVar("Parsed")
@@ -113,7 +114,7 @@ class AssignmentFile(pydantic.BaseModel):
     attempts: str | dict[str, Any] = "last"
     """Which of a student's submissions counts."""
     feedback: Literal["outcome", "mistake", "counterexample", "values", "solutions"] = "counterexample"
-    """How much a feedback page shows about a wrong answer; each level adds to the one before it."""
+    """How much a feedback page shows about a wrong answer; only "solutions" shows worked solutions."""
     follow_through: float = pydantic.Field(default=0.8, ge=0, le=1)
     """The share of the points for an answer that follows from the student's own wrong earlier answer."""
     hints: bool = False
@@ -374,9 +375,10 @@ def load_assignment(folder: Path) -> Assignment:
     _parse(file, ("twist_order",), normalize_twist_order, content.twist_order or TWIST_ORDERS[0])
     front_page = _parse(file, ("paper",), read_front_page, content.paper, folder)
     notes: list[str] = []
-    definitions = _read_all_definitions(file, content)
+    definitions, definition_files = _read_all_definitions(file, content)
     slots = tuple(
-        _read_slot(file, content, index, variation, notes, definitions) for index in range(len(content.problem))
+        _read_slot(file, content, index, variation, notes, definitions, definition_files)
+        for index in range(len(content.problem))
     )
     with file.locate_errors("twist_order"):
         uses_twist_order = any(_has_twist_order(slot.convention, slot.family) for slot in slots)
@@ -392,12 +394,13 @@ def load_assignment(folder: Path) -> Assignment:
     )  # fmt: skip
 
 
-def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> dict[str, Definition]:
-    """Return the instructor's questions, by name: those of assignment.toml, and those of files that its problems name.
+def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> tuple[dict[str, Definition], dict[str, TomlFile]]:
+    """Return the instructor's questions by name, and the file of each: assignment.toml, or one that a problem names.
 
     In `content`, the name of a file is replaced by the names of its questions. Raises QdotError.
     """
     definitions = read_definitions(file, ALL_QUESTIONS)
+    files = dict.fromkeys(definitions, file)
     for index, entry in enumerate(content.problem):
         if not isinstance(entry.questions, list):
             continue
@@ -407,14 +410,15 @@ def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> dict[str, 
                 names.append(name)
                 continue
             with file.locate_errors("problem", index, "questions"):
-                new_definitions = read_question_file(file.path.parent / name, ALL_QUESTIONS)
+                question_file, new_definitions = read_question_file(file.path.parent / name, ALL_QUESTIONS)
                 for new_name, definition in new_definitions.items():
                     if definitions.get(new_name, definition) != definition:
                         raise QdotError(f"two different questions are called {new_name!r}")
             definitions |= new_definitions
+            files |= dict.fromkeys(new_definitions, question_file)
             names += new_definitions
         entry.questions = names
-    return definitions
+    return definitions, files
 
 
 def _parse(file: TomlFile, key_path: Sequence[str | int], parse: Callable[..., Parsed], *values: object) -> Parsed:
@@ -458,7 +462,7 @@ def _validate(file: TomlFile) -> AssignmentFile:
 
 def _read_slot(
     file: TomlFile, content: AssignmentFile, index: int, variation: str, notes: list[str],
-    definitions: Mapping[str, Definition],
+    definitions: Mapping[str, Definition], definition_files: Mapping[str, TomlFile],
 ) -> Slot:  # fmt: skip
     """Return the slot of the [[problem]] at an index. Raises QdotError.
 
@@ -496,13 +500,12 @@ def _read_slot(
     questions = parse(questions_key, _choose_questions, family, entry.questions, convention)
     asked_definitions = tuple(definitions[name] for name in questions if name in definitions)
     for definition in asked_definitions:
-        is_in_this_file = definition.name in file.content.get("question", {})
-        key_path = ("question", definition.name) if is_in_this_file else ("problem", index, questions_key)
-        settings = family, (definition.name,), band, variation, convention, (definition,)
-        _parse(file, key_path, generation.check_questions, *settings)
-        warning = _parse(file, key_path, check_definition_on_family, definition, family, variation, convention)
-        if warning is not None:
-            notes.append(warning)
+        definition_file = definition_files[definition.name]
+        with ExitStack() as stack:
+            if definition_file is not file:
+                stack.enter_context(file.locate_errors("problem", index, questions_key))
+            stack.enter_context(definition_file.locate_errors("question", definition.name))
+            notes += check_definition_on_family(definition, family, band, variation, convention)
     parse(
         questions_key, generation.check_questions, family, questions, band, variation, convention, asked_definitions
     )  # fmt: skip
@@ -517,13 +520,19 @@ def _read_slot(
 
 
 def check_definition_on_family(
-    definition: Definition, family: Family, variation: str = DEFAULT_VARIATION, convention: str = ""
-) -> str | None:  # fmt: skip
+    definition: Definition, family: Family, band: tuple[int, int] | None = None, variation: str = DEFAULT_VARIATION,
+    convention: str = "",
+) -> list[str]:  # fmt: skip
     """Check an instructor's question on one arm of a family, for example that its texts can be filled in.
 
-    Return a warning if a number probably doesn't have its unit, else None. Raise QdotError if a check fails, such as
-    that the number is not the same for all given values.
+    Return warnings. Raise QdotError, which begins with the key, if a check fails, for example because a number is the
+    same for all given values.
     """
+    answer_key = "options" if definition.options else "answer"
+    try:
+        generation.check_questions(family, (definition.name,), band, variation, convention, (definition,))
+    except QdotError as error:
+        raise QdotError(f"{answer_key}: {error}") from None
     identity = ProblemId(family.name, 0, (definition.name,), variation=variation, convention=convention)
     problem = generation.generate(identity, family=family, definitions=(definition,))
     maker = QuestionMaker(definition)
@@ -531,13 +540,17 @@ def check_definition_on_family(
     if repeated_answer is not None:
         raise QdotError(f"answer: it is {repeated_answer} for all given values of an arm of {family.name}")
     for language, texts in definition.texts:
+        wording = Wording(problem.chain, load_catalogue(language))
         for key, text in texts.list_texts():
             try:
-                fill_text(text, problem.parts[0], Wording(problem.chain, load_catalogue(language)))
+                filled_text = fill_text(text, problem.parts[0], wording)
+                if key == "prompt":
+                    check_given_values(filled_text, problem.parts[0], wording)
             except QdotError as error:
-                raise QdotError(f"{key}: {error}") from None
+                prefix = "" if language == ENGLISH else f"{language}."
+                raise QdotError(f"{prefix}{key}: {error}") from None
     objection = maker.find_unit_objection(problem.chain)
-    return objection and f"the answer of {definition.name} for {family.name}: {objection}"
+    return [f"the answer of {definition.name} for {family.name}: {objection}"] if objection else []
 
 
 def _choose_twist_order(setting: str | None, default: str | None, family: Family, convention: str) -> str:

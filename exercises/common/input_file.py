@@ -26,6 +26,10 @@ KeyPath = Sequence[str | int]
 """A path of keys and list indices: ("joint", 0, "alpha") is alpha of the first [[joint]]."""
 
 _MAX_VALUE_LENGTH = 48
+_BACKSLASH_HINT = (
+    "; write LaTeX in single quotes, as in '$\\alpha$', other formulas without backslashes, as in \"pi/2\", and paths "
+    "with /"
+)
 _HINTS = (
     ("invalid value", '; put text and formulas in quotes, as in "pi/2", and write numbers as 0.5'),
     ("expected newline or end", '; write numbers without a unit, as in 0.5, and everything else in quotes: "pi/2"'),
@@ -36,7 +40,8 @@ _HINTS = (
     ("invalid date", "; write a date with a time as 2027-01-15T23:59:00+01:00"),
     ("invalid statement", "; each line must be KEY = VALUE, a [[header]] or a # comment"),
     ("array declaration", "; a header contains only a name, as in [[joint]]"),
-    ("unescaped '\\'", '; write formulas without backslashes, as in "pi/2", and paths with /'),
+    ("unescaped '\\'", _BACKSLASH_HINT),
+    ("invalid hex value", _BACKSLASH_HINT),
 )
 """Parts of the messages of Python's TOML parser, each with a hint at the usual cause."""
 
@@ -100,15 +105,15 @@ class TomlFile:
         """Prefix the message of a QdotError raised in the block with the file, the line and the key.
 
         If the key has a table, and the message begins with a key of this table and a colon, the line is that of the
-        inner key.
+        inner key. Keys of a table in the table are separated by dots.
         """
         try:
             yield
         except QdotError as error:
-            inner_key, _, message = str(error).partition(": ")
-            table = self._find_value(key_path)
-            if isinstance(table, dict) and inner_key in table:
-                raise QdotError(f"{self.describe_value(*key_path, inner_key)}: {message}") from None
+            inner_keys, _, message = str(error).partition(": ")
+            inner_path = (*key_path, *inner_keys.split("."))
+            if isinstance(self._find_value(key_path), dict) and self._find_value(inner_path) is not None:
+                raise QdotError(f"{self.describe_value(*inner_path)}: {message}") from None
             raise QdotError(f"{self.describe_value(*key_path)}: {error}") from None
 
     def describe_value(self, *key_path: str | int) -> str:
@@ -123,7 +128,7 @@ class TomlFile:
         """Return the value of an entry; None if there is none."""
         value: Any = self.content
         for key in key_path:
-            has_key = key in value if isinstance(value, dict) else isinstance(value, list)
+            has_key = key in value if isinstance(value, dict) else isinstance(value, list) and isinstance(key, int)
             value = value[key] if has_key else None
         return value
 
@@ -186,7 +191,7 @@ class TomlFile:
                 numbers.setdefault((name,), number)
                 numbers.setdefault(table, number)
             elif key := re.match(r"""\s*["']?([^"'=#\[]+?)["']?\s*=""", line):
-                numbers.setdefault((*table, key[1]), number)
+                numbers.setdefault((*table, *key[1].split(".")), number)
         return numbers
 
 

@@ -20,7 +20,7 @@ from qdot.exercises.exports.bank import convert_bank
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.numeric_part import NumericPart, ask_in_numbers
 from qdot.exercises.exports.platform_markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
-from qdot.exercises.mistakes.base import name_chapter
+from qdot.exercises.mistakes.base import add_chapter_to_reference
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE, ConditionSet, Matching, Number, Selection, Words
 from qdot.exercises.short_questions import ALL_QUESTIONS, question_of
@@ -332,7 +332,7 @@ def _make_option_form(problem: Problem, part: Part, explains_mistakes: bool) -> 
     for index, text in enumerate(texts):
         is_correct = index in answer.correct_indices
         blames = list_blames(part, index) if explains_mistakes and not is_correct else ()
-        feedback = name_chapter(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
+        feedback = add_chapter_to_reference(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
         shown_text = f"{LETTERS[index]}: {text}" if part.details.has_drawn_options else text
         options.append(QuizOption(shown_text, is_correct, feedback))
     has_fixed_order = part.details.has_drawn_options or answer.offered_options == TRUE_FALSE

@@ -21,7 +21,7 @@ from qdot.exercises.formula.equality import READABLE_POINTS, Domain, compare_ent
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.formula.trees import Node
-from qdot.exercises.mistakes.base import name_chapter
+from qdot.exercises.mistakes.base import add_chapter_to_reference
 from qdot.exercises.mistakes.catalogue import PredictedAnswer, generate_mistaken_answers, predict_wrong_answers
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ResultChoiceDetails
@@ -172,7 +172,7 @@ def _find_wrong_formulas(problem: Problem, part: Part, mistake_count: int) -> It
         if answer.shape == reference.shape and len(str(answer.tolist())) <= MAX_CHARACTERS:
             entries_equal = compare_entry_by_entry(problem, answer, reference)
             if not all(entries_equal):
-                feedback, mistake = name_chapter(prediction.sentence), prediction.mistake
+                feedback, mistake = add_chapter_to_reference(prediction.sentence), prediction.mistake
                 yield KnownWrongAnswer(mistake.name, mistake.title, feedback, answer, entries_equal)
 
 
@@ -206,7 +206,7 @@ def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterato
             earlier_answers.append(values)
             entries_equal = tuple(map(bool, np.abs(values - expected_numbers) <= tolerances))
             rounded_answer = sp.Matrix([sp.Rational(f"{value:.6g}") for value in values])
-            feedback, mistake = name_chapter(prediction.sentence), prediction.mistake
+            feedback, mistake = add_chapter_to_reference(prediction.sentence), prediction.mistake
             yield KnownWrongAnswer(mistake.name, mistake.title, feedback, rounded_answer, entries_equal)
 
 
@@ -224,7 +224,7 @@ def _find_wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]
             if conditions and conditions not in earlier_conditions:
                 earlier_conditions.append(conditions)
                 mistake_names.add(mistake.name)
-                feedback = name_chapter(mistake.format_message(mistaken_answer.words))
+                feedback = add_chapter_to_reference(mistake.format_message(mistaken_answer.words))
                 yield KnownWrongAnswer(mistake.name, mistake.title, feedback, mistaken_answer.answer.components)
 
 

@@ -19,7 +19,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.mistakes import catalogue
-from qdot.exercises.mistakes.base import name_chapter
+from qdot.exercises.mistakes.base import add_chapter_to_reference
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import inversion
@@ -39,7 +39,7 @@ ABSOLUTE_TOLERANCE = 0.001
 MIN_DIFFERENCE = 0.03
 """Numbers distinguish a mistake if it changes an entry by more than this fraction of the largest entry."""
 MAX_JOINTS_FOR_ALL_MISTAKES = 4
-"""Maximum number of joints for which the effects of all mistakes on results derived from J are computed in time."""
+"""Maximum number of joints for which all mistakes are applied to results derived from J; more take too long."""
 MAX_DISAGREEMENT = 1e-8
 """Maximum difference of the two computations, as a fraction of the largest entry."""
 MAX_TRIES = 30
@@ -81,16 +81,14 @@ def ask_in_numbers(problem: Problem, part: Part) -> NumericPart | None:
     answer = part.answer
     numeric_part: NumericPart | None = None
     if answer.is_numeric:
-        number_answer = _make_number(part, answer.as_matrix()) if answer.counts_up_to_a_factor else answer
-        numeric_part = _convert_numeric_answer(
-            problem, replace(part, answer=number_answer), answer.counts_up_to_a_factor
-        )
+        number_answer = _make_numeric_answer(part, answer.as_matrix()) if answer.is_direction else answer
+        numeric_part = _convert_numeric_answer(problem, replace(part, answer=number_answer), answer.is_direction)
     elif answer.list_entries() and is_derived(part):
         numeric_part = _evaluate_formulas(problem, part)
-    return _scale_direction(numeric_part) if numeric_part and answer.counts_up_to_a_factor else numeric_part
+    return _scale_direction(numeric_part) if numeric_part and answer.is_direction else numeric_part
 
 
-def _make_number(part: Part, values: sp.Matrix) -> Number:
+def _make_numeric_answer(part: Part, values: sp.Matrix) -> Number:
     units = part.details.units or ("",) * len(values)
     return Number(values, units, inversion.THREE_DIGIT_TOLERANCE, ABSOLUTE_TOLERANCE * float(max(map(abs, values))))
 
@@ -100,18 +98,20 @@ def _convert_numeric_answer(problem: Problem, part: Part, is_direction: bool) ->
     answer = part.answer_as(Number)
     reference = _to_floats(answer)
     wrong_answers = [
-        (name_chapter(mistake.format_message(mistaken_answer.words)), _to_floats(mistaken_answer.answer))
+        (add_chapter_to_reference(mistake.format_message(mistaken_answer.words)), _to_floats(mistaken_answer.answer))
         for mistake, mistaken_answer in catalogue.generate_mistaken_answers(problem.chain, part)
         if isinstance(mistaken_answer.answer, Number)
     ]
     if is_derived(part):
         roles: Mapping[str, Any] = domain_of(problem.chain).roles
-        domain = Domain({**roles, **dict.fromkeys(part.symbols, "signed")})
+        domain = Domain({**roles, **dict.fromkeys(part.symbols, "signed")})  # loads
         stream = Stream(f"{problem.id}/{part.name}/wrong")
         stages = compute_numeric_stages(problem.chain, sample_configurations(problem.chain, part, domain, 1, stream))
         _check_agreement(problem, part, reference, compute_answer(stages, part)[..., 0], is_direction)
         predictions = _list_wrong_answers(stages, part)
-        wrong_answers += [(name_chapter(prediction.sentence), prediction.answer[..., 0]) for prediction in predictions]
+        wrong_answers += [
+            (add_chapter_to_reference(prediction.sentence), prediction.answer[..., 0]) for prediction in predictions
+        ]
     return NumericPart(part, reference, None, tuple(wrong_answers))
 
 
@@ -153,10 +153,12 @@ def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     stream = Stream(f"qdot/{problem.id.engine}/{problem.id}/{part.name}/in numbers")
     configurations = list(_sample_configurations(chain, part, stream))
     values = _collect_values(chain, part, configurations)
-    number_part = replace(part, answer=_make_number(part, sp.ones(*reference.shape)))
+    placeholder_part = replace(
+        part, answer=_make_numeric_answer(part, sp.ones(*reference.shape))
+    )  # only its shape matters
     stages = compute_numeric_stages(chain, values)
-    derived_answer = compute_answer(stages, number_part)
-    all_predictions = _list_wrong_answers(stages, number_part)
+    derived_answer = compute_answer(stages, placeholder_part)
+    all_predictions = _list_wrong_answers(stages, placeholder_part)
     predictions = [prediction for prediction in all_predictions if prediction.answer.shape == derived_answer.shape]
     best_index = _choose_configuration(derived_answer, predictions)
     if best_index is None:
@@ -165,11 +167,12 @@ def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     exact_values = reference.applyfunc(
         lambda entry: round_to_ten_digits(evaluate_in_context(entry.xreplace(substitutions)))
     )
-    number_part = replace(part, answer=_make_number(part, exact_values))
+    number_part = replace(part, answer=_make_numeric_answer(part, exact_values))
     float_values = np.array(exact_values.tolist(), dtype=float)
-    _check_agreement(problem, part, float_values, derived_answer[..., best_index], part.answer.counts_up_to_a_factor)
+    _check_agreement(problem, part, float_values, derived_answer[..., best_index], part.answer.is_direction)
     wrong_answers = tuple(
-        (name_chapter(prediction.sentence), prediction.answer[..., best_index]) for prediction in predictions
+        (add_chapter_to_reference(prediction.sentence), prediction.answer[..., best_index])
+        for prediction in predictions
     )
     given_values = _describe_given_values(chain, part, configurations[best_index], reference)
     return NumericPart(number_part, float_values, given_values, wrong_answers)
@@ -225,8 +228,8 @@ def _collect_values(chain: Chain, part: Part, configurations: Sequence[ExactValu
         symbol.name: np.array([float(configuration[symbol]) for configuration in exact_configurations])
         for symbol in exact_configurations[0]
     }
-    other_names = {*domain_of(chain).roles} - set(columns)
-    return columns | {name: np.ones(len(configurations)) for name in sorted(other_names)}
+    unused_names = {*domain_of(chain).roles} - set(columns)  # any value will do
+    return columns | {name: np.ones(len(configurations)) for name in sorted(unused_names)}
 
 
 def _choose_configuration(correct: np.ndarray, predictions: Sequence[catalogue.PredictedAnswer]) -> int | None:

@@ -31,7 +31,7 @@ from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.scale import find_constant_factor
 from qdot.exercises.formula.trees import ONE
 from qdot.exercises.formula.trees import Node as Tree
-from qdot.exercises.mistakes.base import name_chapter
+from qdot.exercises.mistakes.base import add_chapter_to_reference
 from qdot.exercises.problem.credit import (
     MISTAKE_FACTOR,
     SIGN_OR_FACTOR_COST,
@@ -534,7 +534,7 @@ def _convert_choice(part: Part) -> StackPart:
     tests = [replace(REFERENCE_TEST, value=correct)]
     for i in (index for index in range(len(answer.options)) if index != answer.correct):
         blames = list_blames(part, i)
-        feedback = name_chapter(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
+        feedback = add_chapter_to_reference(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
         note = "-".join(["prt1", LETTERS[i], *dict.fromkeys(blame.mistake for blame in blames)])
         nodes.append(ResponseNode("AlgEquiv", "ans1", str(i + 1), note, "0", feedback))
         tests.append(QuestionTest(f"option {LETTERS[i]}", str(i + 1), 0.0, note))

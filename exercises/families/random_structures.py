@@ -1,5 +1,7 @@
 """Define the families random-2, random-3 and random-4, whose structure is sampled from all clean structures.
 
+The arms of all other families are sampled by `Family.sample`.
+
 The structures of one class lead to the same problem (`structures`). First a class is sampled, each with equal
 probability, then one of its structures. Then the axes of variation change these properties of the arm:
 

@@ -7,7 +7,8 @@ From the bottom up:
 
     printing, sympy_text                print SymPy expressions as text, fast
     order                               puts terms and factors in the order in which a person writes them
-    layout, latex                       the layout of a formula as a tree; parses qdot's own LaTeX into a layout
+    layout                              the layout of a formula as a tree
+    styles, latex                       letters in bold and other styles; parses LaTeX into a layout
     printers/                           one module for each notation in which formulas are printed
     vocabulary                          words, signs, units and habits in typed answers: vocabulary.json
     names, trees                        the meaning of a name; expressions as trees of nodes, with operators + - * / **

@@ -1,13 +1,14 @@
-"""Parse the LaTeX that qdot itself writes (in printers/latex, in templates, with each language's decimals) as a layout.
+"""Parse LaTeX as a layout: what qdot itself writes, and what robotics texts of instructors contain.
 
-Any other LaTeX is an error that names the command, so that a test over all families finds formulas that no printer can
-express. LaTeX typed by students is an answer; it is parsed for its meaning (`notation`).
+The commands are in symbols.json. Any other LaTeX is an error that names the command, so that no formula reaches a
+printer that can't express it. LaTeX typed by students is an answer; it is parsed for its meaning (`notation`).
 """
 
 import re
 from functools import lru_cache
 
-from qdot.exercises.formula.layout import EMPTY, SPACES, SYMBOLS, Layout, row_pieces
+from qdot.exercises.formula.layout import ACCENTS, EMPTY, SPACES, SYMBOLS, Layout, row_pieces
+from qdot.exercises.formula.styles import STYLES, apply_style
 
 LETTERS: dict[str, str] = SYMBOLS["letters"]
 SIGNS: dict[str, str] = SYMBOLS["signs"]
@@ -18,14 +19,51 @@ _COMMANDS = {
     **{name: Layout("word", name) for name in SYMBOLS["words"]},
     **{name: Layout("space", name) for name in SPACES},
 }
-_ONE_ARGUMENT_COMMANDS = {"sqrt": "root", "dot": "dotted"}
+_ONE_ARGUMENT_COMMANDS = {"sqrt": "root", **dict.fromkeys(ACCENTS, "accent")}
+_TABLES: dict[str, str] = SYMBOLS["tables"]
+_UPRIGHT = ("text{", "textrm{", "mathrm{")
+_DELIMITERS = {sign: sign for sign in "()[]|./<>"} | {f"\\{name}": char for name, char in SIGNS.items()}
+_SIZE_COMMANDS = frozenset((
+    *(r"\displaystyle", r"\textstyle", r"\limits", r"\nolimits", r"\middle"),
+    *(f"\\{size}{side}" for size in ("big", "Big", "bigg", "Bigg") for side in ("", "l", "r", "m")),
+))  # fmt: skip
+"""Commands that change only sizes and positions, which printers choose themselves."""
+COMMAND_NAMES = (
+    *filter(str.isalpha, _COMMANDS), *_ONE_ARGUMENT_COMMANDS, *STYLES, "frac", "tfrac", "dfrac", "text", "textrm",
+    "operatorname", "left", "right", "begin", "end",
+)  # fmt: skip
+"""The names of all commands that can be parsed, without those for sizes."""
 _SCRIPTS = ("_", "^", "'")
 _REFUSED_SIGNS = frozenset("&}$#%~\\")
-_TOKEN = re.compile(r"\\(?:text|begin|end)\{[^{}]*\}|\\[a-zA-Z]+|\\\\(?:\[\d+pt\])?|\\.|\d+(?:(?:\.|\{,\})\d+)?|\S")
+_GROUP_COMMANDS = r"text|textrm|operatorname\*?|begin|end"
+_TOKEN = re.compile(
+    rf"\\(?:{_GROUP_COMMANDS})\{{[^{{}}]*\}}|\\mathrm\{{[^{{}}\\^_]*\}}|\\[a-zA-Z]+|\\\\(?:\[\d+pt\])?|\\.|\d+(?:(?:\.|\{{,\}})\d+)?|\S"
+)
+MARKDOWN_FORMULA = re.compile(r"```.*?```|`[^`]+`|(?<!\\)\$\$(.+?)\$\$|(?<!\\)\$([^$]+?)\$", re.DOTALL)
+"""Matches a formula in Markdown: its first group if the formula is displayed, else its second group.
+
+It also matches code, because a dollar sign in code does not begin a formula.
+"""
+
+_PROBLEMS = {
+    "": r"a closing brace, \right or \end is missing",
+    "}": "a closing brace has no opening brace",
+    "&": "the sign & stands outside a matrix",
+    "\\\\": "a line break stands outside a matrix",
+}
+"""What is wrong if a token is in a wrong place; the token "" is the end of the formula."""
 
 
 class UnknownLatex(ValueError):
-    """Raised for LaTeX that qdot itself doesn't use."""
+    """Raised for LaTeX that qdot can't print.
+
+    `problem` says why, without the formula; `command` is the unsupported command, or "" if a sign is in a wrong place.
+    """
+
+    def __init__(self, token: str, latex: str) -> None:
+        self.problem = _PROBLEMS.get(token) or f"{token} is not supported"
+        self.command = "" if token in _PROBLEMS else token
+        super().__init__(f"{self.problem} in {latex!r}")
 
 
 @lru_cache(maxsize=2048)
@@ -35,7 +73,7 @@ def parse_latex(latex: str) -> Layout:
     >>> parse_latex("a_{1}").inner[0].kind, parse_latex("a_{1}").inner[0].inner[1].inner[0].text
     ('script', '1')
     """
-    reader = _Reader(_TOKEN.findall(latex), latex)
+    reader = _Reader([token for token in _TOKEN.findall(latex) if token not in _SIZE_COMMANDS], latex)
     layout = reader.read_row(())
     if reader.tokens:
         raise reader.make_error(reader.tokens[-1])
@@ -49,11 +87,11 @@ class _Reader:
         self.tokens, self.latex = tokens[::-1], latex
 
     def make_error(self, token: str) -> UnknownLatex:
-        return UnknownLatex(f"{token!r} in {self.latex!r}")
+        return UnknownLatex(token, self.latex)
 
     def take(self, expected_token: str = "") -> str:
         if not self.tokens or (expected_token and self.tokens[-1] != expected_token):
-            raise self.make_error(self.tokens[-1] if self.tokens else "the end")
+            raise self.make_error(self.tokens[-1] if self.tokens else "")
         return self.tokens.pop()
 
     def read_row(self, end_tokens: tuple[str, ...]) -> Layout:
@@ -113,26 +151,40 @@ class _Reader:
         piece = _COMMANDS.get(name)
         if piece is not None:
             return piece
-        if name.startswith("text{"):
-            return Layout("text", name[5:-1])
+        if name.startswith(_UPRIGHT):
+            text = name[name.index("{") + 1 : -1]
+            if "\\" in text:
+                raise self.make_error("\\" + name)
+            return Layout("text", text)
+        if name.startswith("operatorname"):
+            return Layout("word", name[name.index("{") + 1 : -1].replace(r"\,", ""))
         if name in ("frac", "tfrac", "dfrac"):
             return Layout("fraction", name, (self.read_argument(), self.read_argument()))
         if name in _ONE_ARGUMENT_COMMANDS and self.tokens[-1:] != ["["]:
             return Layout(_ONE_ARGUMENT_COMMANDS[name], name, (self.read_argument(),))
         if name == "left":
-            opening = self.take()
+            opening = self.take_delimiter()
             inside = self.read_row((r"\right",))
             self.take(r"\right")
-            return Layout("fenced", opening.removeprefix("\\") + self.take().removeprefix("\\"), (inside,))
+            return Layout("fenced", opening + self.take_delimiter(), (inside,))
+        if name in STYLES:
+            return apply_style(name, self.read_argument())
         if name.startswith("begin{"):
             return self.read_table(name[6:-1])
-        raise self.make_error(f"\\{name}")
+        raise self.make_error(f"\\{name}" + "[…]" * (name == "sqrt"))
+
+    def take_delimiter(self) -> str:
+        """Return the next token as a bracket; "." is a missing bracket."""
+        token = self.take()
+        if token not in _DELIMITERS:
+            raise self.make_error(token)
+        return _DELIMITERS[token]
 
     def read_table(self, name: str) -> Layout:
-        if name not in ("bmatrix", "aligned"):
-            raise self.make_error(name)
+        if name not in (*_TABLES, "aligned"):
+            raise self.make_error(rf"\begin{{{name}}}")
         rows: list[list[Layout]] = [[]]
-        kind, text = ("matrix", "[]") if name == "bmatrix" else ("aligned", "")
+        kind, text = ("matrix", _TABLES[name]) if name in _TABLES else ("aligned", "")
         while True:
             rows[-1].append(self.read_row(("&", "\\\\", r"\end")))
             separator = self.take()
@@ -143,4 +195,6 @@ class _Reader:
                 break
         if separator != rf"\end{{{name}}}":
             raise self.make_error(separator)
+        if kind == "matrix" and len(rows) > 1 and rows[-1] == [EMPTY]:  # a line break after the last row
+            rows.pop()
         return Layout(kind, text, tuple(Layout("row", "", tuple(cells)) for cells in rows))

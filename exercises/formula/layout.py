@@ -14,6 +14,9 @@ Printed = TypeVar("Printed")
 SYMBOLS: dict[str, Any] = json.loads(Path(__file__).with_name("symbols.json").read_text(encoding="utf-8"))
 """The letters, signs and words of formulas: by their LaTeX command, and in words for screen readers."""
 
+ACCENTS: dict[str, list[str]] = SYMBOLS["accents"]
+"""For each LaTeX accent: its combining character, its sign above a letter, its name in Typst, and in words."""
+
 SPACES: dict[str, float] = SYMBOLS["spaces"]
 """The width of each LaTeX space, in em."""
 
@@ -21,14 +24,15 @@ SPACES: dict[str, float] = SYMBOLS["spaces"]
 class Layout(NamedTuple):
     r"""A piece of a formula: it has a `kind`, a `text`, and `inner` pieces. The kinds:
 
-    letter, number, sign, word (a function's name), text: `text` is shown.
+    letter, number, sign, word (a function's name), text (upright): `text` is shown.
     space: `text` is a key of SPACES.
     row: `inner` pieces side by side; a row inside a row is a group in braces.
     script: base, subscript and superscript, which are EMPTY if there is none.
     fraction: numerator and denominator; `text` is frac, tfrac (small) or dfrac (large).
-    root: the radicand. dotted: the piece below the dot.
+    root: the radicand. accent: the piece below the accent; `text` is a key of ACCENTS.
     fenced: the piece between two brackets that grow with it; `text` holds the brackets, "." for a missing bracket.
-    matrix: `text` holds two brackets; `inner` holds the rows, each a row of cells, which are rows themselves.
+    matrix: `text` holds two brackets, "." for a missing one; `inner` holds the rows, each a row of cells, which are
+        rows themselves. With a left brace alone, it distinguishes cases.
     aligned: equations below each other, in rows of cells like a matrix; `text` is "apart" if there is extra space.
     """
 
@@ -65,9 +69,9 @@ def fence(brackets: str, content: Sequence[Layout]) -> Layout:
     return Layout("fenced", brackets, (row(*content),))
 
 
-def matrix(rows: Sequence[Sequence[Sequence[Layout]]]) -> Layout:
-    """Return a matrix of entries in square brackets."""
-    return Layout("matrix", "[]", tuple(row(*(row(*entry) for entry in cells)) for cells in rows))
+def matrix(rows: Sequence[Sequence[Sequence[Layout]]], brackets: str = "[]") -> Layout:
+    """Return a matrix of entries in brackets."""
+    return Layout("matrix", brackets, tuple(row(*(row(*entry) for entry in cells)) for cells in rows))
 
 
 def number(text: str) -> Pieces:

@@ -116,12 +116,12 @@ class Mistake:
         return f"({self.source})" if self.source[:1].isdigit() else self.source
 
 
-def name_chapter(sentence: str) -> str:
+def add_chapter_to_reference(sentence: str) -> str:
     """Return a message in which a reference such as "See (6.4)" says that (6.4) is in Chapter 6.
 
     The notebook and the site name the chapter at the top. A message that is shown elsewhere has to name it.
 
-    >>> name_chapter("Check the sign. See (6.4).")
+    >>> add_chapter_to_reference("Check the sign. See (6.4).")
     'Check the sign. See (6.4) in Chapter 6.'
     """
     return re.sub(r"\bSee (\(6\.[^)]*\)|Example 6\.\d+|the text below \(6\.\d+\))", r"See \1 in Chapter 6", sentence)

@@ -54,6 +54,16 @@ MISTAKES_FOR_ONE_NUMBER = frozenset(
 )
 """The mistakes considered if the answer is a single number. Other mistakes would often give this number by chance."""
 
+SIGN_MISTAKES_AT_ONE_PLACE = frozenset({
+    "link-subtracted", "term-sign", "column-sign", "row-sign", "axis-sign", "twist-sign", "velocity-sign",
+})  # fmt: skip
+"""The mistakes that change signs at one place; if all signs are wrong, `sign` describes the answer better."""
+
+SIGN_MISTAKES_THROUGHOUT = frozenset({
+    "sign", "determinant-sign", "arm-reversed", "path-reversed", "derivative-of-cosine", "derivative-of-sine",
+})  # fmt: skip
+"""The mistakes that say why all signs of an answer are wrong."""
+
 PROPAGATION_FACTOR = 0.5
 """Factor for the frequency of a mistake in the position of P if the columns of J are computed by propagation."""
 

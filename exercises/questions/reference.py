@@ -1,4 +1,4 @@
-"""The derivation of reference answers, in which some stages have formulas in textbook form.
+"""Derive reference answers in stages (`arm.derivation_graph`), some of which have formulas in textbook form.
 
 The other stages, and the answers, are computed from these. A formula is in textbook form if a textbook would print it
 like this: sums of angles are combined, and common factors are taken out.
@@ -52,7 +52,7 @@ class ReferenceDerivation(StageResults):
         return rows if stage in VECTOR_STAGES else rows[..., None]
 
     def for_first_joints(self, frame: int) -> StageResults:
-        """Return the derivation for the first joints of the arm; its point is the origin of `frame`."""
+        """Return the derivation for joints 1 to `frame` of the arm; its point is the origin of that frame."""
         return derive_reference(convention_of(self.chain).keep_first_joints(frame), self.textbook_formulas)
 
 

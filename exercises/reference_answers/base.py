@@ -46,7 +46,7 @@ class Answer(ABC):
     """The group to which the type belongs: "formulas", "letters", or none."""
     takes_symbols: ClassVar[bool] = True
     """Whether an answer may contain symbols of the problem."""
-    counts_up_to_a_factor: ClassVar[bool] = False
+    is_direction: ClassVar[bool] = False
     """Whether every nonzero multiple of a correct answer is correct, too."""
     is_exact: ClassVar[bool] = False
     """Whether decimals count as exact (0.5 is a half), unless the assignment allows rounding."""

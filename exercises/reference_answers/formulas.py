@@ -123,7 +123,7 @@ class Direction(RowsAnswer):
     tolerance: float | None = None
 
     type = "direction"
-    counts_up_to_a_factor = True
+    is_direction = True
 
     def find_tolerance(self, rounding: Rounding | None) -> float | None:
         """Return the error allowed for unit vectors under the assignment's rounding; None for a vector of formulas."""

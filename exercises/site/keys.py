@@ -107,7 +107,7 @@ class _KeyMaker(AnswerVisitor[Json]):
         if not self.with_mistakes:
             return key
         key["mistakes"] = list(_find_mistakes_in_formulas(self.problem, self.part, points))
-        if not answer.counts_up_to_a_factor:
+        if not answer.is_direction:
             if coefficients := _find_linear_coefficients(self.problem, self.part, points):
                 key["linear"] = coefficients
             if mistakes_throughout := list(_find_mistakes_throughout(self.problem, self.part, points, key)):
@@ -228,14 +228,17 @@ def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValue
     if not is_derived(part):
         return
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
-    is_direction = part.answer.counts_up_to_a_factor
+    is_direction = part.answer.is_direction
     values = fix_given_joints(part, first_points) if is_direction else first_points
     stages = compute_numeric_stages(problem.chain, values)
     known_fingerprints = {_compute_fingerprint(compute_answer(stages, part), is_direction)}
+    opposite_fingerprint = _compute_fingerprint(-compute_answer(stages, part))
     for prediction in _predict_wrong_answers(stages, part, known_fingerprints):
         if prediction.answer.shape[:2] != (part.shape or (1, 1)) or not _is_finite_and_nonzero(prediction.answer):
             continue
         fingerprint = _compute_fingerprint(prediction.answer, is_direction)
+        if fingerprint == opposite_fingerprint and prediction.mistake.name in catalogue.SIGN_MISTAKES_AT_ONE_PLACE:
+            continue
         is_constant = is_direction and len(set(fingerprint)) == 1  # many mistakes lead to a constant
         if fingerprint not in known_fingerprints and not is_constant:
             known_fingerprints.add(fingerprint)

@@ -20,7 +20,7 @@ from qdot.exercises.problem.record import Digests, compute_digests
 from qdot.exercises.verify import concepts, formulas, numbers, path, rank, screws, short_questions, singular
 from qdot.exercises.verify.custom import check_custom
 from qdot.exercises.verify.formulas import PartCheck
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericModel
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def certify(problem: Problem) -> ProblemCertificate:
     >>> certify(generate("planar-2r/7", ["determinant"])).passed
     True
     """
-    numeric = NumericReference(problem)
+    numeric = NumericModel(problem)
     failing_check = _make_failing_check("CONVENTION_CHECKS", "convention")
     check_convention = CONVENTION_CHECKS.get(problem.chain.convention) or failing_check
     checks = [_check_symbols(problem.chain), _check_full_rank(numeric), *check_convention(numeric)]
@@ -99,7 +99,7 @@ FULL_RANK = "full rank"
 """The name of the check that fails if the arm can't control all components of its task."""
 
 
-def _check_full_rank(numeric: NumericReference) -> Check:
+def _check_full_rank(numeric: NumericModel) -> Check:
     """Check that J has full rank at some configuration: otherwise the arm is singular everywhere."""
     chain, jacobian = numeric.chain, numeric.exponential_jacobian
     sigma = np.linalg.svd(jacobian[:, numeric.task_rows], compute_uv=False)
@@ -114,7 +114,7 @@ def _check_full_rank(numeric: NumericReference) -> Check:
 _check_exactly = partial(formulas.check_agreement, tolerance=formulas.EXACT_TOLERANCE)
 
 
-def _check_modified_table(numeric: NumericReference) -> Checks:
+def _check_modified_table(numeric: NumericModel) -> Checks:
     """Check that a modified DH table gives the same joint axes and tool point as the standard table."""
     chain = numeric.chain
     standard_axes, convention_axes = numeric.frames[:, : chain.n, :3, 2], numeric.convention_frames[:, 1:, :3, 2]
@@ -126,7 +126,7 @@ def _check_modified_table(numeric: NumericReference) -> Checks:
     yield _check_exactly("modified table: point", convention_point[:, None], numeric.point[:, None])
 
 
-def _check_axes_at_home(numeric: NumericReference) -> Checks:
+def _check_axes_at_home(numeric: NumericModel) -> Checks:
     """Check the stated directions of the axes, the points on the axes, and P at home, against the frames at home."""
     axes, point = home_geometry_of(numeric.chain)
     z, origins = numeric.home_frames[:, :-1, :3, 2], numeric.home_frames[:, :-1, :3, 3]
@@ -141,7 +141,7 @@ def _check_axes_at_home(numeric: NumericReference) -> Checks:
     yield _check_exactly("axes at home: P", home_point, numeric.point_at_home[:, None])
 
 
-CONVENTION_CHECKS: dict[str, Callable[[NumericReference], Checks]] = {
+CONVENTION_CHECKS: dict[str, Callable[[NumericModel], Checks]] = {
     "dh": lambda _: iter(()),  # this convention presents the standard table itself
     "modified-dh": _check_modified_table,
     "screws": _check_axes_at_home,
@@ -151,7 +151,7 @@ CONVENTION_CHECKS: dict[str, Callable[[NumericReference], Checks]] = {
 An arm in a convention without a check can't be certified."""
 
 
-def _check_parsable(numeric: NumericReference, part: Part) -> Check:
+def _check_parsable(numeric: NumericModel, part: Part) -> Check:
     """Check that every formula of the reference can be parsed, and that it contains only symbols of the problem."""
     name, known_names = f"{part.name}: readable", set(numeric.symbol_names)
     if part.answer.is_set:  # the formulas of a set contain only joint variables and lengths

@@ -14,14 +14,14 @@ from qdot.exercises.questions.differentiation import TaskDetails
 from qdot.exercises.reference_answers import Choice
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import list_reference_numbers
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, differentiate, differentiate_frames
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericModel, differentiate, differentiate_frames
 from qdot.exercises.verify.rank import find_rank
 
 ROUNDING_TOLERANCE = 0.0006
 """Maximum error of a number that is rounded to three decimals."""
 
 
-def _check_size(numeric: NumericReference, part: Part) -> Checks:
+def _check_size(numeric: NumericModel, part: Part) -> Checks:
     """Check the number of rows and columns of J, and that no row of the task is always zero."""
     task = part.details_as(TaskDetails).task
     jacobian = numeric.finite_difference_jacobian[:, [VELOCITY_NAMES.index(row) for row in task]]
@@ -36,7 +36,7 @@ def _parse_numbers(text: str) -> np.ndarray:
     return np.array([float(value) for value in text.strip("()").split(",")])
 
 
-def _check_effect(numeric: NumericReference, part: Part) -> Checks:
+def _check_effect(numeric: NumericModel, part: Part) -> Checks:
     """Check by finite differences that only the correct option is the velocity that one joint causes."""
     answer, effect = part.answer_as(Choice), part.details_as(JointEffectDetails)
     sample, joint = numeric.sample_at(effect.configuration), effect.joint - 1
@@ -50,7 +50,7 @@ def _check_effect(numeric: NumericReference, part: Part) -> Checks:
     yield Check("clearly different", sum(error < 0.01 for error in errors) == 1, "one option is near the right one")
 
 
-def _check_invertibility(numeric: NumericReference, part: Part) -> Checks:
+def _check_invertibility(numeric: NumericModel, part: Part) -> Checks:
     """Check by size and rank whether J is regular, singular or redundant, or has too few columns."""
     answer, details = part.answer_as(Choice), part.details_as(InvertibilityDetails)
     task_rows = [VELOCITY_NAMES.index(row) for row in details.task]
@@ -65,7 +65,7 @@ def _check_invertibility(numeric: NumericReference, part: Part) -> Checks:
     yield Check("use", is_stated and are_all_offered, f"{answer.letters} is {options[answer.correct]}")
 
 
-def _check_possible_velocities(numeric: NumericReference, part: Part) -> Checks:
+def _check_possible_velocities(numeric: NumericModel, part: Part) -> Checks:
     """Check which options are possible velocities v, by the residuals of least-squares solutions of J qd = v.
 
     A residual is stated as a share of the velocity.

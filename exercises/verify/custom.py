@@ -33,7 +33,7 @@ from qdot.exercises.verify.formulas import DIFFERENCE_TOLERANCE, check_agreement
 from qdot.exercises.verify.numeric_reference import (
     Check,
     Checks,
-    NumericReference,
+    NumericModel,
     choose_random_configurations,
     compute_exponential_jacobian,
     compute_modified_frames,
@@ -152,7 +152,7 @@ class GeometryQuantities:
         return compute(formula, GeometryQuantities(self.chain, {**self.values, **values}, self.step))
 
 
-def check_custom(numeric: NumericReference, part: Part) -> Checks:
+def check_custom(numeric: NumericModel, part: Part) -> Checks:
     """Check the answer of a custom question, according to its type."""
     details = part.details_as(CustomDetails)
     maker = QuestionMaker(details.definition)
@@ -166,7 +166,7 @@ def check_custom(numeric: NumericReference, part: Part) -> Checks:
         yield from _check_formula(numeric, part, maker)
 
 
-def _make_quantities(numeric: NumericReference, values: Mapping[str, np.ndarray] | None = None) -> GeometryQuantities:
+def _make_quantities(numeric: NumericModel, values: Mapping[str, np.ndarray] | None = None) -> GeometryQuantities:
     return GeometryQuantities(numeric.chain, numeric.symbol_values if values is None else values)
 
 
@@ -208,7 +208,7 @@ def _check_agreement(
     return check_agreement(name, reference[is_precise], expected[is_precise], DIFFERENCE_TOLERANCE)
 
 
-def _check_formula(numeric: NumericReference, part: Part, maker: QuestionMaker) -> Checks:
+def _check_formula(numeric: NumericModel, part: Part, maker: QuestionMaker) -> Checks:
     reference = numeric.evaluate_printed_formulas(part.answer.as_matrix())
     yield _check_agreement(maker, numeric.chain, numeric.symbol_values, reference)
     varies = np.ptp(reference, axis=0).max() > DIFFERENCE_TOLERANCE
@@ -216,7 +216,7 @@ def _check_formula(numeric: NumericReference, part: Part, maker: QuestionMaker) 
 
 
 def _check_number(
-    numeric: NumericReference, answer: Number, details: CustomDetails, maker: QuestionMaker
+    numeric: NumericModel, answer: Number, details: CustomDetails, maker: QuestionMaker
 ) -> Check:  # fmt: skip
     values = {name: value[:1] for name, value in numeric.symbol_values.items()}
     given_values = details.list_given_values(numeric.chain)
@@ -228,7 +228,7 @@ def _check_number(
 # --- options ---
 
 
-def _check_options(numeric: NumericReference, part: Part, maker: QuestionMaker) -> Checks:
+def _check_options(numeric: NumericModel, part: Part, maker: QuestionMaker) -> Checks:
     """Check that no two options show the same, at several configurations."""
     details, quantities = part.details_as(CustomDetails), _make_quantities(numeric)
     formulas = [(index, formula) for index in details.order if (formula := maker.option_formulas[index]) is not None]
@@ -257,7 +257,7 @@ Function = Callable[[np.ndarray], np.ndarray]
 """A function of configurations (N, n) with values (N, m)."""
 
 
-def _check_zeros(numeric: NumericReference, answer: ConditionSet, maker: QuestionMaker) -> Checks:
+def _check_zeros(numeric: NumericModel, answer: ConditionSet, maker: QuestionMaker) -> Checks:
     """Check that the formulas vanish at the listed configurations, and that Newton's method finds no other zero."""
     chain = numeric.chain
     lengths = {symbol.name: float(numeric.symbol_values[symbol.name][0]) for symbol in chain.parameters}

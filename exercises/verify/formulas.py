@@ -12,7 +12,7 @@ from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.differentiation import AxisDetails, list_linear_task_rows
 from qdot.exercises.questions.propagation import FrameDetails, RecursionDetails
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericModel
 
 EXACT_TOLERANCE, DIFFERENCE_TOLERANCE = 1e-9, 1e-7
 """Relative error allowed when a reference is compared with products of matrices, and with finite differences."""
@@ -34,14 +34,14 @@ def check_agreement(name: str, values: np.ndarray, expected: np.ndarray, toleran
 
 ExpectedValues = dict[str, tuple[np.ndarray, float]]
 """Maps the name of each independent method to the values that it computes and the relative error that is allowed."""
-PartCheck = Callable[[NumericReference, Part], Checks]
+PartCheck = Callable[[NumericModel, Part], Checks]
 """A function that checks the reference answer of a part against numeric computations."""
 
 
-def make_formula_check(compute_expected: Callable[[NumericReference, Part], ExpectedValues]) -> PartCheck:
+def make_formula_check(compute_expected: Callable[[NumericModel, Part], ExpectedValues]) -> PartCheck:
     """Return a function that compares a symbolic reference with the values that each independent method computes."""
 
-    def check(numeric: NumericReference, part: Part) -> Checks:
+    def check(numeric: NumericModel, part: Part) -> Checks:
         reference_values = numeric.evaluate_printed_formulas(part.answer.as_matrix())
         for name, (expected, tolerance) in compute_expected(numeric, part).items():
             yield check_agreement(name, reference_values, expected, tolerance)
@@ -49,13 +49,13 @@ def make_formula_check(compute_expected: Callable[[NumericReference, Part], Expe
     return check
 
 
-def make_jacobian_check(compute: Callable[[NumericReference, Part, np.ndarray], np.ndarray]) -> PartCheck:
+def make_jacobian_check(compute: Callable[[NumericModel, Part, np.ndarray], np.ndarray]) -> PartCheck:
     """Return a function that compares a symbolic reference with a function of the 6 x n Jacobian, (…, 6, n).
 
     The Jacobian is computed by three methods: from frames, by finite differences and with exponentials.
     """
 
-    def compute_expected(numeric: NumericReference, part: Part) -> ExpectedValues:
+    def compute_expected(numeric: NumericModel, part: Part) -> ExpectedValues:
         return {
             "frames": (compute(numeric, part, numeric.jacobian), EXACT_TOLERANCE),
             "finite differences": (compute(numeric, part, numeric.finite_difference_jacobian), DIFFERENCE_TOLERANCE),
@@ -65,7 +65,7 @@ def make_jacobian_check(compute: Callable[[NumericReference, Part, np.ndarray], 
     return make_formula_check(compute_expected)
 
 
-def _list_convention_rows(numeric: NumericReference) -> list[int]:
+def _list_convention_rows(numeric: NumericModel) -> list[int]:
     """Return the indices of the rows of the 6 x n Jacobian in the order of the arm's convention."""
     return [VELOCITY_NAMES.index(row) for row in convention_of(numeric.chain).velocity_names]
 
@@ -74,20 +74,20 @@ def _transpose(matrices: np.ndarray) -> np.ndarray:
     return matrices.swapaxes(1, 2)
 
 
-def _compute_position_vectors(numeric: NumericReference, _: Part) -> ExpectedValues:
+def _compute_position_vectors(numeric: NumericModel, _: Part) -> ExpectedValues:
     """Return the vectors from the origin of a frame on each joint axis to the tool point."""
     first_frame, n = convention_of(numeric.chain).frame_on_axis(1), numeric.chain.n
     origins = numeric.convention_frames[:, first_frame : first_frame + n, :3, 3]
     return {"frames": (_transpose(numeric.point[:, None] - origins), EXACT_TOLERANCE)}
 
 
-def _compute_link_velocity(numeric: NumericReference, part: Part) -> ExpectedValues:
+def _compute_link_velocity(numeric: NumericModel, part: Part) -> ExpectedValues:
     """Return the velocity of a frame's origin and the angular velocity of its link, in the world frame."""
     frame_velocities = numeric.convention_velocities[:, :, part.details_as(FrameDetails).frame]
     return {"finite differences": (_transpose(frame_velocities) @ numeric.rates, DIFFERENCE_TOLERANCE)}
 
 
-def _compute_velocity_in_own_frame(numeric: NumericReference, part: Part) -> ExpectedValues:
+def _compute_velocity_in_own_frame(numeric: NumericModel, part: Part) -> ExpectedValues:
     """Return the velocity of a frame's origin and the angular velocity of its link, in this frame."""
     frame = part.details_as(RecursionDetails).frame
     velocity = _transpose(numeric.convention_velocities[:, :, frame]) @ numeric.rates
@@ -100,10 +100,10 @@ def _rotate_halves(rotation: np.ndarray, velocities: np.ndarray) -> np.ndarray:
     return np.concatenate([rotation @ velocities[:, :3], rotation @ velocities[:, 3:]], axis=1)
 
 
-def _make_product_check(compute_expected: Callable[[NumericReference], np.ndarray]) -> PartCheck:
+def _make_product_check(compute_expected: Callable[[NumericModel], np.ndarray]) -> PartCheck:
     """Return a function that checks that the task Jacobian times the reference gives the expected values."""
 
-    def check(numeric: NumericReference, part: Part) -> Checks:
+    def check(numeric: NumericModel, part: Part) -> Checks:
         expected = compute_expected(numeric)
         values = numeric.evaluate_printed_formulas(part.answer.as_matrix())
         if values.shape == expected.shape:
@@ -117,18 +117,18 @@ def _make_product_check(compute_expected: Callable[[NumericReference], np.ndarra
 # --- transforms, wrists and statics ---
 
 
-def _rotate_to_tool_frame(numeric: NumericReference, _: Part, jacobian: np.ndarray) -> np.ndarray:
+def _rotate_to_tool_frame(numeric: NumericModel, _: Part, jacobian: np.ndarray) -> np.ndarray:
     """Return the geometric Jacobian in the frame of the last link."""
     return _rotate_halves(_transpose(numeric.convention_frames[:, -1, :3, :3]), jacobian)
 
 
-def _compute_wrist_block(numeric: NumericReference, _: Part, jacobian: np.ndarray) -> np.ndarray:
+def _compute_wrist_block(numeric: NumericModel, _: Part, jacobian: np.ndarray) -> np.ndarray:
     """Return the angular rows of J for the wrist's joints, in the frame on the axis of joint 4."""
     frame = convention_of(numeric.chain).frame_on_axis(4)
     return _transpose(numeric.convention_frames[:, frame, :3, :3]) @ jacobian[:, 3:, 3:]
 
 
-def _check_block_determinants(numeric: NumericReference, part: Part) -> Checks:
+def _check_block_determinants(numeric: NumericModel, part: Part) -> Checks:
     """Check the determinants of the arm block and the wrist block, and that their product is det J of all six rows."""
     reference_values = numeric.evaluate_printed_formulas(part.answer.as_matrix())
     blocks = (numeric.jacobian[:, :3, :3], _transpose(numeric.frames[:, 3, :3, :3]) @ numeric.jacobian[:, 3:, 3:])
@@ -143,13 +143,13 @@ def _check_block_determinants(numeric: NumericReference, part: Part) -> Checks:
     yield Check("the wrist does not move P", bool(largest_entry < EXACT_TOLERANCE), detail)
 
 
-def _compute_joint_torques(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> np.ndarray:
+def _compute_joint_torques(numeric: NumericModel, part: Part, jacobian: np.ndarray) -> np.ndarray:
     """Return the joint torques. Torque i is the power of the force when only joint i moves, at unit rate."""
     force = np.stack([numeric.symbol_values[name] for name in part.symbols], axis=1)
     return np.einsum("pij,pi->pj", jacobian[:, numeric.task_rows], force)[:, :, None]
 
 
-def _compute_gram_determinant(numeric: NumericReference, _: Part, jacobian: np.ndarray) -> np.ndarray:
+def _compute_gram_determinant(numeric: NumericModel, _: Part, jacobian: np.ndarray) -> np.ndarray:
     rows = jacobian[:, numeric.task_rows]
     return np.asarray(np.linalg.det(rows @ _transpose(rows)))[:, None, None]
 

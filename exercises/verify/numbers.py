@@ -9,7 +9,7 @@ from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.inversion import VelocityDetails, find_min_conditioning, write_power_of_metres
 from qdot.exercises.reference_answers import Direction, Number
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, compute_conditioning_ratios
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericModel, compute_conditioning_ratios
 
 MIN_CONDITIONING_SHARE = 0.7
 """Fraction of the minimum sigma_min/sigma_max with which configurations are sampled; a check requires this fraction."""
@@ -32,14 +32,14 @@ def check_three_digits(part: Part) -> Check:
     return Check("three digits", is_accepted, "rounding keeps it right")
 
 
-def _check_conditioning(numeric: NumericReference, jacobian: np.ndarray) -> Check:
+def _check_conditioning(numeric: NumericModel, jacobian: np.ndarray) -> Check:
     """Check that J is well conditioned at a configuration, so that small errors stay small."""
     ratio = float(compute_conditioning_ratios(jacobian))
     minimum = MIN_CONDITIONING_SHARE * find_min_conditioning(numeric.chain)
     return Check("well conditioned", ratio > minimum, f"sigma_min/sigma_max = {ratio:.3f}")
 
 
-def _check_rates(numeric: NumericReference, part: Part) -> Checks:
+def _check_rates(numeric: NumericModel, part: Part) -> Checks:
     """Compare the rates with the minimum-norm solution, which is the only solution if J is square."""
     configuration = part.details_as(VelocityDetails).configuration
     jacobian = numeric.jacobian_at(configuration)
@@ -52,7 +52,7 @@ def _check_rates(numeric: NumericReference, part: Part) -> Checks:
     yield check_three_digits(part)
 
 
-def _check_self_motion(numeric: NumericReference, part: Part) -> Checks:
+def _check_self_motion(numeric: NumericModel, part: Part) -> Checks:
     """Check that the Jacobian times the motion is zero and that the motion is not zero."""
     is_formula = part.answer_as(Direction).tolerance is None
     if is_formula:
@@ -74,7 +74,7 @@ def _check_self_motion(numeric: NumericReference, part: Part) -> Checks:
 def _make_measure_check(measure: Callable[[np.ndarray], float]) -> PartCheck:
     """Return the check that a number is `measure` of the task Jacobian, computed by two methods."""
 
-    def check(numeric: NumericReference, part: Part) -> Checks:
+    def check(numeric: NumericModel, part: Part) -> Checks:
         configuration = part.details_as(VelocityDetails).configuration
         jacobian = numeric.jacobian_at(configuration)
         exponential_jacobian = numeric.exponential_jacobian_at(configuration)[numeric.task_rows]
@@ -89,7 +89,7 @@ def _make_measure_check(measure: Callable[[np.ndarray], float]) -> PartCheck:
     return check
 
 
-def _check_unit(numeric: NumericReference, part: Part, jacobian: np.ndarray) -> Check:
+def _check_unit(numeric: NumericModel, part: Part, jacobian: np.ndarray) -> Check:
     """Check the unit of the manipulability w by converting metres to half metres, which multiplies w by 2^k for m^k."""
     row_factors = np.array([[2.0 if row < 3 else 1.0] for row in numeric.task_rows])
     column_factors = np.array([1.0 if joint.is_revolute else 0.5 for joint in numeric.chain.joints])

@@ -47,7 +47,7 @@ Checks = Iterator[Check]
 """What a test function yields: the checks of one part."""
 
 
-class NumericReference:
+class NumericModel:
     """The arm of a problem in numbers, at random samples.
 
     A sample is a choice of values for the symbolic lengths and a configuration. The first axis of every array runs over
@@ -99,7 +99,7 @@ class NumericReference:
         return np.concatenate([function(arm, q) for arm, q in zip(self.arms, samples, strict=True)])
 
     def _sample_values(self) -> dict[str, np.ndarray]:
-        """Return the values, (…), of each symbol of the problem; rates and symbols of questions get random values."""
+        """Return the values, (…), of each symbol of the problem; rates, velocities and loads get random values."""
         values = {q.name: self.configurations[:, i] for i, q in enumerate(self.chain.q)}
         values |= {
             symbol.name: np.repeat([lengths[symbol.name] for lengths in self.lengths], CONFIGURATIONS_PER_ARM)
@@ -295,7 +295,7 @@ def compute_exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray
     S_i = (v, w). For a revolute joint, w = z and v = o x z, where z is the axis and o a point on the axis. For a
     prismatic joint, w = 0 and v = z. The pose of the body is exp(S_1 q_1) ... exp(S_n q_n) M. Column i of the space
     Jacobian is S_i transformed by the exponentials before it. The returned Jacobian is in the world frame, with the
-    linear part first, as in the chapter's equation (6.6).
+    linear part first, as in (6.6).
     """
     home = arm.frames(np.zeros(q.shape[-1]))
     z, origins, point = home[:-1, :3, 2], home[:-1, :3, 3], arm.point_of(home)

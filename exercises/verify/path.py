@@ -17,7 +17,7 @@ from qdot.exercises.verify.numbers import (
     check_three_digits,
     list_reference_numbers,
 )
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, compute_conditioning_ratios
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericModel, compute_conditioning_ratios
 
 STATION_COUNT = 60
 """Number of points along a line at which the joint values are computed."""
@@ -33,7 +33,7 @@ class LineFollower:
     the start. `direction` is the unit vector along the line, with one component for each row of the task.
     """
 
-    def __init__(self, numeric: NumericReference, line: WeldingLine) -> None:
+    def __init__(self, numeric: NumericModel, line: WeldingLine) -> None:
         self.arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in line.lengths.items()})
         self.task_rows, self.speed = numeric.task_rows, float(line.speed)
         self.initial_joints = np.array([float(line.joints[q]) for q in numeric.chain.q])
@@ -75,7 +75,7 @@ class LineFollower:
         return (self.solve_at(q, s + STEP) - self.solve_at(q, s - STEP)) / (2 * STEP) * self.speed
 
 
-def _check_path_rates(numeric: NumericReference, part: Part) -> Checks:
+def _check_path_rates(numeric: NumericModel, part: Part) -> Checks:
     """Check the joint rates at the distance in the question, by following the line to it."""
     details = part.details_as(DistanceDetails)
     line, s = LineFollower(numeric, details.welding_line), float(details.distance)
@@ -104,7 +104,7 @@ def _check_one_branch(line: LineFollower, joints: np.ndarray, s: float, min_rati
     return Check("on one branch", ratio > min_ratio and jump < 0.2 and gap < 1e-6, detail)
 
 
-def _check_path_limit(numeric: NumericReference, part: Part) -> Checks:
+def _check_path_limit(numeric: NumericModel, part: Part) -> Checks:
     """Check that the joint speed equals the limit at the stated distance, is lower before it, and higher after it."""
     answer, details = part.answer_as(Number), part.details_as(RateLimitDetails)
     line, distance = LineFollower(numeric, details.welding_line), list_reference_numbers(part)

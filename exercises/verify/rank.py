@@ -24,7 +24,7 @@ from qdot.exercises.verify.numbers import list_reference_numbers
 from qdot.exercises.verify.numeric_reference import (
     Check,
     Checks,
-    NumericReference,
+    NumericModel,
     choose_random_configurations,
     compute_exponential_jacobian,
     sample_distinct_lengths,
@@ -61,7 +61,7 @@ def find_rank(jacobian: np.ndarray) -> NumericRank:
     return NumericRank(int(np.sum(shares > ZERO_SHARE)), not is_unclear)
 
 
-def _check_rank(numeric: NumericReference, part: Part) -> Checks:
+def _check_rank(numeric: NumericModel, part: Part) -> Checks:
     """Check a rank by the singular values of J; each must be either clearly zero or clearly not zero."""
     part.answer_as(Number)
     configuration = part.details_as(ConfigurationDetails).configuration
@@ -73,7 +73,7 @@ def _check_rank(numeric: NumericReference, part: Part) -> Checks:
 # --- lost direction ---
 
 
-def _check_direction(numeric: NumericReference, part: Part) -> Checks:
+def _check_direction(numeric: NumericModel, part: Part) -> Checks:
     """Check that a lost direction u, given by formulas or as a numeric unit vector, satisfies u^T J = 0."""
     answer = part.answer_as(Direction)
     m = len(numeric.task_rows)
@@ -102,7 +102,7 @@ def _check_written_form(part: Part) -> Check:
     return Check("short", is_short, f"{len(entries)} entries, {len(terms)} terms")
 
 
-def _check_formula(numeric: NumericReference, part: Part, branch: JacobianOnBranch) -> Checks:
+def _check_formula(numeric: NumericModel, part: Part, branch: JacobianOnBranch) -> Checks:
     """Check that a formula for the lost direction u satisfies u^T J = 0 at random singular configurations."""
     fixed_joints = part.answer.as_matrix().free_symbols & {q for q, _ in branch.values}
     detail = f"{', '.join(sorted(map(str, fixed_joints)))} occurs" if fixed_joints else "no other"
@@ -130,7 +130,7 @@ def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
 
 
 def sample_at_values(
-    numeric: NumericReference, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None,
+    numeric: NumericModel, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None,
     samples_per_arm: int = 2,
 ) -> Sequence[Sample]:  # fmt: skip
     """Return configurations at which some joints have the given values or, if there is a condition, it is zero.
@@ -157,7 +157,7 @@ MIN_ARMS_TRIED, MAX_ARMS_TRIED = 6, 100
 """Number of choices of the symbolic lengths, and the maximum number if few choices give real joint values."""
 
 
-def _generate_arms(numeric: NumericReference) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
+def _generate_arms(numeric: NumericModel) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
     """Yield the numeric arms of the reference with their lengths, and then arms with other lengths."""
     yield from zip(numeric.arms, numeric.lengths, strict=True)
     for _ in range(MAX_ARMS_TRIED):
@@ -170,7 +170,7 @@ def _generate_arms(numeric: NumericReference) -> Iterator[tuple[NumericChain, Ma
 # --- lost motion ---
 
 
-def _check_motion(numeric: NumericReference, part: Part) -> Checks:
+def _check_motion(numeric: NumericModel, part: Part) -> Checks:
     """Check that no possible velocity has a component along the correct line.
 
     Along each of the other lines, some possible velocity must have a component.
@@ -215,7 +215,7 @@ def _list_possible_velocities(sample: Sample, task: Sequence[int], body: str, ot
 # --- meaning ---
 
 
-def _check_geometric_cause(numeric: NumericReference, part: Part) -> Checks:
+def _check_geometric_cause(numeric: NumericModel, part: Part) -> Checks:
     """Check that only the correct one of the offered statements on the cause of a singularity is true."""
     answer, choice = part.answer_as(Choice), part.details_as(MeaningDetails)
     samples = sample_at_values(numeric, choice.values, choice.condition)

@@ -29,23 +29,23 @@ from qdot.exercises.verify.numbers import check_three_digits, list_reference_num
 from qdot.exercises.verify.numeric_reference import (
     Check,
     Checks,
-    NumericReference,
+    NumericModel,
     compute_screw_exponential,
     make_skew_matrix,
 )
 
 
-def _is_linear_first(numeric: NumericReference) -> bool:
+def _is_linear_first(numeric: NumericModel) -> bool:
     """Return whether the arm's twists have the order (v, omega)."""
     return numeric.chain.twist_order == "v-omega"
 
 
-def _stack_twist(numeric: NumericReference, omega: np.ndarray, v: np.ndarray, axis: int = -1) -> np.ndarray:
+def _stack_twist(numeric: NumericModel, omega: np.ndarray, v: np.ndarray, axis: int = -1) -> np.ndarray:
     """Return the twist of an angular and a linear velocity, in the arm's order."""
     return np.concatenate([v, omega] if _is_linear_first(numeric) else [omega, v], axis=axis)
 
 
-def _make_adjoint(numeric: NumericReference, pose: np.ndarray) -> np.ndarray:
+def _make_adjoint(numeric: NumericModel, pose: np.ndarray) -> np.ndarray:
     """Return [Ad T] of poses (…, 4, 4) for twists in the arm's order, (…, 6, 6)."""
     rotation, zero = pose[..., :3, :3], np.zeros_like(pose[..., :3, :3])
     cross_rotation = make_skew_matrix(pose[..., :3, 3]) @ rotation
@@ -61,7 +61,7 @@ class _BodyKinematics(NamedTuple):
     space_jacobian: np.ndarray
 
 
-def _compute_body_kinematics(numeric: NumericReference) -> _BodyKinematics:
+def _compute_body_kinematics(numeric: NumericModel) -> _BodyKinematics:
     """Return the kinematics by exponentials of the screws of the axes in the problem statement."""
     axes, point = home_geometry_of(numeric.chain)
     motion, columns = np.broadcast_to(np.eye(4), (numeric.sample_count, 4, 4)), []
@@ -75,7 +75,7 @@ def _compute_body_kinematics(numeric: NumericReference) -> _BodyKinematics:
     return _BodyKinematics(motion @ home, np.stack(columns, axis=2))
 
 
-def _compute_home_screws(numeric: NumericReference, _: Part) -> ExpectedValues:
+def _compute_home_screws(numeric: NumericModel, _: Part) -> ExpectedValues:
     """Return the screws at home, from the link frames: z, and o x z for the origin o of a frame on the axis."""
     z, o = numeric.home_frames[:, :-1, :3, 2], numeric.home_frames[:, :-1, :3, 3]
     is_revolute = np.array([joint.is_revolute for joint in numeric.chain.joints])[:, None]
@@ -83,7 +83,7 @@ def _compute_home_screws(numeric: NumericReference, _: Part) -> ExpectedValues:
     return {"frames at home": (screws.swapaxes(1, 2), EXACT_TOLERANCE)}
 
 
-def _compute_body_pose(numeric: NumericReference, _: Part) -> ExpectedValues:
+def _compute_body_pose(numeric: NumericModel, _: Part) -> ExpectedValues:
     """Return the pose of the body frame, computed from exponentials and from the last frame."""
     return {
         "product of exponentials": (_compute_body_kinematics(numeric).pose, EXACT_TOLERANCE),
@@ -91,7 +91,7 @@ def _compute_body_pose(numeric: NumericReference, _: Part) -> ExpectedValues:
     }
 
 
-def _transform_twists(numeric: NumericReference, pose: np.ndarray, twists: np.ndarray) -> np.ndarray:
+def _transform_twists(numeric: NumericModel, pose: np.ndarray, twists: np.ndarray) -> np.ndarray:
     """Transform twists (…, 6, k) to another frame by their 4 x 4 matrices: T [V] T^-1."""
     columns = []
     for k in range(twists.shape[-1]):
@@ -105,7 +105,7 @@ def _transform_twists(numeric: NumericReference, pose: np.ndarray, twists: np.nd
     return np.stack(columns, axis=-1)
 
 
-def _compute_body_adjoint(numeric: NumericReference, _: Part) -> ExpectedValues:
+def _compute_body_adjoint(numeric: NumericModel, _: Part) -> ExpectedValues:
     """Return the adjoint of the body pose, from exponentials, and from the matrices T [V] T^-1 of unit twists V."""
     unit_twists = np.broadcast_to(np.eye(6), (numeric.sample_count, 6, 6))
     transformed_twists = _transform_twists(numeric, _compute_frame_pose(numeric), unit_twists)
@@ -115,7 +115,7 @@ def _compute_body_adjoint(numeric: NumericReference, _: Part) -> ExpectedValues:
     }
 
 
-def _check_changed_twist(numeric: NumericReference, part: Part) -> Checks:
+def _check_changed_twist(numeric: NumericModel, part: Part) -> Checks:
     """Check the coordinates of a twist V in another frame, and check that the stated joint rates give the twist.
 
     The coordinates are checked with the matrix of the twist: T [V] T^-1. The pose T is computed from the last frame at
@@ -140,7 +140,7 @@ def _check_changed_twist(numeric: NumericReference, part: Part) -> Checks:
     yield check_three_digits(part)
 
 
-def _compute_frame_pose(numeric: NumericReference) -> np.ndarray:
+def _compute_frame_pose(numeric: NumericModel) -> np.ndarray:
     """Return the pose of the body frame from the last frame: the frame's rotation since home, and P, (…, 4, 4)."""
     pose = np.broadcast_to(np.eye(4), (numeric.sample_count, 4, 4)).copy()
     pose[:, :3, :3] = numeric.frames[:, -1, :3, :3] @ numeric.home_frames[:, -1, :3, :3].swapaxes(1, 2)
@@ -148,7 +148,7 @@ def _compute_frame_pose(numeric: NumericReference) -> np.ndarray:
     return pose
 
 
-def _compute_space_jacobian(numeric: NumericReference) -> ExpectedValues:
+def _compute_space_jacobian(numeric: NumericModel) -> ExpectedValues:
     """Return the space Jacobian, computed from exponentials, and from finite differences of the last frame."""
     frame_velocities = numeric.frame_velocities[:, :, numeric.chain.n]
     angular, velocity = frame_velocities[..., 3:], frame_velocities[..., :3]
@@ -160,7 +160,7 @@ def _compute_space_jacobian(numeric: NumericReference) -> ExpectedValues:
     }
 
 
-def _compute_body_jacobian(numeric: NumericReference) -> ExpectedValues:
+def _compute_body_jacobian(numeric: NumericModel) -> ExpectedValues:
     """Return the body Jacobian, computed from exponentials, and from the geometric Jacobian in the body frame."""
     pose, space_jacobian = _compute_body_kinematics(numeric)
     rotation = pose[:, :3, :3].swapaxes(1, 2)
@@ -171,7 +171,7 @@ def _compute_body_jacobian(numeric: NumericReference) -> ExpectedValues:
     }
 
 
-def _make_twist_check(compute_jacobians: Callable[[NumericReference], ExpectedValues]) -> PartCheck:
+def _make_twist_check(compute_jacobians: Callable[[NumericModel], ExpectedValues]) -> PartCheck:
     """Return a function that checks a twist: the Jacobian that each method computes, times the joint rates."""
     return make_formula_check(
         lambda numeric, _: {

@@ -27,7 +27,7 @@ from qdot.exercises.short_questions.wrong_formulas import OptionSubject
 from qdot.exercises.verify.formulas import CHECKS as FORMULA_CHECKS
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import NUMBER_TOLERANCE, check_three_digits, list_reference_numbers
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference, compute_exponential_jacobian
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericModel, compute_exponential_jacobian
 from qdot.exercises.verify.rank import find_rank
 from qdot.exercises.verify.screws import CHECKS as SCREW_CHECKS
 from qdot.exercises.verify.singular import CHECKS as SET_CHECKS
@@ -41,7 +41,7 @@ MIN_DIFFERENCE = 1e-5
 """Two options must differ, at some sample, by at least this fraction of their size."""
 
 
-def _insert_option(numeric: NumericReference, subject: OptionSubject, option: sp.Matrix) -> Part:
+def _insert_option(numeric: NumericModel, subject: OptionSubject, option: sp.Matrix) -> Part:
     """Return the full question as a part whose answer, or one entry or column of it, is replaced by an option."""
     answer, details = QUESTIONS[subject.base_question].ask(numeric.chain, Stream("quiz"))
     part = Part(subject.base_question, subject.base_question, answer, details=details)
@@ -52,7 +52,7 @@ def _insert_option(numeric: NumericReference, subject: OptionSubject, option: sp
     return replace(part, answer=Matrix(sp.Matrix(full_answer)))
 
 
-def _check_formula_choice(numeric: NumericReference, part: Part) -> Checks:
+def _check_formula_choice(numeric: NumericModel, part: Part) -> Checks:
     """Check that only the correct formula passes the check of the full question."""
     subject = part.details_as(FormulaOptions).subject
     offered = _list_offered_options(part)
@@ -67,9 +67,7 @@ def _list_offered_options(part: Part) -> tuple[OfferedOption, ...]:
     return offered
 
 
-def _check_one_correct(
-    numeric: NumericReference, part: Part, parts_with_option: Sequence[Part], check: PartCheck
-) -> Check:
+def _check_one_correct(numeric: NumericModel, part: Part, parts_with_option: Sequence[Part], check: PartCheck) -> Check:
     """Check that only the part that has the correct option as its answer passes a check."""
     are_passed = [all(result.passed for result in check(numeric, option_part)) for option_part in parts_with_option]
     passing_indices = [index for index, is_passed in enumerate(are_passed) if is_passed]
@@ -77,7 +75,7 @@ def _check_one_correct(
     return Check("one right option", passing_indices == [part.answer_as(Choice).correct], detail)
 
 
-def _check_values_differ(numeric: NumericReference, options: Sequence[sp.Matrix]) -> Check:
+def _check_values_differ(numeric: NumericModel, options: Sequence[sp.Matrix]) -> Check:
     values = [numeric.evaluate_printed_formulas(option).reshape(numeric.sample_count, -1) for option in options]
     for (i, a), (j, b) in combinations(enumerate(values), 2):
         if a.shape == b.shape and not np.abs(a - b).max() > MIN_DIFFERENCE * (np.abs(a).max() + np.abs(b).max()):
@@ -85,7 +83,7 @@ def _check_values_differ(numeric: NumericReference, options: Sequence[sp.Matrix]
     return Check("different options", all(np.isfinite(value).all() for value in values), "no two have the same values")
 
 
-def _check_set_choice(numeric: NumericReference, part: Part) -> Checks:
+def _check_set_choice(numeric: NumericModel, part: Part) -> Checks:
     """Check that only the correct singular set passes the check of singular sets."""
     kind, offered = "singular-angles", _list_offered_options(part)
     parts = [Part(kind, kind, ConditionSet(option.content)) for option in offered]
@@ -100,7 +98,7 @@ def _check_texts_differ(texts: Sequence[str]) -> Check:
 # --- configurations ---
 
 
-def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
+def _check_configurations(numeric: NumericModel, part: Part) -> Checks:
     """Check by the rank of J which of the offered configurations are singular."""
     details, full_rank = part.details_as(ConfigurationOptions), min(len(numeric.task_rows), numeric.chain.n)
     ranks = []
@@ -120,7 +118,7 @@ def _check_configurations(numeric: NumericReference, part: Part) -> Checks:
 # --- several correct options ---
 
 
-def _compute_quantity(numeric: NumericReference, quantity: Quantity, moved_joint: int | None = None) -> np.ndarray:
+def _compute_quantity(numeric: NumericModel, quantity: Quantity, moved_joint: int | None = None) -> np.ndarray:
     """Return the values of a quantity, (samples, entries), after moving one joint by JOINT_STEP if one is given.
 
     The quantity is a column or an entry of J, a coordinate of P, or det J.
@@ -137,7 +135,7 @@ def _compute_quantity(numeric: NumericReference, quantity: Quantity, moved_joint
     return np.asarray(np.linalg.det(jacobian)[:, None])
 
 
-def _check_equal_forms(numeric: NumericReference, part: Part) -> Checks:
+def _check_equal_forms(numeric: NumericModel, part: Part) -> Checks:
     """Check by values which of the offered expressions are equal to the quantity."""
     answer, expected = part.answer_as(Selection), _compute_quantity(numeric, part.details_as(EqualForms).quantity)
     equal_indices = []
@@ -151,7 +149,7 @@ def _check_equal_forms(numeric: NumericReference, part: Part) -> Checks:
     yield Check("different options", len(set(answer.options)) == len(answer.options), "no two are written the same")
 
 
-def _check_dependence(numeric: NumericReference, part: Part) -> Checks:
+def _check_dependence(numeric: NumericModel, part: Part) -> Checks:
     """Check by moving one joint at a time on which joints a quantity depends."""
     answer, quantity = part.answer_as(Selection), part.details_as(QuantityDetails).quantity
     values = _compute_quantity(numeric, quantity)
@@ -164,7 +162,7 @@ def _check_dependence(numeric: NumericReference, part: Part) -> Checks:
 # --- columns to joints ---
 
 
-def _check_columns(numeric: NumericReference, part: Part) -> Checks:
+def _check_columns(numeric: NumericModel, part: Part) -> Checks:
     """Check which of the offered columns belongs to each joint."""
     answer = part.answer_as(Matching)
     offered = _list_offered_options(part)
@@ -189,19 +187,19 @@ def _check_number(part: Part, expected: float) -> Checks:
     yield check_three_digits(part)
 
 
-def _check_determinant_value(numeric: NumericReference, part: Part) -> Checks:
+def _check_determinant_value(numeric: NumericModel, part: Part) -> Checks:
     jacobian = numeric.exponential_jacobian_at(part.details_as(ConfigurationDetails).configuration)[numeric.task_rows]
     yield from _check_number(part, float(np.linalg.det(jacobian)))
 
 
-def _check_speed(numeric: NumericReference, part: Part) -> Checks:
+def _check_speed(numeric: NumericModel, part: Part) -> Checks:
     details = part.details_as(RateDetails)
     rates = np.array([float(rate) for rate in details.rates.values()])
     velocity = numeric.exponential_jacobian_at(details.configuration)[:3] @ rates
     yield from _check_number(part, float(np.linalg.norm(velocity)))
 
 
-def _check_statement(numeric: NumericReference, part: Part) -> Checks:
+def _check_statement(numeric: NumericModel, part: Part) -> Checks:
     """Check whether a statement is clearly true or clearly false, as the answer says."""
     answer, statement = part.answer_as(Choice), part.details_as(ConfigurationStatement)
     jacobian = numeric.exponential_jacobian_at(statement.configuration)

@@ -35,7 +35,7 @@ from qdot.exercises.verify.numeric_reference import (
     ARM_COUNT,
     Check,
     Checks,
-    NumericReference,
+    NumericModel,
     choose_random_configurations,
     choose_random_lengths,
     compute_conditioning_ratios,
@@ -70,7 +70,7 @@ Near an intersection of components, sigma_min is a product of distances. It is t
 distance from the set. If a configuration there is not in the set, further searches near it decide."""
 
 
-def _check_singular_set(numeric: NumericReference, part: Part) -> Checks:
+def _check_singular_set(numeric: NumericModel, part: Part) -> Checks:
     """Check a singular set in both directions, and what the worked solution says about it."""
     joints, texts = [q.name for q in numeric.chain.q], part.answer_as(ConditionSet).list_pieces()
     pieces = [piece for text in texts for piece in parse_pieces(parse_formula(text, numeric.symbol_names), joints)]
@@ -79,12 +79,12 @@ def _check_singular_set(numeric: NumericReference, part: Part) -> Checks:
     yield from check_singularity_statements(numeric)
 
 
-def _make_space(numeric: NumericReference, lengths: dict[str, float]) -> ConfigurationSpace:
+def _make_space(numeric: NumericModel, lengths: dict[str, float]) -> ConfigurationSpace:
     """Return the configurations of the arm with the given lengths."""
     return ConfigurationSpace([q.name for q in numeric.chain.q], domain_of(numeric.chain, lengths))
 
 
-def _check_soundness(numeric: NumericReference, texts: Sequence[str], pieces: Sequence[Piece]) -> Checks:
+def _check_soundness(numeric: NumericModel, texts: Sequence[str], pieces: Sequence[Piece]) -> Checks:
     """Check that every piece of the set contains configurations, and that the Jacobian loses rank there.
 
     A piece such as theta3 = acos(-a2/a3) exists only for some lengths. If it does not exist for the reference's
@@ -100,7 +100,7 @@ def _check_soundness(numeric: NumericReference, texts: Sequence[str], pieces: Se
         yield Check(f"rank at {text}", bool(ratios) and max(ratios) < RANK_TOLERANCE, detail)
 
 
-def _compute_ratios_on_piece(numeric: NumericReference, piece: Piece, lengths: dict[str, float]) -> list[float]:
+def _compute_ratios_on_piece(numeric: NumericModel, piece: Piece, lengths: dict[str, float]) -> list[float]:
     """Return sigma_min/sigma_max of J at configurations on a piece, for an arm with the given lengths."""
     space = _make_space(numeric, lengths)
     values = space.sample_piece(piece, space.collect_names([[piece]]), numeric.rng, count=8)
@@ -109,7 +109,7 @@ def _compute_ratios_on_piece(numeric: NumericReference, piece: Piece, lengths: d
     return [float(ratio) for ratio in compute_conditioning_ratios(jacobians)]
 
 
-def _check_completeness(numeric: NumericReference, pieces: Sequence[Piece]) -> Check:
+def _check_completeness(numeric: NumericModel, pieces: Sequence[Piece]) -> Check:
     """Check that the set contains the singular configurations that a search from random starts finds.
 
     The search runs on the normalized arm, once for all arms that share the normalized arm. Therefore its results are
@@ -135,7 +135,7 @@ def _check_completeness(numeric: NumericReference, pieces: Sequence[Piece]) -> C
 
 
 def _find_uncovered_configurations(
-    numeric: NumericReference, pieces: Sequence[Piece], lengths: dict[str, float], q: np.ndarray
+    numeric: NumericModel, pieces: Sequence[Piece], lengths: dict[str, float], q: np.ndarray
 ) -> np.ndarray:
     """Return the configurations (k x n) of those in `q` that no piece contains."""
     values = {symbol.name: column for symbol, column in zip(numeric.chain.q, q.T, strict=True)}
@@ -198,7 +198,7 @@ def find_singular_configurations(arm: NumericChain, starts: np.ndarray, task_row
     return np.asarray(q[compute_conditioning_ratios(arm.jacobian(q)[:, task_rows]) < MAX_SINGULAR_RATIO])
 
 
-def _check_kind(numeric: NumericReference, part: Part) -> Checks:
+def _check_kind(numeric: NumericModel, part: Part) -> Checks:
     """Check the kind of a singularity by determining it again, for lengths that the question did not use."""
     answer, details = part.answer_as(Choice), part.details_as(KindDetails)
     kind, configuration, options = details.singularity_kind, details.configurations, answer.options
@@ -216,7 +216,7 @@ def _check_kind(numeric: NumericReference, part: Part) -> Checks:
         yield _check_regular(numeric, configuration)
 
 
-def _check_regular(numeric: NumericReference, configuration: ConfigurationsOfOneKind) -> Check:
+def _check_regular(numeric: NumericModel, configuration: ConfigurationsOfOneKind) -> Check:
     """Check that det J has the same sign for short and long lengths, and so is zero for none of them."""
     signs = set()
     for _ in range(40):
@@ -227,7 +227,7 @@ def _check_regular(numeric: NumericReference, configuration: ConfigurationsOfOne
     return Check("regular for all lengths", len(signs) == 1, f"signs of det J: {sorted(signs)}")
 
 
-def _sample_configuration(numeric: NumericReference, configuration: ConfigurationsOfOneKind) -> Sequence[Sample]:
+def _sample_configuration(numeric: NumericModel, configuration: ConfigurationsOfOneKind) -> Sequence[Sample]:
     if configuration.condition is not None:
         return numeric.sample_on_condition(configuration.condition, arm_count=ARM_COUNT, samples_per_arm=1)
     pairs = zip(numeric.arms, numeric.lengths, strict=True)

@@ -26,7 +26,7 @@ from qdot.exercises.singularities.classification import (
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
 from qdot.exercises.singularities.singular_set import Component, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import are_one_sided, classify_samples
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericReference
+from qdot.exercises.verify.numeric_reference import Check, Checks, NumericModel
 
 ARM_COUNTS, SAMPLES_PER_PIECE = (4, 20, 80), 8
 """Numbers of choices of lengths, and number of configurations that are tested on a piece of the singular set.
@@ -40,7 +40,7 @@ PositionFunction = Callable[[np.ndarray], np.ndarray]
 """Returns the position (..., 3), in m, of the subject of a statement, at configurations (..., n)."""
 
 
-def check_singularity_statements(numeric: NumericReference) -> Checks:
+def check_singularity_statements(numeric: NumericModel) -> Checks:
     """Check what the worked solution says about each component of the singular set.
 
     If the solution has one sentence for each joint value of a component, each sentence is checked.

@@ -1,12 +1,10 @@
 """Fill in the texts of custom questions: {name} in braces becomes what the student's own problem has, typeset.
 
 A placeholder is a group of values ({pose}, {rates}, {velocity}, {given}), {base} for the frame in which results are
-expressed, the name of a given value, or a formula of the question language. In a formula between dollar signs, a brace
-directly after a letter or one of _ ^ } ] belongs to LaTeX. Double braces stand for a brace.
+expressed, the name of a given value, or a formula of the question language.
 """
 
 import operator
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -17,6 +15,7 @@ from qdot.exercises.problem.problem import Part, list_table_numbers
 from qdot.exercises.questions.base import Question
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, Texts
 from qdot.exercises.questions.custom.question import CustomDetails, CustomQuestion, QuestionMaker
+from qdot.exercises.questions.custom.texts import split_text
 from qdot.exercises.questions.language import FormulaError
 from qdot.exercises.writing.languages import Catalogue, load_catalogue
 from qdot.exercises.writing.latex import tex, tex_length, tex_value
@@ -26,8 +25,6 @@ if TYPE_CHECKING:
 
 BASE = "base"
 """The placeholder for the frame in which results are expressed."""
-_PIECE = re.compile(r"\{\{|\}\}|(?P<dollar>\$\$?)|\{(?P<content>[^{}]*)\}")
-_LATEX_BRACE = re.compile(r"[A-Za-z_^}\]]$")
 
 
 def write_custom_text(part: Part, text_name: str, wording: "Wording") -> str:
@@ -74,24 +71,40 @@ def _find_texts(part: Part, wording: "Wording", has_text: Callable[[Texts], obje
 
 def fill_text(text: str, part: Part, wording: "Wording") -> str:
     """Return a text of a custom question with its placeholders filled in. Raises FormulaError for unknown ones."""
-    pieces, position, in_formula = [], 0, False
-    for match in _PIECE.finditer(text):
-        pieces.append(text[position : match.start()])
-        position = match.end()
-        if match["dollar"]:
-            in_formula = not in_formula
-            pieces.append(match[0])
-        elif match[0] in ("{{", "}}"):
-            pieces.append(match[0][0])
-        elif in_formula and _LATEX_BRACE.search(text[: match.start()]):
-            pieces.append(match[0])
-        else:
-            content = match["content"].strip()
-            if content == BASE:
-                pieces[-1] = wording.messages.add_article(pieces[-1])
-            filled_text, is_formula = _fill_placeholder(content, part, wording)
-            pieces.append(filled_text if in_formula or not is_formula else f"${filled_text}$")
-    return "".join([*pieces, text[position:]])
+    filled_pieces: list[str] = []
+    for piece in split_text(text):
+        filled_text, is_formula = piece.text, False
+        if piece.is_placeholder:
+            if piece.text == BASE:
+                filled_pieces[-1] = wording.messages.add_article(filled_pieces[-1])
+            filled_text, is_formula = _fill_placeholder(piece.text, part, wording)
+        filled_pieces.append(f"${filled_text}$" if is_formula and not piece.is_in_formula else filled_text)
+    return "".join(filled_pieces)
+
+
+def find_unstated_values(part: Part, wording: "Wording") -> str | None:
+    """Return a message on given values that a custom question needs but does not state; None if there are none."""
+    try:
+        if isinstance(part.details, CustomDetails) and part.details.all_values:
+            check_given_values(write_custom_text(part, "prompt", wording), part, wording)
+    except FormulaError as error:
+        return str(error)
+    return None
+
+
+def check_given_values(prompt: str, part: Part, wording: "Wording") -> None:
+    """Raise FormulaError if a prompt, already filled in, lacks a value that the student needs.
+
+    A fixed value may be in the prompt in other words.
+    """
+    details = part.details_as(CustomDetails)
+    unstated = [symbol for symbol, text in _write_values(details, wording).items() if text not in prompt]
+    missing_names = QuestionMaker(details.definition).list_needed_values(wording.chain, details, unstated)
+    if missing_names:
+        raise FormulaError(
+            f"the text does not state the given values of {', '.join(missing_names)}; write {{given}}, or "
+            f"{{{missing_names[0]}}} for a single value"
+        )
 
 
 def _fill_placeholder(content: str, part: Part, wording: "Wording") -> tuple[str, bool]:
@@ -107,7 +120,8 @@ def _fill_placeholder(content: str, part: Part, wording: "Wording") -> tuple[str
         }[content]  # fmt: skip
         texts = [values[name] for name in names if name in values]
         if not texts:
-            raise FormulaError(f"{{{content}}}: the question gives no such values; add {content!r} to `given`")
+            advice = 'write, for example, given = ["pose"]' if content == "given" else f"add {content!r} to `given`"
+            raise FormulaError(f"{{{content}}}: the question gives no such values; {advice}")
         return ",$ $".join(texts), True
     if content in values:
         return values[content], True

@@ -49,7 +49,7 @@ def estimate_width(formula: Layout, scale: float = 1.0) -> float:
         return estimate_width(inner[0]) + SCRIPT_SCALE * max(estimate_width(inner[1]), estimate_width(inner[2]))
     if kind == "fraction":
         return FRACTION_MARGIN + scale * max(estimate_width(inner[0], scale), estimate_width(inner[1], scale))
-    if kind == "dotted":
+    if kind == "accent":
         return estimate_width(inner[0])
     if kind in ("matrix", "aligned"):
         cell_size, brackets = (SCRIPT_SCALE, 2 * SIGN_WIDTH) if kind == "matrix" else (1.0, 0.0)
@@ -235,7 +235,7 @@ def _name_entries(side: Pieces, max_width: float) -> Lines:
             names[entry] = (layout.script(Layout("letter", "m"), row(*layout.number(str(len(names) + 1)))),)
     if not names:
         return []
-    named_matrix = layout.matrix([[names.get(entry, entry) for entry in cells] for cells in rows])
+    named_matrix = layout.matrix([[names.get(entry, entry) for entry in cells] for cells in rows], matrix.text)
     is_power = matrix_piece.kind == "script"
     named_piece = layout.script(named_matrix, *matrix_piece.inner[1:]) if is_power else named_matrix
     lines = _break_side((*side[:index], named_piece, *side[index + 1 :]), max_width)

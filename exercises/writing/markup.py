@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from sympy.printing.pretty.pretty_symbology import line_width
 
-from qdot.exercises.formula.latex import parse_latex
+from qdot.exercises.formula.latex import MARKDOWN_FORMULA, parse_latex
 from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.formula.printers.unicode import unicode_text
@@ -30,8 +30,6 @@ if TYPE_CHECKING:  # importing markdown_it is slow, and grading does not need it
 TERMINAL_WIDTH = 100
 HTML_WIDTH, LATEX_WIDTH = 44.0, 38.0
 """Maximum width of formulas in em (see `line_breaking`): in HTML, for pages of 900 pixels or A4 paper, and in LaTeX."""
-_FORMULA_OR_CODE = re.compile(r"```.*?```|`[^`]+`|\$\$(.+?)\$\$|\$([^$]+?)\$", re.DOTALL)
-"""Matches a formula; also matches code, because a dollar sign in code does not begin a formula."""
 MARKUP: dict[str, dict[str, str]] = json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8"))
 """For LaTeX and for Typst: the markup of each token type that always has the same markup. Also LaTeX's escapes."""
 PLACEHOLDER_PATTERN = re.compile("\ue000(\\d+)\ue001")
@@ -59,7 +57,7 @@ def parse_markdown(text: str) -> "tuple[list[Token], list[MarkdownFormula]]":
         formulas.append(MarkdownFormula(" ".join(latex.split()), is_displayed))
         return f"\ue000{len(formulas) - 1}\ue001"
 
-    return _get_parser().parse(_FORMULA_OR_CODE.sub(insert_placeholder, text)), formulas
+    return _get_parser().parse(MARKDOWN_FORMULA.sub(insert_placeholder, text)), formulas
 
 
 @cache

@@ -21,8 +21,8 @@ from qdot.exercises.common.errors import QdotError, count_noun, list_first
 from qdot.exercises.common.extras import find_qdot_version
 from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import check_questions, look_up_family
 from qdot.exercises.generation import generate as generate_problem
+from qdot.exercises.generation import look_up_family
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.cli.options import (
@@ -213,19 +213,20 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
 
     tasks = []
     families = list(dict.fromkeys(identity.family for identity in identities))
-    for definition in read_question_file(path, ALL_QUESTIONS).values():
+    file, definitions = read_question_file(path, ALL_QUESTIONS)
+    for definition in definitions.values():
         refusals: dict[str, str] = {}
         for family in families:
             try:
-                check_questions(family, (definition.name,), definitions=(definition,))
-                warning = check_definition_on_family(definition, look_up_family(family))
+                with file.locate_errors("question", definition.name):
+                    warnings = check_definition_on_family(definition, look_up_family(family))
             except QdotError as error:
                 refusals[family] = str(error)
             else:
-                if warning is not None:
+                for warning in warnings:
                     note(warning)
         if len(refusals) == len(families):
-            raise QdotError(f"{path}: {refusals[families[0]]}")
+            raise QdotError(refusals[families[0]])
         for refusal in refusals.values():
             note(refusal)
         accepted = [identity for identity in identities if identity.family not in refusals]

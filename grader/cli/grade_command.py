@@ -20,7 +20,13 @@ from qdot.grader.grading.history import describe_mark_changes, read_previous_res
 from qdot.grader.grading.overrides import OVERRIDES_FILE, describe_unused_groups, read_overrides
 from qdot.grader.grading.result import Result
 from qdot.grader.marking.marking import format_points
-from qdot.grader.reports.grades_table import UNMARKED_STATUSES, count_overridden, find_work_status, list_staff_notes
+from qdot.grader.reports.grades_table import (
+    TO_MARK_FILE,
+    UNMARKED_STATUSES,
+    count_overridden,
+    find_work_status,
+    list_staff_notes,
+)
 from qdot.grader.sandbox.guarantees import note_sandbox_weakness
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import (
@@ -207,7 +213,8 @@ def _check_graded(results: list[Result]) -> None:
         note(f"no mark, because the submission exceeds a limit: {list_first(over_limit_ids, 5)}; {advice}")
     unmarked_ids = [result.student for result in results if find_work_status(result) == "to mark"]
     if unmarked_ids:
-        note(f"answers in words have no points yet: {list_first(unmarked_ids, 5)}; set their points in overrides.csv")
+        advice = f"graded/{TO_MARK_FILE} lists them; enter points there, and copy the lines into overrides.csv"
+        note(f"answers in words have no points yet: {list_first(unmarked_ids, 5)}; {advice}")
     if any(find_work_status(result) == "ungraded" for result in results):
         reasons = "feedback and grades.csv call them 'ungraded' and give the reason"
         raise QdotError(f"qdot failed on some answers, which have no mark; {reasons}. Please report it")

@@ -248,6 +248,8 @@ def _preview_assignment(
     from qdot.grader.grading.batch import find_student
 
     assignment = load_assignment(folder)
+    for message in assignment.notes:
+        note(message)
     identifier = find_student(assignment, student).id if student else SAMPLE_STUDENT
     problems = assignment.generate_problems(identifier)
     if format != "pdf":

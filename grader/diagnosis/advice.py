@@ -117,7 +117,7 @@ class _AnswerAndReference:
 
         For a direction, return the products of any two entries of the unit vector, which don't depend on its sign.
         """
-        if not self.part.answer.counts_up_to_a_factor:
+        if not self.part.answer.is_direction:
             return entries
         direction = normalize(entries)
         return (direction[:, None] * direction[None]).reshape(-1, entries.shape[-1])
@@ -193,7 +193,7 @@ def _remark_on_configuration(pair: _AnswerAndReference, values: SymbolValues) ->
 
 
 def _name_entry(part: Part, index: int) -> str:
-    if part.shape is None or part.shape == (1, 1) or part.answer.counts_up_to_a_factor:
+    if part.shape is None or part.shape == (1, 1) or part.answer.is_direction:
         return "the result"
     rows, columns = part.shape
     return f"entry {index + 1}" if 1 in (rows, columns) else f"row {index // columns + 1}, column {index % columns + 1}"

@@ -14,7 +14,14 @@ import numpy as np
 from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import as_matrix
-from qdot.exercises.mistakes.catalogue import CATALOGUE, PredictedAnswer, apply_mistake, predict_wrong_answers
+from qdot.exercises.mistakes.catalogue import (
+    CATALOGUE,
+    SIGN_MISTAKES_AT_ONE_PLACE,
+    SIGN_MISTAKES_THROUGHOUT,
+    PredictedAnswer,
+    apply_mistake,
+    predict_wrong_answers,
+)
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
 from qdot.exercises.short_questions import question_of
@@ -50,7 +57,7 @@ MAX_SET_LENGTH = 600
 
 
 @dataclass(frozen=True)
-class Cause:
+class EarlierMistake:
     """A mistake that was found in an earlier part: its name, the values in its message, the part's name and title."""
 
     mistake: str
@@ -60,13 +67,17 @@ class Cause:
 
 
 def diagnose(
-    problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str = "", causes: Sequence[Cause] = ()
+    problem: Problem,
+    part: Part,
+    parsed_answer: ParsedAnswer,
+    seed: str = "",
+    earlier_mistakes: Sequence[EarlierMistake] = (),
 ) -> Diagnosis | None:
     """Return the known mistake that explains a wrong answer, or None if no mistake in the catalogue does.
 
     The message refers to the chapter: to the source of the mistake, or else to that of the question. If the mistake is
-    one of the `causes`, which were found in earlier parts, the diagnosis names the earlier part. `seed` determines the
-    configurations at which the answer is compared with the answers that known mistakes give.
+    one of the `earlier_mistakes`, which were found in earlier parts, the diagnosis names the earlier part. `seed`
+    determines the configurations at which the answer is compared with the answers that known mistakes give.
 
     >>> from qdot import generate
     >>> from qdot import read_answer
@@ -75,7 +86,7 @@ def diagnose(
     >>> diagnose(problem, part, read_answer(problem, part, "d2 + 0.7")).mistakes
     ('determinant-sign',)
     """
-    diagnosis = _find_mistake(problem, part, parsed_answer, seed, causes)
+    diagnosis = _find_mistake(problem, part, parsed_answer, seed, earlier_mistakes)
     reference = _refer_to_chapter(question_of(part).source)
     if diagnosis is None or not reference or all(CATALOGUE[name].source for name in diagnosis.mistakes):
         return diagnosis
@@ -95,7 +106,7 @@ def _refer_to_chapter(source: str) -> str:
 
 
 def _find_mistake(
-    problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str, causes: Sequence[Cause]
+    problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str, earlier_mistakes: Sequence[EarlierMistake]
 ) -> Diagnosis | None:
     """Return the diagnosis of a wrong answer, without a reference to the question."""
     if parsed_answer.table is None:
@@ -117,7 +128,7 @@ def _find_mistake(
         rounding = explain_rounded_function(wrong_answer)
     if rounding or wrong_answer.is_correct:  # with correct values, mistakes without effect on this arm would match
         return rounding
-    return _explain_values(wrong_answer.transpose_vector_if_needed(), causes)
+    return _explain_values(wrong_answer.transpose_vector_if_needed(), earlier_mistakes)
 
 
 def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> bool:
@@ -160,7 +171,7 @@ def _explain_option(part: Part, parsed_answer: ParsedAnswer) -> Diagnosis | None
     return None
 
 
-def _explain_values(answer: WrongAnswer, causes: Sequence[Cause]) -> Diagnosis | None:
+def _explain_values(answer: WrongAnswer, earlier_mistakes: Sequence[EarlierMistake]) -> Diagnosis | None:
     """Return the mistake that gives the values of an answer, or None.
 
     If several mistakes give the values, a mistake that was found in an earlier part is named, or otherwise the
@@ -171,12 +182,15 @@ def _explain_values(answer: WrongAnswer, causes: Sequence[Cause]) -> Diagnosis |
     if numeric.is_direction and _arm_can_move(answer.correct_values, numeric.values):
         return Diagnosis(("direction-that-moves",), CATALOGUE["direction-that-moves"].format_message({}))
     fitting_predictions = []
+    has_opposite_sign = not numeric.is_direction and numeric.equals(-answer.correct_values)
     for prediction in predict_wrong_answers(answer.correct_stages, answer.part, numeric.is_precise):
         if _has_values(prediction, numeric):
-            if cause := _find_cause(prediction, causes):
+            if cause := _find_cause(prediction, earlier_mistakes):
                 return _name_inherited(prediction, cause)
+            if has_opposite_sign and prediction.mistake.name in SIGN_MISTAKES_AT_ONE_PLACE:
+                continue
             fitting_predictions.append(prediction)
-            if not causes and prediction.frequency >= 1:
+            if not earlier_mistakes and prediction.frequency >= 1:
                 break
     if fitting_predictions:
         return _name_likeliest(answer, fitting_predictions)
@@ -201,12 +215,12 @@ def _arm_can_move(lost_direction: np.ndarray, direction: np.ndarray) -> bool:
     return bool(np.isfinite(component).all() and (component < 1e-3).all())
 
 
-def _find_cause(prediction: PredictedAnswer, causes: Sequence[Cause]) -> Cause | None:
+def _find_cause(prediction: PredictedAnswer, earlier_mistakes: Sequence[EarlierMistake]) -> EarlierMistake | None:
     mistake, words = prediction.mistake.name, dict(prediction.variant.words)
-    return next((cause for cause in causes if (cause.mistake, cause.words) == (mistake, words)), None)
+    return next((earlier for earlier in earlier_mistakes if (earlier.mistake, earlier.words) == (mistake, words)), None)
 
 
-def _name_inherited(prediction: PredictedAnswer, cause: Cause) -> Diagnosis:
+def _name_inherited(prediction: PredictedAnswer, cause: EarlierMistake) -> Diagnosis:
     """Return the diagnosis for a mistake that was already found in an earlier part."""
     message = f"You seem to have made the same mistake as in {cause.part_title!r}. Correct that part first."
     signature = locate_mistake(prediction.mistake.name, prediction.variant.words)
@@ -222,6 +236,10 @@ def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer])
     equivalent_names = list(first_prediction.mistake.equivalent_mistakes)
     if answer.numeric.is_direction and first_prediction.mistake.name == "row-sign":  # one row, or all other rows
         equivalent_names.append("row-sign")
+    if answer.numeric.equals(-answer.correct_values) and first_prediction.mistake.name not in SIGN_MISTAKES_THROUGHOUT:
+        sign_predictions = list(apply_mistake(CATALOGUE["sign"], answer.correct_stages, answer.part))
+        alternatives = [each for each in (*sign_predictions, first_prediction) if _has_values(each, answer.numeric)]
+        return name_alternatives([(each.mistake, each.variant.words, _write_message(each)) for each in alternatives])
     candidates = [first_prediction] + [
         prediction
         for name in equivalent_names

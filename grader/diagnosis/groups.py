@@ -86,7 +86,7 @@ def _make_identity(
             return "set", *(general_form.fingerprint_set(tree, joints) for tree in trees)
         if parsed_answer.rows is not None:
             forms = (parsed_answer.rows, part.answer.parse_trees(roles))
-            shapes, is_direction = [(len(rows), len(rows[0])) for rows in forms], part.answer.counts_up_to_a_factor
+            shapes, is_direction = [(len(rows), len(rows[0])) for rows in forms], part.answer.is_direction
             entries = (list(chain.from_iterable(rows)) for rows in forms)
             return "formulas", shapes, *(general_form.fingerprint_formulas(nodes, is_direction) for nodes in entries)
     except (ParseError, ValueError, ArithmeticError, RecursionError):

@@ -102,9 +102,7 @@ def _evaluate_function(problem: Problem, part: Part, table: FunctionValues) -> W
     values = {name: column[:SAMPLE_COUNT] for name, column in table.arguments.items()}
     rows_and_columns = (*table.shape, 1, 1)[:2]
     outputs = table.values[:SAMPLE_COUNT].T.reshape(*rows_and_columns, -1)
-    numeric = NumericAnswer(
-        outputs, np.abs(outputs), _choose_formula_tolerances(part), part.answer.counts_up_to_a_factor
-    )
+    numeric = NumericAnswer(outputs, np.abs(outputs), _choose_formula_tolerances(part), part.answer.is_direction)
     return WrongAnswer(problem, part, values, numeric)
 
 
@@ -130,9 +128,7 @@ def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: SymbolVal
     entry_values[is_blank] = np.nan
     shape = (len(parsed_answer.rows), len(parsed_answer.rows[0]), count)
     tolerances = _choose_tolerances(part, entries)
-    return NumericAnswer(
-        entry_values.reshape(shape), term_size.reshape(shape), tolerances, part.answer.counts_up_to_a_factor
-    )
+    return NumericAnswer(entry_values.reshape(shape), term_size.reshape(shape), tolerances, part.answer.is_direction)
 
 
 def _choose_tolerances(part: Part, entries: Sequence[Node]) -> Tolerances:

@@ -162,7 +162,7 @@ def grade_attempt(grader: Grader, student: str, submission: Submission | None) -
             notes += [SubmissionNote(f"refused: {stop}") for stop in forbidden_stops]
     belongs_to_another = submission is not None and submission.qdot_metadata.get("student") not in (None, student)
     credit = Fraction(0) if belongs_to_another else assignment.follow_through
-    mark_problem = partial(mark, secret=assignment.secret, points_seed=seed, allowance=TimeBudgets())
+    mark_problem = partial(mark, secret=assignment.secret, functions_seed=seed, allowance=TimeBudgets())
     results = list[ProblemResult]()
     for slot, problem in problems:
         reasons = {part.name: ungraded_reason or answers.explain_missing(slot, part.name) for part in problem.parts}
@@ -287,5 +287,5 @@ def grade_notebook(
     for slot, problem in problems.items():
         reasons = {part.name: answers.explain_missing(slot, part.name) for part in problem.parts}
         texts = answers.map_texts(slot, problem)
-        verdicts[slot] = mark(problem, texts, reasons, secret=secret, points_seed=seed)
+        verdicts[slot] = mark(problem, texts, reasons, secret=secret, functions_seed=seed)
     return verdicts

@@ -26,6 +26,8 @@ from qdot.exercises.questions.custom import Definition
 from qdot.exercises.reference_answers import Words
 from qdot.exercises.singularities.difficulty import rate_difficulty
 from qdot.exercises.verify.certificate import ProblemCertificate, certify
+from qdot.exercises.writing.custom_texts import find_unstated_values
+from qdot.exercises.writing.wording import Wording
 from qdot.grader.grading import certificates
 from qdot.grader.grading.certificates import Failure, FailureKind, ProblemRecord, StudentCertificate
 from qdot.grader.judging.judge import judge
@@ -78,6 +80,8 @@ def find_failures(problem: Problem, certificate: ProblemCertificate | None = Non
         judgement = judge(problem, part, part.answer.as_typed(), f"certify/{problem.id}/{part.name}")
         if judgement.outcome is not Outcome.CORRECT:
             failures.append(f"{part.name}: the reference answer is judged {judgement.outcome}: {judgement.reason}")
+        if (message := find_unstated_values(part, Wording(problem.chain))) is not None:
+            failures.append(f"{part.name}: {message}")
     return failures
 
 

@@ -23,6 +23,7 @@ from qdot.grader.grading.result import (
     Result,
     SubmittedNotebook,
 )
+from qdot.grader.judging.verdict import AWAITS_PERSON, MARKED_BY_PERSON, Outcome
 from qdot.grader.marking.marking import sum_points
 
 MAX_FILES_LISTED = 5
@@ -90,12 +91,20 @@ def _make_result(
     student_overrides = overrides.by_student.get(student.id, {})
 
     def apply_override(slot: str, part: PartResult) -> PartResult:
-        """Return a part with its override, which also records qdot's points; outcome and reason stay unchanged."""
+        """Return a part with its override, which also records qdot's points.
+
+        If qdot has no verdict, the outcome follows from the points; otherwise, outcome and reason stay unchanged.
+        """
         override = student_overrides.get(f"{slot}.{part.name}") or overrides.by_group.get(part.group or "")
         if override is None:
             return part
         points = part.points if override.points is None else override.points
-        return replace(part, points=points, override=replace(override, was=part.points))
+        outcome = part.outcome
+        if outcome is Outcome.UNGRADED and points is not None:
+            outcome = Outcome.WRONG if points == 0 else Outcome.PARTIAL if points < part.max_points else Outcome.CORRECT
+        reason = MARKED_BY_PERSON if part.reason == AWAITS_PERSON and points is not None else part.reason
+        override = replace(override, was=part.points)
+        return replace(part, outcome=outcome, points=points, override=override, reason=reason)
 
     part_lists = [tuple(apply_override(problem.slot, part) for part in problem.parts) for problem in marks.problems]
     problems = tuple(replace(problem, parts=parts) for problem, parts in zip(marks.problems, part_lists, strict=True))

@@ -154,7 +154,15 @@ def _shorten_tables(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
         if len(other_lines) < len(lines):
             yield results, b"".join(other_lines)
     not_fetched_name = f"submitted/{NOT_FETCHED_FILE}"
-    names = ("graded/grades.csv", "graded/costs.csv", OVERRIDES_FILE, REPLACEMENTS_FILE, not_fetched_name, ROSTER_FILE)
+    names = (
+        "graded/grades.csv",
+        "graded/to-mark.csv",
+        "graded/costs.csv",
+        OVERRIDES_FILE,
+        REPLACEMENTS_FILE,
+        not_fetched_name,
+        ROSTER_FILE,
+    )
     for path in (folder / name for name in names if (folder / name).is_file()):
         rows = read_roster_table(path) if path.name == ROSTER_FILE else read_table(path, "student", "student")
         matches = (number for number, cells in rows if normalize_identifier(cells.get("student", "")) == student)

@@ -23,6 +23,8 @@ COLUMN_NAMES = ("student", "part", "points", "comment")
 HEADER = ",".join(COLUMN_NAMES)
 GROUP_COLUMN = "group"
 """The optional column."""
+ANSWER_COLUMN = "answer"
+"""A column of graded/to-mark.csv; a line that was copied from there may have no points yet."""
 TOTAL_PART = ""
 """The value of the column part that means a student's total."""
 
@@ -77,6 +79,8 @@ def read_overrides(assignment: Assignment) -> Overrides:
             raise QdotError(
                 f"{location}: there are neither points nor a comment for {target}; enter at least one of them"
             )
+        if student and not points and not comment and ANSWER_COLUMN in cells:
+            continue  # an answer that is not marked yet
         new_points = None if group and not points else _parse_points(location, part, points, max_points[part])
         if group:
             by_group[group] = Override(new_points, comment, None, group)

@@ -8,4 +8,6 @@ This package imports only parts of the sandbox from the rest of the grader.
     functions                   judge Python functions by their values
     expected_form, judge        the entry points: parse the answer to a part in the form expected of it; judge it
     compare_command             compare two texts (`qdot compare`)
+
+Whether two formulas or sets are equal is decided in `exercises.formula` (`equality`, `conditions`).
 """

@@ -37,23 +37,23 @@ def find_expected_form(problem: Problem, part: Part) -> ExpectedForm:
     return ExpectedForm(part.answer, problem.domain, joints, labels, columns, find_determinant_power_of_metres(part))
 
 
-def read_answer(problem: Problem, part: Part, text: str, points_seed: str = "") -> answer_parser.ParsedAnswer:
-    """Parse a text as the answer to a part; `points_seed` determines where a student's Python function was called.
+def read_answer(problem: Problem, part: Part, text: str, functions_seed: str = "") -> answer_parser.ParsedAnswer:
+    """Parse a text as the answer to a part; `functions_seed` determines where a student's Python function was called.
 
     >>> from qdot import generate
     >>> problem = generate("planar-2r/7", ["position"])
     >>> read_answer(problem, problem["position"], "[a1, a2, a3]").refusal
     Judgement(wrong, 0: your answer is 3 × 1, but it must be 2 × 1; write it as in [a, b])
     """
-    return read_in_form(find_expected_form(problem, part), text, points_seed)
+    return read_in_form(find_expected_form(problem, part), text, functions_seed)
 
 
-def read_in_form(expected: ExpectedForm, text: str, points_seed: str = "") -> answer_parser.ParsedAnswer:
+def read_in_form(expected: ExpectedForm, text: str, functions_seed: str = "") -> answer_parser.ParsedAnswer:
     """Parse a text in the expected form, as `read_answer` does."""
     if is_function_table(text):
         constant = find_constant_value(text)
         if constant is None:
-            return answer_parser.ParsedAnswer(text, table=read_table(text, expected.domain, points_seed))
+            return answer_parser.ParsedAnswer(text, table=read_table(text, expected.domain, functions_seed))
         return replace(read_in_form(expected, constant), text=text)
     if expected.metre_power not in (None, _CUBIC_POWER) and _CUBIC_METRES.search(text):
         unit = f"m^{expected.metre_power}"

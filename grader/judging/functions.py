@@ -103,7 +103,7 @@ def judge_function(
         expected_words = " x ".join(map(str, expected_shape))
         return wrong_judgement(f"your function returns {size_words}, but it must return {expected_words}")
     expected, term_size = evaluate(compile_program(nodes), function_values.arguments, SAMPLE_COUNT)
-    answer_values = _scale_to_fit(expected, values.T) if part.answer.counts_up_to_a_factor else values.T
+    answer_values = _scale_to_fit(expected, values.T) if part.answer.is_direction else values.T
     shown_names = set(joints).union(*map(find_names, nodes))
     shown_arguments = {name: column for name, column in function_values.arguments.items() if name in shown_names}
     comparison = _compare_values(answer_values, expected, term_size, shown_arguments, part.rounding)

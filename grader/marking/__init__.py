@@ -5,4 +5,6 @@ This package imports diagnosis and judging; the package grading, which grades cl
     marking             mark the answers to a problem, part by part
     partial_credit      compute the share that a partly correct answer earns
     follow_through      judge an answer against what follows from the student's wrong answer to an earlier part
+
+Penalties for late work are subtracted from a student's total in `grading.final_result`.
 """

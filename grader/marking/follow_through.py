@@ -295,7 +295,7 @@ class _Context:
             return judge_singular(answer, conditions, joints, self.domain, self.seed, part.rounding)
         if part.shape is None:
             return judge_expression(answer, derived_answer[0][0], self.domain, self.seed, part.rounding)
-        if part.answer.counts_up_to_a_factor:
+        if part.answer.is_direction:
             return judge_direction(answer, [row[0] for row in derived_answer], self.domain, self.seed)
         return judge_matrix(answer, derived_answer, self.domain, self.seed, part.rounding)
 
@@ -311,7 +311,7 @@ class _Context:
         largest_value = float(np.abs(values).max(initial=0.0))
         if not np.isfinite(values).all() or np.count_nonzero(np.abs(values) > 1e-6 * largest_value) < len(values):
             return None
-        if part.answer.counts_up_to_a_factor:
+        if part.answer.is_direction:
             entries = [Node("decimal", value=Fraction(repr(float(value)))) for value in values]
             tolerance = part.answer_as(Direction).find_tolerance(part.rounding)
             return judge_direction(answer, entries, self.domain, self.seed, tolerance)

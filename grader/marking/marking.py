@@ -15,11 +15,10 @@ import numpy as np
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.time_limit import OutOfTime
 from qdot.exercises.formula.trees import has_blank
-from qdot.exercises.problem.credit import MISTAKE_FACTOR
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import question_of
 from qdot.grader.diagnosis.advice import advise
-from qdot.grader.diagnosis.diagnosis import Cause, diagnose
+from qdot.grader.diagnosis.diagnosis import EarlierMistake, diagnose
 from qdot.grader.diagnosis.groups import find_group
 from qdot.grader.diagnosis.term_overlap import has_enough_terms
 from qdot.grader.judging.answer_parser import ParsedAnswer
@@ -28,10 +27,10 @@ from qdot.grader.judging.functions import FUNCTION_TEXT, is_function_table
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict, missing_judgement
 from qdot.grader.marking.follow_through import FollowThrough, IsCopied, find_follow_through, never_copied
-from qdot.grader.marking.partial_credit import AnswerToCredit, give_partial_credit
+from qdot.grader.marking.partial_credit import AnswerInContext, give_partial_credit
 from qdot.grader.sandbox.time_budgets import Budget, TimeBudgets
 
-DEFAULT_CREDIT = Fraction(4, 5)
+DEFAULT_FOLLOW_THROUGH_SHARE = Fraction(4, 5)
 """The default share of its points that a part earns if it follows from a wrong earlier answer."""
 WRONG_OR_PARTIAL = (Outcome.WRONG, Outcome.PARTIAL)
 
@@ -40,18 +39,18 @@ WRONG_OR_PARTIAL = (Outcome.WRONG, Outcome.PARTIAL)
 class MarkingRules:
     """The rules for follow-through, which depend on the assignment and its class.
 
-    `credit` is the share of its points that a part earns if it follows from a wrong earlier answer. `is_copied` is a
-    function that returns whether an answer is correct for another student's problem.
+    `follow_through_share` is the share of its points that a part earns if it follows from a wrong earlier answer.
+    `is_copied` is a function that returns whether an answer is correct for another student's problem.
     """
 
-    credit: Fraction = DEFAULT_CREDIT
+    follow_through_share: Fraction = DEFAULT_FOLLOW_THROUGH_SHARE
     is_copied: IsCopied = never_copied
 
 
 @np.errstate(all="ignore")  # an overflow in an answer is judged; a warning about it would only confuse the staff
 def mark(
     problem: Problem, answers: Mapping[str, str], reasons: Mapping[str, str] | None = None, *,
-    secret: str | None = None, points_seed: str = "", rules: MarkingRules = MarkingRules(),
+    secret: str | None = None, functions_seed: str = "", rules: MarkingRules = MarkingRules(),
     allowance: TimeBudgets | None = None,
 ) -> list[Verdict]:  # fmt: skip
     """Return a verdict for each part of a problem.
@@ -59,19 +58,19 @@ def mark(
     `answers` maps the name of a part to the text of its answer. `reasons` maps the name of a part without an answer to
     the reason why there is no answer.
 
-    A part that follows from the student's own wrong answer to an earlier part earns `rules.credit` of its points. It
-    earns nothing if the earlier answer was copied or was not a real attempt at this arm. An answer is a real attempt in
-    these cases:
+    A part that follows from the student's own wrong answer to an earlier part earns `rules.follow_through_share` of its
+    points. It earns nothing if the earlier answer was copied or was not a real attempt at this arm. An answer is a real
+    attempt in these cases:
 
     - half of the entries, or half of the solution's terms, are correct
     - a single known mistake explains the answer
-    - the answer follows from a real attempt; an answer that follows from another answer is not a real attempt
+    - the answer follows from a real attempt; if it follows from an answer that is no real attempt, it is none either
 
     If qdot's own code fails, the part is UNGRADED. `secret` and the answer determine the configurations at which
-    answers are compared; `points_seed` determines those at which Python functions were called. If `secret` is None, a
-    secret is chosen at random. No answer has a group then, because the key of a group depends on the secret. An answer
-    that takes longer to judge than the `allowance` is UNGRADED. If only the search for the mistake takes too long, no
-    mistake is named.
+    answers are compared; `functions_seed` determines those at which Python functions were called. If `secret` is None,
+    a secret is chosen at random, and equal wrong answers are not grouped, because the keys of the groups depend on the
+    secret. An answer that takes longer to judge than the `allowance` is UNGRADED. If only the search for the mistake
+    takes too long, no mistake is named.
 
     >>> from qdot import generate
     >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.7"}, secret="s")
@@ -83,7 +82,7 @@ def mark(
     marking = _ProblemMarking(problem, seeds, secret, rules, allowance or TimeBudgets())
     for part in problem.parts:
         if part.name in texts:
-            marking.judgements[part.name] = marking.judge(part, texts[part.name], points_seed)
+            marking.judgements[part.name] = marking.judge(part, texts[part.name], functions_seed)
         else:
             reason = (reasons or {}).get(part.name, "no answer was found for this part")
             marking.judgements[part.name] = missing_judgement(reason)
@@ -97,19 +96,19 @@ def compute_earned_share(problem: Problem, part: Part, text: str) -> Fraction:
     """
     seed = f"{problem.id}/{part.name}"
     parsed_answer = read_answer(problem, part, text, seed)
-    answer = AnswerToCredit(problem, part, parsed_answer, seed)
+    answer = AnswerInContext(problem, part, parsed_answer, seed)
     judgement = give_partial_credit(answer, judge_parsed(problem, part, parsed_answer, seed))
     return Fraction(judgement.share).limit_denominator(1000)
 
 
 @dataclass
 class _ProblemMarking:
-    """The state of marking one problem part by part: the parsed answers, judgements and mistakes so far.
+    """The state of marking one problem part by part: the parsed answers and judgements so far.
 
-    `seeds` maps each part to the seed of the configurations at which its answer is compared. `attempt_parts` lists the
-    parts whose answers are real attempts at this arm. `differences` maps each part to the reason why its answer differs
-    from the reference, without any partial credit. `undecided_parts` lists the parts for which there was no time to
-    find this out.
+    `seeds` maps each part to the seed of the configurations at which its answer is compared. `differences` maps each
+    part to the reason of its judgement before partial credit was given, and `earlier_mistakes` are the mistakes that
+    explain the wrong answers so far. `attempt_parts` lists the parts whose answers are real attempts at this arm, and
+    `undecided_parts` those for which there was no time to decide whether the answer is one.
     """
 
     problem: Problem
@@ -120,19 +119,19 @@ class _ProblemMarking:
     parsed_answers: dict[str, ParsedAnswer] = field(default_factory=dict)
     judgements: dict[str, Judgement] = field(default_factory=dict)
     differences: dict[str, str] = field(default_factory=dict)
-    causes: list[Cause] = field(default_factory=list)
+    earlier_mistakes: list[EarlierMistake] = field(default_factory=list)
     attempt_parts: list[str] = field(default_factory=list)
     undecided_parts: list[str] = field(default_factory=list)
 
-    def judge(self, part: Part, text: str, points_seed: str) -> Judgement:
+    def judge(self, part: Part, text: str, functions_seed: str) -> Judgement:
         """Return the judgement on an answer, compared with the reference."""
         seed = self.seeds[part.name]
         try:
             with self.allowance.judging.spend():
-                parsed_answer = self.parsed_answers[part.name] = read_answer(self.problem, part, text, points_seed)
+                parsed_answer = self.parsed_answers[part.name] = read_answer(self.problem, part, text, functions_seed)
                 judgement = judge_parsed(self.problem, part, parsed_answer, seed)
                 self.differences[part.name] = judgement.reason
-                answer = AnswerToCredit(self.problem, part, parsed_answer, seed)
+                answer = AnswerInContext(self.problem, part, parsed_answer, seed)
                 return self._name_blank_parts(part, give_partial_credit(answer, judgement, self.rules.is_copied))
         except OutOfTime:
             return _make_overtime_judgement(self.allowance.judging)
@@ -162,7 +161,7 @@ class _ProblemMarking:
         if judgement.outcome in WRONG_OR_PARTIAL:
             verdict = replace(verdict, **self._explain(part, follow_through)._asdict())
             difference = self.differences.get(part.name, judgement.reason)
-            return _apply_follow_through(verdict, part, follow_through, self.rules.credit, difference)
+            return _apply_follow_through(verdict, part, follow_through, self.rules.follow_through_share, difference)
         is_attempt = judgement.outcome is Outcome.CORRECT and not part.answer.offered_options
         return replace(verdict, attempt=True if is_attempt else None)
 
@@ -175,13 +174,14 @@ class _ProblemMarking:
         names = [other_part.name for other_part in self.problem.parts]
         wrong_parts = [name for name in names if self.judgements[name].outcome in WRONG_OR_PARTIAL]
         earlier_parts = [name for name in wrong_parts if names.index(name) < names.index(part.name)]
-        if part.name not in wrong_parts or not self.rules.credit or not earlier_parts:
+        if part.name not in wrong_parts or not self.rules.follow_through_share or not earlier_parts:
             return None
         follow_through, answers, seed = None, self.parsed_answers, self.seeds[part.name]
-        rules = self.rules.is_copied, self.attempt_parts
         try:
             with self.allowance.judging.spend():
-                follow_through = find_follow_through(self.problem, part, answers, earlier_parts, seed, *rules)
+                follow_through = find_follow_through(
+                    self.problem, part, answers, earlier_parts, seed, self.rules.is_copied, self.attempt_parts
+                )
         except OutOfTime:
             self.judgements[part.name] = _make_overtime_judgement(self.allowance.judging)
         except RecursionError:  # formulas are nested deeper than in any real answer
@@ -198,11 +198,11 @@ class _ProblemMarking:
         budget = self.allowance.diagnosing
         follows = follow_through is not None and follow_through.judgement.outcome is Outcome.CORRECT
         follows_from_attempt = follows and follow_through is not None and follow_through.part_without_attempt is None
-        causes = () if follows_from_attempt else tuple(self.causes)
-        mistake = _search(budget, diagnose, *arguments, causes)
+        earlier_mistakes = () if follows_from_attempt else tuple(self.earlier_mistakes)
+        mistake = _search(budget, diagnose, *arguments, earlier_mistakes)
         diagnosis = None if follows_from_attempt else mistake or _search(budget, advise, *arguments)
         if diagnosis is not None and diagnosis.cause is not None:
-            self.causes.append(Cause(*diagnosis.cause, part.name, question_of(part).title))
+            self.earlier_mistakes.append(EarlierMistake(*diagnosis.cause, part.name, question_of(part).title))
         attempt = None
         if part.answer.is_symbolic:
             is_close = _is_half_right(self.judgements[part.name]) or (mistake is not None and mistake.is_single_mistake)
@@ -227,7 +227,7 @@ def _is_half_right(judgement: Judgement) -> bool:
 
     A single formula must be more than half correct, because one of its factors may match by chance.
     """
-    return judgement.share >= MISTAKE_FACTOR if judgement.entries is not None else judgement.share > MISTAKE_FACTOR
+    return judgement.share >= Fraction(1, 2) if judgement.entries is not None else judgement.share > Fraction(1, 2)
 
 
 def _has_blank_in_formula(parsed: ParsedAnswer) -> bool:
@@ -265,8 +265,8 @@ def _apply_follow_through(
         reason = f"this follows {source}. {next_step} {_capitalize(judgement.reason)}"
         return replace(verdict, judgement=replace(judgement, reason=reason)) if follows_completely else verdict
     earned_words = f"{'it' if follows_completely else 'what follows'} earns {float(credit):.0%} of the points"
-    is_single = difference.startswith("differs")
-    comparison = f", your answer {difference}" if is_single else f": {_capitalize(difference)}"
+    lacks_subject = difference.startswith("differs")
+    comparison = f", your answer {difference}" if lacks_subject else f": {_capitalize(difference)}"
     reason = (
         f"this follows{'' if follows_completely else ' in part'} {source}, so {earned_words}. {next_step} "
         f"Compared with the solution{comparison}"

@@ -51,7 +51,7 @@ MAX_LENGTHS = 5
 
 
 @dataclass(frozen=True)
-class AnswerToCredit:
+class AnswerInContext:
     """A parsed answer and its problem; `seed` determines the configurations at which the answer is evaluated."""
 
     problem: Problem
@@ -93,7 +93,7 @@ class EarnedShare(NamedTuple):
     reason: str
 
 
-def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied: IsCopied = never_copied) -> Judgement:
+def give_partial_credit(answer: AnswerInContext, judgement: Judgement, is_copied: IsCopied = never_copied) -> Judgement:
     """Return the judgement with the share that the assignment gives for a partly correct answer.
 
     `is_copied` returns whether an answer is correct for another student's problem. Such an answer gets no credit for a
@@ -102,7 +102,7 @@ def give_partial_credit(answer: AnswerToCredit, judgement: Judgement, is_copied:
     if judgement.outcome not in (Outcome.WRONG, Outcome.PARTIAL) or answer.parsed.refusal is not None:
         return judgement
     part, rules = answer.part, answer.part.credit
-    if rules.rule == "whole" or part.answer.counts_up_to_a_factor:
+    if rules.rule == "whole" or part.answer.is_direction:
         return _replace_share(judgement, Fraction(0))
     share, reason = Fraction(judgement.share).limit_denominator(1000), judgement.reason
     credit: EarnedShare | None = None
@@ -135,7 +135,7 @@ def _replace_share(judgement: Judgement, share: Fraction) -> Judgement:
 # --- matrices ---
 
 
-def _credit_entries(answer: AnswerToCredit, judgement: Judgement, share: Fraction) -> tuple[Judgement, Fraction]:
+def _credit_entries(answer: AnswerInContext, judgement: Judgement, share: Fraction) -> tuple[Judgement, Fraction]:
     """Return the judgement on a matrix and its share, which are by columns if the assignment says so.
 
     The share is 0 if all correct entries are constant and some entry of the reference varies.
@@ -157,7 +157,7 @@ def _credit_entries(answer: AnswerToCredit, judgement: Judgement, share: Fractio
     return judgement, share
 
 
-def _flag_varying_entries(answer: AnswerToCredit) -> list[bool]:
+def _flag_varying_entries(answer: AnswerInContext) -> list[bool]:
     """Return for each entry of the reference whether it varies."""
     constants = answer.problem.constants
     return [any(x.name not in constants for x in entry.free_symbols) for entry in answer.part.answer.as_matrix()]
@@ -166,7 +166,7 @@ def _flag_varying_entries(answer: AnswerToCredit) -> list[bool]:
 # --- correct except for signs or a common factor ---
 
 
-def _credit_except_factor(answer: AnswerToCredit, judgement: Judgement) -> EarnedShare | None:
+def _credit_except_factor(answer: AnswerInContext, judgement: Judgement) -> EarnedShare | None:
     """Return the credit for an answer whose wrong entries are all correct except for signs or a common factor.
 
     The factor is a constant. If the reference is divided by the determinant, the factor may also be the determinant.
@@ -244,7 +244,7 @@ def _are_equal(values: np.ndarray, other_values: np.ndarray) -> bool:
 # --- factors of a product ---
 
 
-def _credit_factors(answer: AnswerToCredit) -> EarnedShare | None:
+def _credit_factors(answer: AnswerInContext) -> EarnedShare | None:
     """Return the credit for a determinant in which only some of the factors are wrong.
 
     Only factors that vary count. A wrong factor counts as a missing factor and a surplus factor. The constant factor is
@@ -286,7 +286,7 @@ def _list_factors(reference: sp.Expr) -> list[sp.Expr]:
 
 
 def _have_equal_products(
-    answer: AnswerToCredit, factors: Sequence[Node], expected: Sequence[Node], missing_count: int, surplus_count: int
+    answer: AnswerInContext, factors: Sequence[Node], expected: Sequence[Node], missing_count: int, surplus_count: int
 ) -> bool:
     """Return whether some factors of an answer and some of the expected ones have equal products, up to a constant.
 
@@ -315,7 +315,7 @@ def _have_equal_products(
 # --- numbers ---
 
 
-def _credit_except_signs(answer: AnswerToCredit) -> EarnedShare | None:
+def _credit_except_signs(answer: AnswerInContext) -> EarnedShare | None:
     """Return the credit for two or more numbers with units that are correct except for signs."""
     part, parsed = answer.part, answer.parsed
     if len(parsed.entries) < 2 or not all(part.answer.expected_units) or any(parsed.is_blank):
@@ -333,7 +333,7 @@ def _credit_except_signs(answer: AnswerToCredit) -> EarnedShare | None:
 # --- one known mistake ---
 
 
-def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> EarnedShare | None:
+def _credit_one_mistake(answer: AnswerInContext, is_copied: IsCopied) -> EarnedShare | None:
     """Return the credit for an answer in which a single known mistake explains all wrong entries."""
     part, parsed = answer.part, answer.parsed
     if any(parsed.is_blank) or not (part.answer.is_symbolic or len(part.answer.expected_units) > 1):
@@ -345,7 +345,7 @@ def _credit_one_mistake(answer: AnswerToCredit, is_copied: IsCopied) -> EarnedSh
     return EarnedShare(MISTAKE_FACTOR, "a single mistake explains everything that is wrong")
 
 
-def _varies_as_expected(answer: AnswerToCredit) -> bool:
+def _varies_as_expected(answer: AnswerInContext) -> bool:
     """Return False if an answer is constant although the reference varies; a constant may match by chance."""
     if not answer.part.answer.is_symbolic or answer.parsed.table is not None:
         return True

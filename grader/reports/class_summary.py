@@ -13,7 +13,7 @@ from qdot.grader.grading.result import Override, PartResult, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import map_max_points
 from qdot.grader.reports.answer_display import make_visible
-from qdot.grader.reports.grades_table import UNMARKED_STATUSES, find_work_status, is_marked
+from qdot.grader.reports.grades_table import REASONS_WITHOUT_MARK, UNMARKED_STATUSES, find_work_status, is_marked
 from qdot.grader.statistics.class_statistics import Interval, compute_discrimination, compute_reliability
 
 
@@ -222,8 +222,7 @@ def find_late_or_unmarked(results: Sequence[Result]) -> list[LateOrUnmarked]:
             reason = f"{describe_duration(late.seconds)} late"
             reason += f", {100 * late.penalty:.4g} % deducted" if late.penalty else ", nothing deducted"
         elif status in ("unusable", *UNMARKED_STATUSES):
-            cause = "qdot failed on a part" if status == "ungraded" else "judging a part took too long"
-            reason = result.obstacle or cause
+            reason = result.obstacle or REASONS_WITHOUT_MARK.get(status, "")
         rows.append(LateOrUnmarked(result, status, make_visible(reason), is_marked(result)))
     order = [*UNMARKED_STATUSES, "unusable", "missing", "late"]
     return sorted(rows, key=lambda row: order.index(row.status))

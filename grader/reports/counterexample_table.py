@@ -101,7 +101,7 @@ def _make_result_rows(part: Part, example: EntryDifference) -> tuple[ExampleRow,
         return (ExampleRow("Your answer", (_format_value(example.yours, DIGITS, unit),)),)
     answer_text, correct_text = _format_distinctly(example.yours, example.expected, unit)
     heading = "Correct"
-    if part.answer.counts_up_to_a_factor and example.pivot is not None:
+    if part.answer.is_direction and example.pivot is not None:
         heading = f"Correct for your entry {example.pivot + 1}"
     return ExampleRow("Your answer", (answer_text,)), ExampleRow(heading, (correct_text,))
 

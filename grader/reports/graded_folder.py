@@ -13,7 +13,7 @@ from qdot.grader.grading.final_result import make_ungraded_result
 from qdot.grader.grading.history import results_path, store_previous_results
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import compute_page_fingerprint, make_feedback_page
-from qdot.grader.reports.grades_table import make_grades_csv, make_results_jsonl
+from qdot.grader.reports.grades_table import TO_MARK_FILE, make_grades_csv, make_results_jsonl, make_to_mark_csv
 
 FINGERPRINT_WINDOW = 1000
 """Number of characters at the beginning of a page that contain its fingerprint."""
@@ -25,7 +25,7 @@ PAGE_END = b"</html>\n"
 def write_reports(
     assignment: Assignment, results: Sequence[Result], jobs: int = 1, report_progress: Callable[[], None] = lambda: None
 ) -> list[Result]:
-    """Write the feedback pages that are not up to date, grades.csv and results.jsonl.
+    """Write the feedback pages that are not up to date, grades.csv, to-mark.csv and results.jsonl.
 
     Return the results as written: if a student's page or line can't be made, the result says that qdot failed.
     `report_progress` is called for every page. The results of the previous run are added to the history before new ones
@@ -40,8 +40,8 @@ def write_reports(
     outdated_pairs = [pair for pair in pairs if not _is_up_to_date(assignment, *pair)]
     unwritten_students = []
     result_if_lost = (lambda _: None) if jobs > 1 else None  # None if every attempt to write a page crashes
-    grades_path, lines_path = folder / "grades.csv", results_path(assignment)
-    paths = [*(_find_page_path(folder, student) for student, _ in pairs), lines_path, grades_path]
+    grades_path, lines_path, to_mark_path = folder / "grades.csv", results_path(assignment), folder / TO_MARK_FILE
+    paths = [*(_find_page_path(folder, student) for student, _ in pairs), lines_path, grades_path, to_mark_path]
     page_results = map_in_order(
         _write_or_mark_ungraded, outdated_pairs, jobs, return_state, (assignment,), result_if_lost
     )
@@ -58,6 +58,10 @@ def write_reports(
         final_results = list(result_by_student.values())
         store_previous_results(assignment, final_results)
         write_atomically(grades_path, make_grades_csv(final_results, assignment.roster), 0o600)
+        if (to_mark := make_to_mark_csv(final_results)) is not None:
+            write_atomically(to_mark_path, to_mark, 0o600)
+        else:
+            to_mark_path.unlink(missing_ok=True)
         write_atomically(lines_path, make_results_jsonl(final_results), 0o600)
     if unwritten_students:
         raise QdotError(
@@ -72,6 +76,7 @@ def _replace_if_unwritable(assignment: Assignment, student: Student, result: Res
     try:
         make_results_jsonl([result])
         make_grades_csv([result], assignment.roster)
+        make_to_mark_csv([result])
         return result
     except Exception as error:  # an error in one student's result must not stop the others
         return make_ungraded_result(assignment, student, result.file, error)

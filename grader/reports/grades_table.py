@@ -64,6 +64,21 @@ def make_grades_table(results: Sequence[Result], roster: Sequence[Student]) -> t
     return ["student", "name", "email", *columns, *results[0].parts, *SUMMARY_COLUMNS], rows
 
 
+def make_to_mark_csv(results: Sequence[Result]) -> str | None:
+    """Return a table of the answers in words that have no points yet; None if there are none.
+
+    Its columns are those of overrides.csv and the answer in one line.
+    """
+    rows = [
+        [result.student, name, "", "", escape_formula(escape_controls(" ".join((part.answer or "").split())))]
+        for result in results
+        if result.override is None
+        for name, part in result.parts.items()
+        if part.points is None and part.reason == AWAITS_PERSON
+    ]
+    return csv_text([["student", "part", "points", "comment", "answer"], *rows]) if rows else None
+
+
 def _format_cell(column: str, cell: Cell) -> str:
     if isinstance(cell, str):
         return escape_formula(cell)
@@ -85,6 +100,14 @@ def is_marked(result: Result, *, count_zero: bool = False) -> bool:
 
 UNMARKED_STATUSES = ("ungraded", "over limit", "to mark")
 """The statuses of work that has no mark until a person sets one."""
+REASONS_WITHOUT_MARK = {
+    "ungraded": "qdot failed on a part",
+    "over limit": "judging a part took too long",
+    "to mark": "an answer in words has no points yet",
+}
+"""For each of these statuses, the reason for the staff."""
+TO_MARK_FILE = "to-mark.csv"
+"""The table of the answers that a person has to mark."""
 
 
 def find_work_status(result: Result) -> str:

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.assignment.late_rule import describe_duration
 from qdot.exercises.common.errors import QdotError, shorten
-from qdot.exercises.mistakes.base import name_chapter
+from qdot.exercises.mistakes.base import add_chapter_to_reference
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading.result import Override, Result
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.feedback_levels import limit_feedback
-from qdot.grader.reports.grades_table import UNMARKED_STATUSES, find_work_status
+from qdot.grader.reports.grades_table import REASONS_WITHOUT_MARK, UNMARKED_STATUSES, find_work_status
 
 MAX_MESSAGE_LENGTH = 4000
 """Maximum number of characters of the message on a part."""
@@ -50,7 +50,7 @@ def make_part_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow
         shown_part = limit_feedback(part, feedback)
         override_text = "" if part.override is None else describe_override(part.override, "Points")
         sentences = [text.rstrip(".") for text in (shown_part.advice, shown_part.reason, override_text) if text]
-        message = shorten(name_chapter(" ".join(". ".join(sentences).split())), MAX_MESSAGE_LENGTH)
+        message = shorten(add_chapter_to_reference(" ".join(". ".join(sentences).split())), MAX_MESSAGE_LENGTH)
         question = ALL_QUESTIONS.get(part.name)  # None for an instructor's own question
         title = part.name.replace("-", " ").capitalize() if question is None else question.title
         rows.append(PartRow(name, title, part.outcome, part.points, part.max_points, message))
@@ -62,8 +62,7 @@ def get_only_result(results: Sequence[Result], report_format: str) -> Result:
     if len(results) != 1:
         raise QdotError(f"--report {report_format} contains only one student; add --student ID")
     if (status := find_work_status(results[0])) in UNMARKED_STATUSES:
-        cause = "qdot failed on an answer" if status == "ungraded" else "an answer or the notebook exceeded a limit"
-        raise QdotError(f"{results[0].student} has no mark for {report_format}: {cause}")
+        raise QdotError(f"{results[0].student} has no mark for {report_format}: {REASONS_WITHOUT_MARK[status]}")
     return results[0]
 
 

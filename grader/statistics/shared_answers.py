@@ -43,6 +43,8 @@ def _describe_sharing(slot: Slot, digests: list[dict[str, str]]) -> str:
         tuple[int, bool], list[str]
     ] = {}  # by the number of students, and if all share one answer
     for question in slot.questions:
+        if question in slot.text_questions:  # there is no reference answer to share
+            continue
         digest_counts = Counter(parts[question] for parts in digests if question in parts)
         students = sum(count for count in digest_counts.values() if count > 1)
         if students >= MIN_SHARING_STUDENTS and students > MIN_SHARING_FRACTION * len(digests):

@@ -78,13 +78,13 @@ def judge_matching(student: str, items: Sequence[str], options: int, right: Sequ
     return answer.refusal or choices.judge_matching(answer, items, right)
 
 
-def diagnose(problem: Problem, part: Part, text: str, seed: str, points_seed: str = "") -> Diagnosis | None:
-    return diagnosis.diagnose(problem, part, read_answer(problem, part, text, points_seed), seed)
+def diagnose(problem: Problem, part: Part, text: str, seed: str, functions_seed: str = "") -> Diagnosis | None:
+    return diagnosis.diagnose(problem, part, read_answer(problem, part, text, functions_seed), seed)
 
 
 def judge_with_credit(problem: Problem, part: Part, text: str, seed: str) -> Judgement:
     answer = read_answer(problem, part, text)
-    credit_answer = partial_credit.AnswerToCredit(problem, part, answer, seed)
+    credit_answer = partial_credit.AnswerInContext(problem, part, answer, seed)
     return partial_credit.give_partial_credit(credit_answer, judge_parsed(problem, part, answer, seed))
 
 

@@ -5,9 +5,26 @@ from itertools import pairwise
 
 from qdot.exercises.formula import layout
 from qdot.exercises.formula.latex import LETTERS, PRIMES, SIGNS
-from qdot.exercises.formula.layout import EMPTY, MINUS, PLUS, THIN, Layout, Pieces, get_script_base, is_binary, row
+from qdot.exercises.formula.layout import (
+    EMPTY,
+    MINUS,
+    PLUS,
+    SYMBOLS,
+    THIN,
+    Layout,
+    Pieces,
+    get_script_base,
+    is_binary,
+    row,
+)
+from qdot.exercises.formula.styles import STYLED_LETTERS
 
-_COMMANDS = {char: f"\\{name}" for table in (SIGNS, LETTERS) for name, char in reversed(table.items())} | {"−": "-"}
+_SYMBOLS = [*reversed(SIGNS.items()), *reversed(LETTERS.items())]
+_COMMANDS = {char: f"\\{name}" for name, char in _SYMBOLS if not char.isascii() or char in "{}%"} | {"−": "-"}
+_COMMANDS |= {
+    char: f"\\{command}{{{_COMMANDS.get(plain, plain)}}}" for char, (command, plain) in STYLED_LETTERS.items()
+}
+_TABLES = {brackets: name for name, brackets in SYMBOLS["tables"].items()}
 _SPACED_SIGNS, _NO_SPACE_AFTER, _NO_SPACE_BEFORE = "=≠<>≤≥≈∈→⋅×±", "([{/+−", ")]},;/."
 _STAR = Layout("sign", "*")
 
@@ -73,16 +90,19 @@ def _print_piece(piece: Layout) -> str:
         return _print_script(*inner)
     if kind == "row":
         return f"{{{_print_row(inner)}}}"
+    if kind == "word" and text not in SYMBOLS["words"]:
+        return rf"\operatorname{{{text}}}"
     if kind in ("word", "space"):
         return f"\\{text}"
     if kind == "text":
         return rf"\text{{{text}}}"
-    if kind in ("fraction", "root", "dotted"):  # their text is their command
+    if kind in ("fraction", "root", "accent"):  # their text is their command
         return f"\\{text}{''.join(f'{{{latex_text(part)}}}' for part in inner)}"
     if kind == "fenced":
-        left, right = (f"\\{bracket}" if bracket in "{}" else bracket for bracket in text)
+        left, right = (_COMMANDS.get(bracket, bracket) for bracket in text)
+        left += " " * left[-1].isalpha()
         return rf"\left{left}{latex_text(inner[0])}\right{right}"
-    name, separator = ("bmatrix", r" \\ ") if kind == "matrix" else ("aligned", r" \\[6pt] " if text else r" \\ ")
+    name, separator = (_TABLES[text], r" \\ ") if kind == "matrix" else ("aligned", r" \\[6pt] " if text else r" \\ ")
     rows = separator.join(" & ".join(map(latex_text, cells.inner)) for cells in inner)
     return rf"\begin{{{name}}} {rows} \end{{{name}}}"
 

@@ -9,12 +9,17 @@ from functools import cache, lru_cache
 from html import escape
 from itertools import cycle
 
-from qdot.exercises.formula.layout import COMMA, EMPTY, EQUALS, MINUS, PLUS, SPACES, Layout, Pieces
+from qdot.exercises.formula.layout import ACCENTS, COMMA, EMPTY, EQUALS, MINUS, PLUS, SPACES, SYMBOLS, Layout, Pieces
 
 _CORNER = "linear-gradient(currentColor, currentColor) {} {} / 5px 1.5px"
 _CORNERS = ", ".join(_CORNER.format(x, y) for x in ("0", "100%") for y in ("0", "100%"))
 _BORDER = "border: solid currentColor; border-width: 0 1.5px; padding: 0.15em 0.2em"
-_BRACKETS_STYLE = f"{_BORDER}; background: {_CORNERS}; background-repeat: no-repeat"
+_BRACKET_STYLES = {
+    "[]": f"{_BORDER}; background: {_CORNERS}; background-repeat: no-repeat",
+    "()": f"{_BORDER}; border-radius: 0.8em",
+    "||": _BORDER,
+    "‖‖": "border: double currentColor; border-width: 0 5px; padding: 0.15em 0.2em",
+}
 _NAMESPACE = 'xmlns="http://www.w3.org/1998/Math/MathML"'
 _SMALL, _LARGE = (f'<mstyle displaystyle="{size}" scriptlevel="0">' for size in ("false", "true"))
 _BRACKET_TAG = '<mo stretchy="false">'
@@ -22,7 +27,7 @@ _THIN = '<mspace width="0.17em" />'
 _FENCE_TAG = '<mo stretchy="true" fence="true" form="{}fix"'
 _NO_BREAK_SPACE = "&#x000A0;"
 _TEXT_SPACE = f"<mtext>{_NO_BREAK_SPACE}</mtext>"
-_FIXED_SIZE_BRACKETS = frozenset("(){}[]|")
+_FIXED_SIZE_BRACKETS = frozenset("(){}[]|‖⟨⟩⌊⌋⌈⌉")
 """Brackets whose size doesn't depend on what they enclose."""
 _CHARS = {"⋅": "·", "□": "◻"}
 _FUNCTIONS_WITH_BARE_ARGUMENT = tuple(Layout("word", name) for name in ("sin", "cos", "tan"))
@@ -85,26 +90,27 @@ class _Writer:
         """Return a row or matrix as a single element, any other piece unchanged."""
         if piece.kind not in ("row", "matrix"):
             return self.print_piece(piece)
-        content = self.print_row(piece.inner) if piece.kind == "row" else self.print_matrix(piece.inner)
+        content = self.print_row(piece.inner) if piece.kind == "row" else self.print_matrix(piece)
         return f"<mrow>{content}</mrow>" if content else "<mrow />"
 
     def print_uncached(self, piece: Layout) -> str:
         kind, text, inner = piece
         if kind in _LEAVES:
             return _LEAVES[kind](text)
-        if kind in ("fraction", "root", "dotted"):
-            return _TEMPLATES[text].format(*map(self.print_group, inner))
+        if kind in ("fraction", "root", "accent"):
+            templates = _TEMPLATES | _LINE_TEMPLATES if self.is_for_browser else _TEMPLATES
+            return templates[text].format(*map(self.print_group, inner))
         if kind == "script":
             return self.print_script(*inner)
         if kind == "fenced":
             return self.print_fence(text, inner[0])
         if kind == "matrix":
-            return self.print_matrix(inner)
+            return self.print_matrix(piece)
         return self.print_aligned(piece) if kind == "aligned" else self.print_group(piece)
 
     def print_script(self, base: Layout, *scripts: Layout) -> str:
         subscript, superscript = ("" if part == EMPTY else self.print_group(part) for part in scripts)
-        names = ("under", "over") if self.is_displayed and base.text == "∑" else ("sub", "sup")
+        names = ("under", "over") if self.is_displayed and base.text in _WITH_LIMITS else ("sub", "sup")
         tag = f"m{names[0] if subscript else ''}{names[1] if superscript else ''}"
         return f"<{tag}>{self.print_group(base)}{subscript}{superscript}</{tag}>"
 
@@ -114,13 +120,18 @@ class _Writer:
         opening, closing = (_FENCE_TAG.format(side) + content for side, content in sides)
         return f"<mrow>{opening}{self.print_row(inside.inner, Layout('sign', brackets[0]))}{closing}</mrow>"
 
-    def print_matrix(self, rows: Pieces) -> str:
+    def print_matrix(self, matrix: Layout) -> str:
+        is_left_aligned = matrix.text == "{."
+        cell_style = ' style="text-align: left; padding-right: 1em"' * (is_left_aligned and self.is_for_browser)
         cells = "".join(
-            f"<mtr>{''.join(_make_cell(self.print_row(cell.inner)) for cell in row.inner)}</mtr>" for row in rows
+            f"<mtr>{''.join(_make_cell(self.print_row(cell.inner), cell_style) for cell in row.inner)}</mtr>"
+            for row in matrix.inner
         )
-        if self.is_for_browser:
-            return f'<mtable style="{_BRACKETS_STYLE}">{cells}</mtable>'
-        return f"<mo>&#x0005B;</mo><mtable>{cells}</mtable><mo>&#x0005D;</mo>"
+        if self.is_for_browser and matrix.text in _BRACKET_STYLES:
+            return f'<mtable style="{_BRACKET_STYLES[matrix.text]}">{cells}</mtable>'
+        opening, closing = (f"<mo>&#x{ord(sign):05X};</mo>" if sign != "." else "" for sign in matrix.text)
+        alignment = ' columnalign="left"' * (is_left_aligned and not self.is_for_browser)
+        return f"{opening}<mtable{alignment}>{cells}</mtable>{closing}"
 
     def print_aligned(self, table: Layout) -> str:
         padding = "1.1ex" if table.text else "0.5ex"
@@ -135,7 +146,9 @@ class _Writer:
 
 
 def _print_letters(text: str) -> str:
-    return '<mo movablelimits="true">det</mo>' if text == "det" else f"<mi>{''.join(map(_escape_char, text))}</mi>"
+    if text == "det" or text in SYMBOLS["words_with_limits"]:
+        return f'<mo movablelimits="true">{text}</mo>'
+    return f"<mi>{''.join(map(_escape_char, text))}</mi>"
 
 
 _LEAVES: dict[str, Callable[[str], str]] = {
@@ -148,9 +161,17 @@ _LEAVES: dict[str, Callable[[str], str]] = {
 _TEMPLATES = {
     "frac": "<mfrac>{}{}</mfrac>", "tfrac": f"{_SMALL}<mfrac>{{}}{{}}</mfrac></mstyle>",
     "dfrac": f"{_LARGE}<mfrac>{{}}{{}}</mfrac></mstyle>", "sqrt": "<msqrt>{}</msqrt>",
-    "dot": "<mover>{}<mo>&#x002D9;</mo></mover>",
+    **{name: f"<mover>{{}}<mo>{_escape_char(accent[1])}</mo></mover>" for name, accent in ACCENTS.items()},
+    "underline": "<munder>{}<mo>_</mo></munder>",
 }  # fmt: skip
-"""Fractions, roots and dots by their LaTeX command."""
+"""Fractions, roots and accents by their LaTeX command."""
+_LINE_TEMPLATES = {
+    name: f'<mrow style="border-{side}: 1px solid; padding-{side}: 0.1em">{{}}</mrow>'
+    for name, side in (("overline", "top"), ("underline", "bottom"))
+}
+"""Lines above and below letters for browsers, in whose fonts they would not stretch."""
+_WITH_LIMITS = frozenset(("∑", "∏", *SYMBOLS["words_with_limits"]))
+"""Signs and functions whose scripts stand below and above them in a displayed formula."""
 
 
 def _add_spaces_and_signs(pieces: Pieces, printed_pieces: Sequence[str]) -> list[str]:

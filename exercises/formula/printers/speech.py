@@ -4,9 +4,16 @@ from collections.abc import Callable
 from functools import lru_cache
 
 from qdot.exercises.formula.latex import LETTERS
-from qdot.exercises.formula.layout import SPACES, SYMBOLS, Layout, print_layout
+from qdot.exercises.formula.layout import ACCENTS, SPACES, SYMBOLS, Layout, print_layout
+from qdot.exercises.formula.styles import STYLED_LETTERS
 
-_LETTER_NAMES = {char: name for name, char in LETTERS.items()} | {"φ": "phi", "□": "blank", "′": "prime"}
+_LETTER_NAMES = {char: name for name, char in LETTERS.items()} | SYMBOLS["spoken_letters"]
+_STYLE_NAMES = {"mathbf": "bold", "boldsymbol": "bold", "mathbb": "double", "mathcal": "script"}
+_LETTER_NAMES |= {
+    char: " ".join(filter(None, (_STYLE_NAMES.get(command), _LETTER_NAMES.get(plain, plain))))
+    for char, (command, plain) in STYLED_LETTERS.items()
+}
+_WITH_BOUNDS = frozenset("∑∏∫")
 _POWER_WORDS = {"2": "squared", "3": "cubed", "T": "transposed", "minus 1": "inverse"}
 _POWER_WORDS |= {word: word for word in ("prime", "degrees", "star")}
 
@@ -23,7 +30,9 @@ def speak(formula: Layout) -> str:
     return " ".join(words.split())
 
 
-def _speak_script(_: Layout, base: str, subscript: str, superscript: str) -> str:
+def _speak_script(piece: Layout, base: str, subscript: str, superscript: str) -> str:
+    if subscript and superscript and piece.inner[0].text in _WITH_BOUNDS:
+        return f"{base} from {subscript} to {superscript} of"
     power = _POWER_WORDS.get(superscript, f"to the power {superscript}") if superscript else ""
     return " ".join(filter(None, (base, subscript, power)))
 
@@ -33,11 +42,24 @@ def _bracket_words(words: str) -> str:
     return words if len(words.split()) == 1 else f"({words})"
 
 
-def _speak_matrix(_: Layout, *rows: list[str]) -> str:
+def _speak_accent(piece: Layout, inside: str) -> str:
+    is_long = len(piece.inner[0].inner) > 1
+    return f"{_bracket_words(inside) if is_long else inside} {ACCENTS[piece.text][3]}"
+
+
+def _speak_bracket(sign: str) -> str:
+    spoken_sign: str = SYMBOLS["spoken_signs"].get(sign, sign)
+    return "" if sign == "." else spoken_sign
+
+
+def _speak_matrix(piece: Layout, *rows: list[str]) -> str:
+    if piece.text == "{.":
+        return f"cases: {'; '.join(map(' '.join, rows))}; end of cases"
     if len(rows[0]) == 1:
         return f"column with entries {'; '.join(row[0] for row in rows)}; end of column"
     row_texts = "; ".join(f"row {number}: {', '.join(row)}" for number, row in enumerate(rows, 1))
-    return f"matrix of {len(rows)} rows and {len(rows[0])} columns, {row_texts}; end of matrix"
+    name = {"||": "determinant of a matrix", "‖‖": "norm of a matrix"}.get(piece.text, "matrix")
+    return f"{name} of {len(rows)} rows and {len(rows[0])} columns, {row_texts}; end of matrix"
 
 
 _PRINTERS: dict[str, Callable[..., str]] = {
@@ -50,8 +72,8 @@ _PRINTERS: dict[str, Callable[..., str]] = {
     "script": _speak_script,
     "fraction": lambda _, numerator, divisor: f"{_bracket_words(numerator)} over {_bracket_words(divisor)}",
     "root": lambda _, inside: f"the square root of {_bracket_words(inside)}",
-    "dotted": lambda _, letter: f"{letter} dot",
-    "fenced": lambda piece, inside: f" {piece.text[0].strip('.')} {inside} {piece.text[1].strip('.')} ",
+    "accent": _speak_accent,
+    "fenced": lambda piece, inside: f" {_speak_bracket(piece.text[0])} {inside} {_speak_bracket(piece.text[1])} ",
     "aligned": lambda _, *rows: "; ".join(map(" ".join, rows)),
     "matrix": _speak_matrix,
 }

@@ -2,8 +2,12 @@
 
 from collections.abc import Callable
 
-from qdot.exercises.formula.layout import DEGREE, SPACES, Layout, print_layout
+from qdot.exercises.formula.layout import ACCENTS, DEGREE, SPACES, SYMBOLS, Layout, print_layout
 
+_MATRIX_DELIMITERS = {"[]": '"["', "()": '"("', "||": '"|"', "‖‖": '"||"', "{}": '"{"', "..": "#none"}
+_CLASSES = {"|": "normal", "‖": "normal", "⊥": "relation"}
+"""The classes of signs around which Typst would set other spaces than LaTeX."""
+_LIMITS = ", limits: #true"
 _FRACTION_TEMPLATES = {"frac": "frac({}, {})", "tfrac": "inline(frac({}, {}))", "dfrac": "display(frac({}, {}))"}
 
 
@@ -29,6 +33,8 @@ def typst_text(formula: Layout) -> str:
 
 def _print_sign(piece: Layout) -> str:
     """Return a letter, a number or a sign."""
+    if piece.text in _CLASSES:
+        return f'class("{_CLASSES[piece.text]}", {_escape_sign(piece.text)})'
     is_list = "," in piece.text.strip(",")  # Typst would take a decimal comma for a separator
     return typst_string(piece.text) if is_list else _escape_sign(piece.text)
 
@@ -49,8 +55,10 @@ def _print_fenced(piece: Layout, inside: str) -> str:
 
 def _print_table(piece: Layout, *rows: list[str]) -> str:
     cell_separator, row_separator = (" & ", " \\ ") if piece.kind == "aligned" else (", ", "; ")
+    if piece.text == "{.":
+        return f"cases({', '.join(map(' & '.join, rows))})"
     table = row_separator.join(map(cell_separator.join, rows))
-    return table if piece.kind == "aligned" else f'mat(delim: "{piece.text[0]}", {table})'
+    return table if piece.kind == "aligned" else f"mat(delim: {_MATRIX_DELIMITERS[piece.text]}, {table})"
 
 
 def _escape_sign(text: str) -> str:
@@ -61,13 +69,13 @@ def _escape_sign(text: str) -> str:
 _PRINTERS: dict[str, Callable[..., str]] = {
     **dict.fromkeys(("letter", "number", "sign"), _print_sign),
     "text": lambda piece: typst_string(piece.text),
-    "word": lambda piece: f'op("{piece.text}")',
+    "word": lambda piece: f'op("{piece.text}"{_LIMITS * (piece.text in SYMBOLS["words_with_limits"])})',
     "space": lambda piece: f"#h({round(SPACES[piece.text], 2)}em)",
     "row": lambda _, *pieces: " ".join(pieces) or '""',
     "script": _print_script,
     "fraction": lambda piece, *operands: _FRACTION_TEMPLATES[piece.text].format(*operands),
     "root": lambda _, inside: f"sqrt({inside})",
-    "dotted": lambda _, inside: f"dot({inside})",
+    "accent": lambda piece, inside: f"{ACCENTS[piece.text][2]}({inside})",
     "fenced": _print_fenced,
     **dict.fromkeys(("matrix", "aligned"), _print_table),
 }

@@ -12,14 +12,20 @@ from sympy.printing.pretty.pretty_symbology import line_width
 from sympy.printing.pretty.stringpict import stringPict
 
 from qdot.exercises.formula.latex import PRIMES
-from qdot.exercises.formula.layout import Layout, print_layout
+from qdot.exercises.formula.layout import ACCENTS, Layout, print_layout
 
 _SUBSCRIPT_TABLE = str.maketrans("0123456789+-−()aehijklmnoprstuv", "₀₁₂₃₄₅₆₇₈₉₊₋₋₍₎ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥ")
-_SUPERSCRIPT_TABLE = str.maketrans("0123456789+-()*Tinjk−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾*ᵀⁱⁿʲᵏ⁻")
-_SPACED_SIGNS = {"+", "-", "−", "=", "≠", "≤", "≥", "≈", "∈", "×", "⋅", "→", "±"}
+_SUPERSCRIPT_TABLE = str.maketrans("0123456789+-()*T⊤injk−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾*ᵀᵀⁱⁿʲᵏ⁻")
+_SPACED_SIGNS = {"-", *"+−=≠≤≥<>≪≫≈≡∼≃≅∝∈∉∋⊂⊆⊃⊇×⋅÷±∓⊕⊗⊙∧∨∪∩∖→⟶←↔⇒⟹⇐⇔⟺↦⊥∥∣"}
 _SIGNS_BEFORE_NUMBER_SIGN = {"", "(", "[", "=", "+", "-", "−", ",", "×", "⋅", "≠", "≤", "≥", "≈"}
-_NO_SPACE_AFTER, _NO_SPACE_BEFORE = _SIGNS_BEFORE_NUMBER_SIGN | set(" √-|∂/"), tuple(" )],'/:")
-_TALL_BRACKETS = {"[": "⎡⎢⎣", "]": "⎤⎥⎦", "(": "⎛⎜⎝", ")": "⎞⎟⎠"}
+_NO_SPACE_AFTER, _NO_SPACE_BEFORE = _SIGNS_BEFORE_NUMBER_SIGN | _SPACED_SIGNS | set(" √|‖⟨⌊⌈∂∇∠¬/"), tuple(" )],'/:")
+_TALL_BRACKETS = {
+    "[": "⎡⎢⎣⎢", "]": "⎤⎥⎦⎥", "(": "⎛⎜⎝⎜", ")": "⎞⎟⎠⎟", "{": "⎧⎪⎩⎨", "}": "⎫⎪⎭⎬", "|": "││││", "‖": "‖‖‖‖",
+}  # fmt: skip
+"""For each bracket, the characters for its top, its side, its bottom and its middle."""
+
+_LINES = ("overline", "underline")
+"""Accents that extend over all characters below or above them."""
 
 
 def _join(*boxes: stringPict | str) -> stringPict:
@@ -56,8 +62,11 @@ def _make_bracket(bracket: str, height: int) -> stringPict:
     """Return the box of a bracket that is as high as what it encloses."""
     if height == 1 or bracket not in _TALL_BRACKETS:
         return stringPict(bracket)
-    top, side, bottom = tuple(_TALL_BRACKETS[bracket])
-    return stringPict("\n".join((top, *[side] * (height - 2), bottom)), (height - 1) // 2)
+    top, side, bottom, middle = tuple(_TALL_BRACKETS[bracket])
+    lines = [top, *[side] * (height - 2), bottom]
+    if height > 2:
+        lines[(height - 1) // 2] = middle
+    return stringPict("\n".join(lines), (height - 1) // 2)
 
 
 def _print_script(piece: Layout, base: stringPict, subscript: stringPict, superscript: stringPict) -> stringPict:
@@ -87,7 +96,17 @@ def _print_root(_: Layout, inside: stringPict) -> stringPict:
     return _join("√", inside) if is_number else _join("√(", inside, ")")
 
 
+def _print_accent(piece: Layout, inside: stringPict) -> stringPict:
+    mark, text = ACCENTS[piece.text][0], inside.picture[0]
+    if inside.height() > 1:
+        return _join(f"{ACCENTS[piece.text][3]}(", inside, ")")
+    return stringPict(re.sub(r"(\S)", rf"\1{mark}", text) if piece.text in _LINES else text + mark)
+
+
 def _print_fenced(piece: Layout, inside: stringPict) -> stringPict:
+    if inside.height() > 1:
+        opening_box, closing_box = (_make_bracket(sign.strip("."), inside.height()) for sign in piece.text)
+        return _join(opening_box, inside, closing_box)
     opening, closing = (Layout("sign", sign.strip(".")) for sign in piece.text)
     boxes = stringPict(opening.text), inside, stringPict(closing.text)
     return _print_row(Layout("row", inner=(opening, *piece.inner, closing)), *boxes)
@@ -97,7 +116,8 @@ def _print_table(piece: Layout, *rows: list[stringPict]) -> stringPict:
     grid = _make_grid(rows, piece.kind == "aligned")
     if piece.kind == "aligned":
         return grid
-    return _join(_make_bracket("[", grid.height()), grid, _make_bracket("]", grid.height()))
+    opening, closing = (_make_bracket(sign.strip("."), grid.height()) for sign in piece.text)
+    return _join(opening, grid, closing)
 
 
 def _print_row(row: Layout, *parts: stringPict) -> stringPict:
@@ -117,6 +137,8 @@ def _print_row(row: Layout, *parts: stringPict) -> stringPict:
         is_function = re.fullmatch(r"[a-z]{3,}2?|[A-Z]_.|[A-Z][ₐ-ₜ]", text) is not None
         is_index_before = piece.kind == "script" and not piece.inner[0].inner and not piece.inner[0].text  # as in ³J
         previous = "]" if box.height() > 1 and not is_sign else "" if is_index_before else text.strip()[-1:]
+        if piece.kind == "text" and text.endswith(" "):
+            previous = " "
     return _join(*boxes)
 
 
@@ -126,7 +148,7 @@ def _print_sign(parts: Sequence[stringPict], index: int, previous: str) -> strin
     The sign is number `index` of the parts of a row, and `previous` is the last character before it.
     """
     text = parts[index].picture[0]
-    if text in _TALL_BRACKETS:
+    if text in "()[]":
         inside = index + 1 if text in "([" else index - 1
         return _make_bracket(text, parts[inside].height() if 0 <= inside < len(parts) else 1)
     if text in _SPACED_SIGNS and not (text in "-−+" and previous in _SIGNS_BEFORE_NUMBER_SIGN):
@@ -147,12 +169,12 @@ def unicode_text(formula: Layout) -> str:
 
 _PRINTERS: dict[str, Callable[..., stringPict]] = {
     **dict.fromkeys(("letter", "number", "sign", "word", "text"), lambda piece: stringPict(piece.text)),
-    "space": lambda _: stringPict(" "),
+    "space": lambda piece: stringPict("" if piece.text == "!" else " "),
     "row": _print_row,
     "script": _print_script,
     "fraction": _print_fraction,
     "root": _print_root,
-    "dotted": lambda _, inside: _join(inside, "\u0307"),
+    "accent": _print_accent,
     "fenced": _print_fenced,
     **dict.fromkeys(("matrix", "aligned"), _print_table),
 }

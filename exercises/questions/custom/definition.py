@@ -38,6 +38,11 @@ class GivenValue:
     low: float = 0.0
     high: float = 0.0
 
+    @property
+    def is_random(self) -> bool:
+        """Whether the value differs from student to student."""
+        return bool(self.kind) or self.name in GIVEN_GROUPS or self.low < self.high
+
 
 @dataclass(frozen=True)
 class Texts:

@@ -27,7 +27,7 @@ from qdot.exercises.problem.problem import Details, SymbolInfo, list_table_numbe
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_term_count_objection
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, TEXT_ANSWER, Definition, GivenValue
-from qdot.exercises.questions.custom.units import find_unit_objection
+from qdot.exercises.questions.custom.units import UNIT_FORM, find_power_of_metres, find_unit_objection
 from qdot.exercises.questions.language import FormulaError, find_calls, find_names, parse
 from qdot.exercises.questions.quantities import compile_formula, name_accelerations, select_components
 from qdot.exercises.questions.reference import derive_reference
@@ -45,6 +45,8 @@ from qdot.exercises.singularities.singular_set import Component, find_zero_set
 
 MAX_TRIES = 20
 """Maximum number of sets of random values that are tried until the answer is a finite number."""
+MAX_OPERATIONS = 20_000
+"""Maximum number of operations of a formula before it is simplified; those that people can read have hundreds."""
 
 SOURCES = {
     "p": ("position",), "v": ("position",), "J": ("jacobian",), "det(J)": ("determinant", "jacobian"),
@@ -364,10 +366,26 @@ class QuestionMaker:
             return str(error)
         return None
 
+    def list_needed_values(self, chain: Chain, details: CustomDetails, symbols: Sequence[sp.Symbol]) -> list[str]:
+        """Return the names of those symbols on whose random values a numeric answer depends."""
+        fixed_names = {value.name for value in self.definition.given if not value.is_random}
+        random_symbols = [symbol for symbol in symbols if symbol.name not in fixed_names]
+        if not random_symbols:
+            return []
+        matrix = to_sympy_matrix(self.compute_answer(compute_symbolic_stages(chain), details))
+        values = details.all_values
+        answer = [_evaluate(entry, values) for entry in matrix]
+
+        def changes_answer(symbol: sp.Symbol) -> bool:
+            changed_values = {**values, symbol: values[symbol] + sp.Rational(1, 7)}
+            return [_evaluate(entry, changed_values) for entry in matrix] != answer
+
+        return [symbol.name for symbol in random_symbols if changes_answer(symbol)]
+
     def find_repeated_answer(self, chain: Chain) -> str | None:
         """Return a numeric answer that is the same for three samples of random values; None if there is none."""
         given = self.definition.given
-        if not self.formulas or not any(g.kind or g.name in GIVEN_GROUPS or g.low < g.high for g in given):
+        if not self.formulas or not any(value.is_random for value in given):
             return None
         samples = (self.sample_number(chain, Stream(f"check {k}")) for k in range(3))
         answers = {", ".join(sample[0].as_json()) for sample in samples if sample is not None}
@@ -377,6 +395,10 @@ class QuestionMaker:
         """Return why the numeric answer probably doesn't have the unit of the definition, or None."""
         if not self.definition.given or self.is_set or not self.formulas:
             return None
+        all_units = (self.definition.unit, *dict(self.definition.units).values())
+        unknown_unit = next((unit for unit in all_units if find_power_of_metres(unit) is None), None)
+        if unknown_unit is not None:
+            return f"qdot doesn't know the unit {unknown_unit!r} and can't check it; {UNIT_FORM}"
         try:
             arm, _ = replace_lengths_by_symbols(chain)
             details = self._sample_values(arm, Stream("units"))
@@ -424,6 +446,8 @@ def _find_objection(definition: Definition, chain: Chain) -> str | None:
 
 def _simplify(entry: sp.Expr) -> sp.Expr:
     """Return an entry in textbook form, or unchanged if that form can't be confirmed by numbers."""
+    if sp.count_ops(entry) > MAX_OPERATIONS:
+        raise TooLong(f"a formula has more than {MAX_OPERATIONS} operations, too many to be readable")
     simplified = write_in_textbook_form(entry)
     if simplified == entry:
         return entry

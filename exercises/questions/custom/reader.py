@@ -22,8 +22,10 @@ from qdot.exercises.questions.custom.definition import (
     Texts,
 )
 from qdot.exercises.questions.custom.question import make_question
+from qdot.exercises.questions.custom.texts import check_latex, check_text, check_title
 from qdot.exercises.reference_answers import LETTERS
 
+ONLY_NUMBERS = "only numbers have {}; with given values, a formula becomes a number"
 MAX_TEXT_LENGTH, MAX_OPTIONS, HINT_COUNT = 5000, len(LETTERS), 3
 
 
@@ -130,15 +132,20 @@ def read_definitions(file: TomlFile, known_names: Collection[str]) -> dict[str, 
             if not isinstance(tables[name], dict):
                 raise QdotError(f"expected a table, [question.{name}]")
         file.check_keys(("question", name), tuple(QuestionEntry.model_fields), ("prompt",))
+        if isinstance(tables[name].get("de"), dict):
+            file.check_keys(("question", name, "de"), tuple(TextsEntry.model_fields), ("prompt",))
         definitions[name] = _read_definition(file, name, tables[name])
     return definitions
 
 
-def read_question_file(path: Path, known_names: Collection[str]) -> dict[str, Definition]:
-    """Return the questions that a file defines. Raises QdotError with the file, the line and the key."""
+def read_question_file(path: Path, known_names: Collection[str]) -> tuple[TomlFile, dict[str, Definition]]:
+    """Return a file and the questions that it defines; it may be the assignment.toml of an assignment.
+
+    Raises QdotError with the file, the line and the key.
+    """
     file = read_toml(path, "it should define questions, each in a table [question.NAME]", float)
-    file.check_keys((), ("question",), ("question",))
-    return read_definitions(file, known_names)
+    file.check_keys((), tuple(file.content) if "problem" in file.content else ("question",), ("question",))
+    return file, read_definitions(file, known_names)
 
 
 def _check_name(name: str, known_names: Collection[str]) -> None:
@@ -152,23 +159,21 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
     try:
         entry = QuestionEntry.model_validate(table)
     except pydantic.ValidationError as error:
-        key = str(error.errors()[0]["loc"][0])
-        with file.locate_errors("question", name, key):
-            raise QdotError(FORMS[key]) from None
+        location = error.errors()[0]["loc"]
+        key_path = [str(key) for key in location[: 2 if location[0] == "de" else 1]]
+        with file.locate_errors("question", name, *key_path):
+            raise QdotError(FORMS[key_path[-1]]) from None
     if (entry.answer is None) == (entry.options is None):
         with file.locate_errors("question", name):
             raise QdotError("a question needs either an answer or options")
-    for key in ("prompt", "solution"):
-        if len(getattr(entry, key)) > MAX_TEXT_LENGTH:
-            with file.locate_errors("question", name, key):
-                raise QdotError(f"the text has more than {MAX_TEXT_LENGTH} characters")
-    with file.locate_errors("question", name, "hints"):
-        if len(entry.hints) not in (0, HINT_COUNT):
-            raise QdotError(FORMS["hints"])
+    _check_texts(file, name, entry)
     with file.locate_errors("question", name, "options"):
         options = _read_options(entry)
     with file.locate_errors("question", name, "given"):
         given = _read_given(entry)
+    with file.locate_errors("question", name, "unit"):
+        if entry.unit and not given:
+            raise QdotError(ONLY_NUMBERS.format("a unit"))
     with file.locate_errors("question", name, "digits" if entry.tolerance is None else "tolerance"):
         rounding = _read_rounding(entry)
     title = entry.title or name.replace("-", " ").capitalize()
@@ -187,13 +192,40 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
     return definition
 
 
+def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
+    """Raise QdotError with the line and the key of a text that is too long or has LaTeX which qdot doesn't support."""
+    for key_path, texts in (((), entry), (("de",), entry.de)):
+        if texts is None:
+            continue
+        for key in ("prompt", "hints", "solution"):
+            value = getattr(texts, key)
+            with file.locate_errors("question", name, *key_path, key):
+                if isinstance(value, list) and len(value) not in (0, HINT_COUNT):
+                    raise QdotError(FORMS["hints"])
+                for text in [value] if isinstance(value, str) else value:
+                    if len(text) > MAX_TEXT_LENGTH:
+                        raise QdotError(f"the text has more than {MAX_TEXT_LENGTH} characters")
+                    check_text(text, file.text)
+        with file.locate_errors("question", name, *key_path, "title"):
+            check_title(texts.title or "", file.text)
+    with file.locate_errors("question", name, "options"):
+        for option in entry.options or ():
+            if not isinstance(option, str):
+                check_text(option.text or "", file.text)
+            elif entry.shown == "text":
+                check_text(option, file.text)
+    with file.locate_errors("question", name, "rows"):
+        for row_name in entry.rows:
+            check_latex(row_name)
+
+
 def _read_rounding(entry: QuestionEntry) -> Rounding | None:
     """Return the tolerance of a number; None for the usual three digits, and for other answers."""
     sets_digits = "digits" in entry.model_fields_set
     if not sets_digits and entry.tolerance is None:
         return None
     if not entry.given:
-        raise QdotError("only numbers have digits or a tolerance; with given values, a formula becomes a number")
+        raise QdotError(ONLY_NUMBERS.format("digits or a tolerance"))
     if entry.tolerance is None:
         return parse_rounding(entry.digits)
     if sets_digits:

@@ -6,8 +6,11 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-POWERS_OF_METRES = {"m": 1, "s": 0, "rad": 0, "deg": 0, "kg": 0, "N": 1, "J": 2, "W": 2, "Hz": 0, "1": 0}
+POWERS_OF_METRES = {"m": 1, "s": 0, "rad": 0, "deg": 0, "kg": 0, "N": 1, "Nm": 2, "J": 2, "W": 2, "Hz": 0, "1": 0}
 """For each unit, the power of metres that it contains: a newton is a kg m/s^2."""
+
+UNIT_FORM = f"numbers are in SI units, made of {', '.join(POWERS_OF_METRES)}, as in m/s^2"
+"""The expected form of a unit, for messages."""
 
 _FACTOR = re.compile(r"([*/]?)\s*([A-Za-z1]+)(?:\^(-?\d))?\s*")
 SCALES = (1, 2, 4)

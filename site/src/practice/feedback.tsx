@@ -118,8 +118,8 @@ export const nameJointVariable = ({ kind }: JointRow, index: number): string =>
 
 /** Return the pose at which an answer differs; undefined if the verdict has no complete pose. */
 export function findPose(problem: Problem, verdict: Verdict): SymbolValues | undefined {
-  const { at } = verdict;
+  const { counterexample } = verdict;
   if (!isParsed(verdict)) return undefined;
   const joints = problem.robot.joints.map(nameJointVariable);
-  return at && joints.every((joint) => at[joint] !== undefined) ? at : undefined;
+  return counterexample && joints.every((joint) => counterexample[joint] !== undefined) ? counterexample : undefined;
 }

@@ -9,7 +9,7 @@ import { singularIn } from "../arm/is-singular.js";
 import type { Stage } from "../arm/stage.js";
 import type { View } from "../arm/view.js";
 import type { Factor, Part, Problem, Solutions } from "../bank.js";
-import { atLeast, lower, type Level, limitTo } from "../grade/levels.js";
+import { atLeast, lowerLevel, type Level, limitVerdict } from "../grade/levels.js";
 import type { ColumnsAt } from "../grade/typed-jacobian.js";
 import { type SymbolValues, isParsed, type Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
@@ -126,7 +126,7 @@ export function Task(props: TaskProps): JSX.Element {
     const loaded = await grading().catch((error: unknown) => setFailed(String(error)));
     if (!loaded) return;
     const fullVerdict = loaded.judge(problem, part, answer, isSingular);
-    const shownVerdict = limitTo(fullVerdict, lower(level, judgedAt));
+    const shownVerdict = limitVerdict(fullVerdict, lowerLevel(level, judgedAt));
     setVerdict(shownVerdict);
     const isDrawn =
       fullVerdict.outcome !== "correct" && fullVerdict.outcome !== "missing" && atLeast(level, "counterexample");

@@ -1,12 +1,26 @@
-"""Our subset of LaTeX is parsed to a layout and printed unchanged; other LaTeX is refused."""
+"""The LaTeX of robotics texts is parsed to a layout and printed unchanged; other LaTeX is refused."""
 
 import json
 
 import pytest
 
-from qdot.exercises.formula.latex import UnknownLatex, parse_latex
-from qdot.exercises.formula.layout import EMPTY, MINUS, PLUS, Layout, number, row, script, split_at, split_terms
+from qdot.exercises.formula.latex import COMMAND_NAMES, UnknownLatex, parse_latex
+from qdot.exercises.formula.layout import (
+    ACCENTS,
+    EMPTY,
+    MINUS,
+    PLUS,
+    SPACES,
+    Layout,
+    number,
+    row,
+    script,
+    split_at,
+    split_terms,
+)
 from qdot.exercises.formula.printers.latex import latex_text
+from qdot.exercises.formula.printers.speech import speak
+from qdot.exercises.formula.styles import STYLES
 from tests.support import DATA
 
 WRITTEN = [json.loads(line)["latex"] for line in (DATA / "mathml.jsonl").read_text(encoding="utf-8").splitlines()]
@@ -34,6 +48,10 @@ def test_printed_latex_parses_to_the_same(text: str) -> None:
         r"\left(\theta_{1} + \frac{\pi}{6}\right)^{2}", r"\text{atan2}(a_{1}, -2)", r"90^\circ", "0{,}5",
         r"\theta_{2} \in \left\{0, \pi\right\}", r"\begin{bmatrix} a & -b \\ \sqrt{2} & 0 \end{bmatrix} = J^T",
         r"{}^{2}z_{i-1} \times p^*_{i,j}",
+        r"\vec{v} = \mathbf{J} \ddot{\boldsymbol{q}}", r"A^\top \in \mathbb{R}^{3}",
+        r"\operatorname{rank} J \neq \max_{i} n",
+        r"\left\|\frac{a}{b}\right\|", r"\begin{pmatrix} a \\ b \end{pmatrix}", r"\left\langle a, b\right\rangle",
+        r"f = \begin{cases} x & \text{if } x \ge 0 \\ -x & \text{else} \end{cases}", r"\int_{0}^\infty f\, \nabla g",
         r"1.2 \cdot 10^{-6}\,\text{rad/s}", r"\begin{aligned} a & = {} - b \\[6pt] c & = d \end{aligned}",
     ],
 )  # fmt: skip
@@ -44,13 +62,34 @@ def test_latex_is_printed_unchanged(text: str) -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        r"\mathbb{R}", r"\begin{cases} a \end{cases}", "a_{1", "a}", r"\left( a", r"x \end{bmatrix}", r"\sqrt[3]{x}",
+        r"\foo{a}", r"\begin{array} a \end{array}", r"\text{a \b}", r"\left\foo a\right)",
+            "a_{1", "a}", r"\left( a", r"x \end{bmatrix}", r"\sqrt[3]{x}",
         "a & b", r"a \\ b", "%", "$", r"\begin{bmatrix} a", "x''''", "a_", r"\left( a }",
     ],
 )  # fmt: skip
 def test_unknown_latex_is_refused_by_name(text: str) -> None:
     with pytest.raises(UnknownLatex, match=r" in ['\"]"):
         parse_latex(text)
+
+
+@pytest.mark.parametrize(("text", "printed"), [
+    (r"a \ne b \ldots", r"a \neq b \dots"), (r"\bigl( \lVert v\rVert \bigr)", r"(\| v \|)"),
+    (r"\mathrm{d}t", r"\text{d} t"),
+    (r"\mathrm{a_1}", "a_1"), (r"\begin{bmatrix} 1 \\ 2 \\ \end{bmatrix}", r"\begin{bmatrix} 1 \\ 2 \end{bmatrix}"),
+])  # fmt: skip
+def test_other_names_of_a_sign_are_parsed(text: str, printed: str) -> None:
+    assert latex_text(parse_latex(text)) == printed
+
+
+def test_every_symbol_has_a_printed_form() -> None:
+    """Each name becomes the same sign when it is printed and parsed again, and screen readers have a word for it."""
+    for name in COMMAND_NAMES:
+        argument = r"{a}{b}" if name in ("frac", "tfrac", "dfrac", "sqrt", *ACCENTS, *STYLES) else ""
+        if name in ("text", "textrm", "operatorname", "left", "right", "begin", "end"):
+            continue
+        formula = parse_latex(f"\\{name}{argument}")
+        assert latex_text(parse_latex(latex_text(formula))) == latex_text(formula)
+        assert speak(formula).isascii() or name in SPACES, name
 
 
 def test_terms_are_split_at_signs_outside_brackets() -> None:

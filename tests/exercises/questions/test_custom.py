@@ -157,6 +157,13 @@ def test_textbook_form_that_numbers_contradict_is_not_used(monkeypatch: pytest.M
     assert find_failures(generate("planar-2r/1", ["mine"], definitions=[definition])) == []
 
 
+def test_formula_that_is_too_long_to_simplify_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("qdot.exercises.questions.custom.question.MAX_OPERATIONS", 9)
+    definition = Definition("mine", "norm(p)", (("en", Texts("Too long", "x")),))
+    with pytest.raises(QdotError, match="more than 9 operations"):
+        generate("planar-2r/1", ["mine"], definitions=[definition])
+
+
 @pytest.mark.parametrize(
     ("answer", "expected"),
     [
@@ -406,7 +413,8 @@ BUILT_IN = [name for name, question in QUESTIONS.items() if question.formula and
 def test_a_number_is_marked_to_the_precision_that_its_prompt_states(
     setting: str, words: str, error: float, tmp_path: Path
 ) -> None:  # fmt: skip
-    question = f'prompt = "x"\ngiven = ["pose", "rates"]\nanswer = "12.3456*norm(v)/norm(v) + v.x/1000"\n{setting}'
+    given, answer = 'given = ["pose", "rates"]', 'answer = "12.3456*norm(v)/norm(v) + v.x/1000"'
+    question = f'prompt = "{{given}}"\n{given}\n{answer}\n{setting}'
     problem = make_problem(tmp_path, question)
     (number,) = map(float, problem.parts[0].answer.as_json())
     assert words in write_prompt(problem, problem.parts[0])
@@ -436,14 +444,17 @@ def test_custom_question_with_the_formula_of_a_built_in_question_has_its_answer(
         ("norm(p) + theta1", "m", "it combines lengths with angles"),
         ("det(J)", "m^2", "its unit m^2 doesn't fit, because it grows like a length"),
         ("det(J)*d2", "m^2", None), ("norm(v)", "m/s", None), ("qd1*theta1", "rad/s", None), ("p.x*a1", "m^2", None),
-        ("norm(v)", "rad/s", "grows like a length"), ("norm(v)", "furlong", None),
+        ("norm(v)", "rad/s", "grows like a length"), ("norm(v)", "furlong", "doesn't know the unit 'furlong'"),
     ],
 )  # fmt: skip
 def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str, warning: str | None, tmp_path: Path) -> None:
-    question = f'[question.mine]\nprompt = "x"\nanswer = "{answer}"\nunit = "{unit}"\ngiven = ["pose", "rates"]\n'
+    given = 'prompt = "{given}"\ngiven = ["pose", "rates"]'
+    question = f'[question.mine]\n{given}\nanswer = "{answer}"\nunit = "{unit}"\n'
     assignment = make_assignment(tmp_path, question + '[[problem]]\nfamily = "polar-rp"\nquestions = ["mine"]\n')
     notes = [note for note in assignment.notes if "mine" in note]
     assert bool(notes) == (warning is not None) and (warning is None or warning in notes[0])
+    errors = runner.invoke(app, ["show", str(assignment.folder)]).stderr
+    assert (warning or "") in errors and bool(errors) == (warning is not None)
 
 
 @pytest.mark.parametrize(
@@ -454,7 +465,7 @@ def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str, warning: str |
     ],
 )  # fmt: skip
 def test_given_symbols_have_their_units(answer: str, given: str, unit: str, tmp_path: Path) -> None:
-    keys = f'prompt = "x"\nanswer = "{answer}"\nunit = "{unit}"\ngiven = {{theta1 = "angle", {given}}}\n'
+    keys = f'prompt = "{{given}}"\nanswer = "{answer}"\nunit = "{unit}"\ngiven = {{theta1 = "angle", {given}}}\n'
     question = f'[question.mine]\n{keys}[[problem]]\nfamily = "polar-rp"\nquestions = ["mine"]\n'
     assert make_assignment(tmp_path, 'variation = "chapter"\n' + question).notes == ()
 
@@ -498,6 +509,8 @@ def test_show_and_verify_accept_custom_questions(tmp_path: Path) -> None:
     assert [line.split(":")[0] for line in output[:-1]] == [f"tip-speed for planar-2r/{seed}" for seed in range(3)]
     assert output[-1] == "4 problems verified, 0 failed"
     assert "name the families" in run_and_fail("verify", path)
+    printed = run("verify", folder / "assignment.toml", "--family", "planar-2r", "--count", "1", "--jobs", "1")
+    assert "5 problems verified, 0 failed" in printed
     assert "--family planar-2r" in run_and_fail("verify", path, "planar-2r/7", "--family", "planar-2r")
 
 
@@ -541,6 +554,9 @@ BAD = {
     'answer = "p"\ndigits = 4': "only numbers have digits",
     'answer = "det(J)"\nup_to_factor = true': "only a vector",
     'answer = "v"\ngiven = ["pose", "rates"]\nup_to_factor = true': "only a vector of formulas",
+    'answer = "p"\nunit = "m"': "only numbers have a unit",
+    'given = ["pose", "rates"]\nanswer = "norm(v)"': "does not state the given values of a1, theta2, qd1, qd2",
+    'given = {theta2 = "angle"}\nanswer = "norm(p)*theta1"': "does not state the given values of a1, theta1, theta2;",
     'answer = "(lambda: 0)()"': "not part of the formula language", 'answer = "2^99"': "from -8 to 8",
     'answer = "inv(J)*[vx, vy]"\ngiven = {theta1 = 0, theta2 = 0}': "vx",
 }  # fmt: skip
@@ -555,18 +571,114 @@ def test_invalid_question_is_refused_with_file_line_and_reason(question: str, tm
     assert "assignment.toml: line " in message and "question: mine" in message
 
 
+def test_values_that_the_answer_does_not_need_may_be_left_out(tmp_path: Path) -> None:
+    """The norm of v does not depend on theta1, and the prompt states the fixed mass in its own words."""
+    question = """prompt = "A mass of 2 kg: {theta2}, {qd1}, {qd2}, {a1}, {a2}."
+given = {theta2 = "angle", qd1 = "rate", qd2 = "rate", m = 2}
+units = {m = "kg"}
+answer = "m*norm(v)"
+"""
+    assert find_failures(make_problem(tmp_path, question)) == []
+    text = f'[question.mine]\n{question.replace(", {a2}", "")}[[problem]]\nfamily = "planar-2r"\nquestions = ["mine"]\n'
+    assignment = make_assignment(tmp_path / "2", text)
+    problems = [assignment.generate_problems(student)[0][1] for student in "abcdefgh"]
+    is_symbolic = ["a2" in {symbol.name for symbol in problem.chain.parameters} for problem in problems]
+    assert any(is_symbolic) and [bool(find_failures(problem)) for problem in problems] == is_symbolic
+
+
+LOCATED = {
+    'prompt = "x"\nanswer = "p*p"': 'hw/mine.toml: line 3: question: mine: answer = "p*p": ',
+    'prompt = "x"\noptions = ["a", "b",\n"z9"]\nshown = "formula"': "hw/mine.toml: line 3: question: mine: options",
+    'prompt = "{posse}"\nanswer = "p"': 'hw/mine.toml: line 2: question: mine: prompt = "{posse}": ',
+    'prompt = "{given}"\nanswer = "p"': 'no such values; write, for example, given = ["pose"]',
+    'prompt = "x"\nanswer = "p"\n\n[question.mine.de]\nprompt = "{posse}"': 'line 6: question: mine: de: prompt = "{po',
+    'prompt = "x"\nanswer = "p"\nde.prompt = "x"\nde.hints = ["a"]': "line 5: question: mine: de: hints",
+    'prompt = "x"\nanswer = "p"\nde.promt = "x"': "line 4: question: mine: de: unknown key 'promt' (did you mean",
+    'prompt = "x"\nanswer = "p"\nde.prompt = 3': "line 4: question: mine: de: prompt = 3: expected a text",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("question", LOCATED)
+def test_error_names_the_file_the_line_and_the_key(question: str, tmp_path: Path) -> None:
+    (tmp_path / "hw").mkdir()
+    path = tmp_path / "hw" / "mine.toml"
+    path.write_text(f"[question.mine]\n{question}\n")
+    with pytest.raises(QdotError) as refused:
+        make_assignment(tmp_path, '[[problem]]\nfamily = "planar-2r"\nquestions = ["mine.toml"]\n')
+    assert 'assignment.toml: line 5: problem 1: questions = ["mine.toml"]: ' in str(refused.value)
+    assert LOCATED[question] in str(refused.value)
+    assert LOCATED[question] in run_and_fail("verify", path, "--family", "planar-2r")
+
+
 @pytest.mark.parametrize(
     ("text", "reason"),
-    {"{foo}": "unknown name 'foo'", "{rates}": "add 'rates'", "{p": "", "{p.x.y}": ".x, .y and .z"}.items(),
+    {"{foo}": "unknown name 'foo'", "{rates}": "add 'rates'", "{p": "a brace { has no partner",
+     "p}": "a brace } has no partner", "{p.x.y}": ".x, .y and .z"}.items(),
 )  # fmt: skip
 def test_placeholders_are_checked(text: str, reason: str, tmp_path: Path) -> None:
-    question = f"prompt = 'Find {text}'\nanswer = \"p\""
-    if reason:
-        with pytest.raises(QdotError, match=f"prompt = .*{reason}"):
-            make_problem(tmp_path, question)
-    else:
-        problem = make_problem(tmp_path, question)
-        assert text in write_prompt(problem, problem.parts[0])
+    with pytest.raises(QdotError, match=f"prompt = .*{reason}"):
+        make_problem(tmp_path, f"prompt = 'Find {text}'\nanswer = \"p\"")
+
+
+BAD_TEXTS = {
+    r"prompt = '$\foo{v}$'": r"\foo is not supported in $\foo{v}$",
+    r"prompt = '$\boldsmybol{v}$'": r"(did you mean \boldsymbol?); supported are, for example, \vec{v},",
+    r"prompt = '$\frac{a}{b$'": r"a brace { has no partner in $\frac{a}{b$",
+    r"prompt = '$\left(a$'": r"a closing brace, \right or \end is missing in $\left(a$",
+    r"prompt = '$\text{m/s^2}$'": r"contains ^; write it outside of \text",
+    "prompt = 'costs 5$ at $P$'": "a dollar sign has no partner",
+    r'prompt = "Find $\theta$."': r"before 'heta': TOML reads \t in double quotes as one; write texts with",
+    r'prompt = "Find $\frac{1}{2}$."': r"before 'rac': TOML reads \f",
+    r'prompt = "Find $\nabla f$."': r"before 'abla': TOML reads \n",
+    r'prompt = "Find $\alpha$."': r"write LaTeX in single quotes, as in '$\alpha$'",
+    r'prompt = "Find $\upsilon$."': "write LaTeX in single quotes",
+    "prompt = 'x'\nhints = ['a', '$\\foo$', 'c']": r"hints = .*\foo is not",
+    "prompt = 'x'\nsolution = '$\\foo$'": r"solution = .*\foo is not",
+    "prompt = 'x'\nrows = ['\\foo', 'v_y']": r"rows = .*\foo is not",
+    "prompt = 'x'\nde.prompt = '$\\foo$'": r"de: prompt = .*\foo is not",
+    "prompt = 'x'\ntitle = 'Speed of $P$'": "a title is plain text without '$'",
+}
+
+
+@pytest.mark.parametrize("text", BAD_TEXTS)
+def test_text_that_can_not_be_shown_is_refused_with_its_line(text: str, tmp_path: Path) -> None:
+    with pytest.raises(QdotError) as refused:
+        make_problem(tmp_path, f"{text}\nanswer = 'p'")
+    message = str(refused.value)
+    assert re.search(".*".join(map(re.escape, BAD_TEXTS[text].split(".*"))), message) and "\n" not in message
+    assert f"assignment.toml: line {4 + text.count(chr(10))}: " in message
+
+
+ROBOTICS_TEXT = r"""
+Let $\vec{v} = \mathbf{J}(\boldsymbol{q})\,\dot{\boldsymbol{q}}$,
+$\hat{\mathbf{z_{1}}} \perp \bar{a} \parallel \tilde{b}$,
+$\lVert v\rVert \ne \|\ddot q\|$, $J^\top \in \mathbb{R}^{n \times 3}$, $\operatorname{rank} J = \max_i \min_j r_{ij}$,
+$\mathcal{N}(J)$, $\int_0^\infty \!\nabla f\,\mathrm{d}t$, $\forall i = 1, \ldots, n$,
+$\angle(\overline{AB}, \underline{CD})$,
+$a \rightarrow \begin{pmatrix} 1 & {p.x} \\ \frac{{a1}}{b_{1}} & 0 \end{pmatrix}$ and \$5:
+
+$$f = \begin{cases} x & \text{if } x > 0 \\ \dot{\hat{\mathbf{x_{1}}}} & \text{else} \end{cases}$$
+"""
+
+
+def test_latex_of_robotics_is_shown_in_every_format(tmp_path: Path) -> None:
+    question = f"prompt = '''{ROBOTICS_TEXT}'''\nanswer = 'p'\nsolution = '''{ROBOTICS_TEXT}'''"
+    text = (
+        f'variation = "chapter"\n[question.mine]\n{question}\n[[problem]]\nfamily = "planar-2r"\nquestions = ["mine"]\n'
+    )
+    assignment = make_assignment(tmp_path, text)
+    problems = assignment.generate_problems("s1")
+    shown = {
+        name: show_assignment("T", problems, format=name, solution=True) for name in ("text", "html", "latex", "ipynb")
+    }
+    assert "v\u20d7 = 𝐉 (𝒒) 𝒒\u0307, 𝐳₁\u0302 ⊥ a\u0304 ∥ b\u0303, ‖v‖ ≠ ‖q\u0308‖, Jᵀ ∈ ℝ^(n×3)" in shown["text"]
+    assert "$5:" in shown["text"]
+    assert r"\frac{a_{1}}{b_{1}}" in shown["latex"]
+    assert r"\\dot{\\hat{\\mathbf{x_{1}}}}" in shown["ipynb"]
+    assert all(f"&#x{ord(char):05X};" in shown["html"] for char in "𝐉ℝ𝒩∞∀∠⊥∥‖∇")
+    assert (
+        make_pdf_preview(assignment, "preview", [problem for _, problem in problems], has_solutions=True)[:4] == b"%PDF"
+    )
 
 
 def test_latex_keeps_its_braces(tmp_path: Path) -> None:

@@ -48,7 +48,7 @@ def test_planted_mistakes_are_diagnosed(kind: str, demonstration: Assignment, sa
     named: set[str] = set()
     for student in STUDENTS[: select_for_suite(1, 3)]:
         for slot, problem in demonstration.generate_problems(student):
-            verdicts = mark(problem, make_answers(sandbox, problem, kind), secret=SECRET, points_seed=slot)
+            verdicts = mark(problem, make_answers(sandbox, problem, kind), secret=SECRET, functions_seed=slot)
             diagnoses = [verdict.diagnosis for verdict in verdicts if verdict.diagnosis and verdict.diagnosis.mistakes]
             named |= {name for diagnosis in diagnoses for name in diagnosis.mistakes}
             wrong = [verdict for verdict in verdicts if verdict.judgement.share < 1]

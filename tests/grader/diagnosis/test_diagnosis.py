@@ -20,6 +20,8 @@ from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.custom import Definition
+from qdot.exercises.questions.custom.definition import Texts
 from qdot.exercises.questions.results import compute_answer
 from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.functions import sample_function_arguments
@@ -249,6 +251,26 @@ def test_a_mistake_in_one_place_gets_its_true_name(problem_id: str, question: st
 )
 def test_mistakes_in_example_6_3_are_named(answer: str, mistake: str) -> None:
     assert diagnose_chapter("singular-angles", answer, SCORBOT)[0] == mistake
+
+
+@pytest.mark.parametrize(
+    ("family", "formula", "first_mistake"),
+    [
+        ("planar-2r", "ddt(dot(p, p))", "sign"), ("planar-2r", "o2 - o1", "sign"),
+        ("polar-rp", "det(J)", "determinant-sign"),
+        ("planar-2r", "det(J)", "sign"), ("spherical", "v", "sign"), ("spherical", "p.x", "sign"),
+        ("planar-2r", "J[1, 1]", "derivative-of-cosine"),
+    ],
+)  # fmt: skip
+def test_a_wrong_sign_of_the_whole_answer_is_no_mistake_of_one_link(
+    family: str, formula: str, first_mistake: str
+) -> None:
+    definition = Definition("mine", formula, (("en", Texts("Mine", "x")),))
+    problem = generate(f"{family}/1", ["mine"], definitions=[definition])
+    answer = (-problem.parts[0].answer.as_matrix()).tolist()
+    diagnosis = diagnose(problem, problem.parts[0], str(answer if len(answer) > 1 else answer[0][0]), "seed")
+    assert diagnosis is not None and diagnosis.mistakes[0] == first_mistake
+    assert "contribution of link" not in diagnosis.feedback
 
 
 def test_a_wrong_sign_of_a_column_or_part_of_it_is_named() -> None:

@@ -138,7 +138,7 @@ def test_order_and_offsets_of_a_singular_set_do_not_change_its_key() -> None:
 def test_multiples_of_a_direction_have_one_key() -> None:
     problem = generate("planar-2r/1", ["lost-direction"])
     (part,) = problem.parts
-    assert part.answer.counts_up_to_a_factor
+    assert part.answer.is_direction
     assert find_key(problem, part, "[theta1, theta2]") == find_key(problem, part, "[-2*theta1, -2*theta2]")
     assert find_key(problem, part, "[theta1, theta2]") != find_key(problem, part, "[theta2, theta1]")
 

@@ -19,8 +19,10 @@ from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.grading.final_result import GradedNotebook, compute_final_result
 from qdot.grader.grading.overrides import Overrides, read_overrides
 from qdot.grader.grading.result import Lateness, MarkingVersions, NotebookMarks, Override, ProblemResult, Result
+from qdot.grader.judging.verdict import AWAITS_PERSON
+from qdot.grader.reports.class_summary import find_late_or_unmarked
 from qdot.grader.reports.feedback import make_feedback_page
-from qdot.grader.reports.grades_table import SUMMARY_COLUMNS, find_work_status, make_grades_csv
+from qdot.grader.reports.grades_table import SUMMARY_COLUMNS, find_work_status, make_grades_csv, make_to_mark_csv
 from tests.support import command
 from tests.support.results import get_counted_file, make_override, make_part, read_results
 from tests.support.submitting import UNCERTIFIED, work_in_one_process
@@ -93,6 +95,40 @@ def test_overrides_are_read_from_spreadsheet_formats(folder: Path) -> None:
     (folder / "overrides.csv").write_text('student,part,points\ns1,p1.position,33.3333%\ns1,,"12,5 %"\n')
     shares = {"p1.position": make_override(0.6667), "": make_override(0.3375)}
     assert read_overrides(load_assignment(folder)).by_student == {"s1": shares}
+
+
+def attempt_in_words(assignment: Assignment, **overrides: Override) -> Result:
+    marks = make_marks(2.0, None)
+    (problem,) = marks.problems
+    text = replace(problem.parts[1], reason=AWAITS_PERSON, answer="=1 because\nit folds")
+    notebooks = [
+        GradedNotebook("hw.ipynb", DUE, replace(marks, problems=(replace(problem, parts=(problem.parts[0], text)),)))
+    ]
+    by_student = {"s1": {f"p1.{name}": override for name, override in overrides.items()}}
+    return compute_final_result(assignment, assignment.roster[0], notebooks, Overrides(by_student))
+
+
+def test_the_list_of_answers_to_mark_becomes_overrides(folder: Path) -> None:
+    assignment = load_assignment(folder)
+    result = attempt_in_words(assignment)
+    table = make_to_mark_csv([result, attempt(assignment, -1, None, 0.7)])
+    assert table == "student,part,points,comment,answer\ns1,p1.determinant,,,'=1 because it folds\n"
+    (folder / "overrides.csv").write_text(table)
+    assert read_overrides(assignment) == Overrides(), "an answer without points is not marked yet"
+    (folder / "overrides.csv").write_text(table.replace(",,,", ",0.5,good,"))
+    assert read_overrides(assignment).by_student == {"s1": {"p1.determinant": make_override(0.5, "good")}}
+    assert make_to_mark_csv([attempt_in_words(assignment, determinant=make_override(0.5))]) is None
+    (row,) = find_late_or_unmarked([result])
+    assert (row.status, row.reason) == ("to mark", "an answer in words has no points yet")
+
+
+def test_points_set_by_a_person_are_an_outcome_if_qdot_has_none(folder: Path) -> None:
+    assignment = load_assignment(folder)
+    for points, outcome in ((0, "wrong"), (0.5, "partial"), (0.7, "correct")):
+        part = attempt_in_words(assignment, determinant=make_override(points)).parts["p1.determinant"]
+        assert (part.outcome, part.points, part.reason) == (outcome, points, "a person marked this answer")
+    part = attempt(assignment, -1, None, 0.7, position=make_override(2)).parts["p1.position"]
+    assert (part.outcome, part.reason) == ("correct", "the reason")
 
 
 def test_an_override_keeps_the_graders_verdict(folder: Path) -> None:

@@ -47,6 +47,8 @@ def graded_class(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (assignment.folder / REPLACEMENTS_FILE).write_text(f"{header}ada,p1,other-family,2,x\nbo,p1,other-family,2,x\n")
     grade(assignment.folder)
     run("export", assignment.folder, "--to", "html", "--to", "gradescope", "--jobs", "1")
+    to_mark = "student,part,points,comment,answer\nada,p1.why,,,mine\nbo,p1.why,,,mine\n"
+    (assignment.folder / "graded" / "to-mark.csv").write_text(to_mark)
     (assignment.folder / "graded" / "report.html").write_text("<p>Ada King Lovelace</p>")
     (assignment.folder / "notes.txt").write_text("ask ada about Friday\n")
     return assignment.folder
@@ -73,6 +75,7 @@ REMAINING_FILES = {
 TABLES = {
     "graded/results.jsonl",
     "graded/grades.csv",
+    "graded/to-mark.csv",
     "graded/costs.csv",
     "roster.csv",
     "overrides.csv",

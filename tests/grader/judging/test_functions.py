@@ -111,7 +111,7 @@ def test_the_counterexample_to_a_function_names_only_relevant_variables(sandbox:
     calls = {"p1": sample_function_arguments(problem, problem.domain, "points")}
     run = sandbox.run(["p1_position = lambda theta1, theta2: [0.5 * float(theta1), 1]"], ["p1_position"], calls)
     answers = Answers(run).map_texts("p1", problem)
-    verdicts = mark(problem, answers, secret="secret", points_seed="points")
+    verdicts = mark(problem, answers, secret="secret", functions_seed="points")
     (verdict,) = (verdict for verdict in verdicts if verdict.part == "position")
     assert verdict.judgement.certificate is not None
     assert "qd1" not in verdict.judgement.reason
@@ -154,7 +154,7 @@ def test_a_function_gets_the_outcome_of_its_formula(
         answer_names = [name_answer_variable("p1", part.name) for part in parts]
         run = sandbox.run(cells, answer_names, calls)
         assert not run.unreadable_reasons, run.unreadable_reasons
-        for verdict in mark(problem, Answers(run).map_texts("p1", problem), secret="secret", points_seed="points"):
+        for verdict in mark(problem, Answers(run).map_texts("p1", problem), secret="secret", functions_seed="points"):
             if verdict.part in {part.name for part in parts if not is_zero(part)}:
                 is_right = verdict.judgement.outcome is Outcome.CORRECT
                 assert is_right == (expected is Outcome.CORRECT), (variation, verdict)

@@ -116,7 +116,7 @@ def make_result(assignment: Assignment, answers: Answers = lambda slot, part, co
         names = [part.name for part in problem.parts]
         answer_texts = {name: answers(slot, name, write_right_answer(problem, name)) for name in names}
         submitted = {name: text for name, text in answer_texts.items() if text is not None}
-        verdicts = mark(problem, submitted, secret=assignment.secret, points_seed="points")
+        verdicts = mark(problem, submitted, secret=assignment.secret, functions_seed="points")
         parts = tuple(make_part_result(slot, verdict) for verdict in verdicts)
         problems.append(ProblemResult(str(problem.id), slot, parts))
     marked = [part for problem in problems for part in problem.parts]

@@ -54,6 +54,14 @@ def test_an_own_robot_varies_only_in_its_lengths(folder: Path) -> None:
     assert all(line.startswith(beginning) for line, beginning in zip(shared, beginnings, strict=True))
 
 
+def test_answers_in_words_are_not_shared(folder: Path) -> None:
+    question = '[question.why]\nprompt = "Why?"\nanswer = "text"\n'
+    problem = PROBLEM.format("planar-2r", "chapter", 'jacobian", "why')
+    (folder / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{question}{problem}', encoding="utf-8")
+    errors = runner.invoke(app, ["generate", str(folder), "--jobs", "1"]).stderr
+    assert "jacobian: all 6 students have the same answer" in errors and "why" not in errors
+
+
 def test_small_classes_and_unusable_certificates_are_not_reported(folder: Path) -> None:
     (folder / "roster.csv").write_text("student\ns0\ns1\n", encoding="utf-8")
     assignment = load_assignment(folder)

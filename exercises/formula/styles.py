@@ -1,0 +1,48 @@
+r"""The letters of LaTeX's math alphabets, as in \\mathbf{v} and \\mathbb{R}: Unicode has a character for each of them.
+
+So a styled letter is a letter like any other, and each printer shows it.
+"""
+
+import re
+import unicodedata
+
+from qdot.exercises.formula.layout import SYMBOLS, Layout, row
+
+STYLES: dict[str, list[str]] = SYMBOLS["styles"]
+"""For each command, the names of its styles in Unicode; characters that the last one lacks have the one before."""
+
+_NAME = re.compile(r"(?:MATHEMATICAL )?([A-Z -]+?) (?:CAPITAL \w+|SMALL \w+|DIGIT \w+|NABLA|\w+ SYMBOL)")
+
+
+def _find_styled_characters() -> dict[str, dict[str, str]]:
+    """Return the characters of each style by the plain character that they show."""
+    characters: dict[str, dict[str, str]] = {}
+    for code in (*range(0x2100, 0x2150), *range(0x1D400, 0x1D800)):
+        form, _, plain_code = unicodedata.decomposition(chr(code)).partition(" ")
+        match = _NAME.fullmatch(unicodedata.name(chr(code), ""))
+        if form == "<font>" and match is not None:
+            characters.setdefault(match[1], {})[chr(int(plain_code, 16))] = chr(code)
+    return characters
+
+
+_STYLED_CHARACTERS = _find_styled_characters()
+_TABLES = {
+    command: {plain: styled for name in names for plain, styled in _STYLED_CHARACTERS[name].items()}
+    for command, names in STYLES.items()
+}
+STYLED_LETTERS = {
+    styled: (command, plain) for command, table in reversed(_TABLES.items()) for plain, styled in table.items()
+}
+"""The command and the plain letter of each styled letter."""
+
+
+def apply_style(command: str, piece: Layout) -> Layout:
+    r"""Return a piece with its letters and digits, except in scripts, in the style of a command such as \\mathbf."""
+    table = _TABLES[command]
+    if piece.kind in ("letter", "number", "sign") and table:
+        letters = [Layout("letter", table[char]) if char in table else piece._replace(text=char) for char in piece.text]
+        return letters[0] if len(letters) == 1 else row(*letters)
+    if piece.kind == "script":
+        return piece._replace(inner=(apply_style(command, piece.inner[0]), *piece.inner[1:]))
+    parts = tuple(apply_style(command, part) for part in piece.inner)
+    return parts[0] if piece.kind == "row" and len(parts) == 1 else piece._replace(inner=parts)

@@ -1,0 +1,112 @@
+r"""Split the texts of custom questions at their placeholders, and check their braces, dollar signs and LaTeX.
+
+A placeholder is in braces, as in {pose}. In a formula between dollar signs, a brace directly after a letter or one of
+_ ^ } ] belongs to LaTeX, and so do empty braces and \{ \}. Double braces stand for a brace.
+"""
+
+import re
+from typing import NamedTuple
+
+from qdot.exercises.common.errors import QdotError, find_most_similar, shorten
+from qdot.exercises.formula.latex import COMMAND_NAMES, MARKDOWN_FORMULA, UnknownLatex, parse_latex
+
+EXAMPLES_OF_LATEX = r"\vec{v}, \dot{q}, \mathbf{J}, \frac{a}{b}, \text{if}, \begin{bmatrix}"
+QUOTES_ADVICE = r"write texts with backslashes in single quotes, as in 'Find $\theta_1$.'"
+_SIGN = re.compile(r"\\.|\$\$?|\{\{|\}\}|\{(?P<content>[^{}$]*)\}|[{}]", re.DOTALL)
+_CHARACTER_BEFORE_LATEX_BRACE = re.compile(r"[A-Za-z_^}\]]$")
+_CONTROL_CHARACTER = re.compile(r"([\x00-\x08\x0b-\x1f\x7f])([a-zA-Z]*)")
+_ESCAPE_LETTERS = {"\b": "b", "\t": "t", "\n": "n", "\f": "f", "\r": "r"}
+_SIGN_IN_TEXT = re.compile(r"(\\text(?:rm)?\{[^{}]*?([\^_&#%~]))")
+_MAX_SHOWN_LENGTH = 60
+
+
+class TextPiece(NamedTuple):
+    """A piece of a text: whether it is the content of a placeholder, and whether it is in a formula."""
+
+    text: str
+    is_placeholder: bool
+    is_in_formula: bool
+
+
+def split_text(text: str) -> list[TextPiece]:
+    """Return the pieces of a text. Raises QdotError if a brace has no partner.
+
+    >>> [piece.text for piece in split_text("At {pose}, $M_{1} = {o1}$") if piece.is_placeholder]
+    ['pose', 'o1']
+    """
+    pieces: list[TextPiece] = []
+    position, depth, is_in_formula = 0, 0, False
+    while match := _SIGN.search(text, position):
+        sign, content, is_placeholder = match[0], match["content"], False
+        text_before = text[: match.start()]
+        pieces.append(TextPiece(text[position : match.start()], False, is_in_formula))
+        position = match.end()
+        is_latex_brace = sign[0] == "{" and is_in_formula and _CHARACTER_BEFORE_LATEX_BRACE.search(text_before)
+        if is_latex_brace or (sign[0] == "}" and depth):
+            depth += 1 if is_latex_brace else -1
+            sign, position = sign[0], match.start() + 1
+        elif sign[0] == "$":
+            if depth:
+                raise QdotError(f"a brace {{ has no partner in {_show(text_before.rpartition('$')[2])}")
+            is_in_formula = not is_in_formula
+        elif sign in ("{{", "}}"):
+            sign = sign[0]
+        elif sign in ("{", "}"):
+            raise QdotError(f"a brace {sign} has no partner; for a brace in the text, write {2 * sign}")
+        elif content is not None and (content or not is_in_formula):
+            sign, is_placeholder = content.strip(), True
+        pieces.append(TextPiece(sign, is_placeholder, is_in_formula))
+    return [*pieces, TextPiece(text[position:], False, is_in_formula)]
+
+
+def check_text(text: str, source: str = "") -> None:
+    r"""Raise QdotError if a text in Markdown has a sign without a partner, or LaTeX that qdot can't show everywhere.
+
+    `source` is the TOML file from which the text was read: in double quotes, TOML makes a tab of the beginning of
+    \theta.
+    """
+    _check_escapes(text, source)
+    filled_text = "".join("x" if piece.is_placeholder else piece.text for piece in split_text(text))
+    for match in MARKDOWN_FORMULA.finditer(filled_text):
+        latex = match[1] or match[2]
+        if latex is not None:
+            check_latex(latex)
+    if re.search(r"(?<!\\)\$", MARKDOWN_FORMULA.sub("", filled_text)):
+        raise QdotError(r"a dollar sign has no partner; formulas are between two dollar signs, and \$ is a dollar")
+
+
+def check_title(title: str, source: str = "") -> None:
+    """Raise QdotError if a title is not plain text, which is all that every platform shows in a title."""
+    _check_escapes(title, source)
+    if match := re.search(r"[$\\{}\n]", title):
+        raise QdotError(f'a title is plain text without {match[0]!r}; write formulas as text, as in "Speed of P"')
+
+
+def check_latex(latex: str) -> None:
+    """Raise QdotError if a formula has LaTeX that qdot does not support."""
+    try:
+        parse_latex(latex)
+        text, sign = next(iter(_SIGN_IN_TEXT.findall(latex)), ("", ""))
+        if sign:
+            raise QdotError(f"{text}…}} contains {sign}; write it outside of \\text, as in \\text{{m/s}}^2")
+    except UnknownLatex as error:
+        message = f"{error.problem} in {_show(latex)}"
+        if error.command:
+            guess = find_most_similar(error.command.lstrip("\\"), COMMAND_NAMES)
+            hint = f" (did you mean \\{guess}?)" if guess else ""
+            message += f"{hint}; supported are, for example, {EXAMPLES_OF_LATEX}"
+        raise QdotError(message) from None
+
+
+def _check_escapes(text: str, source: str) -> None:
+    r"""Raise QdotError if a text has a control character, or a line break that was to be \nabla."""
+    breaks = re.finditer(r"(\n)([a-zA-Z]+)", "\0".join(match[0] for match in MARKDOWN_FORMULA.finditer(text)))
+    for match in (*_CONTROL_CHARACTER.finditer(text), *re.finditer("(\t)([a-zA-Z]+)", text), *breaks):
+        letter, rest = _ESCAPE_LETTERS.get(match[1], ""), match[2]
+        if match[1] not in "\n\t" or (letter + rest in COMMAND_NAMES and f"\\{letter}{rest}" in source):
+            cause = f"TOML reads \\{letter} in double quotes as one; " if letter else ""
+            raise QdotError(f"the text has a control character before {rest!r}: {cause}{QUOTES_ADVICE}")
+
+
+def _show(latex: str) -> str:
+    return f"${shorten(' '.join(latex.split()), _MAX_SHOWN_LENGTH)}$"
