@@ -23,7 +23,7 @@ describe("the corpus", () => {
     (_id, _shown, { key, student, outcome }) => {
       const verdict = judgeValues(student, key as ValuesKey);
       // Where a function has branches the browser may not meet the one that differs, and says so.
-      if (verdict.outcome === "correct" && !verdict.sure) expect(["correct", "wrong"]).toContain(outcome);
+      if (verdict.outcome === "correct" && !verdict.isSure) expect(["correct", "wrong"]).toContain(outcome);
       else expect(verdict.outcome).toBe(outcome);
     },
   );
@@ -32,7 +32,7 @@ describe("the corpus", () => {
     const verdicts = CASES.filter((each) => each.key).map(
       (each) => [each, judgeValues(each.student, each.key as ValuesKey)] as const,
     );
-    const unsure = verdicts.filter(([, verdict]) => verdict.outcome === "correct" && !verdict.sure);
+    const unsure = verdicts.filter(([, verdict]) => verdict.outcome === "correct" && !verdict.isSure);
     expect(unsure.filter(([each]) => each.outcome === "wrong").map(([each]) => each.student)).toEqual([
       "a1*sin(theta1)+a2*sin(theta1+theta2)+(abs(theta2+3)-(theta2+3))*a2/50", // differs below -3 only
     ]);

@@ -18,7 +18,7 @@ const problem = {
 } as unknown as Problem;
 
 function told(more: Partial<Verdict>): string {
-  const verdict: Verdict = { outcome: "wrong", share: 0, reasons: [], sure: true, ...more };
+  const verdict: Verdict = { outcome: "wrong", share: 0, reasons: [], isSure: true, ...more };
   void act(() => render(h(Feedback, { problem, verdict, isDrawn: false }), document.body));
   return [...document.querySelectorAll(".mistake")].map((each) => each.textContent).join(" | ");
 }

@@ -7,7 +7,7 @@ import { judge } from "../src/grade/judge.js";
 import { parseLetters, judgeLetters } from "../src/grade/letters.js";
 import { judgeDirection, judgeNumbers } from "../src/grade/numbers.js";
 import { judgeSet } from "../src/grade/sets.js";
-import { atText, judgeValues, weight } from "../src/grade/values.js";
+import { configurationText, judgeValues, fingerprintWeight } from "../src/grade/values.js";
 import { isParsed } from "../src/grade/verdict.js";
 import { withPoints } from "../src/read/points.js";
 import { message, textOf } from "../src/text/text.js";
@@ -208,7 +208,7 @@ const ALONG: ValuesKey = {
 
 test("the mistake behind a direction is reported, for vectors of any length", () => {
   const print = (vectors: readonly (readonly [number, number])[]) =>
-    vectors.map(([x, y]) => Math.abs(weight(0) * x + weight(1) * y) / Math.hypot(x, y));
+    vectors.map(([x, y]) => Math.abs(fingerprintWeight(0) * x + fingerprintWeight(1) * y) / Math.hypot(x, y));
   const turned = [0.3, -2].map((angle) => [-Math.sin(angle), Math.cos(angle)] as const);
   const key = { ...ALONG, mistakes: [[6, ...print(turned)]] };
   for (const typed of ["[-s1, c1]", "[2*a1*s1, -2*a1*c1]"]) expect(judgeDirection(typed, key).mistake).toBe(6);
@@ -342,7 +342,9 @@ test("a rounded angle is reported as rounded, and a wrong one is not", () => {
 });
 
 test("a pose is written as on the sliders: angles in degrees within a full turn, lengths in metres", () => {
-  expect(atText({ theta1: Math.PI / 3 + 4 * Math.PI, d2: 0.25, a1: 1 })).toBe("θ1 = 60°, d2 = 0.25 m, a1 = 1 m");
+  expect(configurationText({ theta1: Math.PI / 3 + 4 * Math.PI, d2: 0.25, a1: 1 })).toBe(
+    "θ1 = 60°, d2 = 0.25 m, a1 = 1 m",
+  );
 });
 
 test.each([
@@ -440,9 +442,9 @@ test("an answer that can't be parsed does not count as a try", () => {
 
 test("if large terms hide an entry, the browser is unsure", () => {
   const key: ValuesKey = { ...ALONG, type: "values", rows: 1, right: [[0.5, 1.2]] };
-  expect(judgeValues("a1 + x - x", key)).toMatchObject({ outcome: "correct", sure: true });
+  expect(judgeValues("a1 + x - x", key)).toMatchObject({ outcome: "correct", isSure: true });
   for (const typed of ["a1 + 1e-12", "a1 + 9^9*(x - x)", "a1 + 1/10^12"])
-    expect(judgeValues(typed, key)).toMatchObject({ outcome: "correct", sure: false });
+    expect(judgeValues(typed, key)).toMatchObject({ outcome: "correct", isSure: false });
 });
 
 test("a matrix is marked entry by entry, zeros earn nothing, and the mistake is reported", () => {
@@ -460,7 +462,7 @@ test("a matrix is marked entry by entry, zeros earn nothing, and the mistake is 
     ],
     mistakes: [[4, 0, 0, 0]],
   };
-  expect(judgeValues("[[a1, 0], [1, -a1]]", key)).toMatchObject({ outcome: "correct", sure: true });
+  expect(judgeValues("[[a1, 0], [1, -a1]]", key)).toMatchObject({ outcome: "correct", isSure: true });
   expect(judgeValues("[[a1, 0], [2, -a1]]", key)).toMatchObject({ outcome: "partial", share: 2 / 3 });
   expect(judgeValues("[[0, 0], [0, 0]]", key)).toMatchObject({ outcome: "wrong", share: 0, mistake: 4 });
   expect(judgeValues("[[a1, blank], [1, -a1]]", key).outcome).toBe("partial");

@@ -2,7 +2,7 @@
 import { expect, test } from "vitest";
 
 import type { NumbersKey, ValuesKey } from "../src/bank.js";
-import { type Level, LEVELS, lower, limitTo } from "../src/grade/levels.js";
+import { type Level, LEVELS, lowerLevel, limitVerdict } from "../src/grade/levels.js";
 import { judgeNumbers } from "../src/grade/numbers.js";
 import { judgeValues } from "../src/grade/values.js";
 import { verdictOf, type Verdict, wrong } from "../src/grade/verdict.js";
@@ -30,19 +30,19 @@ const WRONG: readonly (readonly [string, Verdict, RegExp])[] = [
   ["a formula", judgeValues("cos(theta1)", FORMULA, []), /0[.]4794|0[.]9974/],
   [
     "a set",
-    verdictOf(0.5, [message("verdict.uncovered", { at: "theta1 = 0.123" })], { at: { theta1: 0.123 } }),
+    verdictOf(0.5, [message("verdict.uncovered", { at: "theta1 = 0.123" })], { counterexample: { theta1: 0.123 } }),
     /0[.]123/,
   ],
 ];
 const text = (verdict: Verdict): string => verdict.reasons.map((reason) => textOf(reason)).join(" ");
 
 test("the lower of two levels is the one that reveals less", () => {
-  expect(lower("solutions", "counterexample")).toBe("counterexample");
-  expect(lower("mistake", "counterexample")).toBe("mistake");
+  expect(lowerLevel("solutions", "counterexample")).toBe("counterexample");
+  expect(lowerLevel("mistake", "counterexample")).toBe("mistake");
 });
 
 test.each(WRONG)("%s: each level reveals more", (_, verdict, right) => {
-  const at = (level: Level): Verdict => limitTo(verdict, level);
+  const at = (level: Level): Verdict => limitVerdict(verdict, level);
   expect(text(at("values"))).toMatch(right);
   expect(at("solutions")).toEqual(verdict);
   for (const level of ["outcome", "mistake", "counterexample"] as const) {
@@ -50,7 +50,7 @@ test.each(WRONG)("%s: each level reveals more", (_, verdict, right) => {
     expect([at(level).outcome, at(level).share]).toEqual([verdict.outcome, verdict.share]);
   }
   expect(text(at("mistake"))).not.toMatch(/\d[.]\d/);
-  expect(at("mistake").at).toBeUndefined();
+  expect(at("mistake").counterexample).toBeUndefined();
   expect(at("mistake").mistake).toBe(verdict.mistake);
   expect(at("outcome").reasons).toEqual([]);
   expect(at("outcome").mistake).toBeUndefined();
@@ -58,19 +58,19 @@ test.each(WRONG)("%s: each level reveals more", (_, verdict, right) => {
 });
 
 test("a counterexample belongs to the answer; a missing configuration is not shown", () => {
-  const [, formula, set] = WRONG.map(([, verdict]) => limitTo(verdict, "counterexample")) as [
+  const [, formula, set] = WRONG.map(([, verdict]) => limitVerdict(verdict, "counterexample")) as [
     Verdict,
     Verdict,
     Verdict,
   ];
   expect(text(formula)).toContain("yours is 0.877");
-  expect(formula.at).toBeDefined();
-  expect(set.at).toBeUndefined();
+  expect(formula.counterexample).toBeDefined();
+  expect(set.counterexample).toBeUndefined();
 });
 
 test("right answers and answers that can't be parsed get the full feedback", () => {
   for (const level of LEVELS) {
-    expect(limitTo(judgeNumbers("[1.25, 7.75]", NUMBERS), level).reasons).not.toEqual([]);
-    expect(text(limitTo(wrong("read.unreadable", { why: message("read.missing") }), level))).not.toBe("");
+    expect(limitVerdict(judgeNumbers("[1.25, 7.75]", NUMBERS), level).reasons).not.toEqual([]);
+    expect(text(limitVerdict(wrong("read.unreadable", { why: message("read.missing") }), level))).not.toBe("");
   }
 });

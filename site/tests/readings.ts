@@ -31,8 +31,8 @@ export function resultsOf({ symbols, readings, problems, answers }: Input): Resu
     verdicts: answers.map(([k, name, text]) => {
       const problem = problems[k] as Problem;
       const part = problem.parts.find((listed) => listed.name === name) as Part;
-      const { outcome, share, sure } = judge(problem, part, text, singular[k]!);
-      return [outcome, share, sure];
+      const { outcome, share, isSure } = judge(problem, part, text, singular[k]!);
+      return [outcome, share, isSure];
     }),
   };
 }

@@ -3,11 +3,11 @@ import { readFileSync } from "node:fs";
 import { expect, test } from "vitest";
 
 import type { ConfigurationsKey, ValuesKey } from "../src/bank.js";
-import { limitTo } from "../src/grade/levels.js";
+import { limitVerdict } from "../src/grade/levels.js";
 import { judgeSet } from "../src/grade/sets.js";
-import { judgeValues, weight } from "../src/grade/values.js";
+import { judgeValues, fingerprintWeight } from "../src/grade/values.js";
 import type { Verdict } from "../src/grade/verdict.js";
-import { missingIn } from "../src/practice/feedback.js";
+import { describeMissingFactor } from "../src/practice/feedback.js";
 import { evaluate } from "../src/read/evaluate.js";
 import { parse } from "../src/read/reader.js";
 import { message, textOf, type TextKey } from "../src/text/text.js";
@@ -155,7 +155,7 @@ test("of two wrong entries in a column, only the one with a known slip is report
 
 /** The sum of an answer's entries in numbers, as keys have it of what mistakes give. */
 const print = (rows: readonly (readonly string[])[]) =>
-  POINTS.map((_, k) => keyOf(rows).right.reduce((sum, values, i) => sum + weight(i) * (values[k] as number), 0));
+  POINTS.map((_, k) => keyOf(rows).right.reduce((sum, values, i) => sum + fingerprintWeight(i) * (values[k] as number), 0));
 
 test("a known mistake in one column is reported beside a slip in another, with its place", () => {
   const next = [
@@ -197,7 +197,7 @@ test("the transpose of a matrix that is not square differs from a transpose with
   const other = judgeValues("[[-a1*s1 - a2*s12, a1*c1 + a2*c12], [a2*s12, a2*c12], [0, 1]]", WIDE);
   expect(other.slips).toEqual([message("slip.turned")]);
   expect(judgeValues("[[1, 2], [3, 4]]", WIDE).slips).toBeUndefined();
-  expect(limitTo(turned, "outcome").slips).toBeUndefined();
+  expect(limitVerdict(turned, "outcome").slips).toBeUndefined();
 });
 
 test("for an entry that should be zero, neither a wrong angle nor a missing term is reported", () => {
@@ -284,9 +284,11 @@ test("a mistake made everywhere is reported if slips in single places explain le
 });
 
 test("a missing term is described by its symbols, and a missing factor by its joints", () => {
-  expect(textOf(missingIn("a1", true))).toBe("The missing part contains a1.");
-  expect(textOf(missingIn("theta2, theta3", false))).toBe("The missing part contains θ2, θ3.");
-  expect(textOf(missingIn("theta2", true))).toContain("contains θ2. Without it, you lose all configurations");
+  expect(textOf(describeMissingFactor("a1", true))).toBe("The missing part contains a1.");
+  expect(textOf(describeMissingFactor("theta2, theta3", false))).toBe("The missing part contains θ2, θ3.");
+  expect(textOf(describeMissingFactor("theta2", true))).toContain(
+    "contains θ2. Without it, you lose all configurations",
+  );
 });
 
 test.each([
@@ -422,15 +424,15 @@ test.each([
 ])("for %s, the shown pose belongs to the first reported slip: %s", (typed, joint) => {
   const isSingular = (at: Readonly<Record<string, number>>) =>
     ["theta2", "theta3"].some((each) => Math.abs(Math.sin(at[each]!)) < 1e-6);
-  const { slips, at } = judgeSet(typed, TWO, new Set(TWO.joints), isSingular);
+  const { slips, counterexample } = judgeSet(typed, TWO, new Set(TWO.joints), isSingular);
   expect(slips![0]).toEqual(expect.objectContaining({ values: { joint: joint.replace("theta", "θ") } }));
-  const value = Math.abs(at![joint]!);
+  const value = Math.abs(counterexample![joint]!);
   expect([Math.PI, Math.PI / 2].some((due) => Math.abs(value - due) < 1e-6)).toBe(true);
 });
 
 test("a level without mistakes hides slips", () => {
   const verdict = judgeValues("a1*s2", keyOf([["a1*a2*s2"]]));
   expect(verdict.slips).toHaveLength(1);
-  expect(limitTo(verdict, "outcome").slips).toBeUndefined();
-  expect(limitTo(verdict, "mistake").slips).toEqual(verdict.slips);
+  expect(limitVerdict(verdict, "outcome").slips).toBeUndefined();
+  expect(limitVerdict(verdict, "mistake").slips).toEqual(verdict.slips);
 });

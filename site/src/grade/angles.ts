@@ -4,7 +4,7 @@ import { evaluate } from "../read/evaluate.js";
 import { anyNode, decimal, namesIn, type Node, node } from "../read/tree.js";
 
 const JOINT = /^theta\d+$/;
-const TURN = 2 * Math.PI;
+const FULL_TURN = 2 * Math.PI;
 
 /** Whether a node is a sine or cosine ("wave", here and below). */
 export const isWave = ({ kind, text }: Node): boolean => kind === "call" && (text === "sin" || text === "cos");
@@ -17,10 +17,10 @@ export function changeEveryWave(tree: Node, change: (wave: Node) => Node): Node 
 }
 
 /** An angle as a sum: the coefficient of each joint angle, and a constant (rad). */
-type Sum = { readonly joints: ReadonlyMap<string, number>; readonly constant: number };
+type AngleSum = { readonly joints: ReadonlyMap<string, number>; readonly constant: number };
 
 /** Return an angle as a sum; null if it contains anything else. */
-function sumOfAngles(angle: Node): Sum | null {
+function sumOfAngles(angle: Node): AngleSum | null {
   const joints = new Map<string, number>();
   let constant = 0;
   const visit = (tree: Node, sign: number): boolean => {
@@ -44,11 +44,11 @@ export function angleText(angle: Node): string {
   const sum = sumOfAngles(angle);
   if (!sum || sum.joints.size === 0) return "";
   const joints = [...sum.joints].sort().map(([joint, count]) => `${count} ${joint}`);
-  const constant = ((sum.constant % TURN) + TURN) % TURN;
-  return [...joints, (constant > TURN - 1e-9 ? 0 : constant).toFixed(9)].join();
+  const constant = ((sum.constant % FULL_TURN) + FULL_TURN) % FULL_TURN;
+  return [...joints, (constant > FULL_TURN - 1e-9 ? 0 : constant).toFixed(9)].join();
 }
 
-/** Return the angles of sines and cosines in some entries, each once. */
+/** Return the distinct angles of sines and cosines in some entries. */
 export function anglesIn(entries: readonly Node[]): Node[] {
   const angles = new Map<string, Node>();
   for (const entry of entries)
@@ -60,9 +60,9 @@ export function anglesIn(entries: readonly Node[]): Node[] {
   return [...angles.values()];
 }
 
-/** Return a sine or cosine with a new angle if its angle equals `old`; else unchanged. */
-export function withAngle(wave: Node, old: Node, angle: Node): Node {
-  return angleText(wave.args[0] as Node) === angleText(old) ? { ...wave, args: [angle] } : wave;
+/** Return a sine or cosine with the new angle if it has the old one; else unchanged. */
+export function withAngle(wave: Node, oldAngle: Node, newAngle: Node): Node {
+  return angleText(wave.args[0] as Node) === angleText(oldAngle) ? { ...wave, args: [newAngle] } : wave;
 }
 
 /** Return angles that may be correct: sums of successive joints; the angle with a joint added, removed or negated. */
@@ -90,38 +90,43 @@ function withConstant(constant: number, angles: readonly Node[]): Node[] {
   return constant === 0 ? [] : angles.map((angle) => node("+", angle, decimal(constant)));
 }
 
-/** A twelfth of half a turn (15°): constants in angles are multiples of this step. */
-const STEP = Math.PI / 12;
+/** A twelfth of half a turn (15°): constants added to angles are multiples of this step. */
+const ANGLE_STEP = Math.PI / 12;
 
-/** Return angles of a sine or cosine, now `here`, with a constant that gives it a value; never a quarter turn. */
-export function otherConstants(wave: Node, here: number, value: number): Node[] {
-  if (!(Math.abs(value) <= 1)) return [];
-  const first = wave.text === "sin" ? Math.asin(value) : Math.acos(value);
-  return [first, wave.text === "sin" ? Math.PI - first : -first].flatMap((angle) => {
-    const steps = (angle - here) / STEP;
-    const isOne = Math.abs(steps - Math.round(steps)) < 1e-6 && Math.round(steps) % 6 !== 0;
-    return isOne ? [node("+", wave.args[0] as Node, decimal(Math.round(steps) * STEP))] : [];
+/**
+ * Return the angle of a sine or cosine plus a constant with which it has the wanted value, in every way. The angle's
+ * value is now `currentAngle` (rad). Quarter turns are omitted, because they exchange sine and cosine.
+ */
+export function anglesWithValue(wave: Node, currentAngle: number, wantedSine: number): Node[] {
+  if (!(Math.abs(wantedSine) <= 1)) return [];
+  const principalAngle = wave.text === "sin" ? Math.asin(wantedSine) : Math.acos(wantedSine);
+  return [principalAngle, wave.text === "sin" ? Math.PI - principalAngle : -principalAngle].flatMap((angle) => {
+    const steps = (angle - currentAngle) / ANGLE_STEP;
+    const isCandidate = Math.abs(steps - Math.round(steps)) < 1e-6 && Math.round(steps) % 6 !== 0;
+    return isCandidate ? [node("+", wave.args[0] as Node, decimal(Math.round(steps) * ANGLE_STEP))] : [];
   });
 }
 
 /** Return the sine or cosine of the sum from joint `first` to the last joint of this angle; null if there is none. */
 export function withJointsFrom(first: Node, wave: Node, angles: readonly Node[]): Node | null {
   const [angle] = wave.args as [Node];
-  const typed = sumOfAngles(angle);
-  const absolute = angles.find((candidate) => {
+  const typedSum = sumOfAngles(angle);
+  const absoluteAngle = angles.find((candidate) => {
     const joints = [...(sumOfAngles(candidate)?.joints.keys() ?? [])];
-    return joints[0] === first.text && typed && [...typed.joints.keys()].sort().at(-1) === joints.at(-1);
+    return joints[0] === first.text && typedSum && [...typedSum.joints.keys()].sort().at(-1) === joints.at(-1);
   });
-  if (!absolute || !typed) return null;
-  const [expected] = typed.constant === 0 ? [absolute] : withConstant(typed.constant, [absolute]);
+  if (!absoluteAngle || !typedSum) return null;
+  const [expected] = typedSum.constant === 0 ? [absoluteAngle] : withConstant(typedSum.constant, [absoluteAngle]);
   return expected && isRelative(angle, expected) ? { ...wave, args: [expected] } : null;
 }
 
-/** Return whether an angle lacks only joints before its first one: theta2 instead of theta1 + theta2. */
+/** Return whether an angle lacks only joints before its first one, as theta2 instead of theta1 + theta2. */
 export function isRelative(typed: Node, expected: Node): boolean {
-  const [sum, absolute] = [sumOfAngles(typed), sumOfAngles(expected)];
-  if (!sum || !absolute || Math.abs(sum.constant - absolute.constant) > 1e-9) return false;
-  const isIn = [...sum.joints].every(([joint, count]) => count === 1 && absolute.joints.get(joint) === 1);
-  const lasts = [sum, absolute].map(({ joints }) => [...joints.keys()].sort().at(-1));
-  return isIn && absolute.joints.size > sum.joints.size && lasts[0] === lasts[1];
+  const [typedSum, expectedSum] = [sumOfAngles(typed), sumOfAngles(expected)];
+  if (!typedSum || !expectedSum || Math.abs(typedSum.constant - expectedSum.constant) > 1e-9) return false;
+  const hasOnlyExpectedJoints = [...typedSum.joints].every(
+    ([joint, count]) => count === 1 && expectedSum.joints.get(joint) === 1,
+  );
+  const lastJoints = [typedSum, expectedSum].map(({ joints }) => [...joints.keys()].sort().at(-1));
+  return hasOnlyExpectedJoints && expectedSum.joints.size > typedSum.joints.size && lastJoints[0] === lastJoints[1];
 }

@@ -1,87 +1,89 @@
-// Conditions on the joints as a union of pieces, by the rules of ../../../exercises/formula/set_parser.py.
+// Parse conditions on the joints as a union of claims, by the rules of ../../../exercises/formula/set_parser.py.
 
 import { evaluate } from "../read/evaluate.js";
 import { anyNode, call, decimal, integer, namesIn, type Node, node, ParseError, replaceName } from "../read/tree.js";
 import { VOCABULARY } from "../read/vocabulary.js";
 
-/** A condition: `joint` has the value `zero`; or, if `joint` is null, the expression `zero` vanishes. */
-export type Atom = { readonly joint: string | null; readonly zero: Node };
+/** A condition: `joint` has the value of `expression`; or, if `joint` is null, `expression` is zero. */
+export type Atom = { readonly joint: string | null; readonly expression: Node };
 
-/** Conditions that hold simultaneously. */
-export type Piece = readonly Atom[];
+/** Conditions that hold simultaneously: a part of the answer's set. */
+export type Claim = readonly Atom[];
 
 const WHOLE_NUMBERS = VOCABULARY.whole_numbers;
 /** Whole numbers from -6 to 6: for a multiple of pi/6, these give all values modulo full turns. */
-const WHOLE = Array.from({ length: 13 }, (_, k) => (k < 6 ? node("neg", integer(6 - k)) : integer(k - 6)));
-const MAX_PIECES = 500;
-/** Limits: nodes in the cases of all whole numbers together, and nodes added for each case. */
+const WHOLE_NUMBER_VALUES = Array.from({ length: 13 }, (_, k) =>
+  k < 6 ? node("neg", integer(6 - k)) : integer(k - 6),
+);
+const MAX_CLAIMS = 500;
+/** Maximum number of nodes in the cases for all whole numbers together, and the nodes that each case adds. */
 const MAX_CASE_NODES = 100_000;
 const NODES_PER_CASE = 10;
 
-/** Return the pieces of an answer. Throws ParseError, also if there would be too many cases. */
-export function parseClaims(tree: Node, joints: ReadonlySet<string>): Piece[] {
+/** Return the claims of an answer. Throws ParseError, also if there would be too many cases. */
+export function parseClaims(tree: Node, joints: ReadonlySet<string>): Claim[] {
   if (countCaseNodes(tree) > MAX_CASE_NODES) throw new ParseError("read.many-cases");
-  return piecesOf(tree, joints);
+  return claimsOf(tree, joints);
 }
 
 function countCaseNodes(tree: Node): number {
-  const inner = (kind: string) => kind === "list" || kind === "set" || kind === "or";
-  const divided = (kind: string) => inner(kind) || ["and", "dict", "pair", "in"].includes(kind);
+  const isUnion = (kind: string) => kind === "list" || kind === "set" || kind === "or";
+  const isCombination = (kind: string) => isUnion(kind) || ["and", "dict", "pair", "in"].includes(kind);
   let count = 0;
   const stack = [tree];
   for (let top = stack.pop(); top; top = stack.pop()) {
-    if (divided(top.kind) || top.args.some(({ kind }) => inner(kind))) {
+    if (isCombination(top.kind) || top.args.some(({ kind }) => isUnion(kind))) {
       for (const arg of top.args) stack.push(arg);
     } else {
       let size = 0;
       anyNode(top, () => ((size += 1), false));
-      const free = WHOLE_NUMBERS.filter((letter) => namesIn(top as Node).has(letter));
-      count += (NODES_PER_CASE + size) * WHOLE.length ** free.length;
+      const letters = WHOLE_NUMBERS.filter((letter) => namesIn(top as Node).has(letter));
+      count += (NODES_PER_CASE + size) * WHOLE_NUMBER_VALUES.length ** letters.length;
     }
   }
   return count;
 }
 
-/** Return the pieces that a tree describes. Throws ParseError. */
-export function piecesOf(tree: Node, joints: ReadonlySet<string>): Piece[] {
+/** Return the claims that a tree describes. Throws ParseError. */
+export function claimsOf(tree: Node, joints: ReadonlySet<string>): Claim[] {
   const [left, right] = tree.args;
-  if (["or", "list", "set"].includes(tree.kind)) return piecesOfUnion(tree, joints);
+  if (["or", "list", "set"].includes(tree.kind)) return claimsOfUnion(tree, joints);
   if (tree.kind === "and" && !tree.args.some((arg) => [...namesIn(arg)].some((symbol) => joints.has(symbol))))
     throw new ParseError("read.no-joint");
-  if (tree.kind === "and") return refuseContradictions(intersect(tree.args.map((arg) => piecesOf(arg, joints))));
+  if (tree.kind === "and") return refuseContradictions(intersect(tree.args.map((arg) => claimsOf(arg, joints))));
   if (tree.kind === "dict") {
-    return intersect(tree.args.map((pair) => piecesOfValues(pair.args[0] as Node, pair.args[1] as Node, joints)));
+    return intersect(tree.args.map((pair) => claimsOfValues(pair.args[0] as Node, pair.args[1] as Node, joints)));
   }
-  if (tree.kind === "in" && left && right) return piecesOfValues(left, right, joints);
-  if (tree.kind === "eq" && left && right) return piecesOfEquation(left, right, joints);
+  if (tree.kind === "in" && left && right) return claimsOfValues(left, right, joints);
+  if (tree.kind === "eq" && left && right) return claimsOfEquation(left, right, joints);
   if (tree.kind === "name" && joints.has(tree.text)) {
     throw new ParseError("read.alone", { joint: tree.text });
   }
-  return vanishingPieces(tree);
+  return vanishingClaims(tree);
 }
 
-function piecesOfEquation(left: Node, right: Node, joints: ReadonlySet<string>): Piece[] {
-  if (right.kind === "list" || right.kind === "set") return piecesOfValues(left, right, joints);
+function claimsOfEquation(left: Node, right: Node, joints: ReadonlySet<string>): Claim[] {
+  if (right.kind === "list" || right.kind === "set") return claimsOfValues(left, right, joints);
   for (const [side, other] of [[left, right] as const, [right, left] as const]) {
     if (side.kind === "name" && joints.has(side.text) && !namesIn(other).has(side.text))
-      return piecesOfValues(side, other, joints);
+      return claimsOfValues(side, other, joints);
   }
-  return vanishingPieces(node("-", left, right));
+  return vanishingClaims(node("-", left, right));
 }
 
-/** Return the union unchanged. Throws ParseError if each piece gives one joint two values. */
-function refuseContradictions(union: Piece[]): Piece[] {
+/** Return the union unchanged. Throws ParseError if each claim gives some joint two values. */
+function refuseContradictions(union: Claim[]): Claim[] {
   const conflicts = union.map(jointWithTwoValues);
   const [joint] = conflicts;
   if (joint && conflicts.every((conflict) => conflict !== null)) throw new ParseError("read.two-values", { joint });
   return union;
 }
 
-/** Return a joint to which a piece gives two different values; null if there is none. */
-function jointWithTwoValues(piece: Piece): string | null {
+/** Return a joint to which a claim gives two different values; null if there is none. */
+function jointWithTwoValues(claim: Claim): string | null {
   const values = new Map<string, string>();
-  for (const { joint, zero } of piece) {
-    const value = joint === null ? null : textModuloTurns(zero);
+  for (const { joint, expression } of claim) {
+    const value = joint === null ? null : textModuloTurns(expression);
     if (joint === null || value === null) continue;
     if ((values.get(joint) ?? value) !== value) return joint;
     values.set(joint, value);
@@ -89,29 +91,32 @@ function jointWithTwoValues(piece: Piece): string | null {
   return null;
 }
 
-/** Return the union of a list; a bare value belongs to the joint before it: theta3 = 0, pi, or (theta3, [0, pi]). */
-function piecesOfUnion(tree: Node, joints: ReadonlySet<string>): Piece[] {
-  const union: Piece[] = [];
-  let joint: Node | null = null;
+/** Return the claims of a list; a bare value belongs to the joint before it: theta3 = 0, pi, or (theta3, [0, pi]). */
+function claimsOfUnion(tree: Node, joints: ReadonlySet<string>): Claim[] {
+  const union: Claim[] = [];
+  let currentJoint: Node | null = null;
   for (const arg of tree.args) {
     const isStatement =
       [...namesIn(arg)].some((symbol) => joints.has(symbol)) || /^(eq|in|and|or|dict)$/.test(arg.kind);
     if (isStatement) {
-      let last = arg;
-      while (last.kind === "or") last = last.args.at(-1) as Node;
-      const side = last.kind === "eq" || last.kind === "in" ? (last.args[0] as Node) : last;
+      let lastStatement = arg;
+      while (lastStatement.kind === "or") lastStatement = lastStatement.args.at(-1) as Node;
+      const side =
+        lastStatement.kind === "eq" || lastStatement.kind === "in" ? (lastStatement.args[0] as Node) : lastStatement;
       const isSum =
-        side !== last && [...namesIn(side)].every((symbol) => joints.has(symbol)) && factorsOf(side, joints);
-      joint = isSum || (side.kind === "name" && joints.has(side.text)) ? side : null;
-      const [, other] = tree.args;
-      const isLabel = joint && arg.kind === "name" && tree.args.length === 2 && arg === tree.args[0];
-      const hasJointLater = other !== undefined && [...namesIn(other)].some((symbol) => joints.has(symbol));
+        side !== lastStatement &&
+        [...namesIn(side)].every((symbol) => joints.has(symbol)) &&
+        coefficientsOf(side, joints);
+      currentJoint = isSum || (side.kind === "name" && joints.has(side.text)) ? side : null;
+      const [, secondArg] = tree.args;
+      const isLabel = currentJoint && arg.kind === "name" && tree.args.length === 2 && arg === tree.args[0];
+      const hasJointLater = secondArg !== undefined && [...namesIn(secondArg)].some((symbol) => joints.has(symbol));
       const [first = "", second = ""] = joints;
-      if (isLabel && joints.size === 2 && arg.text === first && !["list", "set"].includes(other?.kind ?? ""))
+      if (isLabel && joints.size === 2 && arg.text === first && !["list", "set"].includes(secondArg?.kind ?? ""))
         throw new ParseError("read.pair", { first, second });
-      if (!isLabel || hasJointLater) union.push(...piecesOf(arg, joints));
-    } else if (joint) {
-      union.push(...piecesOfValues(joint, arg, joints));
+      if (!isLabel || hasJointLater) union.push(...claimsOf(arg, joints));
+    } else if (currentJoint) {
+      union.push(...claimsOfValues(currentJoint, arg, joints));
     } else {
       throw new ParseError("read.no-joint");
     }
@@ -124,80 +129,87 @@ function piecesOfUnion(tree: Node, joints: ReadonlySet<string>): Piece[] {
  *
  * Each angle may change by a full turn, so 2 theta1 = pi means pi/2 only. Other expressions are returned unchanged.
  */
-export function vanishingModuloTurns(zero: Node, angles: ReadonlySet<string>): Node {
-  const factors = [...(factorsOf(zero, angles) ?? [])]
+export function vanishingModuloTurns(expression: Node, angles: ReadonlySet<string>): Node {
+  const sizes = [...(coefficientsOf(expression, angles) ?? [])]
     .map(([, factor]) => Math.abs(factor))
     .filter((size) => size > 1e-9);
-  if (factors.length === 0) return zero;
-  return call("sin", node("/", zero, decimal(2 * factors.reduce(commonDivisor))));
+  if (sizes.length === 0) return expression;
+  return call("sin", node("/", expression, decimal(2 * sizes.reduce(commonDivisor))));
 }
 
 const commonDivisor = (a: number, b: number): number =>
   b < 1e-6 ? a : commonDivisor(b, a - b * Math.floor(a / b + 1e-9));
 
-/** Return the factor of each angle in a sum; null if an angle is in another term than a multiple of it. */
-function factorsOf(tree: Node, angles: ReadonlySet<string>): ReadonlyMap<string, number> | null {
-  const factors = new Map<string, number>();
-  const stack: (readonly [term: Node, factor: number])[] = [[tree, 1]];
-  for (let top = stack.pop(); top; top = stack.pop()) {
+/** Return the coefficient of each angle in a sum; null if an angle occurs in any other term, such as a product. */
+function coefficientsOf(tree: Node, angles: ReadonlySet<string>): ReadonlyMap<string, number> | null {
+  const coefficients = new Map<string, number>();
+  const pending: (readonly [term: Node, factor: number])[] = [[tree, 1]];
+  for (let top = pending.pop(); top; top = pending.pop()) {
     const [term, factor] = top;
     const [left, right] = term.args;
-    if (term.kind === "name" && angles.has(term.text)) factors.set(term.text, (factors.get(term.text) ?? 0) + factor);
+    if (term.kind === "name" && angles.has(term.text))
+      coefficients.set(term.text, (coefficients.get(term.text) ?? 0) + factor);
     else if (![...namesIn(term)].some((symbol) => angles.has(symbol))) continue;
-    else if (term.kind === "neg" && left) stack.push([left, -factor]);
+    else if (term.kind === "neg" && left) pending.push([left, -factor]);
     else if (term.kind === "+" || term.kind === "-")
-      stack.push([left as Node, factor], [right as Node, term.kind === "-" ? -factor : factor]);
+      pending.push([left as Node, factor], [right as Node, term.kind === "-" ? -factor : factor]);
     else if (term.kind === "*" && left && namesIn(left).size === 0)
-      stack.push([right as Node, factor * evaluate(left, {}).re]);
+      pending.push([right as Node, factor * evaluate(left, {}).re]);
     else if ((term.kind === "*" || term.kind === "/") && left && right && namesIn(right).size === 0) {
       const value = evaluate(right, {}).re;
-      stack.push([left, term.kind === "*" ? factor * value : factor / value]);
+      pending.push([left, term.kind === "*" ? factor * value : factor / value]);
     } else return null;
   }
-  return [...factors.values()].every(Number.isFinite) ? factors : null;
+  return [...coefficients.values()].every(Number.isFinite) ? coefficients : null;
 }
 
-/** Return the pieces of an intersection: every combination of one piece of each set. */
-function intersect(sets: readonly (readonly Piece[])[]): Piece[] {
+/** Return the claims of an intersection: every combination of one claim from each set. */
+function intersect(sets: readonly (readonly Claim[])[]): Claim[] {
   const count = sets.reduce((product, set) => product * set.length, 1);
-  if (count > MAX_PIECES) throw new ParseError("read.cases", { count, most: MAX_PIECES });
-  return sets.reduce<Piece[]>((all, set) => all.flatMap((one) => set.map((other) => [...one, ...other])), [[]]);
+  if (count > MAX_CLAIMS) throw new ParseError("read.cases", { count, most: MAX_CLAIMS });
+  return sets.reduce<Claim[]>(
+    (claims, set) => claims.flatMap((claim) => set.map((atoms) => [...claim, ...atoms])),
+    [[]],
+  );
 }
 
-function piecesOfValues(joint: Node, values: Node, joints: ReadonlySet<string>): Piece[] {
-  const listed = valuesIn(values);
+function claimsOfValues(joint: Node, values: Node, joints: ReadonlySet<string>): Claim[] {
+  const valueNodes = valuesIn(values);
   if (joint.kind !== "name" || !joints.has(joint.text)) {
-    return listed.flatMap((value) => vanishingPieces(node("-", joint, value)));
+    return valueNodes.flatMap((value) => vanishingClaims(node("-", joint, value)));
   }
-  return listed.flatMap((value) => substituteWholeNumbers(value).map((zero) => [{ joint: joint.text, zero }]));
+  return valueNodes.flatMap((value) =>
+    substituteWholeNumbers(value).map((expression) => [{ joint: joint.text, expression }]),
+  );
 }
 
-/** Return each of several values: three for [0, ±pi]. */
+/** Return the single values: 0, pi and -pi for [0, ±pi]. */
 function valuesIn(values: Node): readonly Node[] {
   if (!["list", "set", "or"].includes(values.kind)) return [values];
   return values.args.flatMap((arg) => (arg.kind === "set" ? arg.args : [arg]));
 }
 
-const vanishingPieces = (tree: Node): Piece[] =>
-  substituteWholeNumbers(simplifyZero(tree)).map((zero) => [{ joint: null, zero }]);
+const vanishingClaims = (tree: Node): Claim[] =>
+  substituteWholeNumbers(simplifyZero(tree)).map((expression) => [{ joint: null, expression }]);
 
-/** Return an expression with the same zeros and a slope there: X for sqrt(X) or X^4. The search needs a slope. */
+/** Return an expression with the same zeros: X for sqrt(X) or X^4. The search for zeros needs a nonzero slope there. */
 function simplifyZero(tree: Node): Node {
   const [first, second] = tree.args;
   if (!first) return tree;
-  const minusZero = tree.kind === "-" && second && ["number", "decimal"].includes(second.kind) && second.value === 0;
+  const subtractsZero =
+    tree.kind === "-" && second && ["number", "decimal"].includes(second.kind) && second.value === 0;
   const isRoot = tree.kind === "call" && ["sqrt", "abs"].includes(tree.text);
-  const power = tree.kind === "^" && second && ["number", "decimal"].includes(second.kind) && second.value > 0;
-  return minusZero || power || tree.kind === "neg" || isRoot ? simplifyZero(first) : tree;
+  const isPower = tree.kind === "^" && second && ["number", "decimal"].includes(second.kind) && second.value > 0;
+  return subtractsZero || isPower || tree.kind === "neg" || isRoot ? simplifyZero(first) : tree;
 }
 
 /** Return an expression for each whole number k in it; values that differ by full turns appear once. */
 function substituteWholeNumbers(tree: Node): Node[] {
-  const free = WHOLE_NUMBERS.filter((letter) => namesIn(tree).has(letter));
-  if (free.length === 0) return [tree];
+  const letters = WHOLE_NUMBERS.filter((letter) => namesIn(tree).has(letter));
+  if (letters.length === 0) return [tree];
   let expressions = [tree];
-  for (const name of free)
-    expressions = expressions.flatMap((expression) => WHOLE.map((k) => replaceName(expression, name, k)));
+  for (const name of letters)
+    expressions = expressions.flatMap((expression) => WHOLE_NUMBER_VALUES.map((k) => replaceName(expression, name, k)));
   return [
     ...new Map(
       expressions.map((expression, index) => [textModuloTurns(expression) ?? `case ${index}`, expression]),

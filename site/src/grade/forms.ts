@@ -27,15 +27,17 @@ type Known = ReadonlySet<string>;
 /** The expected rows and columns. */
 export type Shape = Pick<ValuesKey, "rows" | "columns">;
 
-/** Return the parsed rows, or a verdict; if the shape is wrong, the text is tried as a table without commas. */
-export function parseAs(
+/**
+ * Return the parsed rows, or a verdict. If the shape is wrong, try the text that `convertTable` returns, unless null.
+ */
+export function parseRowsOrTable(
   parse: (text: string) => Rows | Verdict,
   text: string,
-  tableIn: () => string | null,
+  convertTable: () => string | null,
 ): Rows | Verdict {
   const rows = parseOrVerdict(() => parse(text));
   if (!("outcome" in rows) || rows.outcome === "missing") return rows;
-  const table = tableIn();
+  const table = convertTable();
   return table === null ? rows : parseOrVerdict(() => parse(table));
 }
 
@@ -49,19 +51,19 @@ export function entriesOf(
 ): Rows | Verdict {
   if (isBlank(tree)) return missing();
   const rows = withShape(matrixOf(tree, known, labels, shape, columnNames), shape);
-  return "outcome" in rows ? rows : ofScalars(rows);
+  return "outcome" in rows ? rows : requireScalars(rows);
 }
 
 /** Return the rows if no entry is a list or statement; blank entries are allowed. Throws ParseError. */
-export function ofScalars(rows: Rows): Rows {
-  for (const entry of rows.flat()) if (!hasBlank(entry)) anyNode(entry, isStatement);
+export function requireScalars(rows: Rows): Rows {
+  for (const entry of rows.flat()) if (!hasBlank(entry)) anyNode(entry, refuseNonScalar);
   return rows;
 }
 
-const SCALARS = new Set(["number", "decimal", "name", "call", "neg", "+", "-", "*", "/", "^"]);
+const SCALAR_KINDS = new Set(["number", "decimal", "name", "call", "neg", "+", "-", "*", "/", "^"]);
 
-function isStatement(tree: Node): boolean {
-  if (!SCALARS.has(tree.kind)) evaluate(tree, {}); // throws an error that names the kind
+function refuseNonScalar(tree: Node): boolean {
+  if (!SCALAR_KINDS.has(tree.kind)) evaluate(tree, {}); // throws an error that names the kind
   return false;
 }
 
@@ -69,40 +71,44 @@ function isStatement(tree: Node): boolean {
 export function matrixOf(typed: Node, known: Known, labels: Names, shape: Shape, columnNames: Names = []): Node[][] {
   const { rows, columns } = shape;
   const tree = rightSide(splitChains(typed, [...labels, ...columnNames]), known);
-  const isOrdered = ({ kind }: Node) => ["eq", "pair", "set", "list"].includes(kind);
-  if (tree.kind === "set" && tree.args.length > 1 && !tree.args.some(isOrdered)) throw new ParseError("read.no-order");
+  const hasOrder = ({ kind }: Node) => ["eq", "pair", "set", "list"].includes(kind);
+  if (tree.kind === "set" && tree.args.length > 1 && !tree.args.some(hasOrder)) throw new ParseError("read.no-order");
   return asMatrix(
-    ofVectors(tree, labels, columnNames, { rows, columns }) ?? orderByLabels(tree, labels, { rows, columns }),
+    matrixOfNamedVectors(tree, labels, columnNames, { rows, columns }) ??
+      orderByLabels(tree, labels, { rows, columns }),
   );
 }
 
-/** Return the matrix of v = […], ω = […] or of z0 = […], z1 = […], in any order; null for other forms. */
-function ofVectors(
+/** Return the matrix given as v = […], ω = […] or as z0 = […], z1 = […], in any order; null for other forms. */
+function matrixOfNamedVectors(
   { kind, args }: Node,
   labels: Names,
   columnNames: Names,
-  { rows: count, columns: columnCount }: Shape,
+  { rows: rowCount, columns: columnCount }: Shape,
 ): Node | null {
   if (!["dict", "list", "set", "and"].includes(kind) || !args.every(nameBefore)) return null;
-  const first = args[0] ? labelOf(nameBefore(args[0])).slice(0, 1) : "";
-  const isCounted = columnNames.length === 0 && columnCount > 1 && (first === "j" || first === "s"); // J1, J2 or S1, S2
-  const columns = isCounted ? Array.from({ length: columnCount }, (_, i) => `${first}${i + 1}`) : columnNames;
+  const firstLetter = args[0] ? labelOf(nameBefore(args[0])).slice(0, 1) : "";
+  const isNumbered = columnNames.length === 0 && columnCount > 1 && (firstLetter === "j" || firstLetter === "s"); // J1, J2 or S1, S2
+  const expectedColumns = isNumbered
+    ? Array.from({ length: columnCount }, (_, i) => `${firstLetter}${i + 1}`)
+    : columnNames;
   const names = labels.map(labelOf);
-  const orders = [COMPONENTS, [...COMPONENTS.slice(3), ...COMPONENTS.slice(0, 3)]];
-  const isTwist = orders.some((components) => components.join() === names.join());
-  const expected = isTwist ? [0, 3].map((i) => (names[i] as string)[0] as string) : columns.map(labelOf);
+  const componentOrders = [COMPONENTS, [...COMPONENTS.slice(3), ...COMPONENTS.slice(0, 3)]];
+  const isTwist = componentOrders.some((components) => components.join() === names.join());
+  const expectedNames = isTwist ? [0, 3].map((i) => (names[i] as string)[0] as string) : expectedColumns.map(labelOf);
   const vectorOfName = new Map(args.map((arg) => [labelOf(nameBefore(arg)), vectorOf(arg.args[1] as Node)]));
-  const columnVectors = expected.map((name) => vectorOfName.get(name) ?? []);
-  const isAll = expected.length > 0 && args.length === expected.length && vectorOfName.size === expected.length;
-  if (!isAll || columnVectors.some(({ length }) => length * (isTwist ? 2 : 1) !== count)) return null;
+  const columnVectors = expectedNames.map((name) => vectorOfName.get(name) ?? []);
+  const areAllNamed =
+    expectedNames.length > 0 && args.length === expectedNames.length && vectorOfName.size === expectedNames.length;
+  if (!areAllNamed || columnVectors.some(({ length }) => length * (isTwist ? 2 : 1) !== rowCount)) return null;
   if (isTwist) return node("list", ...columnVectors.flat());
   return listOf(columnsOf(columnVectors));
 }
 
 /** Rewrite z0 = z1 = a as z0 = a, z1 = a if these names are expected, also in a list. */
-function splitChains(tree: Node, expected: readonly string[]): Node {
+function splitChains(tree: Node, expectedNames: readonly string[]): Node {
   if (!["and", "list", "set"].includes(tree.kind)) return tree;
-  const expectedLabels = expected.map(labelOf);
+  const expectedLabels = expectedNames.map(labelOf);
   const isChain = tree.kind === "and" && tree.text === CHAIN;
   const parts = (isChain ? [tree] : tree.args).flatMap((statement) => {
     const sides = chainOf(statement);
@@ -121,7 +127,7 @@ function nameBefore(tree: Node): string {
   const [{ kind, text, args }] = tree.args as readonly [Node];
   const [angle] = args;
   if (kind === "call" && text === "sin" && angle?.kind === "name") return angle.text.replaceAll("theta", "s");
-  return isNamed(tree) ? text : "";
+  return hasName(tree) ? text : "";
 }
 
 /** Return the entries of a row or column; an empty list for other nodes. */
@@ -132,26 +138,28 @@ function vectorOf({ kind, args }: Node): readonly Node[] {
 }
 
 /** Return an example of how a shape is typed: [a, b], or [[a, b], [c, d]]. */
-function typedAs(rows: number, columns: number): string {
+function exampleOfShape(rows: number, columns: number): string {
   const letters = [..."abcdefghi"];
   if (Math.max(rows, columns) > 3) return columns === 1 ? "[a, …, b]" : "[[a, …, b], …, [c, …, d]]";
-  const listed = Array.from({ length: rows }, () => letters.splice(0, columns).join(", "));
-  return `[${(columns === 1 ? listed : listed.map((row) => `[${row}]`)).join(", ")}]`;
+  const rowTexts = Array.from({ length: rows }, () => letters.splice(0, columns).join(", "));
+  return `[${(columns === 1 ? rowTexts : rowTexts.map((row) => `[${row}]`)).join(", ")}]`;
 }
 
 /** Return rows if they have the expected shape (a row may stand for a column); else a verdict. */
-export function withShape(rows: Node[][], key: Shape): Rows | Verdict {
+export function withShape(rows: Node[][], shape: Shape): Rows | Verdict {
   const row = rows[0] as Node[];
-  if (key.columns === 1 && rows.length === 1 && row.length === key.rows) return row.map((entry) => [entry]);
-  if (rows.length === key.rows && row.length === key.columns) return rows;
+  if (shape.columns === 1 && rows.length === 1 && row.length === shape.rows) return row.map((entry) => [entry]);
+  if (rows.length === shape.rows && row.length === shape.columns) return rows;
   return wrong("read.shape", {
     found: `${rows.length} × ${row.length}`,
-    due: `${key.rows} × ${key.columns}`,
-    typed: typedAs(key.rows, key.columns),
+    due: `${shape.rows} × ${shape.columns}`,
+    typed: exampleOfShape(shape.rows, shape.columns),
   });
 }
 
-/** Parse an answer to a part as it is judged: as a table if the text has another shape. Throws ParseError. */
+/**
+ * Parse an answer to a part as for judging: as a table if the text itself lacks the part's shape. Throws ParseError.
+ */
 export function parseAnswer(text: string, known: ReadonlySet<string>, { key, shape }: Part): Node {
   const [rows, columns] = shape ?? [1, 1];
   if (rows * columns === 1 || !["values", "numbers", "direction"].includes(key.type)) return parse(text, known);
@@ -160,7 +168,9 @@ export function parseAnswer(text: string, known: ReadonlySet<string>, { key, sha
   return parse("outcome" in matrix ? (table ?? text) : text, known);
 }
 
-/** Return the side J of "J = …", "… = J" or "det: …", if the other side is the student's own name or the only label. */
+/**
+ * Return the formula in "J = …", "… = J" or "det: …", if the other side is the student's own name or the only label.
+ */
 export function rightSide(typed: Node, known: ReadonlySet<string>, labels: readonly string[] = []): Node {
   const tree = typed.kind === "dict" && typed.args.length === 1 ? (typed.args[0] as Node) : typed;
   const sides = tree.kind === "pair" ? tree.args : chainOf(tree); // det J = J11*J22 - J12*J21 = …
@@ -168,22 +178,22 @@ export function rightSide(typed: Node, known: ReadonlySet<string>, labels: reado
   const isOfSymbols = (side: Node) => [...namesIn(side)].some((symbol) => known.has(symbol));
   // det J = a1*a2*sin(theta2) = 0
   if (!left || !right || (namesIn(right).size === 0 && sides.slice(1, -1).some(isOfSymbols))) return typed;
-  const isOwn = (name: Node) =>
+  const isOwnName = (name: Node) =>
     (isName(name) || isOfEntries(name)) && ![...namesIn(name)].some((symbol) => known.has(symbol));
   const isLabel = (name: Node) =>
     name.kind === "name" && labels.length === 1 && labelOf(name.text) === labelOf(labels[0] as string);
-  if (isOwn(left) || isLabel(left)) return right;
-  return isOwn(right) || isLabel(right) ? left : typed;
+  if (isOwnName(left) || isLabel(left)) return right;
+  return isOwnName(right) || isLabel(right) ? left : typed;
 }
 
 /** The components of a linear velocity, and of linear and angular velocities. */
-const LINEAR = ["vx", "vy", "vz"];
-const COMPONENTS = [...LINEAR, "wx", "wy", "wz"];
+const LINEAR_COMPONENTS = ["vx", "vy", "vz"];
+const COMPONENTS = [...LINEAR_COMPONENTS, "wx", "wy", "wz"];
 
-/** Return the name before a formula if it is that of another velocity component than the one asked for; else "". */
+/** Return the name before a formula if the name is a velocity component other than the expected one; else "". */
 export function otherComponent(typed: Node, labels: readonly string[]): string {
   const [label] = labels;
-  if (label === undefined || labels.length !== 1 || !LINEAR.includes(labelOf(label))) return "";
+  if (label === undefined || labels.length !== 1 || !LINEAR_COMPONENTS.includes(labelOf(label))) return "";
   let tree = typed;
   while (["list", "set", "dict"].includes(tree.kind) && tree.args.length === 1) tree = tree.args[0] as Node;
   const [left] = tree.args;
@@ -198,42 +208,45 @@ function isOfEntries(tree: Node): boolean {
   return names.length > 0 && names.every((symbol) => /^[jJ]_?[1-6]{2}$/.test(symbol));
 }
 
-/** Return whether an expression is a name: words, dx/dq, |J|, or the power of a name, as in J^-1. */
+/** Return whether an expression is used as a name: words, dx/dq, |J|, or the power of a name, as in J^-1. */
 function isName(tree: Node): boolean {
   let top = tree.kind === "call" && tree.text === "abs" ? (tree.args[0] as Node) : tree;
   while ((top.kind === "*" || top.kind === "/") && top.args[1]?.kind === "name") top = top.args[0] as Node;
   return top.kind === "name" || (top.kind === "^" && top.args[0]?.kind === "name");
 }
 
-const isNamed = ({ kind, args }: Node): boolean => (kind === "pair" || kind === "eq") && args[0]?.kind === "name";
-const isLabelled = (tree: Node): boolean =>
-  isNamed(tree) || (tree.kind === "list" && tree.args.length === 2 && tree.args[0]?.kind === "name");
+const hasName = ({ kind, args }: Node): boolean => (kind === "pair" || kind === "eq") && args[0]?.kind === "name";
+const hasLabel = (tree: Node): boolean =>
+  hasName(tree) || (tree.kind === "list" && tree.args.length === 2 && tree.args[0]?.kind === "name");
 
 /** Return the entries of {qd1: …}, [qd1 = …] or [(qd1, …)] in the order of the labels; names may be row1 or J12. */
 function orderByLabels(tree: Node, labels: readonly string[], { rows, columns }: Shape): Node {
   const inner = tree.args[0];
   if (tree.args.length === 1 && inner && (tree.kind === "list" || tree.kind === "set")) {
-    const isInner = tree.kind === "set" || inner.args.every(isNamed);
-    if (inner.kind === "dict" || (inner.kind === "list" && isInner))
+    const isOnlyWrapper = tree.kind === "set" || inner.args.every(hasName);
+    if (inner.kind === "dict" || (inner.kind === "list" && isOnlyWrapper))
       return orderByLabels(inner, labels, { rows, columns });
   }
-  if (!["dict", "list", "set", "and"].includes(tree.kind) || !tree.args.every(isLabelled)) return tree;
+  if (!["dict", "list", "set", "and"].includes(tree.kind) || !tree.args.every(hasLabel)) return tree;
   const names = tree.args.map((arg) => labelOf(arg.args[0]?.text ?? ""));
-  const repeated = names.findIndex((label, i) => names.lastIndexOf(label) !== i);
-  const areNamed = tree.args.every(isNamed);
-  if (repeated >= 0 && areNamed) throw new ParseError("read.twice", { name: tree.args[repeated]?.args[0]?.text ?? "" });
-  if (repeated >= 0) return tree; // rows of a matrix may begin with the same name
-  const entriesNamed = (expected: readonly string[]): readonly Node[] | null =>
-    expected.length > 0 && names.length === new Set(expected).size && expected.every((label) => names.includes(label))
-      ? expected.map((label) => tree.args[names.indexOf(label)]?.args[1] as Node)
+  const repeatedIndex = names.findIndex((label, i) => names.lastIndexOf(label) !== i);
+  const areNamed = tree.args.every(hasName);
+  if (repeatedIndex >= 0 && areNamed)
+    throw new ParseError("read.twice", { name: tree.args[repeatedIndex]?.args[0]?.text ?? "" });
+  if (repeatedIndex >= 0) return tree; // rows of a matrix may begin with the same name
+  const entriesInOrderOf = (expectedNames: readonly string[]): readonly Node[] | null =>
+    expectedNames.length > 0 &&
+    names.length === new Set(expectedNames).size &&
+    expectedNames.every((label) => names.includes(label))
+      ? expectedNames.map((label) => tree.args[names.indexOf(label)]?.args[1] as Node)
       : null;
-  const asRows = Array.from({ length: rows }, (_, i) => `row${i + 1}`);
-  const ordered = entriesNamed(labels.map(labelOf)) ?? entriesNamed(asRows);
-  if (ordered) return node("list", ...ordered);
-  const byEntry = entriesNamed(
+  const rowNames = Array.from({ length: rows }, (_, i) => `row${i + 1}`);
+  const orderedEntries = entriesInOrderOf(labels.map(labelOf)) ?? entriesInOrderOf(rowNames);
+  if (orderedEntries) return node("list", ...orderedEntries);
+  const orderedMatrixEntries = entriesInOrderOf(
     Array.from({ length: rows * columns }, (_, k) => `j${Math.floor(k / columns) + 1}${(k % columns) + 1}`),
   );
-  if (byEntry) return listOf(inRows(byEntry, columns));
+  if (orderedMatrixEntries) return listOf(inRows(orderedMatrixEntries, columns));
   if (names.length > 0 && areNamed) throw new ParseError("read.names", { names: names.slice(0, 5).join(", ") });
   return tree;
 }

@@ -5,13 +5,13 @@ import { message, type Message } from "../text/text.js";
 import { correct, verdictOf, missing, type Slip, type Verdict, wrong } from "./verdict.js";
 
 const LETTERS = "ABCDEFGH";
-const NOTHING = new Set(["", "blank", "ellipsis", "none"]);
+const EMPTY_ANSWERS = new Set(["", "blank", "ellipsis", "none"]);
 
 export function judgeLetters(answer: string, key: LettersKey): Verdict {
   const text = normalize(answer.slice(0, 1000))
     .trim()
     .replace(/^["'()[\]{}. ]+|["'()[\]{}. ]+$/g, "");
-  if (NOTHING.has(text)) return missing();
+  if (EMPTY_ANSWERS.has(text)) return missing();
   const chosen = parseLetters(answer, key.options);
   const expectedCount = key.type === "choice" ? 1 : key.type === "matching" ? key.items : null;
   if (!chosen || (expectedCount !== null && chosen.length !== expectedCount)) {
@@ -26,48 +26,55 @@ export function judgeLetters(answer: string, key: LettersKey): Verdict {
 
 function judgeChoice(chosen: number, { right, option_mistakes }: LettersKey): Verdict {
   if (right.includes(chosen)) return correct();
-  const [first, ...more] = option_mistakes[chosen] ?? [];
+  const [mistake, ...otherMistakes] = option_mistakes[chosen] ?? [];
   return {
     ...wrong("verdict.letter", { letter: LETTERS[chosen] ?? "" }),
-    ...(first === undefined || more.length > 0 ? {} : { mistake: first }),
-    ...(first === undefined || more.length === 0 ? {} : { slips: [first, ...more].map((mistake) => ({ mistake })) }),
+    ...(mistake === undefined || otherMistakes.length > 0 ? {} : { mistake }),
+    ...(mistake === undefined || otherMistakes.length === 0
+      ? {}
+      : { slips: [mistake, ...otherMistakes].map((mistake) => ({ mistake })) }),
   };
 }
 
-/** Return the mistakes behind wrong letters, each once, and where if it is in one place only. */
+/**
+ * Return the mistakes that lead to wrong letters, each once; a mistake in one place only is returned with its place.
+ */
 function slipsBehind(
   letters: readonly (readonly [letter: number, where: Message])[],
   { option_mistakes }: LettersKey,
 ): { slips?: readonly Slip[] } {
-  const places = new Map<number, Message[]>();
+  const placesByMistake = new Map<number, Message[]>();
   for (const [letter, where] of letters)
-    for (const mistake of option_mistakes[letter] ?? []) places.set(mistake, [...(places.get(mistake) ?? []), where]);
-  const slips = [...places].map(([mistake, [where, ...more]]) =>
+    for (const mistake of option_mistakes[letter] ?? [])
+      placesByMistake.set(mistake, [...(placesByMistake.get(mistake) ?? []), where]);
+  const slips = [...placesByMistake].map(([mistake, [where, ...more]]) =>
     where && more.length === 0 ? { mistake, where } : { mistake },
   );
   return slips.length > 0 ? { slips } : {};
 }
 
-/** Each right letter counts, each wrong letter subtracts as much; the share is at least 0. */
+/** Judge several letters: the share of right letters chosen, minus the share of wrong letters chosen; at least 0. */
 function judgeSelection(chosen: readonly number[], key: LettersKey): Verdict {
   const letters = new Set(chosen);
   const hits = [...letters].filter((index) => key.right.includes(index)).length;
   const misses = letters.size - hits;
   if (hits === key.right.length && misses === 0) return correct();
-  const wrongOnes = [...letters].filter((index) => !key.right.includes(index));
-  const places = wrongOnes.map((index) => [index, message("slip.option", { letter: LETTERS[index] ?? "" })] as const);
+  const wrongLetters = [...letters].filter((index) => !key.right.includes(index));
+  const places = wrongLetters.map(
+    (index) => [index, message("slip.option", { letter: LETTERS[index] ?? "" })] as const,
+  );
   const share = hits / key.right.length - misses / Math.max(key.options - key.right.length, 1);
   return verdictOf(Math.max(share, 0), [message("verdict.letters", { hits, misses })], slipsBehind(places, key));
 }
 
-/** Each right pair counts; a letter given twice does not count. */
+/** Judge one letter per item: each right pair counts, unless its letter is chosen for another item, too. */
 function judgeMatching(chosen: readonly number[], key: LettersKey): Verdict {
   const { right } = key;
-  const isOnce = (letter: number) => chosen.filter((chosenLetter) => chosenLetter === letter).length === 1;
-  const wrongItems = right.flatMap((expected, i) => (chosen[i] === expected && isOnce(expected) ? [] : [i + 1]));
+  const isChosenOnce = (letter: number) => chosen.filter((chosenLetter) => chosenLetter === letter).length === 1;
+  const wrongItems = right.flatMap((expected, i) => (chosen[i] === expected && isChosenOnce(expected) ? [] : [i + 1]));
   if (wrongItems.length === 0) return correct();
-  const differing = wrongItems.filter((item) => chosen[item - 1] !== right[item - 1]);
-  const places = differing.map((item) => [chosen[item - 1] as number, message("slip.item", { item })] as const);
+  const misplacedItems = wrongItems.filter((item) => chosen[item - 1] !== right[item - 1]);
+  const places = misplacedItems.map((item) => [chosen[item - 1] as number, message("slip.item", { item })] as const);
   const reasons = [message("verdict.matching", { items: wrongItems.join(", ") })];
   return verdictOf((right.length - wrongItems.length) / right.length, reasons, slipsBehind(places, key));
 }

@@ -8,7 +8,7 @@ export const LEVELS = ["outcome", "mistake", "counterexample", "values", "soluti
 export type Level = (typeof LEVELS)[number];
 
 /** Messages that reveal a correct value, and the message that replaces each: it shows the answer's own value. */
-const WITHOUT_VALUES: Partial<Record<TextKey, TextKey>> = {
+const REPLACEMENTS_WITHOUT_VALUES: Partial<Record<TextKey, TextKey>> = {
   "verdict.entry": "verdict.own-entry",
   "verdict.differs": "verdict.own-value",
   "verdict.number": "verdict.own-number",
@@ -16,7 +16,7 @@ const WITHOUT_VALUES: Partial<Record<TextKey, TextKey>> = {
 };
 
 /** Messages that reveal a counterexample, and the message that replaces each. */
-const WITHOUT_NUMBERS: Partial<Record<TextKey, TextKey>> = {
+const REPLACEMENTS_WITHOUT_NUMBERS: Partial<Record<TextKey, TextKey>> = {
   "verdict.own-entry": "verdict.that-entry",
   "verdict.own-value": "verdict.not-equal",
   "verdict.own-number": "verdict.that-number",
@@ -24,29 +24,31 @@ const WITHOUT_NUMBERS: Partial<Record<TextKey, TextKey>> = {
   "verdict.not-along": "verdict.other-direction",
 };
 
-export const atLeast = (level: Level, wanted: Level): boolean => LEVELS.indexOf(level) >= LEVELS.indexOf(wanted);
+export const atLeast = (level: Level, minLevel: Level): boolean => LEVELS.indexOf(level) >= LEVELS.indexOf(minLevel);
 
 /** Return the level that reveals less. */
-export const lower = (one: Level, other: Level): Level => (atLeast(one, other) ? other : one);
+export const lowerLevel = (a: Level, b: Level): Level => (atLeast(a, b) ? b : a);
 
-/** Return a verdict without what the level hides; a right answer, or one that can't be parsed, keeps everything. */
-export function limitTo(verdict: Verdict, level: Level): Verdict {
-  const { outcome, share, sure, reasons } = verdict;
+/** Return a verdict without what the level hides. The verdict on a correct or missing answer stays unchanged. */
+export function limitVerdict(verdict: Verdict, level: Level): Verdict {
+  const { outcome, share, isSure, reasons } = verdict;
   if (outcome === "correct" || outcome === "missing" || atLeast(level, "values")) return verdict;
-  if (!atLeast(level, "mistake")) return { outcome, share, sure, reasons: reasons.filter(isOfReading) };
-  const withoutValues = reasons.map((reason) => replaceKey(reason, WITHOUT_VALUES));
-  const isShown = atLeast(level, "counterexample");
+  if (!atLeast(level, "mistake")) return { outcome, share, isSure, reasons: reasons.filter(isParseMessage) };
+  const withoutValues = reasons.map((reason) => replaceKey(reason, REPLACEMENTS_WITHOUT_VALUES));
+  const showsCounterexample = atLeast(level, "counterexample");
   const revealsPose = reasons.some(({ key }) => key === "verdict.uncovered"); // a pose that belongs to the answer
-  const { at, ...others } = verdict;
+  const { counterexample, ...others } = verdict;
   return {
     ...others,
-    reasons: isShown ? withoutValues : withoutValues.map((reason) => replaceKey(reason, WITHOUT_NUMBERS)),
-    ...(isShown && at && !revealsPose ? { at } : {}),
+    reasons: showsCounterexample
+      ? withoutValues
+      : withoutValues.map((reason) => replaceKey(reason, REPLACEMENTS_WITHOUT_NUMBERS)),
+    ...(showsCounterexample && counterexample && !revealsPose ? { counterexample } : {}),
   };
 }
 
-function replaceKey({ key, values }: Message, keys: Partial<Record<TextKey, TextKey>>): Message {
-  return message(keys[key] ?? key, values);
+function replaceKey({ key, values }: Message, replacements: Partial<Record<TextKey, TextKey>>): Message {
+  return message(replacements[key] ?? key, values);
 }
 
-const isOfReading = ({ key }: Message): boolean => key.startsWith("read.") || key === "verdict.no-letter";
+const isParseMessage = ({ key }: Message): boolean => key.startsWith("read.") || key === "verdict.no-letter";

@@ -1,17 +1,17 @@
-// Find what went wrong in a set of singular configurations: conditions that are right after one change, conditions that
+// Find what went wrong in a set of singular configurations: conditions that become right by one change, conditions that
 // are too wide or too narrow, and missing conditions.
 
 import { evaluate } from "../read/evaluate.js";
 import { decimal, name, namesIn, type Node, node } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
 import { type Kind, KINDS, repairsFor, singleChanges } from "./single-changes.js";
-import type { Atom, Piece } from "./claims.js";
+import type { Atom, Claim } from "./claims.js";
 import { displayName } from "./values.js";
 import type { SymbolValues } from "./verdict.js";
 
 const HALF_TURN = Math.PI;
 const DEGREE = Math.PI / 180;
-/** Angles from the first limit on are hardly radians; angles below the second are hardly degrees. */
+/** Angles of at least the first size are hardly radians; angles of at most the second are hardly degrees. */
 const MIN_DEGREES = 10;
 const MAX_TINY_RADIANS = 0.12;
 /** At most this many slips are reported. */
@@ -20,33 +20,33 @@ const MAX_SLIPS = 3;
 const MAX_CLAIMS = 24;
 /** Relative tolerance for zero at a configuration whose values have nine decimals. */
 const ZERO_TOLERANCE = 1e-7;
-/** A symbol that nobody types. */
-const ONE = " one";
+/** The name of a symbol that is added to a formula; nobody can type it, because it begins with a space. */
+const ONE_SYMBOL = " one";
 
-/** The claims (pieces) of an answer, and what is needed to examine them. */
-export interface Claims {
-  readonly claims: readonly Piece[];
-  /** Claims that contain regular configurations. */
-  readonly wrongClaims: readonly Piece[];
+/** The claims of an answer, the pieces of the right set, and functions to examine the claims. */
+export interface ClaimedSet {
+  readonly claims: readonly Claim[];
+  /** Claims that hold at regular configurations, too. */
+  readonly wrongClaims: readonly Claim[];
   /** Pieces of the right set that no claim covers. */
   readonly uncovered: readonly (readonly SymbolValues[])[];
-  /** All pieces of the right set, each by some configurations. */
+  /** All pieces of the right set, each given by some configurations on it. */
   readonly pieces: readonly (readonly SymbolValues[])[];
   readonly joints: readonly string[];
   readonly angles: ReadonlySet<string>;
   /** Nonzero constants that the table adds to joint variables (rad). */
   readonly offsets: ReadonlyMap<string, number>;
   readonly symbols: readonly string[];
-  readonly holds: (claim: Piece, at: SymbolValues) => boolean;
-  /** Return whether all configurations on a claim are singular after a substitution of joint values. */
-  readonly isSound: (claim: Piece, substitute: (at: SymbolValues) => SymbolValues) => boolean;
+  readonly holds: (claim: Claim, pose: SymbolValues) => boolean;
+  /** Return whether all configurations on a claim are singular once `substitute` has changed their joint values. */
+  readonly isSound: (claim: Claim, substitute: (pose: SymbolValues) => SymbolValues) => boolean;
 }
 
 /** A slip, with the claim of the answer, or the piece of the right set, to which it belongs. */
-export type SetSlip = { readonly slip: Message; readonly claim?: Piece; readonly piece?: readonly SymbolValues[] };
+export type SetSlip = { readonly slip: Message; readonly claim?: Claim; readonly piece?: readonly SymbolValues[] };
 
 /** Return what went wrong in a set that is not right; too wide conditions first. */
-export function slipsInSet(set: Claims): SetSlip[] {
+export function slipsInSet(set: ClaimedSet): SetSlip[] {
   const slips = new Map<string, SetSlip>();
   const add = (setSlip: SetSlip): void => {
     const key = JSON.stringify(setSlip.slip);
@@ -62,7 +62,7 @@ export function slipsInSet(set: Claims): SetSlip[] {
 }
 
 /** Return why a claim is too wide: the change that makes it right, or what it lacks. */
-function slipInClaim(set: Claims, claim: Piece): Message | null {
+function slipInClaim(set: ClaimedSet, claim: Claim): Message | null {
   return (
     findUnitSlip(set, claim) ??
     findFormulaSlip(set, claim) ??
@@ -72,33 +72,42 @@ function slipInClaim(set: Claims, claim: Piece): Message | null {
   );
 }
 
-const unchanged = (at: SymbolValues): SymbolValues => at;
+const keepPose = (pose: SymbolValues): SymbolValues => pose;
 
-/** Return whether a claim with substitutions is sound, and covers a piece that no claim covers. */
-function fits({ uncovered, holds, isSound }: Claims, claim: Piece, meant = unchanged, typed = unchanged): boolean {
-  return uncovered.some((poses) => poses.every((at) => holds(claim, typed(at)))) && isSound(claim, meant);
+/**
+ * Return whether a claim is right but for a substitution of joint values. `toMeant` changes a configuration on the claim
+ * to the one that the student meant; all of these must be singular. `toTyped` is its inverse; the claim must then cover
+ * a piece that no claim covers.
+ */
+function fits(
+  { uncovered, holds, isSound }: ClaimedSet,
+  claim: Claim,
+  toMeant = keepPose,
+  toTyped = keepPose,
+): boolean {
+  return uncovered.some((poses) => poses.every((pose) => holds(claim, toTyped(pose)))) && isSound(claim, toMeant);
 }
 
-const rotated =
-  (joint: string, by: number) =>
-  (at: SymbolValues): SymbolValues => ({ ...at, [joint]: (at[joint] ?? NaN) + by });
+const rotateJoint =
+  (joint: string, angle: number) =>
+  (pose: SymbolValues): SymbolValues => ({ ...pose, [joint]: (pose[joint] ?? NaN) + angle });
 
-const exchanged =
+const exchangeJoints =
   (joint: string, other: string) =>
-  (at: SymbolValues): SymbolValues => ({ ...at, [joint]: at[other] ?? NaN, [other]: at[joint] ?? NaN });
+  (pose: SymbolValues): SymbolValues => ({ ...pose, [joint]: pose[other] ?? NaN, [other]: pose[joint] ?? NaN });
 
-const mirrored =
+const mirrorJoint =
   (joint: string) =>
-  (at: SymbolValues): SymbolValues => ({ ...at, [joint]: -(at[joint] ?? NaN) });
+  (pose: SymbolValues): SymbolValues => ({ ...pose, [joint]: -(pose[joint] ?? NaN) });
 
-/** Report values in degrees, or in radians that were converted twice. */
-function findUnitSlip(set: Claims, claim: Piece): Message | null {
-  const scaled = (factor: number, isInRange: (size: number) => boolean) => {
-    const other = claim.map((atom) => scaleAngle(atom, set.angles, factor, isInRange));
-    return other.some((atom, i) => atom !== claim[i]) && fits(set, other);
+/** Report values in degrees, or values converted from degrees to radians twice. */
+function findUnitSlip(set: ClaimedSet, claim: Claim): Message | null {
+  const fitsAfterScaling = (factor: number, isInRange: (size: number) => boolean) => {
+    const scaledClaim = claim.map((atom) => scaleAngle(atom, set.angles, factor, isInRange));
+    return scaledClaim.some((atom, i) => atom !== claim[i]) && fits(set, scaledClaim);
   };
-  if (scaled(DEGREE, (size) => size >= MIN_DEGREES)) return message("slip.degrees");
-  if (scaled(1 / DEGREE, (size) => size > 0 && size <= MAX_TINY_RADIANS)) return message("slip.radians");
+  if (fitsAfterScaling(DEGREE, (size) => size >= MIN_DEGREES)) return message("slip.degrees");
+  if (fitsAfterScaling(1 / DEGREE, (size) => size > 0 && size <= MAX_TINY_RADIANS)) return message("slip.radians");
   return null;
 }
 
@@ -109,102 +118,111 @@ function scaleAngle(
   factor: number,
   isInRange: (size: number) => boolean,
 ): Atom {
-  const { joint, zero } = atom;
-  if (joint === null || !angles.has(joint) || namesIn(zero).size > 0) return atom;
-  const value = evaluate(zero, {}).re;
+  const { joint, expression } = atom;
+  if (joint === null || !angles.has(joint) || namesIn(expression).size > 0) return atom;
+  const value = evaluate(expression, {}).re;
   if (!isInRange(Math.abs(value))) return atom;
-  return { joint, zero: decimal(value * factor) };
+  return { joint, expression: decimal(value * factor) };
 }
 
-/** Report a joint's values that belong to another angle, or to another joint. */
-function findValueSlip(set: Claims, claim: Piece): Message | null {
+/** Report values that would be right for another angle of the joint, or for another joint. */
+function findValueSlip(set: ClaimedSet, claim: Claim): Message | null {
   const { angles, offsets, joints } = set;
-  const claimed = new Set(claim.flatMap(({ joint, zero }) => (joint === null ? [...namesIn(zero)] : [joint])));
-  const isRotated = (joint: string, angle: number) => fits(set, claim, rotated(joint, angle), rotated(joint, -angle));
+  const claimed = new Set(
+    claim.flatMap(({ joint, expression }) => (joint === null ? [...namesIn(expression)] : [joint])),
+  );
+  const fitsAfterRotation = (joint: string, angle: number) =>
+    fits(set, claim, rotateJoint(joint, angle), rotateJoint(joint, -angle));
   for (const joint of [...claimed].filter((joint) => angles.has(joint))) {
-    if ([HALF_TURN / 2, -HALF_TURN / 2].some((turn) => isRotated(joint, turn)))
+    if ([HALF_TURN / 2, -HALF_TURN / 2].some((turn) => fitsAfterRotation(joint, turn)))
       return message("slip.quarter-turn", { joint: displayName(joint) });
     const offset = offsets.get(joint) ?? 0;
-    if (offset !== 0 && isRotated(joint, -offset)) return message("slip.offset", { joint: displayName(joint) });
-    if (offset !== 0 && isRotated(joint, -2 * offset))
+    if (offset !== 0 && fitsAfterRotation(joint, -offset)) return message("slip.offset", { joint: displayName(joint) });
+    if (offset !== 0 && fitsAfterRotation(joint, -2 * offset))
       return message("slip.offset-sign", { joint: displayName(joint) });
     const hasValue = claim.some((atom) => atom.joint === joint);
-    if (hasValue && fits(set, claim, mirrored(joint), mirrored(joint)))
+    if (hasValue && fits(set, claim, mirrorJoint(joint), mirrorJoint(joint)))
       return message("slip.value-sign", { joint: displayName(joint) });
   }
   for (const joint of claimed)
     for (const other of joints)
       if (other !== joint && angles.has(joint) === angles.has(other)) {
-        const swap = exchanged(joint, other);
+        const swap = exchangeJoints(joint, other);
         if (fits(set, claim, swap, swap)) return message("slip.other-joint", { joint: displayName(joint) });
       }
   for (const factor of [0.5, 2]) {
-    const other = claim.map((atom) => scaleAngle(atom, angles, factor, (size) => size > 0));
-    const [joint] = claim.flatMap((atom, i) => (atom !== other[i] && atom.joint ? [atom.joint] : []));
-    if (joint !== undefined && fits(set, other)) return message("slip.half-radians", { joint: displayName(joint) });
+    const scaledClaim = claim.map((atom) => scaleAngle(atom, angles, factor, (size) => size > 0));
+    const [joint] = claim.flatMap((atom, i) => (atom !== scaledClaim[i] && atom.joint ? [atom.joint] : []));
+    if (joint !== undefined && fits(set, scaledClaim))
+      return message("slip.half-radians", { joint: displayName(joint) });
   }
   return null;
 }
 
 /** Report a joint that is claimed to be singular at some value, but is singular at none. */
-function findFreeJoint({ pieces, angles }: Claims, claim: Piece): Message | null {
+function findFreeJoint({ pieces, angles }: ClaimedSet, claim: Claim): Message | null {
   const [atom, ...others] = claim;
-  if (!atom || atom.joint === null || others.length > 0 || namesIn(atom.zero).size > 0) return null;
+  if (!atom || atom.joint === null || others.length > 0 || namesIn(atom.expression).size > 0) return null;
   const { joint } = atom;
   const isFree = pieces.every((piece) => !isFixed(piece, joint, angles));
   return isFree ? message("slip.called-singular", { joint: displayName(joint) }) : null;
 }
 
-/** Return whether a joint has the same value in all poses of a piece. */
+/** Return whether a joint has the same value (modulo turns) in all poses of a piece. */
 function isFixed(piece: readonly SymbolValues[], joint: string, angles: ReadonlySet<string>): boolean {
-  const difference = (at: SymbolValues) => {
-    const change = (at[joint] ?? NaN) - (piece[0]?.[joint] ?? NaN);
+  const difference = (pose: SymbolValues) => {
+    const change = (pose[joint] ?? NaN) - (piece[0]?.[joint] ?? NaN);
     return angles.has(joint) ? Math.sin(change / 2) : change;
   };
-  return piece.every((at) => Math.abs(difference(at)) < 1e-6);
+  return piece.every((pose) => Math.abs(difference(pose)) < 1e-6);
 }
 
 /** Report the slip in a formula that should vanish: once undone, it vanishes on a piece that no claim covers. */
-function findFormulaSlip({ uncovered, symbols, joints }: Claims, claim: Piece): Message | null {
+function findFormulaSlip({ uncovered, symbols, joints }: ClaimedSet, claim: Claim): Message | null {
   const [atom, ...others] = claim;
   if (!atom || atom.joint !== null || others.length > 0) return null;
-  // one is added to what should be zero, so that relative tolerances apply
-  const entry = node("+", atom.zero, name(ONE));
+  // a symbol is added to the expression that should be zero, so that relative tolerances apply
+  const entry = node("+", atom.expression, name(ONE_SYMBOL));
   const slips = new Map<Kind, string>();
   for (const poses of uncovered) {
-    const repairs = repairsFor([atom.zero], { ...poses[0], [ONE]: 1 }, { symbols });
+    const repairs = repairsFor([atom.expression], { ...poses[0], [ONE_SYMBOL]: 1 }, { symbols });
     for (const { kind, what = "", entry: changed } of singleChanges(entry, 1, repairs))
-      if (!slips.has(kind) && poses.every((at) => vanishes(changed, at) && !vanishes(changed, elsewhere(at, joints))))
+      if (
+        !slips.has(kind) &&
+        poses.every((pose) => vanishes(changed, pose) && !vanishes(changed, moveAllJoints(pose, joints)))
+      )
         slips.set(kind, what);
   }
-  const kind = KINDS_IN_FORMULAS.find((kind) => slips.has(kind));
+  const kind = KINDS_IN_CONDITIONS.find((kind) => slips.has(kind));
   if (kind === undefined) return null;
   const what = slips.get(kind);
   return message(kind, { where: message("slip.tie"), ...(what ? { what } : {}) });
 }
 
-/** The kinds of slips in a condition, in their order; a sine as a factor may itself vanish. */
-const KINDS_IN_FORMULAS = KINDS.filter(
+/**
+ * The kinds of slips in a condition, in order of preference. No missing factors: a sine as a factor may itself vanish.
+ */
+const KINDS_IN_CONDITIONS = KINDS.filter(
   (kind) => !["slip.whole-sign", "slip.factor-missing", "slip.constant", "slip.number", "slip.zero"].includes(kind),
 );
 
-/** Return a pose in which all joints have other values: there only identities vanish. */
-const elsewhere = (at: SymbolValues, joints: readonly string[]): SymbolValues => ({
-  ...at,
-  ...Object.fromEntries(joints.map((joint, i) => [joint, (at[joint] ?? NaN) + 0.37 + 0.21 * i])),
+/** Return a pose in which all joints have other values. An expression that vanishes there, too, is zero everywhere. */
+const moveAllJoints = (pose: SymbolValues, joints: readonly string[]): SymbolValues => ({
+  ...pose,
+  ...Object.fromEntries(joints.map((joint, i) => [joint, (pose[joint] ?? NaN) + 0.37 + 0.21 * i])),
 });
 
-/** Return whether an expression exceeds zero by `ONE` in a pose, for several values of `ONE`. */
-function vanishes(tree: Node, at: SymbolValues): boolean {
+/** Return whether an expression equals the added symbol in a pose, for several values of this symbol. */
+function vanishes(tree: Node, pose: SymbolValues): boolean {
   return [1, 1.7].every((value) => {
-    const { re, size } = evaluate(tree, { ...at, [ONE]: value });
+    const { re, size } = evaluate(tree, { ...pose, [ONE_SYMBOL]: value });
     return Math.abs(re - value) <= ZERO_TOLERANCE * Math.max(1, size);
   });
 }
 
 /** Report a claim that covers a piece of the right set, and regular poses too: it needs another condition. */
-function findMissingCondition({ pieces, holds }: Claims, claim: Piece): Message | null {
-  const coversPiece = pieces.some((piece) => piece.every((at) => holds(claim, at)));
+function findMissingCondition({ pieces, holds }: ClaimedSet, claim: Claim): Message | null {
+  const coversPiece = pieces.some((piece) => piece.every((pose) => holds(claim, pose)));
   const joints = [...new Set(claim.flatMap(({ joint }) => joint ?? []))];
   return coversPiece && joints.length > 0
     ? message("slip.and-missing", { joint: displayName(joints.join(", ")) })
@@ -212,28 +230,28 @@ function findMissingCondition({ pieces, holds }: Claims, claim: Piece): Message 
 }
 
 /** Return the joints in a condition. */
-const jointsOf = ({ joint, zero }: Atom, joints: readonly string[]): string =>
-  joint ?? joints.filter((joint) => namesIn(zero).has(joint)).join(", ");
+const jointsOf = ({ joint, expression }: Atom, joints: readonly string[]): string =>
+  joint ?? joints.filter((joint) => namesIn(expression).has(joint)).join(", ");
 
-/** Report what is missing if all claims are singular. */
-function findMissing({ claims, uncovered, angles, joints, holds, isSound }: Claims): SetSlip[] {
+/** Report what is missing in an answer whose claims are all sound. */
+function findMissing({ claims, uncovered, angles, joints, holds, isSound }: ClaimedSet): SetSlip[] {
   for (const claim of claims.filter(({ length }) => length > 1))
     for (const atom of claim) {
       const others = claim.filter((condition) => condition !== atom);
-      const piece = uncovered.find((poses) => poses.every((at) => holds(others, at)));
-      if (piece && isSound(others, unchanged))
+      const piece = uncovered.find((poses) => poses.every((pose) => holds(others, pose)));
+      if (piece && isSound(others, keepPose))
         return [{ slip: message("slip.too-narrow", { joint: displayName(jointsOf(atom, joints)) }), piece }];
     }
   for (const joint of angles) {
     const piece = uncovered.find((poses) =>
-      poses.every((at) => claims.some((claim) => holds(claim, rotated(joint, HALF_TURN)(at)))),
+      poses.every((pose) => claims.some((claim) => holds(claim, rotateJoint(joint, HALF_TURN)(pose)))),
     );
     if (piece) return [{ slip: message("slip.half-turn", { joint: displayName(joint) }), piece }];
   }
-  const isOfJoints = (piece: readonly SymbolValues[]) => joints.some((joint) => isFixed(piece, joint, angles));
-  const [values, tie] = [uncovered.find(isOfJoints), uncovered.find((piece) => !isOfJoints(piece))];
+  const fixesJoint = (piece: readonly SymbolValues[]) => joints.some((joint) => isFixed(piece, joint, angles));
+  const [piecesOfValues, tiePiece] = [uncovered.find(fixesJoint), uncovered.find((piece) => !fixesJoint(piece))];
   return [
-    ...(values ? [{ slip: message("slip.values-left-out"), piece: values }] : []),
-    ...(tie ? [{ slip: message("slip.tie-left-out"), piece: tie }] : []),
+    ...(piecesOfValues ? [{ slip: message("slip.values-left-out"), piece: piecesOfValues }] : []),
+    ...(tiePiece ? [{ slip: message("slip.tie-left-out"), piece: tiePiece }] : []),
   ];
 }

@@ -27,40 +27,42 @@ import {
 } from "../read/tree.js";
 import { LIMITS, VOCABULARY } from "../read/vocabulary.js";
 import { message, type Message } from "../text/text.js";
-import { type Atom, parseClaims, type Piece, vanishingModuloTurns } from "./claims.js";
-import { falseConditions, shareOfSet } from "./credit.js";
+import { type Atom, parseClaims, type Claim, vanishingModuloTurns } from "./claims.js";
+import { countFalseConditions, shareOfSet } from "./credit.js";
 import { slipsInSet } from "./set-slips.js";
 import { type SymbolValues, correct, verdictOf, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
 import { isBlank } from "./forms.js";
-import { arbitraryNumber, atText } from "./values.js";
+import { arbitraryNumber, configurationText } from "./values.js";
 
-/** Tolerance of a condition (rad or m), and of a value, which keys state with nine decimals. */
+/** Tolerance of a condition, and of a joint's value (rad or m): keys have nine decimals. */
 const CONDITION_TOLERANCE = 1e-6;
 const VALUE_TOLERANCE = 1e-9;
-/** Relative tolerance of a typed value, and the distance (rad or m) up to which it counts as rounded. */
+/** Relative tolerance of a typed value, and its maximum distance (rad or m) from the exact value if it is rounded. */
 const TYPED_TOLERANCE = 1e-12;
-const ROUNDED_WITHIN = 5e-3;
+const MAX_ROUNDING = 5e-3;
+/** Number of random starts from which poses on a claim are searched, and the steps of each search. */
 const START_COUNT = 12;
 const MAX_STEPS = 40;
+/** Step (rad or m) of numeric derivatives. */
 const DIFFERENCE_STEP = 1e-6;
-/** Damping, which keeps steps short if conditions depend on each other. */
+/** Damping of least-squares steps, which keeps steps short if conditions depend on each other. */
 const DAMPING = 1e-7;
 const FULL_TURN = 2 * Math.PI;
 /** A smaller value, relative to its terms, is a rounding error. */
 const ROUNDING_ERROR = 4e-16;
 /** If no pose is found, this many random poses are checked; below the second limit, a condition almost holds. */
-const CHECKED_POSES = 2000;
+const RANDOM_POSE_COUNT = 2000;
 const CLOSE_RESIDUAL = 1e-3;
 
 /** Return whether the arm is singular in a pose. */
-export type IsSingular = (at: SymbolValues) => boolean;
+export type IsSingular = (pose: SymbolValues) => boolean;
 
-type Space = { readonly joints: readonly string[]; readonly angles: ReadonlySet<string> };
+type JointSpace = { readonly joints: readonly string[]; readonly angles: ReadonlySet<string> };
 
-/** What the search for slips needs, too: all symbols, and the constants that the table adds to joint variables. */
-type Table = Space & { readonly symbols: readonly string[]; readonly offsets: ReadonlyMap<string, number> };
+/** For slips, too: all symbols of the problem, and the constants (rad) that the table adds to joint variables. */
+type ArmSymbols = JointSpace & { readonly symbols: readonly string[]; readonly offsets: ReadonlyMap<string, number> };
 
-/** Judge conditions. Values of joints in `angles` count modulo full turns; the table adds `offsets` to them. */
+/** Judge conditions. Values of joints in `angles` count modulo full turns; the table adds `offsets` (rad) to them. */
 export function judgeSet(
   typed: string,
   key: ConfigurationsKey,
@@ -70,19 +72,19 @@ export function judgeSet(
 ): Verdict {
   if (!typed.trim()) return missing();
   const answer = withPointsOfLengths(typed);
-  const space = { joints: key.joints, angles, offsets, symbols: key.symbols };
+  const armSymbols = { joints: key.joints, angles, offsets, symbols: key.symbols };
   return parseOrVerdict(() => {
     const tree = parse(answer, new Set(key.symbols));
     if (isBlank(tree)) return missing();
-    const conditions = withoutBlanks(substituteIntegers(tree));
-    const refused = ambiguityIn(answer, conditions, key);
-    if (refused) return refused;
-    const claims = parseClaims(assignJoint(conditions, space), new Set(key.joints));
-    return compare(claims, posesOf(key, conditions), space, isSingular);
+    const statements = withoutBlanks(substituteIntegers(tree));
+    const ambiguity = ambiguityIn(answer, statements, key);
+    if (ambiguity) return ambiguity;
+    const claims = parseClaims(assignJoint(statements, armSymbols), new Set(key.joints));
+    return judgeClaims(claims, posesOf(key, statements), armSymbols, isSingular);
   });
 }
 
-/** For each condition, the poses on each of its pieces. */
+/** For each condition of the reference: for each of its pieces, some poses on it. */
 type Conditions = readonly (readonly SymbolValues[])[][];
 
 /** Return the poses of each nonempty piece; names that the problem does not have get arbitrary numbers. */
@@ -92,9 +94,9 @@ function posesOf(key: ConfigurationsKey, tree: Node): Conditions {
     ...Object.fromEntries(unknown.map((symbol) => [symbol, arbitraryNumber(symbol, k)])),
     ...Object.fromEntries(key.symbols.map((symbol, i) => [symbol, values[i] as number])),
   });
-  let start = 0;
+  let firstPiece = 0;
   const piecesByCondition = (key.conditions ?? [key.pieces.length]).map((count) =>
-    key.pieces.slice(start, (start += count)).filter((piece) => piece.length > 0),
+    key.pieces.slice(firstPiece, (firstPiece += count)).filter((piece) => piece.length > 0),
   );
   return piecesByCondition
     .filter((pieces) => pieces.length > 0)
@@ -103,27 +105,28 @@ function posesOf(key: ConfigurationsKey, tree: Node): Conditions {
 
 /** Substitute the listed values of an integer, as in theta2 = k*pi, k = 0, 1; dots after them mean any integer. */
 function substituteIntegers(tree: Node): Node {
-  const at = tree.kind === "list" ? tree.args.findIndex(isWholeNumber) : 0;
-  const following = tree.args.slice(at + 1);
+  const equationIndex = tree.kind === "list" ? tree.args.findIndex(listsWholeNumbers) : 0;
+  const following = tree.args.slice(equationIndex + 1);
   const isStatement = ({ kind }: Node): boolean => ["eq", "in", "and", "or", "dict", "list"].includes(kind);
-  if (at <= 0 || following.some(isStatement)) return tree;
-  const [integerName, listed] = (tree.args[at] as Node).args as readonly [Node, Node];
+  if (equationIndex <= 0 || following.some(isStatement)) return tree;
+  const [integerName, listed] = (tree.args[equationIndex] as Node).args as readonly [Node, Node];
   const values = [...(listed.kind === "list" || listed.kind === "set" ? listed.args : [listed]), ...following];
-  const conditions = node("list", ...tree.args.slice(0, at));
+  const conditions = node("list", ...tree.args.slice(0, equationIndex));
   if (values.some(hasBlank)) return conditions;
-  const flat = values.flatMap((value) => (value.kind === "set" ? value.args : [value]));
-  if (sizeOf(conditions, Infinity) * flat.length > LIMITS.nodes_of_results) throw new ParseError("read.many-cases");
-  return node("list", ...flat.flatMap((value) => replaceName(conditions, integerName.text, value).args));
+  const allValues = values.flatMap((value) => (value.kind === "set" ? value.args : [value]));
+  if (sizeOf(conditions, Infinity) * allValues.length > LIMITS.nodes_of_results)
+    throw new ParseError("read.many-cases");
+  return node("list", ...allValues.flatMap((value) => replaceName(conditions, integerName.text, value).args));
 }
 
 /** Return whether the values of an integer are listed, as in k = 0, 1 or k in {0, 1}. */
-function isWholeNumber({ kind, args: [left, right] }: Node): boolean {
+function listsWholeNumbers({ kind, args: [left, right] }: Node): boolean {
   return (
     (kind === "eq" || kind === "in") && VOCABULARY.whole_numbers.includes(left?.text ?? "") && right?.kind !== "name"
   );
 }
 
-/** Return conditions without parts that state nothing: blanks, dots behind 0, pi, 2*pi, …, det J = 0, k in Z. */
+/** Return conditions without parts that state nothing: blanks, the dots in 0, pi, 2*pi, …, det J = 0, and k in Z. */
 function withoutBlanks(tree: Node): Node {
   const [left, right] = tree.args;
   const isList = ({ kind }: Node) => kind === "list" || kind === "set";
@@ -131,9 +134,9 @@ function withoutBlanks(tree: Node): Node {
     return node(tree.kind, left, withoutBlanks(right));
   if (!["and", "or", "list", "set"].includes(tree.kind)) return tree;
   const statements = tree.args.filter((arg) => !isEmptyStatement(arg));
-  const relevant = statements.length > 0 ? statements : tree.args;
-  if (!isList(tree) && relevant.length === 1) return withoutBlanks(relevant[0] as Node);
-  return { ...tree, args: tree.kind === "and" ? relevant : relevant.map(withoutBlanks) };
+  const remaining = statements.length > 0 ? statements : tree.args;
+  if (!isList(tree) && remaining.length === 1) return withoutBlanks(remaining[0] as Node);
+  return { ...tree, args: tree.kind === "and" ? remaining : remaining.map(withoutBlanks) };
 }
 
 /** Return whether an entry is blank, or only states that k is an integer, or that det J is zero. */
@@ -149,7 +152,7 @@ function isEmptyStatement(tree: Node): boolean {
   return hasBlank(tree) && !hasSeveralValues;
 }
 
-/** Return the verdict on conditions that are ambiguous or no conditions; null if there are none. */
+/** Return the verdict if a condition is ambiguous or is no condition; else null. */
 function ambiguityIn(answer: string, tree: Node, key: ConfigurationsKey): Verdict | null {
   const joint = key.joints.at(-1) ?? "";
   const used = [...namesIn(tree)];
@@ -180,7 +183,7 @@ function hasProductInChain(tree: Node, joints: readonly string[]): boolean {
 }
 
 /** Assign bare values, as in {0, pi}, to the only joint. Throws ParseError if there are several joints. */
-function assignJoint(tree: Node, { joints }: Space): Node {
+function assignJoint(tree: Node, { joints }: JointSpace): Node {
   const values = tree.kind === "list" || tree.kind === "set" ? tree.args : [tree];
   const isStatement = (arg: Node) =>
     ["eq", "in", "dict", "and", "or", "list", "set"].includes(arg.kind) ||
@@ -191,45 +194,50 @@ function assignJoint(tree: Node, { joints }: Space): Node {
   return node("in", name(joint), node("set", ...values));
 }
 
-function compare(typed: readonly Piece[], conditions: Conditions, space: Table, isSingular: IsSingular): Verdict {
+function judgeClaims(
+  typedClaims: readonly Claim[],
+  conditions: Conditions,
+  armSymbols: ArmSymbols,
+  isSingular: IsSingular,
+): Verdict {
   const pieces = conditions.flat();
-  const claims = typed.map((claim) => withExactValues(claim, pieces, space));
-  const counterexamples = claims.map((claim, i) => counterexample(claim, space, isSingular, i, pieces.flat()));
-  const rounded = typed.find((claim, i) => claim !== claims[i] && counterexamples[i] === null);
-  const sound = claims.filter((_, i) => counterexamples[i] === null);
+  const claims = typedClaims.map((claim) => withExactValues(claim, pieces, armSymbols));
+  const counterexamples = claims.map((claim, i) => findCounterexample(claim, armSymbols, isSingular, i, pieces.flat()));
+  const roundedClaim = typedClaims.find((claim, i) => claim !== claims[i] && counterexamples[i] === null);
+  const soundClaims = claims.filter((_, i) => counterexamples[i] === null);
   const wrongClaims = claims.filter((_, i) => counterexamples[i] !== null && counterexamples[i] !== "nowhere");
-  const findUncovered = (by: readonly Piece[], piece: readonly SymbolValues[]) =>
-    piece.find((at) => !by.some((claim) => holdsAt(claim, at, space)));
-  const uncovered = pieces.flatMap((piece): SymbolValues[] => {
-    const at = findUncovered([...sound, ...wrongClaims], piece);
-    return at ? [at] : [];
+  const findUncoveredPose = (coveringClaims: readonly Claim[], piece: readonly SymbolValues[]) =>
+    piece.find((pose) => !coveringClaims.some((claim) => holdsAt(claim, pose, armSymbols)));
+  const uncoveredPoses = pieces.flatMap((piece): SymbolValues[] => {
+    const pose = findUncoveredPose([...soundClaims, ...wrongClaims], piece);
+    return pose ? [pose] : [];
   });
-  if (claims.length > 0 && uncovered.length === 0 && wrongClaims.length === 0 && !rounded)
+  if (claims.length > 0 && uncoveredPoses.length === 0 && wrongClaims.length === 0 && !roundedClaim)
     return correct(message("verdict.set"), false);
-  // A claim beyond the right set must not earn points for what it happens to cover.
-  const isCovered = (piece: readonly SymbolValues[]) => findUncovered(sound, piece) === undefined;
+  // A claim with regular poses must not earn points for the pieces that it happens to cover.
+  const isCovered = (piece: readonly SymbolValues[]) => findUncoveredPose(soundClaims, piece) === undefined;
   const share = shareOfSet(
     conditions.map((pieces) => [pieces.filter(isCovered).length, pieces.length]),
-    falseConditions(
-      wrongClaims.map((claim) => jointsOf(claim, space)),
-      new Set(sound.map((claim) => jointsOf(claim, space))),
+    countFalseConditions(
+      wrongClaims.map((claim) => jointsOf(claim, armSymbols)),
+      new Set(soundClaims.map((claim) => jointsOf(claim, armSymbols))),
     ),
-    rounded !== undefined,
+    roundedClaim !== undefined,
   );
   const slips = slipsInSet({
     claims,
     wrongClaims,
     pieces,
-    uncovered: pieces.filter((piece) => findUncovered(claims, piece) !== undefined),
-    ...space,
-    holds: (claim, at) => holdsAt(claim, at, space),
+    uncovered: pieces.filter((piece) => findUncoveredPose(claims, piece) !== undefined),
+    ...armSymbols,
+    holds: (claim, at) => holdsAt(claim, at, armSymbols),
     isSound: (claim, substitute) =>
-      counterexample(claim, space, (at) => isSingular(substitute(at)), 0, pieces.flat()) === null,
+      findCounterexample(claim, armSymbols, (pose) => isSingular(substitute(pose)), 0, pieces.flat()) === null,
   });
   const [slip] = slips;
-  const verdict = (reasons: readonly Message[], at?: SymbolValues) =>
-    verdictOf(share, [...(rounded ? [message("verdict.rounded")] : []), ...reasons], {
-      ...(at ? { at } : {}),
+  const verdictWith = (reasons: readonly Message[], pose?: SymbolValues) =>
+    verdictOf(share, [...(roundedClaim ? [message("verdict.rounded")] : []), ...reasons], {
+      ...(pose ? { counterexample: pose } : {}),
       ...(slip ? { slips: slips.map((setSlip) => setSlip.slip) } : {}),
     });
   // show the pose to which the first slip refers
@@ -238,126 +246,144 @@ function compare(typed: readonly Piece[], conditions: Conditions, space: Table, 
     (result) => typeof result === "object" && result !== null,
   );
   if (regularPose)
-    return verdict([message("verdict.unsound", { at: atText(jointValues(regularPose, space)) })], regularPose);
-  const missed = (slip?.piece && findUncovered(claims, slip.piece)) ?? uncovered[0];
-  if (missed) return verdict([message("verdict.uncovered", { at: atText(jointValues(missed, space)) })], missed);
-  if (rounded) {
-    const constants = rounded.filter(({ joint, zero }) => joint !== null && namesIn(zero).size === 0);
-    const values = constants.map(({ joint, zero }) => [joint, evaluate(zero, {}).re]);
-    return verdict([], { ...pieces[0]?.[0], ...Object.fromEntries(values) });
+    return verdictWith(
+      [message("verdict.unsound", { at: configurationText(jointValues(regularPose, armSymbols)) })],
+      regularPose,
+    );
+  const missedPose = (slip?.piece && findUncoveredPose(claims, slip.piece)) ?? uncoveredPoses[0];
+  if (missedPose)
+    return verdictWith(
+      [message("verdict.uncovered", { at: configurationText(jointValues(missedPose, armSymbols)) })],
+      missedPose,
+    );
+  if (roundedClaim) {
+    const constants = roundedClaim.filter(({ joint, expression }) => joint !== null && namesIn(expression).size === 0);
+    const values = constants.map(({ joint, expression }) => [joint, evaluate(expression, {}).re]);
+    return verdictWith([], { ...pieces[0]?.[0], ...Object.fromEntries(values) });
   }
-  const nowhere = counterexamples.findIndex((result) => result === "nowhere" || result === "close") + 1;
-  return verdict([message("verdict.nowhere", { text: String(nowhere) })]);
+  const emptyClaimNumber = counterexamples.findIndex((result) => result === "nowhere" || result === "close") + 1;
+  return verdictWith([message("verdict.nowhere", { text: String(emptyClaimNumber) })]);
 }
 
-/** Return the joints in a piece. */
-function jointsOf(piece: Piece, { joints }: Space): string {
-  const named = new Set(piece.flatMap(({ joint, zero }) => [joint, ...namesIn(zero)]));
+/** Return the names of the joints in a claim, separated by spaces. */
+function jointsOf(claim: Claim, { joints }: JointSpace): string {
+  const named = new Set(claim.flatMap(({ joint, expression }) => [joint, ...namesIn(expression)]));
   return joints.filter((joint) => named.has(joint)).join(" ");
 }
 
-function jointValues(at: SymbolValues, { joints }: Space): SymbolValues {
-  return Object.fromEntries(joints.map((joint) => [joint, at[joint] as number]));
+function jointValues(pose: SymbolValues, { joints }: JointSpace): SymbolValues {
+  return Object.fromEntries(joints.map((joint) => [joint, pose[joint] as number]));
 }
 
-/** Return whether a piece holds in a pose, within tolerances. */
-function holdsAt(piece: Piece, at: SymbolValues, space: Space): boolean {
-  return piece.every((atom) => {
-    const difference = zeroOf(atom);
-    const sum = vanishingModuloTurns(difference, space.angles);
-    const isConstant = namesIn(atom.zero).size === 0;
-    if (atom.joint !== null && (isConstant || sum === difference)) {
-      const { re, im } = evaluate(atom.zero, at);
+/** Return whether a claim holds in a pose, within tolerances. */
+function holdsAt(claim: Claim, pose: SymbolValues, space: JointSpace): boolean {
+  return claim.every((atom) => {
+    const difference = vanishingExpression(atom);
+    const moduloTurns = vanishingModuloTurns(difference, space.angles);
+    const isConstant = namesIn(atom.expression).size === 0;
+    if (atom.joint !== null && (isConstant || moduloTurns === difference)) {
+      const { re, im } = evaluate(atom.expression, pose);
       const tolerance = isConstant ? VALUE_TOLERANCE : CONDITION_TOLERANCE;
-      return Math.abs(im) < tolerance && distance(atom.joint, at[atom.joint] as number, re, space) < tolerance;
+      return Math.abs(im) < tolerance && jointDistance(atom.joint, pose[atom.joint] as number, re, space) < tolerance;
     }
-    const { re, im, size } = evaluate(sum, at);
+    const { re, im, size } = evaluate(moduloTurns, pose);
     if (!Number.isFinite(re)) return false;
-    const slope = Math.hypot(...space.joints.map((joint) => slopeOf(sum, at, joint)));
+    const slope = Math.hypot(...space.joints.map((joint) => slopeOf(moduloTurns, pose, joint)));
     return Math.hypot(re, im) <= Math.max(CONDITION_TOLERANCE * slope, 1e-11 * size);
   });
 }
 
-function distance(joint: string, a: number, b: number, { angles }: Space): number {
+function jointDistance(joint: string, a: number, b: number, { angles }: JointSpace): number {
   const difference = Math.abs(a - b);
   if (!angles.has(joint)) return difference;
   const remainder = difference % FULL_TURN;
   return Math.min(remainder, FULL_TURN - remainder);
 }
 
-function slopeOf(zero: Piece[number]["zero"], at: SymbolValues, joint: string): number {
-  const above = evaluate(zero, { ...at, [joint]: (at[joint] as number) + DIFFERENCE_STEP }).re;
-  const below = evaluate(zero, { ...at, [joint]: (at[joint] as number) - DIFFERENCE_STEP }).re;
+function slopeOf(expression: Claim[number]["expression"], pose: SymbolValues, joint: string): number {
+  const above = evaluate(expression, { ...pose, [joint]: (pose[joint] as number) + DIFFERENCE_STEP }).re;
+  const below = evaluate(expression, { ...pose, [joint]: (pose[joint] as number) - DIFFERENCE_STEP }).re;
   return (above - below) / (2 * DIFFERENCE_STEP);
 }
 
-/** Return a regular pose on a piece; null if all found poses are singular; "nowhere" or "close" if no pose is found. */
-function counterexample(
-  piece: Piece,
-  space: Space,
+/**
+ * Return a regular pose on a claim; null if all poses found are singular. If no pose is found, return "close" if the
+ * claim almost holds in some pose, else "nowhere". The poses found have the lengths of `knownPoses`, in turn.
+ */
+function findCounterexample(
+  claim: Claim,
+  space: JointSpace,
   isSingular: IsSingular,
   seed: number,
-  lengths: readonly SymbolValues[],
+  knownPoses: readonly SymbolValues[],
 ): SymbolValues | "nowhere" | "close" | null {
   const random = randomNumbers((seed + 1) * 0x9e3779b9);
-  const fixedValues = (k: number): SymbolValues => lengths[k % Math.max(lengths.length, 1)] ?? {};
-  const zeros = zerosOf(piece, space);
-  const free = space.joints.filter((joint) => zeros.some((zero) => namesIn(zero).has(joint)));
+  const lengthsFor = (k: number): SymbolValues => knownPoses[k % Math.max(knownPoses.length, 1)] ?? {};
+  const expressions = vanishingExpressions(claim, space);
+  const constrainedJoints = space.joints.filter((joint) => expressions.some((zero) => namesIn(zero).has(joint)));
   let foundCount = 0;
   for (let start = 0; start < START_COUNT; start += 1) {
-    const at = solve(piece, zeros, free, randomPose(fixedValues(start), space, random));
-    if (!at || !holdsAt(piece, at, space)) continue;
+    const pose = moveOntoClaim(claim, expressions, constrainedJoints, randomPose(lengthsFor(start), space, random));
+    if (!pose || !holdsAt(claim, pose, space)) continue;
     foundCount += 1;
-    if (!isSingular(at)) return at;
+    if (!isSingular(pose)) return pose;
   }
   if (foundCount > 0) return null;
-  const nearest = Math.min(
-    ...Array.from({ length: CHECKED_POSES }, (_, k) => missOf(zeros, randomPose(fixedValues(k), space, random))),
+  const leastResidual = Math.min(
+    ...Array.from({ length: RANDOM_POSE_COUNT }, (_, k) =>
+      residualOf(expressions, randomPose(lengthsFor(k), space, random)),
+    ),
   );
-  return nearest < CLOSE_RESIDUAL ? "close" : "nowhere";
+  return leastResidual < CLOSE_RESIDUAL ? "close" : "nowhere";
 }
 
-/** Return how far the conditions are from zero in a pose, relative to their terms. */
-function missOf(zeros: readonly Node[], at: SymbolValues): number {
-  const misses = zeros.map((zero) => {
-    const { re, im, size } = evaluate(zero, at);
+/** Return the largest absolute value of the expressions in a pose, relative to their terms. */
+function residualOf(expressions: readonly Node[], pose: SymbolValues): number {
+  const residuals = expressions.map((zero) => {
+    const { re, im, size } = evaluate(zero, pose);
     return Math.abs(im) < CONDITION_TOLERANCE ? Math.abs(re) / Math.max(size, 1e-300) : Infinity;
   });
-  return misses.some(Number.isNaN) ? Infinity : Math.max(...misses);
+  return residuals.some(Number.isNaN) ? Infinity : Math.max(...residuals);
 }
 
-/** Return a claim on values with rounded values replaced by exact ones: pi for 3.14 or 355/113. */
-function withExactValues(claim: Piece, poses: readonly (readonly SymbolValues[])[], space: Space): Piece {
+/** Return a claim with rounded values of joints replaced by exact ones: pi for 3.14 or 355/113. */
+function withExactValues(claim: Claim, pieces: readonly (readonly SymbolValues[])[], space: JointSpace): Claim {
   const atoms = claim.map((atom) => {
-    if (atom.joint === null || namesIn(atom.zero).size > 0) return withExactSum(atom, poses, space);
-    const exact = exactValueOf(atom, poses, space);
-    return exact === null ? atom : { ...atom, zero: integer(exact) };
+    if (atom.joint === null || namesIn(atom.expression).size > 0) return withExactSum(atom, pieces, space);
+    const exact = exactValueOf(atom, pieces, space);
+    return exact === null ? atom : { ...atom, expression: integer(exact) };
   });
   return atoms.every((atom, i) => atom === claim[i]) ? claim : atoms;
 }
 
 /** Return a condition on a sum of angles with its rounded value replaced by the exact one: theta1 + theta2 = 3.14. */
-function withExactSum(atom: Atom, poses: readonly (readonly SymbolValues[])[], { angles }: Space): Atom {
-  const difference = zeroOf(atom);
+function withExactSum(atom: Atom, pieces: readonly (readonly SymbolValues[])[], { angles }: JointSpace): Atom {
+  const difference = vanishingExpression(atom);
   if (vanishingModuloTurns(difference, angles) === difference) return atom;
-  const exact = poses
-    .map((piece) => piece.map((at) => Math.asin(Math.sin(evaluate(difference, at).re / 2)) * 2))
-    .find(([first = NaN, ...others]) => {
-      const isConstant = others.every((other) => Math.abs(other - first) < 1e-8); // poses have nine decimals
-      return isConstant && Math.abs(first) < ROUNDED_WITHIN && Math.abs(first) > 1e-8;
+  const exact = pieces
+    .map((piece) => piece.map((pose) => Math.asin(Math.sin(evaluate(difference, pose).re / 2)) * 2))
+    .find(([firstDifference = NaN, ...otherDifferences]) => {
+      const isConstant = otherDifferences.every((other) => Math.abs(other - firstDifference) < 1e-8); // poses have nine decimals
+      return isConstant && Math.abs(firstDifference) < MAX_ROUNDING && Math.abs(firstDifference) > 1e-8;
     });
-  return exact ? { joint: null, zero: node("-", difference, decimal(exact[0] as number)) } : atom;
+  return exact ? { joint: null, expression: node("-", difference, decimal(exact[0] as number)) } : atom;
 }
 
-/** Return the value of a joint on some piece of which the typed value is a rounded one; null if there is none. */
-function exactValueOf({ joint, zero }: Atom, poses: readonly (readonly SymbolValues[])[], space: Space): number | null {
-  if (joint === null || namesIn(zero).size > 0) return null;
-  const value = evaluate(zero, {}).re;
-  const nearest = poses
-    .map((others) => others.map((other) => other[joint] as number))
-    .filter((values) => values.every((exact) => distance(joint, exact, values[0] as number, space) < VALUE_TOLERANCE))
-    .map(([exact]) => ({ exact: exact as number, error: distance(joint, value, exact as number, space) }))
-    .filter(({ error }) => error < ROUNDED_WITHIN)
+/** Return the exact value of a joint on a piece if the condition states it rounded; else null. */
+function exactValueOf(
+  { joint, expression }: Atom,
+  pieces: readonly (readonly SymbolValues[])[],
+  space: JointSpace,
+): number | null {
+  if (joint === null || namesIn(expression).size > 0) return null;
+  const value = evaluate(expression, {}).re;
+  const nearest = pieces
+    .map((piece) => piece.map((pose) => pose[joint] as number))
+    .filter((values) =>
+      values.every((exact) => jointDistance(joint, exact, values[0] as number, space) < VALUE_TOLERANCE),
+    )
+    .map(([exact]) => ({ exact: exact as number, error: jointDistance(joint, value, exact as number, space) }))
+    .filter(({ error }) => error < MAX_ROUNDING)
     .sort((a, b) => a.error - b.error)[0];
   if (!nearest) return null;
   // values found by a search are stored with nine decimals
@@ -367,46 +393,48 @@ function exactValueOf({ joint, zero }: Atom, poses: readonly (readonly SymbolVal
     : null;
 }
 
-function randomPose(fixedValues: SymbolValues, { joints, angles }: Space, random: () => number): SymbolValues {
+function randomPose(fixedValues: SymbolValues, { joints, angles }: JointSpace, random: () => number): SymbolValues {
   const values = joints.map((joint) => [joint, angles.has(joint) ? FULL_TURN * (random() - 0.5) : 0.2 + random()]);
   return { ...fixedValues, ...Object.fromEntries(values) };
 }
 
-/** Return the expressions that vanish if the conditions of a piece hold. */
-const zerosOf = (piece: Piece, { angles }: Space): Node[] =>
-  piece.map((atom) => {
-    const isValue = atom.joint !== null && namesIn(atom.zero).size === 0;
-    return isValue ? zeroOf(atom) : vanishingModuloTurns(zeroOf(atom), angles);
+/** Return the expressions that vanish if the conditions of a claim hold. */
+const vanishingExpressions = (claim: Claim, { angles }: JointSpace): Node[] =>
+  claim.map((atom) => {
+    const isValue = atom.joint !== null && namesIn(atom.expression).size === 0;
+    return isValue ? vanishingExpression(atom) : vanishingModuloTurns(vanishingExpression(atom), angles);
   });
 
-const zeroOf = ({ joint, zero }: Atom): Node => (joint === null ? zero : node("-", name(joint), zero));
+const vanishingExpression = ({ joint, expression }: Atom): Node =>
+  joint === null ? expression : node("-", name(joint), expression);
 
-/** Return the pose moved by Gauss-Newton steps of least norm to where a piece holds; null if the steps fail. */
-function solve(
-  piece: Piece,
-  zeros: readonly Node[],
-  free: readonly string[],
+/** Return the pose moved by Gauss-Newton steps of least norm to where a claim holds; null if the steps fail. */
+function moveOntoClaim(
+  claim: Claim,
+  expressions: readonly Node[],
+  joints: readonly string[],
   start: SymbolValues,
 ): SymbolValues | null {
-  let at = start;
-  for (const { joint, zero } of piece) if (joint !== null) at = { ...at, [joint]: evaluate(zero, at).re };
+  let pose = start;
+  for (const { joint, expression } of claim)
+    if (joint !== null) pose = { ...pose, [joint]: evaluate(expression, pose).re };
   for (let step = 0; step < MAX_STEPS; step += 1) {
-    const here = at;
-    const error = zeros.map((zero) => {
-      const { re, size } = evaluate(zero, here);
+    const currentPose = pose;
+    const errors = expressions.map((zero) => {
+      const { re, size } = evaluate(zero, currentPose);
       return Number.isFinite(size) && Math.abs(re) <= ROUNDING_ERROR * size ? 0 : re;
     });
-    if (error.every((value) => value === 0)) break;
+    if (errors.every((value) => value === 0)) break;
     const moves = leastNorm(
-      zeros.map((zero) => free.map((joint) => slopeOf(zero, here, joint))),
-      error,
+      expressions.map((zero) => joints.map((joint) => slopeOf(zero, currentPose, joint))),
+      errors,
     );
     if (!moves.every(Number.isFinite)) return null;
-    const changes = free.map((joint, i) => [joint, here[joint]! - Math.max(-1, Math.min(1, moves[i]!))]);
-    at = { ...here, ...Object.fromEntries(changes) };
+    const changes = joints.map((joint, i) => [joint, currentPose[joint]! - Math.max(-1, Math.min(1, moves[i]!))]);
+    pose = { ...currentPose, ...Object.fromEntries(changes) };
     if (Math.max(0, ...moves.map(Math.abs)) < 1e-12) break;
   }
-  return at;
+  return pose;
 }
 
 /** Return the shortest x with A x = b. Rows are normalised because slopes vanish at a double zero, as of sin². */

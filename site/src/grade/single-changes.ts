@@ -1,7 +1,7 @@
-// Find changes that undo a slip: with them, an entry has the expected value at the first configuration of a key.
+// Find changes that undo a slip, so that an entry has the expected value at the first configuration of a key.
 //
-// For each piece (subexpression) of an entry, we compute the value that would make the entry right, and then the
-// changes that give the piece this value. slips.ts checks each changed entry at all configurations.
+// For each subexpression of an entry, we compute the value that would make the entry right, and then the changes that
+// give the subexpression this value. slips.ts checks each changed entry at all configurations.
 
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
@@ -14,7 +14,7 @@ import {
   isRelative,
   isWave,
   otherAngles,
-  otherConstants,
+  anglesWithValue,
   otherWave,
   withAngle,
 } from "./angles.js";
@@ -32,7 +32,7 @@ import {
 import type { SymbolValues } from "./verdict.js";
 
 /** Relative tolerance for equal values at one configuration. */
-const NEAR = 1e-7;
+const RELATIVE_TOLERANCE = 1e-7;
 
 /** At most this many terms are tried in pairs. */
 const MAX_PAIRED_TERMS = 600;
@@ -60,22 +60,22 @@ export const KINDS = [
 ] as const satisfies readonly TextKey[];
 export type Kind = (typeof KINDS)[number];
 
-/** The entry with a slip undone; `what` is the missing part in symbols, if it is reported. */
+/** The entry with a slip undone; `what` names the missing part, as in "a1·qd2", for kinds of slips that report it. */
 export type Change = { readonly kind: Kind; readonly what?: string; readonly entry: Node };
 
-/** A subexpression of an entry; `replace` returns the entry with another one in its place. */
-interface Piece {
+/** A subexpression of an entry; `replace` returns the entry with another subexpression in its place. */
+interface Subexpression {
   readonly tree: Node;
   readonly parent: Node | null;
   readonly replace: (other: Node) => Node;
-  /** Whether it is the numerator of a fraction, up to a sign. */
+  /** Whether the subexpression is the numerator of a fraction, up to a sign. */
   readonly isNumerator: boolean;
 }
 
-/** What may complete or replace parts of an entry, with values at the first configuration of the key. */
+/** Expressions that may complete or replace parts of an entry, with their values at a configuration. */
 export interface Repairs {
   readonly library: Library;
-  readonly at: SymbolValues;
+  readonly configuration: SymbolValues;
   readonly terms: Terms;
   /** The terms of which pairs are tried. */
   readonly fewTerms: Terms;
@@ -84,50 +84,59 @@ export interface Repairs {
 
 export function repairsFor(
   entries: readonly Node[],
-  at: SymbolValues,
+  configuration: SymbolValues,
   { symbols }: Pick<ValuesKey, "symbols">,
 ): Repairs {
   const library = libraryOf(symbols, entries);
-  const factors = [...wavesOf(library, at), ...library.lengths.map((length) => withValue(length, at))];
-  return { library, at, terms: termsOf(library, at), fewTerms: termsOf(library, at, MAX_PAIRED_TERMS), factors };
+  const factors = [
+    ...wavesOf(library, configuration),
+    ...library.lengths.map((length) => withValue(length, configuration)),
+  ];
+  return {
+    library,
+    configuration,
+    terms: termsOf(library, configuration),
+    fewTerms: termsOf(library, configuration, MAX_PAIRED_TERMS),
+    factors,
+  };
 }
 
 /** Yield an entry with one change that gives it the expected value, in every way; likelier changes first. */
 export function* singleChanges(entry: Node, expected: number, repairs: Repairs): Generator<Change> {
-  const { library, at } = repairs;
-  const isRight = (other: Node) => near(evaluate(other, at).re, expected);
-  const ifRight = function* (kind: Kind, other: Node): Generator<Change> {
-    if (isRight(other)) yield { kind, entry: other };
+  const { library, configuration } = repairs;
+  const isRight = (changedEntry: Node) => isNear(evaluate(changedEntry, configuration).re, expected);
+  const yieldIfRight = function* (kind: Kind, changedEntry: Node): Generator<Change> {
+    if (isRight(changedEntry)) yield { kind, entry: changedEntry };
   };
-  yield* ifRight("slip.whole-sign", node("neg", entry));
-  yield* ifRight("slip.all-waves", changeEveryWave(entry, otherWave));
+  yield* yieldIfRight("slip.whole-sign", node("neg", entry));
+  yield* yieldIfRight("slip.all-waves", changeEveryWave(entry, otherWave));
   for (const angle of anglesIn([entry]))
-    for (const other of otherAngles(angle, library.angles))
-      yield* ifRight(
-        kindOfAngle(angle, other),
-        changeEveryWave(entry, (wave) => withAngle(wave, angle, other)),
+    for (const otherAngle of otherAngles(angle, library.angles))
+      yield* yieldIfRight(
+        kindOfAngle(angle, otherAngle),
+        changeEveryWave(entry, (wave) => withAngle(wave, angle, otherAngle)),
       );
   for (const first of library.angles.filter(({ kind }) => kind === "name"))
-    yield* ifRight(
+    yield* yieldIfRight(
       "slip.relative",
       changeEveryWave(entry, (wave) => withJointsFrom(first, wave, library.angles) ?? wave),
     );
   yield* withMissingLengths(entry, expected, repairs);
-  for (const piece of piecesOf(entry)) {
-    yield* withMissingBrackets(piece);
-    const target = targetOf(piece, expected, at);
-    if (target !== null) yield* changesOf(piece, target, repairs);
+  for (const subexpression of subexpressionsOf(entry)) {
+    yield* withMissingBrackets(subexpression);
+    const target = targetOf(subexpression, expected, configuration);
+    if (target !== null) yield* changesOf(subexpression, target, repairs);
   }
 }
 
 const kindOfAngle = (typed: Node, expected: Node): Kind =>
   isRelative(typed, expected) ? "slip.relative" : "slip.angle";
 
-/** Yield an entry, or a numerator in it, with two missing terms; neither may cancel one of its own terms. */
+/** Yield an entry in which it or a numerator has two more terms; neither term may cancel one of the existing terms. */
 export function* withTwoTerms(entry: Node, expected: number, repairs: Repairs): Generator<Change> {
-  const isSum = ({ tree, parent, isNumerator }: Piece) => parent === null || (isNumerator && tree.kind !== "/");
-  for (const { tree, replace } of piecesOf(entry).filter(isSum)) {
-    const target = replace(tree) === tree ? expected : targetOf({ tree, replace }, expected, repairs.at);
+  const isSum = ({ tree, parent, isNumerator }: Subexpression) => parent === null || (isNumerator && tree.kind !== "/");
+  for (const { tree, replace } of subexpressionsOf(entry).filter(isSum)) {
+    const target = replace(tree) === tree ? expected : targetOf({ tree, replace }, expected, repairs.configuration);
     if (target !== null)
       for (const { sum, what } of sumsOfThree(tree, target, repairs))
         yield { kind: "slip.terms-missing", what, entry: replace(sum) };
@@ -135,39 +144,42 @@ export function* withTwoTerms(entry: Node, expected: number, repairs: Repairs): 
 }
 
 /** Yield a sum with two added terms that give it the target value, and the text of these terms. */
-function* sumsOfThree(tree: Node, target: number, { at, fewTerms }: Repairs) {
-  const here = evaluate(tree, at).re;
-  const ownTerms = multipliedOut(tree, at) ?? [];
-  const cancelsTerm = (value: number) => ownTerms.some((term) => near(term, -value));
+function* sumsOfThree(tree: Node, target: number, { configuration, fewTerms }: Repairs) {
+  const currentValue = evaluate(tree, configuration).re;
+  const ownTerms = valuesOfExpandedTerms(tree, configuration) ?? [];
+  const cancelsTerm = (value: number) => ownTerms.some((term) => isNear(term, -value));
   for (const multiplier of ownTerms.length > 0 ? fewTerms.multipliers : [])
     for (const product of fewTerms.products) {
-      const term = times(product, multiplier);
-      for (const value of [term.value, -term.value].filter((candidate) => !cancelsTerm(candidate))) {
-        const missing = target - here - value;
-        for (const other of cancelsTerm(missing) ? [] : termsNear(fewTerms, missing, NEAR))
+      const firstTerm = times(product, multiplier);
+      for (const value of [firstTerm.value, -firstTerm.value].filter((candidate) => !cancelsTerm(candidate))) {
+        const missingValue = target - currentValue - value;
+        for (const secondTerm of cancelsTerm(missingValue) ? [] : termsNear(fewTerms, missingValue, RELATIVE_TOLERANCE))
           yield {
-            sum: withTerm(withTerm(tree, term, value), other, missing),
-            what: termsText([term.tree, other.tree]),
+            sum: withTerm(withTerm(tree, firstTerm, value), secondTerm, missingValue),
+            what: termsText([firstTerm.tree, secondTerm.tree]),
           };
       }
     }
 }
 
-/** At most this many terms of a multiplied-out entry are considered. */
-const MAX_MULTIPLIED_TERMS = 64;
+/** At most this many terms of an expanded entry are considered. */
+const MAX_EXPANDED_TERMS = 64;
 
-/** Return the values of an entry's terms when it is multiplied out; null if there are too many. */
-function multipliedOut(tree: Node, at: SymbolValues): number[] | null {
+/** Return the values of the terms of an expanded expression; null if there are too many. */
+function valuesOfExpandedTerms(tree: Node, configuration: SymbolValues): number[] | null {
   const [left, right] = tree.args;
-  if (tree.kind === "neg" && left) return multipliedOut(left, at)?.map((value) => -value) ?? null;
-  if (!left || !right || !["+", "-", "*"].includes(tree.kind)) return [evaluate(tree, at).re];
-  const [some, others] = [multipliedOut(left, at), multipliedOut(right, at)];
-  if (!some || !others) return null;
-  const terms =
+  if (tree.kind === "neg" && left) return valuesOfExpandedTerms(left, configuration)?.map((value) => -value) ?? null;
+  if (!left || !right || !["+", "-", "*"].includes(tree.kind)) return [evaluate(tree, configuration).re];
+  const [leftValues, rightValues] = [
+    valuesOfExpandedTerms(left, configuration),
+    valuesOfExpandedTerms(right, configuration),
+  ];
+  if (!leftValues || !rightValues) return null;
+  const values =
     tree.kind === "*"
-      ? some.flatMap((value) => others.map((other) => value * other))
-      : [...some, ...others.map((other) => (tree.kind === "-" ? -other : other))];
-  return terms.length > MAX_MULTIPLIED_TERMS ? null : terms;
+      ? leftValues.flatMap((leftValue) => rightValues.map((rightValue) => leftValue * rightValue))
+      : [...leftValues, ...rightValues.map((rightValue) => (tree.kind === "-" ? -rightValue : rightValue))];
+  return values.length > MAX_EXPANDED_TERMS ? null : values;
 }
 
 /** Return the text that names a term: its lengths and rates, or else its angles, with θ2 for theta2. */
@@ -186,24 +198,31 @@ function termText(tree: Node): string {
 
 const termsText = (trees: readonly Node[]): string => [...new Set(trees.map(termText))].sort().join(", ");
 
-/** Return the value that a piece needs for the entry to be right at a configuration; null if there is none. */
+/** Return the value of a subexpression with which the entry is right at a configuration; null if there is none. */
 function targetOf(
-  { tree, replace }: Pick<Piece, "tree" | "replace">,
+  { tree, replace }: Pick<Subexpression, "tree" | "replace">,
   expected: number,
-  at: SymbolValues,
+  configuration: SymbolValues,
 ): number | null {
-  // If the piece occurs once, the entry is (p x + q) / (r x + s) in its value x; such functions keep cross-ratios.
-  const here = evaluate(tree, at).re;
-  const step = 0.37 * Math.abs(here) + 0.05;
-  const valueWith = (value: number) => evaluate(replace(decimal(value)), at).re;
-  const [a, b, c] = [valueWith(here), valueWith(here + step), valueWith(here - step)];
+  // Usually, the entry is (p x + q) / (r x + s) in the subexpression's value x; such functions keep cross-ratios.
+  const currentValue = evaluate(tree, configuration).re;
+  const step = 0.37 * Math.abs(currentValue) + 0.05;
+  const entryValueWith = (value: number) => evaluate(replace(decimal(value)), configuration).re;
+  const [a, b, c] = [
+    entryValueWith(currentValue),
+    entryValueWith(currentValue + step),
+    entryValueWith(currentValue - step),
+  ];
   const ratio = ((expected - a) * (b - c)) / ((expected - c) * (b - a)); // cross-ratio of x, here and here ± step
   const change = ((ratio / 2) * step) / (1 - ratio / 2);
-  return Number.isFinite(change) ? here + change : null;
+  return Number.isFinite(change) ? currentValue + change : null;
 }
 
-/** Yield expressions that may be correct instead of a piece, with the kind of slip and the missing part. */
-function* replacementsFor({ tree, parent }: Piece, { library, factors }: Repairs): Generator<[Kind, Node, string?]> {
+/** Yield expressions that may be correct instead of a subexpression, with the kind of slip and the missing part. */
+function* replacementsFor(
+  { tree, parent }: Subexpression,
+  { library, factors }: Repairs,
+): Generator<[Kind, Node, string?]> {
   yield [parent === null ? "slip.whole-sign" : "slip.sign", node("neg", tree)];
   if (isWave(tree)) {
     const [angle] = tree.args as [Node];
@@ -213,7 +232,7 @@ function* replacementsFor({ tree, parent }: Piece, { library, factors }: Repairs
   }
   if (tree.kind === "name")
     for (const other of [...library.lengths, ...library.multipliers])
-      if (other.kind === "name" && stem(other.text) === stem(tree.text)) yield ["slip.symbol", other];
+      if (other.kind === "name" && symbolKind(other.text) === symbolKind(tree.text)) yield ["slip.symbol", other];
   if (tree.kind === "*") yield ["slip.factor-extra", tree.args[1] as Node];
   if (tree.kind === "*" || tree.kind === "/") yield ["slip.factor-extra", tree.args[0] as Node];
   for (const factor of [2, 0.5]) yield ["slip.number", node("*", decimal(factor), tree)];
@@ -223,26 +242,28 @@ function* replacementsFor({ tree, parent }: Piece, { library, factors }: Repairs
   }
 }
 
-/** Yield the changes of a piece that give it the target value. */
-function* changesOf(piece: Piece, target: number, repairs: Repairs): Generator<Change> {
-  const { tree, parent, replace } = piece;
-  const { at } = repairs;
-  const here = evaluate(tree, at).re;
-  const changed = (kind: Kind, other: Node, what = ""): Change => ({ kind, what, entry: replace(other) });
-  for (const [kind, other, what] of replacementsFor(piece, repairs))
-    if (near(target, evaluate(other, at).re)) yield changed(kind, other, what);
+/** Yield the changes of a subexpression that give it the target value. */
+function* changesOf(subexpression: Subexpression, target: number, repairs: Repairs): Generator<Change> {
+  const { tree, parent, replace } = subexpression;
+  const { configuration } = repairs;
+  const currentValue = evaluate(tree, configuration).re;
+  const change = (kind: Kind, other: Node, what = ""): Change => ({ kind, what, entry: replace(other) });
+  for (const [kind, other, what] of replacementsFor(subexpression, repairs))
+    if (isNear(target, evaluate(other, configuration).re)) yield change(kind, other, what);
   if (isWave(tree))
-    for (const other of otherConstants(tree, evaluate(tree.args[0] as Node, at).re, target))
-      yield changed("slip.angle", { ...tree, args: [other] });
-  if (tree.kind === "decimal") yield changed("slip.constant", decimal(Number(target.toPrecision(6))));
+    for (const other of anglesWithValue(tree, evaluate(tree.args[0] as Node, configuration).re, target))
+      yield change("slip.angle", { ...tree, args: [other] });
+  if (tree.kind === "decimal") yield change("slip.constant", decimal(Number(target.toPrecision(6))));
   const isTerm = parent?.kind === "+" || parent?.kind === "-";
-  if (isTerm && Math.abs(target) <= NEAR * Math.abs(here)) yield changed("slip.term-extra", integer(0));
-  const lacking = target - here;
+  if (isTerm && Math.abs(target) <= RELATIVE_TOLERANCE * Math.abs(currentValue))
+    yield change("slip.term-extra", integer(0));
+  const missingValue = target - currentValue;
   // a term that would cancel an existing one is not missing
-  const cancelsTerm = () => multipliedOut(tree, at)?.some((term) => near(term, -lacking)) ?? true;
-  if (Math.abs(lacking) > NEAR * Math.abs(here) && !cancelsTerm())
-    for (const term of termsNear(repairs.terms, lacking, NEAR))
-      yield changed("slip.term-missing", withTerm(tree, term, lacking), termText(term.tree));
+  const cancelsTerm = () =>
+    valuesOfExpandedTerms(tree, configuration)?.some((term) => isNear(term, -missingValue)) ?? true;
+  if (Math.abs(missingValue) > RELATIVE_TOLERANCE * Math.abs(currentValue) && !cancelsTerm())
+    for (const term of termsNear(repairs.terms, missingValue, RELATIVE_TOLERANCE))
+      yield change("slip.term-missing", withTerm(tree, term, missingValue), termText(term.tree));
 }
 
 /** Return a sum with one more term, with the sign that gives the term this value. */
@@ -250,41 +271,46 @@ const withTerm = (sum: Node, term: ValuedTree, value: number): Node =>
   node(value * term.value > 0 ? "+" : "-", sum, term.tree);
 
 /** Yield a*(b + c) for a*b + c: the brackets are missing. */
-function* withMissingBrackets({ tree, replace }: Piece): Generator<Change> {
+function* withMissingBrackets({ tree, replace }: Subexpression): Generator<Change> {
   const [left, right] = tree.args;
   if ((tree.kind !== "+" && tree.kind !== "-") || left?.kind !== "*") return;
   const [factor, inner] = left.args as [Node, Node];
   yield { kind: "slip.bracket", entry: replace(node("*", factor, node(tree.kind, inner, right as Node))) };
 }
 
-/** At most this many ways in which lengths may be missing are tried. */
-const MAX_WAYS = 3000;
+/** Missing lengths are searched only if there are at most this many combinations of them. */
+const MAX_COMBINATIONS = 3000;
 
 /** Yield the entry with two or more missing lengths: one or two in each of its terms. */
-function* withMissingLengths(entry: Node, expected: number, { library, at }: Repairs): Generator<Change> {
-  const terms = summandsOf(entry).map(({ tree, sign }) => ({ tree, sign, value: evaluate(tree, at).re }));
-  const lengths = library.lengths.map((length) => withValue(length, at));
+function* withMissingLengths(entry: Node, expected: number, { library, configuration }: Repairs): Generator<Change> {
+  const terms = summandsOf(entry).map(({ tree, sign }) => ({ tree, sign, value: evaluate(tree, configuration).re }));
+  const lengths = library.lengths.map((length) => withValue(length, configuration));
   const pairs = lengths.flatMap((a, i) =>
     lengths.slice(i).map((b) => ({ count: 2, value: a.value * b.value, tree: node("*", a.tree, b.tree) })),
   );
   const factors = [{ count: 0, value: 1, tree: null }, ...lengths.map((a) => ({ count: 1, ...a })), ...pairs];
-  if (factors.length ** terms.length > MAX_WAYS) return;
-  const ways = function* (k: number, left: number, chosen: typeof factors): Generator<typeof factors> {
+  if (factors.length ** terms.length > MAX_COMBINATIONS) return;
+  const combinations = function* (
+    k: number,
+    remainder: number,
+    chosenFactors: typeof factors,
+  ): Generator<typeof factors> {
     const term = terms[k];
     if (!term) {
-      const missing = chosen.reduce((sum, { count }) => sum + count, 0);
-      if (missing > 1 && Math.abs(left) <= NEAR * Math.abs(expected)) yield chosen;
+      const missing = chosenFactors.reduce((sum, { count }) => sum + count, 0);
+      if (missing > 1 && Math.abs(remainder) <= RELATIVE_TOLERANCE * Math.abs(expected)) yield chosenFactors;
       return;
     }
-    for (const factor of factors) yield* ways(k + 1, left - term.sign * term.value * factor.value, [...chosen, factor]);
+    for (const factor of factors)
+      yield* combinations(k + 1, remainder - term.sign * term.value * factor.value, [...chosenFactors, factor]);
   };
-  for (const way of ways(0, expected, [])) {
-    const fixed = terms.map(({ tree, sign }, k) => {
-      const factor = way[k]!.tree;
+  for (const combination of combinations(0, expected, [])) {
+    const correctedTerms = terms.map(({ tree, sign }, k) => {
+      const factor = combination[k]!.tree;
       const product = factor ? node("*", factor, tree) : tree;
       return sign < 0 ? node("neg", product) : product;
     });
-    yield { kind: "slip.lengths-missing", entry: fixed.reduce((sum, term) => node("+", sum, term)) };
+    yield { kind: "slip.lengths-missing", entry: correctedTerms.reduce((sum, term) => node("+", sum, term)) };
   }
 }
 
@@ -297,12 +323,12 @@ function summandsOf(tree: Node, sign = 1): { tree: Node; sign: number }[] {
   return [{ tree, sign }];
 }
 
-/** Return all pieces of an entry except those in angles and exponents, which are neither terms nor factors. */
-function piecesOf(entry: Node): Piece[] {
-  const pieces: Piece[] = [];
-  const visit = (piece: Piece): void => {
-    const { tree, replace } = piece;
-    pieces.push(piece);
+/** Return all subexpressions of an entry except those in angles and exponents, which are neither terms nor factors. */
+function subexpressionsOf(entry: Node): Subexpression[] {
+  const subexpressions: Subexpression[] = [];
+  const visit = (subexpression: Subexpression): void => {
+    const { tree, replace } = subexpression;
+    subexpressions.push(subexpression);
     if (tree.kind === "call" && tree.text !== "sqrt") return;
     const inner = tree.kind === "^" ? tree.args.slice(0, 1) : tree.args;
     inner.forEach((arg, k) =>
@@ -310,14 +336,16 @@ function piecesOf(entry: Node): Piece[] {
         tree: arg,
         parent: tree,
         replace: (other) => replace({ ...tree, args: tree.args.with(k, other) }),
-        isNumerator: (tree.kind === "/" && k === 0) || (piece.isNumerator && tree.kind === "neg"),
+        isNumerator: (tree.kind === "/" && k === 0) || (subexpression.isNumerator && tree.kind === "neg"),
       }),
     );
   };
   visit({ tree: entry, parent: null, replace: (other) => other, isNumerator: false });
-  return pieces;
+  return subexpressions;
 }
 
-const stem = (text: string): string => (/^[vwfm][xyz]$/.test(text) ? (text[0] as string) : text.replace(/\d+$/, ""));
+const symbolKind = (text: string): string =>
+  /^[vwfm][xyz]$/.test(text) ? (text[0] as string) : text.replace(/\d+$/, "");
 
-const near = (a: number, b: number): boolean => Math.abs(a - b) <= NEAR * Math.max(Math.abs(a), Math.abs(b));
+const isNear = (a: number, b: number): boolean =>
+  Math.abs(a - b) <= RELATIVE_TOLERANCE * Math.max(Math.abs(a), Math.abs(b));

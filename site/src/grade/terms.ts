@@ -1,21 +1,25 @@
-// The terms and factors of answers on this subject: lengths, rates, sines and cosines of sums of joint angles.
+// The terms and factors that answers consist of: lengths, rates, and sines and cosines of sums of joint angles.
 
 import { anyNode, call, integer, name, namesIn, type Node, node } from "../read/tree.js";
 import { evaluate } from "../read/evaluate.js";
 import { anglesIn, angleText } from "./angles.js";
 import type { SymbolValues } from "./verdict.js";
 
-/** Limits: symbols of a kind, the answer's own angles, and angles for products of three sines or cosines. */
+/**
+ * Maximum number of symbols of one kind, and of the answer's own angles; and the number of angles up to which products
+ * of three sines or cosines are considered, too.
+ */
 const MAX_SYMBOLS = 8;
 const MAX_OWN_ANGLES = 8;
 const MAX_ANGLES_FOR_THREE = 10;
 
 const LENGTH = /^[ad]\d+$/;
 const ANGLE = /^theta\d+$/;
-/** Rates, velocities and forces, the other factors of terms; an answer contains one of these kinds. */
+/** Rates, velocities, and forces or moments. The terms of an answer usually contain symbols of one of these kinds. */
 const RATE = /^qd\d+$/;
 const MULTIPLIERS = [RATE, /^[vw][xyz]$/, /^[fm][xyz]$/];
 
+/** The expressions from which terms are built. */
 export interface Library {
   /** Sums of successive joint angles, as theta1 + theta2, and angles of the answer with constants. */
   readonly angles: readonly Node[];
@@ -33,17 +37,17 @@ export function libraryOf(symbols: readonly string[], entries: readonly Node[]):
   const used = new Set(entries.flatMap((entry) => [...namesIn(entry)]));
   const decimals = new Map<number, Node>();
   for (const entry of entries)
-    anyNode(entry, (node) => (node.kind === "decimal" && decimals.set(node.value, node), false));
+    anyNode(entry, (term) => (term.kind === "decimal" && decimals.set(term.value, term), false));
   decimals.delete(0);
   const symbolsOf = (kind: RegExp) =>
     symbols
       .filter((symbol) => kind.test(symbol))
       .slice(0, MAX_SYMBOLS)
       .map(name);
-  const sums = successiveSums(symbolsOf(ANGLE));
-  const texts = new Set(sums.map(angleText));
-  const ownAngles = anglesIn(entries).filter((angle) => !texts.has(angleText(angle)));
-  const angles = [...sums, ...ownAngles.slice(0, MAX_OWN_ANGLES)];
+  const angleSums = successiveSums(symbolsOf(ANGLE));
+  const sumTexts = new Set(angleSums.map(angleText));
+  const ownAngles = anglesIn(entries).filter((angle) => !sumTexts.has(angleText(angle)));
+  const angles = [...angleSums, ...ownAngles.slice(0, MAX_OWN_ANGLES)];
   const multipliers = MULTIPLIERS.filter((kind) => [...used].some((symbol) => kind.test(symbol))).flatMap(symbolsOf);
   const lengths = [...symbolsOf(LENGTH), ...[...decimals.values()].slice(0, MAX_SYMBOLS)];
   const rates = multipliers.filter(({ text }) => RATE.test(text));
@@ -52,19 +56,25 @@ export function libraryOf(symbols: readonly string[], entries: readonly Node[]):
 
 /** Return the sums of successive nodes, including each node alone. */
 function successiveSums(names: readonly Node[]): Node[] {
-  return names.flatMap((_, first) =>
-    names.slice(first).map((_each, more) => sumOf(names.slice(first, first + more + 1))),
+  return names.flatMap((_, start) =>
+    names.slice(start).map((_each, count) => sumOf(names.slice(start, start + count + 1))),
   );
 }
 
 const sumOf = (terms: readonly Node[]): Node => terms.reduce((total, term) => node("+", total, term));
 
 /** Return sines and cosines of the angles with their values at a configuration. */
-export function wavesOf({ angles }: Library, at: SymbolValues): ValuedTree[] {
-  return angles.flatMap((angle) => [withValue(call("sin", angle), at), withValue(call("cos", angle), at)]);
+export function wavesOf({ angles }: Library, configuration: SymbolValues): ValuedTree[] {
+  return angles.flatMap((angle) => [
+    withValue(call("sin", angle), configuration),
+    withValue(call("cos", angle), configuration),
+  ]);
 }
 
-export const withValue = (tree: Node, at: SymbolValues): ValuedTree => ({ tree, value: evaluate(tree, at).re });
+export const withValue = (tree: Node, configuration: SymbolValues): ValuedTree => ({
+  tree,
+  value: evaluate(tree, configuration).re,
+});
 
 /** Terms of Jacobians: a length or none, a rate (if there are any), and sines and cosines. */
 export interface Terms {
@@ -73,25 +83,25 @@ export interface Terms {
   readonly products: readonly ValuedTree[];
 }
 
-/** Return terms with products of up to two or three sines and cosines; of fewer if there are more than `most` terms. */
-export function termsOf(library: Library, at: SymbolValues, most = Infinity): Terms {
-  const waveList = wavesOf(library, at);
-  const lengths = [ONE, ...library.lengths.map((length) => withValue(length, at))];
-  const rates = [...library.multipliers, ...library.rateSums].map((rate) => withValue(rate, at));
+/** Return terms with products of up to two or three sines and cosines; of fewer if there were more than `maxTerms`. */
+export function termsOf(library: Library, configuration: SymbolValues, maxTerms = Infinity): Terms {
+  const waves = wavesOf(library, configuration);
+  const lengths = [ONE, ...library.lengths.map((length) => withValue(length, configuration))];
+  const rates = [...library.multipliers, ...library.rateSums].map((rate) => withValue(rate, configuration));
   const multipliers = (rates.length > 0 ? rates : [ONE]).flatMap((rate) =>
     lengths.map((length) => times(length, rate)),
   );
   const allowsThree = library.angles.length <= MAX_ANGLES_FOR_THREE;
   let products = [ONE];
-  let last = products.map((product) => ({ product, from: 0 }));
+  let longestProducts = products.map((product) => ({ product, from: 0 }));
   for (let count = 0; count < (allowsThree ? 3 : 2); count += 1) {
-    last = last.flatMap(({ product, from }) =>
-      waveList.slice(from).map((wave, k) => ({ product: times(product, wave), from: from + k })),
+    longestProducts = longestProducts.flatMap(({ product, from }) =>
+      waves.slice(from).map((wave, k) => ({ product: times(product, wave), from: from + k })),
     );
-    if ((products.length + last.length) * multipliers.length > most) break;
-    products = [...products, ...last.map(({ product }) => product)];
+    if ((products.length + longestProducts.length) * multipliers.length > maxTerms) break;
+    products = [...products, ...longestProducts.map(({ product }) => product)];
   }
-  products.sort((one, other) => Math.abs(one.value) - Math.abs(other.value));
+  products.sort((a, b) => Math.abs(a.value) - Math.abs(b.value));
   return { multipliers, products };
 }
 

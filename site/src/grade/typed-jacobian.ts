@@ -6,33 +6,33 @@ import { parse } from "../read/reader.js";
 import { catchParseError, hasBlank } from "../read/tree.js";
 import { matrixOf, withShape } from "./forms.js";
 
-/** Returns the linear part of each column of a typed Jacobian at a pose (m/s at unit joint rate); null if undefined. */
+/** A function that returns vx, vy, vz of each column of J at a pose (m/s at unit joint rate); null if undefined. */
 export type ColumnsAt = (pose: Readonly<Record<string, number>>) => readonly (readonly number[])[] | null;
 
-const LINEAR: readonly TaskRow[] = ["vx", "vy", "vz"];
-const ALL: readonly TaskRow[] = [...LINEAR, "wx", "wy", "wz"];
+const LINEAR_ROWS: readonly TaskRow[] = ["vx", "vy", "vz"];
+const ALL_ROWS: readonly TaskRow[] = [...LINEAR_ROWS, "wx", "wy", "wz"];
 
 /** Return an answer to a question for J as a function of the pose; null for other questions or invalid answers. */
 export function typedColumns(problem: Problem, part: Part, answer: string): ColumnsAt | null {
   const { robot, symbols } = problem;
   const { key } = part;
-  const rows = { jacobian: robot.task, "geometric-jacobian": ALL }[part.kind];
+  const rows = { jacobian: robot.task, "geometric-jacobian": ALL_ROWS }[part.kind];
   if (!rows || key.type !== "values" || !answer.trim()) return null;
   const known = new Set(Object.keys(symbols));
   return catchParseError(
     () => {
       const matrix = withShape(matrixOf(parse(answer, known), known, part.labels, key), key);
       if ("outcome" in matrix || matrix.length !== rows.length || matrix.flat().some(hasBlank)) return null;
-      const numeric = Object.fromEntries(
+      const symbolValues = Object.fromEntries(
         Object.entries(symbols).flatMap(([name, { value }]) => (value === undefined ? [] : [[name, value]])),
       );
       return (pose) => {
-        const at = { ...numeric, ...robot.values, ...pose };
+        const values = { ...symbolValues, ...robot.values, ...pose };
         const columns = robot.joints.map((_, i) =>
-          LINEAR.map((name) => {
+          LINEAR_ROWS.map((name) => {
             const row = rows.indexOf(name);
             const entry = matrix[row]?.[i];
-            return entry ? evaluate(entry, at).re : 0;
+            return entry ? evaluate(entry, values).re : 0;
           }),
         );
         return columns.flat().every(Number.isFinite) ? columns : null;

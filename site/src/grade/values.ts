@@ -8,20 +8,29 @@ import { tableText } from "../read/tables.js";
 import { anyNode, columnsOf, digitsOfDecimals, hasBlank, namesIn, type Node, type Rows } from "../read/tree.js";
 import { table, VOCABULARY } from "../read/vocabulary.js";
 import { inDigits, message, type Message, numberSeparator, say, type TextKey } from "../text/text.js";
-import { shareButForFactor, shareOfEntries } from "./credit.js";
-import { entriesOf, isBlank, matrixOf, ofScalars, otherComponent, parseAs, rightSide, withShape } from "./forms.js";
-import { slipsIn } from "./slips.js";
+import { shareUpToDeviations, shareOfEntries } from "./credit.js";
+import {
+  entriesOf,
+  isBlank,
+  matrixOf,
+  requireScalars,
+  otherComponent,
+  parseRowsOrTable,
+  rightSide,
+  withShape,
+} from "./forms.js";
+import { findSlips } from "./slips.js";
 import { type SymbolValues, correct, verdictOf, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
 
-/** Relative tolerance for rounding, of the size of the terms. */
+/** Tolerance for rounding errors, relative to the size of the terms. */
 const TOLERANCE = 1e-9;
 /** Relative tolerance for the fingerprint of a mistake, stored with six digits. */
 const FINGERPRINT_TOLERANCE = 2e-5;
-/** Mistakes have fingerprints at this many configurations or fewer. */
+/** Mistakes have fingerprints at most at this many configurations, the first ones of the key. */
 const FINGERPRINT_COUNT = 3;
-/** How many times the tolerance a mistake in some entries must change the fingerprint. */
+/** A mistake in some entries counts only if it changes the fingerprint by this many times the tolerance. */
 const NOTICEABLE = 100;
-/** Terms may be this many times the entry: rounding errors are then still far below the entry. */
+/** If terms are at most this many times as large as the entry, rounding errors are far below the entry. */
 const MAX_CANCELLATION = 1e4;
 const UNITS = table(VOCABULARY.units);
 const GOLDEN_RATIO = 0.6180339887498949;
@@ -30,9 +39,11 @@ const BRANCHING = new Set(["sqrt", "abs", "sign", "asin", "acos", "atan", "acot"
 
 type Names = readonly string[];
 type Mistakes = ValuesKey["mistakes"];
-/** The values of an answer's entries, null for a blank; and a function that returns them at point k of the key. */
-type Values = readonly (Value | null)[];
-type ValuesAt = (k: number) => Values;
+/**
+ * The values of an answer's entries, null for a blank; and a function that returns them at configuration k of the key.
+ */
+type EntryValues = readonly (Value | null)[];
+type ValuesAt = (k: number) => EntryValues;
 
 /** Judge a formula, vector or matrix; `labels` name the entries of a vector. */
 export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], columnNames: Names = []): Verdict {
@@ -41,7 +52,7 @@ export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], 
   const answerRows =
     key.rows * key.columns === 1
       ? parseOrVerdict(() => parseFormula(answer, known, labels))
-      : parseAs(
+      : parseRowsOrTable(
           (text) => {
             const tree = parse(text, known);
             const rows = isBlank(tree) ? null : matrixOf(tree, known, labels, key, columnNames);
@@ -52,15 +63,17 @@ export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], 
           answer,
           () => tableText(answer, key.rows, key.columns),
         );
-  return "outcome" in answerRows ? answerRows : parseOrVerdict(() => compare(answerRows, key));
+  return "outcome" in answerRows ? answerRows : parseOrVerdict(() => judgeEntries(answerRows, key));
 }
 
-/** Return the only entry of an answer; if 0,5 makes a list of it, commas are read as points. */
+/**
+ * Parse an answer of one entry; if it is a list only because of a decimal comma, as in 0,5, commas are read as points.
+ */
 function parseFormula(answer: string, known: ReadonlySet<string>, labels: readonly string[]): Rows | Verdict {
   const typed = parse(answer, known);
   if (isBlank(typed)) return missing();
-  const other = otherComponent(typed, labels);
-  if (other) return wrong("read.component", { other, asked: labels[0] as string });
+  const otherName = otherComponent(typed, labels);
+  if (otherName) return wrong("read.component", { other: otherName, asked: labels[0] as string });
   const tree = rightSide(onlyEntry(rightSide(typed, known, labels)), known, labels);
   const withDecimalPoints = withPoints(answer);
   if (tree.kind === "list" && withDecimalPoints !== answer)
@@ -81,71 +94,76 @@ function isTransposed(rows: Rows, key: ValuesKey): boolean {
   return isSwapped && Math.min(key.rows, key.columns) > 1;
 }
 
-/** Return the verdict on such a matrix; it says whether only the transposition is wrong. */
+/** Return the verdict on a transposed matrix; it says whether the transposition is the only mistake. */
 function judgeTransposed(rows: Node[][], key: ValuesKey): Verdict {
-  const isRight = compare(ofScalars(columnsOf(rows)), key).outcome === "correct";
+  const isRight = judgeEntries(requireScalars(columnsOf(rows)), key).outcome === "correct";
   const slip = message(isRight ? "slip.transposed" : "slip.turned");
   return { ...(withShape(rows, key) as Verdict), slips: [slip] };
 }
 
-function compare(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
+function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   if (key.points.length === 0) throw new Error("a key without configurations"); // else every answer would be right
   const entries = rows.flat();
-  const blank = entries.map(hasBlank);
+  const isBlankEntry = entries.map(hasBlank);
   const names = new Set(entries.flatMap((entry) => [...namesIn(entry)]));
-  const valuesByPoint: Values[] = [];
+  const valuesByPoint: EntryValues[] = [];
   // a wrong answer differs at one of the first configurations, so later values are computed only when needed
-  const evaluateAt = (at: SymbolValues) => entries.map((entry, i) => (blank[i] ? null : evaluate(entry, at)));
-  const valuesAt = (k: number) => (valuesByPoint[k] ??= evaluateAt(configuration(key, k, names)));
+  const evaluateEntries = (configuration: SymbolValues) =>
+    entries.map((entry, i) => (isBlankEntry[i] ? null : evaluate(entry, configuration)));
+  const valuesAt = (k: number) => (valuesByPoint[k] ??= evaluateEntries(configurationOf(key, k, names)));
   const scales = key.right.map((values) => Math.max(...values.map((value) => Math.abs(value ?? 0))));
   const largest = Math.max(...scales);
-  const differing = entries.map((_, i) =>
-    key.points.findIndex((_point, k) => !same(valuesAt(k)[i] ?? null, key.right[i]?.[k] ?? null)),
+  const firstDifferences = entries.map((_, i) =>
+    key.points.findIndex((_point, k) => !isExpected(valuesAt(k)[i] ?? null, key.right[i]?.[k] ?? null)),
   );
-  if (differing.every((k) => k < 0))
-    return agreement(
+  if (firstDifferences.every((k) => k < 0))
+    return verdictOnAgreement(
       entries,
       message("verdict.values", { points: key.points.length }),
       Array.from(key.points.keys(), valuesAt),
     );
-  const rightEntries = differing.map((k) => k < 0);
-  const zeros = scales.map((scale) => scale === 0 && largest > 0);
-  const deviation = blank.some(Boolean) ? 0 : deviationOf(valuesAt, key, zeros, rightEntries);
+  const isRightEntry = firstDifferences.map((k) => k < 0);
+  const isZero = scales.map((scale) => scale === 0 && largest > 0);
+  const deviation = isBlankEntry.some(Boolean) ? null : deviationOf(valuesAt, key, isZero, isRightEntry);
   const moving = key.moving ?? [];
-  const byEntries =
-    rightEntries.length === 1 || (moving.length > 0 && !moving.some((i) => rightEntries[i]))
+  const shareByEntries =
+    isRightEntry.length === 1 || (moving.length > 0 && !moving.some((i) => isRightEntry[i]))
       ? 0
-      : shareOfEntries(rightEntries, zeros, blank);
-  const share = Math.max(byEntries, deviation === 0 ? 0 : shareButForFactor(deviation.count));
-  const rowsOfRight = rows.map((row, r) => row.map((_, c) => rightEntries[r * row.length + c] as boolean));
-  const firstWrong = differing.findIndex((k) => k >= 0);
-  const firstPoint = differing[firstWrong] as number;
-  const unknownNames = unknownSymbols(names, key);
+      : shareOfEntries(isRightEntry, isZero, isBlankEntry);
+  const share = Math.max(shareByEntries, deviation === null ? 0 : shareUpToDeviations(deviation.count));
+  const isRightByRow = rows.map((row, r) => row.map((_, c) => isRightEntry[r * row.length + c] as boolean));
+  const firstWrong = firstDifferences.findIndex((k) => k >= 0);
+  const firstPoint = firstDifferences[firstWrong] as number;
+  const unknownMessage = findUnknownSymbols(names, key);
   const reason =
-    unknownNames ?? differenceMessage(entries, firstWrong, valuesAt(firstPoint)[firstWrong] ?? null, key, firstPoint);
+    unknownMessage ??
+    describeDifference(entries, firstWrong, valuesAt(firstPoint)[firstWrong] ?? null, key, firstPoint);
   const mistake = findMistake(valuesAt, key.mistakes, key);
   const isRight = (i: number, entry: Node) =>
-    key.points.every((_, j) => same(evaluate(entry, configuration(key, j, names)), key.right[i]?.[j] ?? null));
-  const wrong = differing.flatMap((j, i) => (j >= 0 && !blank[i] ? [i] : []));
-  const at = (j: number) => configuration(key, j, names);
-  const mistakeIn = (some: ReadonlySet<number>) => findMistake(valuesAt, key.mistakes, key, some);
-  const isOpen = mistake === undefined && wrong.length > 0;
-  const explained = isOpen ? slipsIn({ entries, wrong, at, isRight, mistakeIn }, key) : null;
+    key.points.every((_, j) => isExpected(evaluate(entry, configurationOf(key, j, names)), key.right[i]?.[j] ?? null));
+  const wrongIndices = firstDifferences.flatMap((j, i) => (j >= 0 && !isBlankEntry[i] ? [i] : []));
+  const configurationAt = (j: number) => configurationOf(key, j, names);
+  const findMistakeIn = (places: ReadonlySet<number>) => findMistake(valuesAt, key.mistakes, key, places);
+  const isUnexplained = mistake === undefined && wrongIndices.length > 0;
+  const explanation = isUnexplained
+    ? findSlips({ entries, wrongIndices, configurationAt, isRight, findMistakeIn }, key)
+    : null;
   // the same mistake everywhere may look like several slips
-  const mistakeEverywhere = explained && !explained.isAll ? findMistake(valuesAt, key.throughout ?? [], key) : mistake;
-  const slips = mistakeEverywhere === undefined ? (explained?.slips ?? []) : [];
-  const deviationMessages = deviation === 0 ? [] : [message(deviation.key)];
-  const countMessages = unknownNames && !rightEntries.some(Boolean) ? [] : entryCount(rightEntries, zeros);
+  const finalMistake =
+    explanation && !explanation.explainsAll ? findMistake(valuesAt, key.throughout ?? [], key) : mistake;
+  const slips = finalMistake === undefined ? (explanation?.slips ?? []) : [];
+  const deviationMessages = deviation === null ? [] : [message(deviation.key)];
+  const countMessages = unknownMessage && !isRightEntry.some(Boolean) ? [] : countRightEntries(isRightEntry, isZero);
   return verdictOf(share, [...deviationMessages, ...countMessages, reason], {
-    entries: rowsOfRight,
-    at: configuration(key, firstPoint, NO_NAMES),
-    ...(mistakeEverywhere === undefined ? {} : { mistake: mistakeEverywhere }),
+    entries: isRightByRow,
+    counterexample: configurationOf(key, firstPoint, NO_NAMES),
+    ...(finalMistake === undefined ? {} : { mistake: finalMistake }),
     ...(slips.length > 0 ? { slips } : {}),
   });
 }
 
-/** Return whether a value is the expected one; null is expected where the entry is undefined. */
-function same(value: Value | null, expected: number | null): boolean {
+/** Return whether a value is the expected one; null is expected if the entry is undefined at the configuration. */
+function isExpected(value: Value | null, expected: number | null): boolean {
   if (!value) return false;
   if (expected === null) return !isFinite(value.re) || Math.abs(value.re) > 1e12;
   const tolerance = TOLERANCE * Math.max(value.size, Math.abs(expected), 1e-300);
@@ -154,8 +172,12 @@ function same(value: Value | null, expected: number | null): boolean {
   );
 }
 
-/** Return the verdict on entries that are right at all configurations; it says if these may not decide. */
-export function agreement(entries: readonly Node[], sure: Message, values: readonly Values[]): Verdict {
+/** Return the verdict on entries that are right at all configurations; it is unsure if these may hide a difference. */
+export function verdictOnAgreement(
+  entries: readonly Node[],
+  sureReason: Message,
+  values: readonly EntryValues[],
+): Verdict {
   const points = values.length;
   const functions = new Set<string>();
   for (const entry of entries)
@@ -165,9 +187,9 @@ export function agreement(entries: readonly Node[], sure: Message, values: reado
     });
   const digits = Math.max(...entries.map(digitsOfDecimals));
   if (digits > 8 && digits < 16) return correct(message("verdict.decimals", { points, digits }), false);
-  const hidden = entries.map(extremeNumber).find((number) => number !== null) ?? cancellationSize(values);
-  if (hidden) return correct(message("verdict.out-of-sight", { points, number: hidden }), false);
-  if (functions.size === 0) return correct(sure);
+  const hidingNumber = entries.map(extremeNumber).find((number) => number !== null) ?? cancellationSize(values);
+  if (hidingNumber) return correct(message("verdict.out-of-sight", { points, number: hidingNumber }), false);
+  if (functions.size === 0) return correct(sureReason);
   return correct(message("verdict.branches", { points, functions: [...functions].sort().join(", ") }), false);
 }
 
@@ -178,90 +200,98 @@ function extremeNumber(tree: Node): string | null {
     const isNumber = node.kind === "number" || node.kind === "decimal";
     if (!isNumber && !(node.kind === "^" && namesIn(node).size === 0)) return false;
     const { size } = evaluate(node, {});
-    const isNothing = isNumber ? !/[1-9]/.test(node.text) : size === 0;
-    if (!isNothing && !(size >= 1e-6 && size <= 1e6)) text = isNumber ? node.text : size.toExponential(0);
+    const isZero = isNumber ? !/[1-9]/.test(node.text) : size === 0;
+    if (!isZero && !(size >= 1e-6 && size <= 1e6)) text = isNumber ? node.text : size.toExponential(0);
     return text !== null;
   });
   return text;
 }
 
-/** Return the size of terms that cancel each other, if nine digits of them exceed the entry itself; else null. */
-function cancellationSize(values: readonly Values[]): string | null {
-  const largestOf = (of: (value: Value) => number) =>
+/**
+ * Return the size of an entry's terms if they cancel each other to so small a value that errors may hide; else null.
+ */
+function cancellationSize(values: readonly EntryValues[]): string | null {
+  const maxByEntry = (sizeOf: (value: Value) => number) =>
     (values[0] ?? []).map((_, i) =>
-      Math.max(...values.map((entryValues) => (entryValues[i] ? of(entryValues[i]) : 0))),
+      Math.max(...values.map((entryValues) => (entryValues[i] ? sizeOf(entryValues[i]) : 0))),
     );
-  const lengths = largestOf(({ re, im }) => Math.hypot(re, im));
-  const largest = Math.max(...lengths) || 1;
-  const hiding = largestOf(({ size }) => size).find(
-    (size, i) => !(size <= MAX_CANCELLATION * Math.max(lengths[i] as number, largest / 100)),
+  const magnitudes = maxByEntry(({ re, im }) => Math.hypot(re, im));
+  const largest = Math.max(...magnitudes) || 1;
+  const hidingSize = maxByEntry(({ size }) => size).find(
+    (size, i) => !(size <= MAX_CANCELLATION * Math.max(magnitudes[i] as number, largest / 100)),
   );
-  return hiding === undefined ? null : hiding.toExponential(0);
+  return hidingSize === undefined ? null : hidingSize.toExponential(0);
 }
 
-/** A deviation: wrong signs or a constant factor (`count` 1), or both (2); `key` is the message that reports it. */
+/**
+ * A deviation: wrong signs or a wrong constant factor (`count` 1), or both (2); `key` is the message that reports it.
+ */
 type Deviation = { readonly count: 1 | 2; readonly key: TextKey };
 
-/** Return the deviation if all wrong entries are right up to signs, a constant factor, or both; else 0. */
+/** Return the deviation if all wrong entries are right up to signs, a constant factor, or both; else null. */
 function deviationOf(
   valuesAt: ValuesAt,
   key: ValuesKey,
   zeros: readonly boolean[],
   right: readonly boolean[],
-): Deviation | 0 {
-  const moving = key.moving ?? [];
-  const wrong = right.flatMap((ok, i) => (ok ? [] : [i]));
-  const isOneNumber = moving.length === 0 && zeros.filter((zero) => !zero).length === 1;
-  if (isOneNumber || wrong.some((i) => zeros[i])) return 0;
+): Deviation | null {
+  const movingEntries = key.moving ?? [];
+  const wrongIndices = right.flatMap((ok, i) => (ok ? [] : [i]));
+  const isOneNumber = movingEntries.length === 0 && zeros.filter((zero) => !zero).length === 1;
+  if (isOneNumber || wrongIndices.some((i) => zeros[i])) return null;
   const ratios: number[] = [];
-  let signs: readonly number[] = [];
+  let expectedSigns: readonly number[] = [];
   for (let k = 0; k < key.points.length; k += 1) {
     const values = valuesAt(k);
-    const signed = wrong.map((i) => (values[i]?.im === 0 ? values[i].re / (key.right[i]?.[k] ?? NaN) : NaN));
-    if (k === 0) signs = signed.map(Math.sign);
-    const magnitudes = signed.map((ratio, j) => ratio * signs[j]!);
+    const signedRatios = wrongIndices.map((i) =>
+      values[i]?.im === 0 ? values[i].re / (key.right[i]?.[k] ?? NaN) : NaN,
+    );
+    if (k === 0) expectedSigns = signedRatios.map(Math.sign);
+    const magnitudes = signedRatios.map((ratio, j) => ratio * expectedSigns[j]!);
     const ratio = magnitudes[0] as number;
-    if (!Number.isFinite(ratio) || !magnitudes.every((other) => near(other, ratio))) return 0;
+    if (!Number.isFinite(ratio) || !magnitudes.every((other) => isNear(other, ratio))) return null;
     ratios.push(ratio);
   }
-  const constants = (key.constants ?? []).slice(0, MOST_CONSTANTS).map((name) => key.symbols.indexOf(name));
+  const constants = (key.constants ?? []).slice(0, MAX_CONSTANTS).map((name) => key.symbols.indexOf(name));
   for (const powers of powersOf(constants.length)) {
-    const left = ratios.map((ratio, k) =>
+    const factors = ratios.map((ratio, k) =>
       powers.reduce((product, power, j) => product * (key.points[k]?.[constants[j]!] ?? NaN) ** power, ratio),
     );
-    const [first] = left as [number];
-    if (!(Math.abs(first) > TOLERANCE) || !left.every((factor) => near(factor, first))) continue;
-    const isOther = powers.some((power) => power !== 0) || !near(first, 1);
-    const isNegative = signs.includes(-1);
-    if (!isNegative && !isOther) return 0;
-    if (isOther && !wrong.some((i) => moving.includes(i))) return 0; // any number would be right up to a factor
-    const several = right.length > 1;
-    if (isNegative && isOther) return { count: 2, key: several ? "verdict.but-signs-both" : "verdict.but-both" };
-    if (!isNegative) return { count: 1, key: "verdict.but-factor" };
-    return { count: 1, key: several ? "verdict.but-signs" : "verdict.but-sign" };
+    const [firstFactor] = factors as [number];
+    if (!(Math.abs(firstFactor) > TOLERANCE) || !factors.every((factor) => isNear(factor, firstFactor))) continue;
+    const hasFactor = powers.some((power) => power !== 0) || !isNear(firstFactor, 1);
+    const hasWrongSign = expectedSigns.includes(-1);
+    if (!hasWrongSign && !hasFactor) return null;
+    if (hasFactor && !wrongIndices.some((i) => movingEntries.includes(i))) return null; // any number would be right up to a factor
+    const hasSeveralEntries = right.length > 1;
+    if (hasWrongSign && hasFactor)
+      return { count: 2, key: hasSeveralEntries ? "verdict.but-signs-both" : "verdict.but-both" };
+    if (!hasWrongSign) return { count: 1, key: "verdict.but-factor" };
+    return { count: 1, key: hasSeveralEntries ? "verdict.but-signs" : "verdict.but-sign" };
   }
-  return 0;
+  return null;
 }
 
-const MOST_CONSTANTS = 5;
-/** Powers of lengths in a constant factor; `qdot grade` accepts any factor that no joint changes. */
+/** At most this many lengths are tried as factors of a constant factor. */
+const MAX_CONSTANTS = 5;
+/** Powers of these lengths; `qdot grade` accepts any factor that no joint changes. */
 const POWERS = [0, 1, -1, 0.5, -0.5];
 
-const near = (a: number, b: number): boolean => Math.abs(a - b) <= TOLERANCE * Math.abs(b);
+const isNear = (a: number, b: number): boolean => Math.abs(a - b) <= TOLERANCE * Math.abs(b);
 
-/** Return all ways to raise a number of symbols to these powers. */
+/** Return all combinations of such powers for a number of symbols. */
 function powersOf(count: number): number[][] {
   return count === 0 ? [[]] : powersOf(count - 1).flatMap((rest) => POWERS.map((power) => [power, ...rest]));
 }
 
-/** Return the message on how many nonzero entries are right. */
-function entryCount(right: readonly boolean[], zeros: readonly boolean[]): Message[] {
+/** Return a message on how many nonzero entries of several are right. */
+function countRightEntries(right: readonly boolean[], zeros: readonly boolean[]): Message[] {
   const entries = right.filter((_, i) => !zeros[i]);
   if (right.length === 1) return [];
   return [message("verdict.entries", { right: entries.filter(Boolean).length, count: entries.length })];
 }
 
-function differenceMessage(
+function describeDifference(
   entries: readonly Node[],
   i: number,
   value: Value | null,
@@ -272,35 +302,38 @@ function differenceMessage(
   if (!value) return message("verdict.blank", place);
   const expected = key.right[i]?.[k] ?? null;
   const values = {
-    at: atText(valuesToShow(key, k, entries[i] as Node)),
+    at: configurationText(valuesForStudent(key, k, entries[i] as Node)),
     yours: complexText(value),
     expected: numberText(expected),
   };
   return entries.length === 1 ? message("verdict.differs", values) : message("verdict.entry", { ...place, ...values });
 }
 
-/** Return the index of the mistake that gives this answer, or `some` of its entries if all others are as expected. */
+/**
+ * Return the index of the mistake that gives this answer, or its entries at some places if all others are as expected.
+ */
 function findMistake(
   valuesAt: ValuesAt,
   mistakes: Mistakes,
   key: ValuesKey,
-  some?: ReadonlySet<number>,
+  places?: ReadonlySet<number>,
 ): number | undefined {
-  const valuesWithMistake = (k: number) =>
+  const valuesAtPlaces = (k: number) =>
     valuesAt(k).map((value, i) => {
-      if (some && !some.has(i)) return key.right[i]?.[k] ?? NaN;
+      if (places && !places.has(i)) return key.right[i]?.[k] ?? NaN;
       return value && value.im === 0 ? value.re : NaN;
     });
-  const sum = (values: readonly number[]) => values.reduce((total, value, i) => total + weight(i) * value, 0);
-  const fingerprints = key.points.slice(0, FINGERPRINT_COUNT).map((_, k) => sum(valuesWithMistake(k)));
-  const difference = (k: number) => fingerprints[k]! - sum(key.right.map((values) => values[k] ?? NaN));
-  const mistake = mistakes.find(([, ...prints]) =>
-    prints.every((print, k) => {
-      const tolerance = FINGERPRINT_TOLERANCE * Math.max(Math.abs(print), 1e-9);
+  const fingerprintOf = (values: readonly number[]) =>
+    values.reduce((total, value, i) => total + fingerprintWeight(i) * value, 0);
+  const fingerprints = key.points.slice(0, FINGERPRINT_COUNT).map((_, k) => fingerprintOf(valuesAtPlaces(k)));
+  const difference = (k: number) => fingerprints[k]! - fingerprintOf(key.right.map((values) => values[k] ?? NaN));
+  const mistake = mistakes.find(([, ...mistakenFingerprints]) =>
+    mistakenFingerprints.every((fingerprint, k) => {
+      const tolerance = FINGERPRINT_TOLERANCE * Math.max(Math.abs(fingerprint), 1e-9);
       // a part must make a difference that is not lost in the other entries
       return (
-        Math.abs((fingerprints[k] ?? NaN) - print) <= tolerance &&
-        (!some || Math.abs(difference(k)) > NOTICEABLE * tolerance)
+        Math.abs((fingerprints[k] ?? NaN) - fingerprint) <= tolerance &&
+        (!places || Math.abs(difference(k)) > NOTICEABLE * tolerance)
       );
     }),
   );
@@ -308,10 +341,10 @@ function findMistake(
 }
 
 /** Return the weight of an entry in the fingerprint of an answer, as in ../../../exercises/site/keys.py. */
-export const weight = (index: number): number => 1 + ((index * GOLDEN_RATIO) % 1);
+export const fingerprintWeight = (index: number): number => 1 + ((index * GOLDEN_RATIO) % 1);
 
-/** Return the values of all symbols at point k; an unknown name gets an arbitrary number. */
-export function configuration(key: ValuesKey, k: number, names: ReadonlySet<string>): SymbolValues {
+/** Return the values of all symbols at configuration k; an unknown name gets an arbitrary number. */
+export function configurationOf(key: ValuesKey, k: number, names: ReadonlySet<string>): SymbolValues {
   const values: Record<string, number> = {};
   for (const unknown of names) values[unknown] = arbitraryNumber(unknown, k);
   key.symbols.forEach((symbol, i) => (values[symbol] = key.points[k]?.[i] ?? NaN));
@@ -325,8 +358,8 @@ export function arbitraryNumber(name: string, k: number): number {
   return 0.3 + ((hash * GOLDEN_RATIO) % 1.4);
 }
 
-/** Return what a student needs to check an entry at point k: joints, lengths, rates, symbols of entry and question. */
-function valuesToShow(key: ValuesKey, k: number, entry: Node): SymbolValues {
+/** Return the values with which a student can check an entry at configuration k. */
+function valuesForStudent(key: ValuesKey, k: number, entry: Node): SymbolValues {
   const used = namesIn(entry);
   const isMoving = [...used].some(isRate);
   const relevant = key.symbols.filter(
@@ -340,8 +373,8 @@ function valuesToShow(key: ValuesKey, k: number, entry: Node): SymbolValues {
   return Object.fromEntries(relevant.map((symbol) => [symbol, key.points[k]?.[key.symbols.indexOf(symbol)] ?? NaN]));
 }
 
-export function atText(at: SymbolValues): string {
-  return Object.entries(at)
+export function configurationText(configuration: SymbolValues): string {
+  return Object.entries(configuration)
     .map(([symbol, value]) => `${displayName(symbol)} = ${inDigits(asShownOnSliders(symbol, value))}${unitOf(symbol)}`)
     .join(numberSeparator());
 }
@@ -360,8 +393,8 @@ const unitOf = (symbol: string): string => (isAngle(symbol) ? "°" : /^[ad]\d+$/
 /** Return a symbol as the page shows it: θ1. */
 export const displayName = (symbol: string): string => symbol.replace(/^theta(?=\d)/, "θ");
 
-/** Return a message on words of an answer that are no symbols of the problem; null if there are none. */
-export function unknownSymbols(names: ReadonlySet<string>, key: ValuesKey): Message | null {
+/** Return a message on names in an answer that are no symbols of the problem; null if there are none. */
+export function findUnknownSymbols(names: ReadonlySet<string>, key: ValuesKey): Message | null {
   const { symbols, constants, mentioned = [] } = key;
   const unknown = [...names].filter((name) => !symbols.includes(name)).sort();
   if (unknown.length === 0) return null;

@@ -6,45 +6,46 @@ import { message, type Message, type Values, type TextKey } from "../text/text.j
 /** Values of symbols at a configuration, by name. */
 export type SymbolValues = Readonly<Record<string, number>>;
 
-/**
- * `share` of the points, from 0 to 1; `sure`: the exact method would agree except with negligible probability; `at`: a
- * configuration at which the answer differs; `entries`: which entries of a matrix are right; `mistake`: an index into
- * the problem's texts on mistakes; `slips`: other mistakes, each in a part of the answer.
- */
 export interface Verdict {
   readonly outcome: "correct" | "partial" | "wrong" | "missing";
+  /** The share of the part's points, from 0 to 1. */
   readonly share: number;
   readonly reasons: readonly Message[];
-  readonly sure: boolean;
-  readonly at?: SymbolValues;
+  /** Whether the exact method of `qdot grade` would agree, except with negligible probability. */
+  readonly isSure: boolean;
+  /** A configuration at which the answer is wrong (rad, m). */
+  readonly counterexample?: SymbolValues;
+  /** Whether each entry of a matrix is right, in rows. */
   readonly entries?: readonly (readonly boolean[])[];
+  /** The known mistake that explains the answer, as an index into the problem's texts on mistakes. */
   readonly mistake?: number;
+  /** Other mistakes, each in a part of the answer. */
   readonly slips?: readonly Slip[];
 }
 
-/** A message; or an index into the problem's texts on mistakes, and the place if it was made only there. */
+/** A message; or a known mistake (an index as in `Verdict`), with its place if it was made only there. */
 export type Slip = Message | { readonly mistake: number; readonly where?: Message };
 
-export function correct(reason?: Message, sure = true): Verdict {
-  return { outcome: "correct", share: 1, reasons: reason ? [reason] : [], sure };
+export function correct(reason?: Message, isSure = true): Verdict {
+  return { outcome: "correct", share: 1, reasons: reason ? [reason] : [], isSure };
 }
 
 export function missing(): Verdict {
-  return { outcome: "missing", share: 0, reasons: [message("read.missing")], sure: true };
+  return { outcome: "missing", share: 0, reasons: [message("read.missing")], isSure: true };
 }
 
 export function wrong(key: TextKey, values: Values = {}): Verdict {
-  return { outcome: "wrong", share: 0, reasons: [message(key, values)], sure: true };
+  return { outcome: "wrong", share: 0, reasons: [message(key, values)], isSure: true };
 }
 
-/** Return whether an answer could be parsed; one that could not does not count as a try. */
+/** Return whether the answer could be parsed; an answer that could not be parsed does not count as a try. */
 export const isParsed = ({ reasons }: Verdict): boolean => !reasons.some(({ key }) => key.startsWith("read."));
 
 /** Return what `parse` returns, or the verdict that an answer can't be parsed. */
 export const parseOrVerdict = <T>(parse: () => T): T | Verdict =>
   catchParseError(parse, ({ why }) => wrong("read.unreadable", { why }));
 
-/** Return the verdict on an answer that is partly right or wrong. */
-export function verdictOf(share: number, reasons: readonly Message[], more: Partial<Verdict> = {}): Verdict {
-  return { outcome: share > 0 ? "partial" : "wrong", share, reasons, sure: true, ...more };
+/** Return the verdict on an answer that is wrong or, if the share is above 0, partly right. */
+export function verdictOf(share: number, reasons: readonly Message[], details: Partial<Verdict> = {}): Verdict {
+  return { outcome: share > 0 ? "partial" : "wrong", share, reasons, isSure: true, ...details };
 }
