@@ -184,8 +184,10 @@ def judge_numbers(
         example = EntryDifference(wrong_index, {}, answer_value, float(f"{reference[wrong_index]:.{digits}g}"))
         difference = " was left blank" if is_blank[wrong_index] else _describe_both_values(example, units[wrong_index])
         blank_words = "" if is_blank[wrong_index] else _describe_blanks(is_blank, "number", "numbers")
-        count_words = _describe_correct_count(is_correct, is_blank, is_zero, "numbers")
-        reason = "; ".join(filter(None, [count_words, blank_words, f"number {wrong_index + 1}{difference}"]))
+        is_single = len(reference) == 1
+        count_words = "" if is_single else _describe_correct_count(is_correct, is_blank, is_zero, "numbers")
+        subject = "your number" if is_single else f"number {wrong_index + 1}"
+        reason = "; ".join(filter(None, [count_words, blank_words, f"{subject}{difference}"]))
         share = compute_share_of_entries(is_correct, is_zero, is_blank)
         judgement = partial_judgement(float(share), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judgement, entries=tuple((is_right,) for is_right in is_correct))
