@@ -429,7 +429,9 @@ def test_a_number_is_marked_to_the_precision_that_its_prompt_states(
     allowed = error * (1 if "tolerance" in setting else number)
     assert judge_answer(problem, f"{number + allowed:.12g}") == "correct"
     assert judge_answer(problem, f"{number + 1.5 * allowed:.12g}") == "wrong"
-    for text in (write_solution(problem, problem.parts[0]), write_short_answer(problem, problem.parts[0])):
+    (wrong,) = mark(problem, {"mine": "-7.2"}, secret="s")
+    solution, key = write_solution(problem, problem.parts[0]), write_short_answer(problem, problem.parts[0])
+    for text in (solution, key, wrong.judgement.reason.replace("-7.2", "")):
         (shown_number,) = re.findall(r"\d+\.\d+", text)
         assert judge_answer(problem, shown_number) == "correct"
 
