@@ -430,7 +430,9 @@ def test_a_number_is_marked_to_the_precision_that_its_prompt_states(
     allowed = error * (1 if "tolerance" in setting else number)
     assert judge_answer(problem, f"{number + allowed:.12g}") == "correct"
     assert judge_answer(problem, f"{number + 1.5 * allowed:.12g}") == "wrong"
-    for text in (write_solution(problem, problem.parts[0]), write_short_answer(problem, problem.parts[0])):
+    (wrong,) = mark(problem, {"mine": "-7.2"}, secret="s")
+    solution, key = write_solution(problem, problem.parts[0]), write_short_answer(problem, problem.parts[0])
+    for text in (solution, key, wrong.judgement.reason.replace("-7.2", "")):
         (shown_number,) = re.findall(r"\d+\.\d+", text)
         assert judge_answer(problem, shown_number) == "correct"
 
@@ -520,6 +522,8 @@ def test_show_and_verify_accept_custom_questions(tmp_path: Path) -> None:
     assert "name the families" in run_and_fail("verify", path)
     printed = run("verify", folder / "assignment.toml", "--family", "planar-2r", "--count", "1", "--jobs", "1")
     assert "5 problems verified, 0 failed" in printed
+    result = runner.invoke(app, ["verify", str(folder / "assignment.toml"), "--family", "planar-3r", "--count", "1"])
+    assert "4 problems verified, 0 failed" in result.stdout and "where: answer" in result.stderr
     assert "--family planar-2r" in run_and_fail("verify", path, "planar-2r/7", "--family", "planar-2r")
 
 
