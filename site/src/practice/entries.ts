@@ -1,13 +1,13 @@
 // The entries of a vector or matrix in its grid, and the same as a text in any form in which matrices are typed.
 
-import { withPoints } from "../read/points.js";
+import { readCommasAsPoints } from "../read/points.js";
 import { tableText } from "../read/tables.js";
 import { inRows } from "../read/tree.js";
 
 /** Return entries as the text of a matrix; an empty entry is a blank, and 0,5 in an entry is one number. */
 export function matrixText(entries: readonly string[], columns: number): string {
   if (entries.every((entry) => !entry.trim())) return "";
-  const filled = entries.map((entry) => withPoints(entry).trim() || "blank");
+  const filled = entries.map((entry) => readCommasAsPoints(entry).trim() || "blank");
   return `[${inRows(filled, columns)
     .map((row) => `[${row.join(", ")}]`)
     .join(", ")}]`;
