@@ -13,7 +13,7 @@ from qdot.exercises.short_questions.options import Options
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.line_breaking import estimate_width
 from qdot.exercises.writing.problem_texts import name_entries, write_option
-from qdot.exercises.writing.short_answer import format_unit
+from qdot.exercises.writing.units import format_unit
 
 ROW_HEIGHT, LINE_HEIGHT = 8, 4
 """Height of a row of a box, and of each further line of an entry, in mm."""

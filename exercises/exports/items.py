@@ -28,6 +28,7 @@ from qdot.exercises.short_questions.options import Options, list_blames, offer_c
 from qdot.exercises.short_questions.wrong_sets import make_four_sets
 from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.render import render
+from qdot.exercises.writing.units import format_unit
 
 MAX_WRONG_VALUES = 6
 """Maximum number of wrong values to recognise for a number. With more values, answers would match them by chance."""
@@ -392,7 +393,7 @@ def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, e
     named_position = f"${label}$ ({position})" if position else f"${label}$"
     description = f"that in {position} of the matrix" if columns > 1 else named_position
     known_values = tuple(wrong_values[:MAX_WRONG_VALUES])
-    return NumberField(label, description, value, tolerance, answer.units[index], known_values)
+    return NumberField(label, description, value, tolerance, format_unit(answer.units[index]), known_values)
 
 
 def _choose_most_distinguishing_field(problem: Problem, part: Part, fields: tuple[NumberField, ...]) -> NumberField:

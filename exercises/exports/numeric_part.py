@@ -28,6 +28,7 @@ from qdot.exercises.questions.results import compute_answer, is_derived, is_made
 from qdot.exercises.reference_answers import Number
 from qdot.exercises.singularities.classification import domain_of
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
+from qdot.exercises.writing.units import tex_unit
 from qdot.exercises.writing.wording import Wording
 
 CONFIGURATION_COUNT = 12
@@ -273,12 +274,12 @@ def _describe_given_values(chain: Chain, part: Part, configuration: ExactValues,
     other_values: list[tuple[str, str]] = []
     if used_symbols & set(chain.rates):
         units = zip(chain.rates, wording.rate_units, strict=True)
-        other_values += [(tex(rate, chain), rf"{tex(configuration[rate])}\,\text{{{unit}}}") for rate, unit in units]
+        other_values += [(tex(rate, chain), tex(configuration[rate]) + tex_unit(unit)) for rate, unit in units]
     velocities = [sp.Symbol(name) for name in chain.task]
     if used_symbols & set(velocities):
         other_values += [(tex(v), wording.write_velocity(v, configuration[v])) for v in velocities]
     other_values += [
-        (tex(sp.Symbol(name)), rf"{tex(configuration[sp.Symbol(name)])}\,\text{{{info.unit}}}")
+        (tex(sp.Symbol(name)), tex(configuration[sp.Symbol(name)]) + tex_unit(info.unit))
         for name, info in part.symbols.items()
     ]
     for symbol in chain.parameters:

@@ -46,6 +46,7 @@ from qdot.exercises.questions.results import find_determinant_in_denominator
 from qdot.exercises.reference_answers import LETTERS
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.singularities.singular_set import Component
+from qdot.exercises.writing.units import format_unit
 
 MAX_MISTAKES = 6
 """Maximum number of known mistakes in a part's response tree. Each mistake adds a node and a question test."""
@@ -450,7 +451,7 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     correct_node = ResponseNode("AlgEquiv", "right", str(n), CORRECT_NOTE, "1")
     if is_single:
         correct_node = ResponseNode("NumAbsolute", "said", "ta1", CORRECT_NOTE, "1", options=maxima_text(tolerances[0]))
-    unit = "; ".join(dict.fromkeys(unit for unit in answer.units if unit))
+    unit = "; ".join(dict.fromkeys(format_unit(unit) for unit in answer.units if unit))
     unit_words = f", in {unit}, without the unit" if unit else ""
     expected_answer = f"{'a number' if is_single else f'{n} numbers'}{unit_words}"
     feedback = "" if is_single else f"<p>{{@right@}} of {n} numbers are right.</p>"

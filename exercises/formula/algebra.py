@@ -76,11 +76,13 @@ _DERIVATIVES: dict[str, Callable[[Node], Node]] = {
     "sinh": lambda x: apply_function("cosh", x),
     "cosh": lambda x: apply_function("sinh", x),
     "tanh": lambda x: ONE / apply_function("cosh", x) ** 2,
+    "abs": lambda x: apply_function("sign", x),
+    "sign": lambda _: ZERO,
 }
 
 
 def differentiate(node: Node, name: str) -> Node:
-    """Return the derivative with respect to a name. Raises ParseError for abs, sign, atan2 and sets.
+    """Return the derivative with respect to a name. Raises ParseError for atan2 and sets.
 
     >>> from qdot.exercises.formula.parser import parse_formula
     >>> from qdot.exercises.formula.trees import format_tree

@@ -12,6 +12,7 @@ The modules, from formulas to complete texts:
     expansion, solution_steps   the steps that expand a determinant; all steps of a worked solution
     hint_context                what hints show of an arm and its results
     problem_texts, short_answer  statements, prompts, hints and solutions; answers without a derivation
+    units                       units with superscripts
     custom_texts                the texts of questions that instructors define, with the values of an arm
     translatable_phrases        English phrases in problems
     languages, render           the messages of a language; rendering of templates

@@ -19,6 +19,7 @@ from qdot.exercises.questions.custom.texts import split_text
 from qdot.exercises.questions.language import FormulaError
 from qdot.exercises.writing.languages import Catalogue, load_catalogue
 from qdot.exercises.writing.latex import tex, tex_length, tex_value
+from qdot.exercises.writing.units import tex_unit
 
 if TYPE_CHECKING:
     from qdot.exercises.writing.wording import Wording
@@ -141,6 +142,6 @@ def _write_values(details: CustomDetails, wording: "Wording") -> Mapping[sp.Symb
             text = tex_length(value)
         else:
             unit = wording.find_unit(symbol) or units.get(symbol.name, "")
-            text = rf"{float(value):g}\,\text{{{unit}}}" if unit else f"{float(value):g}"
+            text = f"{float(value):g}{tex_unit(unit)}"
         texts[symbol] = f"{tex(symbol, chain)} = {text}"
     return texts

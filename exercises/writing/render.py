@@ -15,6 +15,7 @@ from jinja2.ext import Extension
 from qdot.exercises.writing import custom_texts
 from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_lines, tex_value, tex_zero
+from qdot.exercises.writing.units import tex_unit, write_unit
 
 _PACKAGE_FOLDER = Path(__file__).resolve().parents[1]
 _MARKUP_EXTENSIONS = (".html.j2", ".svg.j2", ".xml.j2")
@@ -92,7 +93,8 @@ def make_environment(language: str = ENGLISH) -> jinja2.Environment:
     messages = load_catalogue(language)
     templates.filters |= {
         "tex": tex, "tex_lines": tex_lines, "tex_length": tex_length, "tex_angle": tex_angle, "tex_value": tex_value,
-        "tex_zero": tex_zero, "phrase": messages.translate_phrase, "plain": escape_markdown,
+        "tex_zero": tex_zero, "unit": write_unit, "tex_unit": tex_unit, "phrase": messages.translate_phrase,
+        "plain": escape_markdown,
         "mistake": lambda blame: messages.translate_title_in_sentence(blame.mistake, blame.title),
         "json": lambda value: json.dumps(value, ensure_ascii=False), "custom_text": custom_texts.write_custom_text,
         "custom_hints": custom_texts.write_custom_hints, "custom_options": custom_texts.write_custom_options,

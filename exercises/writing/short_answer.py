@@ -1,6 +1,5 @@
 """Write the reference answer to a part without its derivation, for answer keys; the text is Markdown with LaTeX."""
 
-import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +12,7 @@ from qdot.exercises.short_questions.options import Options
 from qdot.exercises.writing.problem_texts import add_angle_legend, get_solution_steps, write_option, write_solution
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.solution_steps import format_number
+from qdot.exercises.writing.units import tex_unit
 
 _TEXT_FIELDS = ("letters", "words", "remark")
 
@@ -48,7 +48,7 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
     def visit_number(self, answer: Number) -> dict[str, Any]:
         values = zip(answer.reference, answer.units, strict=True)
         format_value = str if answer.is_count else self._format_number
-        return {"values": [format_value(value) + _write_unit(unit) for value, unit in values]}
+        return {"values": [format_value(value) + tex_unit(unit) for value, unit in values]}
 
     def visit_singular(self, answer: reference_answers.ConditionSet) -> dict[str, Any]:
         return {"components": answer.components}
@@ -68,23 +68,3 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
 
     def _format_number(self, value: sp.Expr) -> str:
         return format_number(value, self.part.count_digits(float(value)))
-
-
-def format_unit(unit: str) -> str:
-    """Return a unit as plain text.
-
-    >>> format_unit("m^2/s")
-    'm²/s'
-    """
-    return unit.replace("^2", "²").replace("^3", "³")
-
-
-def _write_unit(unit: str) -> str:
-    r"""Return the LaTeX of a unit that follows a number.
-
-    >>> _write_unit("m^2/s")
-    '\\,\\text{m}^{2}\\text{/s}'
-    """
-    pieces = re.split(r"\^(\d)", unit)
-    latex = "".join(rf"^{{{piece}}}" if k % 2 else rf"\text{{{piece}}}" for k, piece in enumerate(pieces) if piece)
-    return rf"\,{latex}" if unit else ""

@@ -16,6 +16,7 @@ from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
 from qdot.exercises.formula.trees import ONE, Node, ParseError, as_matrix, format_tree, make_number
 from qdot.exercises.writing.latex import write_symbol
+from qdot.exercises.writing.units import tex_unit
 
 MAX_DEPTH = 30
 """Maximum depth of trees that are typeset; deeper formulas would be unreadable."""
@@ -75,7 +76,7 @@ class _Typesetter:
         rows = _find_rows(node) if node.kind in ("list", "set", "dict", "eq", "in", "and", "or") else [[node]]
         if not self.units or rows is None or len(rows) * len(rows[0]) != len(self.units):
             return self.typeset_node(node).pieces
-        units = iter((layout.THIN, Layout("text", unit)) if unit else () for unit in self.units)
+        units = iter(parse_latex(tex_unit(unit)).inner for unit in self.units)
         entry_rows = [[(*self.typeset_node(entry).pieces, *next(units)) for entry in entries] for entries in rows]
         return entry_rows[0][0] if len(self.units) == 1 else (layout.matrix(entry_rows),)
 

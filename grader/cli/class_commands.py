@@ -207,7 +207,8 @@ SAMPLE_COUNT = 3
 def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[VerificationTask]:
     """Return a task for each question of a file and each arm to which it applies, and print sample answers.
 
-    `identities` are the problems with these arms. Raises QdotError if a question applies to none of the families.
+    `identities` are the problems with these arms. Raises QdotError if a question applies to none of the families,
+    unless the file is an assignment's.
     """
     from qdot.exercises.questions.custom.reader import read_question_file
 
@@ -225,7 +226,7 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
             else:
                 for warning in warnings:
                     note(warning)
-        if len(refusals) == len(families):
+        if len(refusals) == len(families) and "problem" not in file.content:  # problems are of different families
             raise QdotError(refusals[families[0]])
         for refusal in refusals.values():
             note(refusal)

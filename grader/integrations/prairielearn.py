@@ -29,7 +29,7 @@ from qdot.exercises.writing.problem_texts import (
     write_solution,
     write_statement,
 )
-from qdot.exercises.writing.short_answer import format_unit
+from qdot.exercises.writing.units import format_unit
 from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.verdict import Outcome, Verdict
 from qdot.grader.marking.marking import MarkingRules, mark

@@ -13,6 +13,7 @@ from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.writing.latex import list_prismatic_joints, write_symbol
+from qdot.exercises.writing.units import format_unit
 from qdot.grader.judging.verdict import name_entry
 from qdot.grader.reports.answer_display import make_visible
 from qdot.grader.reports.counterexample_figure import SET_CAPTIONS
@@ -126,7 +127,7 @@ def _format_quantity(value: float | None, unit: str) -> str:
         return "any"
     value = value if abs(value) > ZERO_TOLERANCE else 0.0
     degrees = f" ({format_decimal(math.degrees(value))}°)" if unit == "rad" else ""
-    return f"{format_decimal(value)} {unit}".rstrip() + degrees
+    return f"{format_decimal(value)} {format_unit(unit)}".rstrip() + degrees
 
 
 def _format_distinctly(student_value: float | str, correct_value: float | str, unit: str) -> tuple[str, str]:
@@ -146,4 +147,4 @@ def _format_value(value: float | str, digits: int, unit: str) -> str:
         real_part, sign, inner_minus, imaginary_part = complex_number.groups()
         sign = "−" if (sign == "-") != bool(inner_minus) else "+"
         return f"{format_decimal(float(real_part), digits)} {sign} {format_decimal(float(imaginary_part), digits)} i"
-    return f"{format_decimal(float(value), digits)} {unit}".rstrip()
+    return f"{format_decimal(float(value), digits)} {format_unit(unit)}".rstrip()

@@ -1,102 +1,139 @@
-// The bank of problems as Python writes it (exercises/site/record.py, keys.py and build.py).
+// The bank of problems as Python writes it (exercises/site/bank.py, record.py and keys.py).
+//
+// Prompts, options, hints and solutions are HTML, figures are SVG, other texts are plain. Symbols have the names by
+// which students type them, such as theta1 or l2.
 
 import type { Level } from "./grade/levels.js";
 
-/** index.json: the contents of the bank. `problems` are the keys of records under bank/FAMILY/. */
+/** index.json: the contents of the bank. */
 export interface Index {
   readonly format: 1;
-  /** How much a wrong answer reveals; the bank has solutions only at the last level. */
+  /** How much the page reveals about a wrong answer; the bank has solutions only at the last level. */
   readonly feedback: Level;
   readonly families: readonly Family[];
   readonly questions: readonly Question[];
 }
 
 export interface Family {
+  /** The name of the family's folder in the bank. */
   readonly name: string;
   readonly title: string;
-  /** Language of the title, if it is not English. */
+  /** Code of the title's language, if it is not English. */
   readonly lang?: string;
+  /** The example or the equations of the chapter to which the family belongs. */
   readonly source: string;
-  readonly problems: readonly Listed[];
+  readonly problems: readonly ProblemEntry[];
 }
 
-/** A problem of a family: its file's name, difficulty (0 to 4), variation of its arm, and questions. */
-export interface Listed {
+/** A problem in the list of its family. */
+export interface ProblemEntry {
+  /** The stem of the name of the problem's file, bank/FAMILY/KEY.json; this is not the key of an answer. */
   readonly key: string;
   readonly title: string;
+  /** From 0 to 4. */
   readonly difficulty: number;
-  /** A step of exercises/common/variation.py, from "chapter" to "full", or an instructor's own axes. */
+  /**
+   * What may differ from the chapter's arm: a step from "chapter" (nothing) to "full" (everything), or properties that
+   * an instructor chose, such as "lengths+base". See exercises/common/variation.py.
+   */
   readonly variation: string;
-  /** Whether the arm is planar. */
+  /** Whether the arm's figure is planar. */
   readonly flat?: true;
+  /** Names of the questions about the arm. */
   readonly questions: readonly string[];
 }
 
 export interface Question {
   readonly name: string;
   readonly title: string;
+  /** Code of the title's language, if it is not English. */
   readonly lang?: string;
+  /** Section of the chapter, such as "6.3". */
   readonly source: string;
+  /** How a short question is answered, such as "choice", "matching" or "number"; "" for a long question. */
   readonly form: string;
 }
 
+/** FAMILY/KEY.json: a problem, which consists of an arm and of parts, the questions about the arm. */
 export interface Problem {
-  /** Language of the texts, if it is not English. */
+  /** Code of the texts' language, if it is not English. */
   readonly lang?: string;
   readonly id: string;
   readonly family: string;
   readonly title: string;
+  /** From 0 to 4. */
   readonly difficulty: number;
+  /** The description of the arm, as HTML. */
   readonly statement: string;
   readonly figure: string;
+  /** The figure in words. */
   readonly alt: string;
   readonly robot: Robot;
+  /** The symbols that answers may contain, by name. */
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
+  /** The pose in the figure. */
   readonly pose: NamedPose;
   readonly parts: readonly Part[];
-  /** The texts of known mistakes, to which keys refer by index. */
+  /** Sentences on known mistakes, to which answer keys refer by index. `missing` lists the names of missing symbols. */
   readonly said: readonly (readonly [name: string, title: string, sentence: string, missing?: string])[];
 }
 
-/** Values of joint variables by name (rad, m), and of symbols of the table if they differ from the robot's. */
+/** Values of joint variables by name (rad or m), and of symbols in the table whose values differ from the robot's. */
 export type NamedPose = Readonly<Record<string, number>>;
 
-/** A factor of det J that depends on the pose: as HTML, and as it can be typed. */
+/** A factor of det J that depends on the pose: as HTML, and in the notation in which students type formulas. */
 export type Factor = readonly [html: string, typed: string];
 
 export interface SymbolInfo {
   readonly role: "joint" | "rate" | "velocity" | "force" | "length" | "angle";
+  /** Such as "rad/s". */
   readonly unit: string;
   readonly latex: string;
+  /** The value in this unit, if the problem states it. */
   readonly value?: number;
 }
 
-/** A standard (distal) DH table; its entries are texts with the symbols of `values` and the joint variables. */
+/**
+ * An arm as a standard (distal) DH table. All texts in it are formulas as typed, in metres or radians, with the symbols
+ * in `values` and, in the rows of the table, the joint variables.
+ */
 export interface Robot {
   readonly name: string;
   readonly title: string;
-  readonly joints: readonly Row[];
+  readonly joints: readonly JointRow[];
+  /** The pose of frame 0 in the world: its position, and its rotation by `yaw` about z_w, then by `tilt` about x_0. */
   readonly base: { readonly position: readonly [string, string, string]; readonly yaw: string; readonly tilt: string };
+  /** The point P whose velocity is considered: the number of a frame (from 0), and the coordinates of P in it. */
   readonly point: { readonly frame: number; readonly offset: readonly [string, string, string] };
+  /** The rows of J that count. */
   readonly task: readonly TaskRow[];
+  /** Values of the symbolic lengths and angles, by name (m or rad). */
   readonly values: Readonly<Record<string, number>>;
   /** The convention by which the problem describes the arm, if it is not this standard table. */
   readonly convention?: "modified-dh" | "screws";
 }
 
-export type Row = { readonly kind: "R" | "P" } & Readonly<Record<"theta" | "d" | "a" | "alpha", string>>;
+/** A row of the table, for a revolute (R) or prismatic (P) joint. */
+export type JointRow = { readonly kind: "R" | "P" } & Readonly<Record<"theta" | "d" | "a" | "alpha", string>>;
 
+/** A row of J: a component of the linear velocity (v) or of the angular velocity (w), in the world frame. */
 export type TaskRow = "vx" | "vy" | "vz" | "wx" | "wy" | "wz";
 
+/** A question of a problem, with its answer key. */
 export interface Part {
+  /** The name of the part in its problem. */
   readonly name: string;
+  /** The name of the question that it asks (`Question.name`). */
   readonly kind: string;
   readonly title: string;
+  /** The type of the answer. */
   readonly type: "expression" | "matrix" | "singular" | "number" | "direction" | "choice" | "selection" | "matching";
-  readonly shape: readonly [number, number] | null;
+  /** The shape of a vector or matrix; null for other answers. */
+  readonly shape: readonly [rows: number, columns: number] | null;
+  /** The maximum score. */
   readonly points: number;
   readonly prompt: string;
-  /** Rates, velocities and forces that the prompt mentions. */
+  /** Names of rates, velocities and forces that the prompt mentions. */
   readonly names: readonly string[];
   /** Names of a vector's entries in an answer, as in {qd1: …, qd2: …}. */
   readonly labels: readonly string[];
@@ -104,97 +141,129 @@ export interface Part {
   readonly columns: readonly string[];
   /** LaTeX of the labels of rows and columns; empty if they have none. */
   readonly grid: readonly [rows: readonly string[], columns: readonly string[]];
+  /** "" if the part has no figure of its own. */
   readonly figure: string;
+  /** This figure in words. */
   readonly alt: string;
-  /** Joint values and lengths given by the question; its figure has its own pose if all joints are among them. */
+  /** Joint values and lengths that the prompt gives. If it gives all joints, the part's figure shows this pose. */
   readonly pose: NamedPose | null;
   readonly hints: readonly string[];
+  /** The lettered options, from A; null for other answers. */
   readonly options: readonly string[] | null;
-  readonly key: Key;
+  readonly key: AnswerKey;
 }
 
-export type Key = ValuesKey | NumbersKey | ConfigurationsKey | LettersKey;
+/** The correct answer and known mistakes, as values at some configurations or as letters, without formulas. */
+export type AnswerKey = ValuesKey | NumbersKey | ConfigurationsKey | LettersKey;
 
-/** Correct values of each entry at the points; null if an entry is undefined there. */
+/**
+ * A known mistake: its index in `Problem.said`, then numbers of the wrong answer that it leads to. In a NumbersKey they
+ * are the answer itself. In a ValuesKey they are fingerprints (keys.py) of the answer at the first points, or, if the
+ * key has a tolerance, the components of a unit vector.
+ */
+export type KnownMistake = readonly number[];
+
+/** The key of formulas, or of a direction: a vector whose length does not count. Entries are numbered row by row. */
 export interface ValuesKey {
   readonly type: "values" | "direction";
+  /** Names of the symbols that have values at the points. */
   readonly symbols: readonly string[];
+  /** The configurations at which answers are evaluated; each lists the values of `symbols`. */
   readonly points: readonly (readonly number[])[];
+  /** The number of the answer's rows and columns. */
   readonly rows: number;
   readonly columns: number;
+  /** Correct values of each entry at the points; null if an entry is undefined there. */
   readonly right: readonly (readonly (number | null)[])[];
-  /** Symbols that no motion changes, and the entries (from 0) that depend on other symbols. */
+  /** Names of symbols that no motion changes, such as lengths. */
   readonly constants?: readonly string[];
+  /** Indices (from 0) of the entries that depend on symbols other than these constants. */
   readonly moving?: readonly number[];
-  /** The factor of each rate, velocity or force in each entry, at the first points. */
+  /** By the name of a rate, velocity or force: its coefficient in each entry, at each of the first points. */
   readonly linear?: Readonly<Record<string, readonly (readonly number[])[]>>;
-  readonly mistakes: readonly (readonly number[])[];
-  /** The same mistake everywhere in the finished formulas, written like `mistakes`. */
-  readonly throughout?: readonly (readonly number[])[];
+  readonly mistakes: readonly KnownMistake[];
+  /** Mistakes made everywhere in the finished formulas, such as leaving out all lengths. */
+  readonly throughout?: readonly KnownMistake[];
+  /** Relative tolerance of a numeric direction; null for a direction in formulas. */
   readonly tolerance?: number | null;
-  /** Rates, velocities and forces that the question mentions. */
+  /** Names of rates, velocities and forces that the prompt mentions. The page copies them from `Part.names`. */
   readonly mentioned?: readonly string[];
 }
 
+/** The key of one or several numbers. */
 export interface NumbersKey {
   readonly type: "numbers";
+  /** The unit of each number; "" if it has none. */
   readonly units: readonly string[];
+  /** Relative tolerance. */
   readonly tolerance: number;
+  /** Absolute tolerance, which applies to numbers near 0. */
   readonly floor: number;
   readonly right: readonly number[];
-  readonly mistakes: readonly (readonly number[])[];
-  /** Mistakes considered only for a single number with many digits. */
-  readonly precise?: readonly (readonly number[])[];
+  readonly mistakes: readonly KnownMistake[];
+  /** Mistakes considered only if the answer is a single number with many digits. */
+  readonly precise?: readonly KnownMistake[];
 }
 
-/** Configurations on each piece of a singular set: values of `symbols`, which include the joints. */
+/** The key of a set of configurations. It consists of pieces, from each of which some configurations are sampled. */
 export interface ConfigurationsKey {
   readonly type: "configurations";
+  /** Names of the joint variables. */
   readonly joints: readonly string[];
+  /** Names of the symbols that have values in each configuration; they include the joints. */
   readonly symbols: readonly string[];
+  /** Of each piece, some configurations: the values of `symbols`. */
   readonly pieces: readonly (readonly (readonly number[])[])[];
-  /** How many of the pieces belong to each condition. */
+  /** How many of the pieces belong to each condition, in their order. */
   readonly conditions?: readonly number[];
-  readonly mistakes: readonly (readonly [number, ...(readonly (readonly number[])[])[]])[];
+  /** Always empty, because the page itself finds mistakes in conditions (grade/set-slips.ts). */
+  readonly mistakes: readonly [];
 }
 
+/** The key of an answer by letters. Options and items are counted from 0. */
 export interface LettersKey {
   readonly type: "choice" | "selection" | "matching";
+  /** The number of options. */
   readonly options: number;
+  /** The number of items to match with options; 0 unless the type is "matching". */
   readonly items: number;
+  /** The correct options; for "matching", the correct option of each item. */
   readonly right: readonly number[];
-  /** The mistakes behind each wrong option, or behind each letter at a wrong item: indices into `said`. */
+  /** For each option, the mistakes that explain why it was chosen wrongly: indices in `Problem.said`. */
   readonly option_mistakes: readonly (readonly number[])[];
 }
 
-/** index.LANGUAGE.json: titles of families and questions by name; an instructor's own family has none. */
-export interface Titles {
+/** index.LANGUAGE.json: titles of families and questions, by name. An instructor's own family has none. */
+export interface TranslatedTitles {
   readonly families: Readonly<Record<string, string>>;
   readonly questions: Readonly<Record<string, string>>;
 }
 
 /** FAMILY/KEY.LANGUAGE.json: a problem's texts in another language; parts and `said` in the problem's order. */
-export interface Texts {
+export interface TranslatedTexts {
   readonly title: string;
   readonly statement: string;
   readonly parts: readonly Pick<Part, "name" | "title" | "prompt" | "hints" | "options">[];
   readonly said: Problem["said"];
 }
 
-/** FAMILY/KEY.solutions.LANGUAGE.json. */
-export type SolvedTexts = { readonly parts: readonly Pick<Solutions["parts"][number], "name" | "solution">[] };
+/** FAMILY/KEY.solutions.LANGUAGE.json: solutions in another language, in the order of the problem's parts. */
+export type TranslatedSolutions = { readonly parts: readonly Pick<Solutions["parts"][number], "name" | "solution">[] };
 
-/** FAMILY/KEY.solutions.json, loaded when a solution is requested. */
+/** FAMILY/KEY.solutions.json, loaded when the page shows a solution or the factors of det J. */
 export interface Solutions {
-  /** Language of the solutions, if it is not English. */
+  /** Code of the solutions' language, if it is not English. */
   readonly lang?: string;
   readonly id: string;
-  /** The factors of det J; empty if J is not square. */
+  /** The factors of det J; empty if J is not square, or if det J is too long. */
   readonly factors: readonly Factor[];
   readonly parts: readonly {
+    /** The name of the part. */
     readonly name: string;
     readonly solution: string;
+    /** Drawings of singular configurations; "" for other answers. */
     readonly figure: string;
+    /** The correct answer as a student can type it. */
     readonly typed: string;
   }[];
 }

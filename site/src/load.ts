@@ -1,6 +1,6 @@
 // Load files of the bank when they are needed, and keep them while the page is open.
 
-import type { Index, Problem, Solutions, SolvedTexts, Texts, Titles } from "./bank.js";
+import type { Index, Problem, Solutions, TranslatedSolutions, TranslatedTexts, TranslatedTitles } from "./bank.js";
 import type { KnownArms } from "./own/known-arms.js";
 import type { Sizes } from "./offline/keep.js";
 import { translateSolutions, translateIndex, translateProblem } from "./text/problems.js";
@@ -34,13 +34,14 @@ async function withTranslation<T, U>(name: string): Promise<[string, T, U | null
   return [code, await load<T>(`${name}.json`), await translation];
 }
 
-export const loadIndex = async (): Promise<Index> => translateIndex(...(await withTranslation<Index, Titles>("index")));
+export const loadIndex = async (): Promise<Index> =>
+  translateIndex(...(await withTranslation<Index, TranslatedTitles>("index")));
 
 export const loadProblem = async (family: string, key: string): Promise<Problem> =>
-  translateProblem(...(await withTranslation<Problem, Texts>(`${family}/${key}`)));
+  translateProblem(...(await withTranslation<Problem, TranslatedTexts>(`${family}/${key}`)));
 
 export const loadSolutions = async (family: string, key: string): Promise<Solutions> =>
-  translateSolutions(...(await withTranslation<Solutions, SolvedTexts>(`${family}/${key}.solutions`)));
+  translateSolutions(...(await withTranslation<Solutions, TranslatedSolutions>(`${family}/${key}.solutions`)));
 
 export const loadSizes = (): Promise<Sizes> => load("sizes.json");
 

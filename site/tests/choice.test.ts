@@ -3,25 +3,25 @@ import { expect, test } from "vitest";
 
 import type { Index } from "../src/bank.js";
 import {
-  ANYTHING,
-  faultOf,
-  wishToLink,
-  progressAfter,
-  wishFromLink,
-  itemsOfSet,
+  ANY_WISH,
+  findFault,
+  writeWish,
+  updateProgress,
+  parseWish,
+  listSetItems,
   type Item,
-  itemsFor,
-  nameOf,
+  listItems,
+  nameItem,
   chooseNext,
-  placeIn,
-  variationsIn,
-  WAITS,
+  findFirstNew,
+  listVariations,
+  BOX_DELAYS,
 } from "../src/practice/choice.js";
-import { entriesOf, isUnfinished, matrixText } from "../src/practice/entries.js";
+import { parseEntries, isUnfinished, writeMatrix } from "../src/practice/entries.js";
 import {
   type StoredState,
-  asFile,
-  fromFile,
+  writeFile,
+  parseFile,
   storedState,
   storeState,
   mergeStates,
@@ -52,45 +52,45 @@ const INDEX: Index = {
 };
 
 test("a wish restricts which questions are asked", () => {
-  expect(itemsFor(INDEX, ANYTHING)).toHaveLength(4);
-  expect(itemsFor(INDEX, { ...ANYTHING, family: "scara" }).map(nameOf)).toEqual(["scara/001/determinant"]);
-  expect(itemsFor(INDEX, { ...ANYTHING, question: "position", difficulty: 2 }).map(nameOf)).toEqual([
+  expect(listItems(INDEX, ANY_WISH)).toHaveLength(4);
+  expect(listItems(INDEX, { ...ANY_WISH, family: "scara" }).map(nameItem)).toEqual(["scara/001/determinant"]);
+  expect(listItems(INDEX, { ...ANY_WISH, question: "position", difficulty: 2 }).map(nameItem)).toEqual([
     "planar-2r/002/position",
   ]);
-  expect(itemsFor(INDEX, { ...ANYTHING, variation: "full" }).map(nameOf)).toEqual(["planar-2r/002/position"]);
-  expect(variationsIn(INDEX)).toEqual(["chapter", "full", "lengths+base"]);
-  expect(chooseNext(INDEX, { ...ANYTHING, question: "twist" }, {}, 0, Math.random)).toBeNull();
+  expect(listItems(INDEX, { ...ANY_WISH, variation: "full" }).map(nameItem)).toEqual(["planar-2r/002/position"]);
+  expect(listVariations(INDEX)).toEqual(["chapter", "full", "lengths+base"]);
+  expect(chooseNext(INDEX, { ...ANY_WISH, question: "twist" }, {}, 0, Math.random)).toBeNull();
 });
 
 test("a wrong question returns soon, before new ones; a right one returns later each time", () => {
-  const [item] = itemsFor(INDEX, ANYTHING);
+  const [item] = listItems(INDEX, ANY_WISH);
   if (!item) throw new Error("no item");
-  let progress = progressAfter({}, item, false, 1000);
-  const at = (now: number) => chooseNext(INDEX, ANYTHING, progress, now, () => 0);
-  expect(nameOf(at(1000) ?? item)).not.toBe(nameOf(item));
-  expect(nameOf(at(1000 + (WAITS[0] ?? 0)) ?? item)).toBe(nameOf(item));
-  progress = progressAfter(progress, item, true, 0);
-  expect(progress[nameOf(item)]).toEqual({ right: true, missed: true, box: 1, due: WAITS[1] });
-  progress = progressAfter(progressAfter(progress, item, true, 0), item, false, 0);
-  expect(progress[nameOf(item)]?.box).toBe(0);
+  let progress = updateProgress({}, item, false, 1000);
+  const at = (now: number) => chooseNext(INDEX, ANY_WISH, progress, now, () => 0);
+  expect(nameItem(at(1000) ?? item)).not.toBe(nameItem(item));
+  expect(nameItem(at(1000 + (BOX_DELAYS[0] ?? 0)) ?? item)).toBe(nameItem(item));
+  progress = updateProgress(progress, item, true, 0);
+  expect(progress[nameItem(item)]).toEqual({ right: true, missed: true, box: 1, due: BOX_DELAYS[1] });
+  progress = updateProgress(updateProgress(progress, item, true, 0), item, false, 0);
+  expect(progress[nameItem(item)]?.box).toBe(0);
 });
 
 test("beginners first get plain questions about the easiest arm that they wish for", () => {
-  const drawn = (wish = ANYTHING, progress = {}) =>
-    new Set([0, 0.3, 0.6, 0.999].map((luck) => nameOf(chooseNext(INDEX, wish, progress, 0, () => luck)!)));
+  const drawn = (wish = ANY_WISH, progress = {}) =>
+    new Set([0, 0.3, 0.6, 0.999].map((luck) => nameItem(chooseNext(INDEX, wish, progress, 0, () => luck)!)));
   expect(drawn()).toEqual(new Set(["planar-2r/001/position"]));
-  expect(drawn({ ...ANYTHING, question: "position" })).toEqual(new Set(["planar-2r/001/position"]));
-  expect(drawn({ ...ANYTHING, family: "scara" })).toEqual(new Set(["scara/001/determinant"]));
+  expect(drawn({ ...ANY_WISH, question: "position" })).toEqual(new Set(["planar-2r/001/position"]));
+  expect(drawn({ ...ANY_WISH, family: "scara" })).toEqual(new Set(["scara/001/determinant"]));
   const later = Object.fromEntries(["a", "b", "c"].map((name) => [name, { right: true, box: 1, due: 9e9 }]));
-  expect(drawn(ANYTHING, later).size).toBeGreaterThan(2);
+  expect(drawn(ANY_WISH, later).size).toBeGreaterThan(2);
 });
 
 test("a set has the same order for everyone, and another order for another seed", () => {
-  const wish = { ...ANYTHING, set: "week-3" };
-  expect(itemsOfSet(INDEX, wish)).toEqual(itemsOfSet(INDEX, wish));
+  const wish = { ...ANY_WISH, set: "week-3" };
+  expect(listSetItems(INDEX, wish)).toEqual(listSetItems(INDEX, wish));
   const orders = ["a", "b", "c", "d", "e"].map((set) =>
-    itemsOfSet(INDEX, { ...ANYTHING, set })
-      .map(nameOf)
+    listSetItems(INDEX, { ...ANY_WISH, set })
+      .map(nameItem)
       .join(),
   );
   expect(new Set(orders).size).toBeGreaterThan(1);
@@ -98,23 +98,23 @@ test("a set has the same order for everyone, and another order for another seed"
 
 test("a link contains the wish, and invalid values in it are ignored", () => {
   const wish = { family: "scara", question: "position", difficulty: 0, variation: "frames", set: "x", count: 7 };
-  expect(wishFromLink(wishToLink(wish))).toEqual(wish);
-  expect(wishToLink({ ...ANYTHING, set: "x" })).toBe("?set=x");
-  expect(wishFromLink("?set=x&n=-3").count).toBe(ANYTHING.count);
-  expect(wishFromLink("")).toEqual(ANYTHING);
-  expect(wishFromLink("?difficulty=9").difficulty).toBeNull();
+  expect(parseWish(writeWish(wish))).toEqual(wish);
+  expect(writeWish({ ...ANY_WISH, set: "x" })).toBe("?set=x");
+  expect(parseWish("?set=x&n=-3").count).toBe(ANY_WISH.count);
+  expect(parseWish("")).toEqual(ANY_WISH);
+  expect(parseWish("?difficulty=9").difficulty).toBeNull();
 });
 
 test("a set has the number of problems in its link, or ten", () => {
   const many = { ...INDEX, families: Array.from({ length: 5 }, () => INDEX.families).flat() };
-  expect(itemsOfSet(many, { ...ANYTHING, set: "a" })).toHaveLength(10);
-  expect(itemsOfSet(many, { ...ANYTHING, set: "a", count: 3 })).toHaveLength(3);
+  expect(listSetItems(many, { ...ANY_WISH, set: "a" })).toHaveLength(10);
+  expect(listSetItems(many, { ...ANY_WISH, set: "a", count: 3 })).toHaveLength(3);
 });
 
 test("if a link asks for something missing, the choices are listed", () => {
   const question = { name: "position", title: "Position", source: "6.1", form: "" };
   const known = { ...INDEX, questions: [question] };
-  const fault = (search: string) => faultOf(known, wishFromLink(search), search)?.key ?? null;
+  const fault = (search: string) => findFault(known, parseWish(search), search)?.key ?? null;
   expect(fault("?arm=scara")).toBeNull();
   expect(fault("?arm=foo")).toBe("practice.unknown-arm");
   expect(fault("?question=foo")).toBe("practice.unknown-question");
@@ -129,15 +129,15 @@ const ALL: StoredState = {
 };
 
 test("a file contains all progress, in problems and lessons; other files are refused", () => {
-  expect(fromFile(asFile(ALL))).toEqual(ALL);
-  expect(fromFile("{}")).toBeNull();
-  expect(fromFile("no JSON")).toBeNull();
+  expect(parseFile(writeFile(ALL))).toEqual(ALL);
+  expect(parseFile("{}")).toBeNull();
+  expect(parseFile("no JSON")).toBeNull();
   const wrong = '{"qdot": "progress", "progress": {"a": {"right": 1}}, "lessons": {"b": 1}}';
-  expect(fromFile(wrong)).toEqual(EMPTY_STATE);
+  expect(parseFile(wrong)).toEqual(EMPTY_STATE);
 });
 
 test("a file of version 1 adds to the progress, and removes none from the lessons", () => {
-  const old = fromFile(JSON.stringify({ qdot: "progress", version: 1, progress: ALL.progress }))!;
+  const old = parseFile(JSON.stringify({ qdot: "progress", version: 1, progress: ALL.progress }))!;
   expect(old).toEqual({ ...EMPTY_STATE, progress: ALL.progress });
   expect(mergeStates({ ...ALL, progress: {} }, old)).toEqual(ALL);
 });
@@ -177,42 +177,42 @@ test("a stored state is found again, and a change of one part keeps the other", 
 });
 
 test("a question that was once wrong comes before new ones when it is due for review; other questions do not", () => {
-  const [first, second] = itemsFor(INDEX, ANYTHING) as [Item, Item, ...Item[]];
-  const DAY = WAITS[1] as number;
-  const once = progressAfter(progressAfter({}, first, false, 0), first, true, 0);
-  expect(nameOf(chooseNext(INDEX, ANYTHING, once, DAY, () => 0) as Item)).toBe(nameOf(first));
-  expect(nameOf(chooseNext(INDEX, ANYTHING, progressAfter({}, first, true, 0), DAY, () => 0) as Item)).toBe(
-    nameOf(second),
+  const [first, second] = listItems(INDEX, ANY_WISH) as [Item, Item, ...Item[]];
+  const DAY = BOX_DELAYS[1] as number;
+  const once = updateProgress(updateProgress({}, first, false, 0), first, true, 0);
+  expect(nameItem(chooseNext(INDEX, ANY_WISH, once, DAY, () => 0) as Item)).toBe(nameItem(first));
+  expect(nameItem(chooseNext(INDEX, ANY_WISH, updateProgress({}, first, true, 0), DAY, () => 0) as Item)).toBe(
+    nameItem(second),
   );
-  const back = fromFile(asFile({ ...EMPTY_STATE, progress: once }))!.progress;
-  expect(nameOf(chooseNext(INDEX, ANYTHING, back, DAY, () => 0) as Item)).toBe(nameOf(first));
+  const back = parseFile(writeFile({ ...EMPTY_STATE, progress: once }))!.progress;
+  expect(nameItem(chooseNext(INDEX, ANY_WISH, back, DAY, () => 0) as Item)).toBe(nameItem(first));
   const wrong = '{"qdot":"progress","progress":{"a/1/b":{"right":true,"box":99,"due":0}}}';
-  expect(fromFile(wrong)).toEqual(EMPTY_STATE);
+  expect(parseFile(wrong)).toEqual(EMPTY_STATE);
 });
 
 test("a set continues at its first unanswered question", () => {
-  const order = itemsOfSet(INDEX, { ...ANYTHING, set: "x" });
-  expect(placeIn(order, {})).toBe(0);
-  expect(placeIn(order, progressAfter({}, order[0] as Item, false, 0))).toBe(1);
-  expect(placeIn(order, Object.assign({}, ...order.map((item) => progressAfter({}, item, true, 0))))).toBe(0);
+  const order = listSetItems(INDEX, { ...ANY_WISH, set: "x" });
+  expect(findFirstNew(order, {})).toBe(0);
+  expect(findFirstNew(order, updateProgress({}, order[0] as Item, false, 0))).toBe(1);
+  expect(findFirstNew(order, Object.assign({}, ...order.map((item) => updateProgress({}, item, true, 0))))).toBe(0);
 });
 
 test("entries are written as a text, and parsed from it", () => {
   const entries = ["a1*cos(theta1)", "", "atan2(1, 2)", "0,5"];
-  const text = matrixText(entries, 2);
+  const text = writeMatrix(entries, 2);
   expect(text).toBe("[[a1*cos(theta1), blank], [atan2(1, 2), 0.5]]");
-  expect(entriesOf(text, 2, 2)).toEqual(["a1*cos(theta1)", "", "atan2(1, 2)", "0.5"]);
-  expect(entriesOf("Matrix([[1], [f(2, 3)]])", 2, 1)).toEqual(["1", "f(2, 3)"]);
-  expect(entriesOf("Matrix([\n  [1, 2],\n])", 1, 2)).toEqual(["1", "2"]);
-  expect(entriesOf("[1, 2]", 2, 1)).toEqual(["1", "2"]);
-  expect(entriesOf("[[1, 2], [3]]", 2, 2)).toBeNull();
-  expect(entriesOf("a1 + 2", 1, 2)).toBeNull();
-  expect(matrixText(["", " "], 2)).toBe("");
+  expect(parseEntries(text, 2, 2)).toEqual(["a1*cos(theta1)", "", "atan2(1, 2)", "0.5"]);
+  expect(parseEntries("Matrix([[1], [f(2, 3)]])", 2, 1)).toEqual(["1", "f(2, 3)"]);
+  expect(parseEntries("Matrix([\n  [1, 2],\n])", 1, 2)).toEqual(["1", "2"]);
+  expect(parseEntries("[1, 2]", 2, 1)).toEqual(["1", "2"]);
+  expect(parseEntries("[[1, 2], [3]]", 2, 2)).toBeNull();
+  expect(parseEntries("a1 + 2", 1, 2)).toBeNull();
+  expect(writeMatrix(["", " "], 2)).toBe("");
 });
 
 test.each(["[a, b; c, d]", "a, b\nc, d", "[a b\n c d]", "J = [a b; c d];"])(
   "%j becomes the entries of the grid",
-  (text) => expect(entriesOf(text, 2, 2)).toEqual(["a", "b", "c", "d"]),
+  (text) => expect(parseEntries(text, 2, 2)).toEqual(["a", "b", "c", "d"]),
 );
 
 test("Enter begins another line until all rows are typed", () => {

@@ -1,11 +1,11 @@
 // Classes of arms: which there are of a lesson, each with a row of its own, and which of them is asked next.
 import { describe, expect, test } from "vitest";
 
-import type { Index, Listed } from "../src/bank.js";
-import { classesOf, currentClass, streakIn, withStreak } from "../src/practice/classes.js";
+import type { Index, ProblemEntry } from "../src/bank.js";
+import { listClasses, chooseClassIndex, findStreak, replaceStreak } from "../src/practice/classes.js";
 import { LESSONS } from "../src/learn/lessons.js";
-import { streakAfter, NEW_SKILL, type Skill } from "../src/practice/skills.js";
-import { STEPS } from "../src/practice/choice.js";
+import { updateStreak, NEW_SKILL, type Skill } from "../src/practice/skills.js";
+import { VARIATION_STEPS } from "../src/practice/choice.js";
 
 const DAY = 24 * 3600 * 1000;
 const LESSON = LESSONS.find(({ id }) => id === "differentiation")!;
@@ -13,7 +13,7 @@ const arms = (name: string, flat: boolean) => ({
   name,
   title: name,
   source: "",
-  problems: STEPS.map((variation): Listed => {
+  problems: VARIATION_STEPS.map((variation): ProblemEntry => {
     const listed = { key: variation, title: "", difficulty: 1, variation, questions: ["jacobian"] };
     return flat ? { ...listed, flat: true } : listed;
   }),
@@ -25,7 +25,7 @@ const indexOf = (...families: Index["families"]): Index => ({
   families,
 });
 const INDEX = indexOf(arms("random-3", false), arms("elbow-3r", false), arms("planar-2r", true));
-const CLASSES = classesOf(INDEX, LESSON);
+const CLASSES = listClasses(INDEX, LESSON);
 
 describe("the classes of a lesson", () => {
   test("are the chapter's planar arms, its spatial arms, and any arms: varied ones, and further families", () => {
@@ -41,42 +41,42 @@ describe("the classes of a lesson", () => {
   });
 
   test("are only those for which the bank has arms", () => {
-    expect(classesOf(indexOf(arms("elbow-3r", false)), LESSON).map(({ name }) => name)).toEqual(["space", "any"]);
-    expect(classesOf(indexOf(), LESSON)).toEqual([]);
+    expect(listClasses(indexOf(arms("elbow-3r", false)), LESSON).map(({ name }) => name)).toEqual(["space", "any"]);
+    expect(listClasses(indexOf(), LESSON)).toEqual([]);
     // an instructor's own arms, in families of their own names
-    expect(classesOf(indexOf(arms("place-1", false)), LESSON).map(({ name }) => name)).toEqual(["space", "any"]);
+    expect(listClasses(indexOf(arms("place-1", false)), LESSON).map(({ name }) => name)).toEqual(["space", "any"]);
   });
 
   test("contain each arm once if the bank has only random arms", () => {
-    const all = classesOf(indexOf(arms("random-3", false)), LESSON).flatMap(({ items }) => items);
-    expect(all).toHaveLength(STEPS.length);
+    const all = listClasses(indexOf(arms("random-3", false)), LESSON).flatMap(({ items }) => items);
+    expect(all).toHaveLength(VARIATION_STEPS.length);
   });
 });
 
 test("progress stored before there were classes counts for the first class, and the next one is asked", () => {
   const old: Skill = { row: ["a/1", "a/2", "a/3"], learned: 1, mastered: 2 * DAY, goals: [0] };
-  expect(CLASSES.map((_, at) => streakIn(old, CLASSES, at).mastered)).toEqual([2 * DAY, undefined, undefined]);
-  expect(currentClass(old, CLASSES, 9 * DAY)).toBe(1);
+  expect(CLASSES.map((_, at) => findStreak(old, CLASSES, at).mastered)).toEqual([2 * DAY, undefined, undefined]);
+  expect(chooseClassIndex(old, CLASSES, 9 * DAY)).toBe(1);
 });
 
 test("each class has its own streak: a wrong answer about a spatial arm keeps that of planar arms", () => {
   const plain: Skill = { ...NEW_SKILL, row: ["planar-2r/chapter"], learned: 0, mastered: DAY };
-  const attempt = { helped: false, again: false, now: 2 * DAY, armCount: 2 };
+  const attempt = { isHelped: false, isRepeated: false, now: 2 * DAY, armCount: 2 };
   const right = (skill: Skill, at: number, key: string, isRight = true): Skill => {
     const item = { family: "elbow-3r", key, question: "jacobian" };
-    return withStreak(
+    return replaceStreak(
       skill,
       CLASSES,
       at,
-      streakAfter(streakIn(skill, CLASSES, at), item, { ...attempt, right: isRight }),
+      updateStreak(findStreak(skill, CLASSES, at), item, { ...attempt, isRight: isRight }),
     );
   };
   const begun = right(plain, 1, "chapter");
-  expect(streakIn(begun, CLASSES, 1).row).toEqual(["elbow-3r/chapter"]);
+  expect(findStreak(begun, CLASSES, 1).row).toEqual(["elbow-3r/chapter"]);
   const wrong = right(begun, 1, "lengths", false);
-  expect([streakIn(wrong, CLASSES, 1).row, wrong.mastered]).toEqual([[], DAY]);
+  expect([findStreak(wrong, CLASSES, 1).row, wrong.mastered]).toEqual([[], DAY]);
   const learned = right(begun, 1, "lengths");
-  expect(streakIn(learned, CLASSES, 1).learned).toBe(2 * DAY);
-  expect(currentClass(learned, CLASSES, 2 * DAY)).toBe(2); // the next class, until this one is due for review
-  expect(currentClass(learned, CLASSES, 3 * DAY)).toBe(1);
+  expect(findStreak(learned, CLASSES, 1).learned).toBe(2 * DAY);
+  expect(chooseClassIndex(learned, CLASSES, 2 * DAY)).toBe(2); // the next class, until this one is due for review
+  expect(chooseClassIndex(learned, CLASSES, 3 * DAY)).toBe(1);
 });

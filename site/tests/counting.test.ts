@@ -1,15 +1,15 @@
 // The classes of arms for which an answer in free practice counts, and the classes due for review.
 import { describe, expect, test } from "vitest";
 
-import type { Index, Listed } from "../src/bank.js";
-import { STEPS } from "../src/practice/choice.js";
+import type { Index, ProblemEntry } from "../src/bank.js";
+import { VARIATION_STEPS } from "../src/practice/choice.js";
 import {
-  classInWords,
+  describeTopicClass,
   countAnswer,
-  chooseFrom,
-  dueClasses,
-  outcomesInWords,
-  classFinderOf,
+  chooseFromClass,
+  listDueClasses,
+  describeOutcomes,
+  makeClassFinder,
 } from "../src/practice/lesson-credit.js";
 import { NEW_SKILL, type Skills } from "../src/practice/skills.js";
 
@@ -19,7 +19,7 @@ const arms = (name: string, flat: boolean) => ({
   name,
   title: name,
   source: "",
-  problems: STEPS.map((variation): Listed => {
+  problems: VARIATION_STEPS.map((variation): ProblemEntry => {
     const listed = { key: variation, title: "", difficulty: 1, variation, questions: QUESTIONS };
     return flat ? { ...listed, flat: true } : listed;
   }),
@@ -30,8 +30,8 @@ const INDEX: Index = {
   questions: [],
   families: [arms("planar-2r", true), arms("elbow-3r", false), arms("puma-560", false)],
 };
-const sorting = classFinderOf(INDEX);
-const right = { right: true, helped: false, again: false, now: 7 };
+const sorting = makeClassFinder(INDEX);
+const right = { isRight: true, isHelped: false, isRepeated: false, now: 7 };
 const item = (arm: string, question = "jacobian") => {
   const [family, key] = arm.split("/") as [string, string];
   return { family, key, question };
@@ -66,10 +66,10 @@ describe("an answer in free practice", () => {
   });
 
   test("counts as in a lesson: not with help or at a second try; a wrong one ends only its class's streak", () => {
-    expect(after({}, { helped: true }, "planar-2r/chapter")).toEqual({});
-    expect(after({}, { again: true }, "planar-2r/chapter")).toEqual({});
+    expect(after({}, { isHelped: true }, "planar-2r/chapter")).toEqual({});
+    expect(after({}, { isRepeated: true }, "planar-2r/chapter")).toEqual({});
     const row = after({}, {}, "planar-2r/chapter", "elbow-3r/chapter");
-    const wrong = after(row, { right: false }, "elbow-3r/lengths");
+    const wrong = after(row, { isRight: false }, "elbow-3r/lengths");
     expect(wrong["differentiation"]!.row).toEqual(["planar-2r/chapter"]);
     expect(wrong["differentiation"]!.beyond).toEqual({ space: { row: [] } });
     const learned = after(row, {}, "elbow-3r/lengths"); // there are two arms of this class
@@ -79,9 +79,9 @@ describe("an answer in free practice", () => {
 
   test("is reported with lesson and class", () => {
     const { outcomes } = countAnswer({}, item("elbow-3r/chapter"), right, sorting);
-    expect(outcomesInWords(outcomes)).toEqual(["By differentiation, spatial arms: 1 of 2 right in a row"]);
-    const again = countAnswer({}, item("elbow-3r/chapter"), { ...right, again: true }, sorting).outcomes;
-    expect(outcomesInWords(again)).toEqual([
+    expect(describeOutcomes(outcomes)).toEqual(["By differentiation, spatial arms: 1 of 2 right in a row"]);
+    const again = countAnswer({}, item("elbow-3r/chapter"), { ...right, isRepeated: true }, sorting).outcomes;
+    expect(describeOutcomes(again)).toEqual([
       "By differentiation, spatial arms: Correct this time. Only first tries count towards your three in a row.",
     ]);
   });
@@ -100,15 +100,15 @@ describe("a class", () => {
   };
 
   test("is due for review a day after its class is learned, until one more answer of that class is right", () => {
-    expect(dueClasses(skills, DAY, sorting)).toEqual([]);
-    const due = dueClasses(skills, DAY + 5, sorting);
-    expect(due.map(classInWords)).toEqual(["By differentiation, spatial arms"]);
-    const asked = chooseFrom(due[0]!, skills, [], () => 0)!;
+    expect(listDueClasses(skills, DAY, sorting)).toEqual([]);
+    const due = listDueClasses(skills, DAY + 5, sorting);
+    expect(due.map(describeTopicClass)).toEqual(["By differentiation, spatial arms"]);
+    const asked = chooseFromClass(due[0]!, skills, [], () => 0)!;
     expect(asked.family).toBe("elbow-3r");
     expect(["chapter", "lengths"]).toContain(asked.key);
     const now = DAY + 5;
     const other = after(skills, { now }, "planar-2r/chapter", "elbow-3r/full");
-    expect(dueClasses(other, now, sorting)).toHaveLength(1);
-    expect(dueClasses(after(other, { now }, "elbow-3r/lengths"), now, sorting)).toEqual([]);
+    expect(listDueClasses(other, now, sorting)).toHaveLength(1);
+    expect(listDueClasses(after(other, { now }, "elbow-3r/lengths"), now, sorting)).toEqual([]);
   });
 });

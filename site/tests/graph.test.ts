@@ -2,7 +2,7 @@
 import { describe, expect, test } from "vitest";
 
 import type { Index } from "../src/bank.js";
-import { lessonStates, standingOf } from "../src/learn/graph.js";
+import { makeLessonNodes, findLessonState } from "../src/learn/graph.js";
 import { LESSONS } from "../src/learn/lessons.js";
 import { NEW_SKILL } from "../src/practice/skills.js";
 
@@ -30,31 +30,36 @@ const attempt = (right: boolean) => ({ right, box: 0, due: 0 });
 
 describe("the graph", () => {
   test("shows a lesson as begun that was practised only for a later class of arms", () => {
-    expect(standingOf(NEW_SKILL, 0, [{ row: [] }])).toBe("new");
-    expect(standingOf(NEW_SKILL, 0, [{ row: ["elbow-3r/1"] }])).toBe("begun");
+    expect(findLessonState(NEW_SKILL, 0, [{ row: [] }])).toBe("new");
+    expect(findLessonState(NEW_SKILL, 0, [{ row: ["elbow-3r/1"] }])).toBe("begun");
   });
 
   test("has every lesson after those it needs, and only known lessons", () => {
-    const layers = new Map(LESSONS.map(({ id, at }) => [id, at[0]]));
+    const layers = new Map(LESSONS.map(({ id, position }) => [id, position.layer]));
     for (const { id, needs } of LESSONS)
       for (const need of needs) expect(layers.get(need), `${id} needs ${need}`).toBeLessThan(layers.get(id)!);
   });
 
   test("places the lessons of a layer beside each other, around its middle", () => {
-    const spots = LESSONS.map(({ at }) => at);
-    expect(new Set(spots.map(String)).size).toBe(LESSONS.length);
-    for (const [layer] of spots)
-      expect(spots.filter(([other]) => other === layer).reduce((sum, [, across]) => sum + across, 0)).toBe(0);
+    const positions = LESSONS.map(({ position }) => position);
+    expect(new Set(positions.map(({ layer, offset }) => `${layer} ${offset}`)).size).toBe(LESSONS.length);
+    for (const { layer } of positions) {
+      const inLayer = positions.filter((position) => position.layer === layer);
+      expect(inLayer.reduce((sum, { offset }) => sum + offset, 0)).toBe(0);
+    }
   });
 
   test("shows which lesson comes next, and which lessons are missing before it", () => {
-    const first = lessonStates(INDEX, {}, {}, 0);
-    expect(first.filter(({ next }) => next).map(({ lesson }) => lesson.id)).toEqual(["rates"]);
+    const first = makeLessonNodes(INDEX, {}, {}, 0);
+    expect(first.filter(({ isNext }) => isNext).map(({ lesson }) => lesson.id)).toEqual(["rates"]);
     const learned = { ...NEW_SKILL, learned: 1 };
-    const later = lessonStates(INDEX, { rates: learned, columns: learned }, {}, 0);
-    expect(later.filter(({ next }) => next).map(({ lesson }) => lesson.id)).toEqual(["differentiation", "propagation"]);
+    const later = makeLessonNodes(INDEX, { rates: learned, columns: learned }, {}, 0);
+    expect(later.filter(({ isNext }) => isNext).map(({ lesson }) => lesson.id)).toEqual([
+      "differentiation",
+      "propagation",
+    ]);
     const inverse = later.find(({ lesson }) => lesson.id === "inverse")!;
-    expect(inverse.missing.map(({ id }) => id)).toEqual(["differentiation", "propagation"]);
+    expect(inverse.unlearnedNeeds.map(({ id }) => id)).toEqual(["differentiation", "propagation"]);
   });
 });
 
@@ -65,13 +70,13 @@ test.each([
   [{ ...NEW_SKILL, learned: 5 * DAY }, "learned"],
   [{ ...NEW_SKILL, learned: 4 * DAY }, "due"],
   [{ ...NEW_SKILL, learned: 1, mastered: 2 * DAY }, "mastered"],
-] as const)("%o is %s", (skill, due) => expect(standingOf(skill, 5 * DAY)).toBe(due));
+] as const)("%o is %s", (skill, due) => expect(findLessonState(skill, 5 * DAY)).toBe(due));
 
 test("a lesson is mastered if all classes of arms are, and due for review if one class is", () => {
   const mastered = { ...NEW_SKILL, learned: 1, mastered: 2 * DAY };
-  expect(standingOf(mastered, 5 * DAY, [mastered])).toBe("mastered");
-  expect(standingOf(mastered, 5 * DAY, [{ row: ["a/1"] }])).toBe("learned");
-  expect(standingOf(mastered, 5 * DAY, [{ row: [], learned: 4 * DAY }])).toBe("due");
+  expect(findLessonState(mastered, 5 * DAY, [mastered])).toBe("mastered");
+  expect(findLessonState(mastered, 5 * DAY, [{ row: ["a/1"] }])).toBe("learned");
+  expect(findLessonState(mastered, 5 * DAY, [{ row: [], learned: 4 * DAY }])).toBe("due");
 });
 
 test("a question shows on how many arms its last answer was right, unless the bank does not ask it", () => {
@@ -81,13 +86,25 @@ test("a question shows on how many arms its last answer was right, unless the ba
     "planar-2r/3/jacobian": attempt(false),
     "planar-2r/4/rank": attempt(true),
   };
-  const places = lessonStates(INDEX, {}, progress, 0);
-  const asked = places.find(({ lesson }) => lesson.id === "differentiation")!.asked;
-  expect(asked.map(({ name, right, needed, missed }) => [name, right, needed, missed])).toEqual([
-    ["jacobian", 2, 3, true],
-  ]);
-  const singular = places.find(({ lesson }) => lesson.id === "singular")!.asked;
-  expect(singular.map(({ name, right, needed, missed }) => [name, right, needed, missed])).toEqual([
+  const places = makeLessonNodes(INDEX, {}, progress, 0);
+  const asked = places.find(({ lesson }) => lesson.id === "differentiation")!.questions;
+  expect(
+    asked.map(({ name, rightCount: right, neededCount: needed, hasWrongAnswer }) => [
+      name,
+      right,
+      needed,
+      hasWrongAnswer,
+    ]),
+  ).toEqual([["jacobian", 2, 3, true]]);
+  const singular = places.find(({ lesson }) => lesson.id === "singular")!.questions;
+  expect(
+    singular.map(({ name, rightCount: right, neededCount: needed, hasWrongAnswer }) => [
+      name,
+      right,
+      needed,
+      hasWrongAnswer,
+    ]),
+  ).toEqual([
     ["determinant", 0, 3, false],
     ["rank", 1, 1, false],
   ]);

@@ -8,23 +8,23 @@ import type { Stage } from "../src/arm/stage.js";
 import { firstWeld, journeyOf, type Weld } from "../src/arm/weld.js";
 import { LESSONS, type GoalState } from "../src/learn/lessons.js";
 import {
-  streakAfter,
-  armCountOf,
+  updateStreak,
+  countArms,
   isDue,
-  itemsOf,
+  listLessonItems,
   NEW_SKILL,
-  nextIn,
-  outcomeOf,
+  chooseItem,
+  describeOutcome,
   type Skill,
 } from "../src/practice/skills.js";
 import { storedState, storeState } from "../src/practice/stored-state.js";
-import { ratesOf, velocityOf } from "../src/learn/tools.js";
-import { type Item, STEPS } from "../src/practice/choice.js";
+import { computeRates, computeVelocity } from "../src/learn/tools.js";
+import { type Item, VARIATION_STEPS } from "../src/practice/choice.js";
 import en from "../src/text/en.json" with { type: "json" };
 
 const item = (key: string, question = "jacobian"): Item => ({ family: "planar-2r", key, question });
-const right = (skill: Skill, key: string, now = 0, helped = false, armCount = 9, again = false) =>
-  streakAfter(skill, item(key), { right: true, helped, again, now, armCount });
+const right = (skill: Skill, key: string, now = 0, isHelped = false, armCount = 9, isRepeated = false) =>
+  updateStreak(skill, item(key), { isRight: true, isHelped, isRepeated, now, armCount });
 const DAY = 24 * 3600 * 1000;
 
 test("three arms in a row without help make a class learned, and one more after a day makes it mastered", () => {
@@ -44,51 +44,51 @@ test("three arms in a row without help make a class learned, and one more after 
 
 test("a wrong answer ends the streak, and in a bank of two arms two are enough", () => {
   const row = right(right(NEW_SKILL, "001"), "002");
-  expect(streakAfter(row, item("003"), { right: false, helped: false, again: false, now: 0, armCount: 9 }).row).toEqual(
-    [],
-  );
+  expect(
+    updateStreak(row, item("003"), { isRight: false, isHelped: false, isRepeated: false, now: 0, armCount: 9 }).row,
+  ).toEqual([]);
   expect(right(right(NEW_SKILL, "001", 0, false, 2), "002", 5, false, 2).learned).toBe(5);
 });
 
 test("the next question is about an arm that is not in the streak, plain arms first", () => {
   const all = ["001", "002", "003"].map((key) => item(key));
-  expect(nextIn(all, NEW_SKILL, [], () => 0)?.key).toBe("001");
+  expect(chooseItem(all, NEW_SKILL, [], () => 0)?.key).toBe("001");
   const row = right(NEW_SKILL, "001");
-  expect(nextIn(all, row, ["planar-2r/001/jacobian"], () => 0.99)?.key).not.toBe("001");
-  expect(nextIn([item("001")], row, ["planar-2r/001/jacobian"], () => 0)?.key).toBe("001");
-  expect(nextIn([], NEW_SKILL, [], () => 0)).toBeNull();
+  expect(chooseItem(all, row, ["planar-2r/001/jacobian"], () => 0.99)?.key).not.toBe("001");
+  expect(chooseItem([item("001")], row, ["planar-2r/001/jacobian"], () => 0)?.key).toBe("001");
+  expect(chooseItem([], NEW_SKILL, [], () => 0)).toBeNull();
 });
 
 test("a question already asked in this visit is not asked again while there are others", () => {
   const all = ["001", "002", "003"].map((key) => item(key));
   const names = all.map(({ key }) => `planar-2r/${key}/jacobian`);
   for (const luck of [0, 0.5, 0.999]) {
-    expect(nextIn(all, NEW_SKILL, [names[0]!, names[2]!], () => luck)?.key).toBe("002");
-    expect(nextIn(all, NEW_SKILL, names, () => luck)?.key).not.toBe("003");
+    expect(chooseItem(all, NEW_SKILL, [names[0]!, names[2]!], () => luck)?.key).toBe("002");
+    expect(chooseItem(all, NEW_SKILL, names, () => luck)?.key).not.toBe("003");
   }
 });
 
 test("short questions count for their arm only", () => {
   expect(right(right(NEW_SKILL, "001"), "001-quiz").row).toEqual(["planar-2r/001"]);
-  expect(armCountOf(["001", "001-quiz", "002"].map((key) => item(key)))).toBe(2);
+  expect(countArms(["001", "001-quiz", "002"].map((key) => item(key)))).toBe(2);
 });
 
 test("a question first answered wrong counts for nothing, and a message gives the reason", () => {
-  const how = (right: boolean, helped = false, again = false) => ({ right, helped, again });
+  const how = (isRight: boolean, isHelped = false, isRepeated = false) => ({ isRight, isHelped, isRepeated });
   const row = right(NEW_SKILL, "001");
   expect(right(row, "002", 0, false, 9, true)).toEqual(row);
   const learned: Skill = { ...NEW_SKILL, row: ["a", "b", "c"], learned: 0 };
   expect(right(learned, "004", 2 * DAY, false, 9, true).mastered).toBeUndefined();
   const outcomeKey = (before: Skill, after: Skill, was: ReturnType<typeof how>) =>
-    outcomeOf(before, after, { ...was, armCount: 9 })?.key;
+    describeOutcome(before, after, { ...was, armCount: 9 })?.key;
   expect(outcomeKey(NEW_SKILL, row, how(true))).toBe("lesson.state-row");
   expect(outcomeKey(row, NEW_SKILL, how(false))).toBe("lesson.row-broken");
   expect(outcomeKey(NEW_SKILL, NEW_SKILL, how(false))).toBeUndefined();
   expect(outcomeKey(NEW_SKILL, NEW_SKILL, how(true, true))).toBe("lesson.counts-not-helped");
   expect(outcomeKey(learned, learned, how(true, false, true))).toBe("lesson.counts-not-again");
   const one: Skill = { goals: [], row: ["planar-2r/001"] };
-  const tried = { right: false, helped: false, again: true, now: 0, armCount: 9 };
-  expect(streakAfter(one, item("001"), tried)).toEqual(one); // the first answer was right
+  const tried = { isRight: false, isHelped: false, isRepeated: true, now: 0, armCount: 9 };
+  expect(updateStreak(one, item("001"), tried)).toEqual(one); // the first answer was right
   expect(outcomeKey(one, one, tried)).toBe(undefined);
   expect(outcomeKey(row, learned, how(true))).toBe("lesson.learned");
   expect(outcomeKey(learned, { ...learned, mastered: 9 }, how(true))).toBe("lesson.mastered");
@@ -106,7 +106,7 @@ test("the difficulty rises with the streak, from the chapter's plainest arms", (
         name,
         title: name,
         source: "",
-        problems: [...STEPS]
+        problems: [...VARIATION_STEPS]
           .reverse()
           .flatMap((variation) =>
             ["1", "2", "3"].map((number) => ({
@@ -119,10 +119,10 @@ test("the difficulty rises with the streak, from the chapter's plainest arms", (
           ),
       })),
   } as const;
-  const all = itemsOf(index, ["joint-effect", "velocity"], families);
+  const all = listLessonItems(index, ["joint-effect", "velocity"], families);
   const rows = [[], ["a/1"], ["a/1", "a/2"]];
   const [first, second, third] = rows.map((row) =>
-    [0, 0.5, 0.999].map((luck) => all.indexOf(nextIn(all, { row }, [], () => luck)!)),
+    [0, 0.5, 0.999].map((luck) => all.indexOf(chooseItem(all, { row }, [], () => luck)!)),
   ) as [number[], number[], number[]];
   for (const place of first)
     expect(all[place]).toMatchObject({
@@ -145,14 +145,14 @@ test("a lesson asks about its own families, or about others if the bank has none
   });
   const family = (name: string) => ({ name, title: name, source: "", problems: [listed("full"), listed("chapter")] });
   const index = { format: 1, feedback: "solutions", questions: [], families: [family("b"), family("a")] } as const;
-  expect(itemsOf(index, ["rank"], ["a", "b"]).map((each) => each.family + each.key)).toEqual([
+  expect(listLessonItems(index, ["rank"], ["a", "b"]).map((each) => each.family + each.key)).toEqual([
     "achapter",
     "bchapter",
     "afull",
     "bfull",
   ]);
-  expect(itemsOf(index, ["rank"], ["c"])).toHaveLength(4);
-  expect(itemsOf(index, ["position"], ["a"])).toEqual([]);
+  expect(listLessonItems(index, ["rank"], ["c"])).toHaveLength(4);
+  expect(listLessonItems(index, ["position"], ["a"])).toEqual([]);
 });
 
 test("stored skills are restored, and invalid entries are ignored", () => {
@@ -208,11 +208,11 @@ function seen(
   const rates = more.rates ?? [];
   const welding = more.weld ? { weld: more.weld, journey: journeyOf(arm, more.weld), place: more.place ?? 0 } : null;
   const stage = { arm, pose, state, settled: state, reach: reachOf(arm), measures: measuresOf(state), welding };
-  return { stage: stage as unknown as Stage, rates, velocity: velocityOf(arm, state, rates) };
+  return { stage: stage as unknown as Stage, rates, velocity: computeVelocity(arm, state, rates) };
 }
 
 const wanted = (pose: number[], direction: number) =>
-  seen(PLAIN, pose, { rates: [...ratesOf("wanted", { rates: [], direction }, stateAt(PLAIN, pose))] });
+  seen(PLAIN, pose, { rates: [...computeRates("wanted", { rates: [], direction }, stateAt(PLAIN, pose))] });
 const FIRST = degrees(60, 100);
 const weld = { ...firstWeld(PLAIN, FIRST, reachOf(PLAIN)), revoluteLimit: 20 };
 const short: Weld = { ...weld, target: stateAt(PLAIN, degrees(62, 98)).point, speed: 0.02 };
@@ -245,12 +245,12 @@ for (const lesson of LESSONS)
   test(`every goal of the lesson ${lesson.id} can be reached, and is not reached by the first pose`, () => {
     const arm = lesson.arm === "plain" ? PLAIN : ELBOW;
     const pose = lesson.arm === "plain" ? FIRST : degrees(40, 30, 60);
-    const rates = ratesOf(lesson.tool, { rates: [0.5, 0.5], direction: 0 }, stateAt(arm, pose));
+    const rates = computeRates(lesson.tool, { rates: [0.5, 0.5], direction: 0 }, stateAt(arm, pose));
     const first = seen(arm, pose, { rates: [...rates], weld: { ...weld, revoluteLimit: 0.6 } });
-    lesson.goals.forEach(({ reached, text }, i) => {
+    lesson.goals.forEach(({ isReached, text }, i) => {
       expect(en).toHaveProperty([text]);
-      expect(reached(WAYS[lesson.id]![i]!), text).toBe(true);
-      if (lesson.id !== "path") expect(reached(first), text).toBe(false);
+      expect(isReached(WAYS[lesson.id]![i]!), text).toBe(true);
+      if (lesson.id !== "path") expect(isReached(first), text).toBe(false);
     });
     expect(WAYS[lesson.id]).toHaveLength(lesson.goals.length);
   });

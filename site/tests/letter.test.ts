@@ -1,14 +1,14 @@
 // What a symbol's LaTeX is made of.
 import { expect, test } from "vitest";
 
-import { partsOf } from "../src/practice/letter.js";
+import { parseSymbol } from "../src/practice/letter.js";
 
 test.each([
-  ["\\dot{\\theta}_{1}", { letter: "θ", dotted: true, mark: "", index: "1" }],
-  ["p^*_{0}", { letter: "p", dotted: false, mark: "*", index: "0" }],
-  ["\\omega_{2}'", { letter: "ω", dotted: false, mark: "′", index: "2" }],
-  ["v_{x}", { letter: "v", dotted: false, mark: "", index: "x" }],
-  ["x", { letter: "x", dotted: false, mark: "", index: "" }],
-])("%s is shown without typesetting", (latex, parts) => expect(partsOf(latex)).toEqual(parts));
+  ["\\dot{\\theta}_{1}", { letter: "θ", hasDot: true, mark: "", index: "1" }],
+  ["p^*_{0}", { letter: "p", hasDot: false, mark: "*", index: "0" }],
+  ["\\omega_{2}'", { letter: "ω", hasDot: false, mark: "′", index: "2" }],
+  ["v_{x}", { letter: "v", hasDot: false, mark: "", index: "x" }],
+  ["x", { letter: "x", hasDot: false, mark: "", index: "" }],
+])("%s is shown without typesetting", (latex, parts) => expect(parseSymbol(latex)).toEqual(parts));
 
-test.each(["\\det J_{11}", "|v_P|", "\\kappa^2"])("%s is typeset", (latex) => expect(partsOf(latex)).toBeNull());
+test.each(["\\det J_{11}", "|v_P|", "\\kappa^2"])("%s is typeset", (latex) => expect(parseSymbol(latex)).toBeNull());

@@ -1,7 +1,7 @@
 // Problems in the language of the page: what is taken from a translation, and what stays English without one.
 import { afterEach, expect, test, vi } from "vitest";
 
-import type { Index, Problem, Solutions, Texts } from "../src/bank.js";
+import type { Index, Problem, Solutions, TranslatedTexts } from "../src/bank.js";
 import { translateSolutions, translateIndex, translateProblem } from "../src/text/problems.js";
 import { ENGLISH, setLanguage } from "../src/text/text.js";
 import de from "../src/text/de.json" with { type: "json" };
@@ -23,7 +23,7 @@ const PROBLEM = {
   parts: [part],
   said: [["sign", "Sign", "Everything."]],
 } as unknown as Problem;
-const TEXTS: Texts = {
+const TEXTS: TranslatedTexts = {
   title: "SCARA-Arm",
   statement: "<p>Der Arm</p>",
   parts: [{ name: "rank", title: "Rang", prompt: "<p>Was?</p>", hints: ["d", "e", "f"], options: ["u", "v"] }],
@@ -57,7 +57,7 @@ test("a translated problem has its texts from the translation, and everything el
 
 test("without a translation, or with another problem's, it stays English", () => {
   expect(translateProblem("de", PROBLEM, null)).toBe(PROBLEM);
-  const [texts] = TEXTS.parts as [Texts["parts"][number]];
+  const [texts] = TEXTS.parts as [TranslatedTexts["parts"][number]];
   for (const other of [
     { ...TEXTS, parts: [{ ...texts, name: "speed" }] },
     { ...TEXTS, parts: [] },

@@ -2,7 +2,7 @@
 import { expect, test } from "vitest";
 
 import type { Part } from "../src/bank.js";
-import { promptOf, promptOnPaper } from "../src/practice/prompt.js";
+import { removeOptions, removeLetterInstructions } from "../src/practice/prompt.js";
 
 const part = (prompt: string, options: string[] | null): Part => ({ prompt, options }) as unknown as Part;
 const LIST = "<ul>\n<li><strong>A.</strong> one</li>\n<li><strong>B.</strong> two</li>\n</ul>\n";
@@ -13,12 +13,12 @@ test.each([
   ['<p><strong>Answer:</strong> three letters in quotes, as in <code>"ABC"</code>.</p>'],
 ])("%s is removed", (said) => {
   const asked = `<p><em>Which</em> of <strong>these</strong>?</p>\n${LIST}${said}\n`;
-  expect(promptOf(part(asked, ["one", "two"])).trim()).toBe("<p><em>Which</em> of <strong>these</strong>?</p>");
-  expect(promptOnPaper(part(asked, ["one", "two"]))).toContain("<strong>B.</strong> two");
-  expect(promptOnPaper(part(asked, ["one", "two"]))).not.toContain("quot");
+  expect(removeOptions(part(asked, ["one", "two"])).trim()).toBe("<p><em>Which</em> of <strong>these</strong>?</p>");
+  expect(removeLetterInstructions(part(asked, ["one", "two"]))).toContain("<strong>B.</strong> two");
+  expect(removeLetterInstructions(part(asked, ["one", "two"]))).not.toContain("quot");
 });
 
 test("the prompt for a formula is unchanged", () => {
   const asked = '<p><strong>Answer:</strong> as in <code>"A"</code>.</p>';
-  expect(promptOf(part(asked, null))).toBe(asked);
+  expect(removeOptions(part(asked, null))).toBe(asked);
 });

@@ -7,7 +7,7 @@ import { limitVerdict } from "../src/grade/levels.js";
 import { judgeSet } from "../src/grade/sets.js";
 import { judgeValues, fingerprintWeight } from "../src/grade/values.js";
 import type { Verdict } from "../src/grade/verdict.js";
-import { missingIn } from "../src/practice/feedback.js";
+import { describeMissingFactor } from "../src/practice/feedback.js";
 import { evaluate } from "../src/read/evaluate.js";
 import { parse } from "../src/read/reader.js";
 import { message, textOf, type TextKey } from "../src/text/text.js";
@@ -286,9 +286,11 @@ test("a mistake made everywhere is reported if slips in single places explain le
 });
 
 test("a missing term is described by its symbols, and a missing factor by its joints", () => {
-  expect(textOf(missingIn("a1", true))).toBe("The missing part contains a1.");
-  expect(textOf(missingIn("theta2, theta3", false))).toBe("The missing part contains θ2, θ3.");
-  expect(textOf(missingIn("theta2", true))).toContain("contains θ2. Without it, you lose all configurations");
+  expect(textOf(describeMissingFactor("a1", true))).toBe("The missing part contains a1.");
+  expect(textOf(describeMissingFactor("theta2, theta3", false))).toBe("The missing part contains θ2, θ3.");
+  expect(textOf(describeMissingFactor("theta2", true))).toContain(
+    "contains θ2. Without it, you lose all configurations",
+  );
 });
 
 test.each([

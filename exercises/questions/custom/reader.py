@@ -28,6 +28,8 @@ from qdot.exercises.reference_answers import LETTERS
 ONLY_NUMBERS = "only numbers have {}; with given values, a formula becomes a number"
 MAX_TEXT_LENGTH, MAX_OPTIONS, HINT_COUNT = 5000, len(LETTERS), 3
 
+UNIT_CHARACTERS = r"[A-Za-z0-9µ°*/^(). -]*"
+
 
 class OptionEntry(pydantic.BaseModel):
     """One option, if it is not written as a text alone."""
@@ -104,7 +106,7 @@ FORMS = {
     'given = {theta1 = "angle", m = [1, 5]}; kinds are ' + ", ".join(SAMPLED_KINDS),
     "rows": 'expected a list of names in LaTeX, as in rows = ["v_x", "v_y"]',
     "units": 'expected a table, as in units = {m = "kg", g = "m/s^2"}',
-    "unit": 'expected a text, as in unit = "m/s"',
+    "unit": 'expected a unit, as in unit = "m/s"',
     "digits": "expected a whole number from 2 to 9, as in digits = 3",
     "tolerance": 'expected a tolerance with its unit in quotes, as in tolerance = "0.01 m/s"',
     "up_to_factor": "expected true or false, without quotes",
@@ -167,6 +169,7 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
         with file.locate_errors("question", name):
             raise QdotError("a question needs either an answer or options")
     _check_texts(file, name, entry)
+    _check_options_and_units(file, name, entry)
     with file.locate_errors("question", name, "options"):
         options = _read_options(entry)
     with file.locate_errors("question", name, "given"):
@@ -194,7 +197,8 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
 
 def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
     """Raise QdotError with the line and the key of a text that is too long or has LaTeX which qdot doesn't support."""
-    for key_path, texts in (((), entry), (("de",), entry.de)):
+    languages: dict[tuple[str, ...], QuestionEntry | TextsEntry | None] = {(): entry, ("de",): entry.de}
+    for key_path, texts in languages.items():
         if texts is None:
             continue
         for key in ("prompt", "hints", "solution"):
@@ -206,8 +210,14 @@ def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
                     if len(text) > MAX_TEXT_LENGTH:
                         raise QdotError(f"the text has more than {MAX_TEXT_LENGTH} characters")
                     check_text(text, file.text)
+                if key == "prompt" and not value.strip():
+                    raise QdotError(FORMS[key])
         with file.locate_errors("question", name, *key_path, "title"):
             check_title(texts.title or "", file.text)
+
+
+def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) -> None:
+    """Raise QdotError with the line and the key of an option, a name of a row or a unit that qdot can't show."""
     with file.locate_errors("question", name, "options"):
         for option in entry.options or ():
             if not isinstance(option, str):
@@ -217,6 +227,10 @@ def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
     with file.locate_errors("question", name, "rows"):
         for row_name in entry.rows:
             check_latex(row_name)
+    for key, units in (("unit", [entry.unit]), ("units", entry.units.values())):
+        with file.locate_errors("question", name, key):
+            if not all(re.fullmatch(UNIT_CHARACTERS, unit) for unit in units):
+                raise QdotError(f"{FORMS[key]}; powers are written with ^, and products with *")
 
 
 def _read_rounding(entry: QuestionEntry) -> Rounding | None:

@@ -1,7 +1,7 @@
 // Links to a round of practice, as an instructor makes them: parsed, explained if they are wrong, and written.
 
 import type { Index } from "../bank.js";
-import { ANYTHING, faultOf as faultOfWish, type Item, itemsFor, shuffle, type Wish } from "../practice/choice.js";
+import { ANY_WISH, findFault as faultOfWish, type Item, listItems, shuffle, type Wish } from "../practice/choice.js";
 import type { Topic } from "../practice/topics.js";
 import { resultOrNull } from "../storage.js";
 import { message, type Message } from "../text/text.js";
@@ -33,7 +33,7 @@ const SYNONYMS: Readonly<Record<string, string>> = { family: "arm" };
 export const EMPTY: Link = {
   embed: false,
   lesson: "",
-  wish: { ...ANYTHING, count: COUNT },
+  wish: { ...ANY_WISH, count: COUNT },
   name: "",
   seed: "",
   tries: 0,
@@ -121,7 +121,7 @@ export function candidatesOf(link: Link, index: Index, lessons: readonly LinkedL
     return message("link.lesson", { name: link.lesson, known: lessons.map(({ id }) => id).join(", ") });
   const fault = faultOfWish(index, link.wish, "");
   if (fault) return fault;
-  const matching = itemsFor(index, link.wish);
+  const matching = listItems(index, link.wish);
   if (!lesson) return matching;
   const inLesson = matching.filter(({ question }) => lesson.questions.includes(question));
   const ofLesson = inLesson.filter(({ family }) => lesson.families.includes(family));

@@ -1,7 +1,7 @@
 // The set of a SCORM package. At each place of the set, a student's identifier on the platform selects one arm.
 
 import type { Index } from "../bank.js";
-import { randomFrom } from "../practice/choice.js";
+import { makeRandomGenerator } from "../practice/choice.js";
 import type { Round } from "./round.js";
 
 /** A place of an exported set: the questions about its arm, with points and partial credit. */
@@ -23,7 +23,7 @@ export interface PackageSet {
 export function roundOf(set: PackageSet, index: Index, learner: string): Round {
   const asked = set.places.flatMap(({ name, questions }) => {
     const problems = index.families.find((family) => family.name === name)?.problems ?? [];
-    const chosen = problems[Math.floor(randomFrom(`${set.key}/${name}/${learner}`)() * problems.length)];
+    const chosen = problems[Math.floor(makeRandomGenerator(`${set.key}/${name}/${learner}`)() * problems.length)];
     return chosen
       ? questions
           .filter(([question]) => chosen.questions.includes(question))

@@ -1,6 +1,6 @@
 // Send results to the page around an embedded round by postMessage, only to the origin that the link names.
 
-import { nameOf } from "../practice/choice.js";
+import { nameItem } from "../practice/choice.js";
 import { message } from "../text/text.js";
 import { storedInBrowser, isComplete, type Report, type Recipient } from "./recipient.js";
 
@@ -20,7 +20,7 @@ export function resultMessage({ round, standing, score, given }: Report, isFirst
     seed: round.seed,
     score: { points, max, scaled: share, answered, count },
     answer: given && {
-      question: nameOf(round.asked[given.place]!.item),
+      question: nameItem(round.asked[given.place]!.item),
       number: given.place + 1,
       share: given.verdict.share,
       outcome: given.verdict.outcome,

@@ -1,6 +1,6 @@
 // A round: questions in a fixed order, each worth points; its standing; and both as a short text.
 
-import { type Item, randomFrom } from "../practice/choice.js";
+import { type Item, makeRandomGenerator } from "../practice/choice.js";
 
 /** A question of a round, its points, and the factor of partial credit. */
 export type Asked = { readonly item: Item; readonly points: number; readonly credit: number };
@@ -136,6 +136,6 @@ function triedFrom(signs: string): QuestionState | null {
 
 /** Return a hash of a round's questions and their order. */
 function fingerprintOf({ asked }: Round): string {
-  const random = randomFrom(asked.map(({ item }) => `${item.family}/${item.key}/${item.question}`).join(" "));
+  const random = makeRandomGenerator(asked.map(({ item }) => `${item.family}/${item.key}/${item.question}`).join(" "));
   return Math.floor(random() * 2 ** 32).toString(36);
 }

@@ -1,80 +1,88 @@
 // The graph of lessons: what each lesson builds on, and the student's progress in the lesson and in its questions.
 
 import type { Index } from "../bank.js";
-import { ANYTHING, itemsFor, nameOf, type Progress } from "../practice/choice.js";
+import { ANY_WISH, listItems, nameItem, type Progress } from "../practice/choice.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import { classesOf, streakIn, type ClassItems } from "../practice/classes.js";
-import { isDue, NEEDED, NEW_SKILL, type Streak, type Skill, type Skills } from "../practice/skills.js";
+import { listClasses, findStreak, type ClassItems } from "../practice/classes.js";
+import { isDue, NEEDED_ARMS, NEW_SKILL, type Streak, type Skill, type Skills } from "../practice/skills.js";
 
-export type Standing = "new" | "begun" | "learned" | "due" | "mastered";
+export type LessonState = "new" | "begun" | "learned" | "due" | "mastered";
 
-/** A question of a lesson: on how many of the needed arms the last answer was right, and whether one was wrong. */
+/** The student's progress in a question. */
 export interface QuestionProgress {
   readonly name: string;
   readonly title: string;
+  /** Code of the title's language; undefined for English. */
   readonly lang: string | undefined;
-  readonly right: number;
-  readonly needed: number;
-  readonly missed: boolean;
+  /** On how many arms the last answer was right, up to `neededCount`. */
+  readonly rightCount: number;
+  readonly neededCount: number;
+  /** Whether the last answer on some arm was wrong. */
+  readonly hasWrongAnswer: boolean;
 }
 
 export interface LessonNode {
   readonly lesson: Lesson;
-  readonly standing: Standing;
-  /** Whether everything the lesson builds on is learned, but not the lesson itself. */
-  readonly next: boolean;
-  /** Lessons it builds on that are not learned yet. */
-  readonly missing: readonly Lesson[];
+  readonly state: LessonState;
+  /** Whether all lessons on which it builds are learned, but not the lesson itself. */
+  readonly isNext: boolean;
+  /** The lessons on which it builds and which are not learned yet. */
+  readonly unlearnedNeeds: readonly Lesson[];
   /** The classes of its arms, with the progress in each. */
   readonly classes: readonly (readonly [ClassItems, Streak])[];
-  readonly asked: readonly QuestionProgress[];
+  readonly questions: readonly QuestionProgress[];
 }
 
-/** Return the state of a lesson, which is mastered if all classes are; `others` are the classes after the first. */
-export function standingOf(skill: Skill, now: number, others: readonly Streak[] = []): Standing {
-  if ([skill, ...others].some((row) => isDue(row, now))) return "due";
-  if ([skill, ...others].every(({ mastered }) => mastered !== undefined)) return "mastered";
+/**
+ * Return the state of a lesson at a time (ms since 1970), from the progress in the first class of arms (`skill`) and in
+ * the later classes. A lesson is mastered if all its classes are.
+ */
+export function findLessonState(skill: Skill, now: number, laterStreaks: readonly Streak[] = []): LessonState {
+  if ([skill, ...laterStreaks].some((streak) => isDue(streak, now))) return "due";
+  if ([skill, ...laterStreaks].every(({ mastered }) => mastered !== undefined)) return "mastered";
   if (skill.learned !== undefined) return "learned";
-  return [skill, ...others].some(({ row }) => row.length > 0) || skill.goals.length > 0 ? "begun" : "new";
+  return [skill, ...laterStreaks].some(({ row }) => row.length > 0) || skill.goals.length > 0 ? "begun" : "new";
 }
 
-/** Return the graph of all lessons. */
-export function lessonStates(index: Index, skills: Skills, progress: Progress, now: number): LessonNode[] {
+/** Return all lessons with their states at a time (ms since 1970), in their order. */
+export function makeLessonNodes(index: Index, skills: Skills, progress: Progress, now: number): LessonNode[] {
   const isLearned = (id: string): boolean => skills[id]?.learned !== undefined;
   return LESSONS.map((lesson) => {
-    const missing = lesson.needs
+    const unlearnedNeeds = lesson.needs
       .filter((need) => !isLearned(need))
       .map((need) => LESSONS.find(({ id }) => id === need)!);
     const skill = skills[lesson.id] ?? NEW_SKILL;
-    const armClasses = classesOf(index, lesson);
-    const classes = armClasses.map((armClass, at) => [armClass, streakIn(skill, armClasses, at)] as const);
-    const laterStreaks = classes.slice(1).map(([, row]) => row);
+    const armClasses = listClasses(index, lesson);
+    const classes = armClasses.map(
+      (armClass, classIndex) => [armClass, findStreak(skill, armClasses, classIndex)] as const,
+    );
+    const laterStreaks = classes.slice(1).map(([, streak]) => streak);
     return {
       lesson,
-      standing: standingOf(skill, now, laterStreaks),
+      state: findLessonState(skill, now, laterStreaks),
       classes,
-      next: missing.length === 0 && !isLearned(lesson.id),
-      missing,
-      asked: lesson.questions.flatMap((name) => questionProgress(index, name, progress)),
+      isNext: unlearnedNeeds.length === 0 && !isLearned(lesson.id),
+      unlearnedNeeds,
+      questions: lesson.questions.flatMap((name) => findQuestionProgress(index, name, progress)),
     };
   });
 }
 
-/** Return the progress in a question; an empty list if the bank does not ask it. */
-function questionProgress(index: Index, name: string, progress: Progress): QuestionProgress[] {
-  const question = index.questions.find((listed) => listed.name === name);
-  const items = itemsFor(index, { ...ANYTHING, question: name });
+/** Return the progress in a question as a list of one element; an empty list if the bank does not ask the question. */
+function findQuestionProgress(index: Index, name: string, progress: Progress): QuestionProgress[] {
+  const question = index.questions.find((entry) => entry.name === name);
+  const items = listItems(index, { ...ANY_WISH, question: name });
   if (!question || items.length === 0) return [];
-  const tried = items.map((item) => progress[nameOf(item)]).filter((attempt) => attempt !== undefined);
-  const needed = Math.min(NEEDED, items.length);
+  const attempts = items.map((item) => progress[nameItem(item)]).filter((attempt) => attempt !== undefined);
+  const needed = Math.min(NEEDED_ARMS, items.length);
   return [
     {
       name,
       title: question.title,
       lang: question.lang,
-      right: Math.min(needed, tried.filter(({ right }) => right).length),
-      needed,
-      missed: tried.some(({ right }) => !right),
+      rightCount: Math.min(needed, attempts.filter(({ right }) => right).length),
+      neededCount: needed,
+      hasWrongAnswer: attempts.some(({ right }) => !right),
     },
   ];
 }

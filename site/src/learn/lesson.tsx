@@ -11,24 +11,33 @@ import { ZERO } from "../arm/vector.js";
 import type { View } from "../arm/view.js";
 import type { Index } from "../bank.js";
 import type { ArmRecord } from "../pages/live.js";
-import { progressAfter, type Item, nameOf } from "../practice/choice.js";
+import { updateProgress, type Item, nameItem } from "../practice/choice.js";
 import { Current } from "../practice/current.js";
 import { Rich } from "../practice/math.js";
 import { storedState, storeState } from "../practice/stored-state.js";
 import { storage } from "../storage.js";
 import { Offline } from "../offline/offline.js";
 import { type Message, textOf, say } from "../text/text.js";
-import { classesOf, currentClass, streakIn, type ClassItems, withStreak } from "../practice/classes.js";
+import { listClasses, chooseClassIndex, findStreak, type ClassItems, replaceStreak } from "../practice/classes.js";
 import { Dots } from "./dots.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import { streakAfter, armCountOf, isDue, NEEDED, nextIn, outcomeOf, type Skill } from "../practice/skills.js";
-import { DialBoard, FIRST_DIALS, ratesOf, Contributions, velocityOf } from "./tools.js";
+import {
+  updateStreak,
+  countArms,
+  isDue,
+  NEEDED_ARMS,
+  chooseItem,
+  describeOutcome,
+  type Skill,
+} from "../practice/skills.js";
+import { DialBoard, FIRST_DIALS, computeRates, Contributions, computeVelocity } from "./tools.js";
 
 export interface LessonProps {
   readonly lesson: Lesson;
   readonly record: ArmRecord;
   readonly index: Index;
   readonly skill: Skill;
+  /** Whether the page begins with practice instead of the idea. */
   readonly isPractising: boolean;
   readonly onSkill: (skill: Skill) => void;
 }
@@ -36,7 +45,7 @@ export interface LessonProps {
 export function LessonView(props: LessonProps): JSX.Element {
   const { lesson, index } = props;
   const [isPractising, setPractising] = useState(props.isPractising);
-  const classes = useMemo(() => classesOf(index, lesson), [index, lesson]);
+  const classes = useMemo(() => listClasses(index, lesson), [index, lesson]);
   const items = useMemo(() => classes.flatMap(({ items }) => items), [classes]);
   return isPractising && items.length > 0 ? (
     <Practice {...props} classes={classes} hasArrived={!props.isPractising} onIdea={() => setPractising(false)} />
@@ -47,7 +56,7 @@ export function LessonView(props: LessonProps): JSX.Element {
 
 type Classes = { readonly classes: readonly ClassItems[] };
 
-/** The number of the lesson, and a link to the list of lessons. */
+/** The number of the lesson, its progress, and a link to the list of lessons. */
 function Head({ lesson, skill, classes }: Pick<LessonProps, "lesson" | "skill"> & Classes): JSX.Element {
   const number = LESSONS.indexOf(lesson) + 1;
   return (
@@ -59,40 +68,46 @@ function Head({ lesson, skill, classes }: Pick<LessonProps, "lesson" | "skill"> 
   );
 }
 
+/** The idea of the lesson, with the arm on which its goals are reached. */
 function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractise: () => void }): JSX.Element {
   const { lesson, record, skill, classes, items, onSkill, onPractise } = props;
   const [stage, setStage] = useState<Stage | null>(null);
   const problems = useMemo(() => items.map(({ family, key }) => `${family}/${key}`), [items]);
   const [dials, setDials] = useState(FIRST_DIALS);
   const { tool, goals } = lesson;
-  const rates = stage ? ratesOf(tool, dials, stage.state) : [];
-  const velocity = stage ? velocityOf(stage.arm, stage.state, rates) : ZERO;
-  const reached = stage ? goals.flatMap(({ reached }, i) => (reached({ stage, rates, velocity }) ? [i] : [])) : [];
-  const moved = useRef(false); // the arm's first pose reaches no goal
-  const initial = useRef("");
-  const hasPath = useRef(false); // nor does the first path
+  const rates = stage ? computeRates(tool, dials, stage.state) : [];
+  const velocity = stage ? computeVelocity(stage.arm, stage.state, rates) : ZERO;
+  const reachedGoals = stage
+    ? goals.flatMap(({ isReached }, i) => (isReached({ stage, rates, velocity }) ? [i] : []))
+    : [];
+  // Goals are not reached by the arm's initial pose and path, but only after the student changed something.
+  const hasMoved = useRef(false);
+  const initialState = useRef("");
+  const hasPath = useRef(false);
   useEffect(() => {
     if (!stage) return;
-    const current = JSON.stringify([stage.pose, dials, stage.welding?.place, stage.welding?.weld]);
+    const currentState = JSON.stringify([stage.pose, dials, stage.welding?.place, stage.welding?.weld]);
     const isFirstPath = stage.welding !== null && !hasPath.current;
-    if (!initial.current || isFirstPath) [initial.current, moved.current] = [current, false];
+    if (!initialState.current || isFirstPath) [initialState.current, hasMoved.current] = [currentState, false];
     if (isFirstPath) hasPath.current = true;
-    if (current !== initial.current) moved.current = true;
-    const newGoals = reached.filter((i) => !skill.goals.includes(i));
-    if (moved.current && newGoals.length > 0) onSkill({ ...skill, goals: [...skill.goals, ...newGoals] });
+    if (currentState !== initialState.current) hasMoved.current = true;
+    const newGoals = reachedGoals.filter((i) => !skill.goals.includes(i));
+    if (hasMoved.current && newGoals.length > 0) onSkill({ ...skill, goals: [...skill.goals, ...newGoals] });
   });
   const overlay = useMemo(
     () =>
       tool
-        ? (now: Stage, view: View) => <Contributions stage={now} view={view} rates={ratesOf(tool, dials, now.state)} />
+        ? (now: Stage, view: View) => (
+            <Contributions stage={now} view={view} rates={computeRates(tool, dials, now.state)} />
+          )
         : undefined,
     [tool, dials],
   );
-  const ratesIn = useMemo(
-    () => (tool ? (state: State): readonly number[] => ratesOf(tool, dials, state) : undefined),
+  const ratesAt = useMemo(
+    () => (tool ? (state: State): readonly number[] => computeRates(tool, dials, state) : undefined),
     [tool, dials],
   );
-  const done = goals.every((_, i) => skill.goals.includes(i));
+  const isDone = goals.every((_, i) => skill.goals.includes(i));
   return (
     <div class="workspace">
       <article class="task lesson">
@@ -123,12 +138,12 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
         <p class="actions">
           {items.length > 0 ? (
             <Button
-              style={done ? "button" : "button quiet"}
-              text={say(done ? "lesson.practise" : "lesson.practise-already")}
+              style={isDone ? "button" : "button quiet"}
+              text={say(isDone ? "lesson.practise" : "lesson.practise-already")}
               onClick={onPractise}
             />
           ) : null}
-          <NextLesson lesson={lesson} quiet />
+          <NextLesson lesson={lesson} isQuiet />
         </p>
         {items.length > 0 ? <Offline title={say("offline.lesson")} problems={problems} /> : null}
       </article>
@@ -143,7 +158,7 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
           pane={lesson.pane}
           onStage={setStage}
           overlay={overlay}
-          rates={ratesIn}
+          rates={ratesAt}
         />
       </section>
     </div>
@@ -151,31 +166,37 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
 }
 
 /** A link to the next lesson. */
-function NextLesson({ lesson, quiet }: { lesson: Lesson; quiet: boolean }): JSX.Element | null {
+function NextLesson({ lesson, isQuiet }: { lesson: Lesson; isQuiet: boolean }): JSX.Element | null {
   const next = LESSONS[LESSONS.indexOf(lesson) + 1];
   return next ? (
-    <a class={quiet ? "button quiet" : "button"} href={`learn.html?lesson=${next.id}`}>
+    <a class={isQuiet ? "button quiet" : "button"} href={`learn.html?lesson=${next.id}`}>
       {say("lesson.next", { title: say(next.title) })}
     </a>
   ) : null;
 }
 
+/** Questions on the lesson, one after the other; `hasArrived` says whether the reader comes from the idea. */
 function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: () => void }): JSX.Element {
   const { lesson, index, skill, classes, hasArrived, onSkill, onIdea } = props;
   /** Choose the next question, and the class of arms to which it belongs. */
-  const chooseNext = (): { at: number; item: Item | null } => {
-    const at = currentClass(skill, classes, Date.now());
-    const item = nextIn(classes[at]!.items, streakIn(skill, classes, at), asked.current, Math.random);
-    if (item) asked.current.push(nameOf(item));
-    return { at, item };
+  const chooseNext = (): { classIndex: number; item: Item | null } => {
+    const classIndex = chooseClassIndex(skill, classes, Date.now());
+    const item = chooseItem(
+      classes[classIndex]!.items,
+      findStreak(skill, classes, classIndex),
+      askedNames.current,
+      Math.random,
+    );
+    if (item) askedNames.current.push(nameItem(item));
+    return { classIndex, item };
   };
-  const asked = useRef<string[]>([]);
-  const [{ at, item }, setCurrent] = useState(chooseNext);
+  const askedNames = useRef<string[]>([]);
+  const [{ classIndex, item }, setCurrent] = useState(chooseNext);
   const [count, setCount] = useState(0);
   const [note, setNote] = useState<Message | null>(null);
-  const again = useRef(false); // whether this question was answered before
-  const armCount = armCountOf(classes[at]!.items);
-  const streak = streakIn(skill, classes, at);
+  const isAnswered = useRef(false); // whether this question was answered before
+  const armCount = countArms(classes[classIndex]!.items);
+  const streak = findStreak(skill, classes, classIndex);
   return (
     <div class="workspace">
       <div class="choosing">
@@ -186,40 +207,40 @@ function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: 
         <p class="muted" role="status">
           {classes.length > 1 ? (
             <>
-              <strong class="class-name">{say(`classes.${classes[at]!.name}`)}</strong> ·{" "}
+              <strong class="class-name">{say(`classes.${classes[classIndex]!.name}`)}</strong> ·{" "}
             </>
           ) : null}
           {streak.mastered !== undefined
             ? say("lesson.mastered")
             : streak.learned !== undefined
               ? say(isDue(streak, Date.now()) ? "lesson.due" : "lesson.learned")
-              : say("lesson.row", { count: streak.row.length, needed: Math.min(NEEDED, armCount) })}
+              : say("lesson.row", { count: streak.row.length, needed: Math.min(NEEDED_ARMS, armCount) })}
         </p>
         {skill.learned !== undefined ? (
           <p class="actions">
-            <NextLesson lesson={lesson} quiet={false} />
+            <NextLesson lesson={lesson} isQuiet={false} />
           </p>
         ) : null}
       </div>
       {item ? (
         <Current
-          key={`${nameOf(item)} ${count}`}
+          key={`${nameItem(item)} ${count}`}
           item={item}
           level={index.feedback}
           hasArrived={hasArrived || count > 0}
           notes={note ? [textOf(note)] : []}
-          onVerdict={(right, helped) => {
+          onVerdict={(isRight, isHelped) => {
             const now = Date.now();
-            const attempt = { right, helped, again: again.current, armCount };
-            const after = streakAfter(streak, item, { ...attempt, now });
-            again.current = true;
-            setNote(outcomeOf(streak, after, attempt));
-            onSkill(withStreak(skill, classes, at, after));
+            const attempt = { isRight, isHelped, isRepeated: isAnswered.current, armCount };
+            const newStreak = updateStreak(streak, item, { ...attempt, now });
+            isAnswered.current = true;
+            setNote(describeOutcome(streak, newStreak, attempt));
+            onSkill(replaceStreak(skill, classes, classIndex, newStreak));
             // a wrong answer is asked again on the practice page
-            storeState(storage, { progress: progressAfter(storedState(storage).progress, item, right, now) });
+            storeState(storage, { progress: updateProgress(storedState(storage).progress, item, isRight, now) });
           }}
           onNext={() => {
-            again.current = false;
+            isAnswered.current = false;
             setNote(null);
             setCurrent(chooseNext());
             setCount(count + 1);

@@ -13,7 +13,7 @@ import { WithIndex } from "../practice/with-index.js";
 import { say } from "../text/text.js";
 import { Offline } from "../offline/offline.js";
 import { Dots } from "./dots.js";
-import { lessonStates } from "./graph.js";
+import { makeLessonNodes } from "./graph.js";
 import { SkillMap } from "./skill-map.js";
 import { LessonView } from "./lesson.js";
 import { type Lesson, LESSONS } from "./lessons.js";
@@ -26,7 +26,7 @@ function Learn({ arms, index }: { arms: Arms; index: Index }): JSX.Element {
   const [stored, changeStored] = useStoredState();
   const { lessons: skills } = stored;
   const parameters = new URLSearchParams(window.location.search);
-  const lesson = lessonIn(parameters);
+  const lesson = findLesson(parameters);
   if (lesson)
     return (
       <LessonView
@@ -38,30 +38,38 @@ function Learn({ arms, index }: { arms: Arms; index: Index }): JSX.Element {
         onSkill={(skill) => changeStored({ lessons: { ...skills, [lesson.id]: skill } })}
       />
     );
-  return <List stored={stored} wrong={parameters.get("lesson")} index={index} />;
+  return <List stored={stored} unknownLesson={parameters.get("lesson")} index={index} />;
 }
 
 /** All lessons; the next one is highlighted, and so are lessons that are due for review. */
-function List({ stored, wrong, index }: { stored: StoredState; wrong: string | null; index: Index }): JSX.Element {
+function List({
+  stored,
+  unknownLesson,
+  index,
+}: {
+  stored: StoredState;
+  unknownLesson: string | null;
+  index: Index;
+}): JSX.Element {
   const { lessons: skills, progress } = stored;
   const problems = useMemo(
     () => index.families.flatMap(({ name, problems }) => problems.map(({ key }) => `${name}/${key}`)),
     [index],
   );
   const now = Date.now();
-  const places = lessonStates(index, skills, progress, now);
+  const nodes = makeLessonNodes(index, skills, progress, now);
   const next =
     LESSONS.find(({ id }) => skills[id]?.learned === undefined) ??
-    places.find(({ classes }) => classes.some(([, { learned }]) => learned === undefined))?.lesson;
+    nodes.find(({ classes }) => classes.some(([, { learned }]) => learned === undefined))?.lesson;
   return (
     <div class="way">
-      {wrong ? <p role="alert">{say("lesson.unknown", { name: wrong })}</p> : null}
+      {unknownLesson ? <p role="alert">{say("lesson.unknown", { name: unknownLesson })}</p> : null}
       <p class="lead">{say("lesson.lead")}</p>
-      <SkillMap places={places} />
+      <SkillMap nodes={nodes} />
       <ol>
-        {places.map(({ lesson: { id, title, idea, goals }, standing, classes }) => {
+        {nodes.map(({ lesson: { id, title, idea, goals }, state, classes }) => {
           const skill = skills[id] ?? NEW_SKILL;
-          const isDue = standing === "due";
+          const isDue = state === "due";
           return (
             <li key={id} class={isDue || (next?.id === id && !isDue) ? "current" : ""}>
               <h2>
@@ -85,7 +93,7 @@ function List({ stored, wrong, index }: { stored: StoredState; wrong: string | n
   );
 }
 
-const lessonIn = (parameters: URLSearchParams): Lesson | undefined =>
+const findLesson = (parameters: URLSearchParams): Lesson | undefined =>
   LESSONS.find(({ id }) => id === parameters.get("lesson"));
 
 /** The space of a lesson before it is loaded. */
@@ -94,7 +102,7 @@ const Loading = (): JSX.Element => (
     <p role="status" class="task">
       {say("practice.loading")}
     </p>
-    {lessonIn(new URLSearchParams(window.location.search)) ? <div class="stage" /> : null}
+    {findLesson(new URLSearchParams(window.location.search)) ? <div class="stage" /> : null}
   </div>
 );
 

@@ -1,28 +1,30 @@
-// The map of lessons: links in an order in which each lesson follows what it needs. Its lines repeat what words say.
+// The map of lessons: links in an order in which each lesson follows what it needs, and lines between them. The lines
+// are hidden from screen readers, because each link names the needed lessons that are not learned yet.
 
 import type { JSX } from "preact";
 
 import { say } from "../text/text.js";
 import { describeClass } from "./dots.js";
-import { type QuestionProgress, type LessonNode, standingOf } from "./graph.js";
+import { type QuestionProgress, type LessonNode, findLessonState } from "./graph.js";
 
-export function SkillMap({ places }: { places: readonly LessonNode[] }): JSX.Element {
-  const layers = Math.max(...places.map(({ lesson }) => lesson.at[0])) + 1;
-  const width = 1 + 2 * Math.max(...places.map(({ lesson }) => lesson.at[1]));
+export function SkillMap({ nodes }: { nodes: readonly LessonNode[] }): JSX.Element {
+  const layerCount = Math.max(...nodes.map(({ lesson }) => lesson.position.layer)) + 1;
+  /** The width of the widest layer, where each lesson has the width 1. */
+  const width = 1 + 2 * Math.max(...nodes.map(({ lesson }) => lesson.position.offset));
   return (
     <section class="skills" aria-labelledby="skills-title">
       <h2 id="skills-title">{say("skills.title")}</h2>
       <p class="muted">{say("skills.legend")}</p>
-      <div class="skill-map" style={{ "--layers": layers, "--most": width }}>
-        <Lines places={places} layers={layers} most={width} />
+      <div class="skill-map" style={{ "--layers": layerCount, "--width": width }}>
+        <Lines nodes={nodes} layerCount={layerCount} width={width} />
         <ol>
-          {places.map((place) => (
+          {nodes.map((node) => (
             <li
-              key={place.lesson.id}
-              class={`skill is-${place.standing}${place.next ? " is-next" : ""}`}
-              style={{ "--layer": place.lesson.at[0] + 1, "--across": Math.round(2 * place.lesson.at[1] + width) }}
+              key={node.lesson.id}
+              class={`skill is-${node.state}${node.isNext ? " is-next" : ""}`}
+              style={gridPlace(node.lesson.position, width)}
             >
-              <Skill place={place} />
+              <LessonItem node={node} />
             </li>
           ))}
         </ol>
@@ -31,14 +33,24 @@ export function SkillMap({ places }: { places: readonly LessonNode[] }): JSX.Ele
   );
 }
 
-/** Lines from each lesson to what it builds on: once from left to right, once downwards. A page shows one of both. */
-function Lines({ places, layers, most }: { places: readonly LessonNode[]; layers: number; most: number }): JSX.Element {
-  const middle = ({ lesson: { at } }: LessonNode): [number, number] => [at[0] + 0.5, most / 2 + at[1]];
-  const lines = places.flatMap((place) =>
-    place.lesson.needs.map((need) => {
-      const from = places.find(({ lesson }) => lesson.id === need)!;
-      const isLearned = from.standing !== "new" && from.standing !== "begun";
-      return { key: `${need} ${place.lesson.id}`, from: middle(from), to: middle(place), isLearned };
+/** Return the lines of the grid (from 1) at which a lesson begins; it spans two columns, so offsets may be halves. */
+const gridPlace = ({ layer, offset }: LessonNode["lesson"]["position"], width: number) => ({
+  "--layer": layer + 1,
+  "--offset": Math.round(2 * offset + width),
+});
+
+type Point = readonly [x: number, y: number];
+
+type LinesProps = { readonly nodes: readonly LessonNode[]; readonly layerCount: number; readonly width: number };
+
+/** Lines from each lesson to what it builds on, for layers from left to right and for layers downwards; CSS shows one. */
+function Lines({ nodes, layerCount, width }: LinesProps): JSX.Element {
+  const centreOf = ({ lesson: { position } }: LessonNode): Point => [position.layer + 0.5, width / 2 + position.offset];
+  const lines = nodes.flatMap((node) =>
+    node.lesson.needs.map((need) => {
+      const needed = nodes.find(({ lesson }) => lesson.id === need)!;
+      const isLearned = needed.state !== "new" && needed.state !== "begun";
+      return { key: `${need} ${node.lesson.id}`, start: centreOf(needed), end: centreOf(node), isLearned };
     }),
   );
   return (
@@ -47,13 +59,13 @@ function Lines({ places, layers, most }: { places: readonly LessonNode[]; layers
         <svg
           key={direction}
           class={`skill-lines ${direction}`}
-          viewBox={direction === "across" ? `0 0 ${layers} ${most}` : `0 0 ${most} ${layers}`}
+          viewBox={direction === "across" ? `0 0 ${layerCount} ${width}` : `0 0 ${width} ${layerCount}`}
           preserveAspectRatio="none"
           aria-hidden="true"
         >
-          {lines.map(({ key, from, to, isLearned }) => {
-            const [[a, b], [c, d]] = direction === "across" ? [from, to] : [flipped(from), flipped(to)];
-            return <path key={key} class={isLearned ? "known" : ""} d={`M${a} ${b}L${c} ${d}`} />;
+          {lines.map(({ key, start, end, isLearned }) => {
+            const [[x1, y1], [x2, y2]] = direction === "across" ? [start, end] : [swapAxes(start), swapAxes(end)];
+            return <path key={key} class={isLearned ? "known" : ""} d={`M${x1} ${y1}L${x2} ${y2}`} />;
           })}
         </svg>
       ))}
@@ -61,43 +73,44 @@ function Lines({ places, layers, most }: { places: readonly LessonNode[]; layers
   );
 }
 
-const flipped = ([x, y]: readonly [number, number]): [number, number] => [y, x];
+const swapAxes = ([x, y]: Point): Point => [y, x];
 
-const SIGNS = { new: "○", begun: "◔", learned: "◕", due: "◕", mastered: "●" } as const;
+const STATE_SIGNS = { new: "○", begun: "◔", learned: "◕", due: "◕", mastered: "●" } as const;
 
-function Skill({ place }: { place: LessonNode }): JSX.Element {
-  const { lesson, standing, next, missing, classes, asked } = place;
-  const title = ({ title }: LessonNode["lesson"]): string => say(title);
+/** A link to a lesson, with its state, and the progress in its classes of arms and its questions. */
+function LessonItem({ node }: { node: LessonNode }): JSX.Element {
+  const { lesson, state, isNext, unlearnedNeeds, classes, questions } = node;
+  const titleOf = ({ title }: LessonNode["lesson"]): string => say(title);
   return (
     <>
-      <a href={`learn.html?lesson=${lesson.id}${standing === "due" ? "&practise=1" : ""}`}>{title(lesson)}</a>
+      <a href={`learn.html?lesson=${lesson.id}${state === "due" ? "&practise=1" : ""}`}>{titleOf(lesson)}</a>
       <span class="skill-state">
-        <span aria-hidden="true">{SIGNS[standing]}</span> {say(`skills.${standing}`)}
-        {next ? `, ${say("skills.next")}` : ""}
+        <span aria-hidden="true">{STATE_SIGNS[state]}</span> {say(`skills.${state}`)}
+        {isNext ? `, ${say("skills.next")}` : ""}
       </span>
-      {classes.length > 1 && standing !== "new" && standing !== "begun" ? (
+      {classes.length > 1 && state !== "new" && state !== "begun" ? (
         <ul class="skill-classes" aria-label={say("classes.title")}>
-          {classes.map(([armClass, row]) => {
-            const standing = standingOf({ ...row, goals: [] }, -Infinity);
+          {classes.map(([armClass, streak]) => {
+            const classState = findLessonState({ ...streak, goals: [] }, -Infinity); // at this time, nothing is due
             return (
-              <li key={armClass.name} class={`is-${standing}`} title={describeClass(armClass, row)}>
+              <li key={armClass.name} class={`is-${classState}`} title={describeClass(armClass, streak)}>
                 <span aria-hidden="true">
-                  {SIGNS[standing]} {say(`classes.${armClass.name}`)}
+                  {STATE_SIGNS[classState]} {say(`classes.${armClass.name}`)}
                 </span>
-                <span class="visually-hidden">{describeClass(armClass, row)}</span>
+                <span class="visually-hidden">{describeClass(armClass, streak)}</span>
               </li>
             );
           })}
         </ul>
       ) : null}
-      {missing.length > 0 ? (
-        <span class="visually-hidden">{say("skills.after", { titles: missing.map(title).join(", ") })}</span>
+      {unlearnedNeeds.length > 0 ? (
+        <span class="visually-hidden">{say("skills.after", { titles: unlearnedNeeds.map(titleOf).join(", ") })}</span>
       ) : null}
-      {asked.length > 0 ? (
+      {questions.length > 0 ? (
         <ul class="skill-asked" aria-label={say("skills.asked")}>
-          {asked.map((question) => (
+          {questions.map((question) => (
             <li key={question.name}>
-              <AskedLink {...question} />
+              <QuestionLink {...question} />
             </li>
           ))}
         </ul>
@@ -107,21 +120,22 @@ function Skill({ place }: { place: LessonNode }): JSX.Element {
 }
 
 /** A link to a question, with a segment for each needed arm, filled for each right answer. */
-function AskedLink({ name, title, lang, right, needed, missed }: QuestionProgress): JSX.Element {
-  const state = say(missed ? "skills.of-missed" : "skills.of", { right, needed });
+function QuestionLink(props: QuestionProgress): JSX.Element {
+  const { name, title, lang, rightCount, neededCount, hasWrongAnswer } = props;
+  const progress = say(hasWrongAnswer ? "skills.of-missed" : "skills.of", { right: rightCount, needed: neededCount });
   return (
     <a
       href={`practice.html?question=${name}`}
-      class={missed ? "missed" : right === needed ? "full" : ""}
-      title={`${title}: ${state}`}
+      class={hasWrongAnswer ? "missed" : rightCount === neededCount ? "full" : ""}
+      title={`${title}: ${progress}`}
     >
       <span aria-hidden="true">
-        {Array.from({ length: needed }, (_, i) => (
-          <i key={i} class={i < right ? "on" : ""} />
+        {Array.from({ length: neededCount }, (_, i) => (
+          <i key={i} class={i < rightCount ? "on" : ""} />
         ))}
       </span>
       <span class="visually-hidden">
-        <span lang={lang ?? "en"}>{title}</span>: {state}
+        <span lang={lang ?? "en"}>{title}</span>: {progress}
       </span>
     </a>
   );

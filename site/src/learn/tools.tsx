@@ -22,21 +22,26 @@ export type Dials = { readonly rates: readonly number[]; readonly direction: num
 export const FIRST_DIALS: Dials = { rates: [0.5, 0.5], direction: 0 };
 
 /** The wanted speed of P (m/s). */
-const WANTED = 0.5;
+const WANTED_SPEED = 0.5;
+/** The damping of the least squares problem (m), which bounds the joint rates at a singularity. */
+const DAMPING = 1e-6;
 
-/** Return the joint rates that a tool sets: those of the sliders, or those that give P the wanted velocity. */
-export function ratesOf(tool: Tool | null, dials: Dials, { counted }: State): readonly number[] {
+/**
+ * Return the joint rates (rad/s) that a tool sets: those of the sliders, or those for which P moves as wanted. Without a tool, the list is empty.
+ */
+export function computeRates(tool: Tool | null, dials: Dials, { counted }: State): readonly number[] {
   if (tool === "rates") return dials.rates;
   if (tool !== "wanted") return [];
   const angle = (dials.direction * Math.PI) / 180;
-  return leastSquares(counted, [WANTED * Math.cos(angle), WANTED * Math.sin(angle)], 1e-6);
+  return leastSquares(counted, [WANTED_SPEED * Math.cos(angle), WANTED_SPEED * Math.sin(angle)], DAMPING);
 }
 
 /** Return the velocity of P (m/s) at given joint rates. */
-export function velocityOf(arm: Arm, state: State, rates: readonly number[]): Vec3 {
+export function computeVelocity(arm: Arm, state: State, rates: readonly number[]): Vec3 {
   return arrowsOf(arm, state).columns.reduce((sum, column, i) => add(sum, scaleVector(column, rates[i] ?? 0)), ZERO);
 }
 
+/** Larger rates (rad/s), as near a singularity, are drawn like this one. */
 const MAX_RATE = 1e3;
 /** Velocities are drawn longer than columns of J by this factor, because the rates are small. */
 const ARROW_SCALE = 2;
@@ -47,34 +52,35 @@ type ContributionsProps = { readonly stage: Stage; readonly view: View; readonly
 export function Contributions({ stage, view, rates }: ContributionsProps): JSX.Element {
   const { arm, state } = stage;
   const scale = ARROW_SCALE * speedScale(arm);
-  const shares = arrowsOf(arm, state).columns.map((column, i) =>
+  const contributions = arrowsOf(arm, state).columns.map((column, i) =>
     scaleVector(column, scale * Math.max(-MAX_RATE, Math.min(MAX_RATE, rates[i] ?? 0))),
   );
-  let from = state.point;
+  let end = state.point;
   return (
     <g class="arm-shares">
-      {shares.map((share, i) => {
-        const start = from;
-        from = add(from, share);
-        return <Arrow key={i} view={view} from={start} vector={share} style={`arm-share ${jointClass(i)}`} />;
+      {contributions.map((contribution, i) => {
+        const start = end;
+        end = add(end, contribution);
+        return <Arrow key={i} view={view} from={start} vector={contribution} style={`arm-share ${jointClass(i)}`} />;
       })}
       <Arrow
         view={view}
         from={state.point}
-        vector={scaleVector(velocityOf(arm, state, rates), scale)}
+        vector={scaleVector(computeVelocity(arm, state, rates), scale)}
         style="arm-sum"
       />
     </g>
   );
 }
 
-/** Two decimals. */
-const rounded = (value: number): string => inDigits(decimals(value, 2));
+/** Format a number with two decimals. */
+const formatRounded = (value: number): string => inDigits(decimals(value, 2));
 
 interface DialsProps {
   readonly tool: Tool;
   readonly arm: Arm;
   readonly dials: Dials;
+  /** The joint rates that the tool sets (rad/s), and the resulting velocity of P (m/s). */
   readonly rates: readonly number[];
   readonly velocity: Vec3;
   readonly onDials: (dials: Dials) => void;
@@ -82,7 +88,7 @@ interface DialsProps {
 
 /** The sliders of a tool, and the resulting numbers. */
 export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsProps): JSX.Element {
-  const [vx, vy] = velocity.map((value) => rounded(value)) as [string, string, string];
+  const [vx, vy] = velocity.map((value) => formatRounded(value)) as [string, string, string];
   return (
     <div class="dials">
       {tool === "rates" ? (
@@ -101,7 +107,7 @@ export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsP
                 onDials({ ...dials, rates: dials.rates.with(i, value) });
               }}
             />
-            <output>{rounded(dials.rates[i] ?? 0)} rad/s</output>
+            <output>{formatRounded(dials.rates[i] ?? 0)} rad/s</output>
           </label>
         ))
       ) : (
@@ -116,13 +122,13 @@ export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsP
             aria-label={say("lesson.direction")}
             onInput={(event) => onDials({ ...dials, direction: Number(event.currentTarget.value) })}
           />
-          <output>{rounded(dials.direction)}°</output>
+          <output>{formatRounded(dials.direction)}°</output>
         </label>
       )}
       <p class="muted">
         {tool === "rates"
           ? say("lesson.velocity", { vx, vy })
-          : say("lesson.rates-due", { first: rounded(rates[0] ?? 0), second: rounded(rates[1] ?? 0) })}
+          : say("lesson.rates-due", { first: formatRounded(rates[0] ?? 0), second: formatRounded(rates[1] ?? 0) })}
       </p>
     </div>
   );

@@ -13,9 +13,9 @@ import { typesetTree } from "../read/typeset.js";
 import { useDebounced } from "../scheduling.js";
 import { textOf, say } from "../text/text.js";
 import { Html, Tex } from "./math.js";
-import { entriesOf, isUnfinished, matrixText } from "./entries.js";
-import { buttonName, Letter } from "./letter.js";
-import { MathField, putInto } from "./mathfield.js";
+import { parseEntries, isUnfinished, writeMatrix } from "./entries.js";
+import { nameButton, Letter } from "./letter.js";
+import { MathField, insertFormula } from "./mathfield.js";
 
 const LETTERS = "ABCDEFGH";
 
@@ -84,18 +84,18 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { 
   const units = part.key.type === "numbers" ? part.key.units : [];
   const fill = (changed: readonly string[]) => {
     setEntries(changed);
-    onAnswer(matrixText(changed, columns));
+    onAnswer(writeMatrix(changed, columns));
   };
   if (asText) {
     const showEntries = () => {
-      fill(entriesOf(typed.current, rows, columns) ?? entries);
+      fill(parseEntries(typed.current, rows, columns) ?? entries);
       setAsText(false);
     };
     const changeText = (text: string) => {
       typed.current = text;
       onAnswer(text);
     };
-    const initial = matrixText(entries, columns) || typed.current; // a text that is no grid is kept
+    const initial = writeMatrix(entries, columns) || typed.current; // a text that is no grid is kept
     return (
       <>
         <Single {...{ problem, part, onCheck }} first={initial} onAnswer={changeText} shape={[rows, columns]} />
@@ -105,7 +105,7 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { 
   }
   const change = (index: number, value: string) => fill(entries.with(index, value));
   const showText = () => {
-    const text = matrixText(entries, columns) || typed.current;
+    const text = writeMatrix(entries, columns) || typed.current;
     typed.current = text;
     onAnswer(text);
     setAsText(true);
@@ -115,7 +115,7 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { 
     setMath(!math);
   };
   const paste = (event: ClipboardEvent) => {
-    const pasted = entriesOf(event.clipboardData?.getData("text") ?? "", rows, columns);
+    const pasted = parseEntries(event.clipboardData?.getData("text") ?? "", rows, columns);
     if (!pasted || math) return;
     event.preventDefault(); // a matrix that is pasted into an entry fills them all
     fill(pasted);
@@ -258,7 +258,7 @@ function Fields({ problem, part, hasSymbols, children }: FieldsProps) {
       );
       field.dispatchEvent(new Event("input", { bubbles: true }));
       field.focus();
-    } else if (field) putInto(field, latex);
+    } else if (field) insertFormula(field, latex);
   };
   // Joints and lengths always; rates, velocities and forces only if the question mentions them.
   const names = Object.entries(problem.symbols).filter(
@@ -275,7 +275,7 @@ function Fields({ problem, part, hasSymbols, children }: FieldsProps) {
               type="button"
               key={name}
               title={name}
-              aria-label={buttonName(name, latex)}
+              aria-label={nameButton(name, latex)}
               onClick={() => insert(name, latex)}
             >
               <Letter latex={latex} />

@@ -1,55 +1,58 @@
 // Classes of arms: planar arms of the chapter, then spatial arms, then any. Each class is mastered separately.
 
 import type { Index } from "../bank.js";
-import { type Item, problemsIn, STEPS } from "./choice.js";
-import { isDue, itemsOf, NO_STREAK, type Streak, type Skill } from "./skills.js";
+import { type Item, makeProblemFinder, VARIATION_STEPS } from "./choice.js";
+import { isDue, listLessonItems, NO_STREAK, type Streak, type Skill } from "./skills.js";
 import type { Topic } from "./topics.js";
 
+/** "plain": planar arms of the chapter; "space": other arms of the chapter; "any": arms that vary, and more families. */
 export const CLASSES = ["plain", "space", "any"] as const;
 export type ArmClass = (typeof CLASSES)[number];
 
 /** A class of arms in a lesson, with the questions about its arms, easiest first. */
 export type ClassItems = { readonly name: ArmClass; readonly items: readonly Item[] };
 
-/** Families with arms of all kinds, which are asked after a lesson's own arms are known. */
-const FURTHER = ["cylindrical", "spherical", "orthogonal-3r", "random-2", "random-3"];
+/** Families with arms of all kinds. A lesson asks about them in its last class, in addition to its own families. */
+const ADDITIONAL_FAMILIES = ["cylindrical", "spherical", "orthogonal-3r", "random-2", "random-3"];
 /** The steps of variation that change only lengths of the chapter's arm. */
-const PLAIN_STEPS: readonly string[] = STEPS.slice(0, 2);
+const PLAIN_STEPS: readonly string[] = VARIATION_STEPS.slice(0, 2);
 
 /** Return the classes of a lesson for which the bank has arms, in their order. */
-export function classesOf(index: Index, { questions, families }: Topic): readonly ClassItems[] {
-  const lessonItems = itemsOf(index, questions, families);
-  const known = new Set(lessonItems.map(({ family }) => family));
-  const additional = FURTHER.filter((name) => !known.has(name));
-  const more = index.families.some(({ name }) => additional.includes(name))
-    ? itemsOf(index, questions, additional).filter(({ family }) => additional.includes(family))
+export function listClasses(index: Index, { questions, families }: Topic): readonly ClassItems[] {
+  const lessonItems = listLessonItems(index, questions, families);
+  const lessonFamilies = new Set(lessonItems.map(({ family }) => family));
+  const additionalFamilies = ADDITIONAL_FAMILIES.filter((name) => !lessonFamilies.has(name));
+  const additionalItems = index.families.some(({ name }) => additionalFamilies.includes(name))
+    ? listLessonItems(index, questions, additionalFamilies).filter(({ family }) => additionalFamilies.includes(family))
     : [];
-  const problemOf = problemsIn(index);
-  const classOf = (item: Item): ArmClass => {
-    const { variation, flat } = problemOf(item);
+  const findProblem = makeProblemFinder(index);
+  const findClass = (item: Item): ArmClass => {
+    const { variation, flat } = findProblem(item);
     return !PLAIN_STEPS.includes(variation) ? "any" : flat ? "plain" : "space";
   };
   return CLASSES.map((name) => ({
     name,
-    items: [...lessonItems.filter((item) => classOf(item) === name), ...(name === "any" ? more : [])],
+    items: [...lessonItems.filter((item) => findClass(item) === name), ...(name === "any" ? additionalItems : [])],
   })).filter(({ items }) => items.length > 0);
 }
 
-/** Return the progress in a class; that of the first class is stored in the skill itself, for older progress files. */
-export function streakIn(skill: Skill, classes: readonly ClassItems[], at: number): Streak {
-  return at === 0 ? skill : (skill.beyond?.[classes[at]!.name] ?? NO_STREAK);
+/** Return the progress in a class. That in the first class is the skill itself, because old files have no classes. */
+export function findStreak(skill: Skill, classes: readonly ClassItems[], classIndex: number): Streak {
+  return classIndex === 0 ? skill : (skill.beyond?.[classes[classIndex]!.name] ?? NO_STREAK);
 }
 
 /** Return the skill with the progress in a class. */
-export function withStreak(skill: Skill, classes: readonly ClassItems[], at: number, streak: Streak): Skill {
-  return at === 0 ? { ...skill, ...streak } : { ...skill, beyond: { ...skill.beyond, [classes[at]!.name]: streak } };
+export function replaceStreak(skill: Skill, classes: readonly ClassItems[], classIndex: number, streak: Streak): Skill {
+  return classIndex === 0
+    ? { ...skill, ...streak }
+    : { ...skill, beyond: { ...skill.beyond, [classes[classIndex]!.name]: streak } };
 }
 
-/** Return the class to ask next: one that is due, else the first that is not learned, else the last. */
-export function currentClass(skill: Skill, classes: readonly ClassItems[], now: number): number {
-  const streaks = classes.map((_, at) => streakIn(skill, classes, at));
+/** Return the index of the class to ask next: the first one due, else the first not learned yet, else the last. */
+export function chooseClassIndex(skill: Skill, classes: readonly ClassItems[], now: number): number {
+  const streaks = classes.map((_, classIndex) => findStreak(skill, classes, classIndex));
   const firstDue = streaks.findIndex((streak) => isDue(streak, now));
   if (firstDue >= 0) return firstDue;
-  const open = streaks.findIndex(({ learned }) => learned === undefined);
-  return open >= 0 ? open : classes.length - 1;
+  const firstUnlearned = streaks.findIndex(({ learned }) => learned === undefined);
+  return firstUnlearned >= 0 ? firstUnlearned : classes.length - 1;
 }

@@ -1,7 +1,7 @@
-// The feedback on an answer: the verdict, where the answer differs, the mistakes behind it, and a pose to look at.
+// The feedback on an answer: the verdict, where the answer differs, the likely mistakes, and a pose to look at.
 
 import type { JSX } from "preact";
-import type { Problem, Row } from "../bank.js";
+import type { Problem, JointRow } from "../bank.js";
 import { type SymbolValues, isParsed, type Slip, type Verdict } from "../grade/verdict.js";
 import { type Message, message, textOf, say } from "../text/text.js";
 
@@ -25,12 +25,12 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
   const slips: Slip[] = [...(verdict.slips ?? [])];
   if (verdict.mistake !== undefined) slips.unshift({ mistake: verdict.mistake });
   const slipTexts = slips.map((slip, i) => <SlipText key={i} problem={problem} slip={slip} />);
-  const pose = poseOf(problem, verdict);
-  const isTried = isParsed(verdict);
-  const reasons = isTried ? verdict.reasons : verdict.reasons.filter(({ key }) => key.startsWith("read."));
-  const title = isTried || verdict.outcome === "missing" ? TITLES[verdict.outcome] : "practice.unread";
+  const pose = findPose(problem, verdict);
+  const isAnswer = isParsed(verdict);
+  const reasons = isAnswer ? verdict.reasons : verdict.reasons.filter(({ key }) => key.startsWith("read."));
+  const title = isAnswer || verdict.outcome === "missing" ? TITLES[verdict.outcome] : "practice.unread";
   return (
-    <section class={`verdict ${isTried ? verdict.outcome : "missing"}`}>
+    <section class={`verdict ${isAnswer ? verdict.outcome : "missing"}`}>
       <h3>{say(title)}</h3>
       {reasons.map((reason) => (
         <p key={reason.key}>{textOf(reason)}</p>
@@ -50,11 +50,11 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
           </ul>
         </div>
       ) : null}
-      {isTried && verdict.entries && verdict.entries.length * (verdict.entries[0]?.length ?? 0) > 1 ? (
+      {isAnswer && verdict.entries && verdict.entries.length * (verdict.entries[0]?.length ?? 0) > 1 ? (
         <Marks entries={verdict.entries} />
       ) : null}
       {isDrawn ? <p>{say("practice.own-columns")}</p> : null}
-      {isTried
+      {isAnswer
         ? notes.map((note) => (
             <p key={note} class="verdict-note">
               {note}
@@ -70,14 +70,14 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
   );
 }
 
-/** Return the message on a missing factor with some symbols; a factor of det J with joints has singularities. */
-export function missingIn(symbols: string, ofDeterminant: boolean): Message {
+/** Return the message on a missing factor, whose symbols are listed; a factor of det J with joints has singularities. */
+export function describeMissingFactor(symbols: string, ofDeterminant: boolean): Message {
   const what = symbols.replaceAll("theta", "θ");
   const isMoving = ofDeterminant && /theta|d\d/.test(symbols);
   return message(isMoving ? "practice.lost-with-factor" : "practice.missing-in", { what });
 }
 
-/** What went wrong; the text of a known mistake is in the problem's language. */
+/** A mistake in words; a known mistake is described in the problem's language. */
 function SlipText({ problem, slip }: { problem: Problem; slip: Slip }) {
   if (!("mistake" in slip)) return <>{textOf(slip)}</>;
   const [name, title, sentence, missing] = problem.said[slip.mistake] ?? [];
@@ -86,7 +86,7 @@ function SlipText({ problem, slip }: { problem: Problem; slip: Slip }) {
       {slip.where ? `${textOf(slip.where)}: ` : null}
       <span lang={problem.lang ?? "en"}>
         <strong>{title}</strong> {sentence}
-        {missing ? ` ${textOf(missingIn(missing, name === "factor-lost"))}` : null}
+        {missing ? ` ${textOf(describeMissingFactor(missing, name === "factor-lost"))}` : null}
       </span>
     </>
   );
@@ -113,12 +113,13 @@ function Marks({ entries }: { entries: readonly (readonly boolean[])[] }) {
 }
 
 /** Return the name of a joint variable. */
-export const nameOfJoint = ({ kind }: Row, index: number): string => `${kind === "R" ? "theta" : "d"}${index + 1}`;
+export const nameJointVariable = ({ kind }: JointRow, index: number): string =>
+  `${kind === "R" ? "theta" : "d"}${index + 1}`;
 
-/** Return the pose at which an answer differs, if the verdict states all joints and the answer could be parsed. */
-export function poseOf(problem: Problem, verdict: Verdict): SymbolValues | undefined {
+/** Return the pose at which an answer differs; undefined if the verdict has no complete pose. */
+export function findPose(problem: Problem, verdict: Verdict): SymbolValues | undefined {
   const { counterexample } = verdict;
   if (!isParsed(verdict)) return undefined;
-  const joints = problem.robot.joints.map(nameOfJoint);
+  const joints = problem.robot.joints.map(nameJointVariable);
   return counterexample && joints.every((joint) => counterexample[joint] !== undefined) ? counterexample : undefined;
 }

@@ -2,55 +2,61 @@
 
 import type { Index } from "../bank.js";
 import { type Message, textOf, say } from "../text/text.js";
-import { type Item, nameOf } from "./choice.js";
-import { classesOf, streakIn, type ClassItems, withStreak } from "./classes.js";
+import { type Item, nameItem } from "./choice.js";
+import { listClasses, findStreak, type ClassItems, replaceStreak } from "./classes.js";
 import {
   type Attempt,
-  streakAfter,
-  armCountOf,
+  updateStreak,
+  countArms,
   isDue,
   NEW_SKILL,
-  nextIn,
-  outcomeOf,
+  chooseItem,
+  describeOutcome,
   type Streak,
   type Skills,
 } from "./skills.js";
 import { type Topic, TOPICS } from "./topics.js";
 
 /** The classes of a topic's arms, and the index of the class of each item, by the item's name. */
-type ClassesOfTopic = { readonly classes: readonly ClassItems[]; readonly places: ReadonlyMap<string, number> };
+type ClassesOfTopic = { readonly classes: readonly ClassItems[]; readonly classIndices: ReadonlyMap<string, number> };
 
 export type ClassFinder = (topic: Topic) => ClassesOfTopic;
 
 /** Return a function that finds the classes of a topic, computed when first needed: a bank has very many items. */
-export function classFinderOf(index: Index): ClassFinder {
-  const known = new Map<Topic, ClassesOfTopic>();
+export function makeClassFinder(index: Index): ClassFinder {
+  const classesByTopic = new Map<Topic, ClassesOfTopic>();
   return (topic) => {
-    const earlier = known.get(topic);
-    if (earlier) return earlier;
-    const classes = classesOf(index, topic);
-    const places = new Map(classes.flatMap(({ items }, at) => items.map((item) => [nameOf(item), at] as const)));
-    known.set(topic, { classes, places });
-    return { classes, places };
+    const knownClasses = classesByTopic.get(topic);
+    if (knownClasses) return knownClasses;
+    const classes = listClasses(index, topic);
+    const classIndices = new Map(
+      classes.flatMap(({ items }, classIndex) => items.map((item) => [nameItem(item), classIndex] as const)),
+    );
+    classesByTopic.set(topic, { classes, classIndices });
+    return { classes, classIndices };
   };
 }
 
 /** A class of a topic, by its index among the topic's classes. */
-export type TopicClass = { readonly topic: Topic; readonly classes: readonly ClassItems[]; readonly at: number };
+export type TopicClass = {
+  readonly topic: Topic;
+  readonly classes: readonly ClassItems[];
+  readonly classIndex: number;
+};
 
 /** Return the classes for which an answer counts; an arm that a topic does not list counts for its class "any". */
-function classesFor(item: Item, findClasses: ClassFinder): TopicClass[] {
+function findCreditedClasses(item: Item, findClasses: ClassFinder): TopicClass[] {
   return TOPICS.filter(({ questions }) => questions.includes(item.question)).flatMap((topic) => {
-    const { classes, places } = findClasses(topic);
-    const at = places.get(nameOf(item)) ?? classes.findIndex(({ name }) => name === "any");
-    return at >= 0 ? [{ topic, classes, at }] : [];
+    const { classes, classIndices } = findClasses(topic);
+    const classIndex = classIndices.get(nameItem(item)) ?? classes.findIndex(({ name }) => name === "any");
+    return classIndex >= 0 ? [{ topic, classes, classIndex }] : [];
   });
 }
 
 /** The effect of an answer on a class, as a sentence. */
 export type Outcome = { readonly topicClass: TopicClass; readonly outcome: Message };
 
-type Counted = { readonly skills: Skills; readonly outcomes: readonly Outcome[] };
+type CountedAnswer = { readonly skills: Skills; readonly outcomes: readonly Outcome[] };
 
 /** Return the skills after an answer, and its effects. */
 export function countAnswer(
@@ -58,53 +64,61 @@ export function countAnswer(
   item: Item,
   attempt: Attempt & { now: number },
   findClasses: ClassFinder,
-): Counted {
-  let after = skills;
+): CountedAnswer {
+  let newSkills = skills;
   const outcomes: Outcome[] = [];
-  for (const topicClass of classesFor(item, findClasses)) {
-    const { topic, classes, at } = topicClass;
-    const skill = after[topic.id] ?? NEW_SKILL;
-    const before = streakIn(skill, classes, at);
-    const armCount = armCountOf(classes[at]!.items);
-    const streak = streakAfter(before, item, { ...attempt, armCount });
-    const outcome = outcomeOf(before, streak, { ...attempt, armCount });
-    if (streak !== before) after = { ...after, [topic.id]: withStreak(skill, classes, at, streak) };
+  for (const topicClass of findCreditedClasses(item, findClasses)) {
+    const { topic, classes, classIndex } = topicClass;
+    const skill = newSkills[topic.id] ?? NEW_SKILL;
+    const oldStreak = findStreak(skill, classes, classIndex);
+    const armCount = countArms(classes[classIndex]!.items);
+    const newStreak = updateStreak(oldStreak, item, { ...attempt, armCount });
+    const outcome = describeOutcome(oldStreak, newStreak, { ...attempt, armCount });
+    if (newStreak !== oldStreak)
+      newSkills = { ...newSkills, [topic.id]: replaceStreak(skill, classes, classIndex, newStreak) };
     if (outcome) outcomes.push({ topicClass, outcome });
   }
-  return { skills: after, outcomes };
+  return { skills: newSkills, outcomes };
 }
 
 /** Return the classes due for review, in the order of lessons. */
-export function dueClasses(skills: Skills, now: number, findClasses: ClassFinder): TopicClass[] {
+export function listDueClasses(skills: Skills, now: number, findClasses: ClassFinder): TopicClass[] {
   return TOPICS.flatMap((topic) => {
     const skill = skills[topic.id];
     const streaks: readonly Streak[] = skill ? [skill, ...Object.values(skill.beyond ?? {})] : [];
     if (!streaks.some((streak) => isDue(streak, now))) return [];
     const { classes } = findClasses(topic);
-    return classes.flatMap((_, at) => (isDue(streakIn(skill!, classes, at), now) ? [{ topic, classes, at }] : []));
+    return classes.flatMap((_, classIndex) =>
+      isDue(findStreak(skill!, classes, classIndex), now) ? [{ topic, classes, classIndex }] : [],
+    );
   });
 }
 
 /** Choose a question about an arm of a class, if possible none of those in `asked`. */
-export function chooseFrom(
+export function chooseFromClass(
   topicClass: TopicClass,
   skills: Skills,
-  asked: readonly string[],
+  askedNames: readonly string[],
   random: () => number,
 ): Item | null {
-  const { topic, classes, at } = topicClass;
-  return nextIn(classes[at]!.items, streakIn(skills[topic.id] ?? NEW_SKILL, classes, at), asked, random);
+  const { topic, classes, classIndex } = topicClass;
+  return chooseItem(
+    classes[classIndex]!.items,
+    findStreak(skills[topic.id] ?? NEW_SKILL, classes, classIndex),
+    askedNames,
+    random,
+  );
 }
 
 /** Return a lesson's title with the class of its arms, if it has several classes. */
-export function classInWords({ topic, classes, at }: TopicClass): string {
+export function describeTopicClass({ topic, classes, classIndex }: TopicClass): string {
   const title = say(topic.title);
   if (classes.length < 2) return title;
-  return say("practice.of-class", { title, arms: say(`classes.${classes[at]!.name}`) });
+  return say("practice.of-class", { title, arms: say(`classes.${classes[classIndex]!.name}`) });
 }
 
 /** Return the effects of an answer, one sentence for each class. */
-export const outcomesInWords = (outcomes: readonly Outcome[]): string[] =>
+export const describeOutcomes = (outcomes: readonly Outcome[]): string[] =>
   outcomes.map(({ topicClass, outcome }) =>
-    say("practice.counts", { what: classInWords(topicClass), outcome: textOf(outcome) }),
+    say("practice.counts", { what: describeTopicClass(topicClass), outcome: textOf(outcome) }),
   );

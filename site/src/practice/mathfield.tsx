@@ -1,4 +1,4 @@
-// A field in which formulas are typed as they look: MathLive, loaded when needed. Its LaTeX is the answer.
+// A field in which formulas are typed as they look: MathLive, loaded when needed. The answer is the field's LaTeX.
 
 import type { MathfieldElement } from "mathlive";
 import type { JSX } from "preact";
@@ -6,8 +6,8 @@ import { useEffect, useRef, useState } from "preact/hooks";
 
 import { decimalSign, language, say } from "../text/text.js";
 
-/** Return the formula in a field, with a decimal point for a comma. */
-const textOf = (field: MathfieldElement | null): string => (field?.getValue("latex") ?? "").replaceAll("{,}", ".");
+/** Return the LaTeX in a field, with decimal points instead of decimal commas. */
+const readFormula = (field: MathfieldElement | null): string => (field?.getValue("latex") ?? "").replaceAll("{,}", ".");
 
 /** In Firefox, MathLive loses keys unless the page's selection is inside its hidden input (MathLive issue 2300). */
 function fixFirefoxKeys({ currentTarget }: Event): void {
@@ -18,8 +18,8 @@ function fixFirefoxKeys({ currentTarget }: Event): void {
 }
 
 /** Insert a formula at the cursor of a field, and put the focus there. */
-export function putInto(place: Element, latex: string): void {
-  const field = place as MathfieldElement;
+export function insertFormula(element: Element, latex: string): void {
+  const field = element as MathfieldElement;
   const cursor = field.position;
   field.focus();
   field.position = cursor; // a field that gets the focus selects its whole content
@@ -50,7 +50,7 @@ export function MathField({ label, value, onValue, onEnter }: MathFieldProps): J
         field.value = value.replaceAll(".", Field.decimalSeparator === "," ? "{,}" : ".");
         field.setAttribute("aria-label", label);
         field.mathVirtualKeyboardPolicy = "auto";
-        field.addEventListener("input", () => onValue(textOf(field)));
+        field.addEventListener("input", () => onValue(readFormula(field)));
         for (const event of ["focusin", "keydown"]) field.addEventListener(event, fixFirefoxKeys, { capture: true });
         field.addEventListener("keydown", (event) => {
           if (event.key === "Enter") onEnter();

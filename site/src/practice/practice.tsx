@@ -7,129 +7,134 @@ import { Button } from "../controls.js";
 import type { Index } from "../bank.js";
 import { message, textOf, say, type TextKey } from "../text/text.js";
 import {
-  ANYTHING,
-  wishToLink,
-  dueItems,
-  progressAfter,
-  faultOf,
-  wishFromLink,
-  itemsOfSet,
-  itemsFor,
+  ANY_WISH,
+  writeWish,
+  listDueItems,
+  updateProgress,
+  findFault,
+  parseWish,
+  listSetItems,
+  listItems,
   type Item,
-  nameOf,
-  placeIn,
+  nameItem,
+  findFirstNew,
   chooseNext,
   type Progress,
   type Wish,
 } from "./choice.js";
 import {
   type TopicClass,
-  classInWords,
+  describeTopicClass,
   countAnswer,
-  chooseFrom,
-  dueClasses,
-  outcomesInWords,
-  classFinderOf,
+  chooseFromClass,
+  listDueClasses,
+  describeOutcomes,
+  makeClassFinder,
 } from "./lesson-credit.js";
 import { Current } from "./current.js";
 import { useStoredState } from "./stored-state.js";
 import { Settings } from "./settings.js";
-import { Sheet, sheetFrom } from "./sheet.js";
+import { Sheet, parseSheetWish } from "./sheet.js";
 import { WithIndex } from "./with-index.js";
 
 export function Practice(): JSX.Element {
   const { search } = window.location;
-  const sheet = sheetFrom(search);
+  const sheet = parseSheetWish(search);
   return (
     <WithIndex>
       {(index) =>
-        sheet ? <Sheet index={index} wish={wishFromLink(search)} first={sheet} /> : <Session index={index} />
+        sheet ? <Sheet index={index} wish={parseWish(search)} initialSheet={sheet} /> : <Session index={index} />
       }
     </WithIndex>
   );
 }
 
 function Session({ index }: { index: Index }) {
-  const [wish, setWish] = useState<Wish>(() => wishFromLink(window.location.search));
+  const [wish, setWish] = useState<Wish>(() => parseWish(window.location.search));
   const [stored, changeStored] = useStoredState();
   const { progress, lessons: skills } = stored;
-  const [{ place, item }, setChosen] = useState(() => chosenBy(index, wish, progress, null, ""));
-  const [moves, setMoves] = useState(0);
+  const [{ place, item }, setChosen] = useState(() => chooseQuestion(index, wish, progress, null, ""));
+  const [questionCount, setQuestionCount] = useState(0);
   const [isAnsweringDue, setAnsweringDue] = useState(false); // whether due questions are being answered
-  const [aim, setAim] = useState<TopicClass | null>(null); // the class of the current review question
+  const [reviewClass, setReviewClass] = useState<TopicClass | null>(null); // the class of the current review question
   const [notes, setNotes] = useState<readonly string[]>([]);
-  const again = useRef(false); // whether this question was answered before
-  const asked = useRef<string[]>([]); // names of questions asked from due classes
-  const findClasses = useMemo(() => classFinderOf(index), [index]);
-  const due = dueItems(index, progress, Date.now());
-  const dueForReview = dueClasses(skills, Date.now(), findClasses);
-  const order = useMemo(() => (wish.set ? itemsOfSet(index, wish) : null), [index, wish]);
+  const isAnswered = useRef(false); // whether this question was answered before
+  const askedNames = useRef<string[]>([]); // names of questions asked from due classes
+  const findClasses = useMemo(() => makeClassFinder(index), [index]);
+  const dueItems = listDueItems(index, progress, Date.now());
+  const dueClasses = listDueClasses(skills, Date.now(), findClasses);
+  const orderedItems = useMemo(() => (wish.set ? listSetItems(index, wish) : null), [index, wish]);
 
-  const show = (chosen: Chosen, of: TopicClass | null = null): void => {
-    again.current = false;
+  const show = (chosen: Chosen, newReviewClass: TopicClass | null = null): void => {
+    isAnswered.current = false;
     setNotes([]);
-    setAim(of);
+    setReviewClass(newReviewClass);
     setChosen(chosen);
   };
-  const choose = (wanted: Wish, from: number | null): void =>
-    show(chosenBy(index, wanted, progress, from, item ? nameOf(item) : ""));
+  const choose = (newWish: Wish, wishedPlace: number | null): void =>
+    show(chooseQuestion(index, newWish, progress, wishedPlace, item ? nameItem(item) : ""));
   /** Show the next due question: one answered wrongly, else one of a class to review, else one as wished. */
   const showDue = (isFirst: boolean): void => {
-    const [first] = due.filter((dueItem) => isFirst || !item || nameOf(dueItem) !== nameOf(item));
-    if (first) return show({ place, item: first });
-    const isLast = ({ topic, at }: TopicClass): boolean => topic === aim?.topic && at === aim.at;
-    const of = dueForReview.find((dueClass) => !isLast(dueClass)) ?? dueForReview[0];
-    const review = of && chooseFrom(of, skills, asked.current, Math.random);
-    if (review) {
-      asked.current.push(nameOf(review));
-      return show({ place, item: review }, of);
+    const [nextDueItem] = dueItems.filter((dueItem) => isFirst || !item || nameItem(dueItem) !== nameItem(item));
+    if (nextDueItem) return show({ place, item: nextDueItem });
+    const isLast = ({ topic, classIndex }: TopicClass): boolean =>
+      topic === reviewClass?.topic && classIndex === reviewClass.classIndex;
+    const dueClass = dueClasses.find((candidate) => !isLast(candidate)) ?? dueClasses[0];
+    const reviewItem = dueClass && chooseFromClass(dueClass, skills, askedNames.current, Math.random);
+    if (reviewItem) {
+      askedNames.current.push(nameItem(reviewItem));
+      return show({ place, item: reviewItem }, dueClass);
     }
     setAnsweringDue(false);
     choose(wish, place);
   };
-  const countVerdict = (item: Item, right: boolean, helped: boolean): void => {
+  const countVerdict = (item: Item, isRight: boolean, isHelped: boolean): void => {
     const now = Date.now();
-    const result = countAnswer(skills, item, { right, helped, again: again.current, now }, findClasses);
-    again.current = true;
-    setNotes(outcomesInWords(result.outcomes));
-    changeStored({ progress: progressAfter(progress, item, right, now), lessons: result.skills });
+    const result = countAnswer(skills, item, { isRight, isHelped, isRepeated: isAnswered.current, now }, findClasses);
+    isAnswered.current = true;
+    setNotes(describeOutcomes(result.outcomes));
+    changeStored({ progress: updateProgress(progress, item, isRight, now), lessons: result.skills });
   };
-  const fault = useMemo(() => faultOf(index, wish, window.location.search), [index, wish]);
+  const fault = useMemo(() => findFault(index, wish, window.location.search), [index, wish]);
 
-  const changeWish = (wanted: Wish) => {
-    setWish(wanted);
-    window.history.replaceState(null, "", wishToLink(wanted) || window.location.pathname);
-    choose(wanted, null);
+  const changeWish = (newWish: Wish) => {
+    setWish(newWish);
+    window.history.replaceState(null, "", writeWish(newWish) || window.location.pathname);
+    choose(newWish, null);
   };
   return (
     <div class="workspace">
       <div class="choosing">
         <Due
-          count={due.length + dueForReview.length}
+          count={dueItems.length + dueClasses.length}
           isAnswering={isAnsweringDue}
-          of={aim && isAnsweringDue ? classInWords(aim) : null}
+          reviewClass={reviewClass && isAnsweringDue ? describeTopicClass(reviewClass) : null}
           onStart={() => {
             setAnsweringDue(true);
             showDue(true);
           }}
         />
         <Settings index={index} wish={wish} stored={stored} onWish={changeWish} onRestored={changeStored} />
-        {order && order.length > 0 ? (
+        {orderedItems && orderedItems.length > 0 ? (
           <p class="muted set-place">
-            {say("practice.set-place", { number: (place % order.length) + 1, count: order.length, set: wish.set })}
+            {say("practice.set-place", {
+              number: (place % orderedItems.length) + 1,
+              count: orderedItems.length,
+              set: wish.set,
+            })}
           </p>
         ) : null}
       </div>
       {item && !fault ? (
         <Current
-          key={`${nameOf(item)} ${moves}`}
+          key={`${nameItem(item)} ${questionCount}`}
           item={item}
           level={index.feedback}
-          hasArrived={moves > 0}
+          hasArrived={questionCount > 0}
           notes={notes}
-          onVerdict={(right, helped) => countVerdict(item, right, helped)}
+          onVerdict={(isRight, isHelped) => countVerdict(item, isRight, isHelped)}
           onNext={() => {
-            setMoves(moves + 1);
+            setQuestionCount(questionCount + 1);
             if (isAnsweringDue) showDue(false);
             else choose(wish, place + 1);
           }}
@@ -138,8 +143,8 @@ function Session({ index }: { index: Index }) {
         <div class="task" role="alert">
           <p>{textOf(fault ?? message("practice.none"))}</p>
           <p class="ways">
-            {suggestionsFor(index, wish).map(([key, to]) => (
-              <Button key={key} style="button" text={say(key)} onClick={() => changeWish(to)} />
+            {suggestWishes(index, wish).map(([key, suggestion]) => (
+              <Button key={key} style="button" text={say(key)} onClick={() => changeWish(suggestion)} />
             ))}
           </p>
         </div>
@@ -149,14 +154,15 @@ function Session({ index }: { index: Index }) {
 }
 
 /** Return wishes to suggest if nothing fits a wish: its arm alone, its question alone, or anything. */
-function suggestionsFor(index: Index, wish: Wish): [TextKey, Wish][] {
-  const ways: [TextKey, Wish][] = [
-    ["practice.this-arm", { ...ANYTHING, family: wish.family }],
-    ["practice.this-question", { ...ANYTHING, question: wish.question }],
-    ["practice.all", ANYTHING],
+function suggestWishes(index: Index, wish: Wish): [TextKey, Wish][] {
+  const suggestions: [TextKey, Wish][] = [
+    ["practice.this-arm", { ...ANY_WISH, family: wish.family }],
+    ["practice.this-question", { ...ANY_WISH, question: wish.question }],
+    ["practice.all", ANY_WISH],
   ];
-  return ways.filter(
-    ([, to], i) => (i === 2 || wishToLink(to) !== wishToLink(ANYTHING)) && itemsFor(index, to).length > 0,
+  return suggestions.filter(
+    ([, suggestion], i) =>
+      (i === 2 || writeWish(suggestion) !== writeWish(ANY_WISH)) && listItems(index, suggestion).length > 0,
   );
 }
 
@@ -164,38 +170,44 @@ function suggestionsFor(index: Index, wish: Wish): [TextKey, Wish][] {
 type Chosen = { readonly place: number; readonly item: Item | null };
 
 /** Choose a question: at the place `from` of a set, else the set's first new one; without a set, the next one. */
-function chosenBy(index: Index, wish: Wish, progress: Progress, from: number | null, last: string): Chosen {
-  if (!wish.set) return { place: 0, item: chooseNext(index, wish, progress, Date.now(), Math.random, last) };
-  const order = itemsOfSet(index, wish);
-  const place = from ?? placeIn(order, progress);
-  return { place, item: order[place % order.length] ?? null };
+function chooseQuestion(
+  index: Index,
+  wish: Wish,
+  progress: Progress,
+  wishedPlace: number | null,
+  lastName: string,
+): Chosen {
+  if (!wish.set) return { place: 0, item: chooseNext(index, wish, progress, Date.now(), Math.random, lastName) };
+  const orderedItems = listSetItems(index, wish);
+  const place = wishedPlace ?? findFirstNew(orderedItems, progress);
+  return { place, item: orderedItems[place % orderedItems.length] ?? null };
 }
 
 /** Typical number of minutes for a question. */
-const MINUTES_EACH = 1.5;
+const MINUTES_PER_QUESTION = 1.5;
 
 interface DueProps {
   readonly count: number;
   /** Whether due questions are being answered. */
   readonly isAnswering: boolean;
   /** The lesson and class of the current review question, in words; null for other questions. */
-  readonly of: string | null;
+  readonly reviewClass: string | null;
   readonly onStart: () => void;
 }
 
 /** The number of questions due for review, and a button that starts with them. */
-function Due({ count, isAnswering, of, onStart }: DueProps): JSX.Element | null {
+function Due({ count, isAnswering, reviewClass, onStart }: DueProps): JSX.Element | null {
   if (count === 0 && !isAnswering) return null;
   return (
     <p class="due" role="status">
       {isAnswering ? (
         <span>
           {textOf(count > 0 ? message("practice.due-left", { count }) : message("practice.due-done"))}
-          {of && count > 0 ? <span class="muted"> · {of}</span> : null}
+          {reviewClass && count > 0 ? <span class="muted"> · {reviewClass}</span> : null}
         </span>
       ) : (
         <>
-          <strong>{say("practice.due-now", { count, minutes: Math.ceil(MINUTES_EACH * count) })}</strong>
+          <strong>{say("practice.due-now", { count, minutes: Math.ceil(MINUTES_PER_QUESTION * count) })}</strong>
           <Button style="quiet small" text={say("practice.due-start")} onClick={onStart} />
         </>
       )}

@@ -1,4 +1,4 @@
-// Prompts without the instructions on typing letters: letters are ticked on the page, and written on paper.
+// Prompts without the instructions on how to type letters, because they are ticked on the page and written on paper.
 
 import type { Part } from "../bank.js";
 
@@ -8,11 +8,11 @@ const LETTER_INSTRUCTIONS =
   /<p><strong>[^<]*<\/strong>(?:(?!<\/p>)[\s\S])*<code>(?:&quot;|")(?:[A-H]+|true)(?:&quot;|")<\/code>[\s\S]*?<\/p>/;
 
 /** Return the prompt without its options, which are fields on the page, and without the instructions on letters. */
-export function promptOf(part: Part): string {
-  return part.options === null ? part.prompt : promptOnPaper(part).replace(OPTIONS, "");
+export function removeOptions(part: Part): string {
+  return part.options === null ? part.prompt : removeLetterInstructions(part).replace(OPTIONS, "");
 }
 
 /** Return the prompt with its options, without the instructions on letters. */
-export function promptOnPaper({ options, prompt }: Part): string {
+export function removeLetterInstructions({ options, prompt }: Part): string {
   return options === null ? prompt : prompt.replace(LETTER_INSTRUCTIONS, "");
 }

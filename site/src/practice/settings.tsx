@@ -7,10 +7,10 @@ import { Button } from "../controls.js";
 import type { Index } from "../bank.js";
 import { newSeed } from "../random.js";
 import { say } from "../text/text.js";
-import { wishToLink, isMissed, WAITS, type Wish } from "./choice.js";
-import { type StoredState, asFile, fromFile, mergeStates, EMPTY_STATE } from "./stored-state.js";
-import { sheetLink } from "./sheet.js";
-import { variationName, WishChoices } from "./wish-choices.js";
+import { writeWish, needsRepetition, BOX_DELAYS, type Wish } from "./choice.js";
+import { type StoredState, writeFile, parseFile, mergeStates, EMPTY_STATE } from "./stored-state.js";
+import { writeSheetLink } from "./sheet.js";
+import { nameVariation, WishChoices } from "./wish-choices.js";
 import { saveFile } from "../pages/copied.js";
 
 interface SettingsProps {
@@ -30,7 +30,7 @@ export function Settings(props: SettingsProps): JSX.Element {
       <details class="wish" open={isOpen} onToggle={(event) => setOpen(event.currentTarget.open)}>
         <summary>
           <span class="visually-hidden">{say("practice.wish")}: </span>
-          {inShort(index, wish)}
+          {summarizeWish(index, wish)}
         </summary>
         <div class="choices">
           <WishChoices index={index} wish={wish} onWish={onWish} />
@@ -42,60 +42,68 @@ export function Settings(props: SettingsProps): JSX.Element {
 }
 
 /** Return a wish in one line: arm, question, difficulty, variation. */
-function inShort({ families, questions }: Index, wish: Wish): string {
+function summarizeWish({ families, questions }: Index, wish: Wish): string {
   const arm = families.find(({ name }) => name === wish.family)?.title ?? say("practice.any-arm");
   const question = questions.find(({ name }) => name === wish.question)?.title ?? say("practice.any-question");
-  const more = [
+  const details = [
     wish.difficulty === null ? "" : say("practice.points", { difficulty: wish.difficulty }),
-    wish.variation ? variationName(wish.variation) : "",
+    wish.variation ? nameVariation(wish.variation) : "",
   ];
-  return [arm, question, ...more].filter(Boolean).join(" · ");
+  return [arm, question, ...details].filter(Boolean).join(" · ");
 }
 
 function More({ wish, stored, onWish, onRestored }: SettingsProps) {
   const [error, setError] = useState("");
   const [newSetSeed] = useState(newSeed);
-  const file = useRef<HTMLInputElement>(null);
-  const tried = Object.values(stored.progress);
-  const dueCount = tried.filter((attempt) => isMissed(attempt) && attempt.box < WAITS.length - 1).length;
-  const load = async () => {
-    const restored = fromFile((await file.current?.files?.[0]?.text()) ?? "");
+  const fileInput = useRef<HTMLInputElement>(null);
+  const itemStates = Object.values(stored.progress);
+  const dueCount = itemStates.filter(
+    (attempt) => needsRepetition(attempt) && attempt.box < BOX_DELAYS.length - 1,
+  ).length;
+  const loadFile = async () => {
+    const restored = parseFile((await fileInput.current?.files?.[0]?.text()) ?? "");
     setError(restored ? "" : say("practice.not-progress"));
     if (restored) onRestored(mergeStates(stored, restored));
-    if (file.current) file.current.value = ""; // so that the same file may be chosen again
+    if (fileInput.current) fileInput.current.value = ""; // so that the same file may be chosen again
   };
-  const link = `${window.location.origin}${window.location.pathname}${wishToLink(wish)}`;
+  const link = `${window.location.origin}${window.location.pathname}${writeWish(wish)}`;
   return (
     <details class="more">
       <summary>{say("practice.progress")}</summary>
       <p>
-        {say("practice.count", { right: tried.filter((attempt) => attempt.right).length, tried: tried.length })};{" "}
-        {say("practice.due", { count: dueCount })}. {say("practice.kept")}
+        {say("practice.count", {
+          right: itemStates.filter((attempt) => attempt.right).length,
+          tried: itemStates.length,
+        })}
+        ; {say("practice.due", { count: dueCount })}. {say("practice.kept")}
       </p>
       <p class="actions">
         <Button
           text={say("practice.save")}
-          onClick={() => saveFile("qdot-progress.json", "application/json", asFile(stored))}
+          onClick={() => saveFile("qdot-progress.json", "application/json", writeFile(stored))}
         />
-        <Button text={say("practice.load")} onClick={() => file.current?.click()} />
+        <Button text={say("practice.load")} onClick={() => fileInput.current?.click()} />
         <Button
           text={say("practice.forget")}
           onClick={() => {
             if (window.confirm(say("practice.forget-sure"))) onRestored(EMPTY_STATE);
           }}
         />
-        <a class="button quiet" href={sheetLink({ ...wish, set: wish.set || newSetSeed }, { count: 4, key: false })}>
+        <a
+          class="button quiet"
+          href={writeSheetLink({ ...wish, set: wish.set || newSetSeed }, { count: 4, hasKey: false })}
+        >
           {say("sheet.make")}
         </a>
       </p>
       <input
-        ref={file}
+        ref={fileInput}
         class="visually-hidden"
         type="file"
         accept=".json,application/json"
         aria-label={say("practice.load")}
         tabIndex={-1}
-        onChange={() => void load()}
+        onChange={() => void loadFile()}
       />
       {error ? <p role="alert">{error}</p> : null}
       {wish.set ? (

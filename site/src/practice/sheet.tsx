@@ -1,4 +1,5 @@
-// A printable sheet: the first problems of a set with figure, table and room for answers, and a key on its own page.
+// A printable sheet: the first questions of a set with figure, table and room for answers; then the correct answers on a
+// page of their own.
 
 import type { JSX } from "preact";
 import { useState } from "preact/hooks";
@@ -12,83 +13,100 @@ import { parse } from "../read/reader.js";
 import { catchParseError } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
 import { inDigits, say } from "../text/text.js";
-import { wishToLink, itemsOfSet, type Item, nameOf, type Wish } from "./choice.js";
+import { writeWish, listSetItems, type Item, nameItem, type Wish } from "./choice.js";
 import { Html, Tex } from "./math.js";
-import { promptOnPaper } from "./prompt.js";
+import { removeLetterInstructions } from "./prompt.js";
 
-/** The number of questions on a sheet, and whether a key is printed after them. */
-export type SheetWish = { readonly count: number; readonly key: boolean };
+/** The number of questions on a sheet, and whether the correct answers are printed after them. */
+export type SheetWish = { readonly count: number; readonly hasKey: boolean };
 
-const MAX_COPIES = 20;
+/** Maximum number of questions on a sheet. */
+const MAX_COUNT = 20;
 
-/** Return the sheet that an address asks for; null if it asks for none. */
-export function sheetFrom(search: string): SheetWish | null {
+/** Parse the end of an address; null if it asks for no sheet. */
+export function parseSheetWish(search: string): SheetWish | null {
   const parameters = new URLSearchParams(search);
   const count = Number(parameters.get("sheet") ?? NaN);
   return Number.isInteger(count) && count >= 1
-    ? { count: Math.min(count, MAX_COPIES), key: parameters.has("key") }
+    ? { count: Math.min(count, MAX_COUNT), hasKey: parameters.has("key") }
     : null;
 }
 
-export function sheetLink(wish: Wish, { count, key }: SheetWish): string {
-  const link = wishToLink(wish);
-  return `${link}${link ? "&" : "?"}sheet=${count}${key ? "&key=1" : ""}`;
+export function writeSheetLink(wish: Wish, { count, hasKey }: SheetWish): string {
+  const link = writeWish(wish);
+  return `${link}${link ? "&" : "?"}sheet=${count}${hasKey ? "&key=1" : ""}`;
 }
 
 /** A question of a sheet, and the correct answer as it is typed. */
 type SheetQuestion = { readonly item: Item; readonly part: Part; readonly typed: string };
 
 /** An arm of a sheet, and the questions about it. */
-type SheetArm = { readonly problem: Problem; readonly asked: readonly SheetQuestion[] };
+type SheetArm = { readonly problem: Problem; readonly questions: readonly SheetQuestion[] };
 
-export function Sheet({ index, wish, first }: { index: Index; wish: Wish; first: SheetWish }): JSX.Element {
+export function Sheet({
+  index,
+  wish,
+  initialSheet,
+}: {
+  index: Index;
+  wish: Wish;
+  initialSheet: SheetWish;
+}): JSX.Element {
   const hasSolutions = atLeast(index.feedback, "solutions"); // else there are no answers in the bank
-  const [sheet, setSheet] = useState({ ...first, key: first.key && hasSolutions });
-  const asked = (): readonly Item[] => itemsOfSet(index, { ...wish, count: sheet.count });
-  const { loaded: groups, failed } = useLoaded(() => loadGroups(asked(), hasSolutions), [sheet.count]);
-  const change = (wanted: SheetWish) => {
-    setSheet(wanted);
-    window.history.replaceState(null, "", sheetLink(wish, wanted));
+  const [sheet, setSheet] = useState({ ...initialSheet, hasKey: initialSheet.hasKey && hasSolutions });
+  const listSheetItems = (): readonly Item[] => listSetItems(index, { ...wish, count: sheet.count });
+  const { loaded: arms, failed } = useLoaded(() => loadArms(listSheetItems(), hasSolutions), [sheet.count]);
+  const changeSheet = (newSheet: SheetWish) => {
+    setSheet(newSheet);
+    window.history.replaceState(null, "", writeSheetLink(wish, newSheet));
   };
   return (
     <>
       <form class="settings sheet-settings" onSubmit={(event) => event.preventDefault()}>
-        <Choice label="sheet.count" value={sheet.count} onValue={(count) => change({ ...sheet, count: Number(count) })}>
-          {optionsOf(Array.from({ length: MAX_COPIES }, (_, i) => [i + 1, String(i + 1)]))}
+        <Choice
+          label="sheet.count"
+          value={sheet.count}
+          onValue={(count) => changeSheet({ ...sheet, count: Number(count) })}
+        >
+          {optionsOf(Array.from({ length: MAX_COUNT }, (_, i) => [i + 1, String(i + 1)]))}
         </Choice>
         {hasSolutions ? (
           <label class="sheet-check">
-            <input type="checkbox" checked={sheet.key} onChange={() => change({ ...sheet, key: !sheet.key })} />
+            <input
+              type="checkbox"
+              checked={sheet.hasKey}
+              onChange={() => changeSheet({ ...sheet, hasKey: !sheet.hasKey })}
+            />
             {say("sheet.with-key")}
           </label>
         ) : null}
-        <Button style="button" text={say("sheet.print")} disabled={!groups} onClick={() => window.print()} />
-        <a href={wishToLink(wish) || window.location.pathname}>{say("sheet.back")}</a>
+        <Button style="button" text={say("sheet.print")} disabled={!arms} onClick={() => window.print()} />
+        <a href={writeWish(wish) || window.location.pathname}>{say("sheet.back")}</a>
       </form>
       {failed ? <p role="alert">{say("practice.failed", { why: failed })}</p> : null}
-      {groups ? <Paper groups={groups} set={wish.set} withKey={sheet.key} /> : null}
-      {!groups && !failed ? <p role="status">{say("practice.loading")}</p> : null}
+      {arms ? <Paper arms={arms} set={wish.set} hasKey={sheet.hasKey} /> : null}
+      {!arms && !failed ? <p role="status">{say("practice.loading")}</p> : null}
     </>
   );
 }
 
-/** Load the problems of questions, and group the questions by arm in their order. */
-async function loadGroups(items: readonly Item[], hasSolutions: boolean): Promise<readonly SheetArm[]> {
-  const arms = new Map<string, Item[]>();
+/** Load the problems of items, and group the items by arm, in the order of the first item about each arm. */
+async function loadArms(items: readonly Item[], hasSolutions: boolean): Promise<readonly SheetArm[]> {
+  const itemsByArm = new Map<string, Item[]>();
   for (const item of items) {
     const arm = `${item.family}/${item.key}`;
-    arms.set(arm, [...(arms.get(arm) ?? []), item]);
+    itemsByArm.set(arm, [...(itemsByArm.get(arm) ?? []), item]);
   }
   return Promise.all(
-    [...arms.values()].map(async (asked) => {
-      const { family, key } = asked[0] as Item;
+    [...itemsByArm.values()].map(async (armItems) => {
+      const { family, key } = armItems[0] as Item;
       const [problem, parts] = await Promise.all([
         loadProblem(family, key),
         hasSolutions ? loadSolutions(family, key).then((solutions) => solutions.parts) : [],
       ]);
       return {
         problem,
-        asked: asked.flatMap((item) => {
+        questions: armItems.flatMap((item) => {
           const part = problem.parts.find(({ kind }) => kind === item.question);
           return part ? [{ item, part, typed: parts.find(({ name }) => name === part.name)?.typed ?? "" }] : [];
         }),
@@ -97,11 +115,11 @@ async function loadGroups(items: readonly Item[], hasSolutions: boolean): Promis
   );
 }
 
-function Paper({ groups, set, withKey }: { groups: readonly SheetArm[]; set: string; withKey: boolean }) {
-  let number = 0;
-  const numbered = groups.map(({ problem, asked }) => ({
+function Paper({ arms, set, hasKey }: { arms: readonly SheetArm[]; set: string; hasKey: boolean }) {
+  let lastNumber = 0;
+  const numberedArms = arms.map(({ problem, questions }) => ({
     problem,
-    asked: asked.map((question) => ({ ...question, number: (number += 1) })),
+    questions: questions.map((question) => ({ ...question, number: (lastNumber += 1) })),
   }));
   return (
     <div class="sheet">
@@ -110,30 +128,30 @@ function Paper({ groups, set, withKey }: { groups: readonly SheetArm[]; set: str
         <span>{say("sheet.date")}</span>
         {set ? <span class="sheet-set">{say("sheet.set", { set })}</span> : null}
       </p>
-      {numbered.map(({ problem, asked }) => (
+      {numberedArms.map(({ problem, questions }) => (
         <section class="sheet-arm" key={problem.id}>
           <h2 lang={problem.lang ?? "en"}>{problem.title}</h2>
           <figure lang="en" dangerouslySetInnerHTML={{ __html: problem.figure }} />
           <Html html={problem.statement} class="statement" lang={problem.lang} />
-          {asked.map(({ item, part, number }) => (
-            <section class="sheet-question" key={nameOf(item)}>
+          {questions.map(({ item, part, number }) => (
+            <section class="sheet-question" key={nameItem(item)}>
               <h3 lang={problem.lang ?? "en"}>
                 {number}. {part.title}
               </h3>
               {part.figure ? <figure lang="en" dangerouslySetInnerHTML={{ __html: part.figure }} /> : null}
-              <Html html={promptOnPaper(part)} class="prompt" lang={problem.lang} />
+              <Html html={removeLetterInstructions(part)} class="prompt" lang={problem.lang} />
               <Room part={part} />
             </section>
           ))}
         </section>
       ))}
-      {withKey ? (
+      {hasKey ? (
         <section class="sheet-key">
           <h2>{say("sheet.key")}</h2>
           <ol>
-            {numbered.flatMap(({ problem, asked }) =>
-              asked.map(({ item, part, typed }) => (
-                <li key={nameOf(item)}>
+            {numberedArms.flatMap(({ problem, questions }) =>
+              questions.map(({ item, part, typed }) => (
+                <li key={nameItem(item)}>
                   <CorrectAnswer text={typed} part={part} problem={problem} />
                 </li>
               )),
@@ -148,14 +166,14 @@ function Paper({ groups, set, withKey }: { groups: readonly SheetArm[]; set: str
 /** Room for an answer by hand: blank lines for numbers and letters, empty space for formulas. */
 function Room({ part }: { part: Part }) {
   const { key } = part;
-  const lines = key.type === "numbers" ? key.units.map((unit) => ["", unit]) : linesForLetters(key);
+  const lines = key.type === "numbers" ? key.units.map((unit) => ["", unit]) : listLetterLines(key);
   if (!lines) return <div class="sheet-room" style={{ "--rows": String((part.shape?.[0] ?? 1) + 2) }} />;
   return (
     <p class="sheet-lines">
-      {lines.map(([before, after], i) => (
+      {lines.map(([textBefore, textAfter], i) => (
         <span key={i}>
-          {before}
-          <span class="sheet-blank" /> {after}
+          {textBefore}
+          <span class="sheet-blank" /> {textAfter}
         </span>
       ))}
     </p>
@@ -163,7 +181,7 @@ function Room({ part }: { part: Part }) {
 }
 
 /** Return the texts before and after each blank for letters; null for other answers. */
-function linesForLetters(key: Part["key"]): string[][] | null {
+function listLetterLines(key: Part["key"]): string[][] | null {
   if (!("option_mistakes" in key)) return null;
   return key.type === "matching" ? Array.from({ length: key.items }, (_, i) => [`${i + 1}: `, ""]) : [["", ""]];
 }
@@ -177,9 +195,9 @@ function CorrectAnswer({ text, part, problem }: { text: string; part: Part; prob
   }
   const letters = /^\W*([A-H]+)\W*$/.exec(text)?.[1];
   if (letters) return <span>{letters}</span>;
-  const known = new Set(Object.keys(problem.symbols));
+  const symbolNames = new Set(Object.keys(problem.symbols));
   return catchParseError(
-    () => <Tex latex={typesetTree(parse(text, known), problem.symbols)} block />,
+    () => <Tex latex={typesetTree(parse(text, symbolNames), problem.symbols)} block />,
     () => <code>{text}</code>,
   );
 }

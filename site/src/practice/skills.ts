@@ -2,108 +2,125 @@
 // another arm; mastered after one more a day later.
 
 import type { Index } from "../bank.js";
-import { ANYTHING, type Item, itemsFor, nameOf, problemsIn, stepOf } from "./choice.js";
+import { ANY_WISH, type Item, listItems, nameItem, makeProblemFinder, findVariationStep } from "./choice.js";
 import { message, type Message } from "../text/text.js";
 
-export const NEEDED = 3;
+/** The number of arms with right answers in a row that make a class learned. */
+export const NEEDED_ARMS = 3;
+/** In milliseconds. */
 const DAY = 24 * 3600 * 1000;
 
-/** Progress in a class of arms: the arms answered rightly in a row, and when the class was learned and mastered. */
+/**
+ * Progress in a class of arms, as it is stored: `row` has the arms ("FAMILY/KEY") answered rightly in a row; `learned`
+ * and `mastered` are the times at which the class was learned and mastered (ms since 1970).
+ */
 export type Streak = { readonly row: readonly string[]; readonly learned?: number; readonly mastered?: number };
 
-/** Progress in a lesson: goals reached, the streak in the first class of arms, and those in the other classes. */
+/**
+ * Progress in a lesson, as it is stored: the streak in its first class of arms, the indices of the goals reached, and
+ * the streaks in the other classes, by their names (`beyond`).
+ */
 export type Skill = Streak & { readonly goals: readonly number[]; readonly beyond?: Readonly<Record<string, Streak>> };
 
+/** Progress in all lessons, by their ids. */
 export type Skills = Readonly<Record<string, Skill>>;
 
 export const NO_STREAK: Streak = { row: [] };
 export const NEW_SKILL: Skill = { ...NO_STREAK, goals: [] };
 
-/** Return the arm of an item; a set of short questions belongs to the arm with the same number. */
-const armOf = ({ family, key }: Item): string => `${family}/${key.replace(/-quiz$/, "")}`;
+/** Return the name of an item's arm. FAMILY/KEY-quiz has short questions about the arm in FAMILY/KEY. */
+const nameArm = ({ family, key }: Item): string => `${family}/${key.replace(/-quiz$/, "")}`;
 
-/** How a question was answered: `helped` by hints or the solution, `again` after another answer to it. */
-export type Attempt = { readonly right: boolean; readonly helped: boolean; readonly again: boolean };
+/** How a question was answered. `isHelped`: after hints or the solution; `isRepeated`: after an earlier answer to it. */
+export type Attempt = { readonly isRight: boolean; readonly isHelped: boolean; readonly isRepeated: boolean };
 
-/** Return the streak after an answer; `armCount` is the number of arms, which may be smaller than needed. */
-export function streakAfter<R extends Streak>(
-  skill: R,
+/** Return the streak after an answer at the time `now` (ms); `armCount` is the number of the class's arms. */
+export function updateStreak<R extends Streak>(
+  streak: R,
   item: Item,
   attempt: Attempt & { now: number; armCount: number },
 ): R {
-  const { right, helped, again, now, armCount } = attempt;
-  if (again) return skill;
-  if (!right) return { ...skill, row: [] };
-  if (helped) return skill;
-  const row = skill.row.includes(armOf(item)) ? skill.row : [...skill.row, armOf(item)];
-  if (skill.learned !== undefined)
-    return now - skill.learned >= DAY && skill.mastered === undefined ? { ...skill, mastered: now } : skill;
-  return row.length >= Math.min(NEEDED, armCount) ? { ...skill, row, learned: now } : { ...skill, row };
+  const { isRight, isHelped, isRepeated, now, armCount } = attempt;
+  if (isRepeated) return streak;
+  if (!isRight) return { ...streak, row: [] };
+  if (isHelped) return streak;
+  const row = streak.row.includes(nameArm(item)) ? streak.row : [...streak.row, nameArm(item)];
+  if (streak.learned !== undefined)
+    return now - streak.learned >= DAY && streak.mastered === undefined ? { ...streak, mastered: now } : streak;
+  return row.length >= Math.min(NEEDED_ARMS, armCount) ? { ...streak, row, learned: now } : { ...streak, row };
 }
 
-/** Return the effect of an answer as a message; null if the lesson is learned, and less than a day ago. */
-export function outcomeOf(before: Streak, after: Streak, attempt: Attempt & { armCount: number }): Message | null {
-  const { right, helped, again, armCount } = attempt;
+/** Return the effect of an answer on a class as a message; null if the answer changes nothing worth telling. */
+export function describeOutcome(
+  before: Streak,
+  after: Streak,
+  attempt: Attempt & { armCount: number },
+): Message | null {
+  const { isRight, isHelped, isRepeated, armCount } = attempt;
   if (before.mastered !== undefined) return null;
   if (after.mastered !== undefined) return message("lesson.mastered");
-  if (before.learned !== undefined && !right) return null;
-  if (right && helped) return message("lesson.counts-not-helped");
-  if (right && again) return message("lesson.counts-not-again");
+  if (before.learned !== undefined && !isRight) return null;
+  if (isRight && isHelped) return message("lesson.counts-not-helped");
+  if (isRight && isRepeated) return message("lesson.counts-not-again");
   if (before.learned !== undefined) return null;
   if (after.learned !== undefined) return message("lesson.learned");
-  if (!right && !again && before.row.length > 0) return message("lesson.row-broken");
-  const needed = Math.min(NEEDED, armCount);
-  return right ? message("lesson.state-row", { count: after.row.length, needed }) : null;
+  if (!isRight && !isRepeated && before.row.length > 0) return message("lesson.row-broken");
+  const needed = Math.min(NEEDED_ARMS, armCount);
+  return isRight ? message("lesson.state-row", { count: after.row.length, needed }) : null;
 }
 
 /** Return whether a learned class is due for review: after a day, until it is mastered. */
-export function isDue(skill: Streak | undefined, now: number): boolean {
-  return skill?.learned !== undefined && skill.mastered === undefined && now - skill.learned >= DAY;
+export function isDue(streak: Streak | undefined, now: number): boolean {
+  return streak?.learned !== undefined && streak.mastered === undefined && now - streak.learned >= DAY;
 }
 
-/** Return a lesson's questions, easiest first: arms of the chapter before rotated and offset ones. */
-export function itemsOf(index: Index, questions: readonly string[], families: readonly string[]): Item[] {
-  const problemOf = problemsIn(index);
-  const asked = itemsFor(index, ANYTHING).filter(({ question }) => questions.includes(question));
-  const ofFamilies = asked.filter(({ family }) => families.includes(family));
-  return (ofFamilies.length > 0 ? ofFamilies : asked)
+/**
+ * Return the items with some questions, easiest first: arms of the chapter before arms that vary. The items are about
+ * the given families, or about all families if the bank has none of these.
+ */
+export function listLessonItems(index: Index, questions: readonly string[], families: readonly string[]): Item[] {
+  const findProblem = makeProblemFinder(index);
+  const allItems = listItems(index, ANY_WISH).filter(({ question }) => questions.includes(question));
+  const familyItems = allItems.filter(({ family }) => families.includes(family));
+  return (familyItems.length > 0 ? familyItems : allItems)
     .map((item) => {
-      const place = ofFamilies.length > 0 ? families.indexOf(item.family) : 0;
-      const difficulty = 2 * stepOf(problemOf(item)) + place + questions.indexOf(item.question);
-      return { item, place, difficulty };
+      const familyIndex = familyItems.length > 0 ? families.indexOf(item.family) : 0;
+      const difficulty = 2 * findVariationStep(findProblem(item)) + familyIndex + questions.indexOf(item.question);
+      return { item, familyIndex, difficulty };
     })
-    .sort((a, b) => a.difficulty - b.difficulty || a.place - b.place)
+    .sort((a, b) => a.difficulty - b.difficulty || a.familyIndex - b.familyIndex)
     .map(({ item }) => item);
 }
 
-/** The next item is between these shares of the ordered items, by the number of right answers in the row. */
+/** For each number of right answers in a row, the shares of the ordered items between which the next item is. */
 const DIFFICULTY_RANGES = [
   [0, 0],
   [0, 0.25],
   [0.15, 0.5],
 ] as const;
+/** The minimum number of items among which one is chosen at random. */
 const MIN_CANDIDATES = 3;
 
-/** Return the next item, harder as the row grows; if possible about a new arm, and not in `asked`. */
-export function nextIn(
-  all: readonly Item[],
-  skill: Streak,
-  asked: readonly string[],
+/** Choose a class's next item, harder as the streak grows; if possible about a new arm, and not asked before. */
+export function chooseItem(
+  items: readonly Item[],
+  streak: Streak,
+  askedNames: readonly string[],
   random: () => number,
 ): Item | null {
-  const newArms = all.filter((item) => !skill.row.includes(armOf(item)));
-  const preferred = newArms.length > 0 ? newArms : all;
-  const unasked = preferred.filter((item) => !asked.includes(nameOf(item)));
-  const others = unasked.length > 0 ? unasked : preferred.filter((item) => nameOf(item) !== asked.at(-1));
-  const pool = others.length > 0 ? others : all;
-  const [from, to] = DIFFICULTY_RANGES[Math.min(skill.learned === undefined ? skill.row.length : 2, 2)]!;
-  const start = Math.min(Math.floor(from * pool.length), pool.length - 1);
-  const candidates = pool.slice(start, Math.max(start + MIN_CANDIDATES, Math.ceil(to * pool.length)));
+  const withNewArms = items.filter((item) => !streak.row.includes(nameArm(item)));
+  const preferred = withNewArms.length > 0 ? withNewArms : items;
+  const unasked = preferred.filter((item) => !askedNames.includes(nameItem(item)));
+  const notLast = unasked.length > 0 ? unasked : preferred.filter((item) => nameItem(item) !== askedNames.at(-1));
+  const pool = notLast.length > 0 ? notLast : items;
+  const [startShare, endShare] = DIFFICULTY_RANGES[Math.min(streak.learned === undefined ? streak.row.length : 2, 2)]!;
+  const start = Math.min(Math.floor(startShare * pool.length), pool.length - 1);
+  const candidates = pool.slice(start, Math.max(start + MIN_CANDIDATES, Math.ceil(endShare * pool.length)));
   return candidates[Math.floor(random() * candidates.length)] ?? null;
 }
 
-/** Return the number of arms in a lesson's items. */
-export const armCountOf = (all: readonly Item[]): number => new Set(all.map(armOf)).size;
+/** Return the number of different arms in items. */
+export const countArms = (items: readonly Item[]): number => new Set(items.map(nameArm)).size;
 
 /** Return the valid entries of stored skills. */
 export function checkSkills(content: unknown): Skills {
@@ -131,14 +148,14 @@ function mergeSkill(mine: Skill, other: Skill): Skill {
 
 /** Return the streak that is mastered, else learned, else longer; the first one if both are equal. */
 function betterStreak(mine: Streak, other: Streak): Streak {
-  const lengthOf = ({ row, learned, mastered }: Streak): number =>
+  const rateStreak = ({ row, learned, mastered }: Streak): number =>
     (mastered !== undefined ? 2000 : learned !== undefined ? 1000 : 0) + row.length;
-  return lengthOf(other) > lengthOf(mine) ? other : mine;
+  return rateStreak(other) > rateStreak(mine) ? other : mine;
 }
 
-function isSkill(skill: unknown): skill is Skill {
-  if (!isStreak(skill)) return false;
-  const { goals, beyond = {} } = skill as Partial<Record<keyof Skill, unknown>>;
+function isSkill(content: unknown): content is Skill {
+  if (!isStreak(content)) return false;
+  const { goals, beyond = {} } = content as Partial<Record<keyof Skill, unknown>>;
   return (
     Array.isArray(goals) &&
     goals.every(Number.isInteger) &&
@@ -147,9 +164,9 @@ function isSkill(skill: unknown): skill is Skill {
   );
 }
 
-function isStreak(found: unknown): found is Streak {
-  if (typeof found !== "object" || found === null) return false;
-  const { row, learned, mastered } = found as Partial<Record<keyof Streak, unknown>>;
-  const time = (value: unknown): boolean => value === undefined || Number.isFinite(value);
-  return Array.isArray(row) && row.every((arm) => typeof arm === "string") && time(learned) && time(mastered);
+function isStreak(content: unknown): content is Streak {
+  if (typeof content !== "object" || content === null) return false;
+  const { row, learned, mastered } = content as Partial<Record<keyof Streak, unknown>>;
+  const isTime = (value: unknown): boolean => value === undefined || Number.isFinite(value);
+  return Array.isArray(row) && row.every((arm) => typeof arm === "string") && isTime(learned) && isTime(mastered);
 }

@@ -35,12 +35,12 @@ export function useStoredState(): [StoredState, (changes: Partial<StoredState>) 
   return [state, change];
 }
 
-export function asFile(state: StoredState): string {
+export function writeFile(state: StoredState): string {
   return `${JSON.stringify({ qdot: "progress", version: 2, ...state }, null, 1)}\n`;
 }
 
 /** Return the content of a file, which has no lessons in version 1; null if it is no such file. */
-export function fromFile(text: string): StoredState | null {
+export function parseFile(text: string): StoredState | null {
   const content = resultOrNull(() => JSON.parse(text) as unknown);
   if (typeof content !== "object" || content === null || !("qdot" in content) || !("progress" in content)) return null;
   const { progress, lessons } = content as Partial<Record<keyof StoredState, unknown>>;

@@ -5,7 +5,7 @@ import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Button } from "../controls.js";
 import type * as Panel from "../arm/panel.js";
-import { singularIn } from "../arm/is-singular.js";
+import { createSingularityTest } from "../arm/is-singular.js";
 import type { Stage } from "../arm/stage.js";
 import type { View } from "../arm/view.js";
 import type { Factor, Part, Problem, Solutions } from "../bank.js";
@@ -17,11 +17,11 @@ import { language, say } from "../text/text.js";
 import { afterPaint, useSteps } from "../scheduling.js";
 import { bringIntoView } from "./in-view.js";
 import { Answer, Preview } from "./answer.js";
-import { type Item, nameOf } from "./choice.js";
-import { Feedback, nameOfJoint, poseOf } from "./feedback.js";
+import { type Item, nameItem } from "./choice.js";
+import { Feedback, nameJointVariable, findPose } from "./feedback.js";
 import { Html } from "./math.js";
 import { TypedColumns } from "./typed-columns.js";
-import { promptOf } from "./prompt.js";
+import { removeOptions } from "./prompt.js";
 
 /** The movable arm; or a message if it could not be loaded, because practice works without it. */
 type ArmPart = typeof Panel.Arm | typeof NoArm;
@@ -91,7 +91,7 @@ export function Task(props: TaskProps): JSX.Element {
   const verdictPlace = useRef<HTMLDivElement>(null);
   const step = useSteps(3); // the question comes first, because a phone shows little else
   const Arm = useArm(step > 2);
-  const isPosed = problem.robot.joints.every((joint, i) => part.pose?.[nameOfJoint(joint, i)] !== undefined);
+  const isPosed = problem.robot.joints.every((joint, i) => part.pose?.[nameJointVariable(joint, i)] !== undefined);
   const first = useMemo(() => ({ ...problem.pose, ...part.pose }), [problem, part]);
   const figure = (isPosed && part.figure) || problem.figure; // until the movable arm is loaded
   const isOpen = !isClosed && verdict?.outcome !== "correct" && !helped; // still to be answered
@@ -112,7 +112,7 @@ export function Task(props: TaskProps): JSX.Element {
       () => undefined, // without a connection, the stage has no factors
     );
   }, [isShown]);
-  const isSingular = useMemo(() => singularIn(problem), [problem]);
+  const isSingular = useMemo(() => createSingularityTest(problem), [problem]);
   /** Load the grading code before there is an answer, and run it once: the first run takes ten times as long. */
   const prepare = () => {
     if (isPrepared.current) return;
@@ -137,7 +137,7 @@ export function Task(props: TaskProps): JSX.Element {
     if (isParsed(fullVerdict) && isNew)
       onVerdict(fullVerdict.outcome === "correct", hasHints.current || helped, { part, answer, verdict: fullVerdict });
     afterPaint(() => {
-      setPose(poseOf(problem, shownVerdict)); // the feedback is on the page before the arm moves
+      setPose(findPose(problem, shownVerdict)); // the feedback is on the page before the arm moves
       // a change of the page would end a scroll
       afterPaint(() => verdictPlace.current && bringIntoView(verdictPlace.current));
     });
@@ -192,7 +192,7 @@ export function Task(props: TaskProps): JSX.Element {
     <>
       <article
         class="task"
-        data-item={nameOf(item)}
+        data-item={nameItem(item)}
         ref={start}
         tabIndex={-1}
         aria-label={`${problem.title}: ${part.title}`}
@@ -211,7 +211,7 @@ export function Task(props: TaskProps): JSX.Element {
         {part.figure ? (
           <figure class={isPosed ? "printed" : ""} lang="en" dangerouslySetInnerHTML={{ __html: part.figure }} />
         ) : null}
-        {step > 0 ? <Html html={promptOf(part)} class="prompt" lang={problem.lang} /> : null}
+        {step > 0 ? <Html html={removeOptions(part)} class="prompt" lang={problem.lang} /> : null}
         {step > 1 ? (
           <>
             <p class="muted to-given">

@@ -1,39 +1,42 @@
-// The questions and families of the bank that each lesson practises. learn/lessons.ts has what introduces them.
+// The topics of the lessons: the questions and families that each lesson practises. learn/lessons.ts introduces them.
 
 import type { TextKey } from "../text/text.js";
 
 export interface Topic {
-  /** The lesson's name in links, and in what is kept. */
+  /** The lesson's name in links and in stored progress. */
   readonly id: string;
   readonly title: TextKey;
-  /** Questions and families of the bank that are practised, in this order. */
+  /** Names of the questions that are practised, easier ones first. */
   readonly questions: readonly string[];
+  /** Names of the families that are practised, easier ones first. */
   readonly families: readonly string[];
 }
 
-const FLAT = ["planar-2r", "polar-rp", "planar-pr", "planar-3r", "scara", "elbow-3r", "elbow"];
-const SQUARE = ["planar-2r", "polar-rp", "planar-pr", "elbow-3r", "scara", "elbow", "planar-3r-pose"];
+/** Families for topics in which J need not be square, easier ones first. */
+const MAIN_FAMILIES = ["planar-2r", "polar-rp", "planar-pr", "planar-3r", "scara", "elbow-3r", "elbow"];
+/** Families whose task Jacobian is square, easier ones first. */
+const SQUARE_FAMILIES = ["planar-2r", "polar-rp", "planar-pr", "elbow-3r", "scara", "elbow", "planar-3r-pose"];
 
-const PRACTISED = [
-  { id: "rates", questions: ["joint-effect", "speed", "velocity-component", "velocity"], families: FLAT },
-  { id: "columns", questions: ["match-columns", "joint-effect", "jacobian-size"], families: FLAT },
-  { id: "differentiation", questions: ["position", "jacobian"], families: FLAT },
+const TOPIC_DATA = [
+  { id: "rates", questions: ["joint-effect", "speed", "velocity-component", "velocity"], families: MAIN_FAMILIES },
+  { id: "columns", questions: ["match-columns", "joint-effect", "jacobian-size"], families: MAIN_FAMILIES },
+  { id: "differentiation", questions: ["position", "jacobian"], families: MAIN_FAMILIES },
   {
     id: "propagation",
     questions: ["position-vectors", "link-velocity", "geometric-jacobian", "twist"],
-    families: FLAT,
+    families: MAIN_FAMILIES,
   },
-  { id: "inverse", questions: ["joint-rates", "inverse-jacobian", "inverse-velocity"], families: SQUARE },
-  { id: "singular", questions: ["determinant", "singular-angles", "rank"], families: SQUARE },
+  { id: "inverse", questions: ["joint-rates", "inverse-jacobian", "inverse-velocity"], families: SQUARE_FAMILIES },
+  { id: "singular", questions: ["determinant", "singular-angles", "rank"], families: SQUARE_FAMILIES },
   {
     id: "kinds",
     questions: ["singularity-type", "singularity-meaning", "lost-direction", "lost-motion"],
-    families: [...SQUARE, "spherical", "cylindrical"],
+    families: [...SQUARE_FAMILIES, "spherical", "cylindrical"],
   },
-  { id: "path", questions: ["path-rates", "path-limit"], families: SQUARE },
+  { id: "path", questions: ["path-rates", "path-limit"], families: SQUARE_FAMILIES },
 ] as const;
 
-export const TOPICS: readonly Topic[] = PRACTISED.map((topic) => ({ ...topic, title: `lesson.${topic.id}` }));
+export const TOPICS: readonly Topic[] = TOPIC_DATA.map((topic) => ({ ...topic, title: `lesson.${topic.id}` }));
 
-/** The topic of a lesson. */
-export const topicOf = (lesson: string): Topic => TOPICS.find(({ id }) => id === lesson)!;
+/** Return the topic of a lesson, by the lesson's id. */
+export const getTopic = (lesson: string): Topic => TOPICS.find(({ id }) => id === lesson)!;

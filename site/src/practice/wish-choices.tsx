@@ -5,7 +5,7 @@ import type { JSX } from "preact";
 import type { Index } from "../bank.js";
 import { Choice, type Option, optionsOf } from "../controls.js";
 import { say } from "../text/text.js";
-import { ANYTHING, itemsFor, STEPS, variationsIn, type Wish } from "./choice.js";
+import { ANY_WISH, listItems, VARIATION_STEPS, listVariations, type Wish } from "./choice.js";
 import type { Topic } from "./topics.js";
 
 interface WishChoicesProps {
@@ -18,18 +18,18 @@ interface WishChoicesProps {
 
 export function WishChoices({ index, wish, lesson, onWish }: WishChoicesProps): JSX.Element {
   // offer only questions that the bank asks about this family
-  const asked = new Set([
+  const offeredNames = new Set([
     wish.question, // a link may name a question that the arm does not have; an error is shown below
-    ...itemsFor(index, { ...ANYTHING, family: wish.family }).map(({ question }) => question),
+    ...listItems(index, { ...ANY_WISH, family: wish.family }).map(({ question }) => question),
   ]);
   const questions = index.questions.filter(
-    ({ name }) => asked.has(name) && (!lesson || lesson.questions.includes(name)),
+    ({ name }) => offeredNames.has(name) && (!lesson || lesson.questions.includes(name)),
   );
   const groups = [
     { label: say("practice.long"), all: questions.filter(({ form }) => !form) },
     { label: say("practice.short"), all: questions.filter(({ form }) => form) },
   ].filter(({ all }) => all.length > 0);
-  const known = variationsIn(index);
+  const variations = listVariations(index);
   const change = (changed: Partial<Wish>): void => onWish({ ...wish, ...changed });
   return (
     <>
@@ -39,7 +39,7 @@ export function WishChoices({ index, wish, lesson, onWish }: WishChoicesProps): 
         any={lesson ? "maker.lesson-arms" : "practice.any-arm"}
         onValue={(family) => change({ family, question: "" })}
       >
-        {optionsOf(index.families.map(titled))}
+        {optionsOf(index.families.map(makeOption))}
       </Choice>
       <Choice
         label="practice.question"
@@ -49,7 +49,7 @@ export function WishChoices({ index, wish, lesson, onWish }: WishChoicesProps): 
       >
         {groups.map(({ label, all }) => (
           <optgroup key={label} label={label}>
-            {optionsOf(all.map(titled))}
+            {optionsOf(all.map(makeOption))}
           </optgroup>
         ))}
       </Choice>
@@ -61,28 +61,28 @@ export function WishChoices({ index, wish, lesson, onWish }: WishChoicesProps): 
       >
         {optionsOf([0, 1, 2, 3, 4].map((step) => [step, String(step)]))}
       </Choice>
-      {known.length > 1 ? (
+      {variations.length > 1 ? (
         <Choice
           label="practice.variation"
           value={wish.variation}
           any="practice.any-variation"
           onValue={(variation) => change({ variation })}
         >
-          {optionsOf(known.map((name) => [name, variationName(name)]))}
+          {optionsOf(variations.map((name) => [name, nameVariation(name)]))}
         </Choice>
       ) : null}
     </>
   );
 }
 
-const titled = ({
+const makeOption = ({
   name,
   title,
   lang = "en",
 }: Readonly<Record<"name" | "title", string>> & { lang?: string }): Option => [name, title, lang];
 
 /** Return the name of a variation step; an instructor's own axes as they are. */
-export function variationName(name: string): string {
-  const step = STEPS.find((known) => known === name);
+export function nameVariation(name: string): string {
+  const step = VARIATION_STEPS.find((known) => known === name);
   return step ? say(`variation.${step}`) : name.replaceAll("+", ", ");
 }

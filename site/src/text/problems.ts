@@ -1,9 +1,9 @@
 // Translate the texts of the bank into the page's language, if there is a translation.
 
-import type { Index, Problem, Solutions, SolvedTexts, Texts, Titles } from "../bank.js";
+import type { Index, Problem, Solutions, TranslatedSolutions, TranslatedTexts, TranslatedTitles } from "../bank.js";
 
 /** Return the index with translated titles; titles without a translation stay English. */
-export function translateIndex(lang: string, index: Index, titles: Titles | null): Index {
+export function translateIndex(lang: string, index: Index, titles: TranslatedTitles | null): Index {
   const translate = <T extends { name: string; title: string }>(
     all: readonly T[],
     by: Readonly<Record<string, string>>,
@@ -17,7 +17,7 @@ export function translateIndex(lang: string, index: Index, titles: Titles | null
 }
 
 /** Return a problem with translated texts; in English if they are missing or belong to another problem. */
-export function translateProblem(lang: string, problem: Problem, texts: Texts | null): Problem {
+export function translateProblem(lang: string, problem: Problem, texts: TranslatedTexts | null): Problem {
   if (!texts || !fit(problem, texts)) return problem;
   return {
     ...problem,
@@ -31,7 +31,7 @@ export function translateProblem(lang: string, problem: Problem, texts: Texts | 
 }
 
 /** Return translated solutions; in English if they are missing or belong to another problem. */
-export function translateSolutions(lang: string, solutions: Solutions, texts: SolvedTexts | null): Solutions {
+export function translateSolutions(lang: string, solutions: Solutions, texts: TranslatedSolutions | null): Solutions {
   const { parts } = solutions;
   const same = texts?.parts.length === parts.length && texts.parts.every(({ name }, i) => name === parts[i]?.name);
   if (!texts || !same) return solutions;
@@ -39,7 +39,7 @@ export function translateSolutions(lang: string, solutions: Solutions, texts: So
 }
 
 /** Return whether texts belong to a problem. */
-function fit({ parts, said }: Problem, texts: Texts): boolean {
+function fit({ parts, said }: Problem, texts: TranslatedTexts): boolean {
   return (
     texts.parts.length === parts.length &&
     texts.said.length === said.length &&

@@ -151,6 +151,14 @@ def test_roots_quotients_and_other_functions_stay_in_the_answer(answer: str) -> 
         assert "geometry and differences" in find_failures(replace(problem, parts=(wrong,)))[0]
 
 
+@pytest.mark.parametrize("position", ["[a1*cos(theta1), 1]", "[atan2(a1, theta1), 1]"])
+def test_derivative_is_marked_after_any_wrong_position(position: str) -> None:
+    definition = Definition("mine", "ddt(abs(p.x))", (("en", Texts("Mine", "x")),))
+    problem = generate("planar-2r/1", ["position", "mine"], definitions=[definition])
+    _, marked = mark(problem, {"position": position, "mine": "qd1"}, secret="s")
+    assert (marked.judgement.outcome, marked.points) == (Outcome.WRONG, 0)
+
+
 def test_textbook_form_that_numbers_contradict_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("qdot.exercises.questions.custom.question.write_in_textbook_form", lambda entry: entry + 1)
     definition = Definition("mine", "norm(p)", (("en", Texts("Unconfirmed", "x")),))
@@ -511,6 +519,8 @@ def test_show_and_verify_accept_custom_questions(tmp_path: Path) -> None:
     assert "name the families" in run_and_fail("verify", path)
     printed = run("verify", folder / "assignment.toml", "--family", "planar-2r", "--count", "1", "--jobs", "1")
     assert "5 problems verified, 0 failed" in printed
+    result = runner.invoke(app, ["verify", str(folder / "assignment.toml"), "--family", "planar-3r", "--count", "1"])
+    assert "4 problems verified, 0 failed" in result.stdout and "where: answer" in result.stderr
     assert "--family planar-2r" in run_and_fail("verify", path, "planar-2r/7", "--family", "planar-2r")
 
 
@@ -636,6 +646,8 @@ BAD_TEXTS = {
     "prompt = 'x'\nsolution = '$\\foo$'": r"solution = .*\foo is not",
     "prompt = 'x'\nrows = ['\\foo', 'v_y']": r"rows = .*\foo is not",
     "prompt = 'x'\nde.prompt = '$\\foo$'": r"de: prompt = .*\foo is not",
+    "prompt = ' '": 'expected a text, as in prompt = "Find',
+    "prompt = 'x'\nunit = 'm/s%'": "powers are written with ^",
     "prompt = 'x'\ntitle = 'Speed of $P$'": "a title is plain text without '$'",
 }
 
@@ -679,6 +691,24 @@ def test_latex_of_robotics_is_shown_in_every_format(tmp_path: Path) -> None:
     assert (
         make_pdf_preview(assignment, "preview", [problem for _, problem in problems], has_solutions=True)[:4] == b"%PDF"
     )
+
+
+def test_power_in_a_unit_is_a_superscript_in_every_format(tmp_path: Path) -> None:
+    question = (
+        'prompt = "At {given}:"\nanswer = "m*g*p.y"\n'
+        'given = {theta1 = "angle", theta2 = "angle", m = [1, 5], g = 9.81}\n'
+        'units = {m = "kg", g = "m/s^2"}\nunit = "kg*m^2/s^2"'
+    )
+    text = f'[question.mine]\n{question}\n[[problem]]\nfamily = "planar-2r"\nquestions = ["mine"]\n'
+    assignment = make_assignment(tmp_path, text)
+    problems = assignment.generate_problems("s1")
+    shown = {name: show_assignment("T", problems, format=name, solution=True) for name in ("text", "latex", "html")}
+    assert r"$g = 9.81\,\text{m/s}^{2}$" in shown["latex"]
+    assert shown["latex"].count(r"\text{kg m}^{2}\text{/s}^{2}") == 2  # in the prompt and in the solution
+    assert "g = 9.81 m/s²" in shown["text"] and shown["text"].count("kg m²/s²") == 2
+    assert "^" not in re.sub("<pre.*?</pre>", "", shown["html"], flags=re.DOTALL)
+    (item,) = make_items(ExportRequest(assignment, find_failures, variant_count=1))
+    assert "kg m²/s²" in repr(item.form)
 
 
 def test_latex_keeps_its_braces(tmp_path: Path) -> None:

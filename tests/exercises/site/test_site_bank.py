@@ -181,7 +181,7 @@ def test_a_short_question_in_numbers_is_worked_out_as_the_chapters(name: str) ->
 
 def test_the_page_knows_the_steps_in_their_order() -> None:
     text = (ROOT / "site" / "src" / "practice" / "choice.ts").read_text(encoding="utf-8")
-    assert f"export const STEPS = {json.dumps(list(VARIATION_STEPS))} as const;" in text
+    assert f"export const VARIATION_STEPS = {json.dumps(list(VARIATION_STEPS))} as const;" in text
 
 
 def test_a_record_says_what_a_page_needs() -> None:
