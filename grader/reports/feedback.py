@@ -49,7 +49,6 @@ NAME_AT_START = r"qdot\b|[A-Za-z]+[\d_.(]|\w+ (appears|has|can't|means|with)\b"
 
 SHORT_REASONS = (
     (r"\bit is not right; differs$", "it is wrong"),
-    (r"\bit is not right; number 1 is not right$", "it is not right"),
     (r"^differs$", "its value is wrong"),
     (r"; differs$", ""),
     (r"\b(entry (?:\d+|\(\d+, \d+\))) differs$", r"\1 is wrong"),
