@@ -5,7 +5,7 @@ import { useMemo, useRef, useState } from "preact/hooks";
 
 import { Button, LITERAL, optionsOf } from "../controls.js";
 import type { Part, Problem } from "../bank.js";
-import { withPoints } from "../read/points.js";
+import { readCommasAsPoints } from "../read/points.js";
 import { parseAnswer } from "../grade/forms.js";
 import { parse } from "../read/reader.js";
 import { catchParseError } from "../read/tree.js";
@@ -307,7 +307,7 @@ const MAX_PREVIEWED = 5000;
 export function Preview(props: Pick<Field, "problem" | "part"> & { answer: string }): JSX.Element | null {
   const { answer, problem, part } = props;
   const { type } = part.key;
-  const text = type === "configurations" ? answer : withPoints(answer);
+  const text = type === "configurations" ? answer : readCommasAsPoints(answer);
   const settledText = useDebounced(text, 150);
   const preview = useMemo(() => previewOf(settledText, problem, part), [settledText, problem, part]);
   if ("option_mistakes" in part.key) return null;
@@ -326,7 +326,7 @@ export function Preview(props: Pick<Field, "problem" | "part"> & { answer: strin
 
 /** Return a typed formula as LaTeX; "" if it can't be parsed, because the field could not show it. */
 function latexOf(text: string, problem: Problem): string {
-  const preview = previewOf(withPoints(text), problem);
+  const preview = previewOf(readCommasAsPoints(text), problem);
   return preview && "latex" in preview ? preview.latex.replaceAll("{,}", ".") : "";
 }
 
