@@ -662,6 +662,8 @@ BAD_TEXTS = {
     "prompt = 'x'\nrows = ['\\foo', 'v_y']": r"rows = .*\foo is not",
     "prompt = 'x'\nde.prompt = '$\\foo$'": r"de: prompt = .*\foo is not",
     "prompt = '${theta1}_2$'": r"a symbol has two subscripts in $\theta_{1}_2$",
+    "prompt = '$" + 100 * r"\hat" + " a$'": "is nested too deeply",
+    "prompt = '$" + 1000 * r"\hat" + " a$'": "is nested too deeply",
     "prompt = ' '": 'expected a text, as in prompt = "Find',
     "prompt = 'x'\nunit = 'm/s%'": "powers are written with ^",
     "prompt = 'x'\ntitle = 'Speed of $P$'": "a title is plain text without '$'",
