@@ -50,6 +50,7 @@ from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import TEXT_ANSWER
 from qdot.exercises.questions.custom.question import QuestionMaker
 from qdot.exercises.questions.custom.reader import read_definitions, read_question_file
+from qdot.exercises.questions.custom.texts import check_formulas
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import HARDEST_BAND
 from qdot.exercises.writing.custom_texts import check_given_values, fill_text
@@ -544,6 +545,7 @@ def check_definition_on_family(
         for key, text in texts.list_texts():
             try:
                 filled_text = fill_text(text, problem.parts[0], wording)
+                check_formulas(filled_text)
                 if key == "prompt":
                     check_given_values(filled_text, problem.parts[0], wording)
             except QdotError as error:

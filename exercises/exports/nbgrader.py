@@ -21,7 +21,7 @@ from qdot.exercises.exports.handouts import collect_handouts
 from qdot.exercises.exports.wheel import make_wheel
 from qdot.exercises.notebook.notebook import KERNEL, write_notebook, write_points
 from qdot.exercises.problem.problem import name_answer_variable
-from qdot.exercises.writing.render import render
+from qdot.exercises.writing.render import escape_heading, render
 
 Cell = dict[str, Any]
 SCHEMA_VERSION = 3
@@ -156,7 +156,9 @@ def _make_source_notebook(title: str, key: str, slots: tuple[Slot, ...]) -> dict
     for number, slot in enumerate(slots, 1):
         for index, (part, part_points) in enumerate(slot.points_by_question.items(), 1):
             name = f"{slot.name}.{part}"
-            heading = f"### {number}.{index} {slot.find_question(part).title} ({write_points(part_points)})"
+            heading = (
+                f"### {number}.{index} {escape_heading(slot.find_question(part).title)} ({write_points(part_points)})"
+            )
             answer = f"{name_answer_variable(slot.name, part)} = blank"
             cells.append(new_markdown_cell(heading, id=f"{make_grade_id(name)}-question"))
             cell = new_code_cell(answer, id=make_grade_id(name), metadata={"qdot": {"part": name}})

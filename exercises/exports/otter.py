@@ -21,7 +21,7 @@ from qdot.exercises.exports.nbgrader import PlatformPart, list_parts
 from qdot.exercises.exports.wheel import make_wheel
 from qdot.exercises.notebook.notebook import KERNEL, write_notebook, write_points
 from qdot.exercises.problem.problem import name_answer_variable
-from qdot.exercises.writing.render import escape_markdown, render
+from qdot.exercises.writing.render import escape_heading, escape_markdown, render
 
 ASSIGNMENT_FOLDER = "qdot"
 """The folder in the autograder that holds the assignment."""
@@ -57,7 +57,7 @@ def _make_source_notebook(assignment: Assignment, config: str) -> str:
         test = render("exports/otter/test.py.j2", part=part, function=grade_id.replace("-", "_")).strip()
         cells += [
             new_raw_cell(f"# BEGIN QUESTION\nname: {grade_id}\npoints: {points:g}", id=f"{grade_id}-begin"),
-            new_markdown_cell(f"### {title} ({write_points(points)})", id=f"{grade_id}-question"),
+            new_markdown_cell(f"### {escape_heading(title)} ({write_points(points)})", id=f"{grade_id}-question"),
             new_raw_cell("# BEGIN SOLUTION", id=f"{grade_id}-solution"),
             new_code_cell(f"{answer} # SOLUTION", id=f"{grade_id}-answer"),
             new_raw_cell("# END SOLUTION", id=f"{grade_id}-solved"),

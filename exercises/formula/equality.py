@@ -106,6 +106,10 @@ def choose_default_role(name: str) -> str:
     return "length" if name[0] in "adLl" and name[1:].isdigit() else "signed"
 
 
+MAX_DIGITS = 15
+"""The number of significant digits that a float always has."""
+
+
 @dataclass(frozen=True)
 class Rounding:
     """The error that an assignment allows for decimals: relative to the value's size, or absolute in SI units.
@@ -123,8 +127,12 @@ class Rounding:
         >>> Rounding(5e-4).count_digits(9.5), Rounding(absolute=0.01).count_digits(123.456)
         (4, 5)
         """
+        if value == 0:
+            return 1
         exponent = math.floor(math.log10(abs(value)))
         allowed_error = max(self.relative * 10.0**exponent, self.absolute)
+        if allowed_error == 0:
+            return MAX_DIGITS
         return exponent + 1 + math.ceil(-math.log10(2 * allowed_error) - 1e-9)
 
 

@@ -47,7 +47,7 @@ def _change_sets(change: Callable[[Chain, Components], Iterator[MistakenAnswer]]
 def _write_advice(chain: Chain) -> str:
     """Return a clause that says which factors of det J, or which minors, the student should check."""
     has_determinant = chain.n == len(chain.task)
-    return "check every factor of det J" if has_determinant else "check every way in which all minors can be zero"
+    return "set every factor of det J to zero" if has_determinant else "check every way in which all minors can be zero"
 
 
 def write_zero_question(chain: Chain) -> str:
@@ -106,7 +106,7 @@ def name_missed_component(chain: Chain, component: Component) -> tuple[str, dict
     """Return the name of the mistake in which a component is omitted, and the words for its message."""
     if _ties_several_joints(chain, component):
         return "shoulder-missed", {"every": _write_advice(chain), "instead": ""}
-    return "component-missed", {"kind": "values of a joint variable", "every": _write_advice(chain)}
+    return "component-missed", {"kind": "a condition on a joint variable", "every": _write_advice(chain)}
 
 
 def _miss_component(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
@@ -114,10 +114,10 @@ def _miss_component(chain: Chain, components: Components) -> Iterator[MistakenAn
     advice, count = _write_advice(chain), len(components)
     for k, component in enumerate(components if count > 1 else ()):
         is_tied = _ties_several_joints(chain, component)
-        kind = "a condition that involves several joints" if is_tied else "values of a joint variable"
+        kind = "a condition that involves several joints" if is_tied else "a condition on a joint variable"
         yield _make_answer((*components[:k], *components[k + 1 :]), kind=kind, every=advice)
     for component in components if count > 2 else ():
-        yield _make_answer((component,), kind="more than one kind of condition", every=advice)
+        yield _make_answer((component,), kind="more than one condition", every=advice)
 
 
 def _ties_several_joints(chain: Chain, component: Component) -> bool:
@@ -226,7 +226,7 @@ def _scale_angles(*factors: sp.Expr) -> AnswerGenerator:
 
 
 def _add_joint(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-    """Yield answers in which a joint is falsely called singular, a mistake that the book itself makes."""
+    """Yield answers in which a joint is falsely called singular."""
     for q, singular_component in _list_false_components(chain, components):
         words = {"joint": q, "values": _write_values(singular_component), "zero": write_zero_question(chain)}
         yield _make_answer((*components, singular_component), **words)

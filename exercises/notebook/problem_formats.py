@@ -126,7 +126,7 @@ def _write_latex(title: str, problems: Problems, with_solutions: bool, with_hint
         parts = _describe_parts(problem, with_solutions, with_hints, lambda text: to_latex(text).rstrip(), HINT_LEAD)
         return {"statement": statement, "figure": figure, "parts": parts}
 
-    return render("notebook/problem.tex.j2", **_describe_problems(escape_latex(title), problems, describe))
+    return render("notebook/problem.tex.j2", **_describe_problems(title, problems, describe))
 
 
 def _write_html(title: str, problems: Problems, with_solutions: bool, with_hints: bool) -> str:

@@ -272,7 +272,7 @@ class Part:
 
     def count_digits(self, value: float, at_least: int = 3) -> int:
         """Return with how many significant digits to show a number of the answer, so that it would be accepted."""
-        return at_least if self.rounding is None or value == 0 else max(at_least, self.rounding.count_digits(value))
+        return at_least if self.rounding is None else max(at_least, self.rounding.count_digits(value))
 
     @property
     def type(self) -> str:

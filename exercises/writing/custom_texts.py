@@ -134,7 +134,7 @@ def _write_values(details: CustomDetails, wording: "Wording") -> Mapping[sp.Symb
     """Return each given symbol with its value and unit, as LaTeX."""
     chain, texts = wording.chain, {}
     units = {value.name: SAMPLED_KINDS.get(value.kind, "") for value in details.definition.given}
-    units |= dict(details.definition.units)
+    units |= {name: info.unit for name, info in (details.symbols or {}).items()}
     for symbol, value in details.all_values.items():
         if symbol in chain.q:
             text = tex_value(value, symbol)

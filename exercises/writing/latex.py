@@ -29,15 +29,15 @@ _TALL = frozenset(("frac", "root"))
 """Kinds of pieces around which brackets grow; a small fraction fits into brackets of normal height."""
 _MAX_DENOMINATOR = 10**6
 """Maximum denominator of a fraction before a root; numbers with a larger denominator are shown as decimals."""
-_SYMBOL_PATTERN = re.compile(r"(theta|alpha|beta|qd|[a-zA-Z])(\d*)")
+_SYMBOL_PATTERN = re.compile(r"(theta|alpha|beta|qdd?|[a-zA-Z])(\d*)")
 
 
 @cache
 def write_symbol(name: str, prismatic: tuple[str, ...] = ()) -> str:
     r"""Return a symbol's LaTeX. `prismatic` has the numbers of the prismatic joints, whose rates are written \dot d.
 
-    >>> write_symbol("theta12"), write_symbol("qd2", ("2",)), write_symbol("wx"), write_symbol("fx")
-    ('\\theta_{12}', '\\dot{d}_{2}', '\\omega_{x}', 'f_{x}')
+    >>> write_symbol("theta12"), write_symbol("qd2", ("2",)), write_symbol("qdd1"), write_symbol("wx")
+    ('\\theta_{12}', '\\dot{d}_{2}', '\\ddot{\\theta}_{1}', '\\omega_{x}')
     """
     if COMPONENT_PATTERN.fullmatch(name):
         return (r"\omega" if name[0] == "w" else name[0]) + f"_{{{name[1]}}}"
@@ -45,8 +45,8 @@ def write_symbol(name: str, prismatic: tuple[str, ...] = ()) -> str:
     if match is None:
         return str(sp.latex(sp.Symbol(name)))
     letter, index = match.groups()
-    if letter == "qd":
-        letter = r"\dot{d}" if index in prismatic else r"\dot{\theta}"
+    if letter in ("qd", "qdd"):
+        letter = ("\\dot" if letter == "qd" else "\\ddot") + ("{d}" if index in prismatic else r"{\theta}")
     elif letter in ("theta", "alpha", "beta"):
         letter = "\\" + letter
     return f"{letter}_{{{index}}}" if index else letter

@@ -15,6 +15,7 @@ from jinja2.ext import Extension
 from qdot.exercises.writing import custom_texts
 from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_lines, tex_value, tex_zero
+from qdot.exercises.writing.markup import escape_latex
 from qdot.exercises.writing.units import tex_unit, write_unit
 
 _PACKAGE_FOLDER = Path(__file__).resolve().parents[1]
@@ -94,7 +95,7 @@ def make_environment(language: str = ENGLISH) -> jinja2.Environment:
     templates.filters |= {
         "tex": tex, "tex_lines": tex_lines, "tex_length": tex_length, "tex_angle": tex_angle, "tex_value": tex_value,
         "tex_zero": tex_zero, "unit": write_unit, "tex_unit": tex_unit, "phrase": messages.translate_phrase,
-        "plain": escape_markdown,
+        "plain": escape_markdown, "heading": escape_heading, "latex": escape_latex,
         "mistake": lambda blame: messages.translate_title_in_sentence(blame.mistake, blame.title),
         "json": lambda value: json.dumps(value, ensure_ascii=False), "custom_text": custom_texts.write_custom_text,
         "custom_hints": custom_texts.write_custom_hints, "custom_options": custom_texts.write_custom_options,
@@ -111,6 +112,15 @@ def escape_markdown(text: str) -> str:
     Arms & \<signs>
     """
     return _MARKDOWN_SYNTAX.sub(r"\\\g<0>", text)
+
+
+def escape_heading(title: str) -> str:
+    r"""Escape a title for a heading in Markdown; a star after a word begins no emphasis, so it stays.
+
+    >>> print(escape_heading("Vectors p*"), escape_heading("Speed of *P* & <b>"))
+    Vectors p* Speed of \*P* & \<b>
+    """
+    return re.sub(r"(?<=\w)\\\*(?!\S)", "*", escape_markdown(title))
 
 
 def render(template: str, **context: Any) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.figure.lettering import write_symbol
 from qdot.exercises.formula.conditions import ConfigurationSpace, compare_sets
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.set_parser import parse_typed_set
@@ -157,11 +158,17 @@ def _remark_on_joints(pair: _AnswerAndReference, values: SymbolValues) -> Iterat
         values_after = pair.evaluate({**values, q.name: values[q.name] + JOINT_CHANGE})
         answer_changes, expected_changes = map(_has_changed, values_after, values_before)
         if expected_changes and not answer_changes:
-            yield f"Your answer does not depend on {q}. What changes if only joint {i} moves?"
+            yield f"Your answer does not depend on {_write_name(q.name)}. What changes if only joint {i} moves?"
             return
         if answer_changes and not expected_changes:
-            yield f"Your answer depends on {q}. If only joint {i} moves, the requested result does not change."
+            name = _write_name(q.name)
+            yield f"Your answer depends on {name}. If only joint {i} moves, the requested result does not change."
             return
+
+
+def _write_name(symbol: str) -> str:
+    """Return the name of a joint variable as in the drawings, such as θ1."""
+    return "".join(text for text, _, _ in write_symbol(symbol))
 
 
 def _has_changed(values_after: np.ndarray, values_before: np.ndarray) -> bool:
@@ -184,7 +191,9 @@ def _remark_on_configuration(pair: _AnswerAndReference, values: SymbolValues) ->
             1 + np.abs(expected_values)[:, 0]
         )
         if not is_correct.all() and np.isfinite(expected_values).all():
-            angles_text = ", ".join(f"{q} = {round(np.degrees(angle))}°" for q, angle in joint_angles.items())
+            angles_text = ", ".join(
+                f"{_write_name(q.name)} = {round(np.degrees(angle))}°" for q, angle in joint_angles.items()
+            )
             location = f" at {angles_text}" if angles_text else ""
             entry = _name_entry(pair.part, int(is_correct.argmin()))
             yield f"Draw the arm{location} and calculate {entry} there by hand. Your answer gives another value."
@@ -209,7 +218,7 @@ def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     expected_joints = {symbol.name for expression in expressions for symbol in expression.free_symbols}
     named_joints = find_names(parsed_answer.tree)
     for name in [q.name for q in problem.chain.q if (q.name in expected_joints) != (q.name in named_joints)]:
-        fact = f"Your answer {'does not contain' if name in expected_joints else 'contains'} {name}."
+        fact = f"Your answer {'does not contain' if name in expected_joints else 'contains'} {_write_name(name)}."
         zeros = "zeros of the determinant (or of all minors)" if answer.is_singular_set else "configurations asked for"
         return f"{fact} Do the {zeros} depend on it?"
     are_simultaneous = any(len(component.conditions) > 1 for component in components)

@@ -181,6 +181,8 @@ def _explain_values(answer: WrongAnswer, earlier_mistakes: Sequence[EarlierMista
     numeric = answer.numeric
     if numeric.is_direction and _arm_can_move(answer.correct_values, numeric.values):
         return Diagnosis(("direction-that-moves",), CATALOGUE["direction-that-moves"].format_message({}))
+    if division := _explain_missing_division(answer):
+        return division
     fitting_predictions = []
     has_opposite_sign = not numeric.is_direction and numeric.equals(-answer.correct_values)
     for prediction in predict_wrong_answers(answer.correct_stages, answer.part, numeric.is_precise):
@@ -199,6 +201,18 @@ def _explain_values(answer: WrongAnswer, earlier_mistakes: Sequence[EarlierMista
     return (
         explain_missing_links(answer) or _explain_formulas(answer) or _explain_formulas(answer, allows_any_number=True)
     )
+
+
+def _explain_missing_division(answer: WrongAnswer) -> Diagnosis | None:
+    """Return the diagnosis that an answer was not divided by -det J, the denominator if J has a negative determinant.
+
+    The catalogue has the division by det J itself.
+    """
+    for prediction in apply_mistake(CATALOGUE["determinant-forgotten"], answer.correct_stages, answer.part):
+        changes_answer = not np.allclose(prediction.answer, answer.correct_values)
+        if changes_answer and is_distinctive(prediction.answer) and answer.numeric.equals(-prediction.answer):
+            return name_alternatives([(prediction.mistake, prediction.variant.words, prediction.sentence)])
+    return None
 
 
 def _has_values(prediction: PredictedAnswer, numeric_answer: NumericAnswer) -> bool:

@@ -18,7 +18,14 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace, SetComparison, compare_sets
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.set_parser import Piece, parse_typed_set
-from qdot.exercises.formula.trees import Node, ParseError, count_decimal_digits, find_names, format_tree
+from qdot.exercises.formula.trees import (
+    Node,
+    ParseError,
+    count_decimal_digits,
+    find_names,
+    format_tree,
+    iterate_nodes,
+)
 from qdot.exercises.mistakes.base import Mistake, MistakenAnswer
 from qdot.exercises.mistakes.catalogue import CATALOGUE, generate_mistaken_answers
 from qdot.exercises.mistakes.configurations import sample_values
@@ -35,6 +42,8 @@ SAMPLE_COUNT = 3
 """Number of random values of each symbol from which fingerprints are computed."""
 MAX_MISTAKES_NAMED = 3
 """Maximum number of mistakes that are named for one set."""
+MIN_DEGREES = 15.0
+"""A plain number of at least this size is an angle in degrees: in radians, it would be more than two turns."""
 FINGERPRINT_DIGITS = 6
 """Number of decimals of the values in a fingerprint."""
 
@@ -142,20 +151,62 @@ def _is_judged_correct(
 
 
 def _explain_pieces(problem: Problem, part: Part, claimed_pieces: Sequence[Piece], seed: str) -> Diagnosis | None:
-    """Return the diagnosis that lists wrong values, and conditions that are partly or completely missing."""
-    explanation = _SetExplanation(problem, part, claimed_pieces, seed)
+    """Return the diagnosis that lists wrong values, and conditions that are partly or completely missing.
+
+    Angles in degrees are named and converted first, and alternatives that were joined with "and" are separated.
+    """
+    pieces_in_radians = _convert_degrees(problem, claimed_pieces)
+    mistakes: list[tuple[str, Mapping[str, object]]] = []
+    if pieces_in_radians != list(claimed_pieces):
+        mistakes.append(("angles-in-degrees", {}))
+    explanation = _SetExplanation(problem, part, pieces_in_radians, seed)
+    if explanation.joins_alternatives:
+        separated = _SetExplanation(problem, part, [(atom,) for atom in chain.from_iterable(pieces_in_radians)], seed)
+        if not separated.wrong_pieces:
+            mistakes.append(("and-for-or", {}))
+            explanation = separated
     comparison, wrong_pieces = explanation.comparison, explanation.wrong_pieces
     if comparison.is_only_rounded or any(len(piece) > 1 or piece[0].joint is None for piece in wrong_pieces):
         return None
-    mistakes = [*explanation.explain_wrong_values(), *explanation.explain_missing_conditions()]
+    mistakes += [*explanation.explain_wrong_values(), *explanation.explain_missing_conditions()]
     if not explanation.is_singular_set and any(mentions_determinant(words) for _, words in mistakes):
         return None
     if not 0 < len(mistakes) <= MAX_MISTAKES_NAMED:
         return None
-    sentences = dict.fromkeys(CATALOGUE[name].format_message(words) for name, words in mistakes)
+    sentences = list(dict.fromkeys(CATALOGUE[name].format_message(words) for name, words in mistakes))
+    if not claimed_pieces:
+        sentences = [f"Your answer contains no condition: {mistakes[0][1]['every']}. See (6.8)."]
     names = tuple(dict.fromkeys(name for name, _ in mistakes))
     signature = tuple(dict.fromkeys(locate_mistake(*mistake) for mistake in mistakes))
-    return Diagnosis(names, " ".join(sentences), signature=signature)
+    return Diagnosis(names, _join_messages(sentences), signature=signature)
+
+
+def _join_messages(messages: Sequence[str]) -> str:
+    """Return several messages as one text, which gives a common reference only once, at the end.
+
+    >>> _join_messages(["Check the sign. See (6.8).", "Use radians. See (6.8)."])
+    'Check the sign. Use radians. See (6.8).'
+    """
+    _, separator, reference = messages[-1].rpartition(" See ")
+    return " ".join([*(message.removesuffix(separator + reference) for message in messages[:-1]), messages[-1]])
+
+
+def _convert_degrees(problem: Problem, pieces: Sequence[Piece]) -> list[Piece]:
+    """Return pieces in radians: if a plain number is too large for an angle in radians, all of them are in degrees."""
+    revolute_joints = {problem.chain.q[i].name for i in problem.chain.revolute_joints}
+    angles = [
+        atom
+        for atom in chain.from_iterable(pieces)
+        if atom.joint in revolute_joints and all(node.kind != "name" for node in iterate_nodes(atom.expression))
+    ]
+    with np.errstate(all="ignore"):
+        values = (
+            evaluate(compile_program([atom.expression for atom in angles]), {}, 1).values if angles else np.zeros(1)
+        )
+    if not (np.abs(values) >= MIN_DEGREES).any():
+        return list(pieces)
+    convert = {atom: replace(atom, expression=atom.expression * Node("name", value="pi") / 180) for atom in angles}
+    return [tuple(convert.get(atom, atom) for atom in piece) for piece in pieces]
 
 
 class _SetExplanation:
@@ -177,6 +228,11 @@ class _SetExplanation:
         self.comparison = self._compare(claimed_pieces, list(chain.from_iterable(self.conditions)))
         pairs = zip(claimed_pieces, self.comparison.is_sound, strict=True)
         self.wrong_pieces = [piece for piece, is_sound in pairs if is_sound is False]
+
+    @property
+    def joins_alternatives(self) -> bool:
+        """Whether some of the claimed conditions have to hold simultaneously, but none of the expected ones do."""
+        return max(map(len, self.claimed_pieces), default=0) > 1 == max(len(c.conditions) for c in self.components)
 
     def _compare(self, pieces: Sequence[Piece], other_pieces: Sequence[Piece]) -> SetComparison:
         return compare_sets(pieces, other_pieces, self.space, self.seed)

@@ -125,6 +125,8 @@ def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: SymbolVal
     entries = [placeholder if blank else entry for entry, blank in pairs]
     count = len(next(iter(values.values())))
     entry_values, term_size = evaluate(compile_program(entries), values, count)
+    if part.answer.is_numeric:  # typed as a calculation, a number must not match mistakes that give other numbers
+        term_size = np.abs(entry_values)
     entry_values[is_blank] = np.nan
     shape = (len(parsed_answer.rows), len(parsed_answer.rows[0]), count)
     tolerances = _choose_tolerances(part, entries)

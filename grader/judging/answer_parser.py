@@ -276,7 +276,7 @@ def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[
         advice = f"write the joint values at which it is zero, such as {example}, or an equation, {formula} = 0"
         raise _Refusal(f"{formula} is not a condition; {advice}")
     if unknown := find_names(tree) - set(domain.roles) - set(joints) - set(WHOLE_NUMBER_NAMES):
-        advice = f"write conditions on {', '.join(joints)}, such as {example}; whole numbers are k, n and m"
+        advice = f"write conditions on {', '.join(joints)}, such as {example}; k stands for any whole number"
         raise _Refusal(f"{name_unknown_symbols(unknown)}; {advice}")
     if joint := _find_ambiguous_joint(tree, joints):
         reason = f"a product with {joint} between two equals signs is ambiguous"

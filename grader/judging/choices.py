@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
 
+from qdot.exercises.common.errors import count_noun
 from qdot.exercises.formula.equality import Certificate
 from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE
 from qdot.grader.judging.answer_parser import BLANK_JUDGEMENT, ParsedAnswer, refuse
@@ -146,10 +147,10 @@ def judge_selection(parsed: ParsedAnswer, option_count: int, correct_indices: Se
         return correct_judgement(_CERTIFICATE)
     wrong_option_count = max(option_count - len(correct_indices), 1)
     share = Fraction(right_count, len(correct_indices)) - Fraction(wrong_count, wrong_option_count)
-    right_verb, wrong_verb = ("is" if count == 1 else "are" for count in (right_count, wrong_count))
-    reason = f"{right_count} of your letters {right_verb} right and {wrong_count} {wrong_verb} wrong"
-    reason += f"; {missing_count} more belong to the answer" if missing_count else ""
-    return partial_judgement(float(max(share, Fraction(0))), reason, _CERTIFICATE)
+    counts = {"right": right_count, "wrong": wrong_count, "missing": missing_count}
+    verbs = {word: "is" if count == 1 else "are" for word, count in counts.items()}
+    clauses = [f"{count_noun(count, 'letter')} {verbs[word]} {word}" for word, count in counts.items() if count]
+    return partial_judgement(float(max(share, Fraction(0))), ", ".join(clauses), _CERTIFICATE)
 
 
 def judge_matching(parsed: ParsedAnswer, items: Sequence[str], correct_indices: Sequence[int]) -> Judgement:

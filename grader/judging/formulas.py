@@ -14,6 +14,7 @@ import numpy as np
 from qdot.exercises.formula.algebra import Matrix
 from qdot.exercises.formula.conditions import ROUNDED_JOINT_VALUE, ConfigurationSpace, SetComparison, compare_sets
 from qdot.exercises.formula.equality import (
+    MAX_DIGITS,
     Certificate,
     Comparison,
     Domain,
@@ -54,6 +55,8 @@ from qdot.grader.judging.verdict import (
     wrong_judgement,
 )
 
+SHOWN_DIGITS = 4
+"""The number of significant digits of an expected number, if the required precision needs no more."""
 IMAGINARY_TOLERANCE = 1e-12
 """An imaginary part below this fraction of the absolute value is taken for a rounding error."""
 
@@ -177,11 +180,14 @@ def judge_numbers(
         wrong_index = is_correct.index(False)
         is_zero = [abs(value) <= floor for value in reference]
         answer_value = "blank" if is_blank[wrong_index] else to_json_number(complex(values[wrong_index]))
-        example = EntryDifference(wrong_index, {}, answer_value, float(f"{reference[wrong_index]:.4g}"))
+        digits = max(SHOWN_DIGITS, Rounding(tolerance, floor).count_digits(reference[wrong_index]))
+        example = EntryDifference(wrong_index, {}, answer_value, float(f"{reference[wrong_index]:.{digits}g}"))
         difference = " was left blank" if is_blank[wrong_index] else _describe_both_values(example, units[wrong_index])
         blank_words = "" if is_blank[wrong_index] else _describe_blanks(is_blank, "number", "numbers")
-        count_words = _describe_correct_count(is_correct, is_blank, is_zero, "numbers")
-        reason = "; ".join(filter(None, [count_words, blank_words, f"number {wrong_index + 1}{difference}"]))
+        is_single = len(reference) == 1
+        count_words = "" if is_single else _describe_correct_count(is_correct, is_blank, is_zero, "numbers")
+        subject = "your number" if is_single else f"number {wrong_index + 1}"
+        reason = "; ".join(filter(None, [count_words, blank_words, f"{subject}{difference}"]))
         share = compute_share_of_entries(is_correct, is_zero, is_blank)
         judgement = partial_judgement(float(share), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judgement, entries=tuple((is_right,) for is_right in is_correct))
@@ -278,7 +284,7 @@ def _judge_numeric_direction(parsed: ParsedAnswer, reference: Sequence[Node], to
     if float(np.linalg.norm(differences)) <= tolerance:
         return correct_judgement(Certificate("numeric", 1, 0.0))
     entry = int(differences.argmax())
-    values_of_both = float(f"{unit_vector[entry]:.6g}"), float(f"{expected_unit_vector[entry]:.4g}")
+    values_of_both = float(f"{unit_vector[entry]:.6g}"), float(f"{expected_unit_vector[entry]:.{SHOWN_DIGITS}g}")
     example = EntryDifference(entry, {}, *values_of_both)
     difference = f"scaled to length 1, entry {entry + 1}{_describe_both_values(example)}"
     reason = f"your vector does not have the right direction: {difference}"
@@ -462,7 +468,7 @@ def _describe_point(point: Mapping[str, float]) -> str:
 
 def _describe_both_values(example: EntryDifference, unit: str = "") -> str:
     """Return a clause with the student's value and the expected one, as in " is 0.41, and 0.77 rad/s is right"."""
-    expected_words = f"{example.expected:.4g} {unit}".rstrip() if isinstance(example.expected, float) else ""
+    expected_words = f"{example.expected:.{MAX_DIGITS}g} {unit}".rstrip() if isinstance(example.expected, float) else ""
     return f" is {format_value(example.yours)}, and {expected_words} is right"
 
 

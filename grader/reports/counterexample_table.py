@@ -100,7 +100,8 @@ def _make_result_rows(part: Part, example: EntryDifference) -> tuple[ExampleRow,
     unit = units[example.entry] if units else ""
     if example.expected is None:
         return (ExampleRow("Your answer", (_format_value(example.yours, DIGITS, unit),)),)
-    answer_text, correct_text = _format_distinctly(example.yours, example.expected, unit)
+    digits = part.count_digits(example.expected, DIGITS) if isinstance(example.expected, float) else DIGITS
+    answer_text, correct_text = _format_distinctly(example.yours, example.expected, unit, digits)
     heading = "Correct"
     if part.answer.is_direction and example.pivot is not None:
         heading = f"Correct for your entry {example.pivot + 1}"
@@ -130,9 +131,11 @@ def _format_quantity(value: float | None, unit: str) -> str:
     return f"{format_decimal(value)} {format_unit(unit)}".rstrip() + degrees
 
 
-def _format_distinctly(student_value: float | str, correct_value: float | str, unit: str) -> tuple[str, str]:
+def _format_distinctly(
+    student_value: float | str, correct_value: float | str, unit: str, min_digits: int
+) -> tuple[str, str]:  # fmt: skip
     """Return two values as texts, with enough digits to distinguish them."""
-    for digits in range(DIGITS, MAX_DIGITS + 1):
+    for digits in range(min_digits, MAX_DIGITS + 1):
         answer_text, correct_text = (_format_value(value, digits, unit) for value in (student_value, correct_value))
         if answer_text != correct_text:
             break

@@ -36,7 +36,7 @@ _NUMBER_PATTERNS = (
     ),
     (rf" at {_NAMED_VALUE}(?:, {_NAMED_VALUE})*", ""),
     (rf": yours {_VALUE}, which is not right", ""),
-    (rf"(\b(?:number|entry) \d+) is {_VALUE}, which is not right", r"\1 is not right"),
+    (rf"(\b(?:number \d+|entry \d+|your number)) is {_VALUE}, which is not right", r"\1 is not right"),
 )
 """Patterns of the numbers of a counterexample, with their replacements."""
 

@@ -176,7 +176,7 @@ def _see(counts: Counts, what: str, asked: Sequence[QuizItem], made: Json, tries
             if one.advice:
                 counts.add("mistake named", plain(one.advice) in plain(result["shown"]), f"{what}: {name}: {one}")
     if what == "bank":
-        why = "the bank gives a question with several boxes one point per box; the quiz sets the right points"
+        why = "the bank gives every box one point; the quiz sets the right points."
         counts.excuse("points of the bank", boxes, why)
 
 

@@ -66,12 +66,16 @@ def check_text(text: str, source: str = "") -> None:
     \theta.
     """
     _check_escapes(text, source)
-    filled_text = "".join("x" if piece.is_placeholder else piece.text for piece in split_text(text))
-    for match in MARKDOWN_FORMULA.finditer(filled_text):
+    check_formulas("".join("x" if piece.is_placeholder else piece.text for piece in split_text(text)))
+
+
+def check_formulas(markdown: str) -> None:
+    """Raise QdotError if a dollar sign has no partner, or if a formula has LaTeX that qdot does not support."""
+    for match in MARKDOWN_FORMULA.finditer(markdown):
         latex = match[1] or match[2]
         if latex is not None:
             check_latex(latex)
-    if re.search(r"(?<!\\)\$", MARKDOWN_FORMULA.sub("", filled_text)):
+    if re.search(r"(?<!\\)\$", MARKDOWN_FORMULA.sub("", markdown)):
         raise QdotError(r"a dollar sign has no partner; formulas are between two dollar signs, and \$ is a dollar")
 
 

@@ -1,7 +1,7 @@
 // The arm in sentences: pose, position of P, determinant, and how near to a singularity the arm is.
 
 import { say } from "../text/text.js";
-import { isKindDecidable, type Kind, kindAt } from "./classify.js";
+import { canDecideKind, type SingularityKind, kindAt } from "./classify.js";
 import { plainLetters } from "./letters.js";
 import { lostDirection } from "./lost-direction.js";
 import { type Arm, isMixed, type Measures, measuresOf, type State } from "./model.js";
@@ -10,13 +10,13 @@ import { angleIn, decimals, digits } from "./number-format.js";
 export type Nearness = "regular" | "near" | "singular";
 
 /** Return how near a singularity is: "singular" if the least singular value is negligible beside the largest. */
-export function nearness(arm: Arm, { ratio }: Measures): Nearness {
+export function classifyNearness(arm: Arm, { ratio }: Measures): Nearness {
   return ratio < 0.004 ? "singular" : ratio < (isMixed(arm) ? 0.02 : 0.08) ? "near" : "regular";
 }
 
 /** Return the kind of a nearly singular pose; null if it is regular or the kind can't be decided. */
-export function kindOfSingularity(arm: Arm, state: State): Exclude<Kind, "regular"> | null {
-  if (nearness(arm, measuresOf(state)) !== "singular" || !isKindDecidable(arm)) return null;
+export function kindOfSingularity(arm: Arm, state: State): Exclude<SingularityKind, "regular"> | null {
+  if (classifyNearness(arm, measuresOf(state)) !== "singular" || !canDecideKind(arm)) return null;
   const kind = kindAt(arm, state.pose, 0.005);
   return kind === "regular" ? null : kind;
 }
@@ -45,22 +45,22 @@ function describeSingularity(arm: Arm, state: State): string {
   const percent = decimals(100 * ratio, 1);
   const size =
     det === null ? say("arm.words.volume", { value: digits(volume) }) : say("arm.words.det", { value: digits(det) });
-  const near = nearness(arm, measures);
-  const sentences = [size, say("arm.words.sigma", { least: digits(least), percent }), say(`arm.words.${near}`)];
-  if (near === "singular") {
+  const nearness = classifyNearness(arm, measures);
+  const sentences = [size, say("arm.words.sigma", { least: digits(least), percent }), say(`arm.words.${nearness}`)];
+  if (nearness === "singular") {
     const kind = kindOfSingularity(arm, state);
     if (kind) sentences.push(say(`arm.words.${kind}`));
   }
-  const lost = near === "regular" ? null : lostDirection(arm, state);
+  const lost = nearness === "regular" ? null : lostDirection(arm, state);
   if (lost) {
     const [x, y, z] = lost.map((value) => decimals(value, 2)) as [number, number, number];
-    sentences.push(say(near === "near" ? "arm.words.slow" : "arm.words.lost", { x, y, z }));
+    sentences.push(say(nearness === "near" ? "arm.words.slow" : "arm.words.lost", { x, y, z }));
   }
   return sentences.join(" ");
 }
 
 /** Return the text key of what measures J: its determinant, or what replaces it if J is not square. */
-export function sizeName(arm: Arm): "arm.figures.det" | "arm.figures.volume" | "arm.figures.tall" {
+export function sizeKey(arm: Arm): "arm.figures.det" | "arm.figures.volume" | "arm.figures.tall" {
   const [rows, columns] = [arm.task.length, arm.joints.length];
   return rows === columns ? "arm.figures.det" : rows < columns ? "arm.figures.volume" : "arm.figures.tall";
 }

@@ -7,7 +7,7 @@ import { inDigits, numberSeparator, say } from "../text/text.js";
 import { Determinant } from "./jacobian.js";
 import { decimals } from "./number-format.js";
 import type { Stage } from "./stage.js";
-import { kindOfSingularity, nearness } from "./descriptions.js";
+import { kindOfSingularity, classifyNearness } from "./descriptions.js";
 
 interface FiguresProps extends Pick<Stage, "arm" | "state" | "measures" | "settled" | "sizes" | "isConcealed"> {
   /** Whether the pane beside already says that J is concealed. */
@@ -17,7 +17,7 @@ interface FiguresProps extends Pick<Stage, "arm" | "state" | "measures" | "settl
 export const Figures = withPace(
   (props: FiguresProps): JSX.Element => {
     const { arm, state, measures, settled, sizes, isConcealed, isExplainedBeside } = props;
-    const near = nearness(arm, measures);
+    const near = classifyNearness(arm, measures);
     const kind = near === "singular" && settled === state ? kindOfSingularity(arm, state) : null;
     const point = (
       <>

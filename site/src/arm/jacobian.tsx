@@ -8,7 +8,7 @@ import { jointClass, Letters } from "./letters.js";
 import { type Arm, ROWS, type State } from "./model.js";
 import { decimals, digits } from "./number-format.js";
 import type { Stage } from "./stage.js";
-import { nearness, sizeName } from "./descriptions.js";
+import { classifyNearness, sizeKey } from "./descriptions.js";
 
 interface TableProps {
   readonly arm: Arm;
@@ -93,29 +93,29 @@ const toThreeDecimals = (value: number): string =>
   decimals(value, 3).toFixed(3).replace("-", "−").replace(".", decimalSign());
 
 /** Below this share of its maximum, a factor is marked as vanishing. */
-const LOW = 0.06;
+const VANISHING_SHARE = 0.06;
 
 /** det J, or the product of singular values, and the factors of det J if they may be shown. */
 export function Determinant(props: Pick<Stage, "arm" | "state" | "measures" | "sizes">): JSX.Element {
   const { arm, state, measures, sizes } = props;
-  const near = nearness(arm, measures);
-  const { max, factors } = sizes();
+  const near = classifyNearness(arm, measures);
+  const { maxDeterminant, factors } = sizes();
   const size = measures.det ?? measures.volume;
   return (
     <dl class="arm-factors">
       <div>
-        <dt>{say(sizeName(arm))}</dt>
+        <dt>{say(sizeKey(arm))}</dt>
         <dd>{inDigits(digits(size))}</dd>
-        <Bar share={Math.abs(size) / max} low={near !== "regular"} />
+        <Bar share={Math.abs(size) / maxDeterminant} isLow={near !== "regular"} />
       </div>
-      {factors.map(({ html, at, max }) => {
-        const value = at(state.pose);
-        const share = Math.min(1, Math.abs(value) / max);
+      {factors.map(({ html, valueAt, maxSize }) => {
+        const value = valueAt(state.pose);
+        const share = Math.min(1, Math.abs(value) / maxSize);
         return (
-          <div key={html} class={share < LOW ? "arm-vanishing" : ""}>
+          <div key={html} class={share < VANISHING_SHARE ? "arm-vanishing" : ""}>
             <dt dangerouslySetInnerHTML={{ __html: html }} />
             <dd>{inDigits(decimals(value, 3))}</dd>
-            <Bar share={share} low={share < LOW} />
+            <Bar share={share} isLow={share < VANISHING_SHARE} />
           </div>
         );
       })}
@@ -123,13 +123,13 @@ export function Determinant(props: Pick<Stage, "arm" | "state" | "measures" | "s
   );
 }
 
-function Bar({ share, low }: { share: number; low: boolean }): JSX.Element {
+function Bar({ share, isLow }: { share: number; isLow: boolean }): JSX.Element {
   return (
     <dd class="arm-bar" aria-hidden="true">
       <svg viewBox="0 0 100 6" preserveAspectRatio="none">
         <rect class="arm-meter-all" width={100} height={6} />
         <rect
-          class={`arm-meter-now${low ? " arm-low" : ""}`}
+          class={`arm-meter-now${isLow ? " arm-low" : ""}`}
           width={Math.max(0.8, 100 * Math.min(1, share))}
           height={6}
         />

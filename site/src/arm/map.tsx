@@ -16,7 +16,7 @@ import { degrees, decimals, digits, InRadians } from "./number-format.js";
 import type { Stage } from "./stage.js";
 import { mostTellingPair, type Pair, poseAtSpot, type Shown } from "./terrain.js";
 import { shade } from "./shade.js";
-import { sizeName } from "./descriptions.js";
+import { sizeKey } from "./descriptions.js";
 import { useMap } from "./use-map.js";
 import type { Spot, Stretch } from "./zeros.js";
 import { ARROWS, pointsText } from "./view.js";
@@ -111,7 +111,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   );
   const legend = useMemo(() => (terrain ? <Legend kinds={kinds} lost={terrain.max === 0} /> : null), [terrain, kinds]);
   const [x, y] = pixelOf(here);
-  const name = shown === "least" ? say("arm.map.least") : say(sizeName(arm));
+  const name = shown === "least" ? say("arm.map.least") : say(sizeKey(arm));
   const joints = pair.map((joint) => plainLetters(arm.joints[joint]!.name));
   return (
     <section class="arm-map" aria-label={say("arm.map.title")}>
@@ -121,7 +121,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
         <label>
           <span class="arm-unseen">{say("arm.map.shown")}</span>
           <select value={shown} onChange={(event) => setShown(event.currentTarget.value as Shown)}>
-            <option value="det">{say(sizeName(arm))}</option>
+            <option value="det">{say(sizeKey(arm))}</option>
             <option value="least">{say("arm.map.least")}</option>
           </select>
         </label>

@@ -212,7 +212,7 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
     const gap = flat ? FACE : thicknessOf(arm) * view.scale;
     labels.push({
       ...label,
-      ...(arc ? { at: arc.middle, direction: arc.outward } : { at: pixel(view, place), direction, gap }),
+      ...(arc ? { at: arc.labelPlace, direction: arc.labelDirection } : { at: pixel(view, place), direction, gap }),
     });
   });
   for (const { from, vector, ...named } of arrows.vectors) {

@@ -25,7 +25,7 @@ import { digits, InRadians } from "./number-format.js";
 import { type Pane, type Stage, type StageWish, useStage } from "./stage.js";
 import type { View } from "./view.js";
 import { Route, Welding } from "./weld.js";
-import { describeArm, nearness, describePose, sizeName } from "./descriptions.js";
+import { describeArm, classifyNearness, describePose, sizeKey } from "./descriptions.js";
 
 export interface ArmProps extends StageWish {
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
@@ -115,7 +115,7 @@ function Panel(props: ArmProps): JSX.Element {
           <div class="arm-scene">
             <Drawing
               {...stage}
-              room={room}
+              knownSize={room}
               isEnlarged
               readout={isWide || isConcealed ? null : <Readout {...stage} />}
               label={say("arm.drawing.label", { robot: robot.title })}
@@ -123,8 +123,8 @@ function Panel(props: ArmProps): JSX.Element {
               target={
                 welding
                   ? {
-                      from: pointOn(welding.journey.path, 0),
-                      at: welding.weld.target,
+                      start: pointOn(welding.journey.path, 0),
+                      end: welding.weld.target,
                       move: (target) => welding.change({ ...welding.weld, target }),
                     }
                   : undefined
@@ -184,7 +184,7 @@ function Panel(props: ArmProps): JSX.Element {
           {words}
         </p>
       </section>
-      <TermLinks stage={stage} radians={radians} rates={props.rates} />
+      <TermLinks stage={stage} inRadians={radians} rates={props.rates} />
     </>
   );
 }
@@ -217,8 +217,8 @@ const OF_J: ReadonlySet<keyof Layers> = new Set(["columns", "ellipse"]);
 function Readout({ arm, measures }: Stage): JSX.Element {
   const value = inDigits(digits(measures.det ?? measures.volume));
   return (
-    <p class={`arm-readout arm-${nearness(arm, measures)}-pose`} aria-hidden="true">
-      {say(sizeName(arm))} = {value}
+    <p class={`arm-readout arm-${classifyNearness(arm, measures)}-pose`} aria-hidden="true">
+      {say(sizeKey(arm))} = {value}
     </p>
   );
 }

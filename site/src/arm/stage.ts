@@ -3,7 +3,7 @@
 import { useCallback, useEffect, useMemo, useState } from "preact/hooks";
 
 import type { Factor, NamedPose, Robot } from "../bank.js";
-import { type Sizes, sizesOf } from "./factors.js";
+import { type DeterminantSizes, sizesOf } from "./factors.js";
 import type { Layers } from "./marks.js";
 import {
   type Arm,
@@ -52,7 +52,7 @@ export interface Stage {
   readonly measures: Measures;
   /** The state after the arm has stopped moving: what is slow to compute, or spoken, follows this state. */
   readonly settled: State;
-  readonly sizes: () => Sizes;
+  readonly sizes: () => DeterminantSizes;
   readonly move: (pose: Pose) => void;
   readonly reset: () => void;
   /** The joint that keys move, or -1 for the point P. */

@@ -1,7 +1,7 @@
 // The map of det J over two joints in numbers: values on a grid, and the lines and spots at which J loses rank.
 
 import { makeRandomPoses } from "../random.js";
-import { type Kind, isKindDecidable, kindAt } from "./classify.js";
+import { type SingularityKind, canDecideKind, kindAt } from "./classify.js";
 import { type Arm, measuresOf, type Pose, reachOf, signedVolume, stateAt } from "./model.js";
 import { rangeOf } from "./ranges.js";
 import { cutByKind, type Grid, gridOf, minima, type Spot, type Stretch, valleys, zeroLines } from "./zeros.js";
@@ -86,8 +86,8 @@ export function withoutKinds({ lines, spots }: Terrain): Stretch[] {
 
 /** Return the lines of a map, cut where the kind changes, and its spots. */
 export function withKinds(arm: Arm, pose: Pose, pair: Pair, terrain: Terrain): Stretch[] {
-  if (!isKindDecidable(arm)) return withoutKinds(terrain);
-  const kindOf = (spot: Spot): Kind | "unknown" => {
+  if (!canDecideKind(arm)) return withoutKinds(terrain);
+  const kindOf = (spot: Spot): SingularityKind | "unknown" => {
     const kind = kindAt(arm, poseAtSpot(pose, pair, spot), 1e-4);
     return kind === "regular" ? "unknown" : kind;
   };

@@ -1,6 +1,6 @@
 // Where J loses rank on a map over two joints: lines by marching squares, and spots at which the value touches zero.
 
-import type { Kind } from "./classify.js";
+import type { SingularityKind } from "./classify.js";
 
 export type Spot = readonly [u: number, v: number];
 
@@ -11,7 +11,7 @@ export interface Grid {
   readonly values: readonly (readonly number[])[];
 }
 
-export type Stretch = { readonly kind: Kind | "unknown"; readonly spots: readonly Spot[] };
+export type Stretch = { readonly kind: SingularityKind | "unknown"; readonly spots: readonly Spot[] };
 
 export function gridOf([u0, u1]: Spot, [v0, v1]: Spot, count: number, value: Value): Grid {
   const spaced = (low: number, high: number): number[] =>
@@ -224,14 +224,18 @@ function descend(value: Value, start: Spot, du: number, dv: number): Spot {
 }
 
 /** Return a line cut where its kind changes. The kind is asked at every few spots, and between two that differ. */
-export function cutByKind(line: readonly Spot[], every: number, kind: (spot: Spot) => Kind | "unknown"): Stretch[] {
-  const known = new Map<number, Kind | "unknown">();
-  const at = (index: number): Kind | "unknown" => {
+export function cutByKind(
+  line: readonly Spot[],
+  every: number,
+  kind: (spot: Spot) => SingularityKind | "unknown",
+): Stretch[] {
+  const known = new Map<number, SingularityKind | "unknown">();
+  const at = (index: number): SingularityKind | "unknown" => {
     const kindHere = known.get(index) ?? kind(line[index]!);
     known.set(index, kindHere);
     return kindHere;
   };
-  const kinds: (Kind | "unknown")[] = [];
+  const kinds: (SingularityKind | "unknown")[] = [];
   const fill = (from: number, to: number): void => {
     if (to - from <= 1 || at(from) === at(to)) {
       for (let k = from; k < to; k += 1) kinds[k] = k - from < (to - from) / 2 ? at(from) : at(to);

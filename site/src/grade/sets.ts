@@ -8,9 +8,9 @@ import type { ConfigurationsKey } from "../bank.js";
 import { makeRandomNumbers } from "../random.js";
 import { evaluate } from "../read/evaluate.js";
 import { withPointsOfLengths } from "../read/notation.js";
-import { withPoints } from "../read/points.js";
+import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
-import { sizeOf } from "../read/products.js";
+import { countNodes } from "../read/products.js";
 import {
   anyNode,
   CHAIN,
@@ -114,7 +114,7 @@ function substituteIntegers(tree: Node): Node {
   const conditions = node("list", ...tree.args.slice(0, equationIndex));
   if (values.some(hasBlank)) return conditions;
   const allValues = values.flatMap((value) => (value.kind === "set" ? value.args : [value]));
-  if (sizeOf(conditions, Infinity) * allValues.length > LIMITS.nodes_of_results)
+  if (countNodes(conditions, Infinity) * allValues.length > LIMITS.nodes_of_results)
     throw new ParseError("read.many-cases");
   return node("list", ...allValues.flatMap((value) => replaceName(conditions, integerName.text, value).args));
 }
@@ -162,7 +162,7 @@ function ambiguityIn(answer: string, tree: Node, key: ConfigurationsKey): Verdic
   );
   if (unknown.length > 0)
     return wrong("read.unknown", { names: unknown.sort().slice(0, 5).join(", "), known: key.symbols.join(", ") });
-  if (withPoints(answer) !== answer) return wrong("read.comma");
+  if (readCommasAsPoints(answer) !== answer) return wrong("read.comma");
   if (hasProductInChain(tree, key.joints)) return wrong("read.chain");
   const conditions = ["list", "set", "or"].includes(tree.kind) ? tree.args : [tree];
   const isBare = (condition: Node) =>

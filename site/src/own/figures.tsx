@@ -6,7 +6,7 @@ import { JacobianTable } from "../arm/jacobian.js";
 import { Letters } from "../arm/letters.js";
 import { ROWS } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
-import { sizeName } from "../arm/descriptions.js";
+import { sizeKey } from "../arm/descriptions.js";
 import { CopyButton } from "../pages/copied.js";
 import { inDigits, numberSeparator, say } from "../text/text.js";
 
@@ -25,7 +25,7 @@ export function Figures({ stage }: { stage: Stage }): JSX.Element {
       <h3>{say("own.figures")}</h3>
       <JacobianTable arm={arm} state={state} format={(value) => formatNumber(value, largestEntry)} />
       <dl>
-        <dt>{say(sizeName(arm))}</dt>
+        <dt>{say(sizeKey(arm))}</dt>
         <dd>{formatNumber(det ?? volume, largest ?? 1)}</dd>
         <dt>
           <Letters name="sigma" />

@@ -5,7 +5,7 @@ import { useMemo, useRef, useState } from "preact/hooks";
 
 import { Button, LITERAL, optionsOf } from "../controls.js";
 import type { Part, Problem } from "../bank.js";
-import { withPoints } from "../read/points.js";
+import { readCommasAsPoints } from "../read/points.js";
 import { parseAnswer } from "../grade/forms.js";
 import { parse } from "../read/reader.js";
 import { catchParseError } from "../read/tree.js";
@@ -315,7 +315,7 @@ const MAX_PREVIEW_LENGTH = 5000;
 export function Preview(props: Pick<AnswerProps, "problem" | "part"> & { answer: string }): JSX.Element | null {
   const { answer, problem, part } = props;
   const { type } = part.key;
-  const text = type === "configurations" ? answer : withPoints(answer);
+  const text = type === "configurations" ? answer : readCommasAsPoints(answer);
   const settledText = useDebounced(text, 150);
   const preview = useMemo(() => makePreview(settledText, problem, part), [settledText, problem, part]);
   if ("option_mistakes" in part.key) return null;
@@ -334,7 +334,7 @@ export function Preview(props: Pick<AnswerProps, "problem" | "part"> & { answer:
 
 /** Return a typed formula as LaTeX; "" if it can't be parsed, because the field could not show it. */
 function writeLatex(text: string, problem: Problem): string {
-  const preview = makePreview(withPoints(text), problem);
+  const preview = makePreview(readCommasAsPoints(text), problem);
   return preview && "latex" in preview ? preview.latex.replaceAll("{,}", ".") : "";
 }
 

@@ -1,13 +1,13 @@
 // Convert the entries of a vector or matrix in its grid to text, and text in any form of a matrix to entries (by rows).
 
-import { withPoints } from "../read/points.js";
+import { readCommasAsPoints } from "../read/points.js";
 import { tableText } from "../read/tables.js";
 import { inRows } from "../read/tree.js";
 
 /** Return entries as the text of a matrix; an empty entry is a blank, and 0,5 in an entry is one number. */
 export function writeMatrix(entries: readonly string[], columns: number): string {
   if (entries.every((entry) => !entry.trim())) return "";
-  const typedEntries = entries.map((entry) => withPoints(entry).trim() || "blank");
+  const typedEntries = entries.map((entry) => readCommasAsPoints(entry).trim() || "blank");
   return `[${inRows(typedEntries, columns)
     .map((row) => `[${row.join(", ")}]`)
     .join(", ")}]`;

@@ -5,7 +5,7 @@ import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Button } from "../controls.js";
 import type * as Panel from "../arm/panel.js";
-import { singularIn } from "../arm/is-singular.js";
+import { createSingularityTest } from "../arm/is-singular.js";
 import type { Stage } from "../arm/stage.js";
 import type { View } from "../arm/view.js";
 import type { Factor, Part, Problem, Solutions } from "../bank.js";
@@ -112,7 +112,7 @@ export function Task(props: TaskProps): JSX.Element {
       () => undefined, // without a connection, the stage has no factors
     );
   }, [showsFactors]);
-  const isSingular = useMemo(() => singularIn(problem), [problem]);
+  const isSingular = useMemo(() => createSingularityTest(problem), [problem]);
   /** Load the grading code before there is an answer, and run it once: the first run takes ten times as long. */
   const prepare = () => {
     if (isPrepared.current) return;

@@ -7,7 +7,7 @@ import { makeRandomPoses } from "../../src/random.js";
 import { extentOf, firstPose } from "../../src/arm/ranges.js";
 import { add, dot, norm, scaleVector, subtract, type Vec3 } from "../../src/arm/vector.js";
 import { FIRST_ORBIT, viewOf } from "../../src/arm/view.js";
-import { nearness } from "../../src/arm/descriptions.js";
+import { classifyNearness } from "../../src/arm/descriptions.js";
 import { ELBOW, PLAIN, ROBOTS } from "./robots.js";
 
 const viewFor = (arm: Arm) => viewOf(arm, extentOf(arm), 560, 420, FIRST_ORBIT);
@@ -39,7 +39,7 @@ describe("pulling P straight out past the reach", () => {
     poses.forEach((pose, k) => {
       expect(pose[1]).toBeGreaterThan(0);
       if (norm(places[k]!) < 0.9 + 1e-6) return;
-      expect(nearness(arm, measuresOf(stateAt(arm, pose)))).toBe("singular");
+      expect(classifyNearness(arm, measuresOf(stateAt(arm, pose)))).toBe("singular");
       expect(Math.abs(signedVolume(arm, pose))).toBeLessThan(1e-4);
     });
   });

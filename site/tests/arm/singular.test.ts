@@ -2,7 +2,7 @@
 
 import { describe, expect, it } from "vitest";
 
-import { kindAt, isKindDecidable } from "../../src/arm/classify.js";
+import { kindAt, canDecideKind } from "../../src/arm/classify.js";
 import { armOf, measuresOf, signedVolume, stateAt } from "../../src/arm/model.js";
 import { gridOf, type Spot, cutByKind, minima, valleys, zeroLines } from "../../src/arm/zeros.js";
 import { ELBOW, PLAIN, ROBOTS, SIX } from "./robots.js";
@@ -29,7 +29,7 @@ describe("the planar 2R arm", () => {
 
   it("is regular elsewhere", () => {
     expect(kindAt(arm, [0.3, 0.7])).toBe("regular");
-    expect(isKindDecidable(arm)).toBe(true);
+    expect(canDecideKind(arm)).toBe(true);
   });
 
   it("with equal links and folded back has an internal singularity, because there is no hole", () => {
@@ -71,7 +71,7 @@ describe("an arm with six joints and a wrist", () => {
   const arm = armOf(SIX);
 
   it("has an internal wrist singularity, and is at the boundary if its wrist centre is", () => {
-    expect(isKindDecidable(arm)).toBe(true);
+    expect(canDecideKind(arm)).toBe(true);
     expect(kindAt(arm, [0.2, 0.5, 0.6, 0.7, 0, 0.3])).toBe("internal");
     expect(kindAt(arm, [0.2, 0.5, 0.6, 0.7, 0.4, 0.3])).toBe("regular");
     expect(kindAt(arm, [0.2, 0.5, Math.PI / 2, 0.7, 0.4, 0.3])).toBe("boundary");
@@ -96,7 +96,7 @@ describe("redundant arms", () => {
 describe("the SCARA arm", () => {
   it("is singular where its elbow is straight, at the boundary", () => {
     const arm = armOf(ROBOTS["scara"]!);
-    expect(isKindDecidable(arm)).toBe(true);
+    expect(canDecideKind(arm)).toBe(true);
     expect(kindAt(arm, [0.3, -Math.PI / 4, 0.3, 0.2])).toBe("boundary");
   });
 });

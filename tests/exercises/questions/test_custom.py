@@ -240,6 +240,7 @@ def test_text_answer_is_left_for_manual_grading(tmp_path: Path) -> None:
 def test_accelerations_and_own_symbols_may_be_typed(tmp_path: Path) -> None:
     problem = make_problem(tmp_path, 'prompt = "x"\nanswer = "ddt(v)"\nrows = ["a_x", "a_y"]')
     assert {"qdd1", "qdd2"} <= set(problem.symbols) and "qdd1" in write_prompt(problem, problem.parts[0])
+    assert r"\ddot{\theta}_{1}" in write_solution(problem, problem.parts[0])
     load = 'prompt = "x"\nanswer = "transpose(Jv)*[0, m*g, 0]"\nunits = {m = "kg", g = "m/s^2"}'
     problem = make_problem(tmp_path / "2", load)
     assert judge_answer(problem, problem.parts[0].answer.as_typed().replace("m*", "1.0*m*")) == "correct"
@@ -429,7 +430,9 @@ def test_a_number_is_marked_to_the_precision_that_its_prompt_states(
     allowed = error * (1 if "tolerance" in setting else number)
     assert judge_answer(problem, f"{number + allowed:.12g}") == "correct"
     assert judge_answer(problem, f"{number + 1.5 * allowed:.12g}") == "wrong"
-    for text in (write_solution(problem, problem.parts[0]), write_short_answer(problem, problem.parts[0])):
+    (wrong,) = mark(problem, {"mine": "-7.2"}, secret="s")
+    solution, key = write_solution(problem, problem.parts[0]), write_short_answer(problem, problem.parts[0])
+    for text in (solution, key, wrong.judgement.reason.replace("-7.2", "")):
         (shown_number,) = re.findall(r"\d+\.\d+", text)
         assert judge_answer(problem, shown_number) == "correct"
 
@@ -646,6 +649,7 @@ BAD_TEXTS = {
     "prompt = 'x'\nsolution = '$\\foo$'": r"solution = .*\foo is not",
     "prompt = 'x'\nrows = ['\\foo', 'v_y']": r"rows = .*\foo is not",
     "prompt = 'x'\nde.prompt = '$\\foo$'": r"de: prompt = .*\foo is not",
+    "prompt = '${theta1}_2$'": r"a symbol has two subscripts in $\theta_{1}_2$",
     "prompt = ' '": 'expected a text, as in prompt = "Find',
     "prompt = 'x'\nunit = 'm/s%'": "powers are written with ^",
     "prompt = 'x'\ntitle = 'Speed of $P$'": "a title is plain text without '$'",
@@ -691,6 +695,17 @@ def test_latex_of_robotics_is_shown_in_every_format(tmp_path: Path) -> None:
     assert (
         make_pdf_preview(assignment, "preview", [problem for _, problem in problems], has_solutions=True)[:4] == b"%PDF"
     )
+
+
+def test_title_is_shown_literally(tmp_path: Path) -> None:
+    question = "title = 'Speed of *P* & a_b <b> #1 50 %'\nprompt = 'x'\nanswer = 'p'"
+    text = f'[question.mine]\n{question}\n[[problem]]\nfamily = "planar-2r"\nquestions = ["mine"]\n'
+    problems = make_assignment(tmp_path, text).generate_problems("s1")
+    shown = {name: show_assignment("T", problems, format=name) for name in ("text", "latex", "html", "ipynb")}
+    assert "Speed of *P* & a_b <b> #1 50 %" in shown["text"]
+    assert r"Speed of *P* \& a\_b <b> \#1 50 \%" in shown["latex"]
+    assert "Speed of *P* &amp; a_b &lt;b&gt; #1 50 %" in shown["html"]
+    assert r"Speed of \\*P* & a_b \\<b> #1 50 %" in shown["ipynb"]
 
 
 def test_power_in_a_unit_is_a_superscript_in_every_format(tmp_path: Path) -> None:

@@ -18,18 +18,18 @@ TWO_R = (
 @pytest.mark.parametrize(
     ("question", "answer", "beginning"),
     [
-        ("position", "[a1, 0]", "Your answer does not depend on theta1."),
-        ("jacobian", "[[0, 0], [0, 0]]", "Your answer does not depend on theta1."),
-        ("determinant", "0", "Your answer does not depend on theta2."),
-        ("lost-direction", "[0, 0]", "Your answer does not depend on theta1."),
+        ("position", "[a1, 0]", "Your answer does not depend on θ1."),
+        ("jacobian", "[[0, 0], [0, 0]]", "Your answer does not depend on θ1."),
+        ("determinant", "0", "Your answer does not depend on θ2."),
+        ("lost-direction", "[0, 0]", "Your answer does not depend on θ1."),
         ("lost-direction", "[a1*c1, a2*s1]", "Calculate the numbers again"),
         ("determinant", "a1*a2*sin(theta2)/7", "All your entries are wrong by the same factor"),
         ("determinant", "a1*a2*sin(theta2)/2", "All your numbers are too small by a factor of 2."),
         ("determinant", "a1*a2*sin(theta2)*100", "All your numbers are too large by a factor of 100"),
-        ("determinant", "a1*a2*sin(theta2)**2*cos(theta1)", "Your answer depends on theta1."),
-        ("determinant", "a1*a2 + a2**2", "Your answer does not depend on theta2."),
+        ("determinant", "a1*a2*sin(theta2)**2*cos(theta1)", "Your answer depends on θ1."),
+        ("determinant", "a1*a2 + a2**2", "Your answer does not depend on θ2."),
         ("determinant", "a1*a2*sin(theta2)**3", "Draw the arm at"),
-        ("singular-angles", "[Eq(theta1, 1)]", "Your answer contains theta1."),
+        ("singular-angles", "[Eq(theta1, 1)]", "Your answer contains θ1."),
         ("singular-angles", "[Eq(theta2, 1)]", "Substitute each of your values into the determinant"),
     ],
 )
@@ -94,7 +94,7 @@ def test_answers_right_except_for_rounding_are_recognised(
             "All configurations in your answer are right",
         ),
         ("And(theta2 = 3.14, theta3 = 0)", "Rounded values"),
-        ("theta2 = 1", "theta3"),
+        ("theta2 = 1", "θ3"),
     ],
 )
 def test_advice_on_joined_conditions_is_true(answer: str, words: str) -> None:

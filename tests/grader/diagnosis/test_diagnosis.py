@@ -218,7 +218,19 @@ P3 = "[-a1*s1 - a2*s12 - a3*s123, -a2*s12 - a3*s123, -a3*s123], [a1*c1 + a2*c12 
         ("elbow-lateral/17@lengths", "determinant", "-0.6*a3*(a3*s23 + 0.6*s2)*s3", "trigs-in-factor"),
         ("planar-2r/15@lengths@screws", "home-screws",
          "[[0, 0], [0, 0], [1, 1], [0, 0], [0, a1], [0, 0]]", "screw-sign"),
-        ("scara/1@chapter", "singular-angles", "[theta2 = 0, theta2 = pi, d3 = 0]", "joint-called-singular: d3"),
+        ("scara/1@chapter", "singular-angles", "[theta2 = 0, theta2 = pi, d3 = 0]",
+         "joint-called-singular: given d3 = 0 as singular: is det J zero there? See (6.8)."),
+        ("spherical-offset/5@lengths", "singular-angles", "{theta2: [0, 180], d3: [0]}",
+         "angles-in-degrees and and-for-or: a dictionary"),
+        ("spherical-offset/5@lengths", "singular-angles", "{theta2: [0, 180]}",
+         "angles-in-degrees and component-missed: in radians. You seem to have left out a condition on a joint"),
+        ("spherical-offset/5@lengths", "singular-angles", "[]", "component-missed: contains no condition"),
+        ("planar-2r/5403668597637521520@lengths", "joint-rates",  # typed as a calculation
+         ("[0.11*(sin(15)/2 + cos(15))/(0.385*sin(15 - 110)), -(0.11*cos(15) + 0.14*cos(110) + 0.055*sin(15)"
+         " + 0.07*sin(110))/(0.385*sin(15 - 110))]"), "degrees-as-radians"),
+        ("planar-rpr/8876105815824641441", "inverse-velocity",  # not divided by -det J
+         ("[vy*c1 - vx*s1 - a3*wz*c3, a3*wz*((d2 - 0.75)*s3 - 0.05*c3) + vx*((d2 - 0.75)*c1 - 0.05*s1)"
+         " + vy*((d2 - 0.75)*s1 + 0.05*c1), vx*s1 - vy*c1 + wz*(a3*c3 + d2 - 0.75)]"), "determinant-forgotten"),
         ("orthogonal-3r/1@chapter", "singular-angles",
          "[theta3 = 0, theta3 = pi, theta2 = acos(-a1/a2), a2 + a3*c3 = 0]", "one-root-only"),
         ("planar-3r-pose/1@chapter", "jacobian", f"[{P3}, [0, 0, 1]]", "angular-of-one-joint: joint 3"),

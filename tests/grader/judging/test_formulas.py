@@ -7,12 +7,14 @@ import pytest
 from qdot.exercises.formula.equality import Domain, EntryDifference
 from qdot.grader.judging.answer_parser import OR_HINT
 from qdot.grader.judging.verdict import Outcome
+from qdot.grader.reports.feedback_levels import remove_numbers
 from tests.support.judging import (
     judge_angles,
     judge_choice,
     judge_expression,
     judge_matrix,
     judge_numbers,
+    judge_selection,
     judge_singular,
 )
 from tests.support.suites import sample_for_suite
@@ -155,6 +157,26 @@ def test_wrong_shapes_are_reported(student: str, reason: str) -> None:
 def test_numbers_are_judged_to_three_digits(student: str, expected: Outcome) -> None:
     labels = ("qd1", "qd2")
     assert judge_numbers(student, [1.0045, -0.2], ["rad/s", "rad/s"], 0.005, 0.001, labels).outcome is expected
+
+
+def test_the_reason_names_a_single_number_without_an_index() -> None:
+    judged = judge_numbers("-5.2", [5.229], ["N m"], 0.005, 0.001)
+    assert judged.reason == "your number is -5.2, and 5.229 N m is right"
+    assert remove_numbers(judged.reason) == "your number is not right"
+    judged = judge_numbers("[1, 2]", [1.0, 3.0], ["m", "m"], 0.005, 0.001)
+    assert remove_numbers(judged.reason) == "1 of 2 numbers is right; number 2 is not right"
+
+
+@pytest.mark.parametrize(
+    ("student", "reason"),
+    [
+        ("A", "1 letter is right, 1 letter is missing"),
+        ("A, C", "1 letter is right, 1 letter is wrong, 1 letter is missing"),
+        ("C, D", "2 letters are wrong, 2 letters are missing"), ("A, B, C", "2 letters are right, 1 letter is wrong"),
+    ],
+)  # fmt: skip
+def test_the_reason_counts_the_letters_of_a_selection(student: str, reason: str) -> None:
+    assert judge_selection(student, 5, (0, 1)).reason == reason
 
 
 OPTIONS = ("a boundary singularity", "an internal singularity", "no singularity: full rank")
