@@ -216,7 +216,7 @@ def faults_of(item: QuizItem, page: str) -> list[str]:
 
 
 def _gradebook(counts: Counts, software: Path, folder: Path) -> None:
-    """Import the marks of a class of three, of whom one hands nothing in."""
+    """Import the marks of a class of three; one student submits nothing."""
     students = [Student(name, name.title(), f"{name}@example.org") for name in ("ada", "henri", "sofja")]
     assignment = make_class(folder, students)
     submit(assignment, "ada.ipynb", make_correct_notebook(assignment, "ada"))

@@ -137,7 +137,7 @@ class Visitor:
         return self._open(path, urlencode(form, doseq=True).encode())
 
     def is_let_in(self, path: str) -> bool:
-        """Tell whether a page is shown."""
+        """Return whether a page is shown."""
         try:
             self.get(path)
         except HTTPError as refusal:
