@@ -6,7 +6,7 @@
 
 import { type Arm, type Pose, reachOf, stateAt } from "./model.js";
 import { reachesBeyond } from "./reach.js";
-import { randomNumbers, randomPoses } from "../random.js";
+import { makeRandomNumbers, makeRandomPoses } from "../random.js";
 import { axesOf, decompose } from "./svd.js";
 import { dot, type Matrix, norm, subtract, multiply, transpose } from "./vector.js";
 
@@ -27,7 +27,7 @@ function hasCoordinates(arm: Arm): boolean {
   const angularRows = arm.task.filter((row) => row > 2);
   if (angularRows.length === 0 || angularRows.length === 3) return true;
   if (angularRows.length !== 1) return false;
-  return randomPoses(3, arm.joints.length, 5).every((pose) => {
+  return makeRandomPoses(3, arm.joints.length, 5).every((pose) => {
     const { jacobian } = stateAt(arm, pose);
     return [3, 4, 5].every((row) => row === angularRows[0] || norm(jacobian[row]!) < 1e-9);
   });
@@ -110,7 +110,7 @@ function kindFromJacobian(arm: Arm, pose: Pose, tolerance: number): SingularityK
 /** Return unit vectors among the lost directions: the only one, or twelve random combinations of several. */
 function sampleDirections(lostDirections: Matrix): Matrix {
   if (lostDirections.length === 1) return lostDirections;
-  const nextRandom = randomNumbers(11);
+  const nextRandom = makeRandomNumbers(11);
   return Array.from({ length: 12 }, () => {
     const shares = lostDirections.map(() => 2 * nextRandom() - 1);
     const mixed = lostDirections[0]!.map((_, i) => lostDirections.reduce((sum, u, k) => sum + shares[k]! * u[i]!, 0));

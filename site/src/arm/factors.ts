@@ -4,7 +4,7 @@ import type { Factor, Robot } from "../bank.js";
 import { parse } from "../read/reader.js";
 import { realValue } from "../read/real.js";
 import { type Arm, namedPose, type Pose, signedVolume } from "./model.js";
-import { randomPoses } from "../random.js";
+import { makeRandomPoses } from "../random.js";
 import { rangeOf } from "./ranges.js";
 
 /** A factor: its HTML, its value at a pose, and its maximum absolute value over the ranges of the joints. */
@@ -32,7 +32,7 @@ export function sizesOf(arm: Arm, robot: Robot, factors: readonly Factor[]): () 
 
 /** Return poses over the whole ranges of the joints. */
 function samplesOf(arm: Arm): Pose[] {
-  return randomPoses(SAMPLE_COUNT, arm.joints.length, 11).map((values) =>
+  return makeRandomPoses(SAMPLE_COUNT, arm.joints.length, 11).map((values) =>
     values.map((value, i) => {
       const { low, high } = rangeOf(arm, i);
       return low + ((value + Math.PI) / (2 * Math.PI)) * (high - low);

@@ -1,7 +1,7 @@
 // The ranges of an arm's joints on the page, its extent, and the pose in which it is shown first.
 
 import { type Arm, isMixed, longest, measuresOf, pointsAt, type Pose, reachOf, type State, stateAt } from "./model.js";
-import { randomPoses } from "../random.js";
+import { makeRandomPoses } from "../random.js";
 import { dot, norm, subtract, type Vec3 } from "./vector.js";
 import { axonometric, FIRST_ORBIT, flatPlane } from "./view.js";
 
@@ -104,7 +104,7 @@ export function extentOf(arm: Arm): Extent {
   const page = axonometric(FIRST_ORBIT);
   const prismaticScale = flatPlane(arm) ? 1.6 : 1;
   let [radius, above, below, up, down, sideways] = [0, 0, 0, 0, 0, 0];
-  const sampled = randomPoses(300, arm.joints.length, 3).map((values) =>
+  const sampled = makeRandomPoses(300, arm.joints.length, 3).map((values) =>
     values.map((value, i) => {
       const { kind, offset } = arm.joints[i]!;
       return kind === "R" ? value : (0.5 + (0.8 * value) / Math.PI) * longest(arm) * prismaticScale - offset;

@@ -1,6 +1,6 @@
 // The map of det J over two joints in numbers: values on a grid, and the lines and spots at which J loses rank.
 
-import { randomPoses } from "../random.js";
+import { makeRandomPoses } from "../random.js";
 import { type SingularityKind, canDecideKind, kindAt } from "./classify.js";
 import { type Arm, measuresOf, type Pose, reachOf, signedVolume, stateAt } from "./model.js";
 import { rangeOf } from "./ranges.js";
@@ -30,7 +30,7 @@ const sizeOf = (arm: Arm): number => Math.min(1, reachOf(arm)) ** arm.task.filte
 export function mostTellingPair(arm: Arm): Pair {
   const n = arm.joints.length;
   const weight = arm.joints.map((_, i) =>
-    randomPoses(6, n, 21).reduce((sum, pose) => {
+    makeRandomPoses(6, n, 21).reduce((sum, pose) => {
       const [a, b] = [0.4, -0.4].map((change) => signedVolume(arm, pose.with(i, pose[i]! + change)));
       return sum + Math.abs(a! - b!);
     }, 0),
