@@ -11,7 +11,7 @@ import { inDigits, say } from "../text/text.js";
 import { termAfterKey, useFormulaStops } from "./formula-keys.js";
 import { namedPose, type State } from "./model.js";
 import { stationOn } from "./path.js";
-import { angleIn, digits } from "./number-format.js";
+import { convertAngle, roundToDigits } from "./number-format.js";
 import type { Stage } from "./stage.js";
 import { jointOf, SYMBOL, symbolsIn, symbolsOf, termAt, typedText } from "./terms.js";
 import { jointClass } from "./letters.js";
@@ -167,7 +167,9 @@ function formatValue({ parts, stage, inRadians, rates }: ValueProps): string | n
   const value = text === null ? null : valueOf(text, stage, rates);
   if (value === null || !parts[0]!.isConnected) return null;
   const isAngle = /^theta\d+$/.test(text!);
-  return isAngle ? `${inDigits(angleIn(inRadians, value))}${inRadians ? "" : "°"}` : inDigits(digits(value));
+  return isAngle
+    ? `${inDigits(convertAngle(inRadians, value))}${inRadians ? "" : "°"}`
+    : inDigits(roundToDigits(value));
 }
 
 /** The value of a term, shown below it; nothing if it has none. */

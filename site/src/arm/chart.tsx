@@ -7,7 +7,7 @@ import { say } from "../text/text.js";
 import { DrawnLetters, jointClass } from "./letters.js";
 import type { Arm } from "./model.js";
 import { useSize } from "./size.js";
-import { decimals } from "./number-format.js";
+import { roundToDecimals } from "./number-format.js";
 import type { Journey } from "./path.js";
 import { pointsText } from "./view.js";
 
@@ -56,10 +56,10 @@ export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.El
           ))}
           {[0, 0.5, 1].map((share) => (
             <text key={share} class="arm-tick-text arm-middle" x={x(share * totalTime)} y={height - 8}>
-              {say("arm.chart.seconds", { time: decimals(share * totalTime, 1) })}
+              {say("arm.chart.seconds", { time: roundToDecimals(share * totalTime, 1) })}
             </text>
           ))}
-          {!journey.arrives && (
+          {!journey.reachesEnd && (
             <rect
               class="arm-never"
               x={x(endTime)}

@@ -68,8 +68,8 @@ function countRank(matrix: Matrix, sigma: readonly number[], reach: number, tole
 }
 
 function rankOf(arm: Arm, pose: Pose, tolerance: number): number {
-  const { counted } = stateAt(arm, pose);
-  return countRank(counted, decompose(counted).sigma, reachOf(arm), tolerance);
+  const { taskJacobian } = stateAt(arm, pose);
+  return countRank(taskJacobian, decompose(taskJacobian).sigma, reachOf(arm), tolerance);
 }
 
 /** Return the kind of a pose; if a joint can rotate without moving the point, the worst kind over its rotation. */
@@ -97,13 +97,13 @@ function kindForWorstRotation(arm: Arm, pose: Pose, tolerance: number): Singular
 }
 
 function kindFromJacobian(arm: Arm, pose: Pose, tolerance: number): SingularityKind {
-  const { counted } = stateAt(arm, pose);
-  const decomposition = decompose(counted);
-  const rank = countRank(counted, decomposition.sigma, reachOf(arm), tolerance);
-  if (rank === Math.min(counted.length, arm.joints.length)) return "regular";
-  const lostDirections = decompose(transpose(counted)).v.slice(rank);
+  const { taskJacobian } = stateAt(arm, pose);
+  const decomposition = decompose(taskJacobian);
+  const rank = countRank(taskJacobian, decomposition.sigma, reachOf(arm), tolerance);
+  if (rank === Math.min(taskJacobian.length, arm.joints.length)) return "regular";
+  const lostDirections = decompose(transpose(taskJacobian)).v.slice(rank);
   const selfMotions = decomposition.v.slice(rank);
-  if (counted.length > arm.joints.length) return "internal";
+  if (taskJacobian.length > arm.joints.length) return "internal";
   return sampleDirections(lostDirections).some((u) => isEdge(arm, pose, u, selfMotions)) ? "boundary" : "internal";
 }
 
@@ -139,8 +139,8 @@ function secondOrderMotion(
 ): readonly [boolean, boolean] {
   const lostRatesAfter = (k: readonly number[], step: number): number[] => {
     const movedPose = pose.map((value, i) => value + step * k[i]!);
-    const { counted } = stateAt(arm, movedPose);
-    return selfMotions.map((other) => dot(lostDirection, multiply(counted, other)));
+    const { taskJacobian } = stateAt(arm, movedPose);
+    return selfMotions.map((other) => dot(lostDirection, multiply(taskJacobian, other)));
   };
   const secondDerivatives = selfMotions.map((k) => {
     const [ahead, behind] = [lostRatesAfter(k, DIFFERENCE_STEP), lostRatesAfter(k, -DIFFERENCE_STEP)];

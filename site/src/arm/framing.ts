@@ -4,7 +4,7 @@ import { type Arm, reachOf, type State } from "./model.js";
 import { thicknessOf } from "./ranges.js";
 import { bodyOf, jointCentresOf, wayToPoint } from "./shape.js";
 import { addScaled, dot, norm, scaleVector, subtract, type Vec3 } from "./vector.js";
-import { axonometric, FIRST_ORBIT, type Orbit, pixel, type View } from "./view.js";
+import { axonometric, FIRST_ORBIT, type Orbit, toPixel, type View } from "./view.js";
 
 /** The centre of the drawing, and how many times larger it is than the view of the whole reach. */
 export type Framing = { readonly centre: Vec3; readonly zoom: number };
@@ -43,7 +43,7 @@ export function framingOf(
   surroundings: Surroundings,
 ): Framing {
   const { isFlat, lineCount = 1 } = surroundings;
-  const pointPixels = [...pointsOfArm(arm, state), ...extraPoints].map((place) => pixel(view, place));
+  const pointPixels = [...pointsOfArm(arm, state), ...extraPoints].map((place) => toPixel(view, place));
   const bodies = isFlat ? [] : bodiesOf(arm, state, view);
   const sideMargin = Math.min(isFlat ? FLAT_MARGIN : SOLID_MARGIN, MARGIN_SHARE * view.height);
   const heightMargin = sideMargin + Math.min(TEXT_HEIGHT, 0.05 * view.height);
@@ -106,7 +106,7 @@ export function bodiesOf(arm: Arm, state: State, view: View): readonly [across: 
     const ends = jointCentresOf(arm, state, reachOf(arm)).flatMap((place, i) => {
       const rim = radius * Math.sqrt(Math.max(0, 1 - dot(state.frames[i]!.z, axis) ** 2));
       return bodyOf(arm, state, i, place).flatMap((end) => {
-        const centre = pixel(view, end)[k as 0 | 1];
+        const centre = toPixel(view, end)[k as 0 | 1];
         return [centre - rim, centre + rim];
       });
     });
@@ -131,7 +131,7 @@ export function withFraming(view: View, { centre, zoom }: Framing): View {
 /** Return whether the whole arm and the points `extraPoints` are visible in a view. */
 export function isInView(arm: Arm, state: State, view: View, extraPoints: readonly Vec3[] = []): boolean {
   return [...pointsOfArm(arm, state), ...extraPoints].every((place) => {
-    const [x, y] = pixel(view, place);
+    const [x, y] = toPixel(view, place);
     return x > EDGE_DISTANCE && x < view.width - EDGE_DISTANCE && y > EDGE_DISTANCE && y < view.height - EDGE_DISTANCE;
   });
 }

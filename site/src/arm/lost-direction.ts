@@ -4,17 +4,17 @@ import type { Arm, Measures, State } from "./model.js";
 import { decompose } from "./svd.js";
 import { norm, transpose, unit, type Vec3 } from "./vector.js";
 
-const LOST = 0.03;
+const MAX_LOST_RATIO = 0.03;
 
 /** Return the direction of the dashed line along which P can hardly move; null if no line is drawn. */
 export function drawnLostDirection(arm: Arm, state: State, { ratio }: Measures, isConcealed: boolean): Vec3 | null {
-  return ratio < LOST && !isConcealed ? lostDirection(arm, state) : null;
+  return ratio < MAX_LOST_RATIO && !isConcealed ? lostDirection(arm, state) : null;
 }
 
 /** Return the direction in space along which P is slowest; null if the slowest motion is a rotation. */
 export function lostDirection(arm: Arm, state: State): Vec3 | null {
-  if (state.counted.length > arm.joints.length) return null;
-  const slowest = decompose(transpose(state.counted)).v.at(-1);
+  if (state.taskJacobian.length > arm.joints.length) return null;
+  const slowest = decompose(transpose(state.taskJacobian)).v.at(-1);
   if (!slowest) return null;
   const velocities = [0, 0, 0, 0, 0, 0];
   arm.task.forEach((row, k) => (velocities[row] = slowest[k]!));

@@ -65,7 +65,7 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
   };
   useEffect(() => listen(window, "hashchange", followLink), [knownArms]);
 
-  const at = stage?.settled.pose;
+  const at = stage?.settledState.pose;
   const fragment = asFragment(
     state.table,
     state.robot,
@@ -141,7 +141,7 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
             symbols={{}}
             pose={first}
             pane="map"
-            radians={state.table.angles === "radians"}
+            inRadians={state.table.angles === "radians"}
             onStage={setStage}
             onPose={rememberPose}
           />

@@ -230,7 +230,7 @@ export function Task(props: TaskProps): JSX.Element {
           <Arm
             robot={problem.robot}
             symbols={problem.symbols}
-            first={first}
+            firstPose={first}
             isConcealed={isPosed && isOpen && !ABOUT_PATHS.has(part.kind)}
             pose={pose}
             overlay={overlay}
