@@ -36,7 +36,7 @@ class Figure:
 
     @property
     def is_met(self) -> bool:
-        """Tell whether the goal is reached."""
+        """Return whether the goal is reached."""
         measured = self.seconds if self.of_seconds else self.ratio
         return measured >= self.goal if self.is_least else measured <= self.goal
 

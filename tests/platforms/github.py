@@ -45,7 +45,7 @@ def run(software: Path, work: Path) -> Record:
             "Job succeeded" in checked[0], "Job failed" in checked[1] and re.search(r"\b0 of \d+ answers", checked[1]),
         ]  # fmt: skip
         asked = [path == ASKED and edit["by"] == "Bearer token-that-asks" for path, edit in own.server.edits]
-    stand_ins = ", ".join(["the server is our own", *(f"{name} is a stand-in" for name in act.missing)])
+    stand_ins = " ".join(["The server is simulated.", *(f"A stand-in replaces {name}." for name in act.missing)])
     imported, asking = Count(sum(map(bool, jobs)), len(jobs), stand_ins), Count(sum(asked), 2)
     return Record(
         "github", f"GitHub's actions by {act.version}", today(),

@@ -176,7 +176,7 @@ def _see(counts: Counts, what: str, asked: Sequence[QuizItem], made: Json, tries
             if one.advice:
                 counts.add("mistake named", plain(one.advice) in plain(result["shown"]), f"{what}: {name}: {one}")
     if what == "bank":
-        why = "the bank gives a question with several boxes one point per box; the quiz sets the right points"
+        why = "the bank gives every box one point; the quiz sets the right points."
         counts.excuse("points of the bank", boxes, why)
 
 
@@ -216,7 +216,7 @@ def faults_of(item: QuizItem, page: str) -> list[str]:
 
 
 def _gradebook(counts: Counts, software: Path, folder: Path) -> None:
-    """Import the marks of a class of three, of whom one hands nothing in."""
+    """Import the marks of a class of three; one student submits nothing."""
     students = [Student(name, name.title(), f"{name}@example.org") for name in ("ada", "henri", "sofja")]
     assignment = make_class(folder, students)
     submit(assignment, "ada.ipynb", make_correct_notebook(assignment, "ada"))

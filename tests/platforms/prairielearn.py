@@ -77,7 +77,9 @@ def run(software: Path, work: Path) -> Record:
             _examine(asked, variant, made, counts)
         _total(site, variants, counts)
     told = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
-    return Record("prairielearn", f"PrairieLearn of {told.stdout.strip()}, whole, by HTTP", today(), counts.told())
+    return Record(
+        "prairielearn", f"a complete PrairieLearn server of {told.stdout.strip()}, over HTTP", today(), counts.told()
+    )
 
 
 # --- its server, and who visits it ---
@@ -135,7 +137,7 @@ class Visitor:
         return self._open(path, urlencode(form, doseq=True).encode())
 
     def is_let_in(self, path: str) -> bool:
-        """Tell whether a page is shown."""
+        """Return whether a page is shown."""
         try:
             self.get(path)
         except HTTPError as refusal:

@@ -1,4 +1,4 @@
-"""What a run in a real program showed, as stored in tests/platforms/NAME.json and shown in docs/export-formats.md."""
+"""Store results of runs in real programs as tests/platforms/NAME.json; docs/export-formats.md is made from them."""
 
 import datetime
 import json
@@ -13,9 +13,9 @@ FOLDER = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Count:
-    """Of so many things, so many came out as they are to; `but` is what one has to know with it.
+    """How many checks of a kind passed, out of how many; `but` is a remark for readers.
 
-    So many `excused` fell short for the reason that it gives.
+    If `excused` checks failed for a known reason, `but` gives the reason.
     """
 
     passed: int
@@ -25,18 +25,16 @@ class Count:
 
     @property
     def is_sound(self) -> bool:
-        """Tell whether nothing fell short without a reason, and there was something at all."""
+        """Return whether there were checks, and every failure has a known reason."""
         return self.of > 0 and self.passed + self.excused == self.of
 
 
 @dataclass(frozen=True)
 class Record:
-    """A run: what was exported (`export format`), into which program and version, on which day, and what was counted.
+    """A run: the export format, the program with its version, the date, and the counts.
 
-    "generate" stands for the notebooks that `qdot generate` writes.
-
-    The counts are called as the table of docs/export-formats.md calls them: "imported", "shown", "right = full",
-    "wrong < full", "blank = 0", … in this order.
+    "generate" means the notebooks that `qdot generate` writes. The counts have the names "imported", "shown",
+    "right = full", "wrong < full", "blank = 0", …, in this order.
     """
 
     export_format: str
@@ -45,13 +43,13 @@ class Record:
     counts: Mapping[str, Count]
 
     def keep(self, name: str) -> None:
-        """Write the record of a platform, in place of the last one."""
+        """Write the record of a platform, replacing the last one."""
         text = json.dumps(asdict(self), indent=1, ensure_ascii=False)
         write_atomically(FOLDER / f"{name}.json", text + "\n")
 
 
 class Counts:
-    """Counts while a run goes on; what has to be known with one is in `but`."""
+    """The counts of a run so far, by the name of the check; `but` holds the remarks."""
 
     def __init__(self) -> None:
         self.passed: dict[str, int] = {}
@@ -60,14 +58,14 @@ class Counts:
         self.excused: dict[str, int] = {}
 
     def add(self, what: str, came_out: bool, which: str) -> None:
-        """Count one more, and print which one it is where it did not come out."""
+        """Count one check, and print which one it is if it failed."""
         self.passed[what] = self.passed.get(what, 0) + came_out
         self.of[what] = self.of.get(what, 0) + 1
         if not came_out:
             print(f"  {what}: {which}")
 
     def excuse(self, what: str, many: int, why: str) -> None:
-        """Say that so many more may fall short, and why."""
+        """Excuse a number of failures, and give the reason in a sentence."""
         self.excused[what], self.but[what] = self.excused.get(what, 0) + many, why
 
     def told(self) -> dict[str, Count]:
@@ -79,7 +77,7 @@ class Counts:
 
 
 def today() -> str:
-    """Return the day of a run."""
+    """Return today's date in UTC."""
     return datetime.datetime.now(datetime.UTC).date().isoformat()
 
 

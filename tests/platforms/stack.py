@@ -48,8 +48,8 @@ def run(software: Path, work: Path) -> Record:
         for seconds in spent:
             counts.add(in_time, seconds < LIMIT, f"{seconds} s")
         used += spent
-    started = "from an image" if "optimised" in about["platform"] else "anew each time"
-    counts.but[in_time] = f"of processor time, Maxima started {started}; the slowest took {max(used):.1f} s"
+    started = "from an image" if "optimised" in about["platform"] else "again for each check"
+    counts.but[in_time] = f"Maxima, started {started}, used at most {max(used):.1f} s of processor time per check."
     name = f"Moodle {about['moodle']}, STACK {about['stack']}, {about['database']}"
     return Record("stack", name, today(), counts.told())
 

@@ -1,4 +1,4 @@
-"""What is kept of runs in the real programs: each by a platform that is here, and nothing short without a reason."""
+"""Every stored run is of a known platform, and every failed check has a reason."""
 
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from tests.platforms import PLATFORMS

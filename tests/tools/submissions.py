@@ -61,7 +61,7 @@ def _spent() -> float:
 
 
 class Class:
-    """A class of three that hands in again and again: the neighbour, the one of whom anything comes, and nobody."""
+    """A class of three: an ordinary student, one who submits anything at all, and one who submits nothing."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

@@ -16,7 +16,7 @@ import type { Stage } from "./stage.js";
 import { jointOf, SYMBOL, symbolsIn, symbolsOf, termAt, typedText } from "./terms.js";
 import { jointClass } from "./letters.js";
 
-/** The term pointed at; `byKey`: the keyboard selected it. */
+/** The highlighted term: its elements, whether a click keeps it highlighted, and whether the keyboard selected it. */
 type Term = { readonly parts: readonly Element[]; readonly isPinned: boolean; readonly isByKey?: boolean };
 
 /** Minimum distance in pixels of a shown number from the sides of the window. */
@@ -61,7 +61,7 @@ export function TermLinks({ stage, inRadians, rates }: Omit<ValueProps, "parts">
       const pointedTerm = findPointedTerm(event);
       highlightTerm(pointedTerm && { parts: pointedTerm.parts, isPinned }, pointedTerm?.symbol);
     };
-    /** Move from the highlighted term of this formula, or from its first term; return whether the key was used. */
+    /** Highlight the term to which a key leads in a formula; return whether the key was used. */
     const moveByKey = (math: Element, key: string): boolean => {
       const highlightedParts =
         currentTerm.current && math.contains(currentTerm.current.parts[0]!) ? currentTerm.current.parts : null;

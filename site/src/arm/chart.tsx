@@ -14,7 +14,9 @@ import { pointsText } from "./view.js";
 export interface ChartProps {
   readonly arm: Arm;
   readonly journey: Journey;
+  /** Speed of P (m/s). */
   readonly speed: number;
+  /** Limits of the joint rates (rad/s or m/s). */
   readonly limits: readonly number[];
   /** Time of the arm's current place on the path (s). */
   readonly time: number;
@@ -22,7 +24,7 @@ export interface ChartProps {
 
 const [LEFT_MARGIN, BOTTOM_MARGIN, TOP_MARGIN] = [54, 26, 16];
 
-/** The chart shows rates as fractions of their limits, so revolute and prismatic joints share one axis. */
+/** A chart of rates as fractions of their limits, so that revolute and prismatic joints share one axis. */
 export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.Element {
   const frame = useRef<HTMLDivElement>(null);
   const [width, height] = useSize(frame, [420, 220]);

@@ -6,13 +6,13 @@
 
 import { type Arm, type Pose, reachOf, stateAt } from "./model.js";
 import { reachesBeyond } from "./reach.js";
-import { randomNumbers, randomPoses } from "../random.js";
+import { makeRandomNumbers, makeRandomPoses } from "../random.js";
 import { axesOf, decompose } from "./svd.js";
 import { dot, type Matrix, norm, subtract, multiply, transpose } from "./vector.js";
 
 export type SingularityKind = "regular" | "boundary" | "internal";
 
-/** Relative tolerance for the rank of J; step of numeric derivatives (rad or m); and rotations tried in a turn. */
+/** Relative tolerance for the rank of J; step of numeric derivatives (rad or m); and number of rotations in a turn. */
 const [RANK_TOLERANCE, DIFFERENCE_STEP, ROTATION_COUNT] = [1e-7, 1e-4, 24];
 
 /** Return whether the kind of a singularity can be decided for an arm and its task. */
@@ -27,7 +27,7 @@ function hasCoordinates(arm: Arm): boolean {
   const angularRows = arm.task.filter((row) => row > 2);
   if (angularRows.length === 0 || angularRows.length === 3) return true;
   if (angularRows.length !== 1) return false;
-  return randomPoses(3, arm.joints.length, 5).every((pose) => {
+  return makeRandomPoses(3, arm.joints.length, 5).every((pose) => {
     const { jacobian } = stateAt(arm, pose);
     return [3, 4, 5].every((row) => row === angularRows[0] || norm(jacobian[row]!) < 1e-9);
   });
@@ -44,7 +44,7 @@ export function wristCentre(arm: Arm): number | null {
   return axesMeet && axesDiffer ? n - 2 : null;
 }
 
-/** Return the kind of a pose. An arm with a spherical wrist is at its boundary if its wrist centre is. */
+/** Return the kind of a pose. An arm with a spherical wrist is at its boundary if the wrist centre is at its own. */
 export function kindAt(arm: Arm, pose: Pose, tolerance = RANK_TOLERANCE): SingularityKind {
   const positioner = withoutWrist(arm);
   if (!positioner) return kindForWorstRotation(arm, pose, tolerance);
@@ -72,7 +72,10 @@ function rankOf(arm: Arm, pose: Pose, tolerance: number): number {
   return countRank(taskJacobian, decompose(taskJacobian).sigma, reachOf(arm), tolerance);
 }
 
-/** Return the kind of a pose; if a joint can rotate without moving the point, the worst kind over its rotation. */
+/**
+ * Return the kind of a pose. If a joint can rotate without moving the point, the pose is at the boundary if it is at
+ * the boundary for some rotation.
+ */
 function kindForWorstRotation(arm: Arm, pose: Pose, tolerance: number): SingularityKind {
   const kind = kindFromJacobian(arm, pose, tolerance);
   if (kind !== "internal" || arm.task.some((row) => row > 2)) return kind;
@@ -110,7 +113,7 @@ function kindFromJacobian(arm: Arm, pose: Pose, tolerance: number): SingularityK
 /** Return unit vectors among the lost directions: the only one, or twelve random combinations of several. */
 function sampleDirections(lostDirections: Matrix): Matrix {
   if (lostDirections.length === 1) return lostDirections;
-  const nextRandom = randomNumbers(11);
+  const nextRandom = makeRandomNumbers(11);
   return Array.from({ length: 12 }, () => {
     const shares = lostDirections.map(() => 2 * nextRandom() - 1);
     const mixed = lostDirections[0]!.map((_, i) => lostDirections.reduce((sum, u, k) => sum + shares[k]! * u[i]!, 0));
@@ -118,7 +121,7 @@ function sampleDirections(lostDirections: Matrix): Matrix {
   });
 }
 
-/** Return whether the reach ends on a side of the lost direction to which small motions do not lead. */
+/** Return whether the reach ends, along the lost direction, on a side to which small motions do not lead. */
 function isEdge(arm: Arm, pose: Pose, lostDirection: readonly number[], selfMotions: Matrix): boolean {
   const [leadsForward, leadsBackward] = secondOrderMotion(arm, pose, lostDirection, selfMotions);
   const [aheadDirection, behindDirection] = [[...lostDirection], lostDirection.map((value) => -value)];
@@ -130,7 +133,7 @@ function isEdge(arm: Arm, pose: Pose, lostDirection: readonly number[], selfMoti
   return candidateSides.some((side) => !reachesBeyond(arm, pose, side));
 }
 
-/** Return whether self-motions lead, to second order, forward along `lost`, and whether they lead backward. */
+/** Return whether self-motions lead, to second order, forward along the lost direction, and whether backward. */
 function secondOrderMotion(
   arm: Arm,
   pose: Pose,

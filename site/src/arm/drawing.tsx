@@ -48,7 +48,7 @@ interface DrawingProps extends Stage {
   readonly overlay?: ((view: View) => ComponentChildren) | undefined;
 }
 
-/** What the pointer drags: a link at a share of its length, the point, the path's end, or the view. */
+/** What the pointer drags: a link (from 0) at a share of its corners (see shape.ts), P, the path's end, or the view. */
 type Drag =
   | { readonly link: number; readonly share: number }
   | "point"
@@ -56,7 +56,7 @@ type Drag =
   | { readonly startOrbit: Orbit; readonly startPixel: Pixel };
 
 const DEGREE = Math.PI / 180;
-/** After the view has changed, each move reduces the offset from the pointer to this fraction. */
+/** After the view has changed, each move multiplies the offset between pointer and dragged point by this factor. */
 const OFFSET_DECAY = 0.85;
 
 export function Drawing(props: DrawingProps): JSX.Element {
@@ -105,7 +105,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
     setDragged(true);
   };
   const pointer = useRef<Pixel>([0, 0]);
-  const offset = useRef<Pixel>([0, 0]); // offset of the dragged thing from the pointer after the view has changed
+  const offset = useRef<Pixel>([0, 0]); // from the dragged point to the pointer; nonzero after the view has changed
   const draggedPosition =
     drag === "point" ? state.point : drag === "target" ? target?.end : pointOnDraggedLink(drag, links);
   useLayoutEffect(() => {
@@ -229,7 +229,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
   );
 }
 
-/** Return the point of a link that is dragged, null if no link is. */
+/** Return the point at which a link is dragged; null if no link is dragged. */
 function pointOnDraggedLink(drag: Drag | null, links: readonly (readonly Vec3[])[]): Vec3 | null {
   return drag !== null && typeof drag === "object" && "link" in drag
     ? pointAtShare(links[drag.link]!, drag.share)

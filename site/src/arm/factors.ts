@@ -4,10 +4,10 @@ import type { Factor, Robot } from "../bank.js";
 import { parse } from "../read/reader.js";
 import { realValue } from "../read/real.js";
 import { type Arm, namedPose, type Pose, signedVolume } from "./model.js";
-import { randomPoses } from "../random.js";
+import { makeRandomPoses } from "../random.js";
 import { rangeOf } from "./ranges.js";
 
-/** A factor: its HTML, its value at a pose, and its maximum absolute value over the ranges of the joints. */
+/** A factor of det J: its HTML, its value at a pose, and its maximum absolute value over the ranges of the joints. */
 export type LiveFactor = { readonly html: string; readonly valueAt: (pose: Pose) => number; readonly maxSize: number };
 
 const SAMPLE_COUNT = 300;
@@ -19,7 +19,7 @@ export interface DeterminantSizes {
   readonly factors: readonly LiveFactor[];
 }
 
-/** Return a function that computes both when first called: on a phone they may never be needed. */
+/** Return a function that computes these when first called: on a phone they may never be needed. */
 export function sizesOf(arm: Arm, robot: Robot, factors: readonly Factor[]): () => DeterminantSizes {
   let sizes: DeterminantSizes | undefined;
   const volumeAt = (pose: Pose): number => Math.abs(signedVolume(arm, pose));
@@ -32,7 +32,7 @@ export function sizesOf(arm: Arm, robot: Robot, factors: readonly Factor[]): () 
 
 /** Return poses over the whole ranges of the joints. */
 function samplesOf(arm: Arm): Pose[] {
-  return randomPoses(SAMPLE_COUNT, arm.joints.length, 11).map((values) =>
+  return makeRandomPoses(SAMPLE_COUNT, arm.joints.length, 11).map((values) =>
     values.map((value, i) => {
       const { low, high } = rangeOf(arm, i);
       return low + ((value + Math.PI) / (2 * Math.PI)) * (high - low);

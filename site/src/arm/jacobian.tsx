@@ -92,7 +92,7 @@ export function rowName(row: number): string {
 const toThreeDecimals = (value: number): string =>
   roundToDecimals(value, 3).toFixed(3).replace("-", "−").replace(".", decimalSign());
 
-/** Below this share of its maximum, a factor is marked as vanishing. */
+/** Below this share of its maximum absolute value, a factor is marked as vanishing. */
 const VANISHING_SHARE = 0.06;
 
 /** det J, or the product of singular values, and the factors of det J if they may be shown. */

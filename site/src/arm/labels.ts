@@ -4,13 +4,13 @@
 import { splitName } from "./letters.js";
 import type { Pixel } from "./view.js";
 
-/** A label wanted near `at`, preferably in a direction from there (on the page). */
+/** A label wanted near the pixel `at`, preferably in a direction from there (in pixels, y down). */
 export interface WantedLabel {
   readonly name: string;
   readonly style: string;
   readonly at: Pixel;
   readonly direction: Pixel;
-  /** Pixels to be left free, such as half the width of a joint's body. */
+  /** Distance from `at` to be left free (pixels), such as half the width of a joint's body. */
   readonly gap?: number;
   /** Whether the label must be just beside `at`, or is omitted: nobody looks for a leader line at an arrow's head. */
   readonly isClose?: boolean;
@@ -42,7 +42,9 @@ const RINGS: readonly number[] = [4, 12, 22, 34, 49, 67];
 const CLOSE_RINGS = 2;
 /** From this distance on, a label gets a leader line (pixels). */
 const LEADER_FROM = 30;
-/** Costs of covering another label (too high to happen), the arm, an edge, and of each ring further out. */
+/**
+ * Costs of covering another label or leaving the room (both are never accepted), of the arm, and of each further ring.
+ */
 const [OVER_LABEL, OVER_ARM, OVER_EDGE, FURTHER_RING] = [1000, 6, 400, 5];
 
 /** Return labels, placed by rank; `lines` are polylines (pixels) that labels should not cover. */

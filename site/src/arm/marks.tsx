@@ -18,7 +18,7 @@ import { wayToBase, World, worldLabels } from "./world.js";
 export const LAYERS = ["frames", "lengths", "vectors", "columns", "ellipse"] as const;
 export type Layers = Readonly<Record<(typeof LAYERS)[number], boolean>>;
 
-/** Length (m) at which a velocity of 1 m/s is drawn; smaller for a small arm. */
+/** Drawn length (m) of a velocity of 1 m/s, if the arm is not smaller than 1 m. */
 const LENGTH_OF_UNIT_SPEED = 0.4;
 /** Return the length of a frame's axes in pixels; in space they must reach out of the bodies of joints. */
 function axisLength({ width, height }: View, flat: boolean): number {
@@ -45,7 +45,7 @@ export function drawnColumns(arm: Arm, state: State, reach: number): readonly Ve
   return columns.map((column) => scaleVector(column, scale));
 }
 
-/** Half the disc of P, and the length from which an arrow begins at P itself (pixels). */
+/** Radius of the disc at P, and the length above which an arrow begins at P itself (pixels). */
 const [DISC_RADIUS, CLEAR_LENGTH] = [9, 26];
 /** An arrow that is shorter (pixels) is not drawn. */
 const MIN_ARROW_LENGTH = 3;

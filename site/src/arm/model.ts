@@ -17,7 +17,10 @@ export type Pose = readonly number[];
 
 export type Frame = { readonly x: Vec3; readonly y: Vec3; readonly z: Vec3; readonly o: Vec3 };
 
-/** A joint's row of the table: `offset` is added to the joint variable; `otherConstant` is d or theta. */
+/**
+ * A joint's row of the table (m, rad): `offset` is added to the joint variable; `otherConstant` is
+ * the other of d, theta.
+ */
 export interface Joint {
   readonly kind: "R" | "P";
   readonly name: string;
@@ -42,7 +45,7 @@ export interface Arm {
   readonly labels?: Readonly<Record<"base" | "offset", readonly [string, string, string]>>;
 }
 
-/** The arm at a pose. `corners[i-1]` is O_{i-1} + d_i z_{i-1}; `jacobian` is 6 x n, `counted` its task rows. */
+/** The arm at a pose. `corners[i-1]` is O_{i-1} + d_i z_{i-1}; `jacobian` is 6 x n, `taskJacobian` its task rows. */
 export interface State {
   readonly pose: Pose;
   readonly frames: readonly Frame[];
@@ -52,7 +55,10 @@ export interface State {
   readonly taskJacobian: Matrix;
 }
 
-/** `det` is null if J is not square; `volume` is the product of the singular values; `ratio` is least to largest. */
+/**
+ * `det` is null if J is not square; `volume` is the product of the singular values `sigma` (largest first); `ratio` is
+ * the least of these divided by the largest.
+ */
 export interface Measures {
   readonly det: number | null;
   readonly volume: number;

@@ -19,13 +19,13 @@ export function dragLink(arm: Arm, state: State, view: View, joint: number, plac
 
 /** Maximum number of steps of one motion: it needs a few, more if the arm must rotate far. */
 const MAX_STEPS = 40;
-/** The largest motion of a joint in one step (rad or m). */
+/** Maximum motion of a joint in one step (rad or m). */
 const MAX_JOINT_MOTION = 0.3;
 /** Regularisation of steps: a constant part, and a share of the curvature that grows with the distance to the goal. */
 const [CONSTANT_REGULARISATION, CURVATURE_SHARE] = [0.04 ** 2, 0.03];
-/** Motion (rad or m) that makes an arm leave an unstable equilibrium between two ways. */
+/** Motion (rad or m) by which an arm leaves an unstable equilibrium, from which it could go either way. */
 const NUDGE = 1e-3;
-/** How far from singular (rad or m) an arm is put that ends at a singularity: too little to be seen. */
+/** Distance (rad or m) from the singular pose at which an arm stops instead of in it: too small to be seen. */
 const SIDE_DISTANCE = 1e-7;
 
 /**
@@ -69,7 +69,9 @@ function keepSide(arm: Arm, startPose: Pose, endPose: Pose): Pose {
   return posesBeside.find((next) => hasNegativeSide(arm, next) === side) ?? endPose;
 }
 
-/** Return the side on which an arm is bent: whether det J is negative; always false if J is not square. */
+/**
+ * Return whether det J is negative, which tells the two sides apart to which an arm bends; false if J is not square.
+ */
 const hasNegativeSide = (arm: Arm, pose: Pose): boolean => signedVolume(arm, pose) < 0;
 
 /** Return the unit self-motion, which leaves P in place, if the pose is nearly singular (sigma ratio below `share`). */

@@ -25,11 +25,11 @@ export type Journey = { readonly path: Path; readonly stations: readonly Station
 
 /** A path ends where sigma_min/sigma_max falls below this limit. */
 const MIN_RATIO = 2e-3;
-/** Strides along a path, and along one that is only being scored. */
+/** Number of strides along a path, and along a path that is only scored. */
 const [STRIDE_COUNT, SCORED_STRIDE_COUNT] = [160, 16];
 /** A joint that deviates more (rad or m) from where its rate leads has jumped to another branch. */
 const MAX_DEVIATION = 0.15;
-/** Smallest stride, as a share of the usual one. */
+/** Minimum stride, as a share of the usual one. */
 const MIN_STRIDE_SHARE = 1 / 64;
 
 /** Return why no path can be followed: the task counts no velocity of P, or has more rows than joints; else null. */

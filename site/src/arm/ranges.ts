@@ -11,7 +11,7 @@ import {
   type State,
   stateAt,
 } from "./model.js";
-import { randomPoses } from "../random.js";
+import { makeRandomPoses } from "../random.js";
 import { dot, norm, subtract, type Vec3 } from "./vector.js";
 import { axonometric, FIRST_ORBIT, flatPlane } from "./view.js";
 
@@ -51,10 +51,11 @@ export function limitToRange(arm: Arm, index: number, value: number): number {
 
 export const limitPose = (arm: Arm, pose: Pose): Pose => pose.map((value, i) => limitToRange(arm, i, value));
 
+/** Candidate values (degrees) of revolute joints, and of prismatic joints (shares of the longest part). */
 const CANDIDATE_ANGLES = [40, 60, 35, -50, 75, -35, 100, 140, -80, -110];
 const CANDIDATE_DISPLACEMENTS = [0.7, 0.5, 0.9];
 const CANDIDATE_COUNT = 250;
-/** Score of a pose far from singularities. */
+/** Maximum score for the distance from singularities. */
 const REGULAR_SCORE = 0.4;
 
 /** Return the first pose: among fixed candidates, one far from singularities, with P above the base. */
@@ -114,7 +115,7 @@ export function extentOf(arm: Arm): Extent {
   const page = axonometric(FIRST_ORBIT);
   const prismaticScale = flatPlane(arm) ? 1.6 : 1;
   let [radius, above, below, up, down, sideways] = [0, 0, 0, 0, 0, 0];
-  const sampledPoses = randomPoses(300, arm.joints.length, 3).map((values) =>
+  const sampledPoses = makeRandomPoses(300, arm.joints.length, 3).map((values) =>
     values.map((value, i) => {
       const { kind, offset } = arm.joints[i]!;
       return kind === "R" ? value : (0.5 + (0.8 * value) / Math.PI) * longestPartOf(arm) * prismaticScale - offset;

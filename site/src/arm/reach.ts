@@ -1,6 +1,6 @@
 // Decide whether an arm can reach points just beyond a boundary candidate: damped Newton steps from many starts.
 
-import { randomPoses } from "../random.js";
+import { makeRandomPoses } from "../random.js";
 import { type Arm, type Frame, type Pose, reachOf, type State, stateAt } from "./model.js";
 import { solveDamped } from "./svd.js";
 import { cross, norm, scaleVector, subtract, type Vec3 } from "./vector.js";
@@ -30,7 +30,7 @@ export function reachesBeyond(arm: Arm, pose: Pose, direction: readonly number[]
   const reach = reachOf(arm);
   const goal = stateAt(arm, pose);
   const shift = direction.map((value, k) => GOAL_DISTANCE * value * (arm.task[k]! < 3 ? reach : 1));
-  let candidates = randomPoses(START_COUNT, arm.joints.length, 77).map((q) => ({ q, distance: Infinity }));
+  let candidates = makeRandomPoses(START_COUNT, arm.joints.length, 77).map((q) => ({ q, distance: Infinity }));
   for (let step = 0; step < STEP_COUNT; step += 1) {
     for (const candidate of candidates) {
       const current = stateAt(arm, candidate.q);

@@ -21,7 +21,9 @@ export function wayToPoint(frame: Frame, [u, v, w]: Vec3): Vec3[] {
   return steps.map((step) => add(frame.o, fromFrame(frame, step)));
 }
 
-/** Return the place of each joint's symbol: O_{i-1}, or shifted along its axis if another joint is always there too. */
+/**
+ * Return the place of each joint's symbol: O_{i-1}, or shifted along the axis if the joint before has the same origin.
+ */
 export function jointCentresOf(arm: Arm, state: State, reach: number): readonly Vec3[] {
   let sharedCount = 0;
   return arm.joints.map((joint, i) => {
@@ -49,7 +51,7 @@ export function bodyOf(arm: Arm, state: State, joint: number, place: Vec3): read
 
 type PagePoint = readonly [x: number, y: number];
 
-/** Return the point on a link nearest to a place on the page, as a share of the way along its corners. */
+/** Return the point on a link nearest to a place on the page, as a share: 1.5 is halfway from corner 1 to corner 2. */
 export function nearestShare(corners: readonly PagePoint[], [x, y]: PagePoint): number {
   let bestShare = 0;
   let leastDistance = Infinity;
@@ -63,7 +65,7 @@ export function nearestShare(corners: readonly PagePoint[], [x, y]: PagePoint): 
   return bestShare;
 }
 
-/** Return the point at a share of the way along the corners. */
+/** Return the point at a share, as `nearestShare` returns it. */
 export function pointAtShare(corners: readonly Vec3[], share: number): Vec3 {
   const k = Math.min(Math.floor(share), corners.length - 2);
   const [a, b] = [corners[Math.max(0, k)]!, corners[Math.max(0, k) + 1] ?? corners[Math.max(0, k)]!];

@@ -21,7 +21,7 @@ import { firstPose, limitPose, widenRanges } from "./ranges.js";
 import { useDebounced } from "../scheduling.js";
 import { firstWeld, journeyOf, type Weld } from "./weld.js";
 
-/** What is shown beside the drawing: sliders, J in numbers, the map of det J, the welding path, or the layers. */
+/** What the pane beside the drawing shows: sliders, J in numbers, the map of det J, the welding path, or the layers. */
 export type Pane = "joints" | "jacobian" | "map" | "weld" | "layers";
 
 /** What a page passes to its stage. */
@@ -42,11 +42,12 @@ export interface StageRequest {
 export interface Stage {
   readonly robot: Robot;
   readonly arm: Arm;
+  /** The total length of all links (m). */
   readonly reach: number;
   readonly pose: Pose;
   /** The pose before the arm is moved: that of the figure or question, or the pose to go to. */
   readonly home: Pose;
-  /** Whether `home` is a pose to go to. */
+  /** Whether `home` is a pose that the page asked to go to, such as a counterexample. */
   readonly isRequested: boolean;
   readonly state: State;
   readonly measures: Measures;

@@ -1,6 +1,6 @@
 // The map of det J over two joints in numbers: values on a grid, and the lines and spots at which J loses rank.
 
-import { randomPoses } from "../random.js";
+import { makeRandomPoses } from "../random.js";
 import { type SingularityKind, canDecideKind, kindAt } from "./classify.js";
 import { type Arm, measuresOf, type Pose, reachOf, signedVolume, stateAt } from "./model.js";
 import { rangeOf } from "./ranges.js";
@@ -15,12 +15,16 @@ import {
   findZeroLines,
 } from "./zeros.js";
 
+/** The value that the map shows: det J (or the product of singular values), or the least singular value. */
 export type ShownValue = "det" | "least";
 
 /** The joints along the map's two axes. */
 export type JointPair = readonly [across: number, up: number];
 
-/** `max` is the largest absolute value; 0 if J has lost rank everywhere, so that values are only rounding errors. */
+/**
+ * The map in numbers. `max` is the largest absolute value on the grid; 0 if J has lost rank everywhere, so that values
+ * are only rounding errors. J loses rank along `lines` and at the isolated `spots`.
+ */
 export interface Terrain {
   readonly grid: Grid;
   readonly max: number;
@@ -39,7 +43,7 @@ const scaleOfDeterminant = (arm: Arm): number => Math.min(1, reachOf(arm)) ** ar
 export function findMostSensitivePair(arm: Arm): JointPair {
   const n = arm.joints.length;
   const sensitivity = arm.joints.map((_, i) =>
-    randomPoses(6, n, 21).reduce((sum, pose) => {
+    makeRandomPoses(6, n, 21).reduce((sum, pose) => {
       const [a, b] = [0.4, -0.4].map((change) => signedVolume(arm, pose.with(i, pose[i]! + change)));
       return sum + Math.abs(a! - b!);
     }, 0),

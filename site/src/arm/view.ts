@@ -4,7 +4,10 @@ import { type Arm, stateAt } from "./model.js";
 import type { Extent } from "./ranges.js";
 import { addScaled, dot, scaleVector, subtract, type Vec3 } from "./vector.js";
 
-/** Directions right, up and towards the reader; `centre` (m) is drawn in the middle of width x height pixels. */
+/**
+ * A parallel projection: unit vectors right, up and towards the reader; `scale` in pixels per metre; `centre` (m) is
+ * drawn in the middle of width x height pixels.
+ */
 export interface View {
   readonly right: Vec3;
   readonly up: Vec3;
@@ -15,6 +18,7 @@ export interface View {
   readonly height: number;
 }
 
+/** A place or vector on the page in pixels, y down. */
 export type Pixel = readonly [x: number, y: number];
 
 /** Directions of the arrow keys on the page. */

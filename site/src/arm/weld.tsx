@@ -41,7 +41,7 @@ export function limitsOf(arm: Arm, { revoluteLimit, prismaticLimit }: Weld): num
 type WeldProps = Pick<Stage, "arm" | "pose" | "reach"> & NonNullable<Stage["welding"]>;
 
 const STEP_COUNT = 20;
-/** What is shown below the path's slider, one at a time, so that it stays in view with the arm. */
+/** The parts below the path's slider, shown one at a time, so that they stay in view with the arm. */
 const TABS = ["chart", "rates", "setup"] as const;
 
 /** The numeric fields besides the coordinates of B; the limits are those of the absolute value of a rate. */

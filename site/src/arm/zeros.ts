@@ -2,6 +2,7 @@
 
 import type { SingularityKind } from "./classify.js";
 
+/** A place on the map: the values of its two joints (rad or m). */
 export type Spot = readonly [u: number, v: number];
 
 /** Values at cell centres (u_i, v_j), `values[j][i]`, with one more row around, so lines reach the range's ends. */
@@ -11,6 +12,7 @@ export interface Grid {
   readonly values: readonly (readonly number[])[];
 }
 
+/** A line or, if it has one spot, an isolated spot of the singular set, all of one kind. */
 export type Stretch = { readonly kind: SingularityKind | "unknown"; readonly spots: readonly Spot[] };
 
 export function gridOf([u0, u1]: Spot, [v0, v1]: Spot, count: number, value: Value): Grid {
@@ -22,7 +24,7 @@ export function gridOf([u0, u1]: Spot, [v0, v1]: Spot, count: number, value: Val
 
 type Value = (u: number, v: number) => number;
 
-/** Return where a line crosses the edge of the grid at (i, j), across or up; null if none does. */
+/** Return where a line crosses the edge from grid point (i, j) to the next one across or up; null if none does. */
 type Crossing = (i: number, j: number, across: boolean) => Spot | null;
 
 /** Steps of the fine grid in a step of the coarse grid. The fine grid separates lines that are close to each other. */
@@ -56,7 +58,7 @@ export function findZeroLines(grid: Grid, value: Value): Spot[][] {
   });
 }
 
-/** Return the lines on which a value that keeps its sign touches zero. */
+/** Return the lines on which a value is zero without changing its sign: minima of its size below `zeroTolerance`. */
 export function findZeroMinimumLines({ us, vs, values }: Grid, value: Value, zeroTolerance: number): Spot[][] {
   const findCrossing: Crossing = (i, j, across) => {
     const valueAt = (step: number): number =>
@@ -186,7 +188,7 @@ function chainLinks(spots: ReadonlyMap<string, Spot>, links: ReadonlyMap<string,
   return lines;
 }
 
-/** Return the spots at which a value that is never negative is zero: minima on the grid, refined by smaller steps. */
+/** Return the spots at which a nonnegative value is zero: minima on the grid, refined, below `zeroTolerance`. */
 export function findZeroMinima(grid: Grid, value: Value, zeroTolerance: number): Spot[] {
   const { us, vs, values } = grid;
   const spots: Spot[] = [];

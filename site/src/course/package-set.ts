@@ -20,15 +20,20 @@ export interface PackageSet {
 }
 
 /** Return the round of a student: of each place, the arm that the student's identifier selects, with its questions. */
-export function roundOf(set: PackageSet, index: Index, learner: string): Round {
-  const asked = set.places.flatMap(({ name, questions }) => {
+export function selectRound(set: PackageSet, index: Index, learner: string): Round {
+  const questions = set.places.flatMap(({ name, questions }) => {
     const problems = index.families.find((family) => family.name === name)?.problems ?? [];
-    const chosen = problems[Math.floor(makeRandomGenerator(`${set.key}/${name}/${learner}`)() * problems.length)];
-    return chosen
+    const selectedProblem =
+      problems[Math.floor(makeRandomGenerator(`${set.key}/${name}/${learner}`)() * problems.length)];
+    return selectedProblem
       ? questions
-          .filter(([question]) => chosen.questions.includes(question))
-          .map(([question, points, credit]) => ({ item: { family: name, key: chosen.key, question }, points, credit }))
+          .filter(([question]) => selectedProblem.questions.includes(question))
+          .map(([question, points, credit]) => ({
+            item: { family: name, key: selectedProblem.key, question },
+            points,
+            credit,
+          }))
       : [];
   });
-  return { name: set.title, seed: "", tries: set.tries, pass: set.pass, asked };
+  return { name: set.title, seed: "", tries: set.tries, passShare: set.pass, questions };
 }

@@ -5,7 +5,7 @@
 
 import { solveDamped } from "../arm/svd.js";
 import type { ConfigurationsKey } from "../bank.js";
-import { randomNumbers } from "../random.js";
+import { makeRandomNumbers } from "../random.js";
 import { evaluate } from "../read/evaluate.js";
 import { withPointsOfLengths } from "../read/notation.js";
 import { readCommasAsPoints } from "../read/points.js";
@@ -317,7 +317,7 @@ function findCounterexample(
   seed: number,
   knownPoses: readonly SymbolValues[],
 ): SymbolValues | "nowhere" | "close" | null {
-  const random = randomNumbers((seed + 1) * 0x9e3779b9);
+  const random = makeRandomNumbers((seed + 1) * 0x9e3779b9);
   const lengthsFor = (k: number): SymbolValues => knownPoses[k % Math.max(knownPoses.length, 1)] ?? {};
   const expressions = vanishingExpressions(claim, space);
   const constrainedJoints = space.joints.filter((joint) => expressions.some((zero) => namesIn(zero).has(joint)));

@@ -11,7 +11,7 @@ import { CopyButton } from "../pages/copied.js";
 import { inDigits, numberSeparator, say } from "../text/text.js";
 
 /** Format with six significant digits, a true minus sign, and 0 for rounding errors relative to `largest`. */
-function format(value: number, largest: number): string {
+function formatNumber(value: number, largest: number): string {
   return inDigits(Math.abs(value) < 1e-12 * Math.max(1, largest) ? 0 : value);
 }
 
@@ -23,31 +23,31 @@ export function Figures({ stage }: { stage: Stage }): JSX.Element {
   return (
     <section class="own-figures" aria-label={say("own.figures")}>
       <h3>{say("own.figures")}</h3>
-      <JacobianTable arm={arm} state={state} format={(value) => format(value, largestEntry)} />
+      <JacobianTable arm={arm} state={state} format={(value) => formatNumber(value, largestEntry)} />
       <dl>
         <dt>{say(sizeKey(arm))}</dt>
-        <dd>{format(det ?? volume, largest ?? 1)}</dd>
+        <dd>{formatNumber(det ?? volume, largest ?? 1)}</dd>
         <dt>
           <Letters name="sigma" />
         </dt>
-        <dd>{sigma.map((value) => format(value, largest ?? 1)).join(numberSeparator())}</dd>
+        <dd>{sigma.map((value) => formatNumber(value, largest ?? 1)).join(numberSeparator())}</dd>
         <dt>
           <Letters name="sigma_min" />
         </dt>
         <dd>
-          {format(minSigma, largest ?? 1)}
+          {formatNumber(minSigma, largest ?? 1)}
           {minSigma > 1e-12 * (largest ?? 1)
             ? ` (${say("own.condition", { value: Number((largest! / minSigma).toPrecision(4)) })})`
             : ""}
         </dd>
       </dl>
-      <CopyButton text={asPython(stage)} label={say("own.copy-numbers")} />
+      <CopyButton text={writePython(stage)} label={say("own.copy-numbers")} />
     </section>
   );
 }
 
 /** Return all digits as Python code. */
-function asPython({ arm, pose, state, measures }: Stage): string {
+function writePython({ arm, pose, state, measures }: Stage): string {
   const rows = state.taskJacobian.map((row) => `    [${row.join(", ")}],`);
   const task = arm.task.map((row) => ROWS[row]).join(", ");
   return [

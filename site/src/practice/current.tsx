@@ -15,7 +15,7 @@ export function Current(props: Omit<TaskProps, "problem" | "part">): JSX.Element
   if (failed)
     return (
       <div class="task">
-        <Failed why={failed} onAgain={again} />
+        <Failed reason={failed} onAgain={again} />
       </div>
     );
   const part = problem?.parts.find(({ kind }) => kind === item.question);
@@ -31,10 +31,10 @@ export function Current(props: Omit<TaskProps, "problem" | "part">): JSX.Element
   return <Task {...props} problem={problem} part={part} />;
 }
 
-export function Failed({ why, onAgain }: { why: string; onAgain: () => void }): JSX.Element {
+export function Failed({ reason, onAgain }: { reason: string; onAgain: () => void }): JSX.Element {
   return (
     <div role="alert">
-      <p>{say("practice.failed", { why })}</p>
+      <p>{say("practice.failed", { why: reason })}</p>
       <Button style="button" text={say("practice.again")} onClick={onAgain} />
     </div>
   );

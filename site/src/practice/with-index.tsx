@@ -16,7 +16,7 @@ interface WithIndexProps {
 
 export function WithIndex({ children, loading }: WithIndexProps): JSX.Element {
   const { loaded, failed, again } = useLoaded(loadIndex, []);
-  if (failed) return <Failed why={failed} onAgain={again} />;
+  if (failed) return <Failed reason={failed} onAgain={again} />;
   if (loaded) return children(loaded);
   return (
     loading ?? (
