@@ -49,7 +49,7 @@ export function useDebounced<T>(value: T, milliseconds: number): T {
   return settledValue;
 }
 
-/** A loaded value, null until it is there; the error if loading failed, else ""; and a function that tries again. */
+/** A loaded value, null until it is loaded; the error as text, or ""; and a function that loads the value again. */
 export type Loaded<T> = { readonly loaded: T | null; readonly failed: string; readonly again: () => void };
 
 /** Load a value, and load it again whenever `inputs` change; the old value is kept until then. */

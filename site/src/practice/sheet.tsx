@@ -1,5 +1,5 @@
-// A printable sheet: the first questions of a set with figure, table and room for answers; then the correct answers on a
-// page of their own.
+// A printable sheet: the first questions of a set with figure, table and room for answers; the correct answers follow on
+// a page of their own.
 
 import type { JSX } from "preact";
 import { useState } from "preact/hooks";

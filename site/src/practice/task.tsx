@@ -69,7 +69,7 @@ export interface TaskProps {
   /** Sentences on the answer's effect on the progress, shown below the verdict. */
   readonly notes?: readonly string[];
   /** Called with whether a parsed answer is right, whether hints or the solution were shown, and the judged answer. */
-  readonly onVerdict: (right: boolean, helped: boolean, judged: JudgedPart) => void;
+  readonly onVerdict: (isRight: boolean, isHelped: boolean, judged: JudgedPart) => void;
   /** Called if the solution is shown before the answer is right. */
   readonly onSolution?: () => void;
   readonly onNext: () => void;
