@@ -36,6 +36,7 @@ PAGE_VERSION = 11
 
 OUTCOME_WORDS = dict(zip(Outcome, ("right", "partly right", "wrong", "not answered", "not graded yet"), strict=True))
 CELL_STOP_OUTCOMES = (
+    (r"\bqdot stopped the cell with this answer\b", "stopped at the time limit"),
     (r"\bcell with this answer stopped\b.* \(it (took|waited) longer\b", "stopped at the time limit"),
     (r"\bcell with this answer stopped\b", "stopped with an error"),
 )

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from qdot.exercises.common.errors import QdotError, find_most_similar, shorten
 from qdot.exercises.formula.latex import COMMAND_NAMES, MARKDOWN_FORMULA, UnknownLatex, parse_latex
 from qdot.exercises.formula.layout import Layout
+from qdot.exercises.formula.printers.speech import speak
 
 EXAMPLES_OF_LATEX = r"\vec{v}, \dot{q}, \mathbf{J}, \frac{a}{b}, \text{if}, \begin{bmatrix}"
 QUOTES_ADVICE = r"write texts with backslashes in single quotes, as in 'Find $\theta_1$.'"
@@ -76,7 +77,7 @@ def check_formulas(markdown: str) -> None:
     for match in MARKDOWN_FORMULA.finditer(markdown):
         latex = match[1] or match[2]
         if latex is not None:
-            check_latex(latex)
+            check_latex(" ".join(latex.split()))
     if re.search(r"(?<!\\)\$", MARKDOWN_FORMULA.sub("", markdown)):
         raise QdotError(r"a dollar sign has no partner; formulas are between two dollar signs, and \$ is a dollar")
 
@@ -93,8 +94,11 @@ def check_latex(latex: str) -> None:
     if match := _SIGN_IN_TEXT.search(latex):
         raise QdotError(f"{match[1]}…}} contains {match[2]}; write it outside of \\text, as in \\text{{m/s}}^2")
     try:
-        if _find_depth(parse_latex(latex)) > MAX_DEPTH:
+        layout = parse_latex(latex)
+        if _find_depth(layout) > MAX_DEPTH:
             raise RecursionError
+        if not speak(layout).strip(" ,"):
+            raise QdotError(f"the formula {_show(latex)} shows nothing")
     except RecursionError:
         raise QdotError(f"{_show(latex)} is nested too deeply") from None
     except UnknownLatex as error:

@@ -664,6 +664,7 @@ BAD_TEXTS = {
     "prompt = '${theta1}_2$'": r"a symbol has two subscripts in $\theta_{1}_2$",
     "prompt = '$" + 100 * r"\hat" + " a$'": "is nested too deeply",
     "prompt = '$" + 1000 * r"\hat" + " a$'": "is nested too deeply",
+    r"prompt = 'a $\displaystyle \!$'": "shows nothing",
     "prompt = ' '": 'expected a text, as in prompt = "Find',
     "prompt = 'x'\nunit = 'm/s%'": "powers are written with ^",
     "prompt = 'x'\ntitle = 'Speed of $P$'": "a title is plain text without '$'",
@@ -684,7 +685,7 @@ Let $\vec{v} = \mathbf{J}(\boldsymbol{q})\,\dot{\boldsymbol{q}}$,
 $\hat{\mathbf{z_{1}}} \perp \bar{a} \parallel \tilde{b}$,
 $\lVert v\rVert \ne \|\ddot q\|$, $J^\top \in \mathbb{R}^{n \times 3}$, $\operatorname{rank} J = \max_i \min_j r_{ij}$,
 $\mathcal{N}(J)$, $\int_0^\infty \!\nabla f\,\mathrm{d}t$, $\forall i = 1, \ldots, n$,
-$\angle(\overline{AB}, \underline{CD})$,
+$\angle(\overline{AB}, \underline{CD})$, $\hat\langle \lfloor √$,
 $a \rightarrow \begin{pmatrix} 1 & {p.x} \\ \frac{{a1}}{b_{1}} & 0 \end{pmatrix}$ and \$5:
 
 $$f = \begin{cases} x & \text{if } x > 0 \\ \dot{\hat{\mathbf{x_{1}}}} & \text{else} \end{cases}$$
