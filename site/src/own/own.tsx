@@ -67,7 +67,7 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
   };
   useEffect(() => listen(window, "hashchange", followLink), [knownArms]);
 
-  const settledPose = stage?.settled.pose;
+  const settledPose = stage?.settledState.pose;
   const fragment = writeFragment(
     state.table,
     state.robot,
@@ -143,7 +143,7 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
             symbols={{}}
             pose={initialPose}
             pane="map"
-            radians={state.table.angles === "radians"}
+            inRadians={state.table.angles === "radians"}
             onStage={setStage}
             onPose={rememberPose}
           />

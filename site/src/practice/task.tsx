@@ -234,7 +234,7 @@ export function Task(props: TaskProps): JSX.Element {
           <Arm
             robot={problem.robot}
             symbols={problem.symbols}
-            first={initialPose}
+            firstPose={initialPose}
             isConcealed={isPosed && isOpen && !PATH_QUESTIONS.has(part.kind)}
             pose={pose}
             overlay={overlay}
