@@ -11,7 +11,7 @@ import { type Topic, getTopic } from "../practice/topics.js";
 import type { TextKey } from "../text/text.js";
 import type { Tool } from "./tools.js";
 
-/** What goals are checked against: the stage, the joint rates that a tool sets (empty without one), the velocity of P. */
+/** What goals are checked against: the stage, the joint rates that a tool sets (if there is one), the velocity of P. */
 export type GoalState = { readonly stage: Stage; readonly rates: readonly number[]; readonly velocity: Vec3 };
 
 export type Goal = { readonly text: TextKey; readonly isReached: (state: GoalState) => boolean };

@@ -27,7 +27,8 @@ const WANTED_SPEED = 0.5;
 const DAMPING = 1e-6;
 
 /**
- * Return the joint rates (rad/s) that a tool sets: those of the sliders, or those for which P moves as wanted. Without a tool, the list is empty.
+ * Return the joint rates (rad/s) that a tool sets: those of the sliders, or those that move P as wanted. Without a
+ * tool, the list is empty.
  */
 export function computeRates(tool: Tool | null, dials: Dials, { taskJacobian }: State): readonly number[] {
   if (tool === "rates") return dials.rates;
