@@ -49,22 +49,22 @@ export function useDebounced<T>(value: T, milliseconds: number): T {
   return settledValue;
 }
 
-/** A loaded value, null until it is there; the error if loading failed, else ""; and a function that tries again. */
-export type Loaded<T> = { readonly loaded: T | null; readonly failed: string; readonly again: () => void };
+/** A loaded value, null until it is loaded; the error as text, or ""; and a function that loads the value again. */
+export type Loaded<T> = { readonly loaded: T | null; readonly error: string; readonly retry: () => void };
 
 /** Load a value, and load it again whenever `inputs` change; the old value is kept until then. */
 export function useLoaded<T>(load: () => Promise<T>, inputs: readonly unknown[]): Loaded<T> {
-  const [loaded, setFound] = useState<T | null>(null);
-  const [failed, setFailed] = useState("");
+  const [loaded, setLoaded] = useState<T | null>(null);
+  const [error, setError] = useState("");
   const lastRequest = useRef(0); // results for earlier inputs are dropped
-  const again = (): void => {
+  const retry = (): void => {
     const request = (lastRequest.current += 1);
-    setFailed("");
+    setError("");
     load().then(
-      (value) => lastRequest.current === request && setFound(value),
-      (error: unknown) => lastRequest.current === request && setFailed(String(error)),
+      (value) => lastRequest.current === request && setLoaded(value),
+      (reason: unknown) => lastRequest.current === request && setError(String(reason)),
     );
   };
-  useEffect(again, inputs);
-  return { loaded, failed, again };
+  useEffect(retry, inputs);
+  return { loaded, error, retry };
 }

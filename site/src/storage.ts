@@ -1,6 +1,6 @@
-// What the browser stores of the student's work. A browser that stores nothing, or is full, prevents nothing.
+// Load and store the student's work in the browser. If the browser stores nothing, or is full, the page works without.
 
-/** Return what a function returns; null if it returns nothing, or throws. */
+/** Return the result of a function; null if it is null or undefined, or if the function throws. */
 export function resultOrNull<T>(attempt: () => T): NonNullable<T> | null {
   try {
     return attempt() ?? null;

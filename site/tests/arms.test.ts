@@ -135,7 +135,11 @@ describe("a link", () => {
   });
 
   test("contains the name of a known robot", () => {
-    expect(parseFragment(writeFragment(ONE, "panda", [1, 2.5]))).toEqual({ robot: "panda", table: null, pose: [1, 2.5] });
+    expect(parseFragment(writeFragment(ONE, "panda", [1, 2.5]))).toEqual({
+      robot: "panda",
+      table: null,
+      pose: [1, 2.5],
+    });
   });
 
   test.each(["", "#", "#main"])("without a table is ignored: %s", (fragment) =>

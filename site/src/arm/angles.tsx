@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 
 import { type Arm, thetaAndD, type State } from "./model.js";
 import { dot } from "./vector.js";
-import { vectorInPixels, pixel, type Pixel, type View } from "./view.js";
+import { vectorInPixels, toPixel, type Pixel, type View } from "./view.js";
 import { jointClass } from "./letters.js";
 
 /** The arc of a joint angle: SVG path data (pixels) of the arc, its arrowhead and the dashed line at angle zero. */
@@ -30,7 +30,7 @@ export function arcOf(arm: Arm, state: State, view: View, i: number): AngleArc |
   const [angle] = thetaAndD(joint, state.pose[i]!);
   const wrappedAngle = Math.atan2(Math.sin(angle), Math.cos(angle));
   if (Math.abs(wrappedAngle) < MIN_ANGLE) return null;
-  const [x, y] = pixel(view, previousFrame.o);
+  const [x, y] = toPixel(view, previousFrame.o);
   const [sx, sy] = vectorInPixels(view, previousFrame.x);
   const towardReader = dot(previousFrame.z, view.towardReader);
   const startAngle = Math.atan2(-sy, sx);

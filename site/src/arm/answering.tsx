@@ -11,12 +11,12 @@ import { inDigits, say } from "../text/text.js";
 import { termAfterKey, useFormulaStops } from "./formula-keys.js";
 import { namedPose, type State } from "./model.js";
 import { stationOn } from "./path.js";
-import { angleIn, digits } from "./number-format.js";
+import { convertAngle, roundToDigits } from "./number-format.js";
 import type { Stage } from "./stage.js";
 import { jointOf, SYMBOL, symbolsIn, symbolsOf, termAt, typedText } from "./terms.js";
 import { jointClass } from "./letters.js";
 
-/** The term pointed at; `byKey`: the keyboard selected it. */
+/** The highlighted term: its elements, whether a click keeps it highlighted, and whether the keyboard selected it. */
 type Term = { readonly parts: readonly Element[]; readonly isPinned: boolean; readonly isByKey?: boolean };
 
 /** Minimum distance in pixels of a shown number from the sides of the window. */
@@ -61,7 +61,7 @@ export function TermLinks({ stage, inRadians, rates }: Omit<ValueProps, "parts">
       const pointedTerm = findPointedTerm(event);
       highlightTerm(pointedTerm && { parts: pointedTerm.parts, isPinned }, pointedTerm?.symbol);
     };
-    /** Move from the highlighted term of this formula, or from its first term; return whether the key was used. */
+    /** Highlight the term to which a key leads in a formula; return whether the key was used. */
     const moveByKey = (math: Element, key: string): boolean => {
       const highlightedParts =
         currentTerm.current && math.contains(currentTerm.current.parts[0]!) ? currentTerm.current.parts : null;
@@ -167,7 +167,9 @@ function formatValue({ parts, stage, inRadians, rates }: ValueProps): string | n
   const value = text === null ? null : valueOf(text, stage, rates);
   if (value === null || !parts[0]!.isConnected) return null;
   const isAngle = /^theta\d+$/.test(text!);
-  return isAngle ? `${inDigits(angleIn(inRadians, value))}${inRadians ? "" : "°"}` : inDigits(digits(value));
+  return isAngle
+    ? `${inDigits(convertAngle(inRadians, value))}${inRadians ? "" : "°"}`
+    : inDigits(roundToDigits(value));
 }
 
 /** The value of a term, shown below it; nothing if it has none. */

@@ -7,14 +7,16 @@ import { say } from "../text/text.js";
 import { DrawnLetters, jointClass } from "./letters.js";
 import type { Arm } from "./model.js";
 import { useSize } from "./size.js";
-import { decimals } from "./number-format.js";
+import { roundToDecimals } from "./number-format.js";
 import type { Journey } from "./path.js";
 import { pointsText } from "./view.js";
 
 export interface ChartProps {
   readonly arm: Arm;
   readonly journey: Journey;
+  /** Speed of P (m/s). */
   readonly speed: number;
+  /** Limits of the joint rates (rad/s or m/s). */
   readonly limits: readonly number[];
   /** Time of the arm's current place on the path (s). */
   readonly time: number;
@@ -22,7 +24,7 @@ export interface ChartProps {
 
 const [LEFT_MARGIN, BOTTOM_MARGIN, TOP_MARGIN] = [54, 26, 16];
 
-/** The chart shows rates as fractions of their limits, so revolute and prismatic joints share one axis. */
+/** A chart of rates as fractions of their limits, so that revolute and prismatic joints share one axis. */
 export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.Element {
   const frame = useRef<HTMLDivElement>(null);
   const [width, height] = useSize(frame, [420, 220]);
@@ -56,10 +58,10 @@ export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.El
           ))}
           {[0, 0.5, 1].map((share) => (
             <text key={share} class="arm-tick-text arm-middle" x={x(share * totalTime)} y={height - 8}>
-              {say("arm.chart.seconds", { time: decimals(share * totalTime, 1) })}
+              {say("arm.chart.seconds", { time: roundToDecimals(share * totalTime, 1) })}
             </text>
           ))}
-          {!journey.arrives && (
+          {!journey.reachesEnd && (
             <rect
               class="arm-never"
               x={x(endTime)}

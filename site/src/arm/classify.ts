@@ -12,7 +12,7 @@ import { dot, type Matrix, norm, subtract, multiply, transpose } from "./vector.
 
 export type SingularityKind = "regular" | "boundary" | "internal";
 
-/** Relative tolerance for the rank of J; step of numeric derivatives (rad or m); and rotations tried in a turn. */
+/** Relative tolerance for the rank of J; step of numeric derivatives (rad or m); and number of rotations in a turn. */
 const [RANK_TOLERANCE, DIFFERENCE_STEP, ROTATION_COUNT] = [1e-7, 1e-4, 24];
 
 /** Return whether the kind of a singularity can be decided for an arm and its task. */
@@ -44,7 +44,7 @@ export function wristCentre(arm: Arm): number | null {
   return axesMeet && axesDiffer ? n - 2 : null;
 }
 
-/** Return the kind of a pose. An arm with a spherical wrist is at its boundary if its wrist centre is. */
+/** Return the kind of a pose. An arm with a spherical wrist is at its boundary if the wrist centre is at its own. */
 export function kindAt(arm: Arm, pose: Pose, tolerance = RANK_TOLERANCE): SingularityKind {
   const positioner = withoutWrist(arm);
   if (!positioner) return kindForWorstRotation(arm, pose, tolerance);
@@ -68,11 +68,14 @@ function countRank(matrix: Matrix, sigma: readonly number[], reach: number, tole
 }
 
 function rankOf(arm: Arm, pose: Pose, tolerance: number): number {
-  const { counted } = stateAt(arm, pose);
-  return countRank(counted, decompose(counted).sigma, reachOf(arm), tolerance);
+  const { taskJacobian } = stateAt(arm, pose);
+  return countRank(taskJacobian, decompose(taskJacobian).sigma, reachOf(arm), tolerance);
 }
 
-/** Return the kind of a pose; if a joint can rotate without moving the point, the worst kind over its rotation. */
+/**
+ * Return the kind of a pose. If a joint can rotate without moving the point, the pose is at the boundary if it is at
+ * the boundary for some rotation.
+ */
 function kindForWorstRotation(arm: Arm, pose: Pose, tolerance: number): SingularityKind {
   const kind = kindFromJacobian(arm, pose, tolerance);
   if (kind !== "internal" || arm.task.some((row) => row > 2)) return kind;
@@ -97,13 +100,13 @@ function kindForWorstRotation(arm: Arm, pose: Pose, tolerance: number): Singular
 }
 
 function kindFromJacobian(arm: Arm, pose: Pose, tolerance: number): SingularityKind {
-  const { counted } = stateAt(arm, pose);
-  const decomposition = decompose(counted);
-  const rank = countRank(counted, decomposition.sigma, reachOf(arm), tolerance);
-  if (rank === Math.min(counted.length, arm.joints.length)) return "regular";
-  const lostDirections = decompose(transpose(counted)).v.slice(rank);
+  const { taskJacobian } = stateAt(arm, pose);
+  const decomposition = decompose(taskJacobian);
+  const rank = countRank(taskJacobian, decomposition.sigma, reachOf(arm), tolerance);
+  if (rank === Math.min(taskJacobian.length, arm.joints.length)) return "regular";
+  const lostDirections = decompose(transpose(taskJacobian)).v.slice(rank);
   const selfMotions = decomposition.v.slice(rank);
-  if (counted.length > arm.joints.length) return "internal";
+  if (taskJacobian.length > arm.joints.length) return "internal";
   return sampleDirections(lostDirections).some((u) => isEdge(arm, pose, u, selfMotions)) ? "boundary" : "internal";
 }
 
@@ -118,7 +121,7 @@ function sampleDirections(lostDirections: Matrix): Matrix {
   });
 }
 
-/** Return whether the reach ends on a side of the lost direction to which small motions do not lead. */
+/** Return whether the reach ends, along the lost direction, on a side to which small motions do not lead. */
 function isEdge(arm: Arm, pose: Pose, lostDirection: readonly number[], selfMotions: Matrix): boolean {
   const [leadsForward, leadsBackward] = secondOrderMotion(arm, pose, lostDirection, selfMotions);
   const [aheadDirection, behindDirection] = [[...lostDirection], lostDirection.map((value) => -value)];
@@ -130,7 +133,7 @@ function isEdge(arm: Arm, pose: Pose, lostDirection: readonly number[], selfMoti
   return candidateSides.some((side) => !reachesBeyond(arm, pose, side));
 }
 
-/** Return whether self-motions lead, to second order, forward along `lost`, and whether they lead backward. */
+/** Return whether self-motions lead, to second order, forward along the lost direction, and whether backward. */
 function secondOrderMotion(
   arm: Arm,
   pose: Pose,
@@ -139,8 +142,8 @@ function secondOrderMotion(
 ): readonly [boolean, boolean] {
   const lostRatesAfter = (k: readonly number[], step: number): number[] => {
     const movedPose = pose.map((value, i) => value + step * k[i]!);
-    const { counted } = stateAt(arm, movedPose);
-    return selfMotions.map((other) => dot(lostDirection, multiply(counted, other)));
+    const { taskJacobian } = stateAt(arm, movedPose);
+    return selfMotions.map((other) => dot(lostDirection, multiply(taskJacobian, other)));
   };
   const secondDerivatives = selfMotions.map((k) => {
     const [ahead, behind] = [lostRatesAfter(k, DIFFERENCE_STEP), lostRatesAfter(k, -DIFFERENCE_STEP)];

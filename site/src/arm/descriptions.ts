@@ -5,7 +5,7 @@ import { canDecideKind, type SingularityKind, kindAt } from "./classify.js";
 import { plainLetters } from "./letters.js";
 import { lostDirection } from "./lost-direction.js";
 import { type Arm, isMixed, type Measures, measuresOf, type State } from "./model.js";
-import { angleIn, decimals, digits } from "./number-format.js";
+import { convertAngle, roundToDecimals, roundToDigits } from "./number-format.js";
 
 export type Nearness = "regular" | "near" | "singular";
 
@@ -32,28 +32,34 @@ export function describePose(arm: Arm, { pose, point }: State, radians: boolean)
   const joints = arm.joints.map(({ kind, name }, i) =>
     say(kind === "R" ? rotatedKey : "arm.words.slid", {
       joint: plainLetters(name),
-      value: kind === "R" ? angleIn(radians, pose[i]!) : decimals(pose[i]!, 3),
+      value: kind === "R" ? convertAngle(radians, pose[i]!) : roundToDecimals(pose[i]!, 3),
     }),
   );
-  const [x, y, z] = point.map((value) => decimals(value, 3)) as [number, number, number];
+  const [x, y, z] = point.map((value) => roundToDecimals(value, 3)) as [number, number, number];
   return `${say("arm.words.pose", { joints: joints.join(", ") })} ${say("arm.words.point", { x, y, z })}`;
 }
 
 function describeSingularity(arm: Arm, state: State): string {
   const measures = measuresOf(state);
-  const { det, volume, least, ratio } = measures;
-  const percent = decimals(100 * ratio, 1);
+  const { det, volume, minSigma, ratio } = measures;
+  const percent = roundToDecimals(100 * ratio, 1);
   const size =
-    det === null ? say("arm.words.volume", { value: digits(volume) }) : say("arm.words.det", { value: digits(det) });
+    det === null
+      ? say("arm.words.volume", { value: roundToDigits(volume) })
+      : say("arm.words.det", { value: roundToDigits(det) });
   const nearness = classifyNearness(arm, measures);
-  const sentences = [size, say("arm.words.sigma", { least: digits(least), percent }), say(`arm.words.${nearness}`)];
+  const sentences = [
+    size,
+    say("arm.words.sigma", { least: roundToDigits(minSigma), percent }),
+    say(`arm.words.${nearness}`),
+  ];
   if (nearness === "singular") {
     const kind = kindOfSingularity(arm, state);
     if (kind) sentences.push(say(`arm.words.${kind}`));
   }
-  const lost = nearness === "regular" ? null : lostDirection(arm, state);
-  if (lost) {
-    const [x, y, z] = lost.map((value) => decimals(value, 2)) as [number, number, number];
+  const direction = nearness === "regular" ? null : lostDirection(arm, state);
+  if (direction) {
+    const [x, y, z] = direction.map((value) => roundToDecimals(value, 2)) as [number, number, number];
     sentences.push(say(nearness === "near" ? "arm.words.slow" : "arm.words.lost", { x, y, z }));
   }
   return sentences.join(" ");

@@ -13,8 +13,8 @@ import { drawnColumns, Marks } from "./marks.js";
 import { measuresOf, stateAt } from "./model.js";
 import { edgesOf, withFraming, framingOf, isSamePose, isInView, findReadableOrbit } from "./framing.js";
 import { dragLink, movePoint } from "./moves.js";
-import { extentOf, within } from "./ranges.js";
-import { atShare, linkOf, nearestShare } from "./shape.js";
+import { extentOf, limitToRange } from "./ranges.js";
+import { pointAtShare, linkOf, nearestShare } from "./shape.js";
 import type { Stage } from "./stage.js";
 import { Space } from "./space.js";
 import { add, addScaled, dot, subtract, type Vec3 } from "./vector.js";
@@ -24,7 +24,7 @@ import {
   flatPlane,
   vectorFromPixels,
   type Orbit,
-  pixel,
+  toPixel,
   type Pixel,
   type View,
   viewOf,
@@ -48,7 +48,7 @@ interface DrawingProps extends Stage {
   readonly overlay?: ((view: View) => ComponentChildren) | undefined;
 }
 
-/** What the pointer drags: a link at a share of its length, the point, the path's end, or the view. */
+/** What the pointer drags: a link (from 0) at a share of its corners (see shape.ts), P, the path's end, or the view. */
 type Drag =
   | { readonly link: number; readonly share: number }
   | "point"
@@ -56,7 +56,7 @@ type Drag =
   | { readonly startOrbit: Orbit; readonly startPixel: Pixel };
 
 const DEGREE = Math.PI / 180;
-/** After the view has changed, each move reduces the offset from the pointer to this fraction. */
+/** After the view has changed, each move multiplies the offset between pointer and dragged point by this factor. */
 const OFFSET_DECAY = 0.85;
 
 export function Drawing(props: DrawingProps): JSX.Element {
@@ -95,7 +95,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
     const { clientLeft, clientTop } = box.current!;
     return [event.clientX - corner.left - clientLeft, event.clientY - corner.top - clientTop];
   };
-  const startDrag = (event: PointerEvent, dragFrom: (at: Pixel) => Drag): void => {
+  const startDrag = (event: PointerEvent, dragFrom: (startPixel: Pixel) => Drag): void => {
     if (event.button !== 0) return;
     event.stopPropagation();
     box.current!.setPointerCapture(event.pointerId);
@@ -105,12 +105,12 @@ export function Drawing(props: DrawingProps): JSX.Element {
     setDragged(true);
   };
   const pointer = useRef<Pixel>([0, 0]);
-  const offset = useRef<Pixel>([0, 0]); // offset of the dragged thing from the pointer after the view has changed
+  const offset = useRef<Pixel>([0, 0]); // from the dragged point to the pointer; nonzero after the view has changed
   const draggedPosition =
     drag === "point" ? state.point : drag === "target" ? target?.end : pointOnDraggedLink(drag, links);
   useLayoutEffect(() => {
     if (!draggedPosition) return;
-    const [x, y] = pixel(view, draggedPosition);
+    const [x, y] = toPixel(view, draggedPosition);
     offset.current = [pointer.current[0] - x, pointer.current[1] - y];
   }, [view.scale, view.centre]);
   const continueDrag = (event: PointerEvent): void => {
@@ -119,14 +119,14 @@ export function Drawing(props: DrawingProps): JSX.Element {
     offset.current = [OFFSET_DECAY * offset.current[0], OFFSET_DECAY * offset.current[1]];
     const [x, y] = [pointer.current[0] - offset.current[0], pointer.current[1] - offset.current[1]];
     const stepFrom = (place: Vec3): Pixel => {
-      const [px, py] = pixel(view, place);
+      const [px, py] = toPixel(view, place);
       return [x - px, y - py];
     };
     if (drag === "point") move(movePoint(arm, state.pose, vectorFromPixels(view, stepFrom(state.point)), view));
     else if (drag === "target") {
       if (target) target.move(add(target.end, vectorFromPixels(view, stepFrom(target.end))));
     } else if ("link" in drag) {
-      const place = atShare(links[drag.link]!, drag.share);
+      const place = pointAtShare(links[drag.link]!, drag.share);
       move(dragLink(arm, state, view, drag.link, place, stepFrom(place)));
     } else setOrbit(rotateOrbit(drag.startOrbit, (drag.startPixel[0] - x) / 160, (y - drag.startPixel[1]) / 160, 1));
   };
@@ -153,7 +153,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
     } else if (step && step[0] === 0) choose((chosen + step[1] + arm.joints.length) % arm.joints.length);
     else if (step) {
       const change = step[0] * stepCount * (arm.joints[chosen]!.kind === "R" ? DEGREE : 0.005);
-      move(state.pose.with(chosen, within(arm, chosen, state.pose[chosen]! + change)));
+      move(state.pose.with(chosen, limitToRange(arm, chosen, state.pose[chosen]! + change)));
     } else return;
     event.preventDefault();
   };
@@ -195,20 +195,20 @@ export function Drawing(props: DrawingProps): JSX.Element {
               onPointerLeave={() => highlight(null)}
               onPointerDown={(event) => {
                 choose(i);
-                const corners = line.map((corner) => pixel(view, corner));
-                startDrag(event, (at) => ({ link: i, share: nearestShare(corners, at) }));
+                const corners = line.map((corner) => toPixel(view, corner));
+                startDrag(event, (startPixel) => ({ link: i, share: nearestShare(corners, startPixel) }));
               }}
             />
           ))}
           <Point
-            place={pixel(view, state.point)}
+            place={toPixel(view, state.point)}
             chosen={chosen < 0}
             onDown={(event) => {
               choose(-1);
               startDrag(event, () => "point");
             }}
           />
-          {target && <Target place={pixel(view, target.end)} onDown={(event) => startDrag(event, () => "target")} />}
+          {target && <Target place={toPixel(view, target.end)} onDown={(event) => startDrag(event, () => "target")} />}
         </svg>
         {!isFlat && <ViewButtons onKey={changeView} />}
       </div>
@@ -229,26 +229,30 @@ export function Drawing(props: DrawingProps): JSX.Element {
   );
 }
 
-/** Return the point of a link that is dragged, null if no link is. */
+/** Return the point at which a link is dragged; null if no link is dragged. */
 function pointOnDraggedLink(drag: Drag | null, links: readonly (readonly Vec3[])[]): Vec3 | null {
-  return drag !== null && typeof drag === "object" && "link" in drag ? atShare(links[drag.link]!, drag.share) : null;
+  return drag !== null && typeof drag === "object" && "link" in drag
+    ? pointAtShare(links[drag.link]!, drag.share)
+    : null;
 }
 
 /**
  * Return the view's orbit, its setter, and the first orbit. The first orbit is that of the figure, unless the arm was
  * sent to a pose that it would show end-on. An orbit that the reader has changed is kept, unless it is end-on.
  */
-function useOrbit({ arm, home, isSent }: DrawingProps): [Orbit, StateUpdater, Orbit] {
+function useOrbit({ arm, home, isRequested }: DrawingProps): [Orbit, StateUpdater, Orbit] {
   const firstOrbit = useMemo(
-    () => (isSent && !flatPlane(arm) ? findReadableOrbit(arm, stateAt(arm, home), FIRST_ORBIT) : FIRST_ORBIT),
-    [arm, home, isSent],
+    () => (isRequested && !flatPlane(arm) ? findReadableOrbit(arm, stateAt(arm, home), FIRST_ORBIT) : FIRST_ORBIT),
+    [arm, home, isRequested],
   );
   const [orbit, setOrbit] = useState<Orbit>(firstOrbit);
   const previousFirstOrbit = useRef(firstOrbit);
   useLayoutEffect(() => {
     const isEndOn = (candidate: Orbit): boolean =>
-      isSent && findReadableOrbit(arm, stateAt(arm, home), candidate) !== candidate;
-    setOrbit((now) => (now === previousFirstOrbit.current || isEndOn(now) ? firstOrbit : now));
+      isRequested && findReadableOrbit(arm, stateAt(arm, home), candidate) !== candidate;
+    setOrbit((currentOrbit) =>
+      currentOrbit === previousFirstOrbit.current || isEndOn(currentOrbit) ? firstOrbit : currentOrbit,
+    );
     previousFirstOrbit.current = firstOrbit;
   }, [firstOrbit, home]);
   return [orbit, setOrbit, firstOrbit];
@@ -401,8 +405,8 @@ function Target({ place: [x, y], onDown }: GripProps): JSX.Element {
 function Foot({ arm, state, view }: Pick<DrawingProps, "arm" | "state"> & { readonly view: View }): JSX.Element {
   const { o, z } = arm.base;
   const height = dot(subtract(state.point, o), z);
-  const [px, py] = pixel(view, state.point);
-  const [fx, fy] = pixel(view, addScaled(state.point, z, -height));
+  const [px, py] = toPixel(view, state.point);
+  const [fx, fy] = toPixel(view, addScaled(state.point, z, -height));
   return (
     <g class="arm-foot">
       <polyline points={`${px},${py} ${fx},${fy}`} />

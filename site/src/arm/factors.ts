@@ -7,7 +7,7 @@ import { type Arm, namedPose, type Pose, signedVolume } from "./model.js";
 import { makeRandomPoses } from "../random.js";
 import { rangeOf } from "./ranges.js";
 
-/** A factor: its HTML, its value at a pose, and its maximum absolute value over the ranges of the joints. */
+/** A factor of det J: its HTML, its value at a pose, and its maximum absolute value over the ranges of the joints. */
 export type LiveFactor = { readonly html: string; readonly valueAt: (pose: Pose) => number; readonly maxSize: number };
 
 const SAMPLE_COUNT = 300;
@@ -19,7 +19,7 @@ export interface DeterminantSizes {
   readonly factors: readonly LiveFactor[];
 }
 
-/** Return a function that computes both when first called: on a phone they may never be needed. */
+/** Return a function that computes these when first called: on a phone they may never be needed. */
 export function sizesOf(arm: Arm, robot: Robot, factors: readonly Factor[]): () => DeterminantSizes {
   let sizes: DeterminantSizes | undefined;
   const volumeAt = (pose: Pose): number => Math.abs(signedVolume(arm, pose));
@@ -42,10 +42,10 @@ function samplesOf(arm: Arm): Pose[] {
 
 /** Return the factors of a robot's determinant as functions of the pose. */
 function liveFactors(arm: Arm, robot: Robot, factors: readonly Factor[]): LiveFactor[] {
-  const known = new Set([...arm.joints.map(({ name }) => name), ...Object.keys(robot.values)]);
+  const knownNames = new Set([...arm.joints.map(({ name }) => name), ...Object.keys(robot.values)]);
   const samples = samplesOf(arm);
   return factors.map(([html, typed]) => {
-    const tree = parse(typed, known);
+    const tree = parse(typed, knownNames);
     const valueAt = (pose: Pose): number => realValue(tree, { ...robot.values, ...namedPose(arm, pose) });
     return { html, valueAt, maxSize: Math.max(1e-9, ...samples.map((pose) => Math.abs(valueAt(pose)))) };
   });

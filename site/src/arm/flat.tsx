@@ -6,7 +6,7 @@ import type { WantedLabel } from "./labels.js";
 import type { Arm, State } from "./model.js";
 import { linkOf, jointCentresOf } from "./shape.js";
 import { add, dot, scaleVector, type Vec3 } from "./vector.js";
-import { vectorInPixels, pixel, type Pixel, pointsText, type View } from "./view.js";
+import { vectorInPixels, toPixel, type Pixel, pointsText, type View } from "./view.js";
 import { jointClass } from "./letters.js";
 
 export type BodyProps = { readonly arm: Arm; readonly state: State; readonly view: View; readonly reach: number };
@@ -28,9 +28,9 @@ export function Body({ arm, state, view, reach }: BodyProps): JSX.Element {
       {arm.joints.map((joint, i) => {
         const { z } = state.frames[i]!;
         return joint.kind === "R" ? (
-          <RevoluteGlyph key={joint.name} i={i} place={pixel(view, jointCentres[i]!)} z={z} view={view} />
+          <RevoluteGlyph key={joint.name} i={i} place={toPixel(view, jointCentres[i]!)} z={z} view={view} />
         ) : (
-          <PrismaticGlyph key={joint.name} i={i} place={pixel(view, jointCentres[i]!)} z={z} view={view} />
+          <PrismaticGlyph key={joint.name} i={i} place={toPixel(view, jointCentres[i]!)} z={z} view={view} />
         );
       })}
     </g>
@@ -70,7 +70,7 @@ function PrismaticGlyph({ i, place: [x, y], z, view }: GlyphProps): JSX.Element 
 
 /** The ground that carries the base: a hatched line below O_0. */
 function Ground({ state, view }: Pick<BodyProps, "state" | "view">): JSX.Element {
-  const [x, y] = pixel(view, state.frames[0]!.o);
+  const [x, y] = toPixel(view, state.frames[0]!.o);
   const ticks = [-24, -15, -6, 3, 12, 21, 30].map((k) => `M${x + k} ${y + 24}l-8 8`).join("");
   return (
     <g class="arm-ground">
@@ -82,7 +82,7 @@ function Ground({ state, view }: Pick<BodyProps, "state" | "view">): JSX.Element
 
 /** Return a line in space as the points of an SVG polyline. */
 export const polylineText = (view: View, points: readonly Vec3[]): string =>
-  pointsText((points.length === 1 ? [points[0]!, points[0]!] : points).map((point) => pixel(view, point)));
+  pointsText((points.length === 1 ? [points[0]!, points[0]!] : points).map((point) => toPixel(view, point)));
 
 /** An arrow in space: its start and its vector. */
 type ArrowSpan = Pick<NamedArrow, "from" | "vector">;
@@ -92,7 +92,7 @@ export type NamedArrow = { readonly name: string; readonly style: string; readon
 
 /** Return the label at the head of an arrow. */
 export function headLabel(view: View, { name, style, from, vector }: NamedArrow): WantedLabel {
-  return { name, style, at: pixel(view, add(from, vector)), direction: vectorInPixels(view, vector) };
+  return { name, style, at: toPixel(view, add(from, vector)), direction: vectorInPixels(view, vector) };
 }
 
 /** Return the length of an arrow on the page (pixels). */
@@ -105,7 +105,7 @@ function shapeOfArrow(
   { from, vector }: ArrowSpan,
   hasTwinHead = false,
 ): [shaft: Pixel[], heads: Pixel[][]] | null {
-  const [x, y] = pixel(view, from);
+  const [x, y] = toPixel(view, from);
   const [dx, dy] = vectorInPixels(view, vector);
   const length = Math.hypot(dx, dy);
   if (length < 3) return null;

@@ -14,7 +14,7 @@ function formulasOf(arm: Arm): Element[] {
   );
 }
 
-/** Make each such formula a Tab stop while the arm is shown, also formulas that are added later. */
+/** Make each formula with letters of the arm a Tab stop while the arm is shown, also formulas that are added later. */
 export function useFormulaStops(arm: Arm, describedBy: string): void {
   useEffect(() => {
     let timer: ReturnType<typeof setTimeout> | undefined;
@@ -43,7 +43,7 @@ export function useFormulaStops(arm: Arm, describedBy: string): void {
   }, [arm, describedBy]);
 }
 
-/** Milliseconds after which added formulas become Tab stops: a page is written in many steps. */
+/** Delay (ms) before added formulas become Tab stops, because a page is written in many steps. */
 const STOP_DELAY = 100;
 
 /** Return the term to which a key leads from the highlighted parts (or from none); null for any other key. */

@@ -4,15 +4,17 @@ import { type Arm, reachOf, type State } from "./model.js";
 import { thicknessOf } from "./ranges.js";
 import { bodyOf, jointCentresOf, wayToPoint } from "./shape.js";
 import { addScaled, dot, norm, scaleVector, subtract, type Vec3 } from "./vector.js";
-import { axonometric, FIRST_ORBIT, type Orbit, pixel, type View } from "./view.js";
+import { axonometric, FIRST_ORBIT, type Orbit, toPixel, type View } from "./view.js";
 
-/** The centre of the drawing, and how many times larger it is than the view of the whole reach. */
+/** The point in the middle of the drawing (m), and how many times larger it is than the view of the whole reach. */
 export type Framing = { readonly centre: Vec3; readonly zoom: number };
 
 const MAX_ZOOM = 1.9;
-/** A small drawing without room for arrows and letters is enlarged at least by this factor. */
+/** Minimum zoom: a drawing too small for arrows and letters is reduced to this factor at most. */
 const MIN_ZOOM = 0.7;
-/** Margin in pixels for arrows and letters, in a flat drawing also for arcs and ground; at most a share of the height. */
+/**
+ * Margin in pixels for arrows and letters, in a flat drawing also for arcs and ground; at most a share of the height.
+ */
 const [FLAT_MARGIN, SOLID_MARGIN, MARGIN_SHARE] = [58, 44, 0.2];
 /** Pixels of texts above and below a spatial arm, and of buttons to its right. */
 const [TEXT_HEIGHT, BUTTON_WIDTH] = [14, 60];
@@ -34,7 +36,9 @@ function pointsOfArm(arm: Arm, state: State): Vec3[] {
 /** Whether an arm is drawn flat, and how many lines of text stand at the foot of the drawing. */
 type Surroundings = { readonly isFlat: boolean; readonly lineCount?: number };
 
-/** Return the framing that shows the arm at a state and the points `extraPoints`, starting from the view of the reach. */
+/**
+ * Return the framing that shows the arm at a state and the points `extraPoints`, starting from the view of the reach.
+ */
 export function framingOf(
   arm: Arm,
   state: State,
@@ -43,7 +47,7 @@ export function framingOf(
   surroundings: Surroundings,
 ): Framing {
   const { isFlat, lineCount = 1 } = surroundings;
-  const pointPixels = [...pointsOfArm(arm, state), ...extraPoints].map((place) => pixel(view, place));
+  const pointPixels = [...pointsOfArm(arm, state), ...extraPoints].map((place) => toPixel(view, place));
   const bodies = isFlat ? [] : bodiesOf(arm, state, view);
   const sideMargin = Math.min(isFlat ? FLAT_MARGIN : SOLID_MARGIN, MARGIN_SHARE * view.height);
   const heightMargin = sideMargin + Math.min(TEXT_HEIGHT, 0.05 * view.height);
@@ -106,7 +110,7 @@ export function bodiesOf(arm: Arm, state: State, view: View): readonly [across: 
     const ends = jointCentresOf(arm, state, reachOf(arm)).flatMap((place, i) => {
       const rim = radius * Math.sqrt(Math.max(0, 1 - dot(state.frames[i]!.z, axis) ** 2));
       return bodyOf(arm, state, i, place).flatMap((end) => {
-        const centre = pixel(view, end)[k as 0 | 1];
+        const centre = toPixel(view, end)[k as 0 | 1];
         return [centre - rim, centre + rim];
       });
     });
@@ -131,7 +135,7 @@ export function withFraming(view: View, { centre, zoom }: Framing): View {
 /** Return whether the whole arm and the points `extraPoints` are visible in a view. */
 export function isInView(arm: Arm, state: State, view: View, extraPoints: readonly Vec3[] = []): boolean {
   return [...pointsOfArm(arm, state), ...extraPoints].every((place) => {
-    const [x, y] = pixel(view, place);
+    const [x, y] = toPixel(view, place);
     return x > EDGE_DISTANCE && x < view.width - EDGE_DISTANCE && y > EDGE_DISTANCE && y < view.height - EDGE_DISTANCE;
   });
 }
@@ -141,9 +145,9 @@ export function isSamePose(a: readonly number[], b: readonly number[]): boolean 
   return a.length === b.length && dot(a, a) - 2 * dot(a, b) + dot(b, b) < 1e-16;
 }
 
-/** Points that are this far apart (share of the reach) should be this far apart on the page. */
+/** Points at least the first distance apart should be the second distance apart on the page (shares of the reach). */
 const [MIN_DISTANCE, MIN_DRAWN_DISTANCE] = [0.1, 0.25];
-/** From this crowding on, another view is tried; it must halve the crowding. */
+/** If the crowding is larger, other views are tried; a view is used if it halves the crowding. */
 const MAX_CROWDING = 0.2;
 /** Alternative views (rad): rotations about the vertical and upward. */
 const AZIMUTHS = [0, 25, -25, 50, -50, 75, -75, 100, -100].map((angle) => (angle * Math.PI) / 180);
@@ -162,7 +166,7 @@ export function measureCrowding(arm: Arm, state: State, orbit: Orbit): number {
   return hidden.reduce((sum, value) => sum + value, 0) / Math.max(1, hidden.length);
 }
 
-/** Return the orbit from which an arm is looked at: `now`, unless another view is much less crowded. */
+/** Return the orbit from which an arm is looked at: the present one, unless another view is much less crowded. */
 export function findReadableOrbit(arm: Arm, state: State, orbit: Orbit): Orbit {
   const currentCrowding = measureCrowding(arm, state, orbit);
   if (currentCrowding < MAX_CROWDING) return orbit;

@@ -1,4 +1,4 @@
-// Decide whether an arm is singular in a pose. Answers that are sets of configurations are judged by this.
+// Decide whether an arm is singular in a pose, to judge answers that are sets of configurations.
 
 import type { Problem } from "../bank.js";
 import { type Arm, armOf, measuresOf, stateAt } from "./model.js";

@@ -6,7 +6,7 @@ import { withPace } from "../pace.js";
 import { decimalSign, inDigits, say } from "../text/text.js";
 import { jointClass, Letters } from "./letters.js";
 import { type Arm, ROWS, type State } from "./model.js";
-import { decimals, digits } from "./number-format.js";
+import { roundToDecimals, roundToDigits } from "./number-format.js";
 import type { Stage } from "./stage.js";
 import { classifyNearness, sizeKey } from "./descriptions.js";
 
@@ -45,7 +45,7 @@ export function JacobianTable(props: TableProps): JSX.Element {
           </th>
           {arm.joints.map(({ name }, i) => (
             <th key={name} scope="col" class={columnStyle?.(i)}>
-              <Letters name={name} dot />
+              <Letters name={name} hasDot />
             </th>
           ))}
         </tr>
@@ -56,7 +56,7 @@ export function JacobianTable(props: TableProps): JSX.Element {
             <th scope="row">
               <Letters name={rowName(row)} />
             </th>
-            {state.counted[k]!.map((value, i) => (
+            {state.taskJacobian[k]!.map((value, i) => (
               <td key={i} class={columnStyle?.(i)}>
                 {format(value)}
               </td>
@@ -90,23 +90,23 @@ export function rowName(row: number): string {
 
 /** Format with three decimals always, so that nothing jumps while the arm moves, and without "−0". */
 const toThreeDecimals = (value: number): string =>
-  decimals(value, 3).toFixed(3).replace("-", "−").replace(".", decimalSign());
+  roundToDecimals(value, 3).toFixed(3).replace("-", "−").replace(".", decimalSign());
 
-/** Below this share of its maximum, a factor is marked as vanishing. */
+/** Below this share of its maximum absolute value, a factor is marked as vanishing. */
 const VANISHING_SHARE = 0.06;
 
 /** det J, or the product of singular values, and the factors of det J if they may be shown. */
 export function Determinant(props: Pick<Stage, "arm" | "state" | "measures" | "sizes">): JSX.Element {
   const { arm, state, measures, sizes } = props;
-  const near = classifyNearness(arm, measures);
+  const nearness = classifyNearness(arm, measures);
   const { maxDeterminant, factors } = sizes();
   const size = measures.det ?? measures.volume;
   return (
     <dl class="arm-factors">
       <div>
         <dt>{say(sizeKey(arm))}</dt>
-        <dd>{inDigits(digits(size))}</dd>
-        <Bar share={Math.abs(size) / maxDeterminant} isLow={near !== "regular"} />
+        <dd>{inDigits(roundToDigits(size))}</dd>
+        <Bar share={Math.abs(size) / maxDeterminant} isLow={nearness !== "regular"} />
       </div>
       {factors.map(({ html, valueAt, maxSize }) => {
         const value = valueAt(state.pose);
@@ -114,7 +114,7 @@ export function Determinant(props: Pick<Stage, "arm" | "state" | "measures" | "s
         return (
           <div key={html} class={share < VANISHING_SHARE ? "arm-vanishing" : ""}>
             <dt dangerouslySetInnerHTML={{ __html: html }} />
-            <dd>{inDigits(decimals(value, 3))}</dd>
+            <dd>{inDigits(roundToDecimals(value, 3))}</dd>
             <Bar share={share} isLow={share < VANISHING_SHARE} />
           </div>
         );

@@ -8,8 +8,8 @@ import { say } from "../text/text.js";
 import { jointClass, Letters, plainLetters } from "./letters.js";
 import type { Arm } from "./model.js";
 import type { Stage } from "./stage.js";
-import { rangeOf, within } from "./ranges.js";
-import { angleIn, decimals, InRadians } from "./number-format.js";
+import { rangeOf, limitToRange } from "./ranges.js";
+import { convertAngle, roundToDecimals, InRadians } from "./number-format.js";
 
 type JointsProps = Pick<Stage, "arm" | "pose" | "chosen" | "choose" | "move">;
 
@@ -20,7 +20,7 @@ export const Joints = withPace(
     latestProps.current = props;
     const setJoint = useCallback((joint: number, value: number): void => {
       const { arm, pose, move } = latestProps.current;
-      move(pose.with(joint, within(arm, joint, value)));
+      move(pose.with(joint, limitToRange(arm, joint, value)));
     }, []);
     return (
       <fieldset class="arm-joints" data-joints={arm.joints.length}>
@@ -58,7 +58,7 @@ const Row = memo(({ arm, index, value, isChosen, onChoose, onValue }: RowProps):
   const inRadians = useContext(InRadians) && isRevolute;
   const radiansPerUnit = isRevolute && !inRadians ? Math.PI / 180 : 1;
   const { low, high } = rangeOf(arm, index);
-  const shownValue = isRevolute ? angleIn(inRadians, value) : decimals(value, 3);
+  const shownValue = isRevolute ? convertAngle(inRadians, value) : roundToDecimals(value, 3);
   const name = plainLetters(joint.name);
   const setFromText = (text: string): void => {
     const typed = Number(text);

@@ -9,14 +9,19 @@ import type { Round } from "./round.js";
 
 /** What a link asks for; a field is empty if the link does not contain it. */
 export interface Link {
+  /** Whether the page is shown in a frame, without the site's header. */
   readonly embed: boolean;
+  /** The id of a lesson. */
   readonly lesson: string;
   readonly wish: Wish;
+  /** The title of the round. */
   readonly name: string;
   readonly seed: string;
+  /** How often a question may be answered; 0 means any number of times. */
   readonly tries: number;
   /** The origin of the page that receives the results. */
   readonly origin: string;
+  /** The code of the page's language. */
   readonly language: string;
 }
 

@@ -4,7 +4,7 @@ import type { Index } from "../bank.js";
 import { makeRandomGenerator } from "../practice/choice.js";
 import type { Round } from "./round.js";
 
-/** A place of an exported set: the questions about its arm, with points and partial credit. */
+/** A place of an exported set: its name in the bank, and the questions with points and the factor of partial credit. */
 export interface Place {
   readonly name: string;
   readonly questions: readonly (readonly [name: string, points: number, credit: number])[];
@@ -14,7 +14,9 @@ export interface Place {
 export interface PackageSet {
   readonly key: string;
   readonly title: string;
+  /** As in `Round`. */
   readonly tries: number;
+  /** As `Round.passShare`. */
   readonly pass: number | null;
   readonly places: readonly Place[];
 }

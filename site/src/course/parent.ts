@@ -4,7 +4,7 @@ import { nameItem } from "../practice/choice.js";
 import { message } from "../text/text.js";
 import { makeBrowserRecipient, isComplete, type Report, type Recipient } from "./recipient.js";
 
-/** Longer answers are cut in messages. */
+/** Longer answers are cut off in messages. */
 const MAX_CHARACTERS = 4000;
 
 /** What is sent, as docs/site.md describes it; a change that receivers would notice needs another version. */
@@ -37,9 +37,13 @@ export interface SurroundingPage {
   post(message: ResultMessage, origin: string): void;
 }
 
+/** The origins of the page that the link names ("" if none), and of this page. */
 type Origins = { readonly named: string; readonly own: string };
 
-/** Return the surrounding page as recipient, at the named origin or our own; the browser stores the round, too. */
+/**
+ * Return the surrounding page as recipient, if it has the named origin, else this page's origin. The browser stores the
+ * round, too.
+ */
 export function makePageRecipient(
   page: SurroundingPage,
   origins: Origins,

@@ -2,11 +2,13 @@
 
 import { type Item, makeRandomGenerator } from "../practice/choice.js";
 
-/** A question of a round, its points, and the factor of partial credit. */
+/** A question of a round: its maximum points, and the factor (0 to 1) by which partial credit is multiplied. */
 export type RoundQuestion = { readonly item: Item; readonly points: number; readonly credit: number };
 
 export interface Round {
+  /** A title from the instructor, or "". */
   readonly name: string;
+  /** The seed that determines the questions; "" for a package. */
   readonly seed: string;
   /** How often a question may be answered; 0 means any number of times. */
   readonly tries: number;
@@ -15,14 +17,15 @@ export interface Round {
   readonly questions: readonly RoundQuestion[];
 }
 
-/** The state of a question: answers so far, the best share of its points, and whether the solution was shown. */
+/** The state of a question: answers so far, the best share (0 to 1) of its points, whether the solution was shown. */
 export type QuestionState = { readonly tries: number; readonly share: number; readonly shown: boolean };
 
-/** The states of a round's questions, in its order. */
+/** The states of a round's questions, in their order. */
 export type Standing = readonly QuestionState[];
 
 export interface Score {
   readonly points: number;
+  /** The maximum of `points`. */
   readonly max: number;
   /** Share of all points, from 0 to 1. */
   readonly share: number;
@@ -30,6 +33,7 @@ export interface Score {
   readonly answered: number;
   /** How many questions have no points left to gain. */
   readonly done: number;
+  /** How many questions the round has. */
   readonly count: number;
 }
 
@@ -44,7 +48,7 @@ export const isDone = ({ tries }: Round, state: QuestionState): boolean =>
 /** Return whether the next answer to a question is the last one allowed. */
 export const isLastTry = ({ tries }: Round, state: QuestionState): boolean => tries > 0 && state.tries + 1 >= tries;
 
-/** Return the standing after an answer; unchanged if the question had no points left to gain. */
+/** Return the standing after an answer with this share (0 to 1); unchanged if no points were left to gain. */
 export function addAnswer(round: Round, standing: Standing, place: number, share: number): Standing {
   const state = standing[place];
   const asked = round.questions[place];
@@ -76,7 +80,7 @@ export function computeScore(round: Round, standing: Standing): Score {
   };
 }
 
-/** Return a sum without rounding errors of binary fractions. */
+/** Return a sum, rounded to six decimals, so that 0.1 + 0.2 is 0.3. */
 const addExactly = (values: readonly number[]): number =>
   Math.round(values.reduce((sum, value) => sum + value, 0) * 1e6) / 1e6;
 
@@ -92,6 +96,7 @@ export function findNextPlace(round: Round, standing: Standing, lastPlace: numbe
 
 /** Shares are stored in thousandths. */
 const SHARE_STEPS = 1000;
+/** Larger numbers of answers are stored as this one. */
 const MAX_TRIES = 63;
 const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
 /** Digits of a question: 64³ exceeds 1001 shares times 64 numbers of tries times 2 (solution shown or not). */

@@ -17,20 +17,24 @@ export type Api = Readonly<Record<string, (...values: string[]) => unknown>>;
 /** Elements of the data model with their values, in the order in which they are set. */
 export type Elements = readonly (readonly [name: string, value: string])[];
 
+/** What differs between the versions of SCORM: names of functions and of elements, and what is set. */
 interface DataModel {
+  /** The name of the object with the platform's functions, and a prefix of their names. */
   readonly api: string;
   readonly prefix: string;
+  /** The name, without the prefix, of the function that ends a session. */
   readonly finish: string;
+  /** The names of the elements with the student's identifier, and with the mode, such as "review". */
   readonly learner: string;
   readonly mode: string;
   listResults(round: Round, score: Score): Elements;
   listTimeElements(seconds: number): Elements;
   readonly answer: AnswerModel;
-  /** When an answer is given. */
+  /** The time of an answer. */
   makeTimeElement(now: Date): readonly [name: string, value: string];
 }
 
-/** How many answers are recorded: every platform has room for this number. */
+/** Maximum number of answers that are recorded, for which every platform has room. */
 const MAX_RECORDED = 250;
 
 const SCORM12: DataModel = {
@@ -139,7 +143,7 @@ export function formatClock(seconds: number): string {
   return `${hours}:${two(Math.floor(total / 60) % 60)}:${two(total % 60)}.${two(hundredths % 100)}`;
 }
 
-/** How many windows above one another are searched. */
+/** Maximum number of nested windows that are searched. */
 const MAX_PARENTS = 50;
 
 /** A window in the search; windows of other origins throw errors if they are accessed. */
@@ -205,7 +209,7 @@ export function connect(version: Version, startWindow: WindowNode): Platform | n
     stored: get("cmi.suspend_data"),
     isAccepting,
     destination: message(isAccepting ? "round.sent" : "round.review"),
-    report: report,
+    report,
     leave(lastReport) {
       if (hasEnded) return;
       report({ ...lastReport, lastAnswer: null });

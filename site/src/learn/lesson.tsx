@@ -152,7 +152,7 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
           key={lesson.id}
           robot={record.robot}
           symbols={record.symbols}
-          first={record.pose}
+          firstPose={record.pose}
           factors={record.factors}
           layers={lesson.layers}
           pane={lesson.pane}

@@ -8,6 +8,7 @@ export type Sizes = { readonly format: 1; readonly files: Readonly<Record<string
 export interface BankFile {
   /** The problem to which the file belongs, as "FAMILY/KEY". */
   readonly problem: string;
+  /** Relative to the site's root. */
   readonly path: string;
   readonly bytes: number;
 }
@@ -45,7 +46,7 @@ export async function listMissing(cache: Cache, files: readonly BankFile[]): Pro
   return files.filter((file) => !stored.has(makeAddress(file)));
 }
 
-/** How many files are loaded at a time. */
+/** How many files are fetched at the same time. */
 const PARALLEL_DOWNLOADS = 4;
 
 /** Load files into the cache until stopped, and call `onStored` for every file. Return how many failed. */
@@ -73,7 +74,7 @@ export async function fetchAll(
   return failedCount;
 }
 
-/** Return megabytes, rounded for display. */
+/** Convert bytes to megabytes, rounded for display. */
 export const roundToMegabytes = (bytes: number): number => {
   const size = bytes / 1e6;
   return Number(size < 10 ? size.toFixed(1) : size.toFixed(0));

@@ -18,7 +18,7 @@ function formatNumber(value: number, largest: number): string {
 export function Figures({ stage }: { stage: Stage }): JSX.Element {
   const { arm, state, measures } = stage;
   const largestEntry = Math.max(...state.jacobian.flat().map(Math.abs));
-  const { det, volume, sigma, least } = measures;
+  const { det, volume, sigma, minSigma } = measures;
   const [largest] = sigma;
   return (
     <section class="own-figures" aria-label={say("own.figures")}>
@@ -35,9 +35,9 @@ export function Figures({ stage }: { stage: Stage }): JSX.Element {
           <Letters name="sigma_min" />
         </dt>
         <dd>
-          {formatNumber(least, largest ?? 1)}
-          {least > 1e-12 * (largest ?? 1)
-            ? ` (${say("own.condition", { value: Number((largest! / least).toPrecision(4)) })})`
+          {formatNumber(minSigma, largest ?? 1)}
+          {minSigma > 1e-12 * (largest ?? 1)
+            ? ` (${say("own.condition", { value: Number((largest! / minSigma).toPrecision(4)) })})`
             : ""}
         </dd>
       </dl>
@@ -48,7 +48,7 @@ export function Figures({ stage }: { stage: Stage }): JSX.Element {
 
 /** Return all digits as Python code. */
 function writePython({ arm, pose, state, measures }: Stage): string {
-  const rows = state.counted.map((row) => `    [${row.join(", ")}],`);
+  const rows = state.taskJacobian.map((row) => `    [${row.join(", ")}],`);
   const task = arm.task.map((row) => ROWS[row]).join(", ");
   return [
     `q = [${pose.join(", ")}]  # rad, m`,

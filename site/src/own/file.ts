@@ -20,10 +20,10 @@ export function writeToml(table: Table): string {
   table.rows.forEach((row, i) => {
     const moving = findMovingEntry(row.kind);
     lines.push("", "[[joint]]", `kind = "${row.kind}"`);
-    for (const entry of ENTRIES)
-      lines.push(
-        `${entry} = ${quoteForToml(entry === moving ? addVariableName(row[entry], row.kind, i) : normalizeCell(row[entry]))}`,
-      );
+    for (const entry of ENTRIES) {
+      const cell = entry === moving ? addVariableName(row[entry], row.kind, i) : normalizeCell(row[entry]);
+      lines.push(`${entry} = ${quoteForToml(cell)}`);
+    }
   });
   return `${lines.join("\n")}\n`;
 }

@@ -5,12 +5,13 @@ import type { Table } from "./table.js";
 export interface KnownArm extends Table {
   /** The arm's name in links. */
   readonly key: string;
-  /** Its name in other languages than English. */
+  /** Its name in other languages than English, by the language's code. */
   readonly titles?: Readonly<Record<string, string>>;
-  /** The source of its numbers. */
+  /** The publication from which the numbers are taken. */
   readonly source?: string;
 }
 
+/** robots.json: arms of the chapter (`plain`), and robots on the market. */
 export type KnownArms = {
   readonly format: 1;
   readonly plain: readonly KnownArm[];

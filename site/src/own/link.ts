@@ -1,5 +1,5 @@
-// Write a table and a pose as the end of an address, behind #, and parse it. Anyone may have typed the address: its
-// cells are only text, and an invalid table is refused.
+// Write a table and a pose as the end of an address, behind #, and parse it. Anyone may have typed the address, so its
+// cells are treated as mere text, and an invalid table is refused.
 //
 //     #dh=R_q1_0_0.5_0~R_q2_0_0.4_0&at=30_45      a row is kind, theta, d, a, alpha; the pose in degrees and metres
 //     #mdh=…&angles=degrees&tool=0_0_0.1&place=…&turn=…&task=vx_vy&name=…
@@ -18,7 +18,7 @@ import {
   ZEROS,
 } from "./table.js";
 
-/** The content of an address: a robot's name, or a table; and a pose (degrees or metres, joint by joint). */
+/** The content of an address: a known robot's key, or a table; and a pose (degrees or metres, joint by joint). */
 export interface Fragment {
   readonly robot: string | null;
   readonly table: Table | null;
@@ -31,7 +31,7 @@ const decode = (text: string): string => decodeURIComponent(text.replace(/\+/g, 
 
 const CONVENTION_KEYS = { dh: "dh", "modified-dh": "mdh" } as const;
 
-/** Return the end of an address for a table, or for a known robot. */
+/** Return the end of an address for a table, or for a known robot; the pose is in degrees or metres. */
 export function writeFragment(table: Table, robot: string | null, pose: readonly number[] | null): string {
   const poseParameters = pose ? [`at=${pose.map((value) => String(Number(value.toFixed(4)))).join("_")}`] : [];
   if (robot !== null) return `#${[`robot=${encode(robot)}`, ...poseParameters].join("&")}`;

@@ -22,10 +22,12 @@ import { writeFragment, parseFragment } from "./link.js";
 import { makeRobot } from "./standard.js";
 import { type Faults, makeRow, findUnitWarning, parseTable, type Table, ZEROS } from "./table.js";
 
-/** The arm on the page: a table, the known arm that it is, and a pose to begin with (degrees, metres). */
+/** The arm on the page. */
 interface OwnState {
   readonly table: Table;
+  /** The key of the known arm that the table describes; null for a typed table. */
   readonly robot: string | null;
+  /** The pose in the link that led to the page (degrees or metres, joint by joint); null if there is none. */
   readonly pose: readonly number[] | null;
   /** The error in the link that led to the page. */
   readonly fault: "own.no-table" | "own.no-robot" | null;
@@ -65,7 +67,7 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
   };
   useEffect(() => listen(window, "hashchange", followLink), [knownArms]);
 
-  const settledPose = stage?.settled.pose;
+  const settledPose = stage?.settledState.pose;
   const fragment = writeFragment(
     state.table,
     state.robot,
@@ -141,7 +143,7 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
             symbols={{}}
             pose={initialPose}
             pane="map"
-            radians={state.table.angles === "radians"}
+            inRadians={state.table.angles === "radians"}
             onStage={setStage}
             onPose={rememberPose}
           />
@@ -153,13 +155,13 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
   );
 }
 
-/** Return the last pose if it fits the robot's joints. */
+/** Return a pose if it has all joints of the robot, else undefined. */
 function keepFittingPose(robot: Robot | null, pose: NamedPose | undefined): NamedPose | undefined {
   if (!robot || !pose) return undefined;
   return armOf(robot).joints.every(({ name }) => name in pose) ? pose : undefined;
 }
 
-/** Return the pose of a link by the names of the joints (rad, m). */
+/** Return the pose in the link by the names of the joints (rad or m); undefined if it does not fit the table. */
 function findLinkedPose({ pose, table }: OwnState): NamedPose | undefined {
   if (pose?.length !== table.rows.length) return undefined;
   return Object.fromEntries(

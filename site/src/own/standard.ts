@@ -9,6 +9,7 @@ import { type Arm, armOf, ROWS, stateAt } from "../arm/model.js";
 import { add, type Matrix, multiply, type Vec3 } from "../arm/vector.js";
 import type { Numbers, Row, Table, Triple } from "./table.js";
 
+/** The pose of the base frame in the world (m). */
 type Base = { readonly position: Vec3; readonly rotation: Matrix };
 
 /** Return the arm of a table as a record like those of the bank. */
@@ -50,7 +51,7 @@ export function makeRobot(table: Table, numbers: Numbers): Robot {
 
 const writeTriple = ([x, y, z]: Triple<number>): [string, string, string] => [String(x), String(y), String(z)];
 
-/** Return the rotation about axis x, y or z (0, 1, 2). */
+/** Return the matrix of the rotation about axis x, y or z (0, 1, 2) by an angle (rad). */
 function rotateAbout(axis: 0 | 1 | 2, angle: number): Matrix {
   const [c, s] = [Math.cos(angle), Math.sin(angle)];
   if (axis === 0) return [[1, 0, 0], [0, c, -s], [0, s, c]]; // prettier-ignore
@@ -72,7 +73,7 @@ function shiftRows({ position, rotation }: Base, rows: readonly Row[]): readonly
   return [base, rows.map((row, i) => ({ ...row, a: rows[i + 1]?.a ?? 0, alpha: rows[i + 1]?.alpha ?? 0 }))];
 }
 
-/** Return a table without joints that count in the other direction. */
+/** Return the base and the rows of the same arm, in which no joint variable has a minus sign. */
 function removeReversals(originalBase: Base, originalRows: readonly Row[]): readonly [Base, readonly Row[]] {
   let base = originalBase;
   const rows = [...originalRows];
@@ -87,11 +88,11 @@ function removeReversals(originalBase: Base, originalRows: readonly Row[]): read
   return [base, rows];
 }
 
-/** If the sine of the tilt is below this limit, the axis counts as upright. */
+/** If the sine of the tilt is smaller, the z axes of base and world count as parallel. */
 const UPRIGHT_SINE = 1e-12;
 
-/** Return the angles of Rz(yaw) Rx(tilt) Rz(rest); the last rotation joins the first row. */
-function computeBaseAngles(rotation: Matrix): readonly [yaw: number, tilt: number, rest: number] {
+/** Return the angles with rotation = Rz(yaw) Rx(tilt) Rz(spin); the spin is added to theta in the first row. */
+function computeBaseAngles(rotation: Matrix): readonly [yaw: number, tilt: number, spin: number] {
   const [[xx], [yx, , yz], [zx, zy, zz]] = rotation as unknown as Triple<Vec3>;
   const xz = rotation[0]![2]!;
   const sine = Math.hypot(xz, yz);
@@ -99,7 +100,7 @@ function computeBaseAngles(rotation: Matrix): readonly [yaw: number, tilt: numbe
   return [Math.atan2(xz, -yz), Math.atan2(sine, zz), Math.atan2(zx, zy)];
 }
 
-/** Larger entries of J are no rounding errors. */
+/** Entries of J up to this size (m or 1) count as rounding errors. */
 const ZERO_TOLERANCE = 1e-6;
 
 /** Return the task rows if none are chosen, by the rule of `default_task` in exercises/arm/robot_file.py. */

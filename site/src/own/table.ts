@@ -1,4 +1,4 @@
-// A typed Denavit-Hartenberg table, its numbers, and the errors of its cells.
+// A typed Denavit-Hartenberg table, its numbers, and the errors in its cells.
 //
 // The rules of ../../../exercises/arm/robot_file.py, but without symbolic lengths.
 
@@ -29,14 +29,15 @@ export interface Table {
   readonly rows: readonly TypedRow[];
   /** The point P in the last frame (m). */
   readonly tool: Triple<string>;
-  /** Position of the base frame in the world (m), and its roll, pitch and yaw about the world's axes. */
+  /** Position of the base frame in the world (m). */
   readonly place: Triple<string>;
+  /** Roll, pitch and yaw of the base frame about the world's x, y and z (in the unit `angles`). */
   readonly turn: Triple<string>;
   /** The rows of J that the task counts; null for those in which the arm moves. */
   readonly task: readonly TaskRow[] | null;
 }
 
-/** A row in numbers (rad, m): constants, and whether the joint counts in the other direction. */
+/** A row in numbers (rad or m): its constants, and whether the joint variable has a minus sign. */
 export type Row = { readonly kind: Kind; readonly isReversed: boolean } & Readonly<Record<Entry, number>>;
 
 /** A vector of a table: the point, or the position or orientation of the base. */
@@ -44,19 +45,20 @@ type VectorName = "tool" | "place" | "turn";
 
 export type Numbers = { readonly rows: readonly Row[] } & Readonly<Record<VectorName, Triple<number>>>;
 
-/** The cell of a row, or of a vector: "rows/0/theta", "tool/2". */
+/** The name of a cell in a row or in a vector, such as "rows/0/theta" or "tool/2". */
 export type Cell = string;
 
 export const nameRowCell = (row: number, entry: Entry): Cell => `rows/${row}/${entry}`;
 export const nameVectorCell = (place: VectorName, axis: number): Cell => `${place}/${axis}`;
 
+/** The errors in invalid cells. */
 export type Faults = ReadonlyMap<Cell, Message>;
 
-/** As many joints as `qdot solve` accepts. */
+/** Maximum number of joints, as in `qdot solve`. */
 export const MAX_JOINTS = 10;
-/** Maximum length of a cell. */
+/** Maximum number of characters of a cell. */
 export const MAX_CHARACTERS = 100;
-/** A length (m) beyond that of any arm. */
+/** Larger numbers in cells (m or the unit of angles) are refused. */
 const MAX_VALUE = 1e6;
 /** A larger angle in radians is probably meant in degrees. */
 const MAX_RADIANS = 7;
@@ -77,7 +79,7 @@ export function makeRow(kind: Kind, row: number): TypedRow {
   return { kind, ...constants, [findMovingEntry(kind)]: nameVariable(row) };
 }
 
-/** Return the row with the other kind of joint: the former variable becomes 0. */
+/** Return the row with another kind of joint: the entry with the old joint variable becomes 0. */
 export function changeKind(row: TypedRow, kind: Kind, index: number): TypedRow {
   if (row.kind === kind) return row;
   return { ...row, kind, [findMovingEntry(row.kind)]: "0", [findMovingEntry(kind)]: nameVariable(index) };
@@ -134,7 +136,7 @@ function parseRow(row: TypedRow, index: number, angles: Angles, parseOrFault: Ce
   return numbers;
 }
 
-/** A decimal number with a comma. */
+/** A single number with a decimal comma. */
 const DECIMAL_COMMA = /^\s*[-+−]?\d*,\d+\s*$/u;
 
 /** Parse a cell; an empty cell is zero. Throws ParseError. */
@@ -150,9 +152,13 @@ export function parseConstant(text: string, angles: Angles | null): number {
   return evaluateInUnit(tree, {}, angles);
 }
 
-type VariableEntry = readonly [rest: number, reversed: boolean];
+/** The constant that is added to a joint variable (rad or m), and whether the variable has a minus sign. */
+type VariableEntry = readonly [constant: number, isReversed: boolean];
 
-/** Return the constant that a cell adds to its joint variable, and whether that is negative. Throws ParseError. */
+/**
+ * Parse the cell with the joint variable of a row (from 0): the variable or its negative, plus a constant. Throws
+ * ParseError.
+ */
 export function parseVariable(text: string, kind: Kind, index: number, angles: Angles | null): VariableEntry {
   const names = [nameVariable(index), `${kind === "R" ? "theta" : "d"}${index + 1}`];
   const tree = parseCell(text, new Set(names));
@@ -182,7 +188,7 @@ function refuseOtherNames(tree: Node, known: ReadonlySet<string>): void {
   if (unknownNames.length > 0) throw new ParseError("own.letters", { names: unknownNames.join(", ") });
 }
 
-/** Functions that take or return angles, which would be in radians. */
+/** Functions that take or return angles. Their angles would be in radians, also in a table in degrees. */
 const ANGLE_FUNCTIONS = /^(a?(sin|cos|tan)|atan2)$/;
 
 function evaluateInUnit(tree: Node, values: Readonly<Record<string, number>>, angles: Angles | null): number {
@@ -211,7 +217,7 @@ function refuseOtherUnit(value: number, angles: Angles | null, tree: Node): void
   if (angles === null && hasPi) throw new ParseError("own.pi");
 }
 
-/** Return a warning on numbers that are probably in another unit; null if there are none. */
+/** Return a warning on lengths that are probably in millimetres; null if there are none. */
 export function findUnitWarning({ rows, tool }: Numbers): Message | null {
   const lengths = [...rows.flatMap(({ a, d }) => [a, d]), ...tool].map(Math.abs);
   const maxLength = Math.max(...lengths);

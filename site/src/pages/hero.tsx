@@ -9,7 +9,7 @@ import { Drawing } from "../arm/drawing.js";
 import { Figures } from "../arm/figures.js";
 import type { Layers } from "../arm/marks.js";
 import { stateAt } from "../arm/model.js";
-import { type StageWish, useStage } from "../arm/stage.js";
+import { type StageRequest, useStage } from "../arm/stage.js";
 import { addScaled, norm, subtract } from "../arm/vector.js";
 import { describeArm } from "../arm/descriptions.js";
 import { useSteps } from "../scheduling.js";
@@ -17,10 +17,10 @@ import { say } from "../text/text.js";
 
 const LAYERS: Layers = { frames: false, lengths: true, vectors: false, columns: true, ellipse: true };
 
-export function Hero(wish: StageWish): JSX.Element {
+export function Hero(wish: StageRequest): JSX.Element {
   const stage = useStage(wish, null);
-  const { arm, home, reach, settled, robot } = stage;
-  const description = useMemo(() => describeArm(arm, settled, false), [arm, settled]);
+  const { arm, home, reach, settledState, robot } = stage;
+  const description = useMemo(() => describeArm(arm, settledState, false), [arm, settledState]);
   // The page suggests pulling P straight out: its place at full reach must be visible.
   const stretchedPoints = useMemo(() => {
     const direction = subtract(stateAt(arm, home).point, arm.base.o);

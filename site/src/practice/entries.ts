@@ -13,8 +13,10 @@ export function writeMatrix(entries: readonly string[], columns: number): string
     .join(", ")}]`;
 }
 
-/** Return the entries of a typed matrix: with brackets, or with rows separated by lines or semicolons. Return null if its
- * shape is another one. */
+/**
+ * Return the entries of a typed matrix: with brackets, or with rows separated by lines or semicolons. Return null if
+ * its shape is another one.
+ */
 export function parseEntries(text: string, rows: number, columns: number): string[] | null {
   return (
     parseBracketedEntries(text, rows, columns) ??
@@ -22,7 +24,7 @@ export function parseEntries(text: string, rows: number, columns: number): strin
   );
 }
 
-/** Return the entries of a matrix in brackets, such as [[a, b], [c, d]], [a, b; c, d] or Matrix([…]); null for others. */
+/** Return the entries of a matrix in brackets: [[a, b], [c, d]], [a, b; c, d] or Matrix([…]); null for other texts. */
 function parseBracketedEntries(text: string, rows: number, columns: number): string[] | null {
   const content = /^\s*(?:Matrix\(\s*)?\[([\s\S]*)\](?:\s*\))?\s*$/.exec(text)?.[1];
   if (content === undefined) return null;

@@ -35,7 +35,7 @@ interface MathFieldProps {
 
 export function MathField({ label, value, onValue, onEnter }: MathFieldProps): JSX.Element {
   const place = useRef<HTMLSpanElement>(null);
-  const [failed, setFailed] = useState("");
+  const [loadError, setLoadError] = useState("");
   useEffect(() => {
     let field: MathfieldElement | null = null;
     let isMounted = true;
@@ -57,13 +57,13 @@ export function MathField({ label, value, onValue, onEnter }: MathFieldProps): J
         });
         place.current.replaceChildren(field);
       },
-      (error: unknown) => setFailed(String(error)),
+      (error: unknown) => setLoadError(String(error)),
     );
     return () => {
       isMounted = false;
       field?.remove();
     };
   }, []);
-  if (failed) return <span role="alert">{say("practice.failed", { why: failed })}</span>;
+  if (loadError) return <span role="alert">{say("practice.failed", { why: loadError })}</span>;
   return <span ref={place} class="math-place" />;
 }

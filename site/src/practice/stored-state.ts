@@ -1,4 +1,4 @@
-// What the browser stores of a student's work, also as a file: answered problems and progress in lessons.
+// The stored state of a student's work, in the browser or in a file: answered questions and progress in lessons.
 
 import { useState } from "preact/hooks";
 

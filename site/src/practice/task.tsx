@@ -69,7 +69,7 @@ export interface TaskProps {
   /** Sentences on the answer's effect on the progress, shown below the verdict. */
   readonly notes?: readonly string[];
   /** Called with whether a parsed answer is right, whether hints or the solution were shown, and the judged answer. */
-  readonly onVerdict: (right: boolean, helped: boolean, judged: JudgedPart) => void;
+  readonly onVerdict: (isRight: boolean, isHelped: boolean, judged: JudgedPart) => void;
   /** Called if the solution is shown before the answer is right. */
   readonly onSolution?: () => void;
   readonly onNext: () => void;
@@ -80,7 +80,7 @@ export function Task(props: TaskProps): JSX.Element {
   const { notes, onVerdict, onSolution, onNext } = props;
   const [answer, setAnswer] = useState("");
   const [verdict, setVerdict] = useState<Verdict | null>(null);
-  const [failed, setFailed] = useState("");
+  const [loadError, setLoadError] = useState("");
   const [pose, setPose] = useState<SymbolValues | undefined>(undefined);
   const [ownColumns, setOwnColumns] = useState<ColumnsAt | null>(null);
   const [isSolutionShown, setSolutionShown] = useState(false); // an answer after the solution was shown does not count
@@ -122,8 +122,8 @@ export function Task(props: TaskProps): JSX.Element {
   };
   const check = async () => {
     if (isClosed) return;
-    setFailed("");
-    const loaded = await loadGrading().catch((error: unknown) => setFailed(String(error)));
+    setLoadError("");
+    const loaded = await loadGrading().catch((error: unknown) => setLoadError(String(error)));
     if (!loaded) return;
     const fullVerdict = loaded.judge(problem, part, answer, isSingular);
     const shownVerdict = limitVerdict(fullVerdict, lowerLevel(level, maxLevel));
@@ -174,7 +174,7 @@ export function Task(props: TaskProps): JSX.Element {
         </p>
         <Preview problem={problem} part={part} answer={answer} />
       </form>
-      {failed ? <p role="alert">{say("practice.failed", { why: failed })}</p> : null}
+      {loadError ? <p role="alert">{say("practice.failed", { why: loadError })}</p> : null}
       <div role="status" ref={verdictPlace}>
         {verdict ? <Feedback problem={problem} verdict={verdict} isDrawn={ownColumns !== null} notes={notes} /> : null}
       </div>
@@ -234,7 +234,7 @@ export function Task(props: TaskProps): JSX.Element {
           <Arm
             robot={problem.robot}
             symbols={problem.symbols}
-            first={initialPose}
+            firstPose={initialPose}
             isConcealed={isPosed && isOpen && !PATH_QUESTIONS.has(part.kind)}
             pose={pose}
             overlay={overlay}
@@ -272,7 +272,7 @@ interface HelpProps {
 function Help({ item, part, lang, hasSolutions, isSolved, onHint, onSolution }: HelpProps) {
   const [hintCount, setHintCount] = useState(0);
   const [solution, setSolution] = useState<(Solutions["parts"][number] & { lang?: string | undefined }) | null>(null);
-  const [failed, setFailed] = useState("");
+  const [loadError, setLoadError] = useState("");
   const showSolution = () => {
     onSolution();
     loadSolutions(item.family, item.key).then(
@@ -280,7 +280,7 @@ function Help({ item, part, lang, hasSolutions, isSolved, onHint, onSolution }: 
         const solvedPart = parts.find(({ name }) => name === part.name);
         setSolution(solvedPart ? { ...solvedPart, lang } : null);
       },
-      (error: unknown) => setFailed(String(error)),
+      (error: unknown) => setLoadError(String(error)),
     );
   };
   return (
@@ -305,7 +305,7 @@ function Help({ item, part, lang, hasSolutions, isSolved, onHint, onSolution }: 
           <Button text={say("practice.solution")} onClick={showSolution} />
         ) : null}
       </p>
-      {failed ? <p role="alert">{say("practice.failed", { why: failed })}</p> : null}
+      {loadError ? <p role="alert">{say("practice.failed", { why: loadError })}</p> : null}
       {solution ? (
         <div class="solution">
           <h3>{say("practice.solution-title")}</h3>

@@ -15,7 +15,7 @@ import { drawnColumns } from "../../src/arm/marks.js";
 import { armOf, reachOf, stateAt } from "../../src/arm/model.js";
 import { extentOf, firstPose } from "../../src/arm/ranges.js";
 import { add } from "../../src/arm/vector.js";
-import { FIRST_ORBIT, flatPlane, outline, pixel, viewOf } from "../../src/arm/view.js";
+import { FIRST_ORBIT, flatPlane, ellipseOnPage, toPixel, viewOf } from "../../src/arm/view.js";
 import { ELBOW, PLAIN, PUMA, ROBOTS, SIX } from "./robots.js";
 
 const ALL = { ...ROBOTS, plain: PLAIN, elbow: ELBOW, six: SIX, puma: PUMA };
@@ -37,7 +37,7 @@ describe.each(Object.entries(ALL))("the first view of %s", (_, robot) => {
     const view = withFraming(whole, framingOf(arm, state, heads, whole, { isFlat }));
     expect(isInView(arm, state, view)).toBe(true);
     for (const head of heads) {
-      const [x, y] = pixel(view, head);
+      const [x, y] = toPixel(view, head);
       expect(x > 0 && x < width && y > 0 && y < height).toBe(true);
     }
   });
@@ -66,13 +66,13 @@ it("shows the whole ellipse, also beyond its arrows", () => {
   const whole = viewOf(arm, extentOf(arm), 760, 420, FIRST_ORBIT);
   const ends = edgesOf(arrows, whole).map((edge) => add(state.point, edge));
   const view = withFraming(whole, framingOf(arm, state, ends, whole, { isFlat: false }));
-  const ellipse = outline(view, arrows);
-  const [x, y] = pixel(view, state.point);
+  const ellipse = ellipseOnPage(view, arrows);
+  const [x, y] = toPixel(view, state.point);
   const turn = (ellipse.rotation * Math.PI) / 180;
   const across = Math.hypot(ellipse.major * Math.cos(turn), ellipse.minor * Math.sin(turn));
   const high = Math.hypot(ellipse.major * Math.sin(turn), ellipse.minor * Math.cos(turn));
   expect(x - across > 0 && x + across < 760 && y - high > 0 && y + high < 420).toBe(true);
-  const edges = edgesOf(arrows, view).map((edge) => pixel(view, add(state.point, edge)));
+  const edges = edgesOf(arrows, view).map((edge) => toPixel(view, add(state.point, edge)));
   expect(edges[1]![0]).toBeCloseTo(x - across, 6);
   expect(edges[2]![1]).toBeCloseTo(y - high, 6);
 });

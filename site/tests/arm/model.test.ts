@@ -4,10 +4,10 @@ import { describe, expect, it } from "vitest";
 
 import { armOf, measuresOf, pStar, signedVolume, stateAt } from "../../src/arm/model.js";
 import { makeRandomNumbers, makeRandomPoses } from "../../src/random.js";
-import { extentOf, firstPose, rangeOf, within } from "../../src/arm/ranges.js";
+import { extentOf, firstPose, rangeOf, limitToRange } from "../../src/arm/ranges.js";
 import { leastSquares, decompose, singularValues } from "../../src/arm/svd.js";
 import { add, dot, norm, subtract, multiply, transpose } from "../../src/arm/vector.js";
-import { FIRST_ORBIT, flatPlane, pixel, viewOf } from "../../src/arm/view.js";
+import { FIRST_ORBIT, flatPlane, toPixel, viewOf } from "../../src/arm/view.js";
 import { ELBOW, PLAIN, ROBOTS, SIX } from "./robots.js";
 
 const ALL = { ...ROBOTS, PLAIN, ELBOW, SIX };
@@ -47,7 +47,7 @@ describe.each(Object.entries(ALL))("the Jacobian of %s", (_, robot) => {
 
   it("is regular in the first pose, which is within the ranges", () => {
     const pose = firstPose(arm);
-    pose.forEach((value, i) => expect(within(arm, i, value)).toBeCloseTo(value, 9));
+    pose.forEach((value, i) => expect(limitToRange(arm, i, value)).toBeCloseTo(value, 9));
     expect(measuresOf(stateAt(arm, pose)).ratio).toBeGreaterThan(0.05);
   });
 });
@@ -72,8 +72,8 @@ describe("determinants", () => {
   it("are replaced by products of singular values if J is not square", () => {
     const arm = armOf(ROBOTS["planar-3r"]!);
     for (const pose of makeRandomPoses(10, 3, 3)) {
-      const { counted } = stateAt(arm, pose);
-      const gram = counted.map((row) => counted.map((other) => dot(row, other)));
+      const { taskJacobian } = stateAt(arm, pose);
+      const gram = taskJacobian.map((row) => taskJacobian.map((other) => dot(row, other)));
       const area = Math.sqrt(gram[0]![0]! * gram[1]![1]! - gram[0]![1]! ** 2);
       expect(signedVolume(arm, pose)).toBeCloseTo(area, 10);
       expect(measuresOf(stateAt(arm, pose)).det).toBeNull();
@@ -142,11 +142,11 @@ describe("the drawing", () => {
       const view = viewOf(arm, extentOf(arm), 362, 286, FIRST_ORBIT);
       const across = makeRandomPoses(200, arm.joints.length, 5).map(
         (pose) =>
-          pixel(
+          toPixel(
             view,
             stateAt(
               arm,
-              pose.map((value, i) => within(arm, i, value)),
+              pose.map((value, i) => limitToRange(arm, i, value)),
             ).point,
           )[0],
       );
@@ -157,7 +157,7 @@ describe("the drawing", () => {
 
   it("has limits for prismatic joints, and full turns for revolute joints", () => {
     const arm = armOf(ROBOTS["scara"]!);
-    expect(within(arm, 0, 4)).toBeCloseTo(4 - 2 * Math.PI);
-    expect(within(arm, 2, 40)).toBe(rangeOf(arm, 2).high);
+    expect(limitToRange(arm, 0, 4)).toBeCloseTo(4 - 2 * Math.PI);
+    expect(limitToRange(arm, 2, 40)).toBe(rangeOf(arm, 2).high);
   });
 });
