@@ -50,7 +50,7 @@ class MpmathArm:
         self._point_frame, self._point_offset = chain.point.frame, [to_number(value) for value in chain.point.offset]
 
     def point_and_jacobian(self, q: Sequence[Any]) -> tuple[Vector, list[Vector]]:
-        """Return the point of interest (3, m), and the 6 x n Jacobian as rows, at joint values q."""
+        """Return the point of interest (a 3-vector in m), and the 6 x n Jacobian as rows, at joint values q."""
         one, zero = self.context.one, self.context.zero
         cos_yaw, sin_yaw, cos_tilt, sin_tilt = self._base_angles
         x, y = _rotate([one, zero, zero], [zero, one, zero], cos_yaw, sin_yaw)

@@ -28,7 +28,7 @@ from qdot.exercises.assignment.front_page import FrontPage, read_front_page
 from qdot.exercises.assignment.gradebook import Gradebook, normalize_identifier, read_export
 from qdot.exercises.assignment.late_rule import LateRule, add_time_zone, read_late_rule
 from qdot.exercises.assignment.replacements import Replacements, read_replacements
-from qdot.exercises.common.errors import QdotError, count_noun
+from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
 from qdot.exercises.common.variation import DEFAULT_VARIATION, find_canonical_name
@@ -50,6 +50,7 @@ from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import TEXT_ANSWER
 from qdot.exercises.questions.custom.question import QuestionMaker
 from qdot.exercises.questions.custom.reader import read_definitions, read_question_file
+from qdot.exercises.questions.custom.texts import check_formulas
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import HARDEST_BAND
 from qdot.exercises.writing.custom_texts import check_given_values, fill_text
@@ -60,7 +61,7 @@ Parsed = TypeVar("Parsed")
 
 ASSIGNMENT_FILE = "assignment.toml"
 QUESTION_FILE_EXTENSION = ".toml"
-"""The ending of a name in `questions` that stands for all questions in a file."""
+"""The ending of a name in `questions` that stands for the questions in a file."""
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
 SECRET_VARIABLE = "QDOT_SECRET"  # noqa: S105 - a variable's name
 _MISSING_FILE_HINT = "'qdot init' creates a folder with this file"
@@ -394,6 +395,16 @@ def load_assignment(folder: Path) -> Assignment:
     )  # fmt: skip
 
 
+def split_question_name(name: str) -> tuple[str, str]:
+    """Return the file that a name in `questions` stands for, and the question that it chooses; "" if there is none.
+
+    >>> split_question_name("../statics.toml#torque"), split_question_name("statics.toml"), split_question_name("rank")
+    (('../statics.toml', 'torque'), ('statics.toml', ''), ('', 'rank'))
+    """
+    file_name, _, question = name.partition("#")
+    return (file_name, question) if file_name.lower().endswith(QUESTION_FILE_EXTENSION) else ("", name)
+
+
 def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> tuple[dict[str, Definition], dict[str, TomlFile]]:
     """Return the instructor's questions by name, and the file of each: assignment.toml, or one that a problem names.
 
@@ -406,11 +417,16 @@ def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> tuple[dict
             continue
         names: list[str] = []
         for name in entry.questions:
-            if not name.lower().endswith(QUESTION_FILE_EXTENSION):
+            file_name, chosen_name = split_question_name(name)
+            if not file_name:
                 names.append(name)
                 continue
             with file.locate_errors("problem", index, "questions"):
-                question_file, new_definitions = read_question_file(file.path.parent / name, ALL_QUESTIONS)
+                question_file, new_definitions = read_question_file(file.path.parent / file_name, ALL_QUESTIONS)
+                if chosen_name and chosen_name not in new_definitions:
+                    raise make_name_error("question", chosen_name, tuple(new_definitions))
+                if chosen_name:
+                    new_definitions = {chosen_name: new_definitions[chosen_name]}
                 for new_name, definition in new_definitions.items():
                     if definitions.get(new_name, definition) != definition:
                         raise QdotError(f"two different questions are called {new_name!r}")
@@ -544,6 +560,7 @@ def check_definition_on_family(
         for key, text in texts.list_texts():
             try:
                 filled_text = fill_text(text, problem.parts[0], wording)
+                check_formulas(filled_text)
                 if key == "prompt":
                     check_given_values(filled_text, problem.parts[0], wording)
             except QdotError as error:

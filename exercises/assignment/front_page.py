@@ -9,6 +9,7 @@ from typing import Any
 
 from qdot.exercises.assignment.expected_forms import PAPER_FORMS, check_keys
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.questions.custom.texts import check_formulas
 
 IMAGE_TYPES = {"png": "image/png", "jpg": "image/jpeg", "jpeg": "image/jpeg", "svg": "image/svg+xml"}
 """The formats of logos, by the ending of the file, with their media types."""
@@ -62,6 +63,11 @@ def _read_text(name: str, value: object) -> str:
         return f"{value.day} {value:%B %Y}"
     if not isinstance(value, str) or not value.strip() or len(value) > MAX_TEXT_LENGTH:
         raise QdotError(f"{name}: {PAPER_FORMS[name]}")
+    if name == "instructions":
+        try:
+            check_formulas(value)
+        except QdotError as error:
+            raise QdotError(f"{name}: {error}") from None
     return value.strip()
 
 

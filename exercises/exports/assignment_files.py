@@ -5,7 +5,7 @@ import tomllib
 from collections.abc import Mapping
 from pathlib import PurePath
 
-from qdot.exercises.assignment.assignment import ASSIGNMENT_FILE, QUESTION_FILE_EXTENSION, Assignment
+from qdot.exercises.assignment.assignment import ASSIGNMENT_FILE, Assignment, split_question_name
 from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE
 from qdot.exercises.common.input_file import read_toml, toml_text
 
@@ -46,7 +46,7 @@ def _list_named_files(assignment: Assignment) -> list[str]:
     content = read_toml(assignment.folder / ASSIGNMENT_FILE).content
     question_lists = (entry.get("questions") for entry in content["problem"])
     questions = [name for names in question_lists if isinstance(names, list) for name in names]
-    question_files = [name for name in questions if name.lower().endswith(QUESTION_FILE_EXTENSION)]
+    question_files = [file_name for file_name, _ in map(split_question_name, questions) if file_name]
     robots = [entry["robot"] for entry in content["problem"] if "robot" in entry]
     logo = content.get("paper", {}).get("logo")
     return list(dict.fromkeys([*robots, *question_files, *([logo] if logo else [])]))
@@ -79,6 +79,7 @@ def _rename_files(toml: str, new_names: Mapping[str, str]) -> str:
 
     def rename(match: re.Match[str]) -> str:
         value = tomllib.loads(f"text = {match['text']}")["text"] if match["text"] else ""
-        return toml_text(new_names[value]) if value in new_names else match[0]
+        name, mark, question = (value, "", "") if value in new_names else value.partition("#")
+        return toml_text(f"{new_names[name]}{mark}{question}") if name in new_names else match[0]
 
     return _TOML_TOKEN.sub(rename, toml)

@@ -31,12 +31,12 @@ EXPORT_FORMATS = {
         ExportFormat("gitlab", "Projects: one for grading and one for each student", "GitLab CI",
             "GitLab's CI schema; bash and git, in fresh clones", "student",
             partial(export_repositories, platform="gitlab")),
-        ExportFormat("moodle", "A ready-made quiz, and a question bank as Moodle XML", "Moodle 4",
+        ExportFormat("moodle", "A ready-made quiz, and a question bank as Moodle XML", "Moodle 4 or 5",
             "our checks of its importers' rules", "variant", export_moodle),
         ExportFormat("canvas", "A quiz as QTI 1.2", "Canvas", "text2qti (as the model), our checks", "variant",
             export_canvas),
         ExportFormat("qti", "A test as a QTI 2.1 package", "any platform that reads QTI 2.1 (TAO, OpenOlat)",
-            "citolab-qti-convert; its XML Schema, checked by hand", "variant", export_qti),
+            "citolab-qti-convert; a hand-written check of its XML Schema", "variant", export_qti),
         ExportFormat("scorm", "Packages that report scores; they contain the answers",
             "any platform that reads SCORM 1.2 or 2004",
             "scorm-again, in Chromium; the rules of its XML Schemas", "variant", export_scorm, check=check_size,
@@ -52,7 +52,8 @@ EXPORT_FORMATS = {
         ExportFormat("stack", "STACK questions in Moodle XML", "Moodle with STACK", "Maxima", "variant",
             export_stack),
         ExportFormat("prairielearn", "A course folder whose questions call qdot", "PrairieLearn",
-            "Mustache; its JSON Schemas, checked by hand", "variant", export_prairielearn, regenerates_problems=True),
+            "Mustache; a hand-written check of its JSON Schemas", "variant", export_prairielearn,
+            regenerates_problems=True),
     )
 }  # fmt: skip
 """All export formats by name."""

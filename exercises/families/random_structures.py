@@ -61,7 +61,7 @@ LENGTHS = tuple(range(10, 100, 5))
 def _sample_structure(
     n: int, rng: Stream, axes: Collection[str], band: Band | None = None, is_acceptable: ChainTest | None = None
 ) -> Chain:
-    """Return a random arm of n joints whose difficulty is in the band and for which `is_acceptable` returns true.
+    """Return a random arm of n joints that has a difficulty in the band and satisfies `is_acceptable`.
 
     Raises QdotError if no arm is found.
     """

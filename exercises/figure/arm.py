@@ -178,7 +178,7 @@ def draw_path_to_point(scene: Scene) -> Drawing:
 
 
 def _draw_bar(view: View, points: list[np.ndarray], style: str) -> tuple[Shape, ...]:
-    """Return a bar along points (3, m), drawn as an outline and a filling; nothing if all points coincide."""
+    """Return a bar along points (3-vectors in m), drawn as an outline and a filling; nothing if all points coincide."""
     moves = pairwise(points)
     distinct_points = [points[0], *(point for previous, point in moves if np.linalg.norm(point - previous) > 1e-9)]
     if len(distinct_points) < 2:
@@ -313,7 +313,7 @@ def _draw_joint_length(scene: Scene, i: int) -> Drawing:
 
 
 def draw_dimension(scene: Scene, start: np.ndarray, end: np.ndarray, label: Lettering, distance: float) -> Drawing:
-    """Return a dimension line for two points (3, m), `distance` pixels from them, on the side away from the arm."""
+    """Return a dimension line for two points (3-vectors in m), `distance` pixels away on the side without the arm."""
     view, side = scene.view, _find_free_side(scene, start, end) / scene.view.scale
     line = view.to_pixel_path([point + side * distance for point in (start, end)])
     (x0, y0), (x1, y1) = line

@@ -21,7 +21,7 @@ from qdot.exercises.figure.view import Drawing, View, draw_arrow
 AXIS_LENGTH = {True: 52.0, False: 54.0}
 """Length of a frame's axis in a flat drawing and in space, in pixels."""
 BODY_AXIS_LENGTH = 44.0
-"""Length of the axes of the body frame in pixels, which are parallel to the axes of the space frame."""
+"""Length in pixels of the body frame's axes. They are parallel to the axes of the space frame."""
 LONG_AXIS_LENGTH = 96.0
 """Length of an axis of an arm without links, in pixels."""
 AXIS_NAMES = "xyz"
@@ -132,7 +132,7 @@ def draw_origins(scene: Scene) -> Drawing:
 
 
 def compute_crowding_costs(scene: Scene) -> tuple[float, float]:
-    """Return two costs for origins that are drawn close together; a cost of 0 means that all origins are apart.
+    """Return two costs for origins that are drawn close together; a cost of 0 means that none are too close.
 
     The first cost is for origins of the arm that are close to each other. The second cost is for origins of the arm
     that are close to the world's origin or axes. It is 0 if the base is at the world's origin.
@@ -164,7 +164,7 @@ def _compute_distance_to_segment(point: Vector2D, start: Vector2D, end: Vector2D
 
 
 def _list_distinct_origins(scene: Scene) -> list[np.ndarray]:
-    """Return the distinct origins of the arm's frames (3, m), according to the table."""
+    """Return the distinct origins of the arm's frames according to the table, as 3-vectors in m."""
     rows, origins = scene.convention.rows, scene.frames[:, :3, 3]
     is_distinct = [True, *(row.is_prismatic or row.a != 0 or row.d != 0 for row in rows)]
     return list(compress(origins, is_distinct))
@@ -188,7 +188,7 @@ def draw_end_on_z_names(scene: Scene) -> Drawing:
 def draw_world(scene: Scene) -> Drawing:
     """Return the world frame, the base's position as dashed lines, and the base's yaw.
 
-    If the base is the world frame, only the length a_0 of a modified table is drawn, if there is one.
+    If the base is the world frame, draw only the length a_0, which only a modified table can have.
     """
     view, convention = scene.view, scene.convention
     base, name = convention.base, convention.fixed_frame
@@ -219,7 +219,10 @@ def draw_world(scene: Scene) -> Drawing:
 
 
 def _draw_position_line(scene: Scene, start: np.ndarray, end: np.ndarray, length: sp.Expr) -> Drawing:
-    """Return a dashed line between two points (3, m), labelled with its length unless the drawing is sparse."""
+    """Return a dashed line between two points (3-vectors in m).
+
+    The line is labelled with its length unless the drawing is sparse.
+    """
     ends = scene.view.to_pixel_path([start, end])
     label = LabelRequest(write_length(length), list_anchors_beside(*ends), "text", gap=4.0, rank=1)
     return Drawing((Polyline(ends, "leg"),), () if scene.is_sparse else (label,))

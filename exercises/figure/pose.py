@@ -34,7 +34,7 @@ LONG_ARM_JOINTS = 4
 CROWDED_PENALTY, CROWDED_DISTANCE = 0.4, 34.0
 """Penalty for two labels at nearly the same position, and the distance in pixels below which it applies."""
 CLEARANCE_WEIGHT = {False: 1.8, True: 4.0}
-"""Maximum bonus for links that are apart, and penalty if two links cross; higher for a long arm (True)."""
+"""Maximum bonus for the clearance between links, and penalty if two links cross; higher for a long arm (True)."""
 
 AZIMUTHS, ELEVATIONS = range(0, 360, 15), (24, 12, 40)
 """The angles of views in degrees: from the usual view about the vertical axis, and above the horizon."""

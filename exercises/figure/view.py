@@ -48,7 +48,7 @@ class View:
         return rx * x + ry * y + rz * z, ux * x + uy * y + uz * z
 
     def to_pixels(self, point: np.ndarray) -> Vector2D:
-        """Return the pixel coordinates of a point (3, m)."""
+        """Return the pixel coordinates of a point (a 3-vector in m)."""
         right, up = self._project(point)
         return self.scale * right + self.shift[0], -self.scale * up + self.shift[1]
 
@@ -152,7 +152,7 @@ def draw_sleeve(
 
 
 def draw_arrow(view: View, start: np.ndarray, end: np.ndarray, style: str) -> tuple[Polyline, ...]:
-    """Return a straight arrow between two points (3, m)."""
+    """Return a straight arrow between two points (3-vectors in m)."""
     return draw_line_with_arrowhead((view.to_pixels(start), view.to_pixels(end)), style)
 
 

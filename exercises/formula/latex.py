@@ -48,6 +48,8 @@ It also matches code, because a dollar sign in code does not begin a formula.
 _PROBLEMS = {
     "": r"a closing brace, \right or \end is missing",
     "}": "a closing brace has no opening brace",
+    "__": "a symbol has two subscripts",
+    "^^": "a symbol has two superscripts",
     "&": "the sign & stands outside a matrix",
     "\\\\": "a line break stands outside a matrix",
 }
@@ -112,6 +114,8 @@ class _Reader:
             mark = self.take()
             if mark == "'":
                 primes += 1
+            elif (subscript if mark == "_" else superscript) != EMPTY:
+                raise self.make_error(2 * mark)
             elif mark == "_":
                 subscript = self.read_argument()
             else:

@@ -539,8 +539,10 @@ class _Parser:
             return _interpret_call(name, self.parse_bracket(")", "args").args, self)
         if name in VOCABULARY["undefined"]:
             meaning, advice = VOCABULARY["undefined"][name]
-            position = self.tokens[self.index - 1].position
-            raise trees.UndefinedValue(f"your answer contains {name} ({meaning}) at character {position + 1}; {advice}")
+            location = f"at character {self.tokens[self.index - 1].position + 1}"
+            is_whole_answer = self.index == 1 and self.peek() == ""
+            fact = f"is {name} ({meaning})" if is_whole_answer else f"contains {name} ({meaning}) {location}"
+            raise trees.UndefinedValue(f"your answer {fact}; {advice}")
         if name in VOCABULARY["blank"]:
             return Node("blank")
         if name in SHORTHAND and name not in self.known_symbols and self.is_angle_ahead():

@@ -346,7 +346,7 @@ def edit_all_entries(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list
 
 
 def is_length(name: str) -> bool:
-    """Return whether a name is that of a length, such as a1, d3 or b2."""
+    """Return whether a name is the name of a length, such as a1, d3 or b2."""
     return name[0] in "adb" and name[1:].isdigit()
 
 

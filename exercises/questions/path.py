@@ -334,7 +334,7 @@ def _locate_crossing(chain: Chain, welding_line: WeldingLine, crossing: LimitCro
     start_values: tuple[Any, Any] = (crossing.before.s, crossing.after.s)
 
     def compute_excess(path: StraightPath, s: Any) -> Any:
-        """Return by how much the rate at s exceeds its limit, and update the joint values q."""
+        """Return the rate at s minus its limit, and update the joint values q."""
         joints = path.find_joint_values(s, q)
         assert joints is not None
         q[:] = joints

@@ -4,7 +4,8 @@ The linear rows of J and of a twist come first, as in (6.6). If an arm is descri
 order of the arm's twists.
 
 Arms with a modified DH table (Craig) also have a question on velocities in the coordinates of each frame. With
-R = R_{i-1,i}^T, with the origin P_i of frame i in frame i-1, and with each vector in the frame of its prefix:
+R = R_{i-1,i}^T, with the origin P_i of frame i in frame i-1, and with each vector expressed in the frame that its
+prefix names:
 
     i_omega_i = R i-1_omega_i-1 + qd_i z,   i_v_i = R (i-1_v_i-1 + i-1_omega_i-1 x P_i)           revolute
     i_omega_i = R i-1_omega_i-1,            i_v_i = R (i-1_v_i-1 + i-1_omega_i-1 x P_i) + qd_i z   prismatic
@@ -39,7 +40,7 @@ LAST_FRAME = 3
 
 @dataclass(frozen=True, kw_only=True)
 class FrameDetails(ResultChoiceDetails):
-    """Details of a question about the frame of a link: the number of the frame, which is that of the link."""
+    """Details of a question about the frame of a link: the number of the frame, which equals the number of the link."""
 
     frame: int
 
@@ -50,7 +51,7 @@ def _choose_frame(chain: Chain, rng: Stream) -> FrameDetails:
 
 
 def _derive_frame_velocity(stages: StageResults, details: Any, jacobian_stage: str) -> np.ndarray:
-    """Return the twist of a frame, whose number is in the details: the Jacobian up to the frame times its rates."""
+    """Return the twist of frame i = `details.frame`: the Jacobian of joints 1 to i, times their rates."""
     return apply_matrix(stages.for_first_joints(details.frame)[jacobian_stage], stages["joint rates"][: details.frame])
 
 
@@ -106,7 +107,7 @@ def _derive_steps(symbolic_chain: Chain) -> tuple[RecursionStep, ...]:
 
 
 def _collect_rates(vector: sp.Matrix, symbolic_chain: Chain) -> sp.Matrix:
-    """Return a vector with each entry as a sum over the joint rates, whose coefficients are in textbook form."""
+    """Return a vector with each entry as a sum over the joint rates, with coefficients in textbook form."""
 
     def collect(entry: sp.Expr) -> sp.Expr:
         coefficients = ((sp.expand(entry).coeff(rate), rate) for rate in symbolic_chain.rates)

@@ -7,7 +7,7 @@ the joint variables. Each module uses only modules above it in this list:
     joint_solvability       whether conditions can hold simultaneously
     singular_set            the singular set: where the Jacobian loses rank
     normalized_arm          an arm without joint offsets and base position, on which singularities do not depend
-    reciprocal              the singular set of an arm with more joints than rows of the task, by elimination
+    reciprocal              the singular set of an arm with more joints than task rows, by elimination
     axes                    how joint axes are arranged at a configuration
     numeric_rank_check      the numeric check of a singular set
     reason                  whether an arrangement of axes is the reason for a singularity

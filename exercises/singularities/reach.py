@@ -39,7 +39,10 @@ _UNDECIDED_MARGIN = 1e-6
 
 
 def reaches_point(arm: NumericChain, point: np.ndarray) -> bool | None:
-    """Return whether a planar arm rotated by joint 1 reaches a point (3, m); None if undecided, or for other arms."""
+    """Return whether a planar arm rotated by joint 1 reaches a point (a 3-vector in m).
+
+    Return None if this is undecided, or for other arms.
+    """
     rotated_arm = _find_rotated_planar_arm(arm)
     if rotated_arm is None:
         return None

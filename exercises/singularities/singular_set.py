@@ -348,7 +348,7 @@ def reduce_angle(angle: sp.Expr) -> sp.Expr:
 
 
 def _compute_excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
-    """Return by how much the constant in a sum of sines and cosines exceeds the sum of the amplitudes.
+    """Return the constant in a sum of sines and cosines minus the sum of the amplitudes.
 
     If the excess is positive, the sum cannot be zero. If the excess is zero, the sum is zero only if each sine and each
     cosine is 1 or -1. Return None for sums of another form.

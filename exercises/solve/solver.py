@@ -73,8 +73,8 @@ class Solution:
     - `singular`: the components of the singular set; None if every configuration is singular. Both `determinant` and
       `singular` are None if they would be too long.
     - `note`: remarks on the results, such as why results are missing; None if there are none.
-    - `redundant`: how elimination found the singular set of an arm with more joints than rows of the task, or None.
-    - `special`: the lengths for which the results differ, with those results.
+    - `redundant`: how elimination found the singular set of an arm with more joints than task rows, or None.
+    - `special`: the special lengths that change the singular set, each with the components that are new or changed.
     """
 
     chain: Chain

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from sympy.printing.pretty.pretty_symbology import line_width
 
 from qdot.exercises.formula.latex import MARKDOWN_FORMULA, parse_latex
+from qdot.exercises.formula.layout import Layout
 from qdot.exercises.formula.printers.latex import latex_text
 from qdot.exercises.formula.printers.mathml import mathml_text
 from qdot.exercises.formula.printers.unicode import unicode_text
@@ -103,7 +104,13 @@ def _convert_to_mathml(latex: str, is_displayed: bool, max_width: float) -> str:
     if not is_displayed:
         return "".join(mathml_text(parse_latex(piece)) + separator for piece, separator in _split_equations(latex))
     fitted_layout = fit_formula(parse_latex(latex), max_width)
-    return mathml_text(fitted_layout, True, min(100, int(100 * max_width / estimate_width(fitted_layout))))
+    return mathml_text(fitted_layout, True, find_percent(fitted_layout, max_width))
+
+
+def find_percent(formula: Layout, max_width: float) -> int:
+    """Return the size, at most 100 %, at which a formula fits into `max_width` (em)."""
+    width = estimate_width(formula)
+    return 100 if width <= max_width else int(100 * max_width / width)
 
 
 MIN_SPLIT_EQUATIONS = 3

@@ -16,7 +16,7 @@ from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.speech import speak
 from qdot.exercises.formula.printers.typst import typst_string, typst_text
 from qdot.exercises.writing import markup
-from qdot.exercises.writing.line_breaking import estimate_width, fit_formula, is_too_wide_inline
+from qdot.exercises.writing.line_breaking import fit_formula, is_too_wide_inline
 from qdot.exercises.writing.markup import PLACEHOLDER_PATTERN, TokenWriters, count_columns, has_tall_formula
 
 TYPST_WIDTH = 40.0
@@ -51,7 +51,7 @@ def to_typst(text: str, width_share: float = 1.0) -> str:
         if not is_displayed and not is_too_wide_inline(layout, max_width):
             return f"#formula({words}, ${typst_text(layout)}$){punctuation}"
         fitted_layout = fit_formula(layout, max_width)
-        size = min(100, int(100 * max_width / estimate_width(fitted_layout)))
+        size = markup.find_percent(fitted_layout, max_width)
         if is_displayed:
             return f"#formulas({words}, $ {typst_text(fitted_layout)} $, {size}%){punctuation}"
         quoted_punctuation = f' "{punctuation[1:]}"' if punctuation else ""

@@ -62,13 +62,16 @@ def compute_final_result(
     if len(notebooks) == 1:
         return result
     other_files = [notebook.file for i, notebook in enumerate(notebooks) if i != chosen_index]
-    reason = f", the {assignment.attempt_policy}" if len(results) > 1 else ""
+    reason, tie_remark = f", the {assignment.attempt_policy}" if len(results) > 1 else "", ""
     if not assignment.attempt_policy.best_of:
         tied_count = sum(notebook.received == notebooks[chosen_index].received for notebook in notebooks)
-        tie_reason = f", of the last {tied_count}, received at the same time, the likeliest by name"
-        reason = ", the last" if tied_count == 1 else tie_reason
+        if tied_count == 1:
+            reason = ", the last"
+        else:
+            tie_remark = f". The last {tied_count} were received at the same time; qdot chose the likeliest name"
     listing = list_first(other_files, MAX_FILES_LISTED)
     note = f"{len(notebooks)} notebooks were submitted; {notebooks[chosen_index].file} counts{reason}, not {listing}"
+    note += tie_remark
     if assignment.attempt_policy.best_of is not None and len(results) < len(notebooks):
         note += f"; {assignment.attempt_policy.rule}"
     scores = [results[i].score if i in results else None for i in range(len(notebooks))]
@@ -87,7 +90,7 @@ def make_ungraded_result(assignment: Assignment, student: Student, file: str, er
 def _make_result(
     assignment: Assignment, student: Student, overrides: Overrides, notebook: GradedNotebook, marks: NotebookMarks
 ) -> Result:
-    """Return the result of a student if this notebook, which has these marks, counts."""
+    """Return the student's result for the case that this notebook counts."""
     student_overrides = overrides.by_student.get(student.id, {})
 
     def apply_override(slot: str, part: PartResult) -> PartResult:
@@ -126,7 +129,7 @@ def _make_result(
 def _find_lateness(
     assignment: Assignment, student: Student, received: datetime.datetime | None, points: float
 ) -> Lateness | None:
-    """Return by how many seconds a notebook is late and the share deducted from its `points`; None if it is on time."""
+    """Return the notebook's delay in seconds and the share deducted for it, or None if it is on time."""
     deadline = assignment.due_date_of(student)
     if deadline is None or received is None:
         return None

@@ -7,6 +7,8 @@ A parsed text is a tree of nodes (`formula.trees`). The domain of a problem cont
 are the names that a student may write before entries, such as vx, as in vx = 0.
 """
 
+import itertools
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
@@ -366,7 +368,7 @@ def assign_values_to_joint(node: Node, joints: Sequence[str]) -> Node:
     if not values or any(_is_condition(value, joints) for value in values):
         return node
     if len(joints) != 1:
-        raise ParseError(f"name the joint that has these values, as in {joints[-1]} = 0, pi/3")
+        raise ParseError(f"say which joint variable has these values, for example {{{joints[-1]}: [0, pi/3]}}")
     return Node("in", (Node("name", value=joints[0]), Node("set", tuple(values))))
 
 
@@ -660,6 +662,15 @@ def _normalize_label(name: str) -> str:
     return point_match.group(1) if point_match else label.removeprefix("p") if len(label) > 1 else label
 
 
+def _has_split_decimals(rows: Matrix, expected: tuple[int, int]) -> bool:
+    """Return whether each entry seems to be half of a decimal: a cell with [0,5, -1,25] sets [0, 5, -1, 25]."""
+    entries = list(itertools.chain.from_iterable(rows))
+    numbers = [entry.args[0] if entry.kind == "neg" else entry for entry in entries]
+    has_whole_numbers = all(number.kind == "number" and number.value.denominator == 1 for number in numbers)
+    is_fraction_positive = all(entry.kind == "number" for entry in entries[1::2])
+    return len(entries) == 2 * math.prod(expected) and has_whole_numbers and is_fraction_positive
+
+
 def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix:
     """Return rows in the expected shape; a row vector becomes a column vector. Raises _Refusal for another shape."""
     shape = (len(rows), len(rows[0]))
@@ -672,6 +683,8 @@ def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix
         hint = ", so its entries can't be compared"
     if shape[0] * shape[1] > expected[0] * expected[1] and re.search(r"\d,\d", text):
         hint = _COMMA_HINT
+    elif _has_split_decimals(rows, expected):
+        hint = "; write decimals with a point, as in 0.5"
     actual_size, expected_size = (f"{rows} × {columns}" for rows, columns in (shape, expected))
     raise _Refusal(f"your answer is {actual_size}, but it must be {expected_size}{hint}")
 

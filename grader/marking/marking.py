@@ -263,7 +263,10 @@ def _apply_follow_through(
     next_step = "Correct that answer first, then redo this part."
     if followed_points <= (verdict.points or 0.0):
         reason = f"this follows {source}. {next_step} {_capitalize(judgement.reason)}"
-        return replace(verdict, judgement=replace(judgement, reason=reason)) if follows_completely else verdict
+        if not follows_completely:
+            return verdict
+        follows = _find_entry_flags(part, follow_through)
+        return replace(verdict, judgement=replace(judgement, reason=reason), follows=follows)
     earned_words = f"{'it' if follows_completely else 'what follows'} earns {float(credit):.0%} of the points"
     lacks_subject = difference.startswith("differs")
     comparison = f", your answer {difference}" if lacks_subject else f": {_capitalize(difference)}"

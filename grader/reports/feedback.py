@@ -31,11 +31,12 @@ from qdot.grader.reports.counterexample_table import SUPERSCRIPT, Counterexample
 from qdot.grader.reports.feedback_levels import limit_feedback, remove_numbers, replace_patterns, shows_at_least
 from qdot.grader.reports.part_rows import describe_decisions, describe_override
 
-PAGE_VERSION = 10
+PAGE_VERSION = 11
 """Version of the page; increase it when the page's content changes, so that every page is rewritten."""
 
 OUTCOME_WORDS = dict(zip(Outcome, ("right", "partly right", "wrong", "not answered", "not graded yet"), strict=True))
 CELL_STOP_OUTCOMES = (
+    (r"\bqdot stopped the cell with this answer\b", "stopped at the time limit"),
     (r"\bcell with this answer stopped\b.* \(it (took|waited) longer\b", "stopped at the time limit"),
     (r"\bcell with this answer stopped\b", "stopped with an error"),
 )
@@ -49,6 +50,7 @@ NAME_AT_START = r"qdot\b|[A-Za-z]+[\d_.(]|\w+ (appears|has|can't|means|with)\b"
 
 SHORT_REASONS = (
     (r"\bit is not right; differs$", "it is wrong"),
+    (r"\bCompared with the solution, your answer differs$", "Your answer still differs from the solution"),
     (r"^differs$", "its value is wrong"),
     (r"; differs$", ""),
     (r"\b(entry (?:\d+|\(\d+, \d+\))) differs$", r"\1 is wrong"),
@@ -125,11 +127,14 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
 
 
 def _find_first_part(problem: ProblemOnPage) -> PartOnPage | None:
-    """Return the part to correct first: the first one answered wrong, otherwise the first one not answered.
+    """Return the part to correct first: the first one that is wrong or stopped, otherwise the first one not answered.
 
     Later parts often repeat a mistake of that part, so the page does not list them.
     """
-    wrong_parts = [part for part in problem.parts if part.result.outcome in WRONG_OR_PARTIAL]
+    stop_outcomes = {text for _, text in CELL_STOP_OUTCOMES}
+    wrong_parts = [
+        part for part in problem.parts if part.result.outcome in WRONG_OR_PARTIAL or part.outcome_text in stop_outcomes
+    ]
     unanswered_parts = [part for part in problem.parts if part.result.outcome is Outcome.MISSING]
     return next(iter(wrong_parts + unanswered_parts), None)
 
@@ -147,6 +152,8 @@ def _describe_withheld_feedback(level: str, parts: Sequence[PartOnPage]) -> str:
     if shows_at_least(level, "values") or not any(part.result.outcome in WRONG_OR_PARTIAL for part in parts):
         return ""
     if shows_at_least(level, "counterexample"):
+        if all(part.table is None for part in parts):
+            return "This page does not show correct values."
         details = "a configuration and your answer's value there, but not the correct value"
         return f"For most wrong answers, this page shows {details}."
     if shows_at_least(level, "mistake"):
@@ -265,6 +272,6 @@ def _describe_comparison(part: Part, certificate: Certificate | None) -> str:
         subject = f"An answer that is wrong for at least {share} of all configurations"
         comparison = f"your answer with the solution at {points} random configurations"
         if part.answer.is_set:
-            subject = f"A condition that is wrong for at least {share} of these configurations"
+            subject = f"A condition that is wrong for at least {share} of all configurations that satisfy it"
             comparison = f"your conditions with the solution, each at {points} random configurations that satisfy it"
     return f"qdot compared {comparison}. {subject} passes this check with a probability below 1 in 10{power}."

@@ -58,7 +58,7 @@ FORMATS = {
         ReportFormat("junit", "A test for every part of every student, in XML", "GitLab, Jenkins, Artemis",
                      "junitparser", junit.write_junit_xml),
         ReportFormat("github", "A job summary; annotations are printed to standard output", "GitHub Actions",
-                     "markdown-it, by the rules for workflow commands", github.make_summary,
+                     "markdown-it; a check against the rules for workflow commands", github.make_summary,
                      make_printed_text=github.make_annotations),
         ReportFormat("gradescope", "results.json for one student (`--student`)", "Gradescope",
                      "a harness with Gradescope's folders", gradescope.make_results_json, is_for_one_student=True),

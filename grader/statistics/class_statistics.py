@@ -73,7 +73,8 @@ def compute_fisher_interval(r: float, n: int) -> Interval:
 def compute_reliability(rows: Sequence[Numbers]) -> float | None:
     """Return Cronbach's alpha: k/(k − 1) · (1 − sum of the parts' variances / variance of the totals).
 
-    Each of the `rows` has the points of one student. Return None in the same cases as `compute_discrimination`.
+    Each of the `rows` has the points of one student. Return None if there are too few students, only one part,
+    or no variation in the totals.
     """
     if len(rows) < MIN_STUDENTS or len(rows[0]) < 2:
         return None
@@ -87,7 +88,7 @@ def compute_reliability(rows: Sequence[Numbers]) -> float | None:
 
 
 def compute_permutation_p_value(values: Numbers, groups: Sequence[Hashable], seed: str) -> float:
-    """Return the p-value of a permutation test: how often the means of random groups differ at least as much.
+    """Return the p-value of a permutation test: how often random groups differ at least as much as these.
 
     `groups` has the group of each of the values. The statistic is the variance between the groups' means, weighted by
     group size. No normal distribution is assumed. The observed grouping counts as one of `PERMUTATION_COUNT` + 1, so

@@ -371,7 +371,7 @@ def _describe_overtime(notebook: _Notebook, run: Run) -> list[str]:
             names = notebook.bound_names[index] & set(run.answers)
             used_names = [name for name in notebook.names.values() if name in names]
             effect = f"; qdot used {' and '.join(used_names)}, which the cell had already set" if used_names else ""
-            notes.append(f"{_name_cells([index])} was stopped: {error}{effect}")
+            notes.append(f"qdot stopped {_name_cells([index])}: {error}{effect}")
     return notes
 
 
@@ -380,11 +380,11 @@ OVERTIME_ERRORS = "it took longer than", "it waited longer than"
 
 
 def _describe_stop(notebook: _Notebook, index: int, run: Run) -> str:
-    """Return a note on the line at which a cell stopped, or on a failed import after which it continued."""
+    """Return a note on the error at which a cell stopped, or on a failed import after which it continued."""
     reasons = [_describe_missing_import(notebook, index, run)]
     if index in run.cell_errors:
-        location = _locate_stop(notebook, index, run)
-        reasons.append(f"{_name_cells([index])} stopped{location} ({run.cell_errors[index]})")
+        line = f": {_read_line(notebook, index, run.stop_lines[index])}" if index in run.stop_lines else ""
+        reasons.append(f"{_name_cells([index])} {_describe_error(index, run)}{line}")
     return "; ".join(filter(None, reasons))
 
 
@@ -393,18 +393,19 @@ def _describe_missing_import(notebook: _Notebook, index: int, run: Run) -> str:
     if index not in run.failed_imports:
         return ""
     number, error = run.failed_imports[index]
-    return f"{_name_cells([index])} continued without {_quote_line(notebook, index, number)} ({error})"
+    line = _read_line(notebook, index, number)
+    return f"{_name_cells([index])} continued without line {number} ({error}): {line}"
 
 
-def _locate_stop(notebook: _Notebook, index: int, run: Run) -> str:
-    """Return the line at which a cell stopped, as in " at line 2, x = y + 1"; empty if it is unknown."""
-    return f" at {_quote_line(notebook, index, run.stop_lines[index])}" if index in run.stop_lines else ""
+def _describe_error(index: int, run: Run) -> str:
+    """Return the error of a cell as the end of a clause, as in "stopped at line 2 (NameError: …)"."""
+    location = f" at line {run.stop_lines[index]}" if index in run.stop_lines else ""
+    return f"stopped{location} ({run.cell_errors[index]})"
 
 
-def _quote_line(notebook: _Notebook, index: int, line_number: int) -> str:
-    """Return the number of a line in a cell, and its text."""
-    lines = notebook.sources[index].split("\n")[line_number - 1 : line_number]
-    return ", ".join([f"line {line_number}", *(make_printable(line.strip()) for line in lines)])
+def _read_line(notebook: _Notebook, index: int, line_number: int) -> str:
+    """Return the text of a line in a cell."""
+    return make_printable("".join(notebook.sources[index].split("\n")[line_number - 1 : line_number]).strip())
 
 
 def _find_first_stop(notebook: _Notebook, stop_notes: Mapping[int, str]) -> list[str]:
@@ -423,17 +424,31 @@ def _explain_missing(part: str, name: str, notebook: _Notebook, run: Run, stop_n
     cells = [*notebook.find_setters(name), *notebook.find_marked_cells(part)]
     stopped_cell = next((index for index in cells if index in run.cell_errors), None)
     if stopped_cell is not None:
-        error, notes_above = run.cell_errors[stopped_cell], {k: v for k, v in stop_notes.items() if k < stopped_cell}
-        cause = _describe_missing_import(notebook, stopped_cell, run) or _find_cause(error, notebook, notes_above)
-        location = _locate_stop(notebook, stopped_cell, run)
-        return f"the cell with this answer stopped{location} ({error})" + (f"; {cause}" if cause else "")
+        error = run.cell_errors[stopped_cell]
+        if error.startswith(OVERTIME_ERRORS):
+            advice = ". Look for an endless loop or a slow calculation" if error.startswith(OVERTIME_ERRORS[0]) else ""
+            return f"qdot stopped the cell with this answer: {error}{advice}"
+        line = (
+            _read_line(notebook, stopped_cell, run.stop_lines[stopped_cell]) if stopped_cell in run.stop_lines else ""
+        )
+        cause = _describe_missing_import(notebook, stopped_cell, run)
+        if not cause:
+            errors_above = {
+                k: f"{_name_cells([k])} {_describe_error(k, run)}" if k in run.cell_errors else note
+                for k, note in stop_notes.items()
+                if k < stopped_cell
+            }
+            cause = _explain_unquoted_letter(name, line, error) or _find_cause(error, notebook, errors_above)
+        sentences = [f"the cell with this answer {_describe_error(stopped_cell, run)}"]
+        sentences += [cause[:1].upper() + cause[1:]] if cause else []
+        return ". ".join([*sentences, f"The line is: {line}"] if line else sentences)
     if run.end != "done":
         return _describe_end(run)
     if not cells:
         return f"no cell of the notebook sets {name}"
     if not any(index in notebook.sources for index in cells):
         return f"its cell ({_name_cells(cells)}) is a text cell, and qdot found no Python code in it"
-    return f"its cell does not set {name}"
+    return f"the cell for this answer does not set {name}"
 
 
 def _describe_end(run: Run) -> str:
@@ -441,25 +456,39 @@ def _describe_end(run: Run) -> str:
     return run.describe_end() if run.last_begun_cell is None else run.describe_end(_name_cells([run.last_begun_cell]))
 
 
-def _find_cause(error: str, notebook: _Notebook, notes_above: Mapping[int, str]) -> str:
+def _explain_unquoted_letter(name: str, line: str, error: str) -> str:
+    """Return advice for a line such as `p1_choice = C`, in which the letter of an option lacks its quotes.
+
+    >>> _explain_unquoted_letter("p1_choice", "p1_choice = C", "NameError: name 'C' is not defined")
+    'type the letter of an option in quotes, as in "C"'
+    """
+    match = re.fullmatch(rf"{re.escape(name)}\s*=\s*([A-H])", line.partition("#")[0].strip())
+    is_undefined = match is not None and error.startswith(f"NameError: name '{match[1]}'")
+    return f'type the letter of an option in quotes, as in "{match[1]}"' if match and is_undefined else ""
+
+
+def _find_cause(error: str, notebook: _Notebook, errors_above: Mapping[int, str]) -> str:
     """Return the likely cause if the error of a cell is an undefined name, and what to do; otherwise "".
 
-    The cause is the first cell above that stopped before it set the name, or a misspelt name. `notes_above` are the
-    notes on the cells above that stopped.
+    The cause is the first cell above that stopped before it set the name, or a misspelt name. `errors_above` are
+    clauses on the cells above that stopped, such as "cell 3 stopped at line 2 (…)".
     """
     name_error = re.match(r"NameError: name '(\w+)'", error)
     if name_error is None:
         return ""
     name, names = name_error[1], sorted(set().union(notebook.names.values(), *notebook.bound_names.values()))
-    for index in sorted(notes_above):
+    for index in sorted(errors_above):
         if _may_set(notebook.sources[index][:MAX_CELL_CHARACTERS], name):
-            return f"{name} is missing because {notes_above[index]}"
+            return f"the name {name} is missing because {errors_above[index]}"
     for known_name in (*names, *(sympy_name for sympy_name in dir(sympy) if len(sympy_name) > 1)):
         if known_name != name and known_name.casefold() == name.casefold():
             return f"Python distinguishes capital and small letters; write {known_name}"
     if similar_names := difflib.get_close_matches(name, (set(names) | _COMMON_FUNCTIONS) - {name}, 1, 0.8):
         return f"check the spelling; a similar name is {similar_names[0]}"
-    return f"no cell above sets {name}; restart the kernel and run all cells to find such errors before you submit"
+    return (
+        f"no cell above sets {name}: define it, or use a symbol from the first code cell. To find such errors before "
+        "you submit, restart the kernel and run all cells"
+    )
 
 
 _COMMON_FUNCTIONS = {"sin", "cos", "tan", "sqrt", "atan2", "simplify", "Matrix", "symbols", "solve", "diff", "zeros"}

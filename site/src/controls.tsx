@@ -5,6 +5,7 @@ import type { ComponentChildren, JSX } from "preact";
 import { say, type TextKey } from "./text/text.js";
 
 interface ButtonProps {
+  /** CSS classes. */
   readonly style?: string;
   readonly text: string;
   readonly disabled?: boolean;
@@ -30,7 +31,7 @@ export const optionsOf = (all: readonly Option[]): JSX.Element[] =>
 interface ChoiceProps {
   readonly label: TextKey;
   readonly value: string | number;
-  /** The text of a first option that chooses nothing. */
+  /** The text of a first option with the value "", such as "any arm". */
   readonly any?: TextKey;
   /** The other options. */
   readonly children: ComponentChildren;

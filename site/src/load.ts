@@ -4,23 +4,23 @@ import type { Index, Problem, Solutions, TranslatedSolutions, TranslatedTexts, T
 import type { KnownArms } from "./own/known-arms.js";
 import type { Sizes } from "./offline/keep.js";
 import { translateSolutions, translateIndex, translateProblem } from "./text/problems.js";
-import { language } from "./text/text.js";
+import { getLanguage } from "./text/text.js";
 
 /** The site's root relative to the page; a page shown at any address, such as 404, uses its script's address. */
-export const ROOT = typeof document === "undefined" ? "" : rootOf(document.body.dataset);
+export const ROOT = typeof document === "undefined" ? "" : findRoot(document.body.dataset);
 
-function rootOf({ root, anywhere }: DOMStringMap): string {
+function findRoot({ root, anywhere }: DOMStringMap): string {
   return anywhere === undefined ? (root ?? "") : new URL("../", import.meta.url).href;
 }
 
 const files = new Map<string, Promise<unknown>>();
 
 function load<T>(path: string): Promise<T> {
-  const known = files.get(path);
-  if (known) return known as Promise<T>;
-  const file = fetch(`${ROOT}bank/${path}`).then((answer) => {
-    if (!answer.ok) throw new Error(`${path}: ${answer.status}`);
-    return answer.json() as Promise<T>;
+  const knownFile = files.get(path);
+  if (knownFile) return knownFile as Promise<T>;
+  const file = fetch(`${ROOT}bank/${path}`).then((response) => {
+    if (!response.ok) throw new Error(`${path}: ${response.status}`);
+    return response.json() as Promise<T>;
   });
   file.catch(() => files.delete(path)); // try again next time
   files.set(path, file);
@@ -28,20 +28,20 @@ function load<T>(path: string): Promise<T> {
 }
 
 /** Return the page's language, a file, and its translation; null for English, or if there is no translation. */
-async function withTranslation<T, U>(name: string): Promise<[string, T, U | null]> {
-  const { code } = language();
+async function loadWithTranslation<T, U>(name: string): Promise<[string, T, U | null]> {
+  const { code } = getLanguage();
   const translation = code === "en" ? null : load<U>(`${name}.${code}.json`).catch(() => null);
   return [code, await load<T>(`${name}.json`), await translation];
 }
 
 export const loadIndex = async (): Promise<Index> =>
-  translateIndex(...(await withTranslation<Index, TranslatedTitles>("index")));
+  translateIndex(...(await loadWithTranslation<Index, TranslatedTitles>("index")));
 
 export const loadProblem = async (family: string, key: string): Promise<Problem> =>
-  translateProblem(...(await withTranslation<Problem, TranslatedTexts>(`${family}/${key}`)));
+  translateProblem(...(await loadWithTranslation<Problem, TranslatedTexts>(`${family}/${key}`)));
 
 export const loadSolutions = async (family: string, key: string): Promise<Solutions> =>
-  translateSolutions(...(await withTranslation<Solutions, TranslatedSolutions>(`${family}/${key}.solutions`)));
+  translateSolutions(...(await loadWithTranslation<Solutions, TranslatedSolutions>(`${family}/${key}.solutions`)));
 
 export const loadSizes = (): Promise<Sizes> => load("sizes.json");
 

@@ -3,10 +3,10 @@
 
 import { Component, type ComponentType, type FunctionComponent, h, type JSX } from "preact";
 
-const waiting = new Set<{ forceUpdate: () => void }>();
+const waitingComponents = new Set<{ forceUpdate: () => void }>();
 
 let isPointerDown = false;
-let animations = 0;
+let animationCount = 0;
 if (typeof addEventListener === "function") {
   const options = { capture: true, passive: true };
   addEventListener("pointerdown", () => void (isPointerDown = true), options);
@@ -15,14 +15,14 @@ if (typeof addEventListener === "function") {
 
 function endDrag(): void {
   isPointerDown = false;
-  for (const part of waiting) part.forceUpdate();
-  waiting.clear();
+  for (const part of waitingComponents) part.forceUpdate();
+  waitingComponents.clear();
 }
 
 /** Report that the arm moves by itself, until the returned function is called. */
 export function startAnimation(): () => void {
-  animations += 1;
-  return () => void (animations -= 1);
+  animationCount += 1;
+  return () => void (animationCount -= 1);
 }
 
 /** The properties whose changes a component shows at once, and those for which it waits for its turn. */
@@ -43,19 +43,19 @@ export function withPace<P extends object>(part: FunctionComponent<P>, pace: Pac
       if (!pace) return hasChanged(Object.keys({ ...this.props, ...next }) as (keyof P)[]);
       if (hasChanged(pace.atOnce)) return true;
       if (!hasChanged(pace.inTurn)) return false;
-      const isMoving = (isPointerDown || animations > 0) && !document.hidden;
+      const isMoving = (isPointerDown || animationCount > 0) && !document.hidden;
       if (!isMoving) return true;
-      if (waiting.size === 0) requestAnimationFrame(drawNext);
-      waiting.add(this);
+      if (waitingComponents.size === 0) requestAnimationFrame(drawNext);
+      waitingComponents.add(this);
       return false;
     }
 
     override componentDidUpdate(): void {
-      waiting.delete(this);
+      waitingComponents.delete(this);
     }
 
     override componentWillUnmount(): void {
-      waiting.delete(this);
+      waitingComponents.delete(this);
     }
 
     override render(): JSX.Element {
@@ -65,9 +65,9 @@ export function withPace<P extends object>(part: FunctionComponent<P>, pace: Pac
 }
 
 function drawNext(): void {
-  const [first] = waiting;
+  const [first] = waitingComponents;
   if (!first) return;
-  waiting.delete(first);
-  if (waiting.size > 0) requestAnimationFrame(() => requestAnimationFrame(drawNext));
+  waitingComponents.delete(first);
+  if (waitingComponents.size > 0) requestAnimationFrame(() => requestAnimationFrame(drawNext));
   first.forceUpdate();
 }

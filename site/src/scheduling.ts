@@ -31,40 +31,40 @@ export const yieldToBrowser = (): Promise<void> => new Promise((done) => setTime
 
 /** Return a value that follows another value after it has not changed for some milliseconds. */
 export function useDebounced<T>(value: T, milliseconds: number): T {
-  const [settled, setSettled] = useState(value);
-  const last = useRef({ value, since: 0, timer: 0 });
+  const [settledValue, setSettled] = useState(value);
+  const lastChange = useRef({ value, since: 0, timer: 0 });
   // One timer is checked and renewed while the value changes: a value may change in every frame.
   useLayoutEffect(() => {
-    const current = last.current;
+    const current = lastChange.current;
     current.value = value;
     current.since = performance.now();
     const check = (): void => {
-      const left = current.since + milliseconds - performance.now();
-      current.timer = left > 0 ? window.setTimeout(check, left) : 0;
-      if (left <= 0) setSettled(current.value);
+      const remaining = current.since + milliseconds - performance.now();
+      current.timer = remaining > 0 ? window.setTimeout(check, remaining) : 0;
+      if (remaining <= 0) setSettled(current.value);
     };
-    if (!current.timer && value !== settled) current.timer = window.setTimeout(check, milliseconds);
+    if (!current.timer && value !== settledValue) current.timer = window.setTimeout(check, milliseconds);
   }, [value, milliseconds]);
-  useEffect(() => () => clearTimeout(last.current.timer), []);
-  return settled;
+  useEffect(() => () => clearTimeout(lastChange.current.timer), []);
+  return settledValue;
 }
 
-/** A loaded value, null until it is there; the error if loading failed, else ""; and a function that tries again. */
-export type Loaded<T> = { readonly loaded: T | null; readonly failed: string; readonly again: () => void };
+/** A loaded value, null until it is loaded; the error as text, or ""; and a function that loads the value again. */
+export type Loaded<T> = { readonly loaded: T | null; readonly error: string; readonly retry: () => void };
 
 /** Load a value, and load it again whenever `inputs` change; the old value is kept until then. */
 export function useLoaded<T>(load: () => Promise<T>, inputs: readonly unknown[]): Loaded<T> {
-  const [loaded, setFound] = useState<T | null>(null);
-  const [failed, setFailed] = useState("");
+  const [loaded, setLoaded] = useState<T | null>(null);
+  const [error, setError] = useState("");
   const lastRequest = useRef(0); // results for earlier inputs are dropped
-  const again = (): void => {
+  const retry = (): void => {
     const request = (lastRequest.current += 1);
-    setFailed("");
+    setError("");
     load().then(
-      (value) => lastRequest.current === request && setFound(value),
-      (error: unknown) => lastRequest.current === request && setFailed(String(error)),
+      (value) => lastRequest.current === request && setLoaded(value),
+      (reason: unknown) => lastRequest.current === request && setError(String(reason)),
     );
   };
-  useEffect(again, inputs);
-  return { loaded, failed, again };
+  useEffect(retry, inputs);
+  return { loaded, error, retry };
 }

@@ -3,34 +3,34 @@
 import { afterPaint, yieldToBrowser } from "./scheduling.js";
 
 /** Milliseconds of typesetting after which the browser may handle other work. */
-const SLICE = 8;
+const SLICE_TIME = 8;
 
-type Waiting = { readonly latex: string; readonly block: boolean };
+type WaitingFormula = { readonly latex: string; readonly isBlock: boolean };
 
-const waiting = new Map<HTMLElement, Waiting>();
-let running: Promise<void> | null = null;
+const waitingFormulas = new Map<HTMLElement, WaitingFormula>();
+let runningQueue: Promise<void> | null = null;
 
 /** Typeset the LaTeX in elements of class "tex" inside an element. Most formulas are MathML already. */
 export function typeset(root: HTMLElement): Promise<void> {
   afterPaint(() => makeReachable(root));
   for (const element of root.querySelectorAll<HTMLElement>(".tex:not([data-set])")) {
-    waiting.set(element, { latex: element.textContent ?? "", block: element.tagName === "DIV" });
+    waitingFormulas.set(element, { latex: element.textContent ?? "", isBlock: element.tagName === "DIV" });
   }
   return runQueue();
 }
 
 /** Typeset a formula into an element; earlier content, also waiting one, is replaced. */
-export function typesetInto(element: HTMLElement, latex: string, block: boolean): Promise<void> {
-  waiting.set(element, { latex, block });
+export function typesetInto(element: HTMLElement, latex: string, isBlock: boolean): Promise<void> {
+  waitingFormulas.set(element, { latex, isBlock });
   return runQueue();
 }
 
 function runQueue(): Promise<void> {
-  if (waiting.size === 0) return running ?? Promise.resolve();
-  running ??= typesetWaiting().finally(() => {
-    running = null;
+  if (waitingFormulas.size === 0) return runningQueue ?? Promise.resolve();
+  runningQueue ??= typesetWaiting().finally(() => {
+    runningQueue = null;
   });
-  return running.then(runQueue); // formulas may have been added meanwhile
+  return runningQueue.then(runQueue); // formulas may have been added meanwhile
 }
 
 async function typesetWaiting(): Promise<void> {
@@ -38,20 +38,20 @@ async function typesetWaiting(): Promise<void> {
     (loaded) => loaded.default,
     () => null, // without a connection, the LaTeX stays visible
   );
-  if (!temml) return waiting.clear();
-  const done: HTMLElement[] = [];
+  if (!temml) return waitingFormulas.clear();
+  const typesetElements: HTMLElement[] = [];
   let start = performance.now();
-  for (const [element, { latex, block }] of waiting) {
-    waiting.delete(element);
+  for (const [element, { latex, isBlock }] of waitingFormulas) {
+    waitingFormulas.delete(element);
     if (!element.isConnected) continue;
-    temml.render(latex, element, { displayMode: block, throwOnError: false });
+    temml.render(latex, element, { displayMode: isBlock, throwOnError: false });
     element.dataset["set"] = "";
-    done.push(element);
-    if (performance.now() - start < SLICE) continue;
+    typesetElements.push(element);
+    if (performance.now() - start < SLICE_TIME) continue;
     await yieldToBrowser();
     start = performance.now();
   }
-  for (const element of done) makeReachable(element);
+  for (const element of typesetElements) makeReachable(element);
 }
 
 /** Make formulas that are too wide scrollable by the keyboard: they become Tab stops. */

@@ -2,17 +2,17 @@
 import { describe, expect, test } from "vitest";
 
 import { armOf, measuresOf, stateAt } from "../src/arm/model.js";
-import { tomlOf } from "../src/own/file.js";
-import { asFragment, fromFragment, type Fragment } from "../src/own/link.js";
-import { robotOf } from "../src/own/standard.js";
+import { writeToml } from "../src/own/file.js";
+import { writeFragment, parseFragment, type Fragment } from "../src/own/link.js";
+import { makeRobot } from "../src/own/standard.js";
 import {
   type Faults,
-  newRow,
-  numbersOf,
+  makeRow,
+  parseTable,
   type Numbers,
   type Table,
-  withKind,
-  withoutRow,
+  changeKind,
+  removeRow,
   ZEROS,
 } from "../src/own/table.js";
 import arms from "./arms.json" with { type: "json" };
@@ -31,14 +31,14 @@ const CASES = (arms as unknown as readonly Case[]).map((each): [string, Case] =>
 const EXACT = 1e-12;
 
 function read(table: Table): Numbers {
-  const numbers = numbersOf(table);
+  const numbers = parseTable(table);
   if (numbers instanceof Map) throw new Error(JSON.stringify([...numbers]));
   return numbers as Numbers;
 }
 
 describe("a typed table describes the same arm as in Python:", () => {
   test.each(CASES)("%s", (_, { table, task, q, jacobian, det, sigma }) => {
-    const robot = robotOf(table, read(table));
+    const robot = makeRobot(table, read(table));
     expect(robot.task).toEqual(task);
     const state = stateAt(armOf(robot), q);
     const most = Math.max(1, ...jacobian.flat().map(Math.abs));
@@ -55,21 +55,21 @@ describe("a typed table describes the same arm as in Python:", () => {
 });
 
 test.each(CASES)("the ROBOT.toml of %s is the one that was read", (_, { table, toml }) =>
-  expect(tomlOf(table)).toBe(toml),
+  expect(writeToml(table)).toBe(toml),
 );
 
 const ONE: Table = {
   name: "mine",
   convention: "dh",
   angles: "radians",
-  rows: [newRow("R", 0), newRow("R", 1)],
+  rows: [makeRow("R", 0), makeRow("R", 1)],
   tool: ZEROS,
   place: ZEROS,
   turn: ZEROS,
   task: null,
 };
 const withCell = (entry: "theta" | "d" | "a" | "alpha", text: string, angles: Table["angles"] = "radians") =>
-  numbersOf({ ...ONE, angles, rows: [{ ...newRow("R", 0), [entry]: text }] });
+  parseTable({ ...ONE, angles, rows: [{ ...makeRow("R", 0), [entry]: text }] });
 
 describe("a cell", () => {
   test.each([
@@ -118,9 +118,9 @@ describe("a cell", () => {
 });
 
 test("after a joint is changed or removed, each joint variable has its own number", () => {
-  expect(withKind(newRow("R", 1), "P", 1)).toEqual({ kind: "P", theta: "0", d: "q2", a: "0", alpha: "0" });
-  const rows = [newRow("R", 0), newRow("P", 1), { ...newRow("R", 2), theta: "-q3 + pi/2" }];
-  expect(withoutRow(rows, 0).map(({ theta, d }) => [theta, d])).toEqual([
+  expect(changeKind(makeRow("R", 1), "P", 1)).toEqual({ kind: "P", theta: "0", d: "q2", a: "0", alpha: "0" });
+  const rows = [makeRow("R", 0), makeRow("P", 1), { ...makeRow("R", 2), theta: "-q3 + pi/2" }];
+  expect(removeRow(rows, 0).map(({ theta, d }) => [theta, d])).toEqual([
     ["0", "q1"],
     ["-q2 + pi/2", "0"],
   ]);
@@ -128,18 +128,22 @@ test("after a joint is changed or removed, each joint variable has its own numbe
 
 describe("a link", () => {
   test.each(CASES)("to %s is parsed back to the same table", (_, { table }) => {
-    const at = table.rows.map((_, i) => 10 * i - 12.25);
-    const fragment = asFragment(table, null, at);
+    const pose = table.rows.map((_, i) => 10 * i - 12.25);
+    const fragment = writeFragment(table, null, pose);
     expect(fragment).toMatch(/^#[\w.~%&=+()!*'-]+$/);
-    expect(fromFragment(fragment)).toEqual({ robot: null, table, at });
+    expect(parseFragment(fragment)).toEqual({ robot: null, table, pose });
   });
 
   test("contains the name of a known robot", () => {
-    expect(fromFragment(asFragment(ONE, "panda", [1, 2.5]))).toEqual({ robot: "panda", table: null, at: [1, 2.5] });
+    expect(parseFragment(writeFragment(ONE, "panda", [1, 2.5]))).toEqual({
+      robot: "panda",
+      table: null,
+      pose: [1, 2.5],
+    });
   });
 
   test.each(["", "#", "#main"])("without a table is ignored: %s", (fragment) =>
-    expect(fromFragment(fragment)).toBeNull(),
+    expect(parseFragment(fragment)).toBeNull(),
   );
 
   test.each([
@@ -154,14 +158,14 @@ describe("a link", () => {
     `#dh=${"x".repeat(30000)}`,
     "#dh=R_0_0_0_0&tool=1_2",
   ])("that is no table says so: %s", (fragment) => {
-    expect(fromFragment(fragment)).toBe("unreadable");
+    expect(parseFragment(fragment)).toBe("unreadable");
   });
 
   test("with an invalid pose or task keeps the table", () => {
-    const found = fromFragment("#dh=R_q1_0_1_0&at=1_x&task=foo_vx_vx&angles=turns&__proto__=1") as Fragment;
-    expect(found.at).toBeNull();
+    const found = parseFragment("#dh=R_q1_0_1_0&at=1_x&task=foo_vx_vx&angles=turns&__proto__=1") as Fragment;
+    expect(found.pose).toBeNull();
     expect(found.table!.task).toEqual(["vx"]);
     expect(found.table!.angles).toBe("radians");
-    expect((fromFragment("#dh=R_q1_0_1_0&at=1_2_3") as Fragment).at).toBeNull();
+    expect((parseFragment("#dh=R_q1_0_1_0&at=1_2_3") as Fragment).pose).toBeNull();
   });
 });

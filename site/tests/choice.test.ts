@@ -22,7 +22,7 @@ import {
   type StoredState,
   writeFile,
   parseFile,
-  storedState,
+  loadState,
   storeState,
   mergeStates,
   EMPTY_STATE,
@@ -168,12 +168,12 @@ test("a stored state is found again, and a change of one part keeps the other", 
     setItem: (key: string, text: string) => void store.set(key, text),
   } as unknown as Storage;
   storeState(storage, ALL);
-  expect(storedState(storage)).toEqual(ALL);
+  expect(loadState(storage)).toEqual(ALL);
   storeState(storage, { lessons: {} });
-  expect(storedState(storage)).toEqual({ ...ALL, lessons: {} });
+  expect(loadState(storage)).toEqual({ ...ALL, lessons: {} });
   storeState(storage, EMPTY_STATE);
-  expect(storedState(storage)).toEqual(EMPTY_STATE);
-  expect(storedState(null)).toEqual(EMPTY_STATE);
+  expect(loadState(storage)).toEqual(EMPTY_STATE);
+  expect(loadState(null)).toEqual(EMPTY_STATE);
 });
 
 test("a question that was once wrong comes before new ones when it is due for review; other questions do not", () => {

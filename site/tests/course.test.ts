@@ -3,33 +3,41 @@ import { expect, test } from "vitest";
 
 import type { Index, Part } from "../src/bank.js";
 import {
-  candidatesOf,
+  listCandidates,
   asksForRound,
-  EMPTY,
+  EMPTY_LINK,
   isOrigin,
   type Link,
   type LinkedLesson,
-  readLink,
-  roundOf,
+  parseLink,
+  makeRound,
   writeLink,
 } from "../src/course/link.js";
-import { parentPage, type ResultMessage } from "../src/course/parent.js";
-import { type PackageSet, roundOf as roundOfPlaces } from "../src/course/package-set.js";
-import { storedInBrowser, type Report } from "../src/course/recipient.js";
+import { makePageRecipient, type ResultMessage } from "../src/course/parent.js";
+import { type PackageSet, selectRound as roundOfPlaces } from "../src/course/package-set.js";
+import { makeBrowserRecipient, type Report } from "../src/course/recipient.js";
 import {
-  afterAnswer,
-  asText,
-  newStanding,
-  fromText,
+  addAnswer,
+  writeStanding,
+  makeNewStanding,
+  parseStanding,
   isDone,
   isLastTry,
-  nextPlace,
+  findNextPlace,
   type Round,
-  scoreOf,
-  afterSolution,
+  computeScore,
+  closeQuestion,
   type Standing,
 } from "../src/course/round.js";
-import { type Above, type Api, clock, connect, decimal, findApi, type Version } from "../src/course/scorm.js";
+import {
+  type WindowNode,
+  type Api,
+  formatClock,
+  connect,
+  formatDecimal,
+  findApi,
+  type Version,
+} from "../src/course/scorm.js";
 import { LESSONS } from "../src/learn/lessons.js";
 import { verdictOf } from "../src/grade/verdict.js";
 import { message } from "../src/text/text.js";
@@ -64,13 +72,13 @@ const lessons: readonly LinkedLesson[] = [
 
 /** The key of a link's error; "" if the link makes a round. */
 function errorKeyOf(search: string): string {
-  const link = readLink(search, LANGUAGES);
+  const link = parseLink(search, LANGUAGES);
   if ("key" in link) return link.key;
-  const round = roundOf(link, INDEX, lessons);
+  const round = makeRound(link, INDEX, lessons);
   return "key" in round ? round.key : "";
 }
-const roundBy = (search: string): Round => roundOf(readLink(search, LANGUAGES) as Link, INDEX, lessons) as Round;
-const namesIn = ({ asked }: Round) => asked.map(({ item }) => `${item.family}/${item.key}/${item.question}`);
+const roundBy = (search: string): Round => makeRound(parseLink(search, LANGUAGES) as Link, INDEX, lessons) as Round;
+const namesIn = ({ questions }: Round) => questions.map(({ item }) => `${item.family}/${item.key}/${item.question}`);
 
 test("a link with embed or a seed asks for a round, and is written as it was parsed", () => {
   expect(["?embed=1", "?seed=a", "?seed="].map(asksForRound)).toEqual([true, true, true]);
@@ -78,9 +86,9 @@ test("a link with embed or a seed asks for a round, and is written as it was par
   const full =
     "?embed=1&lesson=columns&arm=planar-2r&question=jacobian&difficulty=1&variation=chapter&n=3&seed=a+%26+b" +
     "&name=Week+3%3A+%C3%9Cbung&tries=2&origin=https%3A%2F%2Fmoodle.example.org&lang=de";
-  expect(writeLink(readLink(full, LANGUAGES) as Link)).toBe(full);
-  expect(writeLink(EMPTY)).toBe("?n=5");
-  expect(roundBy("?seed=x&family=scara").asked.every(({ item }) => item.family === "scara")).toBe(true);
+  expect(writeLink(parseLink(full, LANGUAGES) as Link)).toBe(full);
+  expect(writeLink(EMPTY_LINK)).toBe("?n=5");
+  expect(roundBy("?seed=x&family=scara").questions.every(({ item }) => item.family === "scara")).toBe(true);
 });
 
 test.each([
@@ -131,7 +139,7 @@ test("the same seed selects the same questions, another seed other ones, and a l
   expect(namesIn(roundBy("?seed=a&n=6"))).not.toEqual(namesIn(roundBy("?seed=b&n=6")));
   expect(new Set(namesIn(roundBy("?seed=a&n=15"))).size).toBe(15);
   expect(namesIn(roundBy("?seed=a&n=6")).slice(0, 3)).toEqual(namesIn(roundBy("?seed=a&n=3")));
-  const ofLesson = candidatesOf({ ...EMPTY, lesson: "columns" }, INDEX, lessons);
+  const ofLesson = listCandidates({ ...EMPTY_LINK, lesson: "columns" }, INDEX, lessons);
   expect(ofLesson).toHaveLength(3);
   expect(LESSONS.map(({ id }) => id)).toContain("columns"); // by which name links ask for it
 });
@@ -144,19 +152,19 @@ test("an origin consists of a scheme, a host, and possibly a port", () => {
 
 // --- scores, and how they are stored ---
 
-const roundWith = (count: number, tries = 0, pass: number | null = null): Round => ({
+const roundWith = (count: number, tries = 0, passShare: number | null = null): Round => ({
   name: "R",
   seed: "s",
   tries,
-  pass,
-  asked: Array.from({ length: count }, (_, i) => ({
+  passShare,
+  questions: Array.from({ length: count }, (_, i) => ({
     item: { family: "p1", key: `p1-${i}`, question: "jacobian" },
     points: i + 1,
     credit: 1,
   })),
 });
 const after = (round: Round, ...given: readonly (readonly [place: number, share: number])[]): Standing =>
-  given.reduce((standing, [place, share]) => afterAnswer(round, standing, place, share), newStanding(round));
+  given.reduce((standing, [place, share]) => addAnswer(round, standing, place, share), makeNewStanding(round));
 
 test("the best try counts, until an answer is right, the tries are used up, or the solution is shown", () => {
   const round = roundWith(3, 2);
@@ -167,41 +175,50 @@ test("the best try counts, until an answer is right, the tries are used up, or t
     [0, 0],
   ]);
   expect(standing.map((tried) => isDone(round, tried))).toEqual([true, true, false]);
-  expect(scoreOf(round, standing)).toEqual({ points: 2.5, max: 6, share: 2.5 / 6, answered: 2, done: 2, count: 3 });
-  const seen = afterAnswer(round, afterSolution(standing, 2), 2, 1);
+  expect(computeScore(round, standing)).toEqual({
+    points: 2.5,
+    max: 6,
+    share: 2.5 / 6,
+    answered: 2,
+    done: 2,
+    count: 3,
+  });
+  const seen = addAnswer(round, closeQuestion(standing, 2), 2, 1);
   expect(seen[2]).toEqual({ tries: 0, share: 0, shown: true });
-  expect(scoreOf(round, seen).answered).toBe(3);
-  expect([nextPlace(round, standing, 0), nextPlace(round, standing, 2), nextPlace(round, seen, 0)]).toEqual([
-    2,
-    2,
-    null,
-  ]);
+  expect(computeScore(round, seen).answered).toBe(3);
+  expect([findNextPlace(round, standing, 0), findNextPlace(round, standing, 2), findNextPlace(round, seen, 0)]).toEqual(
+    [2, 2, null],
+  );
 });
 
 test("a partly right answer earns a share by its question's credit, but never all points", () => {
-  const round = { ...roundWith(1), asked: [{ ...roundWith(1).asked[0]!, credit: 0.5 }] };
+  const round = { ...roundWith(1), questions: [{ ...roundWith(1).questions[0]!, credit: 0.5 }] };
   expect(after(round, [0, 0.8])[0]!.share).toBe(0.4);
-  expect(after({ ...round, asked: [{ ...round.asked[0]!, credit: 0 }] }, [0, 0.8])[0]!.share).toBe(0);
+  expect(after({ ...round, questions: [{ ...round.questions[0]!, credit: 0 }] }, [0, 0.8])[0]!.share).toBe(0);
   expect(after(round, [0, 1])[0]!.share).toBe(1);
 });
 
 test("a thousand questions fit into the storage of SCORM 1.2, and are restored unchanged", () => {
   const round = roundWith(1000);
-  const standing = round.asked.map((_, i) => ({ tries: i % 64, share: ((i * 7) % 1001) / 1000, shown: i % 2 === 1 }));
-  const text = asText(round, standing);
+  const standing = round.questions.map((_, i) => ({
+    tries: i % 64,
+    share: ((i * 7) % 1001) / 1000,
+    shown: i % 2 === 1,
+  }));
+  const text = writeStanding(round, standing);
   expect(text).toMatch(/^[\w.-]+$/);
   expect(text.length).toBeLessThan(4096);
-  expect(fromText(round, text)).toEqual(standing);
-  const worst = round.asked.map(() => ({ tries: 63, share: 1, shown: true }));
-  expect(asText(round, worst).length).toBeLessThan(4096);
-  expect(fromText(round, asText(round, worst))).toEqual(worst);
-  expect(asText(round, newStanding(round)).length).toBeLessThan(20);
+  expect(parseStanding(round, text)).toEqual(standing);
+  const worst = round.questions.map(() => ({ tries: 63, share: 1, shown: true }));
+  expect(writeStanding(round, worst).length).toBeLessThan(4096);
+  expect(parseStanding(round, writeStanding(round, worst))).toEqual(worst);
+  expect(writeStanding(round, makeNewStanding(round)).length).toBeLessThan(20);
 });
 
 test("an invalid text, or one of other questions, starts the round again", () => {
   const round = roundWith(3);
-  const text = asText(round, after(round, [0, 1], [2, 0.5]));
-  expect(scoreOf(round, fromText(round, text)).points).toBe(2.5);
+  const text = writeStanding(round, after(round, [0, 1], [2, 0.5]));
+  expect(computeScore(round, parseStanding(round, text)).points).toBe(2.5);
   const print = text.split(".")[1];
   const wrong = [
     "",
@@ -214,8 +231,8 @@ test("an invalid text, or one of other questions, starts the round again", () =>
     `${text}.x`,
   ];
   for (const each of [...wrong, `q1.${print}.${"AAB".repeat(4)}`])
-    expect(fromText(round, each), each).toEqual(newStanding(round));
-  expect(fromText(roundWith(4), text)).toEqual(newStanding(roundWith(4)));
+    expect(parseStanding(round, each), each).toEqual(makeNewStanding(round));
+  expect(parseStanding(roundWith(4), text)).toEqual(makeNewStanding(roundWith(4)));
 });
 
 // --- each student's own ---
@@ -238,9 +255,9 @@ const SET: PackageSet = {
 };
 
 test("each student always gets the same arms, and all arms are equally frequent", () => {
-  const keys = (learner: string) => roundOfPlaces(SET, INDEX, learner).asked.map(({ item }) => item.key);
+  const keys = (learner: string) => roundOfPlaces(SET, INDEX, learner).questions.map(({ item }) => item.key);
   expect(
-    roundOfPlaces(SET, INDEX, "ada").asked.map(({ item, points, credit }) => [item.question, points, credit]),
+    roundOfPlaces(SET, INDEX, "ada").questions.map(({ item, points, credit }) => [item.question, points, credit]),
   ).toEqual([
     ["jacobian", 2, 1],
     ["position", 1, 0],
@@ -270,8 +287,8 @@ const PART = { key: { type: "values" } } as unknown as Part;
 const newsOf = (round: Round, standing: Standing, place: number | null = null, answer = "a1"): Report => ({
   round,
   standing,
-  score: scoreOf(round, standing),
-  given: place === null ? null : { place, part: PART, answer, verdict: verdictOf(0.5, []) },
+  score: computeScore(round, standing),
+  lastAnswer: place === null ? null : { place, part: PART, answer, verdict: verdictOf(0.5, []) },
 });
 
 class Kept {
@@ -286,12 +303,12 @@ test("scores are sent to the surrounding page at its origin, and to nobody witho
   const post = (told: ResultMessage, origin: string) => void sent.push([told, origin]);
   const storage = new Kept() as unknown as Storage;
   const named = { named: "https://lms.example", own: "https://qdot.example" };
-  const parent = parentPage({ isFramed: true, post }, named, storage, "k");
+  const parent = makePageRecipient({ isFramed: true, post }, named, storage, "k");
   expect(parent.destination).toEqual(message("round.sent-to", { origin: "https://lms.example" }));
-  parent.report(newsOf(round, newStanding(round)));
+  parent.report(newsOf(round, makeNewStanding(round)));
   const standing = after(round, [0, 0.5]);
   parent.report(newsOf(round, standing, 0, "x".repeat(9000)));
-  parent.report(newsOf(round, afterSolution(standing, 1))); // the last question is given up for its solution
+  parent.report(newsOf(round, closeQuestion(standing, 1))); // the last question is given up for its solution
   parent.report(newsOf(round, after(round, [0, 0.5], [1, 0]), 1));
   expect(sent.map(([{ event }, origin]) => [event, origin])).toEqual([
     ["opened", "https://lms.example"],
@@ -309,11 +326,11 @@ test("scores are sent to the surrounding page at its origin, and to nobody witho
     outcome: "partial",
   });
   expect(told.answer!.typed).toHaveLength(4000);
-  const again = parentPage({ isFramed: true, post }, { ...named, named: "" }, storage, "k");
-  expect(fromText(round, again.stored)).toEqual(after(round, [0, 0.5], [1, 0]));
+  const again = makePageRecipient({ isFramed: true, post }, { ...named, named: "" }, storage, "k");
+  expect(parseStanding(round, again.stored)).toEqual(after(round, [0, 0.5], [1, 0]));
   again.report(newsOf(round, standing));
   expect(sent.at(-1)![1]).toBe("https://qdot.example");
-  const alone = parentPage({ isFramed: false, post }, named, null, "k");
+  const alone = makePageRecipient({ isFramed: false, post }, named, null, "k");
   expect(alone.destination.key).toBe("round.not-sent");
   expect(alone.report(newsOf(round, standing, 0))).toBe(true);
   expect(sent).toHaveLength(5);
@@ -329,19 +346,19 @@ test("a round works in a browser that stores nothing, or is full", () => {
     },
   } as unknown as Storage;
   for (const storage of [null, refusing]) {
-    const nobody = storedInBrowser(storage, "k", message("round.not-sent"));
+    const nobody = makeBrowserRecipient(storage, "k", message("round.not-sent"));
     expect(nobody.stored).toBe("");
-    expect(nobody.report(newsOf(roundWith(1), newStanding(roundWith(1))))).toBe(true);
+    expect(nobody.report(newsOf(roundWith(1), makeNewStanding(roundWith(1))))).toBe(true);
   }
 });
 
 // --- platforms ---
 
 /** A window chain: this one, in one, in one that has the platform. */
-function under(platforms: Record<string, Api>): Above {
-  const top = { ...platforms } as unknown as Above & { parent: unknown };
+function under(platforms: Record<string, Api>): WindowNode {
+  const top = { ...platforms } as unknown as WindowNode & { parent: unknown };
   top.parent = top;
-  return { parent: { parent: top } as unknown as Above };
+  return { parent: { parent: top } as unknown as WindowNode };
 }
 
 /** A platform that stores values; calls named in `fails` are refused or throw. */
@@ -371,7 +388,7 @@ test.each(["1.2", "2004"] as const)("score, status, time and standing are sent b
   const { values, calls, windows } = keeping(version);
   const there = connect(version, windows)!;
   const round = roundWith(2, 3, 0.6);
-  there.report(newsOf(round, newStanding(round)));
+  there.report(newsOf(round, makeNewStanding(round)));
   const told = (name12: string, name2004: string) => values.get(version === "1.2" ? name12 : name2004);
   expect(told("cmi.core.lesson_status", "cmi.completion_status")).toBe("incomplete");
   expect(told("cmi.core.score.raw", "cmi.score.scaled")).toBe("0");
@@ -395,7 +412,7 @@ test.each(["1.2", "2004"] as const)("score, status, time and standing are sent b
   there.leave(newsOf(round, standing)); // a page is left once
   expect(calls.filter((name) => ["Finish", "Terminate"].includes(name))).toHaveLength(1);
   const resumed = connect(version, keeping(version, {}, Object.fromEntries(values)).windows)!;
-  expect(fromText(round, resumed.stored)).toEqual(standing);
+  expect(parseStanding(round, resumed.stored)).toEqual(standing);
 });
 
 test("without a pass mark, no success status is sent; below it, a complete round is failed", () => {
@@ -418,7 +435,7 @@ test("answers are recorded with their type if the platform records answers, up t
     const round = roundWith(1);
     connect(version, windows)!.report({
       ...newsOf(round, after(round, [0, 0.5])),
-      given: { place: 0, part, answer, verdict: verdictOf(0.5, []) },
+      lastAnswer: { place: 0, part, answer, verdict: verdictOf(0.5, []) },
     });
     return Object.fromEntries([...values].filter(([name]) => /interactions\.\d/.test(name)));
   };
@@ -454,7 +471,7 @@ test("if calls to a platform fail, the round goes on, and the results are sent a
       const there = connect(version, ending.windows)!;
       there.leave(news);
       expect(ending.calls.at(-1)).toBe(version === "1.2" ? "Finish" : "Terminate");
-      expect(ending.values.get("cmi.suspend_data")).toBe(asText(round, news.standing));
+      expect(ending.values.get("cmi.suspend_data")).toBe(writeStanding(round, news.standing));
     }
   }
 });
@@ -465,28 +482,28 @@ test("in review mode, nothing is sent", () => {
     const { calls, windows } = keeping(version, {}, { [mode[version]]: "review" });
     const there = connect(version, windows)!;
     expect(there.isAccepting).toBe(false);
-    there.report(newsOf(roundWith(1), newStanding(roundWith(1)), 0));
-    there.leave(newsOf(roundWith(1), newStanding(roundWith(1))));
+    there.report(newsOf(roundWith(1), makeNewStanding(roundWith(1)), 0));
+    there.leave(newsOf(roundWith(1), makeNewStanding(roundWith(1))));
     expect(calls.filter((name) => ["SetValue", "Commit"].includes(name))).toEqual([]);
   }
 });
 
 test("a platform is searched in parent windows, then in those that opened them; refusing windows are skipped", () => {
   const api = { LMSInitialize: () => "true" } as Api;
-  const refusing = new Proxy({} as Above, {
+  const refusing = new Proxy({} as WindowNode, {
     get: (_, name) => {
       if (name === "parent") return top;
       throw new Error("another origin");
     },
   });
-  const top = { API: api } as unknown as Above & { parent: Above };
+  const top = { API: api } as unknown as WindowNode & { parent: WindowNode };
   top.parent = top;
   expect(findApi("API", { parent: refusing })).toBe(api);
   expect(findApi("API_1484_11", { parent: refusing })).toBeNull();
-  const alone = { opener: refusing } as unknown as Above & { parent: Above };
+  const alone = { opener: refusing } as unknown as WindowNode & { parent: WindowNode };
   alone.parent = alone;
   expect(findApi("API", alone)).toBe(api);
-  const endless = (): Above => ({
+  const endless = (): WindowNode => ({
     get parent() {
       return endless();
     },
@@ -496,10 +513,14 @@ test("a platform is searched in parent windows, then in those that opened them; 
 });
 
 test("numbers and times have the formats of the data models", () => {
-  expect([decimal(100, 2), decimal(0, 2), decimal(83.3333, 2), decimal(1e-9, 6), decimal(2.5, 6)]).toEqual([
-    ...["100", "0", "83.33", "0", "2.5"],
-  ]);
-  expect([clock(0), clock(3725.456), clock(59.999), clock(1e9)]).toEqual([
+  expect([
+    formatDecimal(100, 2),
+    formatDecimal(0, 2),
+    formatDecimal(83.3333, 2),
+    formatDecimal(1e-9, 6),
+    formatDecimal(2.5, 6),
+  ]).toEqual([...["100", "0", "83.33", "0", "2.5"]]);
+  expect([formatClock(0), formatClock(3725.456), formatClock(59.999), formatClock(1e9)]).toEqual([
     ...["00:00:00.00", "01:02:05.46", "00:01:00.00", "9999:59:59.99"],
   ]);
 });

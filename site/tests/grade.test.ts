@@ -9,7 +9,7 @@ import { judgeDirection, judgeNumbers } from "../src/grade/numbers.js";
 import { judgeSet } from "../src/grade/sets.js";
 import { configurationText, judgeValues, fingerprintWeight } from "../src/grade/values.js";
 import { isParsed } from "../src/grade/verdict.js";
-import { withPoints } from "../src/read/points.js";
+import { readCommasAsPoints } from "../src/read/points.js";
 import { message, textOf } from "../src/text/text.js";
 import { canonical } from "./readings.js";
 
@@ -358,7 +358,7 @@ test.each([
   ["atan2(1,2)", "atan2(1,2)"],
   ["2*atan2(1,2) + 1", "2*atan2(1,2) + 1"],
   ["{theta2: (0,5)}", "{theta2: (0,5)}"],
-])("the decimal comma: %s is %s", (typed, read) => expect(withPoints(typed)).toBe(read));
+])("the decimal comma: %s is %s", (typed, read) => expect(readCommasAsPoints(typed)).toBe(read));
 
 test.each(["hello world", "a1 + foo", "constructor"])("unknown words are reported: %s", (typed) => {
   const key: ValuesKey = { ...ALONG, type: "values", rows: 1, right: [[1, 2]] };
@@ -495,7 +495,7 @@ test("if commas are ambiguous, the message explains how to separate numbers", ()
   const { reasons } = judge({} as Problem, RATES, "[-1,09,1,35]", () => false);
   expect(reasons.map((reason) => textOf(reason))).toEqual([
     "Your answer has 4 × 1 entries (rows × columns); expected 2 × 1. If 0,5 is a number, separate the entries by " +
-      "semicolons, or by a comma and a space, as in [0,5; 1,25].",
+      "semicolons, or by a comma and a space, for example [0,5; 1,25].",
   ]);
 });
 

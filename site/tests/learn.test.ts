@@ -17,7 +17,7 @@ import {
   describeOutcome,
   type Skill,
 } from "../src/practice/skills.js";
-import { storedState, storeState } from "../src/practice/stored-state.js";
+import { loadState, storeState } from "../src/practice/stored-state.js";
 import { computeRates, computeVelocity } from "../src/learn/tools.js";
 import { type Item, VARIATION_STEPS } from "../src/practice/choice.js";
 import en from "../src/text/en.json" with { type: "json" };
@@ -166,14 +166,14 @@ test("stored skills are restored, and invalid entries are ignored", () => {
     columns: { row: [], goals: [], beyond: { space: { row: ["b/1"], learned: 4 } } },
   };
   storeState(storage, { lessons: skills });
-  expect(storedState(storage).lessons).toEqual(skills);
+  expect(loadState(storage).lessons).toEqual(skills);
   kept.set(
     [...kept.keys()][0]!,
     '{"rates": {"row": 3}, "path": 7, "kinds": {"row": [], "goals": [], "beyond": {"space": 1}}}',
   );
-  expect(storedState(storage).lessons).toEqual({});
+  expect(loadState(storage).lessons).toEqual({});
   kept.set([...kept.keys()][0]!, "no JSON");
-  expect(storedState(storage).lessons).toEqual({});
+  expect(loadState(storage).lessons).toEqual({});
 });
 
 const row = (a: string, alpha: string, d: string, i: number) =>
@@ -207,7 +207,7 @@ function seen(
   const state = stateAt(arm, pose);
   const rates = more.rates ?? [];
   const welding = more.weld ? { weld: more.weld, journey: journeyOf(arm, more.weld), place: more.place ?? 0 } : null;
-  const stage = { arm, pose, state, settled: state, reach: reachOf(arm), measures: measuresOf(state), welding };
+  const stage = { arm, pose, state, settledState: state, reach: reachOf(arm), measures: measuresOf(state), welding };
   return { stage: stage as unknown as Stage, rates, velocity: computeVelocity(arm, state, rates) };
 }
 

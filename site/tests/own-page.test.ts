@@ -5,9 +5,9 @@ import { h, render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, expect, test, vi } from "vitest";
 
-import type { Known } from "../src/own/known-arms.js";
+import type { KnownArm } from "../src/own/known-arms.js";
 import { OwnArm } from "../src/own/own.js";
-import { newRow, ZEROS } from "../src/own/table.js";
+import { makeRow, ZEROS } from "../src/own/table.js";
 
 // All at once: what is shown is tested here, not when.
 vi.mock("../src/scheduling.js", async (real) => ({
@@ -15,9 +15,9 @@ vi.mock("../src/scheduling.js", async (real) => ({
   useSteps: (last: number) => last,
 }));
 
-const ARM: Known = {
+const ARM: KnownArm = {
   ...{ key: "plain", name: "Plain", convention: "dh", angles: "radians", task: null },
-  rows: [0, 1, 2].map((row) => ({ ...newRow("R", row), a: "0.5" })),
+  rows: [0, 1, 2].map((row) => ({ ...makeRow("R", row), a: "0.5" })),
   ...{ tool: ZEROS, place: ZEROS, turn: ZEROS },
 };
 const angles = (): string[] =>

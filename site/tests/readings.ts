@@ -1,7 +1,7 @@
 // Parse and judge many texts, for a comparison with the results in Python.
 //
 // tests/tools/readers.py in the checkout writes the same texts with Python's results.
-import { singularIn } from "../src/arm/is-singular.js";
+import { createSingularityTest } from "../src/arm/is-singular.js";
 import type { Part, Problem } from "../src/bank.js";
 import { judge } from "../src/grade/judge.js";
 import { parse } from "../src/read/reader.js";
@@ -25,7 +25,7 @@ export type ShortVerdict = readonly [outcome: string, share: number, sure: boole
 
 export function resultsOf({ symbols, readings, problems, answers }: Input): Results {
   const known = symbols.map((listed) => new Set(listed));
-  const singular = problems.map(singularIn);
+  const singular = problems.map(createSingularityTest);
   return {
     readings: readings.map(([text, k]) => treeText(text, known[k]!)),
     verdicts: answers.map(([k, name, text]) => {

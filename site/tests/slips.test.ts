@@ -155,7 +155,9 @@ test("of two wrong entries in a column, only the one with a known slip is report
 
 /** The sum of an answer's entries in numbers, as keys have it of what mistakes give. */
 const print = (rows: readonly (readonly string[])[]) =>
-  POINTS.map((_, k) => keyOf(rows).right.reduce((sum, values, i) => sum + fingerprintWeight(i) * (values[k] as number), 0));
+  POINTS.map((_, k) =>
+    keyOf(rows).right.reduce((sum, values, i) => sum + fingerprintWeight(i) * (values[k] as number), 0),
+  );
 
 test("a known mistake in one column is reported beside a slip in another, with its place", () => {
   const next = [

@@ -1,5 +1,5 @@
 // What the site says of slips that are made in right answers, as ../../tests/tools/site_slips.py writes them.
-import { singularIn } from "../src/arm/is-singular.js";
+import { createSingularityTest } from "../src/arm/is-singular.js";
 import type { Part, Problem } from "../src/bank.js";
 import { judge } from "../src/grade/judge.js";
 import type { Slip, Verdict } from "../src/grade/verdict.js";
@@ -17,7 +17,7 @@ export type Slipped = Pick<Problem, "id" | "robot" | "parts" | "said"> & {
 export type Outcome = readonly [outcome: string, mistake: string | null, reasons: readonly string[], left: number];
 
 export function outcomesOf(problem: Slipped): readonly Outcome[] {
-  const singular = singularIn(problem);
+  const singular = createSingularityTest(problem);
   return problem.slips.map(([name, , text]) => {
     const part = problem.parts.find((each) => each.name === name) as Part;
     const verdict = judge(problem as unknown as Problem, part, text, singular);

@@ -48,7 +48,7 @@ def run(software: Path, work: Path) -> Record:
         edits_are_expected = [
             path == ISSUE and edit["by"] == "Bearer token-that-asks" for path, edit in pushed_class.server.edits
         ]
-    stand_ins = ", ".join(["the server is our own", *(f"{name} is a stand-in" for name in act.missing)])
+    stand_ins = " ".join(["The server is simulated.", *(f"A stand-in replaces {name}." for name in act.missing)])
     imported, asked = Count(sum(map(bool, jobs)), len(jobs), stand_ins), Count(sum(edits_are_expected), 2)
     return Record(
         "github", f"GitHub's actions by {act.version}", today(),

@@ -41,7 +41,7 @@ def run(software: Path, work: Path) -> Record:
     return Record(
         "gitlab", f"gitlab-ci-local {version}", today(),
         {
-            "imported": Count(sum(map(bool, jobs)), len(jobs), "the server is our own"), **marks,
+            "imported": Count(sum(map(bool, jobs)), len(jobs), "The server is simulated."), **marks,
             "not run on a push": Count(int("PASS" not in push_log), 1),
         },
     )  # fmt: skip

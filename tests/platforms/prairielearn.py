@@ -1,4 +1,4 @@
-"""A whole PrairieLearn: load, publish and release a course, and answer its assessments as students over HTTP.
+"""A complete PrairieLearn server: load, publish and release a course, and answer its assessments as students over HTTP.
 
 `software` is a checkout with its packages installed and built (pnpm). Its `.venv` has the dependencies of its
 pyproject.toml and of qdot (Python 3.13); Node 24 is on the path. PGHOST, PGPORT, PGUSER and PGPASSWORD name a
@@ -77,7 +77,12 @@ def run(software: Path, work: Path) -> Record:
             _answer_exam_question(question, variant, request, counts)
         _check_totals(site, variants, counts)
     version = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
-    return Record("prairielearn", f"PrairieLearn of {version.stdout.strip()}, whole, by HTTP", today(), counts.freeze())
+    return Record(
+        "prairielearn",
+        f"a complete PrairieLearn server of {version.stdout.strip()}, over HTTP",
+        today(),
+        counts.freeze(),
+    )
 
 
 # --- the server and its visitors ---

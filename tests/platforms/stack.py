@@ -49,7 +49,9 @@ def run(software: Path, work: Path) -> Record:
             counts.add(in_time, seconds < LIMIT, f"{seconds} s")
         processor_times += seconds_of_tests
     started = "from an image" if "optimised" in info["platform"] else "for each call"
-    counts.but[in_time] = f"of processor time, Maxima started {started}; the slowest took {max(processor_times):.1f} s"
+    counts.but[in_time] = (
+        f"Maxima, started {started}, used at most {max(processor_times):.1f} s of processor time per check."
+    )
     name = f"Moodle {info['moodle']}, STACK {info['stack']}, {info['database']}"
     return Record("stack", name, today(), counts.freeze())
 

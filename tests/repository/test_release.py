@@ -19,7 +19,7 @@ JOBS = read_yaml(WORKFLOW)["jobs"]
 
 
 def copy_checkout(folder: Path) -> Path:
-    """Copy all files that are committed or could be."""
+    """Copy all files that Git tracks or does not ignore."""
     require_program("git", GIT)
     listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     names = subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\0")
@@ -69,8 +69,8 @@ def test_a_release_is_prepared_by_one_command(checkout: Path, capsys: pytest.Cap
     assert release.main(["prepare", "7.1.0"], checkout) == 2
     errors = capsys.readouterr().err.splitlines()
     assert errors == [
-        "CHANGELOG.md has a section of 7.0.0 already",
-        "CHANGELOG.md: nothing stands under '## Unreleased'",
+        "CHANGELOG.md already has a section for 7.0.0",
+        "CHANGELOG.md: the section '## Unreleased' is empty",
     ]
 
 
@@ -84,9 +84,9 @@ def test_a_tag_must_match_version_archive_and_changelog(checkout: Path, capsys: 
     version = release.read_version(checkout)
     assert release.main(["check", "v9.9.9"], checkout) == 2
     assert capsys.readouterr().err.splitlines() == [
-        f"the tag is v9.9.9, and v{version} is that of pyproject.toml",
+        f"the tag is v9.9.9, but pyproject.toml has version {version}",
         f"tests/data/archives/{version} is missing: python -m tests.tools.archive {version}",
-        f"CHANGELOG.md: nothing stands under a heading '## {version} - YYYY-MM-DD'",
+        f"CHANGELOG.md: there is no text under a heading '## {version} - YYYY-MM-DD'",
     ]
     release.main(["prepare", "7.0.0"], checkout)
     (checkout / "tests" / "data" / "archives" / "7.0.0").mkdir(parents=True)
@@ -98,7 +98,7 @@ def test_a_tag_must_match_version_archive_and_changelog(checkout: Path, capsys: 
     assert release.main(["check", "v7.0.0"], checkout) == 2
     assert capsys.readouterr().err.splitlines() == [
         "CITATION.cff: the version is 6.0.0, and 7.0.0 in pyproject.toml",
-        "CHANGELOG.md: something stands under '## Unreleased' that is in this release, too",
+        "CHANGELOG.md: '## Unreleased' is not empty, although its changes are part of this release",
     ]
 
 
@@ -116,7 +116,7 @@ def build(source: Path, folder: Path, **environment: str) -> dict[str, bytes]:
 
 @pytest.mark.integration
 def test_the_same_source_gives_the_same_bytes(tmp_path: Path) -> None:
-    """The second build has another folder, time, time zone, umask and locale."""
+    """Build twice; the folder, time stamps, time zone, umask, locale and hash seed differ."""
     one, other = copy_checkout(tmp_path / "one"), copy_checkout(tmp_path / "far" / "away" / "two")
     for number, path in enumerate(sorted(other.rglob("*"), reverse=True)):
         os.utime(path, (1_000_000_000 + number, 1_000_000_000 + number))

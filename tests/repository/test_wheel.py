@@ -21,7 +21,7 @@ from packaging.requirements import Requirement
 from tests.support import ROOT
 from tests.support.suites import WHOLE
 
-# One worker of pytest-xdist builds the wheel and the environment for all of these.
+# All tests in this module share one pytest-xdist worker, which builds the wheel and the environment once.
 
 
 def run(*command: str | Path, cwd: Path) -> str:
@@ -72,7 +72,7 @@ def install_requirements(requirements: list[str], site: Path) -> set[str]:
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Build the wheel; in `make whole`, from the source distribution built from this checkout."""
+    """Build the wheel from this checkout. `make whole` builds it from the source distribution instead."""
     folder, form = tmp_path_factory.mktemp("dist"), [] if WHOLE else ["--wheel"]
     run(sys.executable, "-m", "build", "--no-isolation", *form, "--outdir", folder, ROOT, cwd=folder)
     (path,) = folder.glob("qdot_robotics-*.whl")

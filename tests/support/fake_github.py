@@ -1,4 +1,6 @@
-"""GitHub's API on a local socket for the real gh: it stores what gh creates, sets and invites.
+"""Imitate GitHub's API on a local socket, for tests with the real gh.
+
+Record the repositories, settings and invitations that gh sends.
 
 gh talks to the host github.localhost over plain HTTP through the socket in its configuration. Repositories are real
 Git repositories.
@@ -24,7 +26,7 @@ NOT_FOUND: Answer = (404, {"message": "Not Found"})
 
 @dataclass
 class GitHub:
-    """An organisation and the logins that exist; `scopes` are those of gh's token.
+    """An organisation and the existing logins. `scopes` are the scopes of gh's token.
 
     `sealed` holds the names of each repository's secrets; no test can open what gh has sealed.
     """
@@ -52,7 +54,7 @@ class GitHub:
         return self.folder / "repositories" / f"{name}.git"
 
     def answer(self, method: str, path: str, sent: Mapping[str, Any]) -> Answer:
-        """Answer a request as GitHub documents it, and record what it changes."""
+        """Answer a request as GitHub's documentation specifies, and record the changes that it makes."""
         if path == "/graphql":
             return 200, self._graphql(str(sent["query"]), sent["variables"] if sent.get("variables") else {})
         if method != "GET":
@@ -114,7 +116,7 @@ class GitHub:
         return 201, {}
 
     def _seal(self, sent: Mapping[str, Any], name: str, secret: str) -> Answer:
-        # A sealed box of libsodium's is 48 bytes longer than what is in it.
+        # A libsodium sealed box is 48 bytes longer than its content.
         if sent["key_id"] != "1" or len(base64.b64decode(sent["encrypted_value"])) <= SEAL:
             return 422, {"message": "not sealed"}
         self.sealed.setdefault(name, set()).add(secret)
@@ -168,7 +170,7 @@ def github(folder: Path, organisation: str, *logins: str) -> Iterator[GitHub]:
         do_GET = do_POST = do_PUT = do_PATCH = answer
 
         def address_string(self) -> str:
-            return "gh"  # a socket has no address
+            return "gh"  # the client of a Unix socket has no address
 
         def log_message(self, *_: object) -> None:
             pass

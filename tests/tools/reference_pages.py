@@ -50,8 +50,13 @@ def _read_platform_runs() -> Iterator[dict[str, str]]:
         run = json.loads(path.read_text(encoding="utf-8"))
         counts = run["counts"].values()
         passed_count, total_count = (sum(count[key] for count in counts) for key in ("passed", "of"))
-        exceptions = [f"{item}: {count['but']}" for item, count in run["counts"].items() if count["but"]]
-        yield {**run, "result": "; ".join([f"{passed_count} of {total_count}", *exceptions])}
+        remarks = [
+            f"{count['excused']} failed: {count['but']}" if count["excused"] else count["but"]
+            for count in counts
+            if count["but"]
+        ]
+        summary = f"{passed_count} of {total_count}"
+        yield {**run, "result": f"{summary}. {' '.join(remarks)}" if remarks else summary}
 
 
 # --- compatibility ---

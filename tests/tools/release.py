@@ -56,13 +56,14 @@ def find_objections(root: Path, tag: str) -> list[str]:
     if not tag:
         return objections
     if tag != f"v{version}":
-        objections.append(f"the tag is {tag}, and v{version} is that of pyproject.toml")
+        objections.append(f"the tag is {tag}, but pyproject.toml has version {version}")
     if not (root / ARCHIVES / version).is_dir():
         objections.append(f"{ARCHIVES}/{version} is missing: python -m tests.tools.archive {version}")
     if not find_section(changelog, version):
-        objections.append(f"CHANGELOG.md: nothing stands under a heading '## {version} - YYYY-MM-DD'")
+        objections.append(f"CHANGELOG.md: there is no text under a heading '## {version} - YYYY-MM-DD'")
     elif find_section(changelog, UNRELEASED):
-        objections.append(f"CHANGELOG.md: something stands under '## {UNRELEASED}' that is in this release, too")
+        objection = f"CHANGELOG.md: '## {UNRELEASED}' is not empty, although its changes are part of this release"
+        objections.append(objection)
     return objections
 
 
@@ -72,9 +73,9 @@ def prepare_files(root: Path, version: str, day: str) -> dict[str, str]:
     if not VERSION.fullmatch(version):
         raise ValueError(f"{version!r} is no version; write one like 1.0.0 or 1.0.0rc1")
     if find_section(changelog, version):
-        raise ValueError(f"CHANGELOG.md has a section of {version} already")
+        raise ValueError(f"CHANGELOG.md already has a section for {version}")
     if not find_section(changelog, UNRELEASED):
-        raise ValueError(f"CHANGELOG.md: nothing stands under '## {UNRELEASED}'")
+        raise ValueError(f"CHANGELOG.md: the section '## {UNRELEASED}' is empty")
     heading = f"## {UNRELEASED}\n"
     files = {"CHANGELOG.md": changelog.replace(heading, f"{heading}\n## {version} - {day}\n", 1)}
     for name, pattern in VERSION_PATTERNS.items():

@@ -63,7 +63,7 @@ def _print_table(piece: Layout, *rows: list[str]) -> str:
 
 def _escape_sign(text: str) -> str:
     """Return a text with a backslash before a sign that has a meaning in Typst."""
-    return f"\\{text}" if len(text) == 1 and text in "()[]{},;:|/*'_^&#$\"\\" else text
+    return f"\\{text}" if len(text) == 1 and text in "()[]{},;:|/*'_^&#$\"\\⟨⟩⌊⌋⌈⌉√∛∜" else text
 
 
 _PRINTERS: dict[str, Callable[..., str]] = {

@@ -62,7 +62,7 @@ class QuestionEntry(pydantic.BaseModel):
 
     model_config = pydantic.ConfigDict(extra="forbid", strict=True, use_attribute_docstrings=True)
     title: str | None = None
-    """The title that students see. By default, the name of the question."""
+    """The title that students see, in plain text. By default, the name of the question."""
     prompt: str
     """The question, in Markdown. A name in braces, as in {pose}, is replaced by the value in the student's problem."""
     answer: str | None = None

@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 from qdot.exercises.common.errors import QdotError, find_most_similar, shorten
 from qdot.exercises.formula.latex import COMMAND_NAMES, MARKDOWN_FORMULA, UnknownLatex, parse_latex
+from qdot.exercises.formula.layout import Layout
+from qdot.exercises.formula.printers.speech import speak
 
 EXAMPLES_OF_LATEX = r"\vec{v}, \dot{q}, \mathbf{J}, \frac{a}{b}, \text{if}, \begin{bmatrix}"
 QUOTES_ADVICE = r"write texts with backslashes in single quotes, as in 'Find $\theta_1$.'"
@@ -17,7 +19,8 @@ _CHARACTER_BEFORE_LATEX_BRACE = re.compile(r"[A-Za-z_^}\]]$")
 _CONTROL_CHARACTER = re.compile(r"([\x00-\x08\x0b-\x1f\x7f])([a-zA-Z]*)")
 _ESCAPE_LETTERS = {"\b": "b", "\t": "t", "\n": "n", "\f": "f", "\r": "r"}
 _SIGN_IN_TEXT = re.compile(r"(\\text(?:rm)?\{[^{}]*?([\^_&#%~]))")
-_MAX_SHOWN_LENGTH = 60
+_MAX_SHOWN_LENGTH, MAX_DEPTH = 60, 50
+"""Maximum length of a formula in a message, and maximum depth of nested pieces of a formula."""
 
 
 class TextPiece(NamedTuple):
@@ -66,12 +69,16 @@ def check_text(text: str, source: str = "") -> None:
     \theta.
     """
     _check_escapes(text, source)
-    filled_text = "".join("x" if piece.is_placeholder else piece.text for piece in split_text(text))
-    for match in MARKDOWN_FORMULA.finditer(filled_text):
+    check_formulas("".join("x" if piece.is_placeholder else piece.text for piece in split_text(text)))
+
+
+def check_formulas(markdown: str) -> None:
+    """Raise QdotError if a dollar sign has no partner, or if a formula has LaTeX that qdot does not support."""
+    for match in MARKDOWN_FORMULA.finditer(markdown):
         latex = match[1] or match[2]
         if latex is not None:
-            check_latex(latex)
-    if re.search(r"(?<!\\)\$", MARKDOWN_FORMULA.sub("", filled_text)):
+            check_latex(" ".join(latex.split()))
+    if re.search(r"(?<!\\)\$", MARKDOWN_FORMULA.sub("", markdown)):
         raise QdotError(r"a dollar sign has no partner; formulas are between two dollar signs, and \$ is a dollar")
 
 
@@ -84,11 +91,16 @@ def check_title(title: str, source: str = "") -> None:
 
 def check_latex(latex: str) -> None:
     """Raise QdotError if a formula has LaTeX that qdot does not support."""
+    if match := _SIGN_IN_TEXT.search(latex):
+        raise QdotError(f"{match[1]}…}} contains {match[2]}; write it outside of \\text, as in \\text{{m/s}}^2")
     try:
-        parse_latex(latex)
-        text, sign = next(iter(_SIGN_IN_TEXT.findall(latex)), ("", ""))
-        if sign:
-            raise QdotError(f"{text}…}} contains {sign}; write it outside of \\text, as in \\text{{m/s}}^2")
+        layout = parse_latex(latex)
+        if _find_depth(layout) > MAX_DEPTH:
+            raise RecursionError
+        if not speak(layout).strip(" ,"):
+            raise QdotError(f"the formula {_show(latex)} shows nothing")
+    except RecursionError:
+        raise QdotError(f"{_show(latex)} is nested too deeply") from None
     except UnknownLatex as error:
         message = f"{error.problem} in {_show(latex)}"
         if error.command:
@@ -96,6 +108,10 @@ def check_latex(latex: str) -> None:
             hint = f" (did you mean \\{guess}?)" if guess else ""
             message += f"{hint}; supported are, for example, {EXAMPLES_OF_LATEX}"
         raise QdotError(message) from None
+
+
+def _find_depth(layout: Layout) -> int:
+    return 1 + max(map(_find_depth, layout.inner), default=0)
 
 
 def _check_escapes(text: str, source: str) -> None:

@@ -1,4 +1,6 @@
-"""Try to break out of the sandbox, in place of a notebook: what succeeds here, this machine does not prevent.
+"""Run in place of a notebook and try to break out of the sandbox.
+
+Every attempt that succeeds shows a gap on this machine.
 
 All attempts are made without the audit hook. Each attempt that may kill its own process gets a separate process
 (`SEPARATE_ATTEMPTS`).
@@ -24,7 +26,7 @@ except ImportError:  # on Windows, where this module is imported but never runs
     fcntl = None  # type: ignore[assignment]
 
 UNLIMITED_PROCESSES, UNLIMITED_BYTES = 200, 256_000_000
-"""A number of processes and a number of bytes that prove that there is no limit; the bytes are four times the limit."""
+"""If this many processes or bytes succeed, no limit is enforced. The bytes are four times the allowed size."""
 
 ALLOWED_FILE_BYTES = 8_000_000
 """Size in bytes of a file that is small enough to be allowed."""
@@ -42,7 +44,7 @@ class Attempt(NamedTuple):
 
 
 def make_attempts(targets: dict[str, Any], report: Callable[[dict[str, Any]], None]) -> None:
-    """Make all attempts, and report what each achieved, "" if nothing.
+    """Make all attempts, and report what each attempt achieved, or "" if it failed.
 
     If `targets["separate_attempt"]` is not None, make only the attempt with this index in `SEPARATE_ATTEMPTS`. Then
     compute for more than `targets["seconds"]` of processor time; if the process is not killed, report that.
@@ -130,7 +132,7 @@ ATTEMPTS = (
     Attempt("processes", "sent a signal to the grader", _signal_grader),
     Attempt("memory", "got more memory than its limit",
             lambda targets: mmap.mmap(-1, targets["memory"] + ALLOWED_FILE_BYTES)),
-    Attempt("memory", "got memory that no limit counts", _share_memory),
+    Attempt("memory", "got memory outside every limit", _share_memory),
     Attempt("privileges", "became root of a namespace", lambda _: kernel.unshare(kernel.NEWUSER)),
     Attempt("processes", "traced the grader", _trace_grader),
     Attempt("processes", "started a program", _start_program),
@@ -175,7 +177,7 @@ def _leave_nested_folders(_: dict[str, Any]) -> bool:
 
 
 def _signal_by_descriptor(_: dict[str, Any]) -> bool:
-    """Make the process that starts notebooks the owner of a pipe whose data make the kernel kill the owner."""
+    """Make the notebook launcher the owner of a pipe; writing to the pipe then makes the kernel kill its owner."""
     reading_end, writing_end = os.pipe()
     fcntl.fcntl(reading_end, fcntl.F_SETOWN, os.getppid())
     fcntl.fcntl(reading_end, fcntl.F_SETSIG, signal.SIGKILL)

@@ -143,7 +143,7 @@ def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: R
 
 MAX_FAILED_IMPORTS = 20
 """Maximum number of failed imports that are reported for a cell."""
-INPUT_ADVICE = "; input() returns an empty text when a notebook is graded: write the value into the cell instead"
+INPUT_ADVICE = "; input() returns an empty string when a notebook is graded: write the value into the cell instead"
 """The advice that is added to the error of a cell that has asked for input."""
 
 

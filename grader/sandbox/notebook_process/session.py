@@ -1,7 +1,8 @@
 """Run a notebook's cells as Jupyter does, with harmless replacements of what IPython adds to Python.
 
-`!` starts nothing, `input()` returns an empty text, help and most magics do nothing, and nothing is displayed. What
-notebooks depend on works: `await`, the last results (`_`, `Out`), and files and modules that a notebook has written.
+Shell commands (`!`) do nothing, `input()` returns an empty string, help and most magics do nothing, and nothing is
+displayed. What notebooks depend on works: `await`, the last results (`_`, `Out`), and files and modules that a notebook
+has written.
 """
 
 import ast

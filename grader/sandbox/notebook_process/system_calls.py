@@ -14,7 +14,7 @@ with Path(__file__).with_name("refused_calls.csv").open(encoding="utf-8") as fil
 """The calls that are refused, with their number on each kind of machine; empty if a machine has no such call.
 
 The groups of calls are: programs and processes (for clone, see below); sockets; ways around a filter; other processes;
-memory that no limit counts or that outlives the process, and resources that the whole machine shares; namespaces and
+memory outside every limit or that outlives the process, and resources that the whole machine shares; namespaces and
 mounts; the machine. Calls of the group "machine files" are refused only if a notebook sees the machine's own files:
 Landlock does not restrict changes of metadata. With the descriptor of an open library, a notebook could make the
 library unreadable for everybody. fallocate is in this group, because space that is reserved but not written can't be

@@ -11,19 +11,19 @@ import { inDigits, say } from "../text/text.js";
 import { termAfterKey, useFormulaStops } from "./formula-keys.js";
 import { namedPose, type State } from "./model.js";
 import { stationOn } from "./path.js";
-import { angleIn, digits } from "./number-format.js";
+import { convertAngle, roundToDigits } from "./number-format.js";
 import type { Stage } from "./stage.js";
 import { jointOf, SYMBOL, symbolsIn, symbolsOf, termAt, typedText } from "./terms.js";
 import { jointClass } from "./letters.js";
 
-/** The term pointed at; `byKey`: the keyboard selected it. */
-type Term = { readonly parts: readonly Element[]; readonly isPinned: boolean; readonly byKey?: boolean };
+/** The highlighted term: its elements, whether a click keeps it highlighted, and whether the keyboard selected it. */
+type Term = { readonly parts: readonly Element[]; readonly isPinned: boolean; readonly isByKey?: boolean };
 
 /** Minimum distance in pixels of a shown number from the sides of the window. */
 const EDGE = 64;
 
 /** Return the term under the pointer, outside the arm's panel, and the symbol in it; null if there is none. */
-function pointedAt({ target }: Event): { parts: readonly Element[]; symbol: Element | null } | null {
+function findPointedTerm({ target }: Event): { parts: readonly Element[]; symbol: Element | null } | null {
   if (!(target instanceof Element) || !target.closest("main math") || target.closest(".arm")) return null;
   const parts = target.localName === "math" ? [] : termAt(target);
   return parts.length > 0 ? { parts, symbol: target.closest(SYMBOL) ?? onlySymbol(parts) } : null;
@@ -36,70 +36,72 @@ function onlySymbol(parts: readonly Element[]): Element | null {
 }
 
 /** Show the number of the highlighted term, and highlight the letters of the joint that is pointed at. */
-export function TermLinks({ stage, radians, rates }: Omit<ValueProps, "parts">): JSX.Element {
+export function TermLinks({ stage, inRadians, rates }: Omit<ValueProps, "parts">): JSX.Element {
   const help = useId();
   const [term, setTerm] = useState<Term | null>(null);
   const [, setScrolled] = useState(0);
   const { arm, highlight, highlighted } = stage;
-  const isFromFormula = useRef(false); // whether a formula, not the drawing, highlighted the joint
-  const isResting = useRef(false); // whether the pointer rests while the keyboard is used
-  const current = useRef(term);
-  current.current = term;
+  const hasFormulaHighlight = useRef(false); // whether a formula, not the drawing, highlighted the joint
+  const isPointerResting = useRef(false); // whether the pointer rests while the keyboard is used
+  const currentTerm = useRef(term);
+  currentTerm.current = term;
   useFormulaStops(arm, help);
 
   useEffect(() => {
-    const listening = new AbortController();
+    const controller = new AbortController();
     const listen = (name: string, listener: (event: Event) => void): void =>
-      document.addEventListener(name, listener, { signal: listening.signal, passive: true });
+      document.addEventListener(name, listener, { signal: controller.signal, passive: true });
     const highlightTerm = (next: Term | null, symbol: Element | null | undefined): void => {
       setTerm(next);
       const joint = symbol ? jointOf(symbol, arm) : null;
-      if (joint !== null || isFromFormula.current) highlight(joint);
-      isFromFormula.current = joint !== null;
+      if (joint !== null || hasFormulaHighlight.current) highlight(joint);
+      hasFormulaHighlight.current = joint !== null;
     };
     const show = (event: Event, isPinned: boolean): void => {
-      const pointed = pointedAt(event);
-      highlightTerm(pointed && { parts: pointed.parts, isPinned }, pointed?.symbol);
+      const pointedTerm = findPointedTerm(event);
+      highlightTerm(pointedTerm && { parts: pointedTerm.parts, isPinned }, pointedTerm?.symbol);
     };
-    /** Move from the highlighted term of this formula, or from its first term; return whether the key was used. */
-    const step = (math: Element, key: string): boolean => {
-      const from = current.current && math.contains(current.current.parts[0]!) ? current.current.parts : null;
-      const parts = key === "Enter" ? from : termAfterKey(math, from, key);
+    /** Highlight the term to which a key leads in a formula; return whether the key was used. */
+    const moveByKey = (math: Element, key: string): boolean => {
+      const highlightedParts =
+        currentTerm.current && math.contains(currentTerm.current.parts[0]!) ? currentTerm.current.parts : null;
+      const parts = key === "Enter" ? highlightedParts : termAfterKey(math, highlightedParts, key);
       if (!parts) return false;
-      const isPinned = key === "Enter" && !current.current?.isPinned;
+      const isPinned = key === "Enter" && !currentTerm.current?.isPinned;
       highlightTerm(
-        { parts, isPinned, byKey: true },
+        { parts, isPinned, isByKey: true },
         symbolsIn(parts).find((symbol) => jointOf(symbol, arm) !== null),
       );
       return true;
     };
     listen("pointermove", (event) => {
       const { movementX, movementY } = event as PointerEvent;
-      if (movementX !== 0 || movementY !== 0) isResting.current = false;
+      if (movementX !== 0 || movementY !== 0) isPointerResting.current = false;
     });
     listen("pointerover", (event) => {
-      const hasPageScrolled = isResting.current && current.current?.byKey; // the page moved under a resting pointer
-      if (!current.current?.isPinned && !hasPageScrolled) show(event, false);
+      const hasPageScrolled = isPointerResting.current && currentTerm.current?.isByKey; // the page moved under a resting pointer
+      if (!currentTerm.current?.isPinned && !hasPageScrolled) show(event, false);
     });
     listen("click", (event) => {
-      const pointed = pointedAt(event);
-      if (pointed || (current.current && !(event.target as Element).closest(".arm"))) show(event, pointed !== null);
+      const pointedTerm = findPointedTerm(event);
+      if (pointedTerm || (currentTerm.current && !(event.target as Element).closest(".arm")))
+        show(event, pointedTerm !== null);
     });
     listen("focusin", ({ target }) => {
-      if (isFormula(target) && target.matches(":focus-visible")) step(target, "Home");
+      if (isFormula(target) && target.matches(":focus-visible")) moveByKey(target, "Home");
     });
     listen("focusout", ({ target }) => {
-      if (isFormula(target) && current.current?.byKey && !current.current.isPinned) highlightTerm(null, null);
+      if (isFormula(target) && currentTerm.current?.isByKey && !currentTerm.current.isPinned) highlightTerm(null, null);
     });
     const pressKey = (event: KeyboardEvent): void => {
       const { key, target, ctrlKey, metaKey, altKey } = event;
-      if (key === "Escape" && current.current) highlightTerm(null, null);
-      else if (isFormula(target) && !ctrlKey && !metaKey && !altKey && step(target, key)) event.preventDefault();
+      if (key === "Escape" && currentTerm.current) highlightTerm(null, null);
+      else if (isFormula(target) && !ctrlKey && !metaKey && !altKey && moveByKey(target, key)) event.preventDefault();
     };
-    document.addEventListener("keydown", pressKey, { signal: listening.signal });
-    const scrolling = { signal: listening.signal, passive: true };
-    addEventListener("scroll", () => current.current && setScrolled(scrollY), scrolling);
-    return () => listening.abort();
+    document.addEventListener("keydown", pressKey, { signal: controller.signal });
+    const scrolling = { signal: controller.signal, passive: true };
+    addEventListener("scroll", () => currentTerm.current && setScrolled(scrollY), scrolling);
+    return () => controller.abort();
   }, [arm, highlight]);
 
   useEffect(() => {
@@ -125,9 +127,9 @@ export function TermLinks({ stage, radians, rates }: Omit<ValueProps, "parts">):
         {say("arm.term.keys")}
       </p>
       <p class="arm-unseen" role="status">
-        {term?.byKey ? <Spelled {...{ stage, radians, rates }} parts={term.parts} /> : null}
+        {term?.isByKey ? <Spelled {...{ stage, inRadians, rates }} parts={term.parts} /> : null}
       </p>
-      {term ? <Value {...{ stage, radians, rates }} parts={term.parts} /> : null}
+      {term ? <Value {...{ stage, inRadians, rates }} parts={term.parts} /> : null}
     </>
   );
 }
@@ -140,7 +142,7 @@ function isFormula(target: EventTarget | null): target is Element {
 interface ValueProps {
   readonly parts: readonly Element[];
   readonly stage: Stage;
-  readonly radians: boolean;
+  readonly inRadians: boolean;
   /** The joint rates at a state of the arm, if the page sets them. */
   readonly rates?: ((state: State) => readonly number[]) | undefined;
 }
@@ -160,12 +162,14 @@ const spellOut = (text: string): string =>
     .replace(/\bqd(\d+)/g, "q̇$1");
 
 /** Return the value of a term at the current pose as text; null if it has none. */
-function formatValue({ parts, stage, radians, rates }: ValueProps): string | null {
+function formatValue({ parts, stage, inRadians, rates }: ValueProps): string | null {
   const text = typedText(parts);
   const value = text === null ? null : valueOf(text, stage, rates);
   if (value === null || !parts[0]!.isConnected) return null;
   const isAngle = /^theta\d+$/.test(text!);
-  return isAngle ? `${inDigits(angleIn(radians, value))}${radians ? "" : "°"}` : inDigits(digits(value));
+  return isAngle
+    ? `${inDigits(convertAngle(inRadians, value))}${inRadians ? "" : "°"}`
+    : inDigits(roundToDigits(value));
 }
 
 /** The value of a term, shown below it; nothing if it has none. */
@@ -184,9 +188,9 @@ function Value(props: ValueProps): JSX.Element | null {
 }
 
 /** Return the value of a typed term at the stage's pose, with the rates on its path; null if a letter is unknown. */
-function valueOf(text: string, stage: Stage, ratesIn: ValueProps["rates"]): number | null {
+function valueOf(text: string, stage: Stage, ratesAt: ValueProps["rates"]): number | null {
   const { arm, robot, pose } = stage;
-  const rates = ratesIn?.(stage.state) ?? ratesOnPath(stage);
+  const rates = ratesAt?.(stage.state) ?? ratesOnPath(stage);
   const values = {
     ...robot.values,
     ...namedPose(arm, pose),

@@ -6,17 +6,17 @@
 
 import { type Arm, type Pose, reachOf, stateAt } from "./model.js";
 import { reachesBeyond } from "./reach.js";
-import { randomNumbers, randomPoses } from "../random.js";
+import { makeRandomNumbers, makeRandomPoses } from "../random.js";
 import { axesOf, decompose } from "./svd.js";
 import { dot, type Matrix, norm, subtract, multiply, transpose } from "./vector.js";
 
-export type Kind = "regular" | "boundary" | "internal";
+export type SingularityKind = "regular" | "boundary" | "internal";
 
-/** Relative tolerance for the rank of J; step of numeric derivatives (rad or m); and rotations tried in a turn. */
-const [RANK_TOLERANCE, STEP, ROTATIONS] = [1e-7, 1e-4, 24];
+/** Relative tolerance for the rank of J; step of numeric derivatives (rad or m); and number of rotations in a turn. */
+const [RANK_TOLERANCE, DIFFERENCE_STEP, ROTATION_COUNT] = [1e-7, 1e-4, 24];
 
 /** Return whether the kind of a singularity can be decided for an arm and its task. */
-export function isKindDecidable(arm: Arm): boolean {
+export function canDecideKind(arm: Arm): boolean {
   const n = arm.joints.length;
   if (n === 6 && arm.task.length === 6) return wristCentre(arm) !== null;
   return arm.task.length <= Math.min(4, n) && hasCoordinates(arm);
@@ -27,7 +27,7 @@ function hasCoordinates(arm: Arm): boolean {
   const angularRows = arm.task.filter((row) => row > 2);
   if (angularRows.length === 0 || angularRows.length === 3) return true;
   if (angularRows.length !== 1) return false;
-  return randomPoses(3, arm.joints.length, 5).every((pose) => {
+  return makeRandomPoses(3, arm.joints.length, 5).every((pose) => {
     const { jacobian } = stateAt(arm, pose);
     return [3, 4, 5].every((row) => row === angularRows[0] || norm(jacobian[row]!) < 1e-9);
   });
@@ -44,8 +44,8 @@ export function wristCentre(arm: Arm): number | null {
   return axesMeet && axesDiffer ? n - 2 : null;
 }
 
-/** Return the kind of a pose. An arm with a spherical wrist is at its boundary if its wrist centre is. */
-export function kindAt(arm: Arm, pose: Pose, tolerance = RANK_TOLERANCE): Kind {
+/** Return the kind of a pose. An arm with a spherical wrist is at its boundary if the wrist centre is at its own. */
+export function kindAt(arm: Arm, pose: Pose, tolerance = RANK_TOLERANCE): SingularityKind {
   const positioner = withoutWrist(arm);
   if (!positioner) return kindForWorstRotation(arm, pose, tolerance);
   if (rankOf(arm, pose, tolerance) === 6) return "regular";
@@ -61,80 +61,95 @@ function withoutWrist(arm: Arm): Arm | null {
   return { ...arm, joints: arm.joints.slice(0, 3), point: wristPoint, task: [0, 1, 2] };
 }
 
-function rankIn(matrix: Matrix, sigma: readonly number[], reach: number, tolerance: number): number {
+function countRank(matrix: Matrix, sigma: readonly number[], reach: number, tolerance: number): number {
   const minSize = tolerance * Math.max(sigma[0] ?? 0, Math.min(reach, 1));
   const fullRank = Math.min(matrix.length, matrix[0]?.length ?? 0);
   return Math.min(fullRank, sigma.filter((value) => value > minSize).length);
 }
 
 function rankOf(arm: Arm, pose: Pose, tolerance: number): number {
-  const { counted } = stateAt(arm, pose);
-  return rankIn(counted, decompose(counted).sigma, reachOf(arm), tolerance);
+  const { taskJacobian } = stateAt(arm, pose);
+  return countRank(taskJacobian, decompose(taskJacobian).sigma, reachOf(arm), tolerance);
 }
 
-/** Return the kind of a pose; if a joint can rotate without moving the point, the worst kind over its rotation. */
-function kindForWorstRotation(arm: Arm, pose: Pose, tolerance: number): Kind {
+/**
+ * Return the kind of a pose. If a joint can rotate without moving the point, the pose is at the boundary if it is at
+ * the boundary for some rotation.
+ */
+function kindForWorstRotation(arm: Arm, pose: Pose, tolerance: number): SingularityKind {
   const kind = kindFromJacobian(arm, pose, tolerance);
   if (kind !== "internal" || arm.task.some((row) => row > 2)) return kind;
-  const start = stateAt(arm, pose).point;
+  const startPoint = stateAt(arm, pose).point;
   for (let joint = 1; joint < Math.min(arm.joints.length, arm.point.frame); joint += 1) {
     if (arm.joints[joint]!.kind !== "R") continue;
-    const rotated = Array.from({ length: ROTATIONS }, (_, k) =>
-      pose.with(joint, pose[joint]! + (2 * Math.PI * k) / ROTATIONS),
+    const rotatedPoses = Array.from({ length: ROTATION_COUNT }, (_, k) =>
+      pose.with(joint, pose[joint]! + (2 * Math.PI * k) / ROTATION_COUNT),
     );
     if (
-      rotated.every((other) => norm(subtract(stateAt(arm, other).point, start)) < Math.max(RANK_TOLERANCE, tolerance))
+      rotatedPoses.every(
+        (rotatedPose) =>
+          norm(subtract(stateAt(arm, rotatedPose).point, startPoint)) < Math.max(RANK_TOLERANCE, tolerance),
+      )
     ) {
-      return rotated.some((other) => kindFromJacobian(arm, other, tolerance) === "boundary") ? "boundary" : "internal";
+      return rotatedPoses.some((other) => kindFromJacobian(arm, other, tolerance) === "boundary")
+        ? "boundary"
+        : "internal";
     }
   }
   return kind;
 }
 
-function kindFromJacobian(arm: Arm, pose: Pose, tolerance: number): Kind {
-  const { counted } = stateAt(arm, pose);
-  const decomposition = decompose(counted);
-  const rank = rankIn(counted, decomposition.sigma, reachOf(arm), tolerance);
-  if (rank === Math.min(counted.length, arm.joints.length)) return "regular";
-  const lostDirections = decompose(transpose(counted)).v.slice(rank);
+function kindFromJacobian(arm: Arm, pose: Pose, tolerance: number): SingularityKind {
+  const { taskJacobian } = stateAt(arm, pose);
+  const decomposition = decompose(taskJacobian);
+  const rank = countRank(taskJacobian, decomposition.sigma, reachOf(arm), tolerance);
+  if (rank === Math.min(taskJacobian.length, arm.joints.length)) return "regular";
+  const lostDirections = decompose(transpose(taskJacobian)).v.slice(rank);
   const selfMotions = decomposition.v.slice(rank);
-  if (counted.length > arm.joints.length) return "internal";
+  if (taskJacobian.length > arm.joints.length) return "internal";
   return sampleDirections(lostDirections).some((u) => isEdge(arm, pose, u, selfMotions)) ? "boundary" : "internal";
 }
 
 /** Return unit vectors among the lost directions: the only one, or twelve random combinations of several. */
-function sampleDirections(lost: Matrix): Matrix {
-  if (lost.length === 1) return lost;
-  const next = randomNumbers(11);
+function sampleDirections(lostDirections: Matrix): Matrix {
+  if (lostDirections.length === 1) return lostDirections;
+  const nextRandom = makeRandomNumbers(11);
   return Array.from({ length: 12 }, () => {
-    const shares = lost.map(() => 2 * next() - 1);
-    const mixed = lost[0]!.map((_, i) => lost.reduce((sum, u, k) => sum + shares[k]! * u[i]!, 0));
+    const shares = lostDirections.map(() => 2 * nextRandom() - 1);
+    const mixed = lostDirections[0]!.map((_, i) => lostDirections.reduce((sum, u, k) => sum + shares[k]! * u[i]!, 0));
     return mixed.map((value) => value / norm(mixed));
   });
 }
 
-/** Return whether the reach ends on a side of the lost direction to which small motions do not lead. */
-function isEdge(arm: Arm, pose: Pose, lost: readonly number[], still: Matrix): boolean {
-  const [forward, backward] = secondOrderMotion(arm, pose, lost, still);
-  const [ahead, behind] = [[...lost], lost.map((value) => -value)];
-  let sides: number[][] = [];
-  if (forward || backward) sides = forward && backward ? [] : forward ? [behind] : [ahead];
-  else if (arm.task.every((row) => row < 3) && arm.task.length <= arm.joints.length) sides = [ahead, behind];
-  return sides.some((side) => !reachesBeyond(arm, pose, side));
+/** Return whether the reach ends, along the lost direction, on a side to which small motions do not lead. */
+function isEdge(arm: Arm, pose: Pose, lostDirection: readonly number[], selfMotions: Matrix): boolean {
+  const [leadsForward, leadsBackward] = secondOrderMotion(arm, pose, lostDirection, selfMotions);
+  const [aheadDirection, behindDirection] = [[...lostDirection], lostDirection.map((value) => -value)];
+  let candidateSides: number[][] = [];
+  if (leadsForward || leadsBackward)
+    candidateSides = leadsForward && leadsBackward ? [] : leadsForward ? [behindDirection] : [aheadDirection];
+  else if (arm.task.every((row) => row < 3) && arm.task.length <= arm.joints.length)
+    candidateSides = [aheadDirection, behindDirection];
+  return candidateSides.some((side) => !reachesBeyond(arm, pose, side));
 }
 
-/** Return whether self-motions lead, to second order, forward along `lost`, and whether they lead backward. */
-function secondOrderMotion(arm: Arm, pose: Pose, lost: readonly number[], still: Matrix): readonly [boolean, boolean] {
+/** Return whether self-motions lead, to second order, forward along the lost direction, and whether backward. */
+function secondOrderMotion(
+  arm: Arm,
+  pose: Pose,
+  lostDirection: readonly number[],
+  selfMotions: Matrix,
+): readonly [boolean, boolean] {
   const lostRatesAfter = (k: readonly number[], step: number): number[] => {
-    const moved = pose.map((value, i) => value + step * k[i]!);
-    const { counted } = stateAt(arm, moved);
-    return still.map((other) => dot(lost, multiply(counted, other)));
+    const movedPose = pose.map((value, i) => value + step * k[i]!);
+    const { taskJacobian } = stateAt(arm, movedPose);
+    return selfMotions.map((other) => dot(lostDirection, multiply(taskJacobian, other)));
   };
-  const form = still.map((k) => {
-    const [ahead, behind] = [lostRatesAfter(k, STEP), lostRatesAfter(k, -STEP)];
-    return ahead.map((value, j) => (value - behind[j]!) / (2 * STEP));
+  const secondDerivatives = selfMotions.map((k) => {
+    const [ahead, behind] = [lostRatesAfter(k, DIFFERENCE_STEP), lostRatesAfter(k, -DIFFERENCE_STEP)];
+    return ahead.map((value, j) => (value - behind[j]!) / (2 * DIFFERENCE_STEP));
   });
-  const symmetric = form.map((row, i) => row.map((value, j) => (value + form[j]![i]!) / 2));
-  const axes = axesOf(symmetric);
-  return [axes.some(({ value }) => value > 1e-5), axes.some(({ value }) => value < -1e-5)];
+  const symmetric = secondDerivatives.map((row, i) => row.map((value, j) => (value + secondDerivatives[j]![i]!) / 2));
+  const principalAxes = axesOf(symmetric);
+  return [principalAxes.some(({ value }) => value > 1e-5), principalAxes.some(({ value }) => value < -1e-5)];
 }

@@ -1,22 +1,22 @@
 // The arm in sentences: pose, position of P, determinant, and how near to a singularity the arm is.
 
 import { say } from "../text/text.js";
-import { isKindDecidable, type Kind, kindAt } from "./classify.js";
+import { canDecideKind, type SingularityKind, kindAt } from "./classify.js";
 import { plainLetters } from "./letters.js";
 import { lostDirection } from "./lost-direction.js";
 import { type Arm, isMixed, type Measures, measuresOf, type State } from "./model.js";
-import { angleIn, decimals, digits } from "./number-format.js";
+import { convertAngle, roundToDecimals, roundToDigits } from "./number-format.js";
 
 export type Nearness = "regular" | "near" | "singular";
 
 /** Return how near a singularity is: "singular" if the least singular value is negligible beside the largest. */
-export function nearness(arm: Arm, { ratio }: Measures): Nearness {
+export function classifyNearness(arm: Arm, { ratio }: Measures): Nearness {
   return ratio < 0.004 ? "singular" : ratio < (isMixed(arm) ? 0.02 : 0.08) ? "near" : "regular";
 }
 
 /** Return the kind of a nearly singular pose; null if it is regular or the kind can't be decided. */
-export function kindOfSingularity(arm: Arm, state: State): Exclude<Kind, "regular"> | null {
-  if (nearness(arm, measuresOf(state)) !== "singular" || !isKindDecidable(arm)) return null;
+export function kindOfSingularity(arm: Arm, state: State): Exclude<SingularityKind, "regular"> | null {
+  if (classifyNearness(arm, measuresOf(state)) !== "singular" || !canDecideKind(arm)) return null;
   const kind = kindAt(arm, state.pose, 0.005);
   return kind === "regular" ? null : kind;
 }
@@ -32,35 +32,41 @@ export function describePose(arm: Arm, { pose, point }: State, radians: boolean)
   const joints = arm.joints.map(({ kind, name }, i) =>
     say(kind === "R" ? rotatedKey : "arm.words.slid", {
       joint: plainLetters(name),
-      value: kind === "R" ? angleIn(radians, pose[i]!) : decimals(pose[i]!, 3),
+      value: kind === "R" ? convertAngle(radians, pose[i]!) : roundToDecimals(pose[i]!, 3),
     }),
   );
-  const [x, y, z] = point.map((value) => decimals(value, 3)) as [number, number, number];
+  const [x, y, z] = point.map((value) => roundToDecimals(value, 3)) as [number, number, number];
   return `${say("arm.words.pose", { joints: joints.join(", ") })} ${say("arm.words.point", { x, y, z })}`;
 }
 
 function describeSingularity(arm: Arm, state: State): string {
   const measures = measuresOf(state);
-  const { det, volume, least, ratio } = measures;
-  const percent = decimals(100 * ratio, 1);
+  const { det, volume, minSigma, ratio } = measures;
+  const percent = roundToDecimals(100 * ratio, 1);
   const size =
-    det === null ? say("arm.words.volume", { value: digits(volume) }) : say("arm.words.det", { value: digits(det) });
-  const near = nearness(arm, measures);
-  const sentences = [size, say("arm.words.sigma", { least: digits(least), percent }), say(`arm.words.${near}`)];
-  if (near === "singular") {
+    det === null
+      ? say("arm.words.volume", { value: roundToDigits(volume) })
+      : say("arm.words.det", { value: roundToDigits(det) });
+  const nearness = classifyNearness(arm, measures);
+  const sentences = [
+    size,
+    say("arm.words.sigma", { least: roundToDigits(minSigma), percent }),
+    say(`arm.words.${nearness}`),
+  ];
+  if (nearness === "singular") {
     const kind = kindOfSingularity(arm, state);
     if (kind) sentences.push(say(`arm.words.${kind}`));
   }
-  const lost = near === "regular" ? null : lostDirection(arm, state);
-  if (lost) {
-    const [x, y, z] = lost.map((value) => decimals(value, 2)) as [number, number, number];
-    sentences.push(say(near === "near" ? "arm.words.slow" : "arm.words.lost", { x, y, z }));
+  const direction = nearness === "regular" ? null : lostDirection(arm, state);
+  if (direction) {
+    const [x, y, z] = direction.map((value) => roundToDecimals(value, 2)) as [number, number, number];
+    sentences.push(say(nearness === "near" ? "arm.words.slow" : "arm.words.lost", { x, y, z }));
   }
   return sentences.join(" ");
 }
 
 /** Return the text key of what measures J: its determinant, or what replaces it if J is not square. */
-export function sizeName(arm: Arm): "arm.figures.det" | "arm.figures.volume" | "arm.figures.tall" {
+export function sizeKey(arm: Arm): "arm.figures.det" | "arm.figures.volume" | "arm.figures.tall" {
   const [rows, columns] = [arm.task.length, arm.joints.length];
   return rows === columns ? "arm.figures.det" : rows < columns ? "arm.figures.volume" : "arm.figures.tall";
 }

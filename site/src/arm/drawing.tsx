@@ -11,10 +11,10 @@ import { jointClass, plainLetters } from "./letters.js";
 import { drawnLostDirection } from "./lost-direction.js";
 import { drawnColumns, Marks } from "./marks.js";
 import { measuresOf, stateAt } from "./model.js";
-import { edgesOf, withFraming, framingOf, isSamePose, isSeen, readableFrom } from "./framing.js";
+import { edgesOf, withFraming, framingOf, isSamePose, isInView, findReadableOrbit } from "./framing.js";
 import { dragLink, movePoint } from "./moves.js";
-import { extentOf, within } from "./ranges.js";
-import { atShare, linkOf, nearestShare } from "./shape.js";
+import { extentOf, limitToRange } from "./ranges.js";
+import { pointAtShare, linkOf, nearestShare } from "./shape.js";
 import type { Stage } from "./stage.js";
 import { Space } from "./space.js";
 import { add, addScaled, dot, subtract, type Vec3 } from "./vector.js";
@@ -24,19 +24,19 @@ import {
   flatPlane,
   vectorFromPixels,
   type Orbit,
-  pixel,
+  toPixel,
   type Pixel,
   type View,
   viewOf,
 } from "./view.js";
 import { useSize } from "./size.js";
-import { nearness } from "./descriptions.js";
+import { classifyNearness } from "./descriptions.js";
 
 interface DrawingProps extends Stage {
   readonly label: string;
   readonly describedBy: string;
   /** The size of the drawing in pixels if it is known beforehand: then it is drawn only once. */
-  readonly room?: readonly [number, number] | undefined;
+  readonly knownSize?: readonly [number, number] | undefined;
   /** Whether the first pose is drawn larger until the arm moves out of sight. */
   readonly isEnlarged?: boolean;
   /** Points that must be visible in the enlarged view, besides the arm. */
@@ -44,30 +44,33 @@ interface DrawingProps extends Stage {
   /** Text in a corner of the drawing. */
   readonly readout?: ComponentChildren;
   /** The ends A and B of a path; B can be dragged. */
-  readonly target?: { readonly from: Vec3; readonly at: Vec3; readonly move: (to: Vec3) => void } | undefined;
+  readonly target?: { readonly start: Vec3; readonly end: Vec3; readonly move: (to: Vec3) => void } | undefined;
   readonly overlay?: ((view: View) => ComponentChildren) | undefined;
 }
 
-/** What the pointer drags: a link at a share of its length, the point, the path's end, or the view. */
-type Held =
-  { readonly link: number; readonly share: number } | "point" | "target" | { readonly from: Orbit; readonly at: Pixel };
+/** What the pointer drags: a link (from 0) at a share of its corners (see shape.ts), P, the path's end, or the view. */
+type Drag =
+  | { readonly link: number; readonly share: number }
+  | "point"
+  | "target"
+  | { readonly startOrbit: Orbit; readonly startPixel: Pixel };
 
 const DEGREE = Math.PI / 180;
-/** After the view has changed, each move reduces the offset from the pointer to this fraction. */
+/** After the view has changed, each move multiplies the offset between pointer and dragged point by this factor. */
 const OFFSET_DECAY = 0.85;
 
 export function Drawing(props: DrawingProps): JSX.Element {
   const { arm, state, reach, layers, chosen, choose, highlighted, highlight, move, target } = props;
   const box = useRef<HTMLDivElement>(null);
-  const [width, height] = useSize(box, props.room ?? [560, 420]);
+  const [width, height] = useSize(box, props.knownSize ?? [560, 420]);
   const [orbit, setOrbit, firstOrbit] = useOrbit(props);
-  const [held, setHeld] = useState<Held | null>(null);
+  const [drag, setDrag] = useState<Drag | null>(null);
   const [hasDragged, setDragged] = useState(false); // the hint is shown until the reader has dragged something
-  const [solid, setSolid] = useState(false);
+  const [isSolidReady, setSolid] = useState(false);
   const extent = useMemo(() => extentOf(arm), [arm]);
-  const flat = useMemo(() => flatPlane(arm) !== null, [arm]);
+  const isFlat = useMemo(() => flatPlane(arm) !== null, [arm]);
   const fullView = useMemo(() => viewOf(arm, extent, width, height, orbit), [arm, extent, width, height, orbit]);
-  const view = useNearView(props, fullView, firstOrbit, flat);
+  const view = useNearView(props, fullView, firstOrbit, isFlat);
   const columns = useMemo(
     () => (layers.ellipse ? drawnColumns(arm, state, reach) : null),
     [arm, state, reach, layers.ellipse],
@@ -75,11 +78,11 @@ export function Drawing(props: DrawingProps): JSX.Element {
   const links = arm.joints.map((_, i) => linkOf(arm, state, i + 1));
   const [hasFocus, setFocus] = useState(false); // the hint on keys is shown while the drawing has the focus
   const isLost = drawnLostDirection(arm, state, props.measures, props.isConcealed) !== null;
-  const messageKind = nearness(arm, props.measures) === "singular" ? "lost" : "slow";
+  const messageKind = classifyNearness(arm, props.measures) === "singular" ? "lost" : "slow";
   const covered = useCovered(box, [
     width,
     height,
-    flat,
+    isFlat,
     hasDragged,
     hasFocus,
     chosen,
@@ -92,64 +95,65 @@ export function Drawing(props: DrawingProps): JSX.Element {
     const { clientLeft, clientTop } = box.current!;
     return [event.clientX - corner.left - clientLeft, event.clientY - corner.top - clientTop];
   };
-  const hold = (event: PointerEvent, what: (at: Pixel) => Held): void => {
+  const startDrag = (event: PointerEvent, dragFrom: (startPixel: Pixel) => Drag): void => {
     if (event.button !== 0) return;
     event.stopPropagation();
     box.current!.setPointerCapture(event.pointerId);
     pointer.current = pixelOf(event);
     offset.current = [0, 0];
-    setHeld(what(pixelOf(event)));
+    setDrag(dragFrom(pixelOf(event)));
     setDragged(true);
   };
   const pointer = useRef<Pixel>([0, 0]);
-  const offset = useRef<Pixel>([0, 0]); // offset of the dragged thing from the pointer after the view has changed
-  const heldPoint = held === "point" ? state.point : held === "target" ? target?.at : draggedPoint(held, links);
+  const offset = useRef<Pixel>([0, 0]); // from the dragged point to the pointer; nonzero after the view has changed
+  const draggedPosition =
+    drag === "point" ? state.point : drag === "target" ? target?.end : pointOnDraggedLink(drag, links);
   useLayoutEffect(() => {
-    if (!heldPoint) return;
-    const [x, y] = pixel(view, heldPoint);
+    if (!draggedPosition) return;
+    const [x, y] = toPixel(view, draggedPosition);
     offset.current = [pointer.current[0] - x, pointer.current[1] - y];
   }, [view.scale, view.centre]);
-  const drag = (event: PointerEvent): void => {
-    if (held === null) return;
+  const continueDrag = (event: PointerEvent): void => {
+    if (drag === null) return;
     pointer.current = pixelOf(event);
     offset.current = [OFFSET_DECAY * offset.current[0], OFFSET_DECAY * offset.current[1]];
     const [x, y] = [pointer.current[0] - offset.current[0], pointer.current[1] - offset.current[1]];
-    const from = (place: Vec3): Pixel => {
-      const [px, py] = pixel(view, place);
+    const stepFrom = (place: Vec3): Pixel => {
+      const [px, py] = toPixel(view, place);
       return [x - px, y - py];
     };
-    if (held === "point") move(movePoint(arm, state.pose, vectorFromPixels(view, from(state.point)), view));
-    else if (held === "target") {
-      if (target) target.move(add(target.at, vectorFromPixels(view, from(target.at))));
-    } else if ("link" in held) {
-      const place = atShare(links[held.link]!, held.share);
-      move(dragLink(arm, state, view, held.link, place, from(place)));
-    } else setOrbit(rotateOrbit(held.from, (held.at[0] - x) / 160, (y - held.at[1]) / 160, 1));
+    if (drag === "point") move(movePoint(arm, state.pose, vectorFromPixels(view, stepFrom(state.point)), view));
+    else if (drag === "target") {
+      if (target) target.move(add(target.end, vectorFromPixels(view, stepFrom(target.end))));
+    } else if ("link" in drag) {
+      const place = pointAtShare(links[drag.link]!, drag.share);
+      move(dragLink(arm, state, view, drag.link, place, stepFrom(place)));
+    } else setOrbit(rotateOrbit(drag.startOrbit, (drag.startPixel[0] - x) / 160, (y - drag.startPixel[1]) / 160, 1));
   };
   useEffect(() => preventScrolling(box.current!), []);
   /** Change the view by a key: rotate it, or return to the first view. */
   const changeView = useCallback(
     (key: string): void => {
-      const change = VIEW_KEYS[key];
-      setOrbit((now) => (change ? rotateOrbit(now, ...change) : firstOrbit));
+      const rotation = VIEW_KEYS[key];
+      setOrbit((before) => (rotation ? rotateOrbit(before, ...rotation) : firstOrbit));
     },
     [firstOrbit],
   );
   const pressKey = (event: KeyboardEvent): void => {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const factor = event.shiftKey ? 10 : 2;
+    const stepCount = event.shiftKey ? 10 : 2;
     const step = ARROWS[event.key];
     const number = Number(event.key);
     if (event.key.toLowerCase() === "p") choose(-1);
     else if (number >= 1 && number <= arm.joints.length) choose(number - 1);
-    else if (event.key === "0" || (!flat && VIEW_KEYS[event.key])) changeView(event.key);
+    else if (event.key === "0" || (!isFlat && VIEW_KEYS[event.key])) changeView(event.key);
     else if (step && chosen < 0) {
-      const metres = factor * 0.005 * view.scale;
-      move(movePoint(arm, state.pose, vectorFromPixels(view, [step[0] * metres, step[1] * metres])));
+      const pixels = stepCount * 0.005 * view.scale;
+      move(movePoint(arm, state.pose, vectorFromPixels(view, [step[0] * pixels, step[1] * pixels])));
     } else if (step && step[0] === 0) choose((chosen + step[1] + arm.joints.length) % arm.joints.length);
     else if (step) {
-      const by = step[0] * factor * (arm.joints[chosen]!.kind === "R" ? DEGREE : 0.005);
-      move(state.pose.with(chosen, within(arm, chosen, state.pose[chosen]! + by)));
+      const change = step[0] * stepCount * (arm.joints[chosen]!.kind === "R" ? DEGREE : 0.005);
+      move(state.pose.with(chosen, limitToRange(arm, chosen, state.pose[chosen]! + change)));
     } else return;
     event.preventDefault();
   };
@@ -158,7 +162,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
     <div class="arm-drawing">
       <div
         ref={box}
-        class={`arm-box${held ? " arm-held" : ""}`}
+        class={`arm-box${drag ? " arm-held" : ""}`}
         role="application"
         aria-roledescription={say("arm.drawing.role")}
         aria-label={props.label}
@@ -167,53 +171,57 @@ export function Drawing(props: DrawingProps): JSX.Element {
         onKeyDown={pressKey}
         onFocus={() => setFocus(true)}
         onBlur={() => setFocus(false)}
-        onPointerDown={(event) => !flat && hold(event, (at) => ({ from: orbit, at }))}
-        onPointerMove={drag}
-        onPointerUp={() => setHeld(null)}
-        onPointerCancel={() => setHeld(null)}
+        onPointerDown={(event) => !isFlat && startDrag(event, (startPixel) => ({ startOrbit: orbit, startPixel }))}
+        onPointerMove={continueDrag}
+        onPointerUp={() => setDrag(null)}
+        onPointerCancel={() => setDrag(null)}
       >
-        {!flat && <Space arm={arm} state={state} view={view} columns={columns} onReady={setSolid} />}
+        {!isFlat && <Space arm={arm} state={state} view={view} columns={columns} onReady={setSolid} />}
         <svg viewBox={`0 0 ${width} ${height}`} width={width} height={height} aria-hidden="true">
-          {(flat || !solid) && <Body arm={arm} state={state} view={view} reach={reach} />}
-          {!flat && <Foot arm={arm} state={state} view={view} />}
+          {(isFlat || !isSolidReady) && <Body arm={arm} state={state} view={view} reach={reach} />}
+          {!isFlat && <Foot arm={arm} state={state} view={view} />}
           {props.overlay?.(view)}
-          <Marks {...props} {...{ view, flat, covered }} ends={target ? { A: target.from, B: target.at } : NO_ENDS} />
+          <Marks
+            {...props}
+            {...{ view, flat: isFlat, covered }}
+            ends={target ? { A: target.start, B: target.end } : NO_ENDS}
+          />
           {links.map((line, i) => (
             <polyline
               key={i}
               class={`arm-grip${i === chosen ? " arm-chosen" : ""}${i === highlighted ? " arm-lit" : ""} ${jointClass(i)}`}
               points={polylineText(view, line)}
-              onPointerEnter={() => held === null && highlight(i)}
+              onPointerEnter={() => drag === null && highlight(i)}
               onPointerLeave={() => highlight(null)}
               onPointerDown={(event) => {
                 choose(i);
-                const corners = line.map((corner) => pixel(view, corner));
-                hold(event, (at) => ({ link: i, share: nearestShare(corners, at) }));
+                const corners = line.map((corner) => toPixel(view, corner));
+                startDrag(event, (startPixel) => ({ link: i, share: nearestShare(corners, startPixel) }));
               }}
             />
           ))}
           <Point
-            at={pixel(view, state.point)}
+            place={toPixel(view, state.point)}
             chosen={chosen < 0}
             onDown={(event) => {
               choose(-1);
-              hold(event, () => "point");
+              startDrag(event, () => "point");
             }}
           />
-          {target && <Target at={pixel(view, target.at)} onDown={(event) => hold(event, () => "target")} />}
+          {target && <Target place={toPixel(view, target.end)} onDown={(event) => startDrag(event, () => "target")} />}
         </svg>
-        {!flat && <ViewButtons onKey={changeView} />}
+        {!isFlat && <ViewButtons onKey={changeView} />}
       </div>
       {props.readout}
       <div class="arm-said">
         {isLost && <p class="arm-lost-words">{say(`arm.drawing.${messageKind}`)}</p>}
         <p class={`arm-hint${hasDragged ? " arm-known" : ""}`}>
-          <span>{say(flat ? "arm.hint.drag" : "arm.hint.drag-space")}</span>{" "}
+          <span>{say(isFlat ? "arm.hint.drag" : "arm.hint.drag-space")}</span>{" "}
           <span class="arm-keys">
             {chosen < 0
               ? say("arm.hint.point")
               : say("arm.hint.joint", { joint: plainLetters(arm.joints[chosen]?.name ?? "") })}{" "}
-            {!flat && say("arm.hint.space")}
+            {!isFlat && say("arm.hint.space")}
           </span>
         </p>
       </div>
@@ -221,26 +229,31 @@ export function Drawing(props: DrawingProps): JSX.Element {
   );
 }
 
-/** Return the point of a link that is dragged, null if no link is. */
-function draggedPoint(held: Held | null, links: readonly (readonly Vec3[])[]): Vec3 | null {
-  return held !== null && typeof held === "object" && "link" in held ? atShare(links[held.link]!, held.share) : null;
+/** Return the point at which a link is dragged; null if no link is dragged. */
+function pointOnDraggedLink(drag: Drag | null, links: readonly (readonly Vec3[])[]): Vec3 | null {
+  return drag !== null && typeof drag === "object" && "link" in drag
+    ? pointAtShare(links[drag.link]!, drag.share)
+    : null;
 }
 
 /**
  * Return the view's orbit, its setter, and the first orbit. The first orbit is that of the figure, unless the arm was
  * sent to a pose that it would show end-on. An orbit that the reader has changed is kept, unless it is end-on.
  */
-function useOrbit({ arm, home, isSent }: DrawingProps): [Orbit, StateUpdater, Orbit] {
+function useOrbit({ arm, home, isRequested }: DrawingProps): [Orbit, StateUpdater, Orbit] {
   const firstOrbit = useMemo(
-    () => (isSent && !flatPlane(arm) ? readableFrom(arm, stateAt(arm, home), FIRST_ORBIT) : FIRST_ORBIT),
-    [arm, home, isSent],
+    () => (isRequested && !flatPlane(arm) ? findReadableOrbit(arm, stateAt(arm, home), FIRST_ORBIT) : FIRST_ORBIT),
+    [arm, home, isRequested],
   );
   const [orbit, setOrbit] = useState<Orbit>(firstOrbit);
-  const before = useRef(firstOrbit);
+  const previousFirstOrbit = useRef(firstOrbit);
   useLayoutEffect(() => {
-    const isEndOn = (now: Orbit): boolean => isSent && readableFrom(arm, stateAt(arm, home), now) !== now;
-    setOrbit((now) => (now === before.current || isEndOn(now) ? firstOrbit : now));
-    before.current = firstOrbit;
+    const isEndOn = (candidate: Orbit): boolean =>
+      isRequested && findReadableOrbit(arm, stateAt(arm, home), candidate) !== candidate;
+    setOrbit((currentOrbit) =>
+      currentOrbit === previousFirstOrbit.current || isEndOn(currentOrbit) ? firstOrbit : currentOrbit,
+    );
+    previousFirstOrbit.current = firstOrbit;
   }, [firstOrbit, home]);
   return [orbit, setOrbit, firstOrbit];
 }
@@ -250,21 +263,21 @@ type StateUpdater = (next: Orbit | ((now: Orbit) => Orbit)) => void;
 const NO_POINTS: readonly Vec3[] = [];
 
 /** Return the view of the whole reach, or an enlarged view of the first pose as long as the arm stays in sight. */
-function useNearView(props: DrawingProps, fullView: View, firstOrbit: Orbit, flat: boolean): View {
+function useNearView(props: DrawingProps, fullView: View, firstOrbit: Orbit, isFlat: boolean): View {
   const { arm, state, home, reach, layers, isConcealed, isEnlarged, target, extraPoints = NO_POINTS } = props;
-  const pathEnds = target ? [target.at] : []; // the view must not follow B while B is dragged
-  const [hasLeft, setLeft] = useState(false);
+  const pathEnds = target ? [target.end] : []; // the view must not follow B while B is dragged
+  const [hasLeftView, setLeft] = useState(false);
   const { width, height } = fullView;
   const framing = useMemo(() => {
     if (!isEnlarged) return null;
-    const first = stateAt(arm, home);
-    const page = viewOf(arm, extentOf(arm), width, height, firstOrbit);
-    const arrows = layers.columns || layers.ellipse ? drawnColumns(arm, first, reach) : [];
-    const shownArrows = [...(layers.columns ? arrows : []), ...(layers.ellipse ? edgesOf(arrows, page) : [])];
-    const heads = shownArrows.map((arrow) => add(first.point, arrow));
-    const isLost = drawnLostDirection(arm, first, measuresOf(first), isConcealed) !== null;
-    const visible = [...heads, ...pathEnds, ...extraPoints];
-    return framingOf(arm, first, visible, page, { flat, lines: isLost ? 2 : 1 });
+    const firstState = stateAt(arm, home);
+    const fullFirstView = viewOf(arm, extentOf(arm), width, height, firstOrbit);
+    const arrows = layers.columns || layers.ellipse ? drawnColumns(arm, firstState, reach) : [];
+    const shownArrows = [...(layers.columns ? arrows : []), ...(layers.ellipse ? edgesOf(arrows, fullFirstView) : [])];
+    const arrowheads = shownArrows.map((arrow) => add(firstState.point, arrow));
+    const isLost = drawnLostDirection(arm, firstState, measuresOf(firstState), isConcealed) !== null;
+    const visiblePoints = [...arrowheads, ...pathEnds, ...extraPoints];
+    return framingOf(arm, firstState, visiblePoints, fullFirstView, { isFlat, lineCount: isLost ? 2 : 1 });
   }, [
     isEnlarged,
     arm,
@@ -278,11 +291,11 @@ function useNearView(props: DrawingProps, fullView: View, firstOrbit: Orbit, fla
     extraPoints,
     isConcealed,
   ]);
-  const nearer = useMemo(() => (framing ? withFraming(fullView, framing) : fullView), [framing, fullView]);
-  const isBack = isSamePose(state.pose, home) && isSeen(arm, state, nearer, pathEnds);
-  const isOut = !isBack && (hasLeft || !isSeen(arm, state, nearer, pathEnds));
-  useEffect(() => setLeft(isOut), [arm, isOut]);
-  return isOut ? fullView : nearer;
+  const enlargedView = useMemo(() => (framing ? withFraming(fullView, framing) : fullView), [framing, fullView]);
+  const isBackInView = isSamePose(state.pose, home) && isInView(arm, state, enlargedView, pathEnds);
+  const isOutOfView = !isBackInView && (hasLeftView || !isInView(arm, state, enlargedView, pathEnds));
+  useEffect(() => setLeft(isOutOfView), [arm, isOutOfView]);
+  return isOutOfView ? fullView : enlargedView;
 }
 
 /** Return the boxes (pixels) of texts and buttons, which labels avoid; measured again only if `changes` differ. */
@@ -335,11 +348,11 @@ const VIEW_KEYS: Readonly<Record<string, readonly [number, number, number]>> = {
   "-": [0, 0, 1 / 1.12],
 };
 
-function rotateOrbit(orbit: Orbit, about: number, up: number, nearer: number): Orbit {
+function rotateOrbit(orbit: Orbit, azimuthChange: number, elevationChange: number, zoomFactor: number): Orbit {
   return {
-    azimuth: orbit.azimuth + about,
-    elevation: Math.max(-1.5, Math.min(1.5, orbit.elevation + up)),
-    zoom: Math.max(0.4, Math.min(4, orbit.zoom * nearer)),
+    azimuth: orbit.azimuth + azimuthChange,
+    elevation: Math.max(-1.5, Math.min(1.5, orbit.elevation + elevationChange)),
+    zoom: Math.max(0.4, Math.min(4, orbit.zoom * zoomFactor)),
   };
 }
 
@@ -366,9 +379,9 @@ const ViewButtons = memo(({ onKey }: { readonly onKey: (key: string) => void }):
   </div>
 ));
 
-type Grip = { readonly at: Pixel; readonly onDown: (event: PointerEvent) => void };
+type GripProps = { readonly place: Pixel; readonly onDown: (event: PointerEvent) => void };
 
-function Point({ at: [x, y], chosen, onDown }: Grip & { readonly chosen: boolean }): JSX.Element {
+function Point({ place: [x, y], chosen, onDown }: GripProps & { readonly chosen: boolean }): JSX.Element {
   return (
     <g class={`arm-point${chosen ? " arm-chosen" : ""}`} transform={`translate(${x} ${y})`} onPointerDown={onDown}>
       <circle class="arm-point-grip" r={18} />
@@ -378,7 +391,7 @@ function Point({ at: [x, y], chosen, onDown }: Grip & { readonly chosen: boolean
   );
 }
 
-function Target({ at: [x, y], onDown }: Grip): JSX.Element {
+function Target({ place: [x, y], onDown }: GripProps): JSX.Element {
   return (
     <g class="arm-target" transform={`translate(${x} ${y})`} onPointerDown={onDown}>
       <circle class="arm-point-grip" r={18} />
@@ -392,8 +405,8 @@ function Target({ at: [x, y], onDown }: Grip): JSX.Element {
 function Foot({ arm, state, view }: Pick<DrawingProps, "arm" | "state"> & { readonly view: View }): JSX.Element {
   const { o, z } = arm.base;
   const height = dot(subtract(state.point, o), z);
-  const [px, py] = pixel(view, state.point);
-  const [fx, fy] = pixel(view, addScaled(state.point, z, -height));
+  const [px, py] = toPixel(view, state.point);
+  const [fx, fy] = toPixel(view, addScaled(state.point, z, -height));
   return (
     <g class="arm-foot">
       <polyline points={`${px},${py} ${fx},${fy}`} />

@@ -4,32 +4,35 @@ import type { Factor, Robot } from "../bank.js";
 import { parse } from "../read/reader.js";
 import { realValue } from "../read/real.js";
 import { type Arm, namedPose, type Pose, signedVolume } from "./model.js";
-import { randomPoses } from "../random.js";
+import { makeRandomPoses } from "../random.js";
 import { rangeOf } from "./ranges.js";
 
-/** A factor: its HTML, its value at a pose, and its maximum absolute value over the ranges of the joints. */
-export type LiveFactor = { readonly html: string; readonly at: (pose: Pose) => number; readonly max: number };
+/** A factor of det J: its HTML, its value at a pose, and its maximum absolute value over the ranges of the joints. */
+export type LiveFactor = { readonly html: string; readonly valueAt: (pose: Pose) => number; readonly maxSize: number };
 
-const SAMPLES = 300;
+const SAMPLE_COUNT = 300;
 
 /** The maximum of |det J| and the factors of det J. */
-export interface Sizes {
+export interface DeterminantSizes {
   /** The maximum of |det J|, or of the product of singular values if J is not square. */
-  readonly max: number;
+  readonly maxDeterminant: number;
   readonly factors: readonly LiveFactor[];
 }
 
-/** Return a function that computes both when first called: on a phone they may never be needed. */
-export function sizesOf(arm: Arm, robot: Robot, factors: readonly Factor[]): () => Sizes {
-  let sizes: Sizes | undefined;
+/** Return a function that computes these when first called: on a phone they may never be needed. */
+export function sizesOf(arm: Arm, robot: Robot, factors: readonly Factor[]): () => DeterminantSizes {
+  let sizes: DeterminantSizes | undefined;
   const volumeAt = (pose: Pose): number => Math.abs(signedVolume(arm, pose));
   return () =>
-    (sizes ??= { max: Math.max(1e-9, ...samplesOf(arm).map(volumeAt)), factors: liveFactors(arm, robot, factors) });
+    (sizes ??= {
+      maxDeterminant: Math.max(1e-9, ...samplesOf(arm).map(volumeAt)),
+      factors: liveFactors(arm, robot, factors),
+    });
 }
 
 /** Return poses over the whole ranges of the joints. */
 function samplesOf(arm: Arm): Pose[] {
-  return randomPoses(SAMPLES, arm.joints.length, 11).map((values) =>
+  return makeRandomPoses(SAMPLE_COUNT, arm.joints.length, 11).map((values) =>
     values.map((value, i) => {
       const { low, high } = rangeOf(arm, i);
       return low + ((value + Math.PI) / (2 * Math.PI)) * (high - low);
@@ -39,11 +42,11 @@ function samplesOf(arm: Arm): Pose[] {
 
 /** Return the factors of a robot's determinant as functions of the pose. */
 function liveFactors(arm: Arm, robot: Robot, factors: readonly Factor[]): LiveFactor[] {
-  const known = new Set([...arm.joints.map(({ name }) => name), ...Object.keys(robot.values)]);
+  const knownNames = new Set([...arm.joints.map(({ name }) => name), ...Object.keys(robot.values)]);
   const samples = samplesOf(arm);
   return factors.map(([html, typed]) => {
-    const tree = parse(typed, known);
-    const at = (pose: Pose): number => realValue(tree, { ...robot.values, ...namedPose(arm, pose) });
-    return { html, at, max: Math.max(1e-9, ...samples.map((pose) => Math.abs(at(pose)))) };
+    const tree = parse(typed, knownNames);
+    const valueAt = (pose: Pose): number => realValue(tree, { ...robot.values, ...namedPose(arm, pose) });
+    return { html, valueAt, maxSize: Math.max(1e-9, ...samples.map((pose) => Math.abs(valueAt(pose)))) };
   });
 }

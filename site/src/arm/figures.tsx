@@ -5,23 +5,23 @@ import type { JSX } from "preact";
 import { withPace } from "../pace.js";
 import { inDigits, numberSeparator, say } from "../text/text.js";
 import { Determinant } from "./jacobian.js";
-import { decimals } from "./number-format.js";
+import { roundToDecimals } from "./number-format.js";
 import type { Stage } from "./stage.js";
-import { kindOfSingularity, nearness } from "./descriptions.js";
+import { kindOfSingularity, classifyNearness } from "./descriptions.js";
 
-interface FiguresProps extends Pick<Stage, "arm" | "state" | "measures" | "settled" | "sizes" | "isConcealed"> {
+interface FiguresProps extends Pick<Stage, "arm" | "state" | "measures" | "settledState" | "sizes" | "isConcealed"> {
   /** Whether the pane beside already says that J is concealed. */
   readonly isExplainedBeside?: boolean;
 }
 
 export const Figures = withPace(
   (props: FiguresProps): JSX.Element => {
-    const { arm, state, measures, settled, sizes, isConcealed, isExplainedBeside } = props;
-    const near = nearness(arm, measures);
-    const kind = near === "singular" && settled === state ? kindOfSingularity(arm, state) : null;
+    const { arm, state, measures, settledState, sizes, isConcealed, isExplainedBeside } = props;
+    const nearness = classifyNearness(arm, measures);
+    const kind = nearness === "singular" && settledState === state ? kindOfSingularity(arm, state) : null;
     const point = (
       <>
-        <i>P</i> = ({state.point.map((value) => inDigits(decimals(value, 3))).join(numberSeparator())}) m.
+        <i>P</i> = ({state.point.map((value) => inDigits(roundToDecimals(value, 3))).join(numberSeparator())}) m.
       </>
     );
     if (isConcealed)
@@ -32,14 +32,14 @@ export const Figures = withPace(
         </div>
       );
     return (
-      <div class={`arm-figures arm-${near}-pose`}>
+      <div class={`arm-figures arm-${nearness}-pose`}>
         <Determinant arm={arm} state={state} measures={measures} sizes={sizes} />
         <p class="arm-nearness">
-          {point} {say("arm.figures.ratio", { percent: decimals(100 * measures.ratio, 1) })}{" "}
-          <strong>{say(`arm.words.${near}`)}</strong> {kind && say(`arm.words.${kind}`)}
+          {point} {say("arm.figures.ratio", { percent: roundToDecimals(100 * measures.ratio, 1) })}{" "}
+          <strong>{say(`arm.words.${nearness}`)}</strong> {kind && say(`arm.words.${kind}`)}
         </p>
       </div>
     );
   },
-  { atOnce: ["arm", "sizes", "isConcealed", "isExplainedBeside"], inTurn: ["state", "measures", "settled"] },
+  { atOnce: ["arm", "sizes", "isConcealed", "isExplainedBeside"], inTurn: ["state", "measures", "settledState"] },
 );

@@ -6,13 +6,13 @@ import type { WantedLabel } from "./labels.js";
 import type { Arm, State } from "./model.js";
 import { linkOf, jointCentresOf } from "./shape.js";
 import { add, dot, scaleVector, type Vec3 } from "./vector.js";
-import { vectorInPixels, pixel, type Pixel, pointsText, type View } from "./view.js";
+import { vectorInPixels, toPixel, type Pixel, pointsText, type View } from "./view.js";
 import { jointClass } from "./letters.js";
 
 export type BodyProps = { readonly arm: Arm; readonly state: State; readonly view: View; readonly reach: number };
 
 export function Body({ arm, state, view, reach }: BodyProps): JSX.Element {
-  const places = jointCentresOf(arm, state, reach);
+  const jointCentres = jointCentresOf(arm, state, reach);
   return (
     <g class="arm-body">
       <Ground state={state} view={view} />
@@ -28,34 +28,37 @@ export function Body({ arm, state, view, reach }: BodyProps): JSX.Element {
       {arm.joints.map((joint, i) => {
         const { z } = state.frames[i]!;
         return joint.kind === "R" ? (
-          <RevoluteGlyph key={joint.name} i={i} at={pixel(view, places[i]!)} z={z} view={view} />
+          <RevoluteGlyph key={joint.name} i={i} place={toPixel(view, jointCentres[i]!)} z={z} view={view} />
         ) : (
-          <PrismaticGlyph key={joint.name} i={i} at={pixel(view, places[i]!)} z={z} view={view} />
+          <PrismaticGlyph key={joint.name} i={i} place={toPixel(view, jointCentres[i]!)} z={z} view={view} />
         );
       })}
     </g>
   );
 }
 
-type GlyphProps = { readonly i: number; readonly at: Pixel; readonly z: Vec3; readonly view: View };
+type GlyphProps = { readonly i: number; readonly place: Pixel; readonly z: Vec3; readonly view: View };
 
 /** A revolute joint: a dot where its axis comes out of the page, a cross where it goes in. */
-function RevoluteGlyph({ i, at: [x, y], z, view }: GlyphProps): JSX.Element {
-  const toward = dot(z, view.towardReader);
-  const r = 5.6;
+function RevoluteGlyph({ i, place: [x, y], z, view }: GlyphProps): JSX.Element {
+  const towardReader = dot(z, view.towardReader);
+  const halfCross = 5.6;
   return (
     <g class={`arm-joint ${jointClass(i)}`}>
       <circle class="arm-joint-face" cx={x} cy={y} r={9.5} />
-      {toward > 0.9 && <circle class="arm-joint-dot" cx={x} cy={y} r={2.6} />}
-      {toward < -0.9 && (
-        <path class="arm-joint-cross" d={`M${x - r} ${y - r}l${2 * r} ${2 * r}M${x + r} ${y - r}l${-2 * r} ${2 * r}`} />
+      {towardReader > 0.9 && <circle class="arm-joint-dot" cx={x} cy={y} r={2.6} />}
+      {towardReader < -0.9 && (
+        <path
+          class="arm-joint-cross"
+          d={`M${x - halfCross} ${y - halfCross}l${2 * halfCross} ${2 * halfCross}M${x + halfCross} ${y - halfCross}l${-2 * halfCross} ${2 * halfCross}`}
+        />
       )}
     </g>
   );
 }
 
 /** A prismatic joint: a sleeve along its axis. */
-function PrismaticGlyph({ i, at: [x, y], z, view }: GlyphProps): JSX.Element {
+function PrismaticGlyph({ i, place: [x, y], z, view }: GlyphProps): JSX.Element {
   const [dx, dy] = vectorInPixels(view, z);
   const angle = (Math.atan2(dy, dx) * 180) / Math.PI;
   return (
@@ -67,7 +70,7 @@ function PrismaticGlyph({ i, at: [x, y], z, view }: GlyphProps): JSX.Element {
 
 /** The ground that carries the base: a hatched line below O_0. */
 function Ground({ state, view }: Pick<BodyProps, "state" | "view">): JSX.Element {
-  const [x, y] = pixel(view, state.frames[0]!.o);
+  const [x, y] = toPixel(view, state.frames[0]!.o);
   const ticks = [-24, -15, -6, 3, 12, 21, 30].map((k) => `M${x + k} ${y + 24}l-8 8`).join("");
   return (
     <g class="arm-ground">
@@ -79,17 +82,17 @@ function Ground({ state, view }: Pick<BodyProps, "state" | "view">): JSX.Element
 
 /** Return a line in space as the points of an SVG polyline. */
 export const polylineText = (view: View, points: readonly Vec3[]): string =>
-  pointsText((points.length === 1 ? [points[0]!, points[0]!] : points).map((point) => pixel(view, point)));
+  pointsText((points.length === 1 ? [points[0]!, points[0]!] : points).map((point) => toPixel(view, point)));
 
 /** An arrow in space: its start and its vector. */
-type Span = Pick<NamedArrow, "from" | "vector">;
+type ArrowSpan = Pick<NamedArrow, "from" | "vector">;
 
 /** An arrow with the name at its head. */
 export type NamedArrow = { readonly name: string; readonly style: string; readonly from: Vec3; readonly vector: Vec3 };
 
 /** Return the label at the head of an arrow. */
 export function headLabel(view: View, { name, style, from, vector }: NamedArrow): WantedLabel {
-  return { name, style, at: pixel(view, add(from, vector)), direction: vectorInPixels(view, vector) };
+  return { name, style, at: toPixel(view, add(from, vector)), direction: vectorInPixels(view, vector) };
 }
 
 /** Return the length of an arrow on the page (pixels). */
@@ -97,15 +100,19 @@ export const lengthInPixels = (view: View, { vector }: NamedArrow): number =>
   Math.hypot(...vectorInPixels(view, vector));
 
 /** Return an arrow's shaft and heads in pixels; `hasTwinHead` adds a second head, as for angular velocities. */
-function arrowOf(view: View, { from, vector }: Span, hasTwinHead = false): [shaft: Pixel[], heads: Pixel[][]] | null {
-  const [x, y] = pixel(view, from);
+function shapeOfArrow(
+  view: View,
+  { from, vector }: ArrowSpan,
+  hasTwinHead = false,
+): [shaft: Pixel[], heads: Pixel[][]] | null {
+  const [x, y] = toPixel(view, from);
   const [dx, dy] = vectorInPixels(view, vector);
   const length = Math.hypot(dx, dy);
   if (length < 3) return null;
   const size = Math.min(11, 0.6 * length);
   const [ux, uy] = [dx / length, dy / length];
-  const head = (back: number): Pixel[] => {
-    const [tx, ty] = [x + dx - back * ux, y + dy - back * uy];
+  const head = (distanceFromTip: number): Pixel[] => {
+    const [tx, ty] = [x + dx - distanceFromTip * ux, y + dy - distanceFromTip * uy];
     const [bx, by] = [tx - size * ux, ty - size * uy];
     const [wx, wy] = [0.38 * size * uy, 0.38 * size * ux];
     return [
@@ -121,12 +128,12 @@ function arrowOf(view: View, { from, vector }: Span, hasTwinHead = false): [shaf
   return [shaft, hasTwinHead ? [head(0), head(7)] : [head(0)]];
 }
 
-type Drawn = { readonly view: View; readonly style: string };
-type ArrowProps = Drawn & Span & { readonly hasTwinHead?: boolean };
+type ArrowStyle = { readonly view: View; readonly style: string };
+type ArrowProps = ArrowStyle & ArrowSpan & { readonly hasTwinHead?: boolean };
 
 /** A thin arrow. It uses points, because browsers redraw them faster than the `d` of a path. */
 export function Arrow({ view, from, vector, style, hasTwinHead = false }: ArrowProps): JSX.Element | null {
-  const arrow = arrowOf(view, { from, vector }, hasTwinHead);
+  const arrow = shapeOfArrow(view, { from, vector }, hasTwinHead);
   if (!arrow) return null;
   const [shaft, heads] = arrow;
   return (
@@ -140,8 +147,8 @@ export function Arrow({ view, from, vector, style, hasTwinHead = false }: ArrowP
 }
 
 /** Arrows of one style, drawn by one path. */
-export function Arrows({ view, style, spans }: Drawn & { readonly spans: readonly Span[] }): JSX.Element {
-  const arrows = spans.map((span) => arrowOf(view, span)).filter((arrow) => arrow !== null);
+export function Arrows({ view, style, spans }: ArrowStyle & { readonly spans: readonly ArrowSpan[] }): JSX.Element {
+  const arrows = spans.map((span) => shapeOfArrow(view, span)).filter((arrow) => arrow !== null);
   return (
     <g class={`arm-arrow ${style}`}>
       <path class="arm-shaft" d={arrows.map(([shaft]) => `M${pointsText(shaft, "L")}`).join("")} />

@@ -4,22 +4,24 @@ import { type Arm, reachOf, type State } from "./model.js";
 import { thicknessOf } from "./ranges.js";
 import { bodyOf, jointCentresOf, wayToPoint } from "./shape.js";
 import { addScaled, dot, norm, scaleVector, subtract, type Vec3 } from "./vector.js";
-import { axonometric, FIRST_ORBIT, type Orbit, pixel, type View } from "./view.js";
+import { axonometric, FIRST_ORBIT, type Orbit, toPixel, type View } from "./view.js";
 
-/** The centre of the drawing, and how many times larger it is than the view of the whole reach. */
+/** The point in the middle of the drawing (m), and how many times larger it is than the view of the whole reach. */
 export type Framing = { readonly centre: Vec3; readonly zoom: number };
 
 const MAX_ZOOM = 1.9;
-/** A small drawing without room for arrows and letters is enlarged at least by this factor. */
+/** Minimum zoom: a drawing too small for arrows and letters is reduced to this factor at most. */
 const MIN_ZOOM = 0.7;
-/** Margin in pixels for arrows and letters, in a flat drawing also for arcs and ground; at most a share of the height. */
+/**
+ * Margin in pixels for arrows and letters, in a flat drawing also for arcs and ground; at most a share of the height.
+ */
 const [FLAT_MARGIN, SOLID_MARGIN, MARGIN_SHARE] = [58, 44, 0.2];
 /** Pixels of texts above and below a spatial arm, and of buttons to its right. */
 const [TEXT_HEIGHT, BUTTON_WIDTH] = [14, 60];
 /** Pixels of the hint below a spatial arm, and of each further line of text. */
 const [HINT_HEIGHT, LINE_HEIGHT] = [28, 18];
 /** Minimum distance of the arm from the edge (pixels). */
-const EDGE = 16;
+const EDGE_DISTANCE = 16;
 
 /** Return the points of an arm at a state: base, frames, corners of links, and the way to P. */
 function pointsOfArm(arm: Arm, state: State): Vec3[] {
@@ -32,9 +34,11 @@ function pointsOfArm(arm: Arm, state: State): Vec3[] {
 }
 
 /** Whether an arm is drawn flat, and how many lines of text stand at the foot of the drawing. */
-type Surroundings = { readonly flat: boolean; readonly lines?: number };
+type Surroundings = { readonly isFlat: boolean; readonly lineCount?: number };
 
-/** Return the framing that shows the arm at a state and the points `extraPoints`, starting from the view of the reach. */
+/**
+ * Return the framing that shows the arm at a state and the points `extraPoints`, starting from the view of the reach.
+ */
 export function framingOf(
   arm: Arm,
   state: State,
@@ -42,35 +46,43 @@ export function framingOf(
   view: View,
   surroundings: Surroundings,
 ): Framing {
-  const { flat, lines = 1 } = surroundings;
-  const pixels = [...pointsOfArm(arm, state), ...extraPoints].map((place) => pixel(view, place));
-  const bodies = flat ? [] : bodiesOf(arm, state, view);
-  const side = Math.min(flat ? FLAT_MARGIN : SOLID_MARGIN, MARGIN_SHARE * view.height);
-  const beside = side + Math.min(TEXT_HEIGHT, 0.05 * view.height);
-  const foot = Math.min(HINT_HEIGHT, 0.1 * view.height) + LINE_HEIGHT * (lines - 1);
-  const buttons = flat ? 0 : BUTTON_WIDTH;
-  const [xs, ys] = [0, 1].map((k) => pixels.map((place) => place[k as 0 | 1]));
-  const [wide, high] = [
-    fitOf(xs!, [side, side + buttons], bodies[0], [EDGE, EDGE + buttons]),
-    fitOf(ys!, [beside, beside], bodies[1], [EDGE, foot]),
+  const { isFlat, lineCount = 1 } = surroundings;
+  const pointPixels = [...pointsOfArm(arm, state), ...extraPoints].map((place) => toPixel(view, place));
+  const bodies = isFlat ? [] : bodiesOf(arm, state, view);
+  const sideMargin = Math.min(isFlat ? FLAT_MARGIN : SOLID_MARGIN, MARGIN_SHARE * view.height);
+  const heightMargin = sideMargin + Math.min(TEXT_HEIGHT, 0.05 * view.height);
+  const textHeight = Math.min(HINT_HEIGHT, 0.1 * view.height) + LINE_HEIGHT * (lineCount - 1);
+  const buttonWidth = isFlat ? 0 : BUTTON_WIDTH;
+  const [xs, ys] = [0, 1].map((k) => pointPixels.map((place) => place[k as 0 | 1]));
+  const [horizontalFit, verticalFit] = [
+    fitOf(xs!, [sideMargin, sideMargin + buttonWidth], bodies[0], [EDGE_DISTANCE, EDGE_DISTANCE + buttonWidth]),
+    fitOf(ys!, [heightMargin, heightMargin], bodies[1], [EDGE_DISTANCE, textHeight]),
   ];
-  const zoom = Math.max(MIN_ZOOM, Math.min(MAX_ZOOM, wide.fitting(view.width), high.fitting(view.height)));
-  const across = (wide.middle(zoom) - view.width / 2) / view.scale;
-  const up = (view.height / 2 - high.middle(zoom)) / view.scale;
-  return { centre: addScaled(addScaled(view.centre, view.right, across), view.up, up), zoom };
+  const zoom = Math.max(
+    MIN_ZOOM,
+    Math.min(MAX_ZOOM, horizontalFit.maxZoom(view.width), verticalFit.maxZoom(view.height)),
+  );
+  const shiftRight = (horizontalFit.middleAt(zoom) - view.width / 2) / view.scale;
+  const shiftUp = (view.height / 2 - verticalFit.middleAt(zoom)) / view.scale;
+  return { centre: addScaled(addScaled(view.centre, view.right, shiftRight), view.up, shiftUp), zoom };
 }
 
 type Interval = readonly [low: number, high: number];
 
-interface Fit {
+interface AxisFit {
   /** Return the largest factor by which everything may be enlarged in a number of pixels. */
-  readonly fitting: (room: number) => number;
+  readonly maxZoom: (pixelCount: number) => number;
   /** Return what is in the middle at a given enlargement. */
-  readonly middle: (times: number) => number;
+  readonly middleAt: (zoom: number) => number;
 }
 
 /** Return how points, and bodies of joints if any, fit in one direction of the page; each has its own margins. */
-function fitOf(points: readonly number[], margin: Interval, bodies: Interval | undefined, bodyMargin: Interval): Fit {
+function fitOf(
+  points: readonly number[],
+  margin: Interval,
+  bodies: Interval | undefined,
+  bodyMargin: Interval,
+): AxisFit {
   const lows: Interval[] = [[Math.min(...points), margin[0]]];
   const highs: Interval[] = [[Math.max(...points), margin[1]]];
   if (bodies) {
@@ -78,15 +90,15 @@ function fitOf(points: readonly number[], margin: Interval, bodies: Interval | u
     highs.push([bodies[1], bodyMargin[1]]);
   }
   return {
-    fitting: (all) =>
+    maxZoom: (pixelCount) =>
       Math.min(
-        ...lows.flatMap(([low, before]) =>
-          highs.map(([high, behind]) => (all - before - behind) / Math.max(high - low, 1)),
+        ...lows.flatMap(([low, lowMargin]) =>
+          highs.map(([high, highMargin]) => (pixelCount - lowMargin - highMargin) / Math.max(high - low, 1)),
         ),
       ),
-    middle: (times) =>
-      (Math.min(...lows.map(([low, before]) => low - before / times)) +
-        Math.max(...highs.map(([high, behind]) => high + behind / times))) /
+    middleAt: (zoom) =>
+      (Math.min(...lows.map(([low, lowMargin]) => low - lowMargin / zoom)) +
+        Math.max(...highs.map(([high, highMargin]) => high + highMargin / zoom))) /
       2,
   };
 }
@@ -98,8 +110,8 @@ export function bodiesOf(arm: Arm, state: State, view: View): readonly [across: 
     const ends = jointCentresOf(arm, state, reachOf(arm)).flatMap((place, i) => {
       const rim = radius * Math.sqrt(Math.max(0, 1 - dot(state.frames[i]!.z, axis) ** 2));
       return bodyOf(arm, state, i, place).flatMap((end) => {
-        const at = pixel(view, end)[k as 0 | 1];
-        return [at - rim, at + rim];
+        const centre = toPixel(view, end)[k as 0 | 1];
+        return [centre - rim, centre + rim];
       });
     });
     return [Math.min(...ends), Math.max(...ends)];
@@ -121,52 +133,52 @@ export function withFraming(view: View, { centre, zoom }: Framing): View {
 }
 
 /** Return whether the whole arm and the points `extraPoints` are visible in a view. */
-export function isSeen(arm: Arm, state: State, view: View, extraPoints: readonly Vec3[] = []): boolean {
+export function isInView(arm: Arm, state: State, view: View, extraPoints: readonly Vec3[] = []): boolean {
   return [...pointsOfArm(arm, state), ...extraPoints].every((place) => {
-    const [x, y] = pixel(view, place);
-    return x > EDGE && x < view.width - EDGE && y > EDGE && y < view.height - EDGE;
+    const [x, y] = toPixel(view, place);
+    return x > EDGE_DISTANCE && x < view.width - EDGE_DISTANCE && y > EDGE_DISTANCE && y < view.height - EDGE_DISTANCE;
   });
 }
 
 /** Return whether two poses are equal. */
-export function isSamePose(one: readonly number[], other: readonly number[]): boolean {
-  return one.length === other.length && dot(one, one) - 2 * dot(one, other) + dot(other, other) < 1e-16;
+export function isSamePose(a: readonly number[], b: readonly number[]): boolean {
+  return a.length === b.length && dot(a, a) - 2 * dot(a, b) + dot(b, b) < 1e-16;
 }
 
-/** Points that are this far apart (share of the reach) should be this far apart on the page. */
-const [DISTANT, APART] = [0.1, 0.25];
-/** From this crowding on, another view is tried; it must halve the crowding. */
-const CROWDED = 0.2;
+/** Points at least the first distance apart should be the second distance apart on the page (shares of the reach). */
+const [MIN_DISTANCE, MIN_DRAWN_DISTANCE] = [0.1, 0.25];
+/** If the crowding is larger, other views are tried; a view is used if it halves the crowding. */
+const MAX_CROWDING = 0.2;
 /** Alternative views (rad): rotations about the vertical and upward. */
 const AZIMUTHS = [0, 25, -25, 50, -50, 75, -75, 100, -100].map((angle) => (angle * Math.PI) / 180);
 const ELEVATIONS = [0, 16].map((angle) => (angle * Math.PI) / 180);
 
 /** Return how much of an arm is hidden behind itself in a view: 0 nothing, 1 everything (it points at the reader). */
-export function crowding(arm: Arm, state: State, orbit: Orbit): number {
+export function measureCrowding(arm: Arm, state: State, orbit: Orbit): number {
   const { right, up } = axonometric(orbit);
   const reach = reachOf(arm);
   const points = pointsOfArm(arm, state);
-  const pairs = points.flatMap((point, i) => points.slice(i + 1).map((other) => subtract(other, point)));
-  const distant = pairs.filter((between) => norm(between) > DISTANT * reach);
-  const hidden = distant.map((between) =>
-    Math.max(0, 1 - Math.hypot(dot(between, right), dot(between, up)) / (APART * reach)),
+  const differences = points.flatMap((point, i) => points.slice(i + 1).map((other) => subtract(other, point)));
+  const farDifferences = differences.filter((difference) => norm(difference) > MIN_DISTANCE * reach);
+  const hidden = farDifferences.map((difference) =>
+    Math.max(0, 1 - Math.hypot(dot(difference, right), dot(difference, up)) / (MIN_DRAWN_DISTANCE * reach)),
   );
   return hidden.reduce((sum, value) => sum + value, 0) / Math.max(1, hidden.length);
 }
 
-/** Return the orbit from which an arm is looked at: `now`, unless another view is much less crowded. */
-export function readableFrom(arm: Arm, state: State, now: Orbit): Orbit {
-  const before = crowding(arm, state, now);
-  if (before < CROWDED) return now;
+/** Return the orbit from which an arm is looked at: the present one, unless another view is much less crowded. */
+export function findReadableOrbit(arm: Arm, state: State, orbit: Orbit): Orbit {
+  const currentCrowding = measureCrowding(arm, state, orbit);
+  if (currentCrowding < MAX_CROWDING) return orbit;
   const { azimuth, elevation } = FIRST_ORBIT;
-  let best: Orbit = now;
-  let least = before / 2;
-  for (const higher of ELEVATIONS) {
-    for (const about of AZIMUTHS) {
-      const orbit = { ...now, azimuth: azimuth + about, elevation: elevation + higher };
-      const value = crowding(arm, state, orbit);
-      if (value < least - 0.02) [best, least] = [orbit, value]; // prefer views near the first one
+  let bestOrbit: Orbit = orbit;
+  let leastCrowding = currentCrowding / 2;
+  for (const elevationChange of ELEVATIONS) {
+    for (const azimuthChange of AZIMUTHS) {
+      const candidate = { ...orbit, azimuth: azimuth + azimuthChange, elevation: elevation + elevationChange };
+      const value = measureCrowding(arm, state, candidate);
+      if (value < leastCrowding - 0.02) [bestOrbit, leastCrowding] = [candidate, value]; // prefer views near the first one
     }
   }
-  return best;
+  return bestOrbit;
 }

@@ -1,25 +1,27 @@
-// Decide whether an arm is singular in a pose. Answers that are sets of configurations are judged by this.
+// Decide whether an arm is singular in a pose, to judge answers that are sets of configurations.
 
 import type { Problem } from "../bank.js";
 import { type Arm, armOf, measuresOf, stateAt } from "./model.js";
 
 /** Smallest singular value of J, as a share of the largest, below which an arm counts as singular. */
-const SINGULAR = 1e-5;
+const MAX_SINGULAR_RATIO = 1e-5;
 
 /** Return a predicate that decides whether a configuration of a problem's arm, possibly with lengths, is singular. */
-export function singularIn({ robot }: Pick<Problem, "robot">): (at: Readonly<Record<string, number>>) => boolean {
+export function createSingularityTest({
+  robot,
+}: Pick<Problem, "robot">): (at: Readonly<Record<string, number>>) => boolean {
   const { joints } = armOf(robot);
   const names = new Set(joints.map(({ name }) => name));
-  let last: { readonly lengths: string; readonly arm: Arm } | null = null; // parsing the table takes longest
+  let cached: { readonly lengths: string; readonly arm: Arm } | null = null; // parsing the table takes longest
   const armWith = (lengths: readonly (readonly [name: string, value: number])[]): Arm => {
     const key = JSON.stringify(lengths);
-    if (last?.lengths !== key)
-      last = { lengths: key, arm: armOf({ ...robot, values: { ...robot.values, ...Object.fromEntries(lengths) } }) };
-    return last.arm;
+    if (cached?.lengths !== key)
+      cached = { lengths: key, arm: armOf({ ...robot, values: { ...robot.values, ...Object.fromEntries(lengths) } }) };
+    return cached.arm;
   };
-  return (at) => {
-    const arm = armWith(Object.entries(at).filter(([name]) => !names.has(name)));
-    const pose = joints.map(({ name }) => at[name] ?? 0);
-    return measuresOf(stateAt(arm, pose)).ratio < SINGULAR;
+  return (configuration) => {
+    const arm = armWith(Object.entries(configuration).filter(([name]) => !names.has(name)));
+    const pose = joints.map(({ name }) => configuration[name] ?? 0);
+    return measuresOf(stateAt(arm, pose)).ratio < MAX_SINGULAR_RATIO;
   };
 }

@@ -6,9 +6,9 @@ import { withPace } from "../pace.js";
 import { decimalSign, inDigits, say } from "../text/text.js";
 import { jointClass, Letters } from "./letters.js";
 import { type Arm, ROWS, type State } from "./model.js";
-import { decimals, digits } from "./number-format.js";
+import { roundToDecimals, roundToDigits } from "./number-format.js";
 import type { Stage } from "./stage.js";
-import { nearness, sizeName } from "./descriptions.js";
+import { classifyNearness, sizeKey } from "./descriptions.js";
 
 interface TableProps {
   readonly arm: Arm;
@@ -45,7 +45,7 @@ export function JacobianTable(props: TableProps): JSX.Element {
           </th>
           {arm.joints.map(({ name }, i) => (
             <th key={name} scope="col" class={columnStyle?.(i)}>
-              <Letters name={name} dot />
+              <Letters name={name} hasDot />
             </th>
           ))}
         </tr>
@@ -56,7 +56,7 @@ export function JacobianTable(props: TableProps): JSX.Element {
             <th scope="row">
               <Letters name={rowName(row)} />
             </th>
-            {state.counted[k]!.map((value, i) => (
+            {state.taskJacobian[k]!.map((value, i) => (
               <td key={i} class={columnStyle?.(i)}>
                 {format(value)}
               </td>
@@ -90,32 +90,32 @@ export function rowName(row: number): string {
 
 /** Format with three decimals always, so that nothing jumps while the arm moves, and without "−0". */
 const toThreeDecimals = (value: number): string =>
-  decimals(value, 3).toFixed(3).replace("-", "−").replace(".", decimalSign());
+  roundToDecimals(value, 3).toFixed(3).replace("-", "−").replace(".", decimalSign());
 
-/** Below this share of its maximum, a factor is marked as vanishing. */
-const LOW = 0.06;
+/** Below this share of its maximum absolute value, a factor is marked as vanishing. */
+const VANISHING_SHARE = 0.06;
 
 /** det J, or the product of singular values, and the factors of det J if they may be shown. */
 export function Determinant(props: Pick<Stage, "arm" | "state" | "measures" | "sizes">): JSX.Element {
   const { arm, state, measures, sizes } = props;
-  const near = nearness(arm, measures);
-  const { max, factors } = sizes();
+  const nearness = classifyNearness(arm, measures);
+  const { maxDeterminant, factors } = sizes();
   const size = measures.det ?? measures.volume;
   return (
     <dl class="arm-factors">
       <div>
-        <dt>{say(sizeName(arm))}</dt>
-        <dd>{inDigits(digits(size))}</dd>
-        <Bar share={Math.abs(size) / max} low={near !== "regular"} />
+        <dt>{say(sizeKey(arm))}</dt>
+        <dd>{inDigits(roundToDigits(size))}</dd>
+        <Bar share={Math.abs(size) / maxDeterminant} isLow={nearness !== "regular"} />
       </div>
-      {factors.map(({ html, at, max }) => {
-        const value = at(state.pose);
-        const share = Math.min(1, Math.abs(value) / max);
+      {factors.map(({ html, valueAt, maxSize }) => {
+        const value = valueAt(state.pose);
+        const share = Math.min(1, Math.abs(value) / maxSize);
         return (
-          <div key={html} class={share < LOW ? "arm-vanishing" : ""}>
+          <div key={html} class={share < VANISHING_SHARE ? "arm-vanishing" : ""}>
             <dt dangerouslySetInnerHTML={{ __html: html }} />
-            <dd>{inDigits(decimals(value, 3))}</dd>
-            <Bar share={share} low={share < LOW} />
+            <dd>{inDigits(roundToDecimals(value, 3))}</dd>
+            <Bar share={share} isLow={share < VANISHING_SHARE} />
           </div>
         );
       })}
@@ -123,13 +123,13 @@ export function Determinant(props: Pick<Stage, "arm" | "state" | "measures" | "s
   );
 }
 
-function Bar({ share, low }: { share: number; low: boolean }): JSX.Element {
+function Bar({ share, isLow }: { share: number; isLow: boolean }): JSX.Element {
   return (
     <dd class="arm-bar" aria-hidden="true">
       <svg viewBox="0 0 100 6" preserveAspectRatio="none">
         <rect class="arm-meter-all" width={100} height={6} />
         <rect
-          class={`arm-meter-now${low ? " arm-low" : ""}`}
+          class={`arm-meter-now${isLow ? " arm-low" : ""}`}
           width={Math.max(0.8, 100 * Math.min(1, share))}
           height={6}
         />

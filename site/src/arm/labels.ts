@@ -4,13 +4,13 @@
 import { splitName } from "./letters.js";
 import type { Pixel } from "./view.js";
 
-/** A label wanted near `at`, preferably in a direction from there (on the page). */
+/** A label wanted near the point `at` (pixels), preferably in a direction from there (in pixels, y down). */
 export interface WantedLabel {
   readonly name: string;
   readonly style: string;
   readonly at: Pixel;
   readonly direction: Pixel;
-  /** Pixels to be left free, such as half the width of a joint's body. */
+  /** Distance from `at` to be left free (pixels), such as half the width of a joint's body. */
   readonly gap?: number;
   /** Whether the label must be just beside `at`, or is omitted: nobody looks for a leader line at an arrow's head. */
   readonly isClose?: boolean;
@@ -20,7 +20,7 @@ export interface WantedLabel {
 export type Covered = readonly Readonly<Record<"left" | "right" | "top" | "bottom", number>>[];
 
 /** Where labels may be placed: within width x height pixels, but not in covered boxes. */
-export type Room = { readonly width: number; readonly height: number; readonly covered: Covered };
+export type LabelRoom = { readonly width: number; readonly height: number; readonly covered: Covered };
 
 export interface PlacedLabel {
   readonly name: string;
@@ -32,60 +32,62 @@ export interface PlacedLabel {
 }
 
 /** Half the width and height of a box, in pixels. */
-type Half = { readonly width: number; readonly height: number };
+type HalfSize = { readonly width: number; readonly height: number };
 
 const HALF_HEIGHT = 9;
-const TURNS = [0, 35, -35, 70, -70, 110, -110, 150, -150, 180].map((angle) => (angle * Math.PI) / 180);
+const ANGLES_TRIED = [0, 35, -35, 70, -70, 110, -110, 150, -150, 180].map((angle) => (angle * Math.PI) / 180);
 /** Distances at which the edge of a label is tried, ring by ring (pixels). */
 const RINGS: readonly number[] = [4, 12, 22, 34, 49, 67];
 /** Number of rings that count as close. */
 const CLOSE_RINGS = 2;
 /** From this distance on, a label gets a leader line (pixels). */
 const LEADER_FROM = 30;
-/** Costs of covering another label (too high to happen), the arm, an edge, and of each ring further out. */
-const [OVER_LABEL, OVER_ARM, OVER_EDGE, RING] = [1000, 6, 400, 5];
+/**
+ * Costs of covering another label or leaving the room (both are never accepted), of the arm, and of each further ring.
+ */
+const [OVER_LABEL, OVER_ARM, OVER_EDGE, FURTHER_RING] = [1000, 6, 400, 5];
 
 /** Return labels, placed by rank; `lines` are polylines (pixels) that labels should not cover. */
 export function placeLabels(
-  wanted: readonly WantedLabel[],
+  wantedLabels: readonly WantedLabel[],
   lines: readonly (readonly Pixel[])[],
-  room: Room,
+  room: LabelRoom,
 ): PlacedLabel[] {
-  const taken: { at: Pixel; half: Half }[] = [];
+  const placedBoxes: { at: Pixel; half: HalfSize }[] = [];
   const obstacles = lines.flatMap(samplePoints);
   const labels: PlacedLabel[] = [];
-  const byRank = [...wanted].sort((a, b) => rankOf(a) - rankOf(b));
+  const byRank = [...wantedLabels].sort((a, b) => rankOf(a) - rankOf(b));
   for (const { name, style, at, direction, gap = 0, isClose = false } of byRank) {
     const half = halfOf(name);
     const heading = Math.hypot(...direction) > 1e-6 ? Math.atan2(direction[1], direction[0]) : -Math.PI / 4;
-    let best: Pixel = at;
-    let least = Infinity;
+    let bestPlace: Pixel = at;
+    let leastCost = Infinity;
     (isClose ? RINGS.slice(0, CLOSE_RINGS) : RINGS).forEach((distance, ring) => {
-      if (least < RING * ring) return; // nothing further out is better
-      TURNS.forEach((turn, k) => {
+      if (leastCost < FURTHER_RING * ring) return; // nothing further out is better
+      ANGLES_TRIED.forEach((turn, k) => {
         const angle = heading + turn;
-        const edge = half.width * Math.abs(Math.cos(angle)) + 0.8 * HALF_HEIGHT * Math.abs(Math.sin(angle));
-        const out = distance + gap + edge;
-        const spot: Pixel = [at[0] + out * Math.cos(angle), at[1] + out * Math.sin(angle)];
-        let cost = RING * ring + 0.4 * k + (isInside(spot, half, room) ? 0 : OVER_EDGE);
-        if (cost >= least) return;
-        for (const box of taken) if (overlap(spot, half, box.at, box.half)) cost += OVER_LABEL;
-        for (const box of obstacles) {
-          if (cost >= least) return;
-          if (overlap(spot, half, box, POINT)) cost += OVER_ARM;
+        const distanceToEdge = half.width * Math.abs(Math.cos(angle)) + 0.8 * HALF_HEIGHT * Math.abs(Math.sin(angle));
+        const distanceToCentre = distance + gap + distanceToEdge;
+        const place: Pixel = [at[0] + distanceToCentre * Math.cos(angle), at[1] + distanceToCentre * Math.sin(angle)];
+        let cost = FURTHER_RING * ring + 0.4 * k + (isInside(place, half, room) ? 0 : OVER_EDGE);
+        if (cost >= leastCost) return;
+        for (const box of placedBoxes) if (overlap(place, half, box.at, box.half)) cost += OVER_LABEL;
+        for (const obstacle of obstacles) {
+          if (cost >= leastCost) return;
+          if (overlap(place, half, obstacle, POINT)) cost += OVER_ARM;
         }
-        if (cost < least) [best, least] = [spot, cost];
+        if (cost < leastCost) [bestPlace, leastCost] = [place, cost];
       });
     });
-    if (least >= OVER_EDGE) continue;
-    taken.push({ at: best, half });
-    const isFar = Math.hypot(best[0] - at[0], best[1] - at[1]) > LEADER_FROM + gap + half.width;
-    labels.push({ name, style, x: best[0], y: best[1], from: isFar ? at : null });
+    if (leastCost >= OVER_EDGE) continue;
+    placedBoxes.push({ at: bestPlace, half });
+    const isFar = Math.hypot(bestPlace[0] - at[0], bestPlace[1] - at[1]) > LEADER_FROM + gap + half.width;
+    labels.push({ name, style, x: bestPlace[0], y: bestPlace[1], from: isFar ? at : null });
   }
   return labels;
 }
 
-const POINT: Half = { width: 2, height: 2 };
+const POINT: HalfSize = { width: 2, height: 2 };
 
 /** Return the order of placing: the point and the ends of a path, joints, columns of J, lengths, then frames. */
 function rankOf({ name, style }: WantedLabel): number {
@@ -97,16 +99,16 @@ function rankOf({ name, style }: WantedLabel): number {
 }
 
 /** Return half the size of a label: an index is small, and spaces surround an equals sign. */
-function halfOf(name: string): Half {
+function halfOf(name: string): HalfSize {
   const width = name.split("=").reduce((sum, part, k) => {
     const [letter, star, index] = splitName(part);
-    const plain = /^[\d.,−]+$/.test(letter) ? 7.6 : 11;
-    return sum + (k > 0 ? 19 : 0) + plain * [...letter].length + 7 * (star.length + index.length);
+    const widthOfLetter = /^[\d.,−]+$/.test(letter) ? 7.6 : 11;
+    return sum + (k > 0 ? 19 : 0) + widthOfLetter * [...letter].length + 7 * (star.length + index.length);
   }, 3);
   return { width: width / 2, height: HALF_HEIGHT };
 }
 
-function isInside([x, y]: Pixel, half: Half, { width, height, covered }: Room): boolean {
+function isInside([x, y]: Pixel, half: HalfSize, { width, height, covered }: LabelRoom): boolean {
   return (
     x > half.width + 1 &&
     x < width - half.width - 1 &&
@@ -119,7 +121,7 @@ function isInside([x, y]: Pixel, half: Half, { width, height, covered }: Room): 
   );
 }
 
-function overlap(a: Pixel, halfA: Half, b: Pixel, halfB: Half): boolean {
+function overlap(a: Pixel, halfA: HalfSize, b: Pixel, halfB: HalfSize): boolean {
   return Math.abs(a[0] - b[0]) < halfA.width + halfB.width && Math.abs(a[1] - b[1]) < halfA.height + halfB.height;
 }
 

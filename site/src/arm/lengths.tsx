@@ -6,20 +6,20 @@ import { useContext } from "preact/hooks";
 import type { Robot, SymbolInfo } from "../bank.js";
 import { inDigits, say } from "../text/text.js";
 import { Letters } from "./letters.js";
-import { angleIn, decimals, InRadians } from "./number-format.js";
+import { convertAngle, roundToDecimals, InRadians } from "./number-format.js";
 
 export type LengthsProps = { readonly robot: Robot; readonly symbols: Readonly<Record<string, SymbolInfo>> };
 
 type Length = readonly [name: string, role: string, value: number];
 
 export function Lengths({ robot, symbols }: LengthsProps): JSX.Element | null {
-  const radians = useContext(InRadians);
-  const numeric = Object.entries(symbols).flatMap(([name, { role, value }]): Length[] =>
+  const inRadians = useContext(InRadians);
+  const numericLengths = Object.entries(symbols).flatMap(([name, { role, value }]): Length[] =>
     (role === "length" || role === "angle") && value !== undefined ? [[name, role, value]] : [],
   );
   const roleOf = (name: string): string => symbols[name]?.role ?? "length";
-  const symbolic = Object.entries(robot.values).map(([name, value]): Length => [name, roleOf(name), value]);
-  const lengths = [...symbolic, ...numeric].sort(([a], [b]) => (a < b ? -1 : 1));
+  const symbolicLengths = Object.entries(robot.values).map(([name, value]): Length => [name, roleOf(name), value]);
+  const lengths = [...symbolicLengths, ...numericLengths].sort(([a], [b]) => (a < b ? -1 : 1));
   if (lengths.length === 0) return null;
   return (
     <p class="arm-lengths">
@@ -30,8 +30,8 @@ export function Lengths({ robot, symbols }: LengthsProps): JSX.Element | null {
           <Letters name={name} />
           {" = "}
           {role === "angle"
-            ? `${inDigits(angleIn(radians, value))}${radians ? " rad" : "°"}`
-            : `${inDigits(decimals(value, 3))} m`}
+            ? `${inDigits(convertAngle(inRadians, value))}${inRadians ? " rad" : "°"}`
+            : `${inDigits(roundToDecimals(value, 3))} m`}
         </span>
       ))}
     </p>

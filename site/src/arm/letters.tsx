@@ -7,9 +7,9 @@ const GREEK: Readonly<Record<string, string>> = { theta: "θ", sigma: "σ" };
 
 /** Return the letter, star and index of a name such as "theta1", "d3", "z0", "p*1" or "P". */
 export function splitName(name: string): readonly [letter: string, star: string, index: string] {
-  const [, letter = name, star = "", word, index = ""] =
+  const [, letter = name, star = "", wordIndex, index = ""] =
     /^([A-Za-zθω\u0307]+?)(\*?)(?:_(min|[wxyz])|_?(\d*))$/.exec(name) ?? [];
-  return [GREEK[letter] ?? letter, star, word ?? index];
+  return [GREEK[letter] ?? letter, star, wordIndex ?? index];
 }
 
 /** Return a name as plain text, for screen readers: "theta1" is "θ1", and "P=O2" is "P = O2". */
@@ -31,11 +31,11 @@ export const Dotted = ({ letter }: { letter: string }): JSX.Element => (
   </i>
 );
 
-export const Letters = memo(({ name, dot = false }: { name: string; dot?: boolean }): JSX.Element => {
+export const Letters = memo(({ name, hasDot = false }: { name: string; hasDot?: boolean }): JSX.Element => {
   const [letter, star, index] = splitName(name);
   return (
     <span class="arm-letters">
-      {dot ? <Dotted letter={letter} /> : <i>{letter}</i>}
+      {hasDot ? <Dotted letter={letter} /> : <i>{letter}</i>}
       {star && <sup>{star}</sup>}
       {index && <sub>{index}</sub>}
     </span>

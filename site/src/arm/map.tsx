@@ -8,110 +8,132 @@ import { Choice, optionsOf } from "../controls.js";
 import { inDigits, say, type TextKey } from "../text/text.js";
 import { plainLetters } from "./letters.js";
 import type { Arm } from "./model.js";
-import { rangeOf, within } from "./ranges.js";
+import { rangeOf, limitToRange } from "./ranges.js";
 import { useDebounced } from "../scheduling.js";
 import { useSize } from "./size.js";
 import { onSchemeChange } from "./space.js";
-import { degrees, decimals, digits, InRadians } from "./number-format.js";
+import { toDegrees, roundToDecimals, roundToDigits, InRadians } from "./number-format.js";
 import type { Stage } from "./stage.js";
-import { mostTellingPair, type Pair, poseAtSpot, type Shown } from "./terrain.js";
-import { shade } from "./shade.js";
-import { sizeName } from "./descriptions.js";
+import { findMostSensitivePair, type JointPair, poseAtSpot, type ShownValue } from "./terrain.js";
+import { paintTerrain } from "./shade.js";
+import { sizeKey } from "./descriptions.js";
 import { useMap } from "./use-map.js";
 import type { Spot, Stretch } from "./zeros.js";
 import { ARROWS, pointsText } from "./view.js";
 
-const [LEFT, BOTTOM, EDGE] = [44, 34, 18];
-const NONE: readonly Stretch[] = [];
+const [LEFT_MARGIN, BOTTOM_MARGIN, EDGE_MARGIN] = [44, 34, 18];
+const NO_STRETCHES: readonly Stretch[] = [];
 
 export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "move">): JSX.Element {
   const { arm, pose, measures, move } = props;
   const radians = useContext(InRadians);
-  const [pair, setPair] = useState<Pair>(() => mostTellingPair(arm));
-  const [shown, setShown] = useState<Shown>("det");
+  const [pair, setPair] = useState<JointPair>(() => findMostSensitivePair(arm));
+  const [shownValue, setShown] = useState<ShownValue>("det");
   const frame = useRef<HTMLDivElement>(null);
   const canvas = useRef<HTMLCanvasElement>(null);
-  const [held, setHeld] = useState(false);
+  const [isDragging, setHeld] = useState(false);
   const [width, height] = useSize(frame, [420, 380]);
 
-  useEffect(() => setPair(mostTellingPair(arm)), [arm]);
-  const pickAcross = useCallback((joint: number) => setPair((now) => withDistinctJoints([joint, now[1]], now)), []);
-  const pickUp = useCallback((joint: number) => setPair((now) => withDistinctJoints([now[0], joint], now)), []);
+  useEffect(() => setPair(findMostSensitivePair(arm)), [arm]);
+  const pickAcross = useCallback(
+    (joint: number) => setPair((previousPair) => withDistinctJoints([joint, previousPair[1]], previousPair)),
+    [],
+  );
+  const pickUp = useCallback(
+    (joint: number) => setPair((previousPair) => withDistinctJoints([previousPair[0], joint], previousPair)),
+    [],
+  );
 
   // Only the joints that are not on the map change the map.
   const otherJoints = pose.map((value, i) => (pair.includes(i) ? 0 : value));
-  const key = otherJoints.map((value) => value.toFixed(4)).join(" ");
-  const settledKey = useDebounced(key, 120);
-  const computed = useMap(arm, otherJoints, pair, shown, settledKey);
-  const terrain = computed?.terrain ?? null;
-  const kinds = computed?.kinds ?? NONE;
+  const otherJointsKey = otherJoints.map((value) => value.toFixed(4)).join(" ");
+  const settledKey = useDebounced(otherJointsKey, 120);
+  const map = useMap(arm, otherJoints, pair, shownValue, settledKey);
+  const terrain = map?.terrain ?? null;
+  const stretches = map?.kinds ?? NO_STRETCHES;
 
-  const [across, up] = [rangeOf(arm, pair[0]), rangeOf(arm, pair[1])];
-  const [w, h] = [width - LEFT - EDGE, height - BOTTOM - EDGE];
+  const [acrossRange, upRange] = [rangeOf(arm, pair[0]), rangeOf(arm, pair[1])];
+  const [plotWidth, plotHeight] = [width - LEFT_MARGIN - EDGE_MARGIN, height - BOTTOM_MARGIN - EDGE_MARGIN];
   const pixelOf = ([u, v]: Spot): Spot => [
-    LEFT + ((u - across.low) / (across.high - across.low)) * w,
-    EDGE + h - ((v - up.low) / (up.high - up.low)) * h,
+    LEFT_MARGIN + ((u - acrossRange.low) / (acrossRange.high - acrossRange.low)) * plotWidth,
+    EDGE_MARGIN + plotHeight - ((v - upRange.low) / (upRange.high - upRange.low)) * plotHeight,
   ];
-  const here: Spot = [pose[pair[0]]!, pose[pair[1]]!];
-  const go = ([u, v]: Spot): void => move(poseAtSpot(pose, pair, [within(arm, pair[0], u), within(arm, pair[1], v)]));
+  const currentSpot: Spot = [pose[pair[0]]!, pose[pair[1]]!];
+  const moveTo = ([u, v]: Spot): void =>
+    move(poseAtSpot(pose, pair, [limitToRange(arm, pair[0], u), limitToRange(arm, pair[1], v)]));
   const dragTo = (event: PointerEvent): void => {
     const corner = frame.current!.getBoundingClientRect();
     const [x, y] = [event.clientX - corner.left, event.clientY - corner.top];
-    const share = (value: number): number => Math.max(0, Math.min(1, value));
-    const there: Spot = [
-      across.low + share((x - LEFT) / w) * (across.high - across.low),
-      up.low + share((EDGE + h - y) / h) * (up.high - up.low),
+    const clampToUnit = (value: number): number => Math.max(0, Math.min(1, value));
+    const pointedSpot: Spot = [
+      acrossRange.low + clampToUnit((x - LEFT_MARGIN) / plotWidth) * (acrossRange.high - acrossRange.low),
+      upRange.low + clampToUnit((EDGE_MARGIN + plotHeight - y) / plotHeight) * (upRange.high - upRange.low),
     ];
-    go(snapToLine(there, kinds, [w / (across.high - across.low), h / (up.high - up.low)]) ?? there);
+    moveTo(
+      snapToLine(pointedSpot, stretches, [
+        plotWidth / (acrossRange.high - acrossRange.low),
+        plotHeight / (upRange.high - upRange.low),
+      ]) ?? pointedSpot,
+    );
   };
   const pressKey = (event: KeyboardEvent): void => {
     const step = ARROWS[event.key];
     if (!step || event.ctrlKey || event.metaKey || event.altKey) return;
-    const by = event.shiftKey ? 10 : 2;
-    const size = (joint: number): number => (arm.joints[joint]!.kind === "R" ? Math.PI / 180 : 0.005) * by;
-    go([here[0] + step[0] * size(pair[0]), here[1] - step[1] * size(pair[1])]);
+    const stepCount = event.shiftKey ? 10 : 2;
+    const stepOf = (joint: number): number => (arm.joints[joint]!.kind === "R" ? Math.PI / 180 : 0.005) * stepCount;
+    moveTo([currentSpot[0] + step[0] * stepOf(pair[0]), currentSpot[1] - step[1] * stepOf(pair[1])]);
     event.preventDefault();
   };
 
   useEffect(() => {
     if (!terrain) return;
-    const paint = (): void => shade(canvas.current, terrain, shown === "det" && measures.det !== null);
+    const paint = (): void => paintTerrain(canvas.current, terrain, shownValue === "det" && measures.det !== null);
     paint();
     return onSchemeChange(paint);
   }, [terrain]);
 
   // Lines and ticks are built only when they change: a line has hundreds of spots.
-  const place = [across.low, across.high, up.low, up.high, w, h];
+  const plotBounds = [acrossRange.low, acrossRange.high, upRange.low, upRange.high, plotWidth, plotHeight];
   const lines = useMemo(
-    () => <Lines kinds={kinds} pixelOf={pixelOf} corner={[LEFT, EDGE]} size={[w, h]} />,
-    [kinds, ...place],
+    () => (
+      <Lines
+        stretches={stretches}
+        pixelOf={pixelOf}
+        corner={[LEFT_MARGIN, EDGE_MARGIN]}
+        size={[plotWidth, plotHeight]}
+      />
+    ),
+    [stretches, ...plotBounds],
   );
   const ticks = useMemo(
     () => (
       <>
         {ticksOf(arm, pair[0], radians).map(([value, text]) => (
           <g key={text} class="arm-tick">
-            <path d={`M${pixelOf([value, up.low])[0]} ${EDGE + h}v4`} />
-            <text x={pixelOf([value, up.low])[0]} y={EDGE + h + 16}>
+            <path d={`M${pixelOf([value, upRange.low])[0]} ${EDGE_MARGIN + plotHeight}v4`} />
+            <text x={pixelOf([value, upRange.low])[0]} y={EDGE_MARGIN + plotHeight + 16}>
               {text}
             </text>
           </g>
         ))}
         {ticksOf(arm, pair[1], radians).map(([value, text]) => (
           <g key={text} class="arm-tick arm-tick-left">
-            <path d={`M${LEFT} ${pixelOf([across.low, value])[1]}h-4`} />
-            <text x={LEFT - 7} y={pixelOf([across.low, value])[1] + 4}>
+            <path d={`M${LEFT_MARGIN} ${pixelOf([acrossRange.low, value])[1]}h-4`} />
+            <text x={LEFT_MARGIN - 7} y={pixelOf([acrossRange.low, value])[1] + 4}>
               {text}
             </text>
           </g>
         ))}
       </>
     ),
-    [arm, pair, radians, ...place],
+    [arm, pair, radians, ...plotBounds],
   );
-  const legend = useMemo(() => (terrain ? <Legend kinds={kinds} lost={terrain.max === 0} /> : null), [terrain, kinds]);
-  const [x, y] = pixelOf(here);
-  const name = shown === "least" ? say("arm.map.least") : say(sizeName(arm));
+  const legend = useMemo(
+    () => (terrain ? <Legend kinds={stretches} lost={terrain.max === 0} /> : null),
+    [terrain, stretches],
+  );
+  const [x, y] = pixelOf(currentSpot);
+  const name = shownValue === "least" ? say("arm.map.least") : say(sizeKey(arm));
   const joints = pair.map((joint) => plainLetters(arm.joints[joint]!.name));
   return (
     <section class="arm-map" aria-label={say("arm.map.title")}>
@@ -120,8 +142,8 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
         <Axis arm={arm} label="arm.map.up" value={pair[1]} onPick={pickUp} />
         <label>
           <span class="arm-unseen">{say("arm.map.shown")}</span>
-          <select value={shown} onChange={(event) => setShown(event.currentTarget.value as Shown)}>
-            <option value="det">{say(sizeName(arm))}</option>
+          <select value={shownValue} onChange={(event) => setShown(event.currentTarget.value as ShownValue)}>
+            <option value="det">{say(sizeKey(arm))}</option>
             <option value="least">{say("arm.map.least")}</option>
           </select>
         </label>
@@ -140,16 +162,16 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
           setHeld(true);
           dragTo(event);
         }}
-        onPointerMove={(event) => held && dragTo(event)}
+        onPointerMove={(event) => isDragging && dragTo(event)}
         onPointerUp={() => setHeld(false)}
         onPointerCancel={() => setHeld(false)}
       >
         <canvas ref={canvas} class="arm-map-canvas" aria-hidden="true" hidden={!terrain} />
         <svg viewBox={`0 0 ${width} ${height}`} width={width} height={height} aria-hidden="true">
-          <rect class="arm-map-edge" x={LEFT} y={EDGE} width={w} height={h} />
+          <rect class="arm-map-edge" x={LEFT_MARGIN} y={EDGE_MARGIN} width={plotWidth} height={plotHeight} />
           {lines}
           {ticks}
-          <path class="arm-cross" d={`M${LEFT} ${y}h${w}M${x} ${EDGE}v${h}`} />
+          <path class="arm-cross" d={`M${LEFT_MARGIN} ${y}h${plotWidth}M${x} ${EDGE_MARGIN}v${plotHeight}`} />
           <g transform={`translate(${x} ${y})`}>
             <circle class="arm-here-halo" r={8} />
             <circle class="arm-here" r={5} />
@@ -161,26 +183,29 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
           <li>{say("practice.loading")}</li>
         </ul>
       )}
-      <Here value={name} number={digits(shown === "least" ? measures.least : (measures.det ?? measures.volume))} />
+      <Here
+        value={name}
+        number={roundToDigits(shownValue === "least" ? measures.minSigma : (measures.det ?? measures.volume))}
+      />
     </section>
   );
 }
 
 /** The value that the map shows, at the current pose. */
 const Here = withPace(
-  (here: { value: string; number: number }): JSX.Element => (
+  (props: { value: string; number: number }): JSX.Element => (
     <p class="arm-hint">
-      {say("arm.map.here", here)} <span class="arm-how">{say("arm.map.hint")}</span>
+      {say("arm.map.here", props)} <span class="arm-how">{say("arm.map.hint")}</span>
     </p>
   ),
   { atOnce: ["value"], inTurn: ["number"] },
 );
 
-type LinesProps = { kinds: readonly Stretch[]; pixelOf: (spot: Spot) => Spot; corner: Spot; size: Spot };
+type LinesProps = { stretches: readonly Stretch[]; pixelOf: (spot: Spot) => Spot; corner: Spot; size: Spot };
 
 /** The singular set: lines, and isolated spots. */
-function Lines({ kinds, pixelOf, corner, size }: LinesProps): JSX.Element {
-  const crowded = kinds.length > 16; // so many spots form a line
+function Lines({ stretches, pixelOf, corner, size }: LinesProps): JSX.Element {
+  const isCrowded = stretches.length > 16; // so many spots form a line
   return (
     <svg
       class="arm-map-inner"
@@ -190,7 +215,7 @@ function Lines({ kinds, pixelOf, corner, size }: LinesProps): JSX.Element {
       height={size[1]}
       viewBox={[...corner, ...size].join(" ")}
     >
-      {kinds.map(({ kind, spots }, i) =>
+      {stretches.map(({ kind, spots }, i) =>
         spots.length > 1 ? (
           <polyline key={i} class={`arm-zero arm-${kind}`} points={pointsText(spots.map(pixelOf))} />
         ) : (
@@ -199,7 +224,7 @@ function Lines({ kinds, pixelOf, corner, size }: LinesProps): JSX.Element {
             class={`arm-zero-spot arm-${kind}`}
             cx={pixelOf(spots[0]!)[0]}
             cy={pixelOf(spots[0]!)[1]}
-            r={crowded ? 2.2 : 4.5}
+            r={isCrowded ? 2.2 : 4.5}
           />
         ),
       )}
@@ -208,26 +233,35 @@ function Lines({ kinds, pixelOf, corner, size }: LinesProps): JSX.Element {
 }
 
 /** Distance (pixels) within which a line attracts the pointer: a hand could not stop exactly on the line. */
-const CATCH = 4;
+const SNAP_DISTANCE = 4;
 
-/** Return the nearest place on a line or spot of the map; null if none is near. `du` and `dv`: pixels for each unit of a joint. */
-function snapToLine([u, v]: Spot, kinds: readonly Stretch[], [du, dv]: Spot): Spot | null {
-  let best: Spot | null = null;
-  let least = CATCH;
-  for (const { spots } of kinds) {
+/**
+ * Return the nearest place on the map's lines and spots; null if none is near. The last argument: pixels per rad or m.
+ */
+function snapToLine([u, v]: Spot, stretches: readonly Stretch[], [pixelsPerU, pixelsPerV]: Spot): Spot | null {
+  let nearestSpot: Spot | null = null;
+  let leastDistance = SNAP_DISTANCE;
+  for (const { spots } of stretches) {
     spots.forEach((a, k) => {
       const b = spots[k + 1] ?? a;
-      const [x, y, px, py] = [(b[0] - a[0]) * du, (b[1] - a[1]) * dv, (u - a[0]) * du, (v - a[1]) * dv];
+      const [x, y, px, py] = [
+        (b[0] - a[0]) * pixelsPerU,
+        (b[1] - a[1]) * pixelsPerV,
+        (u - a[0]) * pixelsPerU,
+        (v - a[1]) * pixelsPerV,
+      ];
       const t = Math.max(0, Math.min(1, (px * x + py * y) / (x * x + y * y || 1)));
       const distance = Math.hypot(px - t * x, py - t * y);
-      if (distance < least) [best, least] = [[a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])], distance];
+      if (distance < leastDistance)
+        [nearestSpot, leastDistance] = [[a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])], distance];
     });
   }
-  return best;
+  return nearestSpot;
 }
 
 /** Return the pair with two different joints: if both axes have the same joint, the axes are exchanged. */
-const withDistinctJoints = (next: Pair, before: Pair): Pair => (next[0] === next[1] ? [before[1], before[0]] : next);
+const withDistinctJoints = (chosenPair: JointPair, previousPair: JointPair): JointPair =>
+  chosenPair[0] === chosenPair[1] ? [previousPair[1], previousPair[0]] : chosenPair;
 
 interface AxisProps {
   readonly arm: Arm;
@@ -249,25 +283,25 @@ function ticksOf(arm: Arm, joint: number, radians: boolean): (readonly [number, 
   return [0, 1, 2, 3, 4].map((k) => {
     const value = low + (k * (high - low)) / 4;
     if (isRevolute && radians) return [value, asMultipleOfPi(value)];
-    const number = isRevolute ? degrees(value) : decimals(value, 2);
+    const number = isRevolute ? toDegrees(value) : roundToDecimals(value, 2);
     return [value, `${inDigits(number)}${isRevolute ? "°" : ""}`];
   });
 }
 
 /** Return an angle as text: as a multiple of π/2 if it is one, else as a decimal. */
 function asMultipleOfPi(angle: number): string {
-  const halves = (2 * angle) / Math.PI;
-  if (Math.abs(halves - Math.round(halves)) > 1e-9) return inDigits(decimals(angle, 2));
-  return ["−π", "−π/2", "0", "π/2", "π"][Math.round(halves) + 2] ?? inDigits(decimals(angle, 2));
+  const quarterTurns = (2 * angle) / Math.PI;
+  if (Math.abs(quarterTurns - Math.round(quarterTurns)) > 1e-9) return inDigits(roundToDecimals(angle, 2));
+  return ["−π", "−π/2", "0", "π/2", "π"][Math.round(quarterTurns) + 2] ?? inDigits(roundToDecimals(angle, 2));
 }
 
 function Legend({ kinds, lost: isEverywhere }: { kinds: readonly Stretch[]; lost: boolean }): JSX.Element {
-  const present = (["boundary", "internal", "unknown"] as const).filter((kind) =>
+  const presentKinds = (["boundary", "internal", "unknown"] as const).filter((kind) =>
     kinds.some((stretch) => stretch.kind === kind),
   );
   return (
     <ul class="arm-legend">
-      {present.map((kind) => (
+      {presentKinds.map((kind) => (
         <li key={kind}>
           <svg viewBox="0 0 34 12" width={34} height={12} aria-hidden="true">
             {kinds.some((stretch) => stretch.kind === kind && stretch.spots.length > 1) ? (

@@ -1,11 +1,16 @@
 // Compute one map of det J in a worker: first its values and lines, then the kinds of the lines.
 
 import type { Arm, Pose } from "./model.js";
-import { type Pair, type Shown, type Terrain, terrainOf, withKinds } from "./terrain.js";
+import { type JointPair, type ShownValue, type Terrain, terrainOf, stretchesWithKinds } from "./terrain.js";
 import type { Stretch } from "./zeros.js";
 
 /** A request: a map of an arm over two joints, the others as in a pose. */
-export type MapRequest = { readonly arm: Arm; readonly pose: Pose; readonly pair: Pair; readonly shown: Shown };
+export type MapRequest = {
+  readonly arm: Arm;
+  readonly pose: Pose;
+  readonly pair: JointPair;
+  readonly shown: ShownValue;
+};
 
 /** A response: the map, or its lines by kind. */
 export type MapResponse = { readonly terrain: Terrain } | { readonly kinds: readonly Stretch[] };
@@ -15,5 +20,5 @@ const respond = (response: MapResponse): void => globalThis.postMessage(response
 globalThis.addEventListener("message", ({ data: { arm, pose, pair, shown } }: MessageEvent<MapRequest>) => {
   const terrain = terrainOf(arm, pose, pair, shown);
   respond({ terrain });
-  respond({ kinds: withKinds(arm, pose, pair, terrain) });
+  respond({ kinds: stretchesWithKinds(arm, pose, pair, terrain) });
 });

@@ -12,30 +12,30 @@ import { type Arm, arrowsOf, type Measures, pStar, type State } from "./model.js
 import { extentOf, thicknessOf } from "./ranges.js";
 import { linkOf, jointCentresOf, wayToPoint } from "./shape.js";
 import { add, addScaled, scaleVector, type Vec3, ZERO } from "./vector.js";
-import { vectorInPixels, vectorFromPixels, outline, pixel, type Pixel, type View } from "./view.js";
+import { vectorInPixels, vectorFromPixels, ellipseOnPage, toPixel, type Pixel, type View } from "./view.js";
 import { wayToBase, World, worldLabels } from "./world.js";
 
 export const LAYERS = ["frames", "lengths", "vectors", "columns", "ellipse"] as const;
 export type Layers = Readonly<Record<(typeof LAYERS)[number], boolean>>;
 
-/** Length (m) at which a velocity of 1 m/s is drawn; smaller for a small arm. */
-const BY_SPEED = 0.4;
+/** Drawn length (m) of a velocity of 1 m/s, if the arm is not smaller than 1 m. */
+const LENGTH_OF_UNIT_SPEED = 0.4;
 /** Return the length of a frame's axes in pixels; in space they must reach out of the bodies of joints. */
 function axisLength({ width, height }: View, flat: boolean): number {
   return Math.min(flat ? 44 : 58, (flat ? 0.12 : 0.16) * Math.min(width, height));
 }
 
 /** Half the size of a joint's symbol in a flat drawing (pixels), which letters leave free. */
-const FACE = 8;
+const HALF_SYMBOL = 8;
 /** A link that is drawn shorter (pixels) gets no length label. */
-const SHORT = 24;
+const MIN_LABELLED_LENGTH = 24;
 /** A drawing that is lower or narrower (pixels) has no room for the names of axes and origins. */
-const ROOMY = 300;
+const MIN_SIZE_FOR_NAMES = 300;
 
 /** Return the drawn length (m) of a velocity of 1 m/s of P. */
 export function speedScale(arm: Arm): number {
   const { radius, above } = extentOf(arm);
-  return BY_SPEED * Math.min(1, Math.max(radius, above));
+  return LENGTH_OF_UNIT_SPEED * Math.min(1, Math.max(radius, above));
 }
 
 /** Return the columns of J as they are drawn at P (m). */
@@ -45,8 +45,8 @@ export function drawnColumns(arm: Arm, state: State, reach: number): readonly Ve
   return columns.map((column) => scaleVector(column, scale));
 }
 
-/** Half the disc of P, and the length from which an arrow begins at P itself (pixels). */
-const [DISC, CLEAR] = [9, 26];
+/** Radius of the disc at P, and the length above which an arrow begins at P itself (pixels). */
+const [DISC_RADIUS, CLEAR_LENGTH] = [9, 26];
 /** An arrow that is shorter (pixels) is not drawn. */
 const MIN_ARROW_LENGTH = 3;
 
@@ -54,9 +54,9 @@ const MIN_ARROW_LENGTH = 3;
 export function arrowStart(view: View, point: Vec3, column: Vec3): Vec3 {
   const [x, y] = vectorInPixels(view, column);
   const length = Math.hypot(x, y);
-  if (length < MIN_ARROW_LENGTH || length > CLEAR) return point;
-  const out = Math.min(DISC, CLEAR - length) / length;
-  return add(point, vectorFromPixels(view, [out * x, out * y]));
+  if (length < MIN_ARROW_LENGTH || length > CLEAR_LENGTH) return point;
+  const share = Math.min(DISC_RADIUS, CLEAR_LENGTH - length) / length;
+  return add(point, vectorFromPixels(view, [share * x, share * y]));
 }
 
 export interface MarksProps extends BodyProps {
@@ -78,10 +78,10 @@ export function Marks(props: MarksProps): JSX.Element {
   const columns = drawnColumns(arm, state, reach);
   const arrows = namedArrows(props, columns);
   const { isAngular } = arrowsOf(arm, state);
-  const P = pixel(view, state.point);
-  const ellipse = outline(view, columns);
-  const lost = drawnLostDirection(arm, state, measures, isConcealed);
-  const [dx, dy] = vectorInPixels(view, vectorOfLength(view, lost ?? ZERO, 90));
+  const P = toPixel(view, state.point);
+  const ellipse = ellipseOnPage(view, columns);
+  const lostVector = drawnLostDirection(arm, state, measures, isConcealed);
+  const [dx, dy] = vectorInPixels(view, vectorOfLength(view, lostVector ?? ZERO, 90));
   return (
     <g class="arm-marks">
       <World arm={arm} view={view} flat={flat} />
@@ -94,7 +94,7 @@ export function Marks(props: MarksProps): JSX.Element {
           transform={`translate(${P[0]} ${P[1]}) rotate(${ellipse.rotation})`}
         />
       )}
-      {lost && <path class="arm-lost" d={`M${P[0] - dx} ${P[1] - dy}L${P[0] + dx} ${P[1] + dy}`} />}
+      {lostVector && <path class="arm-lost" d={`M${P[0] - dx} ${P[1] - dy}L${P[0] + dx} ${P[1] + dy}`} />}
       {arrows.vectors.map(({ name, style, ...span }) => (
         <Arrow key={name} view={view} {...span} style={`arm-pstar ${style}`} />
       ))}
@@ -117,16 +117,16 @@ export function Marks(props: MarksProps): JSX.Element {
         {placeLabels(
           wantedLabels(props, arrows),
           [
-            ...arm.joints.map((_, i) => linkOf(arm, state, i + 1).map((point) => pixel(view, point))),
-            ...(flat ? [groundAt(pixel(view, state.frames[0]!.o))] : []),
+            ...arm.joints.map((_, i) => linkOf(arm, state, i + 1).map((point) => toPixel(view, point))),
+            ...(flat ? [groundAt(toPixel(view, state.frames[0]!.o))] : []),
             ...[...arrows.axes, ...arrows.columns].map(({ from, vector }) => [
-              pixel(view, from),
-              pixel(view, add(from, vector)),
+              toPixel(view, from),
+              toPixel(view, add(from, vector)),
             ]),
           ],
           { width: view.width, height: view.height, covered: props.covered },
-        ).map(({ name, style, x, y, from }, k, all) => (
-          <g key={`${name} ${all.slice(0, k).filter((other) => other.name === name).length}`} class={style}>
+        ).map(({ name, style, x, y, from }, k, placedLabels) => (
+          <g key={`${name} ${placedLabels.slice(0, k).filter((other) => other.name === name).length}`} class={style}>
             {from ? <path class="arm-leader" d={`M${from[0]} ${from[1]}L${x} ${y}`} /> : null}
             <g transform={`translate(${x} ${y})`}>
               <text y={5}>
@@ -151,22 +151,22 @@ function namedArrows(props: MarksProps, columns: readonly Vec3[]): NamedArrows {
   const { frames, point } = state;
   const axes = frames.flatMap(({ x, y, z, o: from }, i): NamedArrow[] => {
     const vectorOf = (axis: Vec3): Vec3 => vectorOfLength(view, axis, axisLength(view, flat));
-    const grey = { name: `x${i}`, style: GREY, from, vector: vectorOf(x) };
-    const joint = i < arm.joints.length ? jointClass(i) : "arm-last";
+    const xAxis = { name: `x${i}`, style: GREY, from, vector: vectorOf(x) };
+    const style = i < arm.joints.length ? jointClass(i) : "arm-last";
     return flat
-      ? [grey, { ...grey, name: `y${i}`, vector: vectorOf(y) }]
-      : [grey, { name: `z${i}`, style: joint, from, vector: vectorOf(z) }];
+      ? [xAxis, { ...xAxis, name: `y${i}`, vector: vectorOf(y) }]
+      : [xAxis, { name: `z${i}`, style, from, vector: vectorOf(z) }];
   });
-  const ofColumn = (vector: Vec3, i: number): NamedArrow => {
+  const columnArrow = (vector: Vec3, i: number): NamedArrow => {
     return { name: `J${i + 1}`, style: jointClass(i), from: arrowStart(view, point, vector), vector };
   };
-  const ofVector = (vector: Vec3, i: number): NamedArrow => {
+  const vectorArrow = (vector: Vec3, i: number): NamedArrow => {
     return { name: `p*${i}`, style: jointClass(i), from: frames[i]!.o, vector };
   };
   return {
     axes: layers.frames ? axes : [],
-    columns: layers.columns ? columns.map(ofColumn) : [],
-    vectors: layers.vectors ? pStar(arm, state).slice(0, arm.point.frame).map(ofVector) : [],
+    columns: layers.columns ? columns.map(columnArrow) : [],
+    vectors: layers.vectors ? pStar(arm, state).slice(0, arm.point.frame).map(vectorArrow) : [],
   };
 }
 
@@ -183,25 +183,31 @@ function groundAt([x, y]: Pixel): Pixel[] {
 function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProps, arrows: NamedArrows): WantedLabel[] {
   const { point, frames } = state;
   const labels: WantedLabel[] = [];
-  const areNamed = layers.frames && Math.min(view.width, view.height) >= ROOMY;
-  const origins: [name: string, at: Pixel][] = [["P", pixel(view, point)]];
-  if (areNamed)
+  const hasRoomForNames = layers.frames && Math.min(view.width, view.height) >= MIN_SIZE_FOR_NAMES;
+  const labelledPoints: [name: string, at: Pixel][] = [["P", toPixel(view, point)]];
+  if (hasRoomForNames)
     frames.forEach(({ o }, i) => {
-      const at = pixel(view, o);
-      const same = origins.find(([, other]) => Math.hypot(other[0] - at[0], other[1] - at[1]) < 1);
-      if (same) same[0] += `=O${i}`;
-      else origins.push([`O${i}`, at]);
+      const place = toPixel(view, o);
+      const sameOrigin = labelledPoints.find(([, other]) => Math.hypot(other[0] - place[0], other[1] - place[1]) < 1);
+      if (sameOrigin) sameOrigin[0] += `=O${i}`;
+      else labelledPoints.push([`O${i}`, place]);
     });
-  origins.forEach(([name, at], k) =>
-    labels.push({ name, style: "arm-label-p", at, direction: [0.7, k === 0 ? -0.7 : 0.7], gap: flat ? FACE : 4 }),
+  labelledPoints.forEach(([name, at], k) =>
+    labels.push({
+      name,
+      style: "arm-label-p",
+      at,
+      direction: [0.7, k === 0 ? -0.7 : 0.7],
+      gap: flat ? HALF_SYMBOL : 4,
+    }),
   );
   for (const [name, place] of Object.entries(ends))
-    labels.push({ name, style: "arm-end", at: pixel(view, place), direction: [-0.7, 0.7], gap: FACE });
+    labels.push({ name, style: "arm-end", at: toPixel(view, place), direction: [-0.7, 0.7], gap: HALF_SYMBOL });
   labels.push(...worldLabels(arm, view, flat));
   if (layers.lengths) labels.push(...lengthLabels(arm, state, view));
   for (const column of arrows.columns)
     if (lengthInPixels(view, column) > MIN_ARROW_LENGTH) labels.push(headLabel(view, column));
-  for (const axis of areNamed ? arrows.axes : [])
+  for (const axis of hasRoomForNames ? arrows.axes : [])
     if (lengthInPixels(view, axis) > 14 && (flat || axis.style !== GREY))
       labels.push({ ...headLabel(view, axis), isClose: true });
   const places = jointCentresOf(arm, state, reach);
@@ -209,44 +215,47 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
     const label = { name: arm.joints[i]!.name, style: jointClass(i) };
     const arc = flat && layers.frames ? arcOf(arm, state, view, i) : null;
     const direction = flat ? sideOf(arm, state, view, i) : besideAxis(state, view, i);
-    const gap = flat ? FACE : thicknessOf(arm) * view.scale;
+    const gap = flat ? HALF_SYMBOL : thicknessOf(arm) * view.scale;
     labels.push({
       ...label,
-      ...(arc ? { at: arc.middle, direction: arc.outward } : { at: pixel(view, place), direction, gap }),
+      ...(arc ? { at: arc.labelPlace, direction: arc.labelDirection } : { at: toPixel(view, place), direction, gap }),
     });
   });
   for (const { from, vector, ...named } of arrows.vectors) {
     const [x, y] = vectorInPixels(view, vector);
     if (Math.hypot(x, y) > 40)
-      labels.push({ ...named, at: pixel(view, addScaled(from, vector, 0.55)), direction: [-y, x] });
+      labels.push({ ...named, at: toPixel(view, addScaled(from, vector, 0.55)), direction: [-y, x] });
   }
   return labels;
 }
 
 /** A length of the arm: its label in the table, its value (m), and the points between which it is drawn. */
-type Length = readonly [label: string, value: number, from: Vec3, to: Vec3];
+type DrawnLength = readonly [label: string, value: number, from: Vec3, to: Vec3];
 
 /** Return the lengths of the table, of the way to P, and of the base's position in the world. */
-function lengthsOf(arm: Arm, state: State): Length[] {
+function lengthsOf(arm: Arm, state: State): DrawnLength[] {
   const lastFrame = state.frames[arm.point.frame]!;
-  const labelled = (labels: readonly string[], values: Vec3, places: readonly Vec3[]): Length[] =>
-    values.map((value, k): Length => [labels[k]!, value, places[k]!, places[k + 1]!]);
+  const lengthsBetween = (labels: readonly string[], values: Vec3, places: readonly Vec3[]): DrawnLength[] =>
+    values.map((value, k): DrawnLength => [labels[k]!, value, places[k]!, places[k + 1]!]);
   return [
-    ...arm.joints.flatMap(({ a, labels, otherConstant }, i): Length[] => [
+    ...arm.joints.flatMap(({ a, labels, otherConstant }, i): DrawnLength[] => [
       [labels.a, a, state.corners[i]!, state.frames[i + 1]!.o],
       ...(labels.d ? [[labels.d, otherConstant, state.frames[i]!.o, state.corners[i]!] as const] : []),
     ]),
-    ...labelled(arm.labels?.offset ?? [], arm.point.offset, [lastFrame.o, ...wayToPoint(lastFrame, arm.point.offset)]),
-    ...labelled(arm.labels?.base ?? [], arm.base.o, wayToBase(arm)),
+    ...lengthsBetween(arm.labels?.offset ?? [], arm.point.offset, [
+      lastFrame.o,
+      ...wayToPoint(lastFrame, arm.point.offset),
+    ]),
+    ...lengthsBetween(arm.labels?.base ?? [], arm.base.o, wayToBase(arm)),
   ].filter(([label]) => label);
 }
 
 /** Return labels beside the middles of lengths: a symbol as in the table, a number as the page writes it. */
 function lengthLabels(arm: Arm, state: State, view: View): WantedLabel[] {
   return lengthsOf(arm, state).flatMap(([label, value, from, to]): WantedLabel[] => {
-    const [p, q] = [pixel(view, from), pixel(view, to)];
+    const [p, q] = [toPixel(view, from), toPixel(view, to)];
     const [x, y] = [q[0] - p[0], q[1] - p[1]];
-    if (Math.hypot(x, y) < SHORT) return [];
+    if (Math.hypot(x, y) < MIN_LABELLED_LENGTH) return [];
     const size = inDigits(Math.abs(Number(value.toFixed(3))));
     const name = /^-?[a-z]\d*$/i.test(label) ? label.replace("-", "") : size;
     return [{ name, style: "arm-length", at: [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2], direction: [y, -x] }];
@@ -262,12 +271,12 @@ function besideAxis(state: State, view: View, i: number): Pixel {
 
 /** Return the direction away from the links of a joint. */
 function sideOf(arm: Arm, state: State, view: View, i: number): Pixel {
-  const joint = pixel(view, state.frames[i]!.o);
+  const joint = toPixel(view, state.frames[i]!.o);
   const neighbours = [linkOf(arm, state, i + 1)[1], i > 0 ? linkOf(arm, state, i).at(-2) : undefined];
   let [x, y] = [0, 0];
   for (const other of neighbours) {
     if (!other) continue;
-    const [ox, oy] = pixel(view, other);
+    const [ox, oy] = toPixel(view, other);
     const size = Math.hypot(ox - joint[0], oy - joint[1]) || 1;
     x -= (ox - joint[0]) / size;
     y -= (oy - joint[1]) / size;

@@ -17,7 +17,10 @@ export type Pose = readonly number[];
 
 export type Frame = { readonly x: Vec3; readonly y: Vec3; readonly z: Vec3; readonly o: Vec3 };
 
-/** A joint's row of the table: `offset` is added to the joint variable; `otherConstant` is d or theta. */
+/**
+ * A joint's row of the table (m, rad): `offset` is added to the joint variable; `otherConstant` is
+ * the other of d, theta.
+ */
 export interface Joint {
   readonly kind: "R" | "P";
   readonly name: string;
@@ -42,22 +45,25 @@ export interface Arm {
   readonly labels?: Readonly<Record<"base" | "offset", readonly [string, string, string]>>;
 }
 
-/** The arm at a pose. `corners[i-1]` is O_{i-1} + d_i z_{i-1}; `jacobian` is 6 x n, `counted` its task rows. */
+/** The arm at a pose. `corners[i-1]` is O_{i-1} + d_i z_{i-1}; `jacobian` is 6 x n, `taskJacobian` its task rows. */
 export interface State {
   readonly pose: Pose;
   readonly frames: readonly Frame[];
   readonly corners: readonly Vec3[];
   readonly point: Vec3;
   readonly jacobian: Matrix;
-  readonly counted: Matrix;
+  readonly taskJacobian: Matrix;
 }
 
-/** `det` is null if J is not square; `volume` is the product of the singular values; `ratio` is least to largest. */
+/**
+ * `det` is null if J is not square; `volume` is the product of the singular values `sigma` (largest first); `ratio` is
+ * the least of these divided by the largest.
+ */
 export interface Measures {
   readonly det: number | null;
   readonly volume: number;
   readonly sigma: readonly number[];
-  readonly least: number;
+  readonly minSigma: number;
   readonly ratio: number;
 }
 
@@ -66,9 +72,9 @@ const WORLD: Frame = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1], o: ZERO };
 /** Return the arm of a robot's table. Throws ParseError for an entry that can't be parsed. */
 export function armOf(robot: Robot): Arm {
   const names = robot.joints.map((row, i) => `${row.kind === "R" ? "theta" : "d"}${i + 1}`);
-  const known = new Set([...names, ...Object.keys(robot.values)]);
+  const knownNames = new Set([...names, ...Object.keys(robot.values)]);
   const zeros = Object.fromEntries(names.map((name) => [name, 0]));
-  const number = (text: string): number => realValue(parse(text, known), { ...zeros, ...robot.values });
+  const number = (text: string): number => realValue(parse(text, knownNames), { ...zeros, ...robot.values });
   const vector = ([x, y, z]: readonly [string, string, string]): Vec3 => [number(x), number(y), number(z)];
   const { base, point } = robot;
   const orientation = nextFrame(WORLD, number(base.yaw), 0, 0, number(base.tilt));
@@ -142,26 +148,26 @@ export function stateAt(arm: Arm, pose: Pose): State {
     return [...linear, ...(isRevolute ? z : ZERO)];
   });
   const jacobian = ROWS.map((_, row) => columns.map((column) => column[row]!));
-  return { pose, frames, corners, point, jacobian, counted: arm.task.map((row) => jacobian[row]!) };
+  return { pose, frames, corners, point, jacobian, taskJacobian: arm.task.map((row) => jacobian[row]!) };
 }
 
-export function measuresOf({ counted }: State): Measures {
-  const sigma = singularValues(counted);
-  const [most, least] = [sigma[0] ?? 0, sigma[sigma.length - 1] ?? 0];
+export function measuresOf({ taskJacobian }: State): Measures {
+  const sigma = singularValues(taskJacobian);
+  const [maxSigma, minSigma] = [sigma[0] ?? 0, sigma[sigma.length - 1] ?? 0];
   return {
-    det: counted.length === (counted[0]?.length ?? 0) ? determinant(counted) : null,
+    det: taskJacobian.length === (taskJacobian[0]?.length ?? 0) ? determinant(taskJacobian) : null,
     volume: sigma.reduce((product, value) => product * value, 1),
     sigma,
-    least,
-    ratio: most > 0 ? least / most : 0,
+    minSigma,
+    ratio: maxSigma > 0 ? minSigma / maxSigma : 0,
   };
 }
 
 /** Return det J if J is square, else the product of the singular values, sqrt(det(J J^T)). */
 export function signedVolume(arm: Arm, pose: Pose): number {
-  const { counted } = stateAt(arm, pose);
-  if (counted.length === arm.joints.length) return determinant(counted);
-  return singularValues(counted).reduce((product, value) => product * value, 1);
+  const { taskJacobian } = stateAt(arm, pose);
+  if (taskJacobian.length === arm.joints.length) return determinant(taskJacobian);
+  return singularValues(taskJacobian).reduce((product, value) => product * value, 1);
 }
 
 /** Return the vectors p*_i from O_i to P, for the frames i up to the one in which P is fixed. */
@@ -172,16 +178,16 @@ export function pStar(arm: Arm, state: State): readonly Vec3[] {
 /** Return the total length of all links (m), the scale for distances and drawings. */
 export function reachOf(arm: Arm): number {
   const links = arm.joints.map((joint) => norm([joint.a, joint.kind === "R" ? joint.otherConstant : 0]));
-  const fixed = links.reduce((sum, value) => sum + value, norm(arm.point.offset));
+  const fixedLength = links.reduce((sum, value) => sum + value, norm(arm.point.offset));
   const prismaticCount = arm.joints.filter((joint) => joint.kind === "P").length;
-  return fixed + prismaticCount * (fixed > 0 ? longest(arm) : 0.4) || 0.4;
+  return fixedLength + prismaticCount * (fixedLength > 0 ? longestPartOf(arm) : 0.4) || 0.4;
 }
 
 /** Return whether the task counts linear and angular velocities: then singular values depend on the unit of length. */
 export const isMixed = (arm: Arm): boolean => arm.task.some((row) => row < 3) && arm.task.some((row) => row > 2);
 
 /** Return the longest part of the arm (m), the scale for its prismatic joints; 0.4 if all lengths are zero. */
-export function longest(arm: Arm): number {
+export function longestPartOf(arm: Arm): number {
   const parts = arm.joints.flatMap((joint) => [joint.a, joint.kind === "R" ? joint.otherConstant : 0]);
   const shortest = arm.joints.some((joint) => joint.kind === "P") ? 0.3 : 0; // so that a prismatic joint is visible
   return Math.max(shortest, ...[...parts, ...arm.point.offset].map(Math.abs)) || 0.4;

@@ -1,7 +1,7 @@
 // How the joints follow the hand that drags a link on the page, or pulls the point P along.
 
 import { type Arm, pointsAt, type Pose, reachOf, signedVolume, type State, stateAt } from "./model.js";
-import { poseWithin, rangeOf, within } from "./ranges.js";
+import { limitPose, rangeOf, limitToRange } from "./ranges.js";
 import { axesOf, decompose } from "./svd.js";
 import { add, addScaled, cross, dot, norm, subtract, type Vec3 } from "./vector.js";
 import { vectorInPixels, type Pixel, type View } from "./view.js";
@@ -14,19 +14,19 @@ export function dragLink(arm: Arm, state: State, view: View, joint: number, plac
   const size = gx * gx + gy * gy;
   const minSize = (0.05 * view.scale) ** 2; // a link that points at the reader must not jump
   const change = (gx * step[0] + gy * step[1]) / Math.max(size, minSize);
-  return poseWithin(arm, state.pose.with(joint, state.pose[joint]! + change));
+  return limitPose(arm, state.pose.with(joint, state.pose[joint]! + change));
 }
 
 /** Maximum number of steps of one motion: it needs a few, more if the arm must rotate far. */
-const STEPS = 40;
-/** The largest motion of a joint in one step (rad or m). */
-const FURTHEST = 0.3;
+const MAX_STEPS = 40;
+/** Maximum motion of a joint in one step (rad or m). */
+const MAX_JOINT_MOTION = 0.3;
 /** Regularisation of steps: a constant part, and a share of the curvature that grows with the distance to the goal. */
-const [FIRM, SHARE] = [0.04 ** 2, 0.03];
-/** Motion (rad or m) that makes an arm leave an unstable equilibrium between two ways. */
+const [CONSTANT_REGULARISATION, CURVATURE_SHARE] = [0.04 ** 2, 0.03];
+/** Motion (rad or m) by which an arm leaves an unstable equilibrium, from which it could go either way. */
 const NUDGE = 1e-3;
-/** How far from singular (rad or m) an arm is put that ends at a singularity: too little to be seen. */
-const TINY = 1e-7;
+/** Distance (rad or m) from the singular pose at which an arm stops instead of in it: too small to be seen. */
+const SIDE_DISTANCE = 1e-7;
 
 /**
  * Return the pose in which P has moved by `step` (m), or as near to that as possible. With a `view`, only the visible
@@ -39,104 +39,108 @@ const TINY = 1e-7;
  */
 export function movePoint(arm: Arm, pose: Pose, step: Vec3, view?: View): Pose {
   const goal = add(stateAt(arm, pose).point, step);
-  const errorAt = (point: Vec3): Vec3 => onPage(subtract(goal, point), view);
+  const errorAt = (point: Vec3): Vec3 => projectToPage(subtract(goal, point), view);
   const reach = reachOf(arm);
-  let now = poseWithin(arm, pose);
-  for (let k = 0; k < STEPS; k += 1) {
-    const state = stateAt(arm, now);
+  let currentPose = limitPose(arm, pose);
+  for (let k = 0; k < MAX_STEPS; k += 1) {
+    const state = stateAt(arm, currentPose);
     const error = errorAt(state.point);
     const distance = norm(error);
     if (distance < 1e-9) break;
     const step = newtonStep(arm, state, error, reach, view);
-    const next = takeStep(arm, now, step, (point) => norm(errorAt(point)) < distance);
+    const next = takeStep(arm, currentPose, step, (point) => norm(errorAt(point)) < distance);
     if (!next) break;
-    const change = Math.max(...next.map((value, i) => Math.abs(value - now[i]!)));
-    now = next;
+    const change = Math.max(...next.map((value, i) => Math.abs(value - currentPose[i]!)));
+    currentPose = next;
     if (change < 1e-7) break;
   }
-  return poseWithin(arm, keepSide(arm, pose, now));
+  return limitPose(arm, keepSide(arm, pose, currentPose));
 }
 
 /** Move a nearly singular pose slightly to the side on which the arm was bent, so that it bends to that side again. */
-function keepSide(arm: Arm, before: Pose, now: Pose): Pose {
-  const side = sideOf(arm, before);
-  if (sideOf(arm, now) === side) return now;
-  const selfMotion = selfMotionAt(arm, now, 1e-4);
-  if (!selfMotion) return now; // the arm has passed through the singularity
-  const beside = [TINY, -TINY, 100 * TINY, -100 * TINY].map((size) =>
-    now.map((value, i) => value + size * selfMotion[i]!),
+function keepSide(arm: Arm, startPose: Pose, endPose: Pose): Pose {
+  const side = hasNegativeSide(arm, startPose);
+  if (hasNegativeSide(arm, endPose) === side) return endPose;
+  const selfMotion = selfMotionAt(arm, endPose, 1e-4);
+  if (!selfMotion) return endPose; // the arm has passed through the singularity
+  const posesBeside = [SIDE_DISTANCE, -SIDE_DISTANCE, 100 * SIDE_DISTANCE, -100 * SIDE_DISTANCE].map((size) =>
+    endPose.map((value, i) => value + size * selfMotion[i]!),
   );
-  return beside.find((next) => sideOf(arm, next) === side) ?? now;
+  return posesBeside.find((next) => hasNegativeSide(arm, next) === side) ?? endPose;
 }
 
-/** Return the side on which an arm is bent: whether det J is negative; always false if J is not square. */
-const sideOf = (arm: Arm, pose: Pose): boolean => signedVolume(arm, pose) < 0;
+/**
+ * Return whether det J is negative, which tells the two sides apart to which an arm bends; false if J is not square.
+ */
+const hasNegativeSide = (arm: Arm, pose: Pose): boolean => signedVolume(arm, pose) < 0;
 
 /** Return the unit self-motion, which leaves P in place, if the pose is nearly singular (sigma ratio below `share`). */
 function selfMotionAt(arm: Arm, pose: Pose, share: number): readonly number[] | null {
-  const { counted } = stateAt(arm, pose);
-  const { sigma, v } = decompose(counted);
+  const { taskJacobian } = stateAt(arm, pose);
+  const { sigma, v } = decompose(taskJacobian);
   return sigma.at(-1)! < share * sigma[0]! ? v.at(-1)! : null;
 }
 
 /** Return the pose after a step, or part of it, that brings P nearer, preferably bent as before; null if none does. */
 function takeStep(arm: Arm, pose: Pose, step: readonly number[], isNearer: (point: Vec3) => boolean): Pose | null {
-  const side = sideOf(arm, pose);
-  const after = (motion: readonly number[], share: number): Pose =>
+  const side = hasNegativeSide(arm, pose);
+  const poseAfter = (motion: readonly number[], share: number): Pose =>
     pose.map((value, i) => {
       const moved = value + share * motion[i]!;
-      return arm.joints[i]!.kind === "P" ? within(arm, i, moved) : moved; // angles may exceed a turn during the motion
+      return arm.joints[i]!.kind === "P" ? limitToRange(arm, i, moved) : moved; // angles may exceed a turn during the motion
     });
   const isAccepted = (next: Pose): boolean => isNearer(pointsAt(arm, next).point);
   let crossing: Pose | null = null;
   for (let share = 1; share > (crossing ? 0.1 : 1e-3); share /= 3) {
-    const next = after(step, share);
+    const next = poseAfter(step, share);
     if (!isAccepted(next)) continue;
-    if (sideOf(arm, next) === side) return next;
+    if (hasNegativeSide(arm, next) === side) return next;
     crossing ??= next;
   }
   const selfMotion = crossing && selfMotionAt(arm, pose, 0.02);
   if (!selfMotion) return crossing;
   const volumeRate = (motion: readonly number[]): number =>
-    (signedVolume(arm, after(motion, 1e-3)) - signedVolume(arm, pose)) / 1e-3;
+    (signedVolume(arm, poseAfter(motion, 1e-3)) - signedVolume(arm, pose)) / 1e-3;
   const size = (2 * volumeRate(step)) / volumeRate(selfMotion); // mirrors the step to the arm's own side
   if (!(Math.abs(size) < 2)) return crossing;
   const mirroredStep = step.map((value, i) => value - size * selfMotion[i]!);
-  const mirrored = after(mirroredStep, 1);
-  return sideOf(arm, mirrored) === side && isAccepted(mirrored) ? mirrored : crossing;
+  const mirrored = poseAfter(mirroredStep, 1);
+  return hasNegativeSide(arm, mirrored) === side && isAccepted(mirrored) ? mirrored : crossing;
 }
 
 /** Return Newton's step that reduces |error|^2 / 2, downhill along each axis of its second derivatives. */
 function newtonStep(arm: Arm, state: State, error: Vec3, reach: number, view?: View): number[] {
   const columns = arm.joints.map((_, j) => state.jacobian.map((row) => row[j]!).slice(0, 3) as unknown as Vec3);
-  const visible = columns.map((column) => onPage(column, view));
-  const downhill = visible.map((column) => dot(column, error));
+  const visibleColumns = columns.map((column) => projectToPage(column, view));
+  const downhill = visibleColumns.map((column) => dot(column, error));
   // A prismatic joint at its end stays there while it is pulled outward.
-  const free = downhill.map((force, i) => {
+  const isFree = downhill.map((force, i) => {
     const { low, high } = rangeOf(arm, i);
     return arm.joints[i]!.kind === "R" || (force > 0 ? state.pose[i]! < high : state.pose[i]! > low);
   });
   const distance = norm(error);
-  const curved = columns.map((_, i) =>
+  const hessian = columns.map((_, i) =>
     columns.map((__, j) => {
-      if (!free[i] || !free[j]) return 0;
-      const [first, last] = i < j ? [i, j] : [j, i];
+      if (!isFree[i] || !isFree[j]) return 0;
+      const [innerJoint, outerJoint] = i < j ? [i, j] : [j, i];
       // d J_last / d q_first: the first joint rotates what is further out.
-      const curvature = arm.joints[first]!.kind === "R" ? dot(cross(state.frames[first]!.z, columns[last]!), error) : 0;
-      return dot(visible[i]!, visible[j]!) - curvature;
+      const curvature =
+        arm.joints[innerJoint]!.kind === "R" ? dot(cross(state.frames[innerJoint]!.z, columns[outerJoint]!), error) : 0;
+      return dot(visibleColumns[i]!, visibleColumns[j]!) - curvature;
     }),
   );
-  const regularisation = FIRM * Math.min(1, reach) ** 2 + SHARE * distance * reach;
+  const regularisation = CONSTANT_REGULARISATION * Math.min(1, reach) ** 2 + CURVATURE_SHARE * distance * reach;
   const change = columns.map(() => 0);
-  for (const { value, vector } of axesOf(curved)) {
-    const slope = vector.reduce((sum, part, i) => sum + (free[i] ? part * downhill[i]! : 0), 0);
+  for (const { value, vector } of axesOf(hessian)) {
+    const slope = vector.reduce((sum, part, i) => sum + (isFree[i] ? part * downhill[i]! : 0), 0);
     const isUnstable = value < -0.01 * distance * reach && Math.abs(slope) < NUDGE * Math.abs(value);
     const size = isUnstable ? (slope < 0 ? -NUDGE : NUDGE) : slope / (1.05 * Math.abs(value) + regularisation);
     vector.forEach((part, i) => (change[i] = change[i]! + size * part));
   }
   const largest = Math.max(...change.map(Math.abs), 1e-12);
-  return change.map((value) => value * Math.min(1, FURTHEST / largest));
+  return change.map((value) => value * Math.min(1, MAX_JOINT_MOTION / largest));
 }
 
 /** Return the part of a vector that is visible on the page, without its depth; the whole vector without a view. */
-const onPage = (v: Vec3, view?: View): Vec3 => (view ? addScaled(v, view.towardReader, -dot(v, view.towardReader)) : v);
+const projectToPage = (v: Vec3, view?: View): Vec3 =>
+  view ? addScaled(v, view.towardReader, -dot(v, view.towardReader)) : v;

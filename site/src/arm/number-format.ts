@@ -6,15 +6,16 @@ import { createContext } from "preact";
 export const InRadians = createContext(false);
 
 /** Round to a number of decimals; −0 becomes 0. */
-export function decimals(value: number, count: number): number {
+export function roundToDecimals(value: number, count: number): number {
   const rounded = Number(value.toFixed(count));
   return rounded === 0 ? 0 : rounded;
 }
 
 /** Round to three significant digits. */
-export const digits = (value: number): number => (Math.abs(value) < 5e-7 ? 0 : Number(value.toPrecision(3)));
+export const roundToDigits = (value: number): number => (Math.abs(value) < 5e-7 ? 0 : Number(value.toPrecision(3)));
 
 /** Convert an angle (rad) to the shown unit: radians with three decimals, or degrees with one. */
-export const angleIn = (radians: boolean, angle: number): number => (radians ? decimals(angle, 3) : degrees(angle));
+export const convertAngle = (inRadians: boolean, angle: number): number =>
+  inRadians ? roundToDecimals(angle, 3) : toDegrees(angle);
 
-export const degrees = (angle: number): number => decimals((angle * 180) / Math.PI, 1);
+export const toDegrees = (angle: number): number => roundToDecimals((angle * 180) / Math.PI, 1);

@@ -21,16 +21,16 @@ import { LAYERS, type Layers } from "./marks.js";
 import { whyNoPath, pointOn } from "./path.js";
 import { onPull } from "./pull.js";
 import { useSize } from "./size.js";
-import { digits, InRadians } from "./number-format.js";
-import { type Pane, type Stage, type StageWish, useStage } from "./stage.js";
+import { roundToDigits, InRadians } from "./number-format.js";
+import { type Pane, type Stage, type StageRequest, useStage } from "./stage.js";
 import type { View } from "./view.js";
 import { Route, Welding } from "./weld.js";
-import { describeArm, nearness, describePose, sizeName } from "./descriptions.js";
+import { describeArm, classifyNearness, describePose, sizeKey } from "./descriptions.js";
 
-export interface ArmProps extends StageWish {
+export interface ArmProps extends StageRequest {
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
   /** Whether sliders, map and the spoken pose use radians. */
-  readonly radians?: boolean | undefined;
+  readonly inRadians?: boolean | undefined;
   /** The pane that is open first, by default the map. */
   readonly pane?: Pane | null | undefined;
   /** The joint rates at a state of the arm, if the page sets them. */
@@ -42,13 +42,13 @@ export interface ArmProps extends StageWish {
 }
 
 export const Arm = memo((props: ArmProps): JSX.Element => (
-  <InRadians.Provider value={props.radians ?? false}>
+  <InRadians.Provider value={props.inRadians ?? false}>
     <Panel {...props} />
   </InRadians.Provider>
 ));
 
 /** From this width (pixels) on, numbers and sliders stand beside the map or path; else one pane is open at a time. */
-const WIDE = 600;
+const MIN_WIDE_PANEL = 600;
 
 const TITLES: Readonly<Record<Pane, TextKey>> = {
   joints: "arm.joints",
@@ -59,35 +59,35 @@ const TITLES: Readonly<Record<Pane, TextKey>> = {
 };
 
 function Panel(props: ArmProps): JSX.Element {
-  const { radians = false, symbols } = props;
+  const { inRadians = false, symbols } = props;
   const box = useRef<HTMLElement>(null);
   const [width] = useSize(box, [720, 600]);
-  const scene = useRef<HTMLDivElement>(null); // an empty element, measured before the drawing is in it
-  const [room, setRoom] = useState<readonly [number, number]>();
+  const emptyScene = useRef<HTMLDivElement>(null); // an empty element, measured before the drawing is in it
+  const [sceneSize, setRoom] = useState<readonly [number, number]>();
   useLayoutEffect(() => {
-    const { clientWidth = 0, clientHeight = 0 } = scene.current ?? {};
+    const { clientWidth = 0, clientHeight = 0 } = emptyScene.current ?? {};
     if (clientWidth > 0 && clientHeight > 0) setRoom([clientWidth, clientHeight]);
   }, []);
-  const isWide = width >= WIDE;
+  const isWide = width >= MIN_WIDE_PANEL;
   const [firstPane] = useState(() => (isNarrowPage() ? null : (props.pane ?? "map")));
   const stage = useStage(props, firstPane);
   const { onStage, overlay } = props;
   // In the same frame as the drawing.
-  useLayoutEffect(() => onStage?.(stage), [stage.state, stage.settled, stage.welding?.place, stage.welding?.weld]);
-  const { arm, robot, settled, welding, isConcealed } = stage;
+  useLayoutEffect(() => onStage?.(stage), [stage.state, stage.settledState, stage.welding?.place, stage.welding?.weld]);
+  const { arm, robot, settledState, welding, isConcealed } = stage;
   const layerProps = { layers: stage.layers, isConcealed, toggle: stage.toggle, reset: stage.reset };
   const [isFolded, setFolded] = useState(false);
-  const pull = onPull((way) => setFolded(way === "up"));
-  const words = useMemo(() => {
-    return isConcealed ? describePose(arm, settled, radians) : describeArm(arm, settled, radians);
-  }, [arm, settled, radians, isConcealed]);
+  const startPull = onPull((way) => setFolded(way === "up"));
+  const description = useMemo(() => {
+    return isConcealed ? describePose(arm, settledState, inRadians) : describeArm(arm, settledState, inRadians);
+  }, [arm, settledState, inRadians, isConcealed]);
   const ids = useId();
   const panes: Pane[] = isWide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
-  const open = isWide && !panes.includes(stage.pane!) ? null : stage.pane; // sliders and J are always shown
+  const openPane = isWide && !panes.includes(stage.pane!) ? null : stage.pane; // sliders and J are always shown
   const sliders = (
     <>
       <Joints {...stage} />
-      <Figures {...stage} isExplainedBeside={isWide && open === "map"} />
+      <Figures {...stage} isExplainedBeside={isWide && openPane === "map"} />
       <Lengths robot={robot} symbols={symbols} />
     </>
   );
@@ -96,7 +96,7 @@ function Panel(props: ArmProps): JSX.Element {
     return (
       <section ref={box} class="arm" aria-busy="true">
         <div class="arm-panel">
-          <div ref={scene} class="arm-scene" />
+          <div ref={emptyScene} class="arm-scene" />
         </div>
       </section>
     );
@@ -106,7 +106,7 @@ function Panel(props: ArmProps): JSX.Element {
         ref={box}
         class="arm"
         aria-label={say("arm.title", { robot: robot.title })}
-        data-pane={open ?? ""}
+        data-pane={openPane ?? ""}
         data-wide={isWide ? "" : undefined}
         data-folded={isFolded ? "" : undefined}
       >
@@ -115,7 +115,7 @@ function Panel(props: ArmProps): JSX.Element {
           <div class="arm-scene">
             <Drawing
               {...stage}
-              room={room}
+              knownSize={sceneSize}
               isEnlarged
               readout={isWide || isConcealed ? null : <Readout {...stage} />}
               label={say("arm.drawing.label", { robot: robot.title })}
@@ -123,9 +123,9 @@ function Panel(props: ArmProps): JSX.Element {
               target={
                 welding
                   ? {
-                      from: pointOn(welding.journey.path, 0),
-                      at: welding.weld.target,
-                      move: (target) => welding.change({ ...welding.weld, target }),
+                      start: pointOn(welding.journey.path, 0),
+                      end: welding.weld.target,
+                      move: (target) => welding.changeWeld({ ...welding.weld, target }),
                     }
                   : undefined
               }
@@ -145,14 +145,14 @@ function Panel(props: ArmProps): JSX.Element {
               </div>
             ) : null}
             <div class="arm-sheets">
-              <div class="arm-tabs" onPointerDown={isWide ? undefined : pull}>
+              <div class="arm-tabs" onPointerDown={isWide ? undefined : startPull}>
                 {panes.map((name) => (
                   <button
                     key={name}
                     type="button"
-                    aria-expanded={open === name}
+                    aria-expanded={openPane === name}
                     aria-controls={`${ids}pane`}
-                    onClick={() => stage.open(open === name ? null : name)}
+                    onClick={() => stage.setPane(openPane === name ? null : name)}
                   >
                     {say(TITLES[name])}
                   </button>
@@ -170,21 +170,21 @@ function Panel(props: ArmProps): JSX.Element {
                   </button>
                 )}
               </div>
-              <div id={`${ids}pane`} class="arm-pane" hidden={open === null}>
-                {open === "joints" ? sliders : null}
-                {open === "jacobian" ? <Numbers stage={stage} /> : null}
-                {open === "map" ? <Map stage={stage} /> : null}
-                {open === "weld" ? <Path stage={stage} /> : null}
-                {open === "layers" ? <LayerControls {...layerProps} /> : null}
+              <div id={`${ids}pane`} class="arm-pane" hidden={openPane === null}>
+                {openPane === "joints" ? sliders : null}
+                {openPane === "jacobian" ? <Numbers stage={stage} /> : null}
+                {openPane === "map" ? <Map stage={stage} /> : null}
+                {openPane === "weld" ? <Path stage={stage} /> : null}
+                {openPane === "layers" ? <LayerControls {...layerProps} /> : null}
               </div>
             </div>
           </div>
         </div>
         <p id={`${ids}words`} class="arm-unseen" role="status" aria-live="polite">
-          {words}
+          {description}
         </p>
       </section>
-      <TermLinks stage={stage} radians={radians} rates={props.rates} />
+      <TermLinks stage={stage} inRadians={inRadians} rates={props.rates} />
     </>
   );
 }
@@ -197,7 +197,7 @@ const LayerControls = memo((props: Pick<Stage, "layers" | "isConcealed" | "toggl
   const { layers, isConcealed, toggle, reset } = props;
   return (
     <div class="arm-layers" role="group" aria-label={say("arm.layers")}>
-      {LAYERS.filter((layer) => !isConcealed || !OF_J.has(layer)).map((layer) => (
+      {LAYERS.filter((layer) => !isConcealed || !LAYERS_OF_J.has(layer)).map((layer) => (
         <label key={layer}>
           <input type="checkbox" checked={layers[layer]} onChange={() => toggle(layer)} />
           {say(`arm.layer.${layer}`)}
@@ -211,14 +211,14 @@ const LayerControls = memo((props: Pick<Stage, "layers" | "isConcealed" | "toggl
 });
 
 /** Layers that show J. */
-const OF_J: ReadonlySet<keyof Layers> = new Set(["columns", "ellipse"]);
+const LAYERS_OF_J: ReadonlySet<keyof Layers> = new Set(["columns", "ellipse"]);
 
 /** det J in a line over the drawing, because its pane may be closed. */
 function Readout({ arm, measures }: Stage): JSX.Element {
-  const value = inDigits(digits(measures.det ?? measures.volume));
+  const value = inDigits(roundToDigits(measures.det ?? measures.volume));
   return (
-    <p class={`arm-readout arm-${nearness(arm, measures)}-pose`} aria-hidden="true">
-      {say(sizeName(arm))} = {value}
+    <p class={`arm-readout arm-${classifyNearness(arm, measures)}-pose`} aria-hidden="true">
+      {say(sizeKey(arm))} = {value}
     </p>
   );
 }
@@ -240,11 +240,11 @@ function Map({ stage }: { stage: Stage }): JSX.Element {
 
 function Path({ stage }: { stage: Stage }): JSX.Element {
   const { arm, welding } = stage;
-  const blocked = whyNoPath(arm);
+  const reason = whyNoPath(arm);
   return (
     <>
       {welding ? <Welding {...stage} {...welding} /> : null}
-      {blocked ? <p>{say(`arm.weld.not-${blocked}`)}</p> : null}
+      {reason ? <p>{say(`arm.weld.not-${reason}`)}</p> : null}
     </>
   );
 }

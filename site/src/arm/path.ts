@@ -21,16 +21,16 @@ export interface Station {
 export type Path = { readonly start: Vec3; readonly unit: Vec3; readonly length: number };
 
 /** A path with the stations that the arm can reach, and whether it reaches the end. */
-export type Journey = { readonly path: Path; readonly stations: readonly Station[]; readonly arrives: boolean };
+export type Journey = { readonly path: Path; readonly stations: readonly Station[]; readonly reachesEnd: boolean };
 
 /** A path ends where sigma_min/sigma_max falls below this limit. */
 const MIN_RATIO = 2e-3;
-/** Strides along a path, and along one that is only being scored. */
-const [STRIDES, FEW_STRIDES] = [160, 16];
+/** Number of strides along a path, and along a path that is only scored. */
+const [STRIDE_COUNT, SCORED_STRIDE_COUNT] = [160, 16];
 /** A joint that deviates more (rad or m) from where its rate leads has jumped to another branch. */
-const JUMP = 0.15;
-/** Smallest stride, as a share of the usual one. */
-const FINEST = 1 / 64;
+const MAX_DEVIATION = 0.15;
+/** Minimum stride, as a share of the usual one. */
+const MIN_STRIDE_SHARE = 1 / 64;
 
 /** Return why no path can be followed: the task counts no velocity of P, or has more rows than joints; else null. */
 export function whyNoPath(arm: Arm): "turns" | "rows" | null {
@@ -51,21 +51,21 @@ export const pointOn = (path: Path, s: number): Vec3 => addScaled(path.start, pa
 /** Return dq/ds, the joint rates at unit speed. */
 export function slopesAt(arm: Arm, path: Path, state: State): number[] {
   return leastSquares(
-    state.counted,
+    state.taskJacobian,
     arm.task.map((row) => path.unit[row] ?? 0),
   );
 }
 
 /** Return the pose at distance s that Newton's method finds from a nearby pose, or null. */
-function poseAt(arm: Arm, path: Path, s: number, near: Pose, first: State): Pose | null {
-  const goal = { point: pointOn(path, s), frames: first.frames };
-  let pose = near;
+function poseAt(arm: Arm, path: Path, s: number, startPose: Pose, firstState: State): Pose | null {
+  const goal = { point: pointOn(path, s), frames: firstState.frames };
+  let pose = startPose;
   for (let k = 0; k <= 12; k += 1) {
     const state = stateAt(arm, pose);
     const error = taskError(arm, goal, state);
     const largest = Math.max(...error.map(Math.abs));
     if (largest < 1e-12 || k === 12) return largest < 1e-9 ? pose : null;
-    const change = solveDamped(state.counted, error, 0);
+    const change = solveDamped(state.taskJacobian, error, 0);
     pose = pose.map((value, i) => value + change[i]!);
   }
   return null;
@@ -77,41 +77,45 @@ function stationAt(arm: Arm, path: Path, s: number, pose: Pose): Station {
 }
 
 /** Follow a path from a pose. Strides get shorter if the joints move fast, and end if J is nearly singular. */
-export function follow(arm: Arm, pose: Pose, path: Path, strides = STRIDES): Journey {
-  const first = stateAt(arm, pose);
+export function follow(arm: Arm, pose: Pose, path: Path, strideCount = STRIDE_COUNT): Journey {
+  const firstState = stateAt(arm, pose);
   const stations = [stationAt(arm, path, 0, pose)];
-  if (path.length === 0) return { path, stations, arrives: true };
-  const stride = path.length / strides;
+  if (path.length === 0) return { path, stations, reachesEnd: true };
+  const stride = path.length / strideCount;
   let share = 1;
-  for (let now = stations[0]!; now.ratio >= MIN_RATIO && path.length - now.s > 1e-12 && share >= FINEST;) {
-    const s = Math.min(path.length, now.s + share * stride);
-    const ahead = now.pose.map((value, i) => value + (s - now.s) * now.slopes[i]!);
-    const reached = poseAt(arm, path, s, ahead, first);
-    const hasJumped = reached === null || reached.some((value, i) => Math.abs(value - ahead[i]!) > JUMP);
-    const next = hasJumped ? null : stationAt(arm, path, s, reached);
+  for (
+    let station = stations[0]!;
+    station.ratio >= MIN_RATIO && path.length - station.s > 1e-12 && share >= MIN_STRIDE_SHARE;
+  ) {
+    const s = Math.min(path.length, station.s + share * stride);
+    const expectedPose = station.pose.map((value, i) => value + (s - station.s) * station.slopes[i]!);
+    const foundPose = poseAt(arm, path, s, expectedPose, firstState);
+    const hasJumped =
+      foundPose === null || foundPose.some((value, i) => Math.abs(value - expectedPose[i]!) > MAX_DEVIATION);
+    const next = hasJumped ? null : stationAt(arm, path, s, foundPose);
     if (next === null || next.ratio < MIN_RATIO) {
       share /= 2;
       continue;
     }
     stations.push(next);
-    now = next;
+    station = next;
     share = Math.min(1, 2 * share);
   }
-  return { path, stations, arrives: path.length - stations.at(-1)!.s <= 1e-9 };
+  return { path, stations, reachesEnd: path.length - stations.at(-1)!.s <= 1e-9 };
 }
 
 /** Return the station at a distance, interpolated between its neighbours. */
 export function stationOn({ stations }: Journey, s: number): Station {
-  const after = stations.findIndex((station) => station.s >= s);
-  if (after <= 0) return after === 0 ? stations[0]! : stations.at(-1)!;
-  const [a, b] = [stations[after - 1]!, stations[after]!];
+  const nextIndex = stations.findIndex((station) => station.s >= s);
+  if (nextIndex <= 0) return nextIndex === 0 ? stations[0]! : stations.at(-1)!;
+  const [a, b] = [stations[nextIndex - 1]!, stations[nextIndex]!];
   const t = (s - a.s) / (b.s - a.s || 1);
-  const between = (x: readonly number[], y: readonly number[]): number[] =>
+  const interpolate = (x: readonly number[], y: readonly number[]): number[] =>
     x.map((value, i) => value + t * (y[i]! - value));
   return {
     s,
-    pose: between(a.pose, b.pose),
-    slopes: between(a.slopes, b.slopes),
+    pose: interpolate(a.pose, b.pose),
+    slopes: interpolate(a.slopes, b.slopes),
     ratio: a.ratio + t * (b.ratio - a.ratio),
   };
 }
@@ -119,33 +123,33 @@ export function stationOn({ stations }: Journey, s: number): Station {
 /** Return where each joint's speed first exceeds its limit (m from A), or null. */
 export function limitCrossings(journey: Journey, speed: number, limits: readonly number[]): (number | null)[] {
   return limits.map((limit, i) => {
-    const first = journey.stations.findIndex(({ slopes }) => Math.abs(slopes[i]!) * speed > limit);
-    if (first < 0) return null;
-    if (first === 0) return 0;
-    const [a, b] = [journey.stations[first - 1]!, journey.stations[first]!];
+    const firstIndex = journey.stations.findIndex(({ slopes }) => Math.abs(slopes[i]!) * speed > limit);
+    if (firstIndex < 0) return null;
+    if (firstIndex === 0) return 0;
+    const [a, b] = [journey.stations[firstIndex - 1]!, journey.stations[firstIndex]!];
     const [low, high] = [Math.abs(a.slopes[i]!) * speed, Math.abs(b.slopes[i]!) * speed];
     return a.s + ((limit - low) / (high - low)) * (b.s - a.s);
   });
 }
 
 /** Return the best target among fixed candidates: of a regular path, or of one that leads to a singularity. */
-export function suggestTarget(arm: Arm, pose: Pose, reach: number, regular: boolean): Vec3 {
+export function suggestTarget(arm: Arm, pose: Pose, reach: number, isRegular: boolean): Vec3 {
   const { point } = stateAt(arm, pose);
-  let best: Vec3 = point;
-  let max = -Infinity;
+  let bestTarget: Vec3 = point;
+  let maxScore = -Infinity;
   for (const direction of directionsOf(arm)) {
-    for (const share of regular ? [0.5, 0.35] : [0.9, 0.6, 0.4]) {
+    for (const share of isRegular ? [0.5, 0.35] : [0.9, 0.6, 0.4]) {
       const target = addScaled(point, direction, share * reach);
-      const { stations, arrives, path } = follow(arm, pose, pathTo(arm, pose, target), FEW_STRIDES);
-      const least = Math.min(...stations.map(({ ratio }) => ratio));
-      const covered = stations.at(-1)!.s / path.length;
-      const score = regular
-        ? (arrives ? 1 : 0) + Math.min(least, 0.25)
-        : (arrives ? 0.4 : Math.min(covered, 0.8)) - Math.min(1, 4 * least) + (covered < 0.35 ? -1 : 0);
-      if (score > max + 1e-9) [best, max] = [target, score];
+      const { stations, reachesEnd, path } = follow(arm, pose, pathTo(arm, pose, target), SCORED_STRIDE_COUNT);
+      const minRatio = Math.min(...stations.map(({ ratio }) => ratio));
+      const coveredShare = stations.at(-1)!.s / path.length;
+      const score = isRegular
+        ? (reachesEnd ? 1 : 0) + Math.min(minRatio, 0.25)
+        : (reachesEnd ? 0.4 : Math.min(coveredShare, 0.8)) - Math.min(1, 4 * minRatio) + (coveredShare < 0.35 ? -1 : 0);
+      if (score > maxScore + 1e-9) [bestTarget, maxScore] = [target, score];
     }
   }
-  return best.map((value) => Math.round(value * 100) / 100) as unknown as Vec3;
+  return bestTarget.map((value) => Math.round(value * 100) / 100) as unknown as Vec3;
 }
 
 /** Return directions in the coordinates that the task counts. */

@@ -1,7 +1,17 @@
 // The ranges of an arm's joints on the page, its extent, and the pose in which it is shown first.
 
-import { type Arm, isMixed, longest, measuresOf, pointsAt, type Pose, reachOf, type State, stateAt } from "./model.js";
-import { randomPoses } from "../random.js";
+import {
+  type Arm,
+  isMixed,
+  longestPartOf,
+  measuresOf,
+  pointsAt,
+  type Pose,
+  reachOf,
+  type State,
+  stateAt,
+} from "./model.js";
+import { makeRandomPoses } from "../random.js";
 import { dot, norm, subtract, type Vec3 } from "./vector.js";
 import { axonometric, FIRST_ORBIT, flatPlane } from "./view.js";
 
@@ -11,68 +21,69 @@ export type Range = { readonly low: number; readonly high: number };
 export function rangeOf(arm: Arm, index: number): Range {
   const joint = arm.joints[index]!;
   if (joint.kind === "R") return { low: -Math.PI, high: Math.PI };
-  const longestPart = longest(arm);
+  const longestPart = longestPartOf(arm);
   const round = (value: number): number => Math.round(value * 20) / 20;
   const maxLength = (flatPlane(arm) ? 2.05 : 1.3) * longestPart; // figures of planar arms show prismatic joints that far out
-  const shown = (arm.shownPoses ?? []).map((pose) => pose[index]!);
+  const shownValues = (arm.shownPoses ?? []).map((pose) => pose[index]!);
   return {
-    low: Math.min(round(-longestPart - joint.offset), ...shown),
-    high: Math.max(round(maxLength - joint.offset), ...shown),
+    low: Math.min(round(-longestPart - joint.offset), ...shownValues),
+    high: Math.max(round(maxLength - joint.offset), ...shownValues),
   };
 }
 
 /** Return the arm with wider ranges of prismatic joints, if some of the poses that must be shown need them. */
-export function withRoom(arm: Arm, poses: readonly Pose[]): Arm {
-  const isBeyond = (pose: Pose): boolean =>
-    pose.some((value, i) => isPrismatic(arm, i) && within(arm, i, value) !== value);
-  const shownPoses = poses.filter(isBeyond);
+export function widenRanges(arm: Arm, poses: readonly Pose[]): Arm {
+  const exceedsRange = (pose: Pose): boolean =>
+    pose.some((value, i) => isPrismatic(arm, i) && limitToRange(arm, i, value) !== value);
+  const shownPoses = poses.filter(exceedsRange);
   return shownPoses.length > 0 ? { ...arm, shownPoses } : arm;
 }
 
 const isPrismatic = ({ joints }: Arm, index: number): boolean => joints[index]!.kind === "P";
 
 /** Return a value within a joint's range: modulo a turn, or limited to the ends of a prismatic joint. */
-export function within(arm: Arm, index: number, value: number): number {
+export function limitToRange(arm: Arm, index: number, value: number): number {
   const { low, high } = rangeOf(arm, index);
   if (arm.joints[index]!.kind === "P") return Math.min(high, Math.max(low, value));
   if (value >= low && value <= high) return value;
   return value - 2 * Math.PI * Math.round(value / (2 * Math.PI));
 }
 
-export const poseWithin = (arm: Arm, pose: Pose): Pose => pose.map((value, i) => within(arm, i, value));
+export const limitPose = (arm: Arm, pose: Pose): Pose => pose.map((value, i) => limitToRange(arm, i, value));
 
-const ANGLES = [40, 60, 35, -50, 75, -35, 100, 140, -80, -110];
-const DISPLACEMENTS = [0.7, 0.5, 0.9];
-const TRIED = 250;
-/** Score of a pose far from singularities. */
-const REGULAR = 0.4;
+/** Candidate values (degrees) of revolute joints, and of prismatic joints (shares of the longest part). */
+const CANDIDATE_ANGLES = [40, 60, 35, -50, 75, -35, 100, 140, -80, -110];
+const CANDIDATE_DISPLACEMENTS = [0.7, 0.5, 0.9];
+const CANDIDATE_COUNT = 250;
+/** Maximum score for the distance from singularities. */
+const REGULAR_SCORE = 0.4;
 
 /** Return the first pose: among fixed candidates, one far from singularities, with P above the base. */
 export function firstPose(arm: Arm): Pose {
-  const longestPart = longest(arm);
-  const regular = isMixed(arm) ? 0.1 : 0.4;
-  let best: Pose = arm.joints.map(() => 0);
+  const longestPart = longestPartOf(arm);
+  const regularRatio = isMixed(arm) ? 0.1 : 0.4;
+  let bestPose: Pose = arm.joints.map(() => 0);
   let bestScore = -Infinity;
-  const seen = new Set<string>(); // an arm with few joints has fewer poses
-  for (let k = 0; k < TRIED; k += 1) {
+  const seenPoses = new Set<string>(); // an arm with few joints has fewer poses
+  for (let k = 0; k < CANDIDATE_COUNT; k += 1) {
     let digits = (k * 7919) % 1_000_003;
     const pose = arm.joints.map((joint, i) => {
-      const choices = joint.kind === "R" ? ANGLES : DISPLACEMENTS;
+      const choices = joint.kind === "R" ? CANDIDATE_ANGLES : CANDIDATE_DISPLACEMENTS;
       const choice = choices[digits % choices.length]!;
       digits = Math.floor(digits / choices.length);
       const entry = joint.kind === "R" ? (choice * Math.PI) / 180 : choice * longestPart;
-      return round(within(arm, i, entry - joint.offset), joint.kind === "R" ? Math.PI / 180 : 0.01);
+      return round(limitToRange(arm, i, entry - joint.offset), joint.kind === "R" ? Math.PI / 180 : 0.01);
     });
     const key = pose.join(" ");
-    if (seen.has(key)) continue;
-    seen.add(key);
+    if (seenPoses.has(key)) continue;
+    seenPoses.add(key);
     const state = stateAt(arm, pose);
-    const place = placeScore(arm, state, longestPart);
-    if (place + REGULAR <= bestScore) continue; // can't become the best pose; singular values take longest to compute
-    const score = place + REGULAR * Math.min(measuresOf(state).ratio / regular, 1);
-    if (score > bestScore + 1e-9) [best, bestScore] = [pose, score];
+    const scoreOfPlace = placeScore(arm, state, longestPart);
+    if (scoreOfPlace + REGULAR_SCORE <= bestScore) continue; // can't become the best pose; singular values take longest to compute
+    const score = scoreOfPlace + REGULAR_SCORE * Math.min(measuresOf(state).ratio / regularRatio, 1);
+    if (score > bestScore + 1e-9) [bestPose, bestScore] = [pose, score];
   }
-  return best;
+  return bestPose;
 }
 
 const round = (value: number, step: number): number => Math.round(value / step) * step;
@@ -98,40 +109,40 @@ export function thicknessOf(arm: Arm): number {
 
 /** Return the extent of an arm, sampled over the ranges of its joints. */
 export function extentOf(arm: Arm): Extent {
-  const known = EXTENTS.get(arm);
-  if (known) return known;
+  const cachedExtent = EXTENTS.get(arm);
+  if (cachedExtent) return cachedExtent;
   const { o, z } = arm.base;
   const page = axonometric(FIRST_ORBIT);
   const prismaticScale = flatPlane(arm) ? 1.6 : 1;
   let [radius, above, below, up, down, sideways] = [0, 0, 0, 0, 0, 0];
-  const sampled = randomPoses(300, arm.joints.length, 3).map((values) =>
+  const sampledPoses = makeRandomPoses(300, arm.joints.length, 3).map((values) =>
     values.map((value, i) => {
       const { kind, offset } = arm.joints[i]!;
-      return kind === "R" ? value : (0.5 + (0.8 * value) / Math.PI) * longest(arm) * prismaticScale - offset;
+      return kind === "R" ? value : (0.5 + (0.8 * value) / Math.PI) * longestPartOf(arm) * prismaticScale - offset;
     }),
   );
-  for (const pose of [...sampled, ...(arm.shownPoses ?? [])]) {
+  for (const pose of [...sampledPoses, ...(arm.shownPoses ?? [])]) {
     const { frames, corners, point } = pointsAt(arm, pose);
     for (const place of [...frames.map((frame) => frame.o), ...corners, point]) {
-      const offset = subtract(place, o);
-      const height = dot(offset, z);
-      radius = Math.max(radius, Math.sqrt(Math.max(0, dot(offset, offset) - height * height)));
-      up = Math.max(up, dot(offset, page.up));
-      down = Math.max(down, -dot(offset, page.up));
-      sideways = Math.max(sideways, Math.abs(dot(offset, page.right)));
+      const fromBase = subtract(place, o);
+      const height = dot(fromBase, z);
+      radius = Math.max(radius, Math.sqrt(Math.max(0, dot(fromBase, fromBase) - height * height)));
+      up = Math.max(up, dot(fromBase, page.up));
+      down = Math.max(down, -dot(fromBase, page.up));
+      sideways = Math.max(sideways, Math.abs(dot(fromBase, page.right)));
       above = Math.max(above, height);
       below = Math.max(below, -height);
     }
   }
-  const largest = Math.max(radius, above, below, longest(arm));
-  const floor = (axis: Vec3): number => radius * Math.sqrt(Math.max(0, 1 - dot(axis, z) ** 2));
+  const largest = Math.max(radius, above, below, longestPartOf(arm));
+  const extentOfFloor = (axis: Vec3): number => radius * Math.sqrt(Math.max(0, 1 - dot(axis, z) ** 2));
   const extent = {
     radius: Math.max(radius, 0.3 * largest),
     above: Math.max(above, 0.3 * largest),
     below,
-    up: Math.max(up, floor(page.up), 0.15 * largest),
-    down: Math.max(down, floor(page.up), 0.15 * largest),
-    sideways: Math.max(sideways, floor(page.right), 0.3 * largest),
+    up: Math.max(up, extentOfFloor(page.up), 0.15 * largest),
+    down: Math.max(down, extentOfFloor(page.up), 0.15 * largest),
+    sideways: Math.max(sideways, extentOfFloor(page.right), 0.3 * largest),
   };
   EXTENTS.set(arm, extent);
   return extent;

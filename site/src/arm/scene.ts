@@ -25,7 +25,7 @@ export interface SolidArm {
 }
 
 const UP = new THREE.Vector3(0, 1, 0);
-const SIDES = 40;
+const SIDES_OF_CYLINDER = 40;
 /** More solids of one kind than any arm needs. */
 const MAX_PIECES = 100;
 
@@ -33,7 +33,7 @@ const MAX_PIECES = 100;
 type Solid = "bar" | "ball" | "box";
 
 /** A copy of a solid: its position and size as a matrix, and its colour. */
-type Piece = { readonly solid: Solid; readonly place: THREE.Matrix4; readonly color: string };
+type SolidPiece = { readonly solid: Solid; readonly matrix: THREE.Matrix4; readonly color: string };
 
 /** Return a solid arm on a canvas. Throws if the browser has no WebGL. */
 export function createSolidArm(canvas: HTMLCanvasElement): SolidArm {
@@ -44,7 +44,7 @@ export function createSolidArm(canvas: HTMLCanvasElement): SolidArm {
   scene.add(new THREE.HemisphereLight(0xffffff, 0x8890a0, 1.7), sun, sun.target);
   const ball = new THREE.SphereGeometry(1, 28, 18);
   const solids: Readonly<Record<Solid, THREE.InstancedMesh>> = {
-    bar: copiesIn(scene, new THREE.CylinderGeometry(1, 1, 1, SIDES)),
+    bar: copiesIn(scene, new THREE.CylinderGeometry(1, 1, 1, SIDES_OF_CYLINDER)),
     ball: copiesIn(scene, ball),
     box: copiesIn(scene, new THREE.BoxGeometry(1, 1, 1)),
   };
@@ -67,7 +67,7 @@ export function createSolidArm(canvas: HTMLCanvasElement): SolidArm {
   }
 
   /** Fit the renderer to the pixels of a view. Resizing clears the canvas, so it happens only if the size changed. */
-  function fit({ width, height }: View): void {
+  function fitRenderer({ width, height }: View): void {
     const ratio = Math.min(2, globalThis.devicePixelRatio || 1);
     const size = `${width} ${height} ${ratio}`;
     if (size === fittedSize) return;
@@ -89,9 +89,20 @@ export function createSolidArm(canvas: HTMLCanvasElement): SolidArm {
       glass.color.set(palette.ellipse);
       gridMaterial.color.set(palette.grid);
       placeGrid(arm);
-      fit(view);
-      const [w, h, distance] = [view.width / view.scale / 2, view.height / view.scale / 2, 20 * reachOf(arm)];
-      Object.assign(camera, { left: -w, right: w, top: h, bottom: -h, near: 0, far: 2 * distance });
+      fitRenderer(view);
+      const [halfWidth, halfHeight, distance] = [
+        view.width / view.scale / 2,
+        view.height / view.scale / 2,
+        20 * reachOf(arm),
+      ];
+      Object.assign(camera, {
+        left: -halfWidth,
+        right: halfWidth,
+        top: halfHeight,
+        bottom: -halfHeight,
+        near: 0,
+        far: 2 * distance,
+      });
       camera.position.set(...addScaled(view.centre, view.towardReader, distance));
       camera.up.set(...view.up);
       camera.lookAt(...view.centre);
@@ -109,19 +120,19 @@ export function createSolidArm(canvas: HTMLCanvasElement): SolidArm {
 
 /** Return an instanced mesh of a solid, added to the scene. */
 function copiesIn(scene: THREE.Scene, solid: THREE.BufferGeometry): THREE.InstancedMesh {
-  const matt = new THREE.MeshStandardMaterial({ roughness: 0.75, metalness: 0 });
-  const copies = new THREE.InstancedMesh(solid, matt, MAX_PIECES);
+  const material = new THREE.MeshStandardMaterial({ roughness: 0.75, metalness: 0 });
+  const copies = new THREE.InstancedMesh(solid, material, MAX_PIECES);
   copies.frustumCulled = false; // the whole arm is always in view
   scene.add(copies);
   return copies;
 }
 
 /** Put the copies of a solid where its pieces are. */
-function placeCopies(copies: THREE.InstancedMesh, pieces: readonly Piece[]): void {
+function placeCopies(copies: THREE.InstancedMesh, pieces: readonly SolidPiece[]): void {
   const paint = new THREE.Color();
   copies.count = pieces.length;
-  pieces.forEach(({ place, color }, i) => {
-    copies.setMatrixAt(i, place);
+  pieces.forEach(({ matrix, color }, i) => {
+    copies.setMatrixAt(i, matrix);
     copies.setColorAt(i, paint.set(color));
   });
   copies.instanceMatrix.needsUpdate = true;
@@ -129,7 +140,7 @@ function placeCopies(copies: THREE.InstancedMesh, pieces: readonly Piece[]): voi
 }
 
 /** Return the arm as solids: bars with round ends for its links, a body for each joint, a ball for P. */
-function piecesOf(arm: Arm, state: State, palette: Palette): Piece[] {
+function piecesOf(arm: Arm, state: State, palette: Palette): SolidPiece[] {
   const jointRadius = thicknessOf(arm);
   const linkRadius = 0.48 * jointRadius;
   const jointCentres = jointCentresOf(arm, state, reachOf(arm));
@@ -152,28 +163,34 @@ function piecesOf(arm: Arm, state: State, palette: Palette): Piece[] {
 }
 
 /** Return a bar or box between two points, of a radius; an empty list if the points coincide. */
-function solidBetween(solid: "bar" | "box", a: Vec3, b: Vec3, radius: number, color: string): Piece[] {
-  const way = subtract(b, a);
-  const length = norm(way);
+function solidBetween(solid: "bar" | "box", a: Vec3, b: Vec3, radius: number, color: string): SolidPiece[] {
+  const difference = subtract(b, a);
+  const length = norm(difference);
   if (length < 1e-9) return [];
-  const rotation = new THREE.Quaternion().setFromUnitVectors(UP, new THREE.Vector3(...unit(way)));
+  const rotation = new THREE.Quaternion().setFromUnitVectors(UP, new THREE.Vector3(...unit(difference)));
   const size = new THREE.Vector3(radius, length, radius);
   return [
-    { solid, place: new THREE.Matrix4().compose(new THREE.Vector3(...addScaled(a, way, 0.5)), rotation, size), color },
+    {
+      solid,
+      matrix: new THREE.Matrix4().compose(new THREE.Vector3(...addScaled(a, difference, 0.5)), rotation, size),
+      color,
+    },
   ];
 }
 
-function ballAt([x, y, z]: Vec3, radius: number, color: string): Piece {
-  return { solid: "ball", place: new THREE.Matrix4().makeScale(radius, radius, radius).setPosition(x, y, z), color };
+function ballAt([x, y, z]: Vec3, radius: number, color: string): SolidPiece {
+  return { solid: "ball", matrix: new THREE.Matrix4().makeScale(radius, radius, radius).setPosition(x, y, z), color };
 }
 
-/** Return the matrix that maps the unit ball to the ellipsoid {J qdot : |qdot| = 1} at P; flat ones keep a little depth. */
+/**
+ * Return the matrix that maps the unit ball to the ellipsoid {J qdot : |qdot| = 1} at P; flat ones keep a little depth.
+ */
 function ellipsoidAt(state: State, columns: readonly Vec3[]): THREE.Matrix4 {
   const { sigma, v } = decompose(columns);
-  const [a, b, c] = v.map((axis, k) =>
+  const [firstAxis, b, c] = v.map((axis, k) =>
     new THREE.Vector3(...axis).multiplyScalar(Math.max(sigma[k]!, 1e-3 * sigma[0]!)),
   );
-  return new THREE.Matrix4().makeBasis(a!, b!, c!).setPosition(...state.point);
+  return new THREE.Matrix4().makeBasis(firstAxis!, b!, c!).setPosition(...state.point);
 }
 
 /** Return rings and rays in the plane of the base, which show where the arm stands in space. */

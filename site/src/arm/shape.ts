@@ -21,50 +21,52 @@ export function wayToPoint(frame: Frame, [u, v, w]: Vec3): Vec3[] {
   return steps.map((step) => add(frame.o, fromFrame(frame, step)));
 }
 
-/** Return the place of each joint's symbol: O_{i-1}, or shifted along its axis if another joint is always there too. */
+/**
+ * Return the place of each joint's symbol: O_{i-1}, or shifted along the axis if the joint before has the same origin.
+ */
 export function jointCentresOf(arm: Arm, state: State, reach: number): readonly Vec3[] {
-  let crowd = 0;
+  let sharedCount = 0;
   return arm.joints.map((joint, i) => {
     const { o, z } = state.frames[i]!;
     const previous = arm.joints[i - 1];
     const isShared =
       previous !== undefined && previous.a === 0 && previous.kind === "R" && previous.otherConstant === 0;
-    crowd = isShared ? crowd + 1 : 0;
+    sharedCount = isShared ? sharedCount + 1 : 0;
     if (!isShared && joint.kind === "R") return o;
     if (joint.kind === "P") {
-      const way = subtract(state.corners[i]!, o);
-      return add(o, scaleVector(way, 0.45));
+      const displacement = subtract(state.corners[i]!, o);
+      return add(o, scaleVector(displacement, 0.45));
     }
     if (joint.otherConstant !== 0) return addScaled(o, z, 0.45 * joint.otherConstant);
-    return addScaled(o, z, 0.13 * reach * (crowd % 2 === 1 ? 1 : -1));
+    return addScaled(o, z, 0.13 * reach * (sharedCount % 2 === 1 ? 1 : -1));
   });
 }
 
 /** Return both ends of a joint's body along its axis in space; `joint` counts from 0. */
 export function bodyOf(arm: Arm, state: State, joint: number, place: Vec3): readonly [low: Vec3, high: Vec3] {
   const { z } = state.frames[joint]!;
-  const half = (arm.joints[joint]!.kind === "R" ? 1.25 : 1.9) * thicknessOf(arm);
-  return [addScaled(place, z, -half), addScaled(place, z, half)];
+  const halfLength = (arm.joints[joint]!.kind === "R" ? 1.25 : 1.9) * thicknessOf(arm);
+  return [addScaled(place, z, -halfLength), addScaled(place, z, halfLength)];
 }
 
-type Place = readonly [x: number, y: number];
+type PagePoint = readonly [x: number, y: number];
 
-/** Return the point on a link nearest to a place on the page, as a share of the way along its corners. */
-export function nearestShare(corners: readonly Place[], [x, y]: Place): number {
-  let best = 0;
-  let least = Infinity;
+/** Return the point on a link nearest to a place on the page, as a share: 1.5 is halfway from corner 1 to corner 2. */
+export function nearestShare(corners: readonly PagePoint[], [x, y]: PagePoint): number {
+  let bestShare = 0;
+  let leastDistance = Infinity;
   for (let k = 0; k + 1 < corners.length; k += 1) {
     const [[ax, ay], [bx, by]] = [corners[k]!, corners[k + 1]!];
     const length = (bx - ax) ** 2 + (by - ay) ** 2;
     const t = length > 0 ? Math.min(1, Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length)) : 0;
-    const away = Math.hypot(ax + t * (bx - ax) - x, ay + t * (by - ay) - y);
-    if (away < least) [best, least] = [k + t, away];
+    const distance = Math.hypot(ax + t * (bx - ax) - x, ay + t * (by - ay) - y);
+    if (distance < leastDistance) [bestShare, leastDistance] = [k + t, distance];
   }
-  return best;
+  return bestShare;
 }
 
-/** Return the point at a share of the way along the corners. */
-export function atShare(corners: readonly Vec3[], share: number): Vec3 {
+/** Return the point at a share, as `nearestShare` returns it. */
+export function pointAtShare(corners: readonly Vec3[], share: number): Vec3 {
   const k = Math.min(Math.floor(share), corners.length - 2);
   const [a, b] = [corners[Math.max(0, k)]!, corners[Math.max(0, k) + 1] ?? corners[Math.max(0, k)]!];
   return addScaled(a, subtract(b, a), share - k);

@@ -6,33 +6,33 @@ import { listen } from "../scheduling.js";
 
 type Size = readonly [width: number, height: number];
 
-export function useSize(element: { readonly current: Element | null }, first: Size): Size {
-  const [size, setSize] = useState(first);
+export function useSize(element: { readonly current: Element | null }, firstSize: Size): Size {
+  const [size, setSize] = useState(firstSize);
   const update = (width: number, height: number): void => {
     if (width > 0 && height > 0)
-      setSize((before) => (before[0] === width && before[1] === height ? before : [width, height]));
+      setSize((previous) => (previous[0] === width && previous[1] === height ? previous : [width, height]));
   };
   useLayoutEffect(() => {
     if (element.current) update(element.current.clientWidth, element.current.clientHeight); // before it is seen
   }, []);
   useEffect(() => {
     if (!element.current) return;
-    const watched = new ResizeObserver(([entry]) => {
+    const observer = new ResizeObserver(([entry]) => {
       const { width, height } = entry!.contentRect;
       update(Math.round(width), Math.round(height));
     });
-    watched.observe(element.current);
-    return () => watched.disconnect();
+    observer.observe(element.current);
+    return () => observer.disconnect();
   }, []);
   return size;
 }
 
 /** Return whether the system asks for reduced motion. */
 export function useReducedMotion(): boolean {
-  const [isReduced, setStill] = useState(false);
+  const [isReduced, setReduced] = useState(false);
   useEffect(() => {
     const query = matchMedia("(prefers-reduced-motion: reduce)");
-    const update = (): void => setStill(query.matches);
+    const update = (): void => setReduced(query.matches);
     update();
     return listen(query, "change", update);
   }, []);

@@ -14,32 +14,32 @@ export interface SpaceProps {
   readonly state: State;
   readonly view: View;
   readonly columns: readonly Vec3[] | null;
-  readonly onReady: (ready: boolean) => void;
+  readonly onReady: (isReady: boolean) => void;
 }
 
 export function Space({ arm, state, view, columns, onReady }: SpaceProps): JSX.Element {
   const canvas = useRef<HTMLCanvasElement>(null);
   const [solidArm, setSolidArm] = useState<SolidArm | null>(null);
-  const [schemeChanges, setPaints] = useState(0);
+  const [schemeChanges, setSchemeChanges] = useState(0);
 
   useEffect(() => {
     let isUnmounted = false;
-    let created: SolidArm | null = null;
+    let createdArm: SolidArm | null = null;
     void import("./scene.js")
       .then(({ createSolidArm }) => {
         if (isUnmounted || !canvas.current) return;
-        created = createSolidArm(canvas.current);
-        setSolidArm(created);
+        createdArm = createSolidArm(canvas.current);
+        setSolidArm(createdArm);
         onReady(true);
       })
       .catch(() => onReady(false));
     return () => {
       isUnmounted = true;
-      created?.dispose();
+      createdArm?.dispose();
     };
   }, []);
 
-  useEffect(() => onSchemeChange(() => setPaints((count) => count + 1)), []);
+  useEffect(() => onSchemeChange(() => setSchemeChanges((count) => count + 1)), []);
 
   const palette = useMemo(() => canvas.current && paletteOf(canvas.current), [solidArm, schemeChanges]);
 
@@ -52,13 +52,13 @@ export function Space({ arm, state, view, columns, onReady }: SpaceProps): JSX.E
 }
 
 /** Call back when the page becomes light or dark, by the system's setting or by a theme set on the root element. */
-export function onSchemeChange(changed: () => void): () => void {
+export function onSchemeChange(callback: () => void): () => void {
   const systemDark = matchMedia("(prefers-color-scheme: dark)");
-  const themeObserver = new MutationObserver(changed);
-  systemDark.addEventListener("change", changed);
+  const themeObserver = new MutationObserver(callback);
+  systemDark.addEventListener("change", callback);
   themeObserver.observe(document.documentElement, { attributes: true, attributeFilter: ["data-theme", "class"] });
   return () => {
-    systemDark.removeEventListener("change", changed);
+    systemDark.removeEventListener("change", callback);
     themeObserver.disconnect();
   };
 }

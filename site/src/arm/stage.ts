@@ -3,7 +3,7 @@
 import { useCallback, useEffect, useMemo, useState } from "preact/hooks";
 
 import type { Factor, NamedPose, Robot } from "../bank.js";
-import { type Sizes, sizesOf } from "./factors.js";
+import { type DeterminantSizes, sizesOf } from "./factors.js";
 import type { Layers } from "./marks.js";
 import {
   type Arm,
@@ -17,18 +17,18 @@ import {
   stateAt,
 } from "./model.js";
 import { whyNoPath, stationOn } from "./path.js";
-import { firstPose, poseWithin, withRoom } from "./ranges.js";
+import { firstPose, limitPose, widenRanges } from "./ranges.js";
 import { useDebounced } from "../scheduling.js";
 import { firstWeld, journeyOf, type Weld } from "./weld.js";
 
-/** What is shown beside the drawing: sliders, J in numbers, the map of det J, the welding path, or the layers. */
+/** What the pane beside the drawing shows: sliders, J in numbers, the map of det J, the welding path, or the layers. */
 export type Pane = "joints" | "jacobian" | "map" | "weld" | "layers";
 
 /** What a page passes to its stage. */
-export interface StageWish {
+export interface StageRequest {
   readonly robot: Robot;
   /** Values of joints and lengths at first, as in the figure or the question; by default the stage chooses a pose. */
-  readonly first?: NamedPose | undefined;
+  readonly firstPose?: NamedPose | undefined;
   /** A pose to go to, such as a counterexample. Whenever another pose is passed, the arm goes there. */
   readonly pose?: NamedPose | undefined;
   readonly onPose?: ((pose: NamedPose) => void) | undefined;
@@ -42,17 +42,18 @@ export interface StageWish {
 export interface Stage {
   readonly robot: Robot;
   readonly arm: Arm;
+  /** The total length of all links (m). */
   readonly reach: number;
   readonly pose: Pose;
   /** The pose before the arm is moved: that of the figure or question, or the pose to go to. */
   readonly home: Pose;
-  /** Whether `home` is a pose to go to. */
-  readonly isSent: boolean;
+  /** Whether `home` is a pose that the page asked to go to, such as a counterexample. */
+  readonly isRequested: boolean;
   readonly state: State;
   readonly measures: Measures;
   /** The state after the arm has stopped moving: what is slow to compute, or spoken, follows this state. */
-  readonly settled: State;
-  readonly sizes: () => Sizes;
+  readonly settledState: State;
+  readonly sizes: () => DeterminantSizes;
   readonly move: (pose: Pose) => void;
   readonly reset: () => void;
   /** The joint that keys move, or -1 for the point P. */
@@ -65,7 +66,7 @@ export interface Stage {
   readonly layers: Layers;
   readonly toggle: (layer: keyof Layers) => void;
   readonly pane: Pane | null;
-  readonly open: (pane: Pane | null) => void;
+  readonly setPane: (pane: Pane | null) => void;
   readonly welding: Welding | null;
 }
 
@@ -74,55 +75,68 @@ export interface Welding {
   readonly weld: Weld;
   readonly journey: ReturnType<typeof journeyOf>;
   readonly place: number;
-  readonly change: (weld: Weld) => void;
+  readonly changeWeld: (weld: Weld) => void;
   readonly goTo: (s: number) => void;
 }
 
 export const FIRST_LAYERS: Layers = { frames: true, lengths: true, vectors: false, columns: true, ellipse: true };
 
-export function useStage(wish: StageWish, pane: Pane | null): Stage {
-  const { robot: described, first: printed, pose: requested, onPose, factors, isConcealed = false } = wish;
-  const requestKey = JSON.stringify(requested ?? null);
-  const [dismissed, setDismissed] = useState(""); // the request at the time of the last return to the first pose
-  const isBack = dismissed === requestKey;
-  const numbers = { ...printed, ...(isBack ? {} : requested) };
-  const lengths = JSON.stringify(Object.keys(described.values).map((name) => numbers[name]));
-  const robot = useMemo(() => withLengths(described, numbers), [described, lengths]);
+export function useStage(request: StageRequest, pane: Pane | null): Stage {
+  const {
+    robot: describedRobot,
+    firstPose: firstValues,
+    pose: requestedValues,
+    onPose,
+    factors,
+    isConcealed = false,
+  } = request;
+  const requestKey = JSON.stringify(requestedValues ?? null);
+  const [dismissedRequest, setDismissed] = useState(""); // the request at the time of the last return to the first pose
+  const isDismissed = dismissedRequest === requestKey;
+  const shownValues = { ...firstValues, ...(isDismissed ? {} : requestedValues) };
+  const lengths = JSON.stringify(Object.keys(describedRobot.values).map((name) => shownValues[name]));
+  const robot = useMemo(() => withLengths(describedRobot, shownValues), [describedRobot, lengths]);
   const arm = useMemo(() => {
     const arm = armOf(robot);
-    return withRoom(arm, [posesToShow(arm, printed), posesToShow(arm, requested)]);
-  }, [robot, printed, requestKey]);
+    return widenRanges(arm, [posesToShow(arm, firstValues), posesToShow(arm, requestedValues)]);
+  }, [robot, firstValues, requestKey]);
   const reach = useMemo(() => reachOf(arm), [arm]);
-  const first = useMemo(() => (printed ? poseFrom(arm, printed) : firstPose(arm)), [arm, printed]);
+  const startPose = useMemo(() => (firstValues ? poseFrom(arm, firstValues) : firstPose(arm)), [arm, firstValues]);
   const sizes = useMemo(() => sizesOf(arm, robot, factors ?? []), [arm, factors]);
-  const home = useMemo(() => (isBack ? first : poseFrom(arm, requested, first)), [arm, first, requestKey, isBack]);
-  const isSent = !isBack && requested !== undefined;
+  const home = useMemo(
+    () => (isDismissed ? startPose : poseFrom(arm, requestedValues, startPose)),
+    [arm, startPose, requestKey, isDismissed],
+  );
+  const isRequested = !isDismissed && requestedValues !== undefined;
   const [pose, setPose] = useState<Pose>(home);
   const [chosen, choose] = useState(0);
   const [highlighted, highlight] = useState<number | null>(null);
-  const [chosenLayers, setLayers] = useState<Layers>({ ...FIRST_LAYERS, ...wish.layers });
+  const [selectedLayers, setLayers] = useState<Layers>({ ...FIRST_LAYERS, ...request.layers });
   const layers = useMemo(
-    () => (isConcealed ? { ...chosenLayers, columns: false, ellipse: false } : chosenLayers),
-    [chosenLayers, isConcealed],
+    () => (isConcealed ? { ...selectedLayers, columns: false, ellipse: false } : selectedLayers),
+    [selectedLayers, isConcealed],
   );
-  const [opened, setOpened] = useState<Pane | null>(pane);
+  const [openPane, setOpenPane] = useState<Pane | null>(pane);
   const [weld, setWeld] = useState<Weld | null>(null);
   const [place, setPlace] = useState(0);
 
   useEffect(() => {
-    if (!isBack) setDismissed("");
+    if (!isDismissed) setDismissed("");
   }, [requestKey]);
   useEffect(() => {
-    const isSame = pose.length === arm.joints.length;
-    const next = isBack && isSame ? pose : poseFrom(arm, requested, isSame && requested ? pose : first);
-    if (next.every((value, i) => Math.abs(value - (pose[i] ?? Infinity)) < 1e-9)) return;
+    const hasSameJoints = pose.length === arm.joints.length;
+    const nextPose =
+      isDismissed && hasSameJoints
+        ? pose
+        : poseFrom(arm, requestedValues, hasSameJoints && requestedValues ? pose : startPose);
+    if (nextPose.every((value, i) => Math.abs(value - (pose[i] ?? Infinity)) < 1e-9)) return;
     setWeld(null);
-    setPose(next);
+    setPose(nextPose);
   }, [arm, requestKey]);
 
   const state = useMemo(() => stateAt(arm, pose), [arm, pose]);
   const measures = useMemo(() => measuresOf(state), [state]);
-  const settled = useDebounced(state, 700);
+  const settledState = useDebounced(state, 700);
   const journey = useMemo(() => (weld ? journeyOf(arm, weld) : null), [arm, weld?.from, weld?.target]);
 
   // These functions stay the same between renderings, so that what receives them is not drawn again.
@@ -135,43 +149,43 @@ export function useStage(wish: StageWish, pane: Pane | null): Stage {
   );
   const reset = useCallback(() => {
     setDismissed(requestKey);
-    move(first);
-  }, [move, first, requestKey]);
+    move(startPose);
+  }, [move, startPose, requestKey]);
   const toggle = useCallback(
     (layer: keyof Layers): void => setLayers((before) => ({ ...before, [layer]: !before[layer] })),
     [],
   );
-  const change = (next: Weld): void => {
+  const changeWeld = (next: Weld): void => {
     setWeld(next);
     setPlace(0);
-    move(poseWithin(arm, next.from));
+    move(limitPose(arm, next.from));
   };
   const goTo = (s: number): void => {
     setPlace(s);
-    if (journey) move(poseWithin(arm, stationOn(journey, s).pose));
+    if (journey) move(limitPose(arm, stationOn(journey, s).pose));
   };
-  const open = (next: Pane | null): void => {
-    setOpened(next);
+  const setPane = (next: Pane | null): void => {
+    setOpenPane(next);
     if (next === "weld" && !weld && !whyNoPath(arm)) {
       setWeld(firstWeld(arm, pose, reach));
       setPlace(0);
     }
   };
   useEffect(() => {
-    if (pane === "weld") open("weld");
+    if (pane === "weld") setPane("weld");
   }, []);
   return {
-    ...{ robot, arm, reach, pose, home, isSent, state, measures, settled, sizes, move, reset },
+    ...{ robot, arm, reach, pose, home, isRequested, state, measures, settledState, sizes, move, reset },
     ...{ chosen, choose, highlighted, highlight, isConcealed, layers, toggle },
-    pane: opened,
-    open,
-    welding: opened === "weld" && weld && journey ? { weld, journey, place, change, goTo } : null,
+    pane: openPane,
+    setPane,
+    welding: openPane === "weld" && weld && journey ? { weld, journey, place, changeWeld, goTo } : null,
   };
 }
 
 /** Return the robot with the lengths and angles that a question or counterexample gives for symbols of its table. */
-function withLengths(robot: Robot, numbers: NamedPose): Robot {
-  const values = Object.entries(robot.values).map(([name, value]) => [name, numbers[name] ?? value] as const);
+function withLengths(robot: Robot, givenValues: NamedPose): Robot {
+  const values = Object.entries(robot.values).map(([name, value]) => [name, givenValues[name] ?? value] as const);
   return { ...robot, values: Object.fromEntries(values) };
 }
 
@@ -181,7 +195,7 @@ const posesToShow = (arm: Arm, values: NamedPose | undefined): Pose =>
 
 /** Return a named pose within the joints' ranges; other joints are as in `fallback`, or 0. */
 function poseFrom(arm: Arm, values: NamedPose | undefined, fallback: Pose = []): Pose {
-  return poseWithin(
+  return limitPose(
     arm,
     arm.joints.map(({ name }, i) => values?.[name] ?? fallback[i] ?? 0),
   );

@@ -8,13 +8,13 @@ import { dot, type Matrix, norm, multiply, transpose } from "./vector.js";
 /** The singular values, largest first, one for each column of A, and their right singular vectors. */
 export type RightSingular = { readonly sigma: readonly number[]; readonly v: readonly (readonly number[])[] };
 
-const SWEEPS = 30;
+const MAX_SWEEPS = 30;
 
 /** Return all right singular vectors of A; those after the rank span the null space. */
 export function decompose(matrix: Matrix): RightSingular {
   const columns = transpose(matrix);
   const v = columns.map((_, i) => columns.map((__, j) => (i === j ? 1 : 0)));
-  for (let k = 0; k < SWEEPS && sweepColumns(columns, v); k += 1);
+  for (let k = 0; k < MAX_SWEEPS && sweepColumns(columns, v); k += 1);
   const pairs = columns.map((column, j) => ({ size: norm(column), vector: v[j]! }));
   pairs.sort((a, b) => b.size - a.size);
   return { sigma: pairs.map(({ size }) => size), v: pairs.map(({ vector }) => vector) };
@@ -73,8 +73,8 @@ export function leastSquares(matrix: Matrix, b: readonly number[], damping = 0):
   v.forEach((vector, k) => {
     const s = sigma[k]!;
     if (s <= floor) return;
-    const share = dot(multiply(matrix, vector), b) / (s * s + damping * damping);
-    vector.forEach((value, i) => (x[i] = x[i]! + share * value));
+    const component = dot(multiply(matrix, vector), b) / (s * s + damping * damping);
+    vector.forEach((value, i) => (x[i] = x[i]! + component * value));
   });
   return x;
 }
@@ -90,8 +90,8 @@ export function solveDamped(matrix: Matrix, b: readonly number[], damping: numbe
     const pivot = rows[k]!;
     if (!(pivot[k]! > 0)) return leastSquares(matrix, b, damping);
     for (let i = k + 1; i < count; i += 1) {
-      const share = rows[i]![k]! / pivot[k]!;
-      for (let j = k; j <= count; j += 1) rows[i]![j] = rows[i]![j]! - share * pivot[j]!;
+      const factor = rows[i]![k]! / pivot[k]!;
+      for (let j = k; j <= count; j += 1) rows[i]![j] = rows[i]![j]! - factor * pivot[j]!;
     }
   }
   const y = rows.map(() => 0);

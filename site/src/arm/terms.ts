@@ -41,39 +41,40 @@ export function symbolsOf(root: ParentNode, joint: number, arm: Arm): Element[] 
 }
 
 /** Signs between terms. */
-const BETWEEN = new Set(["+", "−", "-", "=", ",", ";", "≠", "≤", "≥", "<", ">", "±", "→", ":", "|"]);
-const [OPEN, CLOSED] = [new Set(["(", "["]), new Set([")", "]"])];
-const ROWS = new Set(["math", "mrow", "mstyle", "mpadded", "mtd", "semantics"]);
+const SIGNS_BETWEEN_TERMS = new Set(["+", "−", "-", "=", ",", ";", "≠", "≤", "≥", "<", ">", "±", "→", ":", "|"]);
+const [OPENING_BRACKETS, CLOSING_BRACKETS] = [new Set(["(", "["]), new Set([")", "]"])];
+const ROW_ELEMENTS = new Set(["math", "mrow", "mstyle", "mpadded", "mtd", "semantics"]);
 
-const isSign = (part: Element): boolean => part.localName === "mo" && BETWEEN.has(part.textContent!.trim());
+const isSign = (part: Element): boolean => part.localName === "mo" && SIGNS_BETWEEN_TERMS.has(part.textContent!.trim());
 
 /** Return the term that contains an element: the elements between two signs on one level, in order. */
 export function termAt(target: Element): Element[] {
   if (isSign(target)) return [];
   let part = target;
   for (let row = part.parentElement; row && part.localName !== "math"; part = row, row = part.parentElement) {
-    if (!ROWS.has(row.localName)) continue;
+    if (!ROW_ELEMENTS.has(row.localName)) continue;
     const siblings = [...row.children];
-    const at = siblings.indexOf(part);
-    const [first, last] = [endOfTerm(siblings, at, -1), endOfTerm(siblings, at, 1)];
+    const index = siblings.indexOf(part);
+    const [first, last] = [endOfTerm(siblings, index, -1), endOfTerm(siblings, index, 1)];
     const term = siblings.slice(first, last + 1);
-    const isPart = term.length < siblings.length || row.localName === "math" || row.localName === "mtd";
-    if (isPart && term.some(({ localName }) => !["mo", "mspace"].includes(localName))) return term;
+    const isProperPart = term.length < siblings.length || row.localName === "math" || row.localName === "mtd";
+    if (isProperPart && term.some(({ localName }) => !["mo", "mspace"].includes(localName))) return term;
   }
   return [];
 }
 
 /** Return the index at which a term ends in one direction from an element of the term. */
-function endOfTerm(all: readonly Element[], at: number, step: 1 | -1): number {
-  const [into, out] = step > 0 ? [OPEN, CLOSED] : [CLOSED, OPEN];
-  const signAt = (i: number): string => (all[i]!.localName === "mo" ? all[i]!.textContent!.trim() : "");
-  let depth = into.has(signAt(at)) ? 1 : 0; // a bracket under the pointer stands for its contents
-  let end = at;
-  for (let i = at + step; i >= 0 && i < all.length; i += step) {
+function endOfTerm(siblings: readonly Element[], start: number, step: 1 | -1): number {
+  const [enteringBrackets, leavingBrackets] =
+    step > 0 ? [OPENING_BRACKETS, CLOSING_BRACKETS] : [CLOSING_BRACKETS, OPENING_BRACKETS];
+  const signAt = (i: number): string => (siblings[i]!.localName === "mo" ? siblings[i]!.textContent!.trim() : "");
+  let depth = enteringBrackets.has(signAt(start)) ? 1 : 0; // a bracket under the pointer stands for its contents
+  let end = start;
+  for (let i = start + step; i >= 0 && i < siblings.length; i += step) {
     const sign = signAt(i);
-    if (depth === 0 && (BETWEEN.has(sign) || out.has(sign))) break;
-    if (into.has(sign)) depth += 1;
-    else if (out.has(sign)) depth -= 1;
+    if (depth === 0 && (SIGNS_BETWEEN_TERMS.has(sign) || leavingBrackets.has(sign))) break;
+    if (enteringBrackets.has(sign)) depth += 1;
+    else if (leavingBrackets.has(sign)) depth -= 1;
     end = i;
   }
   return end;
@@ -97,11 +98,18 @@ export function termsOf(math: Element): Element[][] {
 }
 
 /** Return whether two terms are the same. */
-export const isSameTerm = (one: readonly Element[], other: readonly Element[]): boolean =>
-  one[0] === other[0] && one.length === other.length;
+export const isSameTerm = (a: readonly Element[], b: readonly Element[]): boolean =>
+  a[0] === b[0] && a.length === b.length;
 
 const FUNCTIONS = new Set(["sin", "cos", "tan"]);
-const SIGNS: Readonly<Record<string, string>> = { "−": "-", "⋅": "*", "·": "*", "×": "*", "\u2062": "*", "\u2061": "" };
+const TYPED_SIGNS: Readonly<Record<string, string>> = {
+  "−": "-",
+  "⋅": "*",
+  "·": "*",
+  "×": "*",
+  "\u2062": "*",
+  "\u2061": "",
+};
 
 /** Return whether a row is the name of a function with its spacing, as Temml writes it. */
 const isFunction = (part: Element): boolean =>
@@ -114,8 +122,8 @@ export function typedText(parts: readonly Element[]): string | null {
   for (const part of parts.flatMap((part) => (isFunction(part) ? [...part.children] : [part]))) {
     if (part.localName === "mspace") continue;
     if (part.localName === "mo") {
-      const raw = part.textContent!.trim();
-      const sign = SIGNS[raw] ?? raw;
+      const shownSign = part.textContent!.trim();
+      const sign = TYPED_SIGNS[shownSign] ?? shownSign;
       if (!/^[-+*()]?$/.test(sign)) return null;
       if (sign === "(" && !isArgument && /[\w)]$/.test(text)) text += "*";
       if (sign === "(") isArgument = false;

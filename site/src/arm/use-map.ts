@@ -4,30 +4,36 @@ import { useEffect, useState } from "preact/hooks";
 
 import type { MapRequest, MapResponse } from "./map.worker.js";
 import type { Arm, Pose } from "./model.js";
-import { type Pair, type Shown, type Terrain, withoutKinds } from "./terrain.js";
+import { type JointPair, type ShownValue, type Terrain, stretchesWithoutKinds } from "./terrain.js";
 import type { Stretch } from "./zeros.js";
 
 /** A map with the inputs for which it was computed. */
 interface ComputedMap {
   readonly arm: Arm;
-  readonly pair: Pair;
-  readonly shown: Shown;
+  readonly pair: JointPair;
+  readonly shown: ShownValue;
   readonly terrain: Terrain;
   readonly kinds: readonly Stretch[];
 }
 
 /** Return the map over two joints, computed when `settledKey` changes; until then the last such map, or null. */
-export function useMap(arm: Arm, pose: Pose, pair: Pair, shown: Shown, settledKey: string): ComputedMap | null {
+export function useMap(
+  arm: Arm,
+  pose: Pose,
+  pair: JointPair,
+  shown: ShownValue,
+  settledKey: string,
+): ComputedMap | null {
   const [map, setMap] = useState<ComputedMap | null>(null);
   useEffect(() => {
     if (typeof Worker === "undefined") return; // the page works without the map
     const worker = new Worker(new URL("./map.worker.ts", import.meta.url), { type: "module" });
     worker.addEventListener("message", ({ data }: MessageEvent<MapResponse>) => {
       if ("terrain" in data) {
-        setMap({ arm, pair, shown, terrain: data.terrain, kinds: withoutKinds(data.terrain) });
+        setMap({ arm, pair, shown, terrain: data.terrain, kinds: stretchesWithoutKinds(data.terrain) });
         return;
       }
-      setMap((before) => before && { ...before, kinds: data.kinds });
+      setMap((previous) => previous && { ...previous, kinds: data.kinds });
       worker.terminate();
     });
     worker.postMessage({ arm, pose, pair, shown } satisfies MapRequest);

@@ -9,10 +9,14 @@ export const add = (a: Vec3, b: Vec3): Vec3 => [a[0] + b[0], a[1] + b[1], a[2] +
 
 export const subtract = (a: Vec3, b: Vec3): Vec3 => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 
-export const scaleVector = (a: Vec3, by: number): Vec3 => [a[0] * by, a[1] * by, a[2] * by];
+export const scaleVector = (a: Vec3, factor: number): Vec3 => [a[0] * factor, a[1] * factor, a[2] * factor];
 
 /** Return a + by b. */
-export const addScaled = (a: Vec3, b: Vec3, by: number): Vec3 => [a[0] + by * b[0], a[1] + by * b[1], a[2] + by * b[2]];
+export const addScaled = (a: Vec3, b: Vec3, factor: number): Vec3 => [
+  a[0] + factor * b[0],
+  a[1] + factor * b[1],
+  a[2] + factor * b[2],
+];
 
 export function cross(a: Vec3, b: Vec3): Vec3 {
   return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -45,22 +49,22 @@ export function determinant(matrix: Matrix): number {
   const rows = matrix.map((row) => [...row]);
   let product = 1;
   for (let k = 0; k < rows.length; k += 1) {
-    let best = k;
+    let pivotRow = k;
     for (let i = k + 1; i < rows.length; i += 1) {
-      if (Math.abs(rows[i]![k]!) > Math.abs(rows[best]![k]!)) best = i;
+      if (Math.abs(rows[i]![k]!) > Math.abs(rows[pivotRow]![k]!)) pivotRow = i;
     }
-    const pivot = rows[best]!;
+    const pivot = rows[pivotRow]!;
     if (pivot[k] === 0) return 0;
-    if (best !== k) {
-      rows[best] = rows[k]!;
+    if (pivotRow !== k) {
+      rows[pivotRow] = rows[k]!;
       rows[k] = pivot;
       product = -product;
     }
     product *= pivot[k]!;
     for (let i = k + 1; i < rows.length; i += 1) {
       const row = rows[i]!;
-      const share = row[k]! / pivot[k]!;
-      for (let j = k; j < row.length; j += 1) row[j] = row[j]! - share * pivot[j]!;
+      const factor = row[k]! / pivot[k]!;
+      for (let j = k; j < row.length; j += 1) row[j] = row[j]! - factor * pivot[j]!;
     }
   }
   return product;

@@ -4,7 +4,10 @@ import { type Arm, stateAt } from "./model.js";
 import type { Extent } from "./ranges.js";
 import { addScaled, dot, scaleVector, subtract, type Vec3 } from "./vector.js";
 
-/** Directions right, up and towards the reader; `centre` (m) is drawn in the middle of width x height pixels. */
+/**
+ * A parallel projection: unit vectors right, up and towards the reader; `scale` in pixels per metre; `centre` (m) is
+ * drawn in the middle of width x height pixels.
+ */
 export interface View {
   readonly right: Vec3;
   readonly up: Vec3;
@@ -15,6 +18,7 @@ export interface View {
   readonly height: number;
 }
 
+/** A place or vector on the page in pixels, y down. */
 export type Pixel = readonly [x: number, y: number];
 
 /** Directions of the arrow keys on the page. */
@@ -32,7 +36,7 @@ export const FIRST_ORBIT: Orbit = { azimuth: (36 * Math.PI) / 180, elevation: (2
 
 type Axes = Pick<View, "right" | "up" | "towardReader">;
 
-const FLAT: Readonly<Record<"x" | "y" | "z", Axes>> = {
+const AXES_OF_PLANES: Readonly<Record<"x" | "y" | "z", Axes>> = {
   z: { right: [1, 0, 0], up: [0, 1, 0], towardReader: [0, 0, 1] },
   x: { right: [0, 1, 0], up: [0, 0, 1], towardReader: [1, 0, 0] },
   y: { right: [1, 0, 0], up: [0, 0, 1], towardReader: [0, -1, 0] },
@@ -52,7 +56,7 @@ export function flatPlane(arm: Arm): "x" | "y" | "z" | null {
   return plane;
 }
 
-const AXIS = { x: 0, y: 1, z: 2 } as const;
+const AXIS_INDEX = { x: 0, y: 1, z: 2 } as const;
 const PLANES = new WeakMap<Arm, "x" | "y" | "z" | null>();
 
 function planeOf(arm: Arm): "x" | "y" | "z" | null {
@@ -60,7 +64,7 @@ function planeOf(arm: Arm): "x" | "y" | "z" | null {
   const states = poses.map((pose) => stateAt(arm, pose));
   if (!arm.joints.some((joint) => joint.kind === "R")) return null;
   for (const name of ["z", "y", "x"] as const) {
-    const axis = AXIS[name];
+    const axis = AXIS_INDEX[name];
     const isPerpendicular = states.every((state) => {
       const height = arm.base.o[axis];
       const isPlanar = [...state.frames.map(({ o }) => o), state.point].every((p) => Math.abs(p[axis] - height) < 1e-9);
@@ -75,7 +79,7 @@ function planeOf(arm: Arm): "x" | "y" | "z" | null {
 }
 
 /** Width of the buttons at the side of the drawing (pixels). */
-const BUTTONS = 60;
+const BUTTON_WIDTH = 60;
 
 /** Return the view of an arm in a box of pixels, in which its whole reach is visible. */
 export function viewOf(arm: Arm, extent: Extent, width: number, height: number, orbit: Orbit): View {
@@ -83,29 +87,33 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
   const { radius, above, below, up, down, sideways } = extent;
   const { o } = arm.base;
   if (plane) {
-    const axes = FLAT[plane];
+    const axes = AXES_OF_PLANES[plane];
     const reach = Math.max(radius, above, below);
-    const across = spanWith(reach, reach, -dot(o, axes.right), 0.12 * reach);
-    const high = spanWith(reach, reach, -dot(o, axes.up), 0.12 * reach);
-    const scale = 0.9 * Math.min(width / (across.high - across.low), height / (high.high - high.low));
-    const centre = addScaled(addScaled(o, axes.right, middle(across)), axes.up, middle(high));
+    const horizontalSpan = spanIncludingOrigin(reach, reach, -dot(o, axes.right), 0.12 * reach);
+    const verticalSpan = spanIncludingOrigin(reach, reach, -dot(o, axes.up), 0.12 * reach);
+    const scale =
+      0.9 *
+      Math.min(width / (horizontalSpan.high - horizontalSpan.low), height / (verticalSpan.high - verticalSpan.low));
+    const centre = addScaled(addScaled(o, axes.right, middle(horizontalSpan)), axes.up, middle(verticalSpan));
     return { ...axes, scale, centre, width, height };
   }
   const page = axonometric(FIRST_ORBIT);
-  const across = spanWith(sideways, sideways, -dot(o, page.right), 0.2 * sideways);
-  const high = spanWith(down, up, -dot(o, page.up), 0.2 * sideways);
-  const room = 1.02; // margin for arrows and letters
+  const horizontalSpan = spanIncludingOrigin(sideways, sideways, -dot(o, page.right), 0.2 * sideways);
+  const verticalSpan = spanIncludingOrigin(down, up, -dot(o, page.up), 0.2 * sideways);
+  const MARGIN_FACTOR = 1.02; // margin for arrows and letters
   const scale =
-    Math.min((width - BUTTONS) / (room * (across.high - across.low)), height / (room * (high.high - high.low))) *
-    orbit.zoom;
-  const upright = addScaled(o, [0, 0, 1], middle(high) / Math.cos(FIRST_ORBIT.elevation));
+    Math.min(
+      (width - BUTTON_WIDTH) / (MARGIN_FACTOR * (horizontalSpan.high - horizontalSpan.low)),
+      height / (MARGIN_FACTOR * (verticalSpan.high - verticalSpan.low)),
+    ) * orbit.zoom;
+  const upright = addScaled(o, [0, 0, 1], middle(verticalSpan) / Math.cos(FIRST_ORBIT.elevation));
   const axes = axonometric(orbit);
   const taskScale = (arm.task.every((row) => row > 2) ? 0.7 : 1) * scale;
-  const beside = BUTTONS / 2 / taskScale; // centres the arm in the space beside the buttons
+  const shiftRight = BUTTON_WIDTH / 2 / taskScale; // centres the arm in the space beside the buttons
   return {
     ...axes,
     scale: taskScale,
-    centre: addScaled(addScaled(upright, page.right, middle(across)), axes.right, beside),
+    centre: addScaled(addScaled(upright, page.right, middle(horizontalSpan)), axes.right, shiftRight),
     width,
     height,
   };
@@ -114,14 +122,14 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
 type Span = { readonly low: number; readonly high: number };
 
 /** Return the span from `below` to `above` the base (m on the page), extended to the world's origin and its axes. */
-function spanWith(below: number, above: number, origin: number, axisLength: number): Span {
+function spanIncludingOrigin(below: number, above: number, origin: number, axisLength: number): Span {
   if (Math.abs(origin) < 1e-9) return { low: -below, high: above };
   return { low: Math.min(-below, origin - axisLength), high: Math.max(above, origin + axisLength) };
 }
 
 const middle = ({ low, high }: Span): number => (low + high) / 2;
 
-export function pixel(view: View, p: Vec3): Pixel {
+export function toPixel(view: View, p: Vec3): Pixel {
   const [x, y] = vectorInPixels(view, subtract(p, view.centre));
   return [view.width / 2 + x, view.height / 2 + y];
 }
@@ -138,7 +146,7 @@ export function vectorFromPixels(view: View, [dx, dy]: Pixel): Vec3 {
 }
 
 /** Return the half axes (pixels) and rotation (degrees, y down) of the drawn ellipsoid {J qdot : |qdot| = 1}. */
-export function outline(
+export function ellipseOnPage(
   view: View,
   columns: readonly Vec3[],
 ): Readonly<Record<"major" | "minor" | "rotation", number>> {
@@ -159,5 +167,5 @@ export function outline(
 }
 
 /** Return places on the page as the text of SVG points. */
-export const pointsText = (places: readonly Pixel[], separator = " "): string =>
-  places.map((place) => place.map((value) => value.toFixed(2)).join(",")).join(separator);
+export const pointsText = (points: readonly Pixel[], separator = " "): string =>
+  points.map((place) => place.map((value) => value.toFixed(2)).join(",")).join(separator);

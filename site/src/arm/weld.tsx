@@ -10,10 +10,10 @@ import { Dotted, jointClass, Letters, plainLetters } from "./letters.js";
 import { type Arm, type Pose } from "./model.js";
 import { limitCrossings, follow, type Journey, pathTo, pointOn, stationOn, suggestTarget } from "./path.js";
 import { useReducedMotion } from "./size.js";
-import { decimals, digits } from "./number-format.js";
+import { roundToDecimals, roundToDigits } from "./number-format.js";
 import type { Stage, Welding as Welded } from "./stage.js";
 import type { Vec3 } from "./vector.js";
-import { pixel, type Pixel, type View } from "./view.js";
+import { toPixel, type Pixel, type View } from "./view.js";
 
 /** A weld from the pose at A to point B, its speed (m/s), and limits of revolute (rad/s) and prismatic joints (m/s). */
 export interface Weld {
@@ -40,9 +40,9 @@ export function limitsOf(arm: Arm, { revoluteLimit, prismaticLimit }: Weld): num
 
 type WeldProps = Pick<Stage, "arm" | "pose" | "reach"> & NonNullable<Stage["welding"]>;
 
-const STEPS = 20;
-/** What is shown below the path's slider, one at a time, so that it stays in view with the arm. */
-const PARTS = ["chart", "rates", "setup"] as const;
+const STEP_COUNT = 20;
+/** The parts below the path's slider, shown one at a time, so that they stay in view with the arm. */
+const TABS = ["chart", "rates", "setup"] as const;
 
 /** The numeric fields besides the coordinates of B; the limits are those of the absolute value of a rate. */
 const FIELDS = [
@@ -52,29 +52,30 @@ const FIELDS = [
 ] as const;
 
 export function Welding(props: WeldProps): JSX.Element {
-  const { arm, weld, journey, place, change, goTo } = props;
-  const prefersStill = useReducedMotion();
+  const { arm, weld, journey, place, changeWeld, goTo } = props;
+  const prefersReducedMotion = useReducedMotion();
   const end = journey.stations.at(-1)!.s;
   const [isPlaying, setPlaying] = useClock(place, end, weld.speed, goTo);
   const limits = limitsOf(arm, weld);
   const station = useMemo(() => stationOn(journey, place), [journey, place]);
   const rates = station.slopes.map((slope) => slope * weld.speed);
-  const at = say("arm.weld.at", { s: decimals(place, 3), time: decimals(place / weld.speed, 2) });
-  const [part, setPart] = useState<(typeof PARTS)[number]>("chart");
-  const set = (changes: Partial<Weld>): void => {
+  const placeText = say("arm.weld.at", { s: roundToDecimals(place, 3), time: roundToDecimals(place / weld.speed, 2) });
+  const [tab, setPart] = useState<(typeof TABS)[number]>("chart");
+  const changeSettings = (changes: Partial<Weld>): void => {
     setPlaying(false);
-    change({ ...weld, ...changes });
+    changeWeld({ ...weld, ...changes });
   };
-  const step = (): void => goTo(place >= end - 1e-9 ? 0 : Math.min(end, place + journey.path.length / STEPS));
+  const stepForward = (): void =>
+    goTo(place >= end - 1e-9 ? 0 : Math.min(end, place + journey.path.length / STEP_COUNT));
   const play = (): void => {
     if (place >= end - 1e-9) goTo(0);
     setPlaying(!isPlaying);
   };
   return (
-    <section class="arm-weld" data-part={part} aria-label={say("arm.weld.title")}>
+    <section class="arm-weld" data-part={tab} aria-label={say("arm.weld.title")}>
       <div class="arm-play">
-        <button type="button" class="arm-main" disabled={end <= 0} onClick={prefersStill ? step : play}>
-          {say(prefersStill ? "arm.weld.step" : isPlaying ? "arm.weld.pause" : "arm.weld.play")}
+        <button type="button" class="arm-main" disabled={end <= 0} onClick={prefersReducedMotion ? stepForward : play}>
+          {say(prefersReducedMotion ? "arm.weld.step" : isPlaying ? "arm.weld.pause" : "arm.weld.play")}
         </button>
         <input
           type="range"
@@ -83,30 +84,30 @@ export function Welding(props: WeldProps): JSX.Element {
           step={end / 200 || 1}
           value={place}
           aria-label={say("arm.weld.place")}
-          aria-valuetext={at}
+          aria-valuetext={placeText}
           onInput={(event) => {
             setPlaying(false);
             goTo(Number(event.currentTarget.value));
           }}
         />
-        <output>{at}</output>
+        <output>{placeText}</output>
       </div>
       <div class="arm-parts" role="group" aria-label={say("arm.weld.parts")}>
-        {PARTS.map((name) => (
-          <button key={name} type="button" aria-pressed={part === name} onClick={() => setPart(name)}>
+        {TABS.map((name) => (
+          <button key={name} type="button" aria-pressed={tab === name} onClick={() => setPart(name)}>
             {say(`arm.weld.part-${name}`)}
           </button>
         ))}
       </div>
       <div class="arm-part">
-        {part === "chart" ? (
+        {tab === "chart" ? (
           <Chart arm={arm} journey={journey} speed={weld.speed} limits={limits} time={place / weld.speed} />
         ) : null}
-        {part === "rates" ? <Rates arm={arm} rates={rates} limits={limits} /> : null}
-        {part === "setup" ? <SetUp {...props} onSet={set} /> : null}
+        {tab === "rates" ? <Rates arm={arm} rates={rates} limits={limits} /> : null}
+        {tab === "setup" ? <SetUp {...props} onSet={changeSettings} /> : null}
       </div>
       <p class="arm-verdict" role="status">
-        {verdict(arm, journey, weld)}
+        {describeJourney(arm, journey, weld)}
       </p>
     </section>
   );
@@ -125,9 +126,9 @@ function Rates(props: Pick<WeldProps, "arm"> & Readonly<Record<"rates" | "limits
           return (
             <tr key={name} class={exceeds ? "arm-over" : ""}>
               <th scope="row" class={jointClass(i)}>
-                <Letters name={name} dot />
+                <Letters name={name} hasDot />
               </th>
-              <td>{say(kind === "R" ? "arm.weld.rate-turn" : "arm.weld.rate-slide", { rate: digits(rate) })}</td>
+              <td>{say(kind === "R" ? "arm.weld.rate-turn" : "arm.weld.rate-slide", { rate: roundToDigits(rate) })}</td>
               <td>
                 {say(exceeds ? "arm.weld.over" : "arm.weld.within", {
                   percent: Math.round((100 * Math.abs(rate)) / limits[i]!),
@@ -144,9 +145,9 @@ function Rates(props: Pick<WeldProps, "arm"> & Readonly<Record<"rates" | "limits
 /** Where the path begins and ends, the speed of P, and the limits of the joints. */
 function SetUp(props: WeldProps & { readonly onSet: (changes: Partial<Weld>) => void }): JSX.Element {
   const { arm, pose, reach, weld, onSet } = props;
-  const suggest = (regular: boolean) => (): void =>
-    onSet({ from: pose, target: suggestTarget(arm, pose, reach, regular) });
-  const starts = [
+  const suggest = (isRegular: boolean) => (): void =>
+    onSet({ from: pose, target: suggestTarget(arm, pose, reach, isRegular) });
+  const startButtons = [
     ["arm.weld.here", () => onSet({ from: pose })],
     ["arm.weld.regular", suggest(true)],
     ["arm.weld.singular", suggest(false)],
@@ -156,7 +157,7 @@ function SetUp(props: WeldProps & { readonly onSet: (changes: Partial<Weld>) => 
   return (
     <>
       <div class="arm-row">
-        {starts.map(([text, start]) => (
+        {startButtons.map(([text, start]) => (
           <button key={text} type="button" onClick={start}>
             {say(text)}
           </button>
@@ -225,7 +226,7 @@ function Field({ letters, name, unit, value, step, min = -20, max = 20, onSet }:
         type="number"
         aria-label={name}
         title={name}
-        value={decimals(value, 3)}
+        value={roundToDecimals(value, 3)}
         step={step}
         min={min}
         max={max}
@@ -242,29 +243,29 @@ function Field({ letters, name, unit, value, step, min = -20, max = 20, onSet }:
 }
 
 /** Return whether a path stops short, a joint exceeds its limit, or all joints keep theirs; null without a path. */
-export function verdictOf(
+export function classifyJourney(
   arm: Arm,
   welding: Pick<Welded, "weld" | "journey"> | null,
 ): "stops" | "exceeds" | "keeps" | null {
   if (!welding || welding.journey.path.length === 0) return null;
   const { weld, journey } = welding;
   if (limitCrossings(journey, weld.speed, limitsOf(arm, weld)).some((s) => s !== null)) return "exceeds";
-  return journey.arrives ? "keeps" : "stops";
+  return journey.reachesEnd ? "keeps" : "stops";
 }
 
 /** Up to this many joints that exceed their limits are listed; of more, only the first. */
 const MAX_LISTED = 2;
 
 /** Return how the journey goes, in sentences: whether it arrives, and which joints exceed their limits from where. */
-export function verdict(arm: Arm, journey: Journey, weld: Weld): string {
+export function describeJourney(arm: Arm, journey: Journey, weld: Weld): string {
   const limits = limitsOf(arm, weld);
   const end = journey.stations.at(-1)!.s;
   const sentences = [
     journey.path.length === 0
       ? say("arm.weld.no-way")
-      : journey.arrives
-        ? say("arm.weld.arrives", { length: decimals(end, 3), time: decimals(end / weld.speed, 1) })
-        : say("arm.weld.stops", { s: decimals(end, 3), length: decimals(journey.path.length, 3) }),
+      : journey.reachesEnd
+        ? say("arm.weld.arrives", { length: roundToDecimals(end, 3), time: roundToDecimals(end / weld.speed, 1) })
+        : say("arm.weld.stops", { s: roundToDecimals(end, 3), length: roundToDecimals(journey.path.length, 3) }),
   ];
   const exceeding = limitCrossings(journey, weld.speed, limits)
     .flatMap((s, i) => (s === null ? [] : [{ s, i }]))
@@ -272,10 +273,10 @@ export function verdict(arm: Arm, journey: Journey, weld: Weld): string {
   const joint = (i: number): string => plainLetters(arm.joints[i]!.name);
   if (exceeding.length > MAX_LISTED) {
     const { s, i } = exceeding[0]!;
-    sentences.push(say("arm.weld.exceed", { count: exceeding.length, joint: joint(i), s: decimals(s, 3) }));
+    sentences.push(say("arm.weld.exceed", { count: exceeding.length, joint: joint(i), s: roundToDecimals(s, 3) }));
   } else
     for (const { s, i } of exceeding) {
-      const values = { joint: joint(i), s: decimals(s, 3), limit: limits[i]! };
+      const values = { joint: joint(i), s: roundToDecimals(s, 3), limit: limits[i]! };
       sentences.push(say(arm.joints[i]!.kind === "R" ? "arm.weld.exceeds-turn" : "arm.weld.exceeds-slide", values));
     }
   if (sentences.length === 1 && journey.path.length > 0) sentences.push(say("arm.weld.keeps"));
@@ -287,23 +288,23 @@ type Clock = [isPlaying: boolean, setPlaying: (on: boolean) => void];
 /** Run a clock along the path, frame by frame, until its end; return whether it runs, and a setter. */
 function useClock(place: number, end: number, speed: number, onPlace: (s: number) => void): Clock {
   const [isPlaying, setPlaying] = useState(false);
-  const now = useRef(place);
-  now.current = place;
+  const currentPlace = useRef(place);
+  currentPlace.current = place;
   // Before the next frame, so that the motion stops at once when it is paused.
   useLayoutEffect(() => {
     if (!isPlaying) return;
-    let last = performance.now();
+    let lastTime = performance.now();
     let request = requestAnimationFrame(function tick(time) {
-      const s = Math.min(end, now.current + (Math.max(0, time - last) / 1000) * speed);
-      last = time;
+      const s = Math.min(end, currentPlace.current + (Math.max(0, time - lastTime) / 1000) * speed);
+      lastTime = time;
       onPlace(s);
       if (s >= end) setPlaying(false);
       else request = requestAnimationFrame(tick);
     });
-    const stopped = startAnimation();
+    const endAnimation = startAnimation();
     return () => {
       cancelAnimationFrame(request);
-      stopped();
+      endAnimation();
     };
   }, [isPlaying, end, speed]);
   return [isPlaying, setPlaying];
@@ -314,9 +315,9 @@ export const journeyOf = (arm: Arm, weld: Weld): Journey => follow(arm, weld.fro
 /** The path in the drawing: the part that the arm can follow, and the rest. */
 export function Route({ journey, view, place }: { journey: Journey; view: View; place: number }): JSX.Element {
   const { path, stations } = journey;
-  const ends = [0, stations.at(-1)!.s, path.length].map((s) => pixel(view, pointOn(path, s)));
+  const ends = [0, stations.at(-1)!.s, path.length].map((s) => toPixel(view, pointOn(path, s)));
   const [[ax, ay], [ex, ey], [bx, by]] = ends as [Pixel, Pixel, Pixel];
-  const [px, py] = pixel(view, pointOn(path, place));
+  const [px, py] = toPixel(view, pointOn(path, place));
   return (
     <g class="arm-path">
       <path class="arm-path-rest" d={`M${ex} ${ey}L${bx} ${by}`} />

@@ -6,14 +6,14 @@ import { Arrow, headLabel, lengthInPixels, type NamedArrow, vectorOfLength } fro
 import type { WantedLabel } from "./labels.js";
 import type { Arm } from "./model.js";
 import { norm, subtract, type Vec3, ZERO } from "./vector.js";
-import { pixel, type View } from "./view.js";
+import { toPixel, type View } from "./view.js";
 
 const AXES: readonly Vec3[] = [
   [1, 0, 0],
   [0, 1, 0],
   [0, 0, 1],
 ];
-const LENGTH = 40;
+const AXIS_LENGTH = 40;
 
 /** Return whether the base frame differs from the world frame. */
 function isBaseMoved({ base }: Arm): boolean {
@@ -29,7 +29,7 @@ function worldAxes(view: View, flat: boolean): NamedArrow[] {
     name: `${"xyz"[k]}_w`,
     style: "arm-w",
     from: ZERO,
-    vector: vectorOfLength(view, axis, LENGTH),
+    vector: vectorOfLength(view, axis, AXIS_LENGTH),
   })).filter((arrow) => !flat || lengthInPixels(view, arrow) >= 1);
 }
 
@@ -40,7 +40,7 @@ export function World({ arm, view, flat }: WorldProps): JSX.Element | null {
   const corners = wayToBase(arm);
   return (
     <g class="arm-world">
-      <path class="arm-dashed" d={`M${corners.map((corner) => pixel(view, corner).join(" ")).join("L")}`} />
+      <path class="arm-dashed" d={`M${corners.map((corner) => toPixel(view, corner).join(" ")).join("L")}`} />
       {worldAxes(view, flat).map(({ name, ...arrow }) => (
         <Arrow key={name} view={view} {...arrow} />
       ))}
@@ -53,6 +53,6 @@ export function worldLabels(arm: Arm, view: View, flat: boolean): WantedLabel[] 
   if (!isBaseMoved(arm)) return [];
   const labels = worldAxes(view, flat).map((axis) => headLabel(view, axis));
   if (norm(arm.base.o) > 1e-9)
-    labels.push({ name: "O_w", style: "arm-w", at: pixel(view, ZERO), direction: [-0.7, 0.7] });
+    labels.push({ name: "O_w", style: "arm-w", at: toPixel(view, ZERO), direction: [-0.7, 0.7] });
   return labels;
 }

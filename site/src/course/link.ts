@@ -9,31 +9,36 @@ import type { Round } from "./round.js";
 
 /** What a link asks for; a field is empty if the link does not contain it. */
 export interface Link {
+  /** Whether the page is shown in a frame, without the site's header. */
   readonly embed: boolean;
+  /** The id of a lesson. */
   readonly lesson: string;
   readonly wish: Wish;
+  /** The title of the round. */
   readonly name: string;
   readonly seed: string;
+  /** How often a question may be answered; 0 means any number of times. */
   readonly tries: number;
   /** The origin of the page that receives the results. */
   readonly origin: string;
+  /** The code of the page's language. */
   readonly language: string;
 }
 
 /** A lesson as a link names it, with its questions and families. */
 export type LinkedLesson = Omit<Topic, "title">;
 
-export const COUNT = 5;
+export const DEFAULT_COUNT = 5;
 export const MAX_QUESTIONS = 100;
 export const MAX_TRIES = 20;
-const MAX_CHARACTERS = 100;
+const MAX_VALUE_LENGTH = 100;
 /** Alternative names of a parameter. */
 const SYNONYMS: Readonly<Record<string, string>> = { family: "arm" };
 
-export const EMPTY: Link = {
+export const EMPTY_LINK: Link = {
   embed: false,
   lesson: "",
-  wish: { ...ANY_WISH, count: COUNT },
+  wish: { ...ANY_WISH, count: DEFAULT_COUNT },
   name: "",
   seed: "",
   tries: 0,
@@ -48,17 +53,18 @@ export function asksForRound(search: string): boolean {
 }
 
 /** Return what a link asks for, or what is wrong with the link itself. */
-export function readLink(search: string, languages: readonly string[]): Link | Message {
+export function parseLink(search: string, languages: readonly string[]): Link | Message {
   const values = new Map<string, string>();
   for (const [typedName, value] of new URLSearchParams(search)) {
     const name = SYNONYMS[typedName] ?? typedName;
-    if (!KNOWN.includes(name)) return message("link.unknown", { name: short(typedName), known: KNOWN.join(", ") });
+    if (!PARAMETER_NAMES.includes(name))
+      return message("link.unknown", { name: shorten(typedName), known: PARAMETER_NAMES.join(", ") });
     if (values.has(name)) return message("link.twice", { name: typedName });
-    if (value.length > MAX_CHARACTERS) return message("link.long", { name: typedName, most: MAX_CHARACTERS });
+    if (value.length > MAX_VALUE_LENGTH) return message("link.long", { name: typedName, most: MAX_VALUE_LENGTH });
     values.set(name, value);
   }
   const valueOf = (name: string): string => values.get(name) ?? "";
-  const count = parseCount(valueOf("n"), COUNT);
+  const count = parseCount(valueOf("n"), DEFAULT_COUNT);
   const tries = parseCount(valueOf("tries"), 0);
   const difficulty = parseCount(valueOf("difficulty"), -1);
   const fault =
@@ -93,7 +99,7 @@ export function readLink(search: string, languages: readonly string[]): Link | M
 }
 
 /** Return the parameters of a link in their order; "" stands for a default value. */
-const parametersOf = ({ wish, ...link }: Link): Readonly<Record<string, string>> => ({
+const listParameters = ({ wish, ...link }: Link): Readonly<Record<string, string>> => ({
   embed: link.embed ? "1" : "",
   lesson: link.lesson,
   arm: wish.family,
@@ -108,38 +114,38 @@ const parametersOf = ({ wish, ...link }: Link): Readonly<Record<string, string>>
   lang: link.language,
 });
 
-const KNOWN = Object.keys(parametersOf(EMPTY));
+const PARAMETER_NAMES = Object.keys(listParameters(EMPTY_LINK));
 
 /** Write a link as the end of an address, without its default values. */
 export const writeLink = (link: Link): string =>
-  `?${new URLSearchParams(Object.entries(parametersOf(link)).filter(([, value]) => value !== ""))}`;
+  `?${new URLSearchParams(Object.entries(listParameters(link)).filter(([, value]) => value !== ""))}`;
 
 /** Return every question that a link may ask, or why there is none. */
-export function candidatesOf(link: Link, index: Index, lessons: readonly LinkedLesson[]): readonly Item[] | Message {
+export function listCandidates(link: Link, index: Index, lessons: readonly LinkedLesson[]): readonly Item[] | Message {
   const lesson = lessons.find(({ id }) => id === link.lesson);
   if (link.lesson && !lesson)
     return message("link.lesson", { name: link.lesson, known: lessons.map(({ id }) => id).join(", ") });
   const fault = faultOfWish(index, link.wish, "");
   if (fault) return fault;
-  const matching = listItems(index, link.wish);
-  if (!lesson) return matching;
-  const inLesson = matching.filter(({ question }) => lesson.questions.includes(question));
-  const ofLesson = inLesson.filter(({ family }) => lesson.families.includes(family));
+  const matchingItems = listItems(index, link.wish);
+  if (!lesson) return matchingItems;
+  const itemsInLesson = matchingItems.filter(({ question }) => lesson.questions.includes(question));
+  const itemsOnLessonArms = itemsInLesson.filter(({ family }) => lesson.families.includes(family));
   // a link that names an arm is not restricted to the lesson's arms
-  const candidates = link.wish.family || ofLesson.length === 0 ? inLesson : ofLesson;
+  const candidates = link.wish.family || itemsOnLessonArms.length === 0 ? itemsInLesson : itemsOnLessonArms;
   return candidates.length > 0 ? candidates : message("link.not-in-lesson", { name: lesson.id });
 }
 
 /** Return the round of a link, the same for the same seed on every machine; or what is wrong with the link. */
-export function roundOf(link: Link, index: Index, lessons: readonly LinkedLesson[]): Round | Message {
-  const candidates = candidatesOf(link, index, lessons);
+export function makeRound(link: Link, index: Index, lessons: readonly LinkedLesson[]): Round | Message {
+  const candidates = listCandidates(link, index, lessons);
   if (!("length" in candidates)) return candidates;
   const { count } = link.wish;
   if (count > candidates.length) return message("link.too-many", { count, there: candidates.length });
-  const asked = shuffle(candidates, link.seed)
+  const questions = shuffle(candidates, link.seed)
     .slice(0, count)
     .map((item) => ({ item, points: 1, credit: 1 }));
-  return { name: link.name, seed: link.seed, tries: link.tries, pass: null, asked };
+  return { name: link.name, seed: link.seed, tries: link.tries, passShare: null, questions };
 }
 
 /** Parse a whole number of a link; NaN if it is none, `fallback` if the text is empty. */
@@ -154,4 +160,4 @@ export function isOrigin(value: string): boolean {
   return url?.origin === value && ["https:", "http:"].includes(url.protocol);
 }
 
-const short = (text: string): string => (text.length > 40 ? `${text.slice(0, 40)}…` : text);
+const shorten = (text: string): string => (text.length > 40 ? `${text.slice(0, 40)}…` : text);

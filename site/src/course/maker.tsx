@@ -11,32 +11,32 @@ import { CopyButton } from "../pages/copied.js";
 import { WishChoices } from "../practice/wish-choices.js";
 import { LANGUAGES } from "../text/languages.js";
 import { textOf, say, type TextKey } from "../text/text.js";
-import { newSeed } from "../random.js";
-import { candidatesOf, EMPTY, isOrigin, type Link, MAX_QUESTIONS, MAX_TRIES, writeLink } from "./link.js";
+import { makeSeed } from "../random.js";
+import { listCandidates, EMPTY_LINK, isOrigin, type Link, MAX_QUESTIONS, MAX_TRIES, writeLink } from "./link.js";
 
 /** Height of the frame (pixels): enough for arm and question one above the other. */
 const FRAME_HEIGHT = 900;
 
 export function Maker({ index }: { index: Index }): JSX.Element {
-  const [link, setLink] = useState<Link>(() => ({ ...EMPTY, seed: newSeed() }));
-  const candidates = candidatesOf(link, index, LESSONS);
-  const max = "length" in candidates ? Math.min(candidates.length, MAX_QUESTIONS) : 0;
-  const count = Math.min(link.wish.count, max);
+  const [link, setLink] = useState<Link>(() => ({ ...EMPTY_LINK, seed: makeSeed() }));
+  const candidates = listCandidates(link, index, LESSONS);
+  const maxCount = "length" in candidates ? Math.min(candidates.length, MAX_QUESTIONS) : 0;
+  const count = Math.min(link.wish.count, maxCount);
   const hasWrongOrigin = link.origin !== "" && !isOrigin(link.origin);
   const validLink = { ...link, wish: { ...link.wish, count }, origin: hasWrongOrigin ? "" : link.origin };
-  const page = new URL("practice.html", window.location.href).href;
+  const pageAddress = new URL("practice.html", window.location.href).href;
   return (
     <div class="maker">
-      <Choices index={index} link={link} max={max} hasWrongOrigin={hasWrongOrigin} onLink={setLink} />
+      <Choices index={index} link={link} max={maxCount} hasWrongOrigin={hasWrongOrigin} onLink={setLink} />
       {"length" in candidates ? (
         <>
           <p class="muted" role="status">
             {say("maker.there", { count: candidates.length })}
           </p>
-          <CopyableText label="maker.link" text={page + writeLink(validLink)} />
+          <CopyableText label="maker.link" text={pageAddress + writeLink(validLink)} />
           <CopyableText
             label="maker.frame"
-            text={frameOf(page + writeLink({ ...validLink, embed: true }), link.name)}
+            text={writeFrame(pageAddress + writeLink({ ...validLink, embed: true }), link.name)}
           />
           <Preview link={validLink} />
         </>
@@ -48,7 +48,7 @@ export function Maker({ index }: { index: Index }): JSX.Element {
 }
 
 /** Return the HTML of a frame for the page of a course. */
-function frameOf(address: string, name: string): string {
+function writeFrame(address: string, name: string): string {
   const attributes = { src: address, title: name || say("round.title"), width: "100%", height: FRAME_HEIGHT };
   return Object.assign(document.createElement("iframe"), attributes).outerHTML;
 }
@@ -64,7 +64,7 @@ interface ChoicesProps {
 function Choices({ index, link, max, hasWrongOrigin, onLink }: ChoicesProps): JSX.Element {
   const { wish } = link;
   const lesson = LESSONS.find(({ id }) => id === link.lesson);
-  const change = (changed: Partial<Link>): void => onLink({ ...link, ...changed });
+  const change = (changes: Partial<Link>): void => onLink({ ...link, ...changes });
   return (
     <form class="settings maker-choices" onSubmit={(event) => event.preventDefault()}>
       <Choice
@@ -184,12 +184,12 @@ const CopyableText = ({ label, text }: { label: TextKey; text: string }): JSX.El
 );
 
 /** Milliseconds without a change after which the preview is loaded again. */
-const SETTLING = 400;
+const SETTLING_TIME = 400;
 
 /** The frame as students see it, and the last message that the surrounding page receives. */
 function Preview({ link }: { link: Link }): JSX.Element {
   const address = `practice.html${writeLink({ ...link, embed: true, origin: window.location.origin })}`;
-  const shown = useDebounced(address, SETTLING);
+  const settledAddress = useDebounced(address, SETTLING_TIME);
   const [lastMessage, setLastMessage] = useState("");
   const frame = useRef<HTMLIFrameElement>(null);
   const receive = ({ origin, source, data }: MessageEvent): void => {
@@ -200,7 +200,7 @@ function Preview({ link }: { link: Link }): JSX.Element {
   return (
     <section>
       <h2>{say("maker.preview")}</h2>
-      <iframe ref={frame} class="maker-preview" src={shown} title={say("maker.preview")} />
+      <iframe ref={frame} class="maker-preview" src={settledAddress} title={say("maker.preview")} />
       <details>
         <summary>{say("maker.told")}</summary>
         <pre tabIndex={0}>

@@ -2,15 +2,15 @@
 
 import { nameItem } from "../practice/choice.js";
 import { message } from "../text/text.js";
-import { storedInBrowser, isComplete, type Report, type Recipient } from "./recipient.js";
+import { makeBrowserRecipient, isComplete, type Report, type Recipient } from "./recipient.js";
 
-/** Longer answers are cut in messages. */
+/** Longer answers are cut off in messages. */
 const MAX_CHARACTERS = 4000;
 
 /** What is sent, as docs/site.md describes it; a change that receivers would notice needs another version. */
-export type ResultMessage = ReturnType<typeof resultMessage>;
+export type ResultMessage = ReturnType<typeof makeResultMessage>;
 
-export function resultMessage({ round, standing, score, given }: Report, isFirst: boolean) {
+export function makeResultMessage({ round, standing, score, lastAnswer }: Report, isFirst: boolean) {
   const { points, max, share, answered, count } = score;
   return {
     qdot: "round" as const,
@@ -19,13 +19,13 @@ export function resultMessage({ round, standing, score, given }: Report, isFirst
     name: round.name,
     seed: round.seed,
     score: { points, max, scaled: share, answered, count },
-    answer: given && {
-      question: nameItem(round.asked[given.place]!.item),
-      number: given.place + 1,
-      share: given.verdict.share,
-      outcome: given.verdict.outcome,
-      tries: standing[given.place]!.tries,
-      typed: given.answer.slice(0, MAX_CHARACTERS),
+    answer: lastAnswer && {
+      question: nameItem(round.questions[lastAnswer.place]!.item),
+      number: lastAnswer.place + 1,
+      share: lastAnswer.verdict.share,
+      outcome: lastAnswer.verdict.outcome,
+      tries: standing[lastAnswer.place]!.tries,
+      typed: lastAnswer.answer.slice(0, MAX_CHARACTERS),
     },
   };
 }
@@ -37,20 +37,29 @@ export interface SurroundingPage {
   post(message: ResultMessage, origin: string): void;
 }
 
+/** The origins of the page that the link names ("" if none), and of this page. */
 type Origins = { readonly named: string; readonly own: string };
 
-/** Return the surrounding page as recipient, at the named origin or our own; the browser stores the round, too. */
-export function parentPage(around: SurroundingPage, origins: Origins, storage: Storage | null, key: string): Recipient {
+/**
+ * Return the surrounding page as recipient, if it has the named origin, else this page's origin. The browser stores the
+ * round, too.
+ */
+export function makePageRecipient(
+  page: SurroundingPage,
+  origins: Origins,
+  storage: Storage | null,
+  key: string,
+): Recipient {
   let isFirst = true;
-  const sentTo = origins.named ? message("round.sent-to", { origin: origins.named }) : message("round.sent-here");
-  const stored = storedInBrowser(storage, key, around.isFramed ? sentTo : message("round.not-sent"));
+  const destination = origins.named ? message("round.sent-to", { origin: origins.named }) : message("round.sent-here");
+  const browserRecipient = makeBrowserRecipient(storage, key, page.isFramed ? destination : message("round.not-sent"));
   return {
-    ...stored,
-    isAccepting: around.isFramed,
-    report(current) {
-      if (around.isFramed) around.post(resultMessage(current, isFirst), origins.named || origins.own);
+    ...browserRecipient,
+    isAccepting: page.isFramed,
+    report(newReport) {
+      if (page.isFramed) page.post(makeResultMessage(newReport, isFirst), origins.named || origins.own);
       isFirst = false;
-      return stored.report(current);
+      return browserRecipient.report(newReport);
     },
   };
 }

@@ -1,19 +1,19 @@
 // The recipients of a round's results: the browser, the surrounding page, or a learning platform.
 
-import type { Judged } from "../practice/task.js";
-import { storeText, storedText } from "../storage.js";
+import type { JudgedPart } from "../practice/task.js";
+import { storeText, loadText } from "../storage.js";
 import type { Message } from "../text/text.js";
-import { asText, type Round, type Score, type Standing } from "./round.js";
+import { writeStanding, type Round, type Score, type Standing } from "./round.js";
 
 /** An answer with its verdict, and the place of its question in the round. */
-export type JudgedAnswer = Judged & { readonly place: number };
+export type JudgedAnswer = JudgedPart & { readonly place: number };
 
 /** The state of a round, and the answer that led to it; null if there was none. */
 export interface Report {
   readonly round: Round;
   readonly standing: Standing;
   readonly score: Score;
-  readonly given: JudgedAnswer | null;
+  readonly lastAnswer: JudgedAnswer | null;
 }
 
 export interface Recipient {
@@ -33,18 +33,18 @@ export interface Recipient {
 export const isComplete = ({ answered, count }: Score): boolean => answered === count;
 
 /** Return whether a round is passed; null if it has no passing share. */
-export function isPassed({ pass }: Round, { share }: Score): boolean | null {
-  return pass === null ? null : share >= pass - 1e-9;
+export function isPassed({ passShare }: Round, { share }: Score): boolean | null {
+  return passShare === null ? null : share >= passShare - 1e-9;
 }
 
 /** Return a recipient that only stores the round in this browser, under `key`. */
-export function storedInBrowser(storage: Storage | null, key: string, destination: Message): Recipient {
+export function makeBrowserRecipient(storage: Storage | null, key: string, destination: Message): Recipient {
   return {
-    stored: storedText(storage, key) ?? "",
+    stored: loadText(storage, key) ?? "",
     destination,
     isAccepting: false,
     report({ round, standing }) {
-      storeText(storage, key, asText(round, standing));
+      storeText(storage, key, writeStanding(round, standing));
       return true;
     },
     leave: () => undefined,

@@ -7,7 +7,7 @@ import type { Part } from "../bank.js";
 import { resultOrNull } from "../storage.js";
 import { message } from "../text/text.js";
 import { isComplete, isPassed, type JudgedAnswer, type Report, type Recipient } from "./recipient.js";
-import { asText, type Round, type Score } from "./round.js";
+import { writeStanding, type Round, type Score } from "./round.js";
 
 export type Version = "1.2" | "2004";
 
@@ -17,76 +17,80 @@ export type Api = Readonly<Record<string, (...values: string[]) => unknown>>;
 /** Elements of the data model with their values, in the order in which they are set. */
 export type Elements = readonly (readonly [name: string, value: string])[];
 
-interface Model {
+/** What differs between the versions of SCORM: names of functions and of elements, and what is set. */
+interface DataModel {
+  /** The name of the object with the platform's functions, and a prefix of their names. */
   readonly api: string;
   readonly prefix: string;
+  /** The name, without the prefix, of the function that ends a session. */
   readonly finish: string;
+  /** The names of the elements with the student's identifier, and with the mode, such as "review". */
   readonly learner: string;
   readonly mode: string;
-  results(round: Round, score: Score): Elements;
-  time(seconds: number): Elements;
+  listResults(round: Round, score: Score): Elements;
+  listTimeElements(seconds: number): Elements;
   readonly answer: AnswerModel;
-  /** When an answer is given. */
-  moment(now: Date): readonly [name: string, value: string];
+  /** The time of an answer. */
+  makeTimeElement(now: Date): readonly [name: string, value: string];
 }
 
-/** How many answers are recorded: every platform has room for this number. */
+/** Maximum number of answers that are recorded, for which every platform has room. */
 const MAX_RECORDED = 250;
 
-const SCORM12: Model = {
+const SCORM12: DataModel = {
   api: "API",
   prefix: "LMS",
   finish: "Finish",
   learner: "cmi.core.student_id",
   mode: "cmi.core.lesson_mode",
-  results(round, score) {
+  listResults(round, score) {
     const passed = isPassed(round, score);
     const status = passed === null ? "completed" : passed ? "passed" : "failed";
     return [
       ["cmi.core.score.min", "0"], // in percent, the only unit of this version
       ["cmi.core.score.max", "100"],
-      ["cmi.core.score.raw", decimal(score.share * 100, 2)],
+      ["cmi.core.score.raw", formatDecimal(score.share * 100, 2)],
       ["cmi.core.lesson_status", isComplete(score) ? status : "incomplete"],
     ];
   },
-  time: (seconds) => [
-    ["cmi.core.session_time", clock(seconds)],
+  listTimeElements: (seconds) => [
+    ["cmi.core.session_time", formatClock(seconds)],
     ["cmi.core.exit", "suspend"],
   ],
   answer: { type: "fill-in", maxLength: 255, between: ",", pair: ".", name: "student_response", wrong: "wrong" },
-  moment: (now) => ["time", clock(now.getHours() * 3600 + now.getMinutes() * 60 + now.getSeconds())],
+  makeTimeElement: (now) => ["time", formatClock(now.getHours() * 3600 + now.getMinutes() * 60 + now.getSeconds())],
 };
 
-const SCORM2004: Model = {
+const SCORM2004: DataModel = {
   api: "API_1484_11",
   prefix: "",
   finish: "Terminate",
   learner: "cmi.learner_id",
   mode: "cmi.mode",
-  results(round, score) {
+  listResults(round, score) {
     const passed = isComplete(score) ? isPassed(round, score) : null;
     return [
       ["cmi.score.min", "0"],
       ["cmi.score.max", "100"], // also in percent: platforms take "raw" as their grade
-      ["cmi.score.raw", decimal(score.share * 100, 2)],
-      ["cmi.score.scaled", decimal(score.share, 6)],
-      ["cmi.progress_measure", decimal(score.answered / Math.max(score.count, 1), 6)],
+      ["cmi.score.raw", formatDecimal(score.share * 100, 2)],
+      ["cmi.score.scaled", formatDecimal(score.share, 6)],
+      ["cmi.progress_measure", formatDecimal(score.answered / Math.max(score.count, 1), 6)],
       ["cmi.completion_status", isComplete(score) ? "completed" : "incomplete"],
       ["cmi.success_status", passed === null ? "unknown" : passed ? "passed" : "failed"],
     ];
   },
-  time: (seconds) => [
-    ["cmi.session_time", `PT${decimal(seconds, 2)}S`],
+  listTimeElements: (seconds) => [
+    ["cmi.session_time", `PT${formatDecimal(seconds, 2)}S`],
     ["cmi.exit", "suspend"],
   ],
   answer: {
     ...{ type: "long-fill-in", maxLength: 4000, between: "[,]", pair: "[.]" },
     ...{ name: "learner_response", wrong: "incorrect" },
   },
-  moment: (now) => ["timestamp", `${now.toISOString().slice(0, "2026-11-25T22:42:51.12".length)}Z`],
+  makeTimeElement: (now) => ["timestamp", `${now.toISOString().slice(0, "2026-11-25T22:42:51.12".length)}Z`],
 };
 
-export const MODELS: Readonly<Record<Version, Model>> = { "1.2": SCORM12, "2004": SCORM2004 };
+export const MODELS: Readonly<Record<Version, DataModel>> = { "1.2": SCORM12, "2004": SCORM2004 };
 
 /**
  * How a data model records answers: `type` and `maxLength` of typed answers; the separators `between`
@@ -97,14 +101,19 @@ type AnswerModel = Readonly<Record<"type" | "between" | "pair" | "name" | "wrong
 };
 
 /** Return the elements that record an answer as the n-th interaction. */
-function interaction(model: Model, n: number, { place, part, answer, verdict }: JudgedAnswer, round: Round): Elements {
-  const { item, points } = round.asked[place]!;
-  const [type, response] = responseOf(part, answer, model.answer);
+function listInteractionElements(
+  model: DataModel,
+  n: number,
+  { place, part, answer, verdict }: JudgedAnswer,
+  round: Round,
+): Elements {
+  const { item, points } = round.questions[place]!;
+  const [type, response] = formatResponse(part, answer, model.answer);
   const elements: Elements = [
     ["id", `${item.key}.${item.question}`],
     ["type", type],
-    model.moment(new Date()),
-    ["weighting", decimal(points, 4)],
+    model.makeTimeElement(new Date()),
+    ["weighting", formatDecimal(points, 4)],
     [model.answer.name, response],
     ["result", verdict.outcome === "correct" ? "correct" : model.answer.wrong],
   ];
@@ -112,7 +121,7 @@ function interaction(model: Model, n: number, { place, part, answer, verdict }: 
 }
 
 /** Return an answer's type and text for the data model: letters in lower case, formulas as typed. */
-function responseOf({ key }: Part, answer: string, model: AnswerModel): [type: string, response: string] {
+function formatResponse({ key }: Part, answer: string, model: AnswerModel): [type: string, response: string] {
   const letters = [...answer.trim().toLowerCase()];
   if (/^[A-H]+$/i.test(answer.trim())) {
     if (key.type === "choice" || key.type === "selection") return ["choice", [...new Set(letters)].join(model.between)];
@@ -123,10 +132,10 @@ function responseOf({ key }: Part, answer: string, model: AnswerModel): [type: s
 }
 
 /** Format a number for both data models: digits and a point. */
-export const decimal = (value: number, places: number): string => value.toFixed(places).replace(/\.?0+$/, "");
+export const formatDecimal = (value: number, places: number): string => value.toFixed(places).replace(/\.?0+$/, "");
 
 /** Format hours, minutes and seconds for SCORM 1.2. */
-export function clock(seconds: number): string {
+export function formatClock(seconds: number): string {
   const hundredths = Math.min(Math.round(seconds * 100), 3_599_999_999); // 9999:59:59.99
   const two = (value: number): string => String(value).padStart(2, "0");
   const total = Math.floor(hundredths / 100);
@@ -134,26 +143,26 @@ export function clock(seconds: number): string {
   return `${hours}:${two(Math.floor(total / 60) % 60)}:${two(total % 60)}.${two(hundredths % 100)}`;
 }
 
-/** How many windows above one another are searched. */
+/** Maximum number of nested windows that are searched. */
 const MAX_PARENTS = 50;
 
 /** A window in the search; windows of other origins throw errors if they are accessed. */
-export type Above = { readonly parent: Above | null; readonly opener?: Above | null };
+export type WindowNode = { readonly parent: WindowNode | null; readonly opener?: WindowNode | null };
 
 /** Return the API of a platform: in the windows around this one, else around the windows that opened them; or null. */
-export function findApi(name: string, from: Above): Api | null {
-  const outermost = resultOrNull(() => (from as Above & { top?: Above | null }).top);
-  const openers = [from, outermost].flatMap((window) => resultOrNull(() => window?.opener) ?? []);
-  return [from, ...openers].map((window) => findAbove(name, window)).find(Boolean) ?? null;
+export function findApi(name: string, startWindow: WindowNode): Api | null {
+  const outermost = resultOrNull(() => (startWindow as WindowNode & { top?: WindowNode | null }).top);
+  const openers = [startWindow, outermost].flatMap((window) => resultOrNull(() => window?.opener) ?? []);
+  return [startWindow, ...openers].map((window) => findAbove(name, window)).find(Boolean) ?? null;
 }
 
-function findAbove(name: string, from: Above): Api | null {
-  let window: Above | null = from;
+function findAbove(name: string, startWindow: WindowNode): Api | null {
+  let window: WindowNode | null = startWindow;
   for (let i = 0; window && i < MAX_PARENTS; i += 1) {
     const api = resultOrNull(() => (window as unknown as Record<string, unknown>)[name]);
     if (api !== null && (typeof api === "object" || typeof api === "function")) return api as Api;
-    const above: Above | null = resultOrNull(() => window!.parent);
-    window = above === window ? null : above;
+    const parentWindow: WindowNode | null = resultOrNull(() => window!.parent);
+    window = parentWindow === window ? null : parentWindow;
   }
   return null;
 }
@@ -162,9 +171,9 @@ function findAbove(name: string, from: Above): Api | null {
 export type Platform = Recipient & { readonly learner: string };
 
 /** Start a session with the platform above a window; null if there is none, or it refuses. */
-export function connect(version: Version, from: Above): Platform | null {
+export function connect(version: Version, startWindow: WindowNode): Platform | null {
   const model = MODELS[version];
-  const api = findApi(model.api, from);
+  const api = findApi(model.api, startWindow);
   if (!api) return null;
   const call = (name: string, ...values: string[]): unknown => resultOrNull(() => api[model.prefix + name]!(...values));
   const get = (name: string): string => {
@@ -178,20 +187,21 @@ export function connect(version: Version, from: Above): Platform | null {
   let hasEnded = false;
 
   /** Record an answer. A platform need not store it, so failures are ignored. */
-  const record = (given: JudgedAnswer, round: Round): void => {
+  const record = (answer: JudgedAnswer, round: Round): void => {
     const count = Number(get("cmi.interactions._count") || NaN);
-    if (count < MAX_RECORDED) for (const [name, value] of interaction(model, count, given, round)) set(name, value);
+    if (count < MAX_RECORDED)
+      for (const [name, value] of listInteractionElements(model, count, answer, round)) set(name, value);
   };
-  const report = (current: Report): boolean => {
+  const report = (newReport: Report): boolean => {
     if (!isAccepting || hasEnded) return true;
-    const { round, score, standing, given } = current;
+    const { round, score, standing, lastAnswer } = newReport;
     const elements: Elements = [
-      ...model.results(round, score),
-      ["cmi.suspend_data", asText(round, standing)],
-      ...model.time((Date.now() - startTime) / 1000),
+      ...model.listResults(round, score),
+      ["cmi.suspend_data", writeStanding(round, standing)],
+      ...model.listTimeElements((Date.now() - startTime) / 1000),
     ];
     const areSet = elements.map(([name, value]) => set(name, value)).every(Boolean);
-    if (given) record(given, round);
+    if (lastAnswer) record(lastAnswer, round);
     return isTrue(call("Commit", "")) && areSet;
   };
   return {
@@ -199,10 +209,10 @@ export function connect(version: Version, from: Above): Platform | null {
     stored: get("cmi.suspend_data"),
     isAccepting,
     destination: message(isAccepting ? "round.sent" : "round.review"),
-    report: report,
-    leave(current) {
+    report,
+    leave(lastReport) {
       if (hasEnded) return;
-      report({ ...current, given: null });
+      report({ ...lastReport, lastAnswer: null });
       hasEnded = true;
       call(model.finish, ""); // if this fails, everything was reported before
     },

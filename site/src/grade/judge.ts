@@ -2,7 +2,7 @@
 
 import type { Part, Problem, Robot } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
-import { withPoints } from "../read/points.js";
+import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
 import { message } from "../text/text.js";
 import { judgeLetters } from "./letters.js";
@@ -19,7 +19,7 @@ export { typedColumns as ownColumns } from "./typed-jacobian.js";
  */
 export function judge(problem: Problem, part: Part, answer: string, isSingular: IsSingular): Verdict {
   const verdict = judgeByKey(problem, part, answer, isSingular);
-  const withDecimalPoints = withPoints(answer);
+  const withDecimalPoints = readCommasAsPoints(answer);
   if (withDecimalPoints === answer || part.key.type !== "values" || !isUnparsed(verdict))
     return withRemedy(verdict, answer);
   const verdictWithPoints = judgeByKey(problem, part, withDecimalPoints, isSingular);

@@ -3,7 +3,7 @@
 import { dot } from "../arm/vector.js";
 import type { NumbersKey, ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
-import { withPoints } from "../read/points.js";
+import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
 import { kindOfUnit, unitsOfNumbers } from "../read/notation.js";
 import { numbersText, tableText } from "../read/tables.js";
@@ -34,7 +34,7 @@ export function judgeNumbers(answer: string, key: NumbersKey, labels: readonly s
   const count = key.right.length;
   const rows = parseRowsOrTable(
     (typed) => entriesOf(parse(typed, NO_SYMBOLS), { rows: count, columns: 1 }, NO_SYMBOLS, labels),
-    count === 1 ? withPoints(answer) : answer,
+    count === 1 ? readCommasAsPoints(answer) : answer,
     () => numbersText(answer, count),
   );
   return "outcome" in rows ? rows : parseOrVerdict(() => judgeEntries(rows.flat(), key, answer));

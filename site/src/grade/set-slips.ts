@@ -75,9 +75,9 @@ function slipInClaim(set: ClaimedSet, claim: Claim): Message | null {
 const keepPose = (pose: SymbolValues): SymbolValues => pose;
 
 /**
- * Return whether a claim is right but for a substitution of joint values. `toMeant` changes a configuration on the claim
- * to the one that the student meant; all of these must be singular. `toTyped` is its inverse; the claim must then cover
- * a piece that no claim covers.
+ * Return whether a claim is right but for a substitution of joint values. `toMeant` changes a configuration on the
+ * claim to the one that the student meant; all of these must be singular. `toTyped` is its inverse; the claim must then
+ * cover a piece that no claim covers.
  */
 function fits(
   { uncovered, holds, isSound }: ClaimedSet,

@@ -5,12 +5,12 @@
 
 import { solveDamped } from "../arm/svd.js";
 import type { ConfigurationsKey } from "../bank.js";
-import { randomNumbers } from "../random.js";
+import { makeRandomNumbers } from "../random.js";
 import { evaluate } from "../read/evaluate.js";
 import { withPointsOfLengths } from "../read/notation.js";
-import { withPoints } from "../read/points.js";
+import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
-import { sizeOf } from "../read/products.js";
+import { countNodes } from "../read/products.js";
 import {
   anyNode,
   CHAIN,
@@ -114,7 +114,7 @@ function substituteIntegers(tree: Node): Node {
   const conditions = node("list", ...tree.args.slice(0, equationIndex));
   if (values.some(hasBlank)) return conditions;
   const allValues = values.flatMap((value) => (value.kind === "set" ? value.args : [value]));
-  if (sizeOf(conditions, Infinity) * allValues.length > LIMITS.nodes_of_results)
+  if (countNodes(conditions, Infinity) * allValues.length > LIMITS.nodes_of_results)
     throw new ParseError("read.many-cases");
   return node("list", ...allValues.flatMap((value) => replaceName(conditions, integerName.text, value).args));
 }
@@ -162,7 +162,7 @@ function ambiguityIn(answer: string, tree: Node, key: ConfigurationsKey): Verdic
   );
   if (unknown.length > 0)
     return wrong("read.unknown", { names: unknown.sort().slice(0, 5).join(", "), known: key.symbols.join(", ") });
-  if (withPoints(answer) !== answer) return wrong("read.comma");
+  if (readCommasAsPoints(answer) !== answer) return wrong("read.comma");
   if (hasProductInChain(tree, key.joints)) return wrong("read.chain");
   const conditions = ["list", "set", "or"].includes(tree.kind) ? tree.args : [tree];
   const isBare = (condition: Node) =>
@@ -230,7 +230,7 @@ function judgeClaims(
     pieces,
     uncovered: pieces.filter((piece) => findUncoveredPose(claims, piece) !== undefined),
     ...armSymbols,
-    holds: (claim, at) => holdsAt(claim, at, armSymbols),
+    holds: (claim, pose) => holdsAt(claim, pose, armSymbols),
     isSound: (claim, substitute) =>
       findCounterexample(claim, armSymbols, (pose) => isSingular(substitute(pose)), 0, pieces.flat()) === null,
   });
@@ -317,7 +317,7 @@ function findCounterexample(
   seed: number,
   knownPoses: readonly SymbolValues[],
 ): SymbolValues | "nowhere" | "close" | null {
-  const random = randomNumbers((seed + 1) * 0x9e3779b9);
+  const random = makeRandomNumbers((seed + 1) * 0x9e3779b9);
   const lengthsFor = (k: number): SymbolValues => knownPoses[k % Math.max(knownPoses.length, 1)] ?? {};
   const expressions = vanishingExpressions(claim, space);
   const constrainedJoints = space.joints.filter((joint) => expressions.some((zero) => namesIn(zero).has(joint)));

@@ -5,7 +5,7 @@
 
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
-import { sizeOf } from "../read/products.js";
+import { countNodes } from "../read/products.js";
 import { namesIn, type Node } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
 import {
@@ -42,8 +42,8 @@ export interface Answer {
 }
 
 /**
- * A possible explanation of the wrong entries at `places` (their indices). An indivisible one counts only if it explains
- * all of them.
+ * A possible explanation of the wrong entries at `places` (their indices). An indivisible one counts only if it
+ * explains all of them.
  */
 type Finding = {
   readonly places: readonly number[];
@@ -120,8 +120,9 @@ const SIX_DIGITS = 1e-5;
 const NOTICEABLE = 100;
 
 /**
- * Ways in which all terms with a rate, velocity or force may be wrong. With the slip, an entry differs from the expected
- * one as if the symbol's value x were smaller by `change(x)`. `isPresent`: whether the wrong entry contains the symbol.
+ * Ways in which all terms with a rate, velocity or force may be wrong. With the slip, an entry differs from the
+ * expected one as if the symbol's value x were smaller by `change(x)`. `isPresent`: whether the wrong entry contains
+ * the symbol.
  */
 const SYMBOL_SLIPS = [
   { kind: "slip.symbol-missing", change: (x: number) => x, isPresent: false },
@@ -186,7 +187,7 @@ function lacksTermsWith(
 function findSlipsAndMistakes(answer: Answer, key: ValuesKey): Finding[] {
   const { entries, wrongIndices, configurationAt } = answer;
   const mistakes = findMistakes(answer, key);
-  if (wrongIndices.reduce((sum, i) => sum + sizeOf(entries[i] as Node, MAX_ANSWER_SIZE + 1), 0) > MAX_ANSWER_SIZE)
+  if (wrongIndices.reduce((sum, i) => sum + countNodes(entries[i] as Node, MAX_ANSWER_SIZE + 1), 0) > MAX_ANSWER_SIZE)
     return mistakes;
   const repairs = repairsFor(entries, configurationAt(0), key);
   const slipsByPlace = new Map(wrongIndices.map((i) => [i, findSlipsInEntry(answer, i, key, repairs)]));
@@ -247,7 +248,7 @@ function findSlipsInEntry(answer: Answer, index: number, key: ValuesKey, repairs
   const entry = answer.entries[index] as Node;
   const slips = new Map<string, EntrySlip>();
   const expected = key.right[index]?.[0];
-  if (sizeOf(entry, MAX_ENTRY_SIZE + 1) > MAX_ENTRY_SIZE || typeof expected !== "number") return slips;
+  if (countNodes(entry, MAX_ENTRY_SIZE + 1) > MAX_ENTRY_SIZE || typeof expected !== "number") return slips;
   // a zero has no terms to which another could be added
   if (isZero(entry)) return slips.set("slip.zero", { kind: "slip.zero" });
   const collect = (changes: Iterable<Change>) => {

@@ -2,7 +2,7 @@
 
 import type { ValuesKey } from "../bank.js";
 import { evaluate, type Value } from "../read/evaluate.js";
-import { withPoints } from "../read/points.js";
+import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
 import { tableText } from "../read/tables.js";
 import { anyNode, columnsOf, digitsOfDecimals, hasBlank, namesIn, type Node, type Rows } from "../read/tree.js";
@@ -75,7 +75,7 @@ function parseFormula(answer: string, known: ReadonlySet<string>, labels: readon
   const otherName = otherComponent(typed, labels);
   if (otherName) return wrong("read.component", { other: otherName, asked: labels[0] as string });
   const tree = rightSide(onlyEntry(rightSide(typed, known, labels)), known, labels);
-  const withDecimalPoints = withPoints(answer);
+  const withDecimalPoints = readCommasAsPoints(answer);
   if (tree.kind === "list" && withDecimalPoints !== answer)
     return parseOrVerdict(() => parseFormula(withDecimalPoints, known, labels));
   return ["list", "set", "dict"].includes(tree.kind) ? wrong("read.list") : [[tree]];
@@ -402,8 +402,8 @@ export function findUnknownSymbols(names: ReadonlySet<string>, key: ValuesKey): 
   // of rates, velocities and forces, list only those that the question mentions
   const isUsed = (symbol: string): boolean =>
     !constants || isJoint(symbol) || constants.includes(symbol) || mentioned.includes(symbol);
-  const known = symbols.filter(isUsed).join(", ");
-  return message("read.unknown", { names: unknown.slice(0, 5).join(", "), known });
+  const knownSymbols = symbols.filter(isUsed).join(", ");
+  return message("read.unknown", { names: unknown.slice(0, 5).join(", "), known: knownSymbols });
 }
 
 function numberText(value: number | null): string {

@@ -14,7 +14,7 @@ import type { ArmRecord } from "../pages/live.js";
 import { updateProgress, type Item, nameItem } from "../practice/choice.js";
 import { Current } from "../practice/current.js";
 import { Rich } from "../practice/math.js";
-import { storedState, storeState } from "../practice/stored-state.js";
+import { loadState, storeState } from "../practice/stored-state.js";
 import { storage } from "../storage.js";
 import { Offline } from "../offline/offline.js";
 import { type Message, textOf, say } from "../text/text.js";
@@ -152,7 +152,7 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
           key={lesson.id}
           robot={record.robot}
           symbols={record.symbols}
-          first={record.pose}
+          firstPose={record.pose}
           factors={record.factors}
           layers={lesson.layers}
           pane={lesson.pane}
@@ -237,7 +237,7 @@ function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: 
             setNote(describeOutcome(streak, newStreak, attempt));
             onSkill(replaceStreak(skill, classes, classIndex, newStreak));
             // a wrong answer is asked again on the practice page
-            storeState(storage, { progress: updateProgress(storedState(storage).progress, item, isRight, now) });
+            storeState(storage, { progress: updateProgress(loadState(storage).progress, item, isRight, now) });
           }}
           onNext={() => {
             isAnswered.current = false;

@@ -3,7 +3,7 @@
 
 import { kindOfSingularity } from "../arm/descriptions.js";
 import { pStar } from "../arm/model.js";
-import { verdictOf } from "../arm/weld.js";
+import { classifyJourney } from "../arm/weld.js";
 import type { Layers } from "../arm/marks.js";
 import type { Pane, Stage } from "../arm/stage.js";
 import { dot, norm, type Vec3 } from "../arm/vector.js";
@@ -11,7 +11,7 @@ import { type Topic, getTopic } from "../practice/topics.js";
 import type { TextKey } from "../text/text.js";
 import type { Tool } from "./tools.js";
 
-/** What goals are checked against: the stage, the joint rates that a tool sets (empty without one), the velocity of P. */
+/** What goals are checked against: the stage, the joint rates that a tool sets (if there is one), the velocity of P. */
 export type GoalState = { readonly stage: Stage; readonly rates: readonly number[]; readonly velocity: Vec3 };
 
 export type Goal = { readonly text: TextKey; readonly isReached: (state: GoalState) => boolean };
@@ -42,7 +42,7 @@ type LessonData = Pick<Lesson, "needs" | "position" | "layers" | "pane"> &
   };
 
 /** Return an entry of J; rows and columns count from 1. */
-const getEntry = ({ state }: Stage, row: number, column: number): number => state.counted[row - 1]![column - 1]!;
+const getEntry = ({ state }: Stage, row: number, column: number): number => state.taskJacobian[row - 1]![column - 1]!;
 /** Return the linear part of a column of J, counted from 1. */
 const getLinearColumn = (stage: Stage, k: number): Vec3 =>
   [0, 1, 2].map((row) => stage.state.jacobian[row]![k - 1]!) as unknown as Vec3;
@@ -134,8 +134,8 @@ const LESSON_DATA: readonly LessonData[] = [
     layers: { frames: false },
     pane: "map",
     goals: [
-      ({ stage }) => kindOfSingularity(stage.arm, stage.settled) === "boundary",
-      ({ stage }) => kindOfSingularity(stage.arm, stage.settled) === "internal",
+      ({ stage }) => kindOfSingularity(stage.arm, stage.settledState) === "boundary",
+      ({ stage }) => kindOfSingularity(stage.arm, stage.settledState) === "internal",
     ],
   },
   {
@@ -147,8 +147,8 @@ const LESSON_DATA: readonly LessonData[] = [
     goals: [
       ({ stage: { welding } }) =>
         welding !== null && welding.place > 0.95 * (welding.journey.stations.at(-1)!.s || Infinity),
-      ({ stage }) => verdictOf(stage.arm, stage.welding) === "exceeds",
-      ({ stage }) => verdictOf(stage.arm, stage.welding) === "keeps",
+      ({ stage }) => classifyJourney(stage.arm, stage.welding) === "exceeds",
+      ({ stage }) => classifyJourney(stage.arm, stage.welding) === "keeps",
     ],
   },
 ];

@@ -43,7 +43,7 @@ type Point = readonly [x: number, y: number];
 
 type LinesProps = { readonly nodes: readonly LessonNode[]; readonly layerCount: number; readonly width: number };
 
-/** Lines from each lesson to what it builds on, for layers from left to right and for layers downwards; CSS shows one. */
+/** Lines from each lesson to what it needs, for layers from left to right and for layers downwards; CSS shows one. */
 function Lines({ nodes, layerCount, width }: LinesProps): JSX.Element {
   const centreOf = ({ lesson: { position } }: LessonNode): Point => [position.layer + 0.5, width / 2 + position.offset];
   const lines = nodes.flatMap((node) =>

@@ -6,7 +6,7 @@ import { Arrow } from "../arm/flat.js";
 import { jointClass, Letters, plainLetters } from "../arm/letters.js";
 import { speedScale } from "../arm/marks.js";
 import { type Arm, arrowsOf, type State } from "../arm/model.js";
-import { decimals } from "../arm/number-format.js";
+import { roundToDecimals } from "../arm/number-format.js";
 import type { Stage } from "../arm/stage.js";
 import { leastSquares } from "../arm/svd.js";
 import { add, scaleVector, type Vec3, ZERO } from "../arm/vector.js";
@@ -27,13 +27,14 @@ const WANTED_SPEED = 0.5;
 const DAMPING = 1e-6;
 
 /**
- * Return the joint rates (rad/s) that a tool sets: those of the sliders, or those for which P moves as wanted. Without a tool, the list is empty.
+ * Return the joint rates (rad/s) that a tool sets: those of the sliders, or those that move P as wanted. Without a
+ * tool, the list is empty.
  */
-export function computeRates(tool: Tool | null, dials: Dials, { counted }: State): readonly number[] {
+export function computeRates(tool: Tool | null, dials: Dials, { taskJacobian }: State): readonly number[] {
   if (tool === "rates") return dials.rates;
   if (tool !== "wanted") return [];
   const angle = (dials.direction * Math.PI) / 180;
-  return leastSquares(counted, [WANTED_SPEED * Math.cos(angle), WANTED_SPEED * Math.sin(angle)], DAMPING);
+  return leastSquares(taskJacobian, [WANTED_SPEED * Math.cos(angle), WANTED_SPEED * Math.sin(angle)], DAMPING);
 }
 
 /** Return the velocity of P (m/s) at given joint rates. */
@@ -74,7 +75,7 @@ export function Contributions({ stage, view, rates }: ContributionsProps): JSX.E
 }
 
 /** Format a number with two decimals. */
-const formatRounded = (value: number): string => inDigits(decimals(value, 2));
+const formatRounded = (value: number): string => inDigits(roundToDecimals(value, 2));
 
 interface DialsProps {
   readonly tool: Tool;
@@ -94,7 +95,7 @@ export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsP
       {tool === "rates" ? (
         arm.joints.map(({ name }, i) => (
           <label key={name} class={`dial ${jointClass(i)}`}>
-            <Letters name={name} dot />
+            <Letters name={name} hasDot />
             <input
               type="range"
               min={-1}

@@ -8,12 +8,13 @@ export type Sizes = { readonly format: 1; readonly files: Readonly<Record<string
 export interface BankFile {
   /** The problem to which the file belongs, as "FAMILY/KEY". */
   readonly problem: string;
+  /** Relative to the site's root. */
   readonly path: string;
   readonly bytes: number;
 }
 
 /** Return the files of some problems, in English and in the page's language. */
-export function filesOf({ files }: Sizes, problems: Iterable<string>, language: string): BankFile[] {
+export function listFiles({ files }: Sizes, problems: Iterable<string>, language: string): BankFile[] {
   const isNeeded = (ending: string): boolean =>
     /^(\.solutions)?\.json$/.test(ending) || ending.endsWith(`.${language}.json`);
   return [...new Set(problems)].flatMap((problem) =>
@@ -23,10 +24,10 @@ export function filesOf({ files }: Sizes, problems: Iterable<string>, language: 
   );
 }
 
-export const addressOf = ({ path }: BankFile): string => new URL(`${ROOT}${path}`, window.location.href).href;
+export const makeAddress = ({ path }: BankFile): string => new URL(`${ROOT}${path}`, window.location.href).href;
 
 /** Return the cache of the service worker; null if the browser has none, or stores nothing. */
-export async function cacheOf(): Promise<Cache | null> {
+export async function openCache(): Promise<Cache | null> {
   if (!("serviceWorker" in navigator) || typeof caches === "undefined") return null;
   try {
     const { scope } = await navigator.serviceWorker.ready;
@@ -40,45 +41,45 @@ export async function cacheOf(): Promise<Cache | null> {
 }
 
 /** Return the files that are not stored yet. */
-export async function missingOf(cache: Cache, files: readonly BankFile[]): Promise<BankFile[]> {
+export async function listMissing(cache: Cache, files: readonly BankFile[]): Promise<BankFile[]> {
   const stored = new Set((await cache.keys()).map(({ url }) => url));
-  return files.filter((file) => !stored.has(addressOf(file)));
+  return files.filter((file) => !stored.has(makeAddress(file)));
 }
 
-/** How many files are loaded at a time. */
-const AT_ONCE = 4;
+/** How many files are fetched at the same time. */
+const PARALLEL_DOWNLOADS = 4;
 
 /** Load files into the cache until stopped, and call `onStored` for every file. Return how many failed. */
 export async function fetchAll(
   cache: Cache,
   files: readonly BankFile[],
   onStored: (file: BankFile) => void,
-  stopped: AbortSignal,
+  signal: AbortSignal,
 ): Promise<number> {
   const queue = [...files];
-  let failed = 0;
-  const work = async (): Promise<void> => {
-    for (let file = queue.shift(); file && !stopped.aborted; file = queue.shift()) {
+  let failedCount = 0;
+  const fetchFromQueue = async (): Promise<void> => {
+    for (let file = queue.shift(); file && !signal.aborted; file = queue.shift()) {
       try {
-        const answer = await fetch(addressOf(file), { signal: stopped });
-        if (!answer.ok) throw new Error(String(answer.status));
-        await cache.put(addressOf(file), answer);
+        const response = await fetch(makeAddress(file), { signal: signal });
+        if (!response.ok) throw new Error(String(response.status));
+        await cache.put(makeAddress(file), response);
         onStored(file);
       } catch {
-        if (!stopped.aborted) failed += 1;
+        if (!signal.aborted) failedCount += 1;
       }
     }
   };
-  await Promise.all(Array.from({ length: AT_ONCE }, work));
-  return failed;
+  await Promise.all(Array.from({ length: PARALLEL_DOWNLOADS }, fetchFromQueue));
+  return failedCount;
 }
 
-/** Return megabytes, rounded for display. */
-export const megabytes = (bytes: number): number => {
+/** Convert bytes to megabytes, rounded for display. */
+export const roundToMegabytes = (bytes: number): number => {
   const size = bytes / 1e6;
   return Number(size < 10 ? size.toFixed(1) : size.toFixed(0));
 };
 
-export const totalBytes = (files: readonly BankFile[]): number => files.reduce((total, { bytes }) => total + bytes, 0);
+export const sumBytes = (files: readonly BankFile[]): number => files.reduce((total, { bytes }) => total + bytes, 0);
 
-export const problemsIn = (files: readonly BankFile[]): number => new Set(files.map(({ problem }) => problem)).size;
+export const countProblems = (files: readonly BankFile[]): number => new Set(files.map(({ problem }) => problem)).size;

@@ -5,8 +5,17 @@ import { useEffect, useRef, useState } from "preact/hooks";
 
 import { Button } from "../controls.js";
 import { loadSizes } from "../load.js";
-import { language, message, type Message, textOf, say } from "../text/text.js";
-import { cacheOf, fetchAll, filesOf, megabytes, missingOf, problemsIn, totalBytes, type BankFile } from "./keep.js";
+import { getLanguage, message, type Message, textOf, say } from "../text/text.js";
+import {
+  openCache,
+  fetchAll,
+  listFiles,
+  roundToMegabytes,
+  listMissing,
+  countProblems,
+  sumBytes,
+  type BankFile,
+} from "./keep.js";
 
 /** Null at first; "impossible" if the browser stores nothing; else the cache, all files, and those that are missing. */
 type StorageState =
@@ -31,62 +40,64 @@ export function Offline({ title, problems }: OfflineProps): JSX.Element | null {
 }
 
 function Storing({ problems }: { problems: readonly string[] }): JSX.Element {
-  const [known, setKnown] = useState<StorageState>(null);
+  const [storageState, setStorageState] = useState<StorageState>(null);
   const [note, setNote] = useState<Message | null>(null);
   const [controller, setController] = useState<AbortController | null>(null);
-  const left = useRef(new Set<BankFile>());
+  const filesLeft = useRef(new Set<BankFile>());
   const refresh = async (): Promise<void> => {
-    const cache = await cacheOf();
-    if (!cache) return setKnown("impossible");
-    const files = filesOf(await loadSizes(), problems, language().code);
-    setKnown({ cache, files, missing: await missingOf(cache, files) });
+    const cache = await openCache();
+    if (!cache) return setStorageState("impossible");
+    const files = listFiles(await loadSizes(), problems, getLanguage().code);
+    setStorageState({ cache, files, missing: await listMissing(cache, files) });
   };
   useEffect(() => {
     refresh().catch(() => setNote(message("offline.failed")));
     return () => controller?.abort();
   }, [problems]);
 
-  if (known === "impossible") return <p>{say("offline.impossible")}</p>;
-  if (known === null) return <p role="status">{textOf(note ?? message("practice.loading"))}</p>;
-  const { cache, files, missing } = known;
+  if (storageState === "impossible") return <p>{say("offline.impossible")}</p>;
+  if (storageState === null) return <p role="status">{textOf(note ?? message("practice.loading"))}</p>;
+  const { cache, files, missing } = storageState;
   const start = async (): Promise<void> => {
-    const room = await roomLeft();
-    if (room !== null && room < totalBytes(missing))
-      return setNote(message("offline.no-room", { room: megabytes(room), size: megabytes(totalBytes(missing)) }));
+    const room = await estimateRoom();
+    if (room !== null && room < sumBytes(missing))
+      return setNote(
+        message("offline.no-room", { room: roundToMegabytes(room), size: roundToMegabytes(sumBytes(missing)) }),
+      );
     setNote(null);
-    const control = new AbortController();
-    setController(control);
-    left.current = new Set(missing);
+    const newController = new AbortController();
+    setController(newController);
+    filesLeft.current = new Set(missing);
     void navigator.storage?.persist?.().catch(() => false); // keeps the files when space is scarce
     const failed = await fetchAll(
       cache,
       missing,
       (file) => {
-        left.current.delete(file);
-        setKnown({ cache, files, missing: [...left.current] });
+        filesLeft.current.delete(file);
+        setStorageState({ cache, files, missing: [...filesLeft.current] });
       },
-      control.signal,
+      newController.signal,
     );
     setController(null);
     if (failed > 0) setNote(message("offline.some-failed", { count: failed }));
   };
-  const here = files.filter((file) => !missing.includes(file));
-  const count = problemsIn(files) - problemsIn(missing);
+  const storedFiles = files.filter((file) => !missing.includes(file));
+  const storedCount = countProblems(files) - countProblems(missing);
   return (
     <>
       <p role="status">
         {missing.length === 0
-          ? say("offline.all", { count: problemsIn(files), size: megabytes(totalBytes(files)) })
+          ? say("offline.all", { count: countProblems(files), size: roundToMegabytes(sumBytes(files)) })
           : say("offline.some", {
-              count,
-              all: problemsIn(files),
-              kept: megabytes(totalBytes(here)),
-              size: megabytes(totalBytes(files)),
+              storedCount,
+              all: countProblems(files),
+              kept: roundToMegabytes(sumBytes(storedFiles)),
+              size: roundToMegabytes(sumBytes(files)),
             })}{" "}
         {note ? textOf(note) : ""}
       </p>
-      {controller || (here.length > 0 && missing.length > 0) ? (
-        <progress max={totalBytes(files)} value={totalBytes(here)} aria-label={say("offline.progress")} />
+      {controller || (storedFiles.length > 0 && missing.length > 0) ? (
+        <progress max={sumBytes(files)} value={sumBytes(storedFiles)} aria-label={say("offline.progress")} />
       ) : null}
       {missing.length > 0 ? (
         <p class="actions">
@@ -95,7 +106,7 @@ function Storing({ problems }: { problems: readonly string[] }): JSX.Element {
           ) : (
             <Button
               style="quiet small"
-              text={say("offline.keep", { size: megabytes(totalBytes(missing)) })}
+              text={say("offline.keep", { size: roundToMegabytes(sumBytes(missing)) })}
               onClick={() => void start()}
             />
           )}
@@ -107,7 +118,7 @@ function Storing({ problems }: { problems: readonly string[] }): JSX.Element {
 }
 
 /** Return the space that the browser offers, in bytes; null if unknown. */
-async function roomLeft(): Promise<number | null> {
+async function estimateRoom(): Promise<number | null> {
   try {
     const { quota, usage } = await navigator.storage.estimate();
     return quota === undefined ? null : quota - (usage ?? 0);

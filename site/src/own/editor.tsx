@@ -9,7 +9,7 @@ import { rowName } from "../arm/jacobian.js";
 import { ROWS } from "../arm/model.js";
 import { jointClass, Letters } from "../arm/letters.js";
 import { textOf, say } from "../text/text.js";
-import { withAnglesIn } from "./angles.js";
+import { convertAngles } from "./angles.js";
 import {
   ANGLES,
   type Cell,
@@ -18,13 +18,13 @@ import {
   type Entry,
   type Faults,
   MAX_JOINTS,
-  newRow,
-  placeCell,
-  rowCell,
+  makeRow,
+  nameVectorCell,
+  nameRowCell,
   type Table,
   type TypedRow,
-  withKind,
-  withoutRow,
+  changeKind,
+  removeRow,
 } from "./table.js";
 
 interface EditorProps {
@@ -41,19 +41,19 @@ export const Editor = memo(({ table, faults, defaultTask, onTable }: EditorProps
   return (
     <div class="own-table">
       <div class="own-how">
-        <Choice
+        <RadioChoice
           legend={say("own.convention")}
-          all={CONVENTIONS}
+          options={CONVENTIONS}
           chosen={table.convention}
-          text={(convention) => say(`own.convention-${convention}`)}
+          nameOption={(convention) => say(`own.convention-${convention}`)}
           onChoose={(convention) => onTable({ ...table, convention })}
         />
-        <Choice
+        <RadioChoice
           legend={say("own.angles")}
-          all={ANGLES}
+          options={ANGLES}
           chosen={table.angles}
-          text={(unit) => say(`own.angles-${unit}`)}
-          onChoose={(angles) => onTable(withAnglesIn(table, angles))}
+          nameOption={(unit) => say(`own.angles-${unit}`)}
+          onChoose={(angles) => onTable(convertAngles(table, angles))}
         />
       </div>
       <p class="own-head" aria-hidden="true">
@@ -72,7 +72,7 @@ export const Editor = memo(({ table, faults, defaultTask, onTable }: EditorProps
           faults={faults}
           isOnly={rows.length === 1}
           onRow={(next) => setRow(i, next)}
-          onRemove={() => onTable({ ...table, rows: withoutRow(rows, i) })}
+          onRemove={() => onTable({ ...table, rows: removeRow(rows, i) })}
         />
       ))}
       <p class="actions">
@@ -82,48 +82,48 @@ export const Editor = memo(({ table, faults, defaultTask, onTable }: EditorProps
             style="quiet small"
             text={say(kind === "R" ? "own.add-R" : "own.add-P")}
             disabled={rows.length >= MAX_JOINTS}
-            onClick={() => onTable({ ...table, rows: [...rows, newRow(kind, rows.length)] })}
+            onClick={() => onTable({ ...table, rows: [...rows, makeRow(kind, rows.length)] })}
           />
         ))}
       </p>
-      <PlacesAndTask table={table} faults={faults} defaultTask={defaultTask} onTable={onTable} />
+      <VectorsAndTask table={table} faults={faults} defaultTask={defaultTask} onTable={onTable} />
     </div>
   );
 });
 
 /** A choice among a few options, as radio buttons in a line. */
-function Choice<T extends string>(props: {
+function RadioChoice<T extends string>(props: {
   legend: string;
-  all: readonly T[];
+  options: readonly T[];
   chosen: T;
-  text: (option: T) => string;
+  nameOption: (option: T) => string;
   onChoose: (option: T) => void;
 }): JSX.Element {
   const name = useId();
   return (
     <fieldset class="own-choice">
       <legend>{props.legend}</legend>
-      {props.all.map((option) => (
+      {props.options.map((option) => (
         <label key={option}>
           <input type="radio" name={name} checked={option === props.chosen} onChange={() => props.onChoose(option)} />
-          {props.text(option)}
+          {props.nameOption(option)}
         </label>
       ))}
     </fieldset>
   );
 }
 
-const SIGNS: Readonly<Record<Entry, string>> = { theta: "θ", d: "d", a: "a", alpha: "α" };
+const ENTRY_SIGNS: Readonly<Record<Entry, string>> = { theta: "θ", d: "d", a: "a", alpha: "α" };
 
 /** The heading of a column: θᵢ, dᵢ, aᵢ, αᵢ; in a modified table, a and α have the index i−1. */
 function Heading({ entry, isModified }: { entry: Entry; isModified: boolean }): JSX.Element {
-  const earlier = isModified && (entry === "a" || entry === "alpha");
+  const isPreviousIndex = isModified && (entry === "a" || entry === "alpha");
   return (
     <span>
-      <i>{SIGNS[entry]}</i>
+      <i>{ENTRY_SIGNS[entry]}</i>
       <sub>
         <i>i</i>
-        {earlier ? "−1" : ""}
+        {isPreviousIndex ? "−1" : ""}
       </sub>
     </span>
   );
@@ -149,7 +149,7 @@ function RowFields({ index, row, faults, isOnly, onRow, onRemove }: RowProps): J
       <select
         aria-label={say("own.kind", { number })}
         value={row.kind}
-        onChange={(event) => onRow(withKind(row, event.currentTarget.value === "P" ? "P" : "R", index))}
+        onChange={(event) => onRow(changeKind(row, event.currentTarget.value === "P" ? "P" : "R", index))}
       >
         <option value="R" title={say("own.kind-R")}>
           R
@@ -161,8 +161,8 @@ function RowFields({ index, row, faults, isOnly, onRow, onRemove }: RowProps): J
       {ENTRIES.map((entry) => (
         <Field
           key={entry}
-          cell={rowCell(index, entry)}
-          name={`${SIGNS[entry]}${number}`}
+          cell={nameRowCell(index, entry)}
+          name={`${ENTRY_SIGNS[entry]}${number}`}
           text={row[entry]}
           faults={faults}
           onText={(text) => onRow({ ...row, [entry]: text })}
@@ -180,7 +180,7 @@ function RowFields({ index, row, faults, isOnly, onRow, onRemove }: RowProps): J
       </button>
       <FaultList
         faults={faults}
-        cells={ENTRIES.map((entry): Named => [rowCell(index, entry), `${SIGNS[entry]}${number}`])}
+        cells={ENTRIES.map((entry): NamedCell => [nameRowCell(index, entry), `${ENTRY_SIGNS[entry]}${number}`])}
       />
     </fieldset>
   );
@@ -209,7 +209,7 @@ function Field({ cell, name, text, faults, onText }: FieldProps): JSX.Element {
         maxLength={100}
         aria-label={name}
         aria-invalid={isWrong}
-        aria-describedby={isWrong ? faultId(cell) : undefined}
+        aria-describedby={isWrong ? makeFaultId(cell) : undefined}
         value={text}
         onInput={(event) => onText(event.currentTarget.value)}
       />
@@ -217,18 +217,18 @@ function Field({ cell, name, text, faults, onText }: FieldProps): JSX.Element {
   );
 }
 
-const faultId = (cell: Cell): string => `wrong-${cell.replaceAll("/", "-")}`;
+const makeFaultId = (cell: Cell): string => `wrong-${cell.replaceAll("/", "-")}`;
 
-type Named = readonly [cell: Cell, name: string];
+type NamedCell = readonly [cell: Cell, name: string];
 
 /** The errors in some cells. */
-function FaultList({ faults, cells }: { faults: Faults; cells: readonly Named[] }): JSX.Element | null {
-  const wrong = cells.filter(([cell]) => faults.has(cell));
-  if (wrong.length === 0) return null;
+function FaultList({ faults, cells }: { faults: Faults; cells: readonly NamedCell[] }): JSX.Element | null {
+  const wrongCells = cells.filter(([cell]) => faults.has(cell));
+  if (wrongCells.length === 0) return null;
   return (
     <ul class="own-wrong">
-      {wrong.map(([cell, name]) => (
-        <li key={cell} id={faultId(cell)}>
+      {wrongCells.map(([cell, name]) => (
+        <li key={cell} id={makeFaultId(cell)}>
           <strong>{name}</strong>: {textOf(faults.get(cell)!)}
         </li>
       ))}
@@ -236,27 +236,27 @@ function FaultList({ faults, cells }: { faults: Faults; cells: readonly Named[] 
   );
 }
 
-const PLACES = [
+const VECTOR_AXES = [
   ["tool", ["x", "y", "z"]],
   ["place", ["x", "y", "z"]],
   ["turn", ["roll", "pitch", "yaw"]],
 ] as const;
 
 /** The point, the base, and the task rows. */
-function PlacesAndTask({ table, faults, defaultTask, onTable }: EditorProps): JSX.Element {
-  const isOpen = PLACES.some(
-    ([place]) => [0, 1, 2].some((axis) => faults.has(placeCell(place, axis))), // else the error is not visible
+function VectorsAndTask({ table, faults, defaultTask, onTable }: EditorProps): JSX.Element {
+  const isOpen = VECTOR_AXES.some(
+    ([place]) => [0, 1, 2].some((axis) => faults.has(nameVectorCell(place, axis))), // else the error is not visible
   );
   return (
     <details class="own-more" open={isOpen || undefined}>
       <summary>{say("own.more")}</summary>
-      {PLACES.map(([place, axes]) => (
+      {VECTOR_AXES.map(([place, axes]) => (
         <fieldset key={place} class="own-three">
           <legend>{say(`own.${place}`)}</legend>
           {axes.map((axis, k) => (
             <Field
               key={axis}
-              cell={placeCell(place, k)}
+              cell={nameVectorCell(place, k)}
               name={place === "turn" ? say(`own.${axis as "roll" | "pitch" | "yaw"}`) : axis}
               text={table[place][k]!}
               faults={faults}
@@ -266,7 +266,7 @@ function PlacesAndTask({ table, faults, defaultTask, onTable }: EditorProps): JS
               }}
             />
           ))}
-          <FaultList faults={faults} cells={axes.map((axis, k) => [placeCell(place, k), axis] as const)} />
+          <FaultList faults={faults} cells={axes.map((axis, k) => [nameVectorCell(place, k), axis] as const)} />
         </fieldset>
       ))}
       <Task table={table} defaultTask={defaultTask} onTable={onTable} />
@@ -276,17 +276,17 @@ function PlacesAndTask({ table, faults, defaultTask, onTable }: EditorProps): JS
 
 /** The rows of J that the task counts; by default those in which the arm moves. */
 function Task({ table, defaultTask, onTable }: Pick<EditorProps, "table" | "defaultTask" | "onTable">): JSX.Element {
-  const chosen: readonly string[] = table.task ?? defaultTask;
-  const toggled = (row: (typeof ROWS)[number]): void => {
-    const next = ROWS.filter((name) => (name === row ? !chosen.includes(name) : chosen.includes(name)));
-    if (next.length > 0) onTable({ ...table, task: next.join() === defaultTask.join() ? null : next });
+  const chosenRows: readonly string[] = table.task ?? defaultTask;
+  const toggleRow = (row: (typeof ROWS)[number]): void => {
+    const newRows = ROWS.filter((name) => (name === row ? !chosenRows.includes(name) : chosenRows.includes(name)));
+    if (newRows.length > 0) onTable({ ...table, task: newRows.join() === defaultTask.join() ? null : newRows });
   };
   return (
     <fieldset class="own-task">
       <legend>{say("own.task")}</legend>
       {ROWS.map((row, i) => (
         <label key={row}>
-          <input type="checkbox" checked={chosen.includes(row)} onChange={() => toggled(row)} />
+          <input type="checkbox" checked={chosenRows.includes(row)} onChange={() => toggleRow(row)} />
           <Letters name={rowName(i)} />
         </label>
       ))}

@@ -6,49 +6,49 @@ import { JacobianTable } from "../arm/jacobian.js";
 import { Letters } from "../arm/letters.js";
 import { ROWS } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
-import { sizeName } from "../arm/descriptions.js";
+import { sizeKey } from "../arm/descriptions.js";
 import { CopyButton } from "../pages/copied.js";
 import { inDigits, numberSeparator, say } from "../text/text.js";
 
 /** Format with six significant digits, a true minus sign, and 0 for rounding errors relative to `largest`. */
-function format(value: number, largest: number): string {
+function formatNumber(value: number, largest: number): string {
   return inDigits(Math.abs(value) < 1e-12 * Math.max(1, largest) ? 0 : value);
 }
 
 export function Figures({ stage }: { stage: Stage }): JSX.Element {
   const { arm, state, measures } = stage;
   const largestEntry = Math.max(...state.jacobian.flat().map(Math.abs));
-  const { det, volume, sigma, least } = measures;
+  const { det, volume, sigma, minSigma } = measures;
   const [largest] = sigma;
   return (
     <section class="own-figures" aria-label={say("own.figures")}>
       <h3>{say("own.figures")}</h3>
-      <JacobianTable arm={arm} state={state} format={(value) => format(value, largestEntry)} />
+      <JacobianTable arm={arm} state={state} format={(value) => formatNumber(value, largestEntry)} />
       <dl>
-        <dt>{say(sizeName(arm))}</dt>
-        <dd>{format(det ?? volume, largest ?? 1)}</dd>
+        <dt>{say(sizeKey(arm))}</dt>
+        <dd>{formatNumber(det ?? volume, largest ?? 1)}</dd>
         <dt>
           <Letters name="sigma" />
         </dt>
-        <dd>{sigma.map((value) => format(value, largest ?? 1)).join(numberSeparator())}</dd>
+        <dd>{sigma.map((value) => formatNumber(value, largest ?? 1)).join(numberSeparator())}</dd>
         <dt>
           <Letters name="sigma_min" />
         </dt>
         <dd>
-          {format(least, largest ?? 1)}
-          {least > 1e-12 * (largest ?? 1)
-            ? ` (${say("own.condition", { value: Number((largest! / least).toPrecision(4)) })})`
+          {formatNumber(minSigma, largest ?? 1)}
+          {minSigma > 1e-12 * (largest ?? 1)
+            ? ` (${say("own.condition", { value: Number((largest! / minSigma).toPrecision(4)) })})`
             : ""}
         </dd>
       </dl>
-      <CopyButton text={asPython(stage)} label={say("own.copy-numbers")} />
+      <CopyButton text={writePython(stage)} label={say("own.copy-numbers")} />
     </section>
   );
 }
 
 /** Return all digits as Python code. */
-function asPython({ arm, pose, state, measures }: Stage): string {
-  const rows = state.counted.map((row) => `    [${row.join(", ")}],`);
+function writePython({ arm, pose, state, measures }: Stage): string {
+  const rows = state.taskJacobian.map((row) => `    [${row.join(", ")}],`);
   const task = arm.task.map((row) => ROWS[row]).join(", ");
   return [
     `q = [${pose.join(", ")}]  # rad, m`,

@@ -2,18 +2,23 @@
 
 import type { Table } from "./table.js";
 
-export interface Known extends Table {
+export interface KnownArm extends Table {
   /** The arm's name in links. */
   readonly key: string;
-  /** Its name in other languages than English. */
+  /** Its name in other languages than English, by the language's code. */
   readonly titles?: Readonly<Record<string, string>>;
-  /** The source of its numbers. */
+  /** The publication from which the numbers are taken. */
   readonly source?: string;
 }
 
-export type KnownArms = { readonly format: 1; readonly plain: readonly Known[]; readonly robots: readonly Known[] };
+/** robots.json: arms of the chapter (`plain`), and robots on the market. */
+export type KnownArms = {
+  readonly format: 1;
+  readonly plain: readonly KnownArm[];
+  readonly robots: readonly KnownArm[];
+};
 
 /** Return the table of a known arm, with its name in a language. */
-export function tableOf({ key: _, titles, source: __, ...table }: Known, language: string): Table {
+export function makeTable({ key: _, titles, source: __, ...table }: KnownArm, language: string): Table {
   return { ...table, name: titles?.[language] ?? table.name };
 }

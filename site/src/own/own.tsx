@@ -12,21 +12,23 @@ import type { Stage } from "../arm/stage.js";
 import type { NamedPose, Robot } from "../bank.js";
 import { CopyButton, saveFile } from "../pages/copied.js";
 import { listen } from "../scheduling.js";
-import { language, textOf, say } from "../text/text.js";
-import { withAnglesIn } from "./angles.js";
+import { getLanguage, textOf, say } from "../text/text.js";
+import { convertAngles } from "./angles.js";
 import { Editor } from "./editor.js";
 import { Figures } from "./figures.js";
-import { tomlOf } from "./file.js";
-import { type Known, type KnownArms, tableOf } from "./known-arms.js";
-import { asFragment, fromFragment } from "./link.js";
-import { robotOf } from "./standard.js";
-import { type Faults, newRow, noteOn, numbersOf, type Table, ZEROS } from "./table.js";
+import { writeToml } from "./file.js";
+import { type KnownArm, type KnownArms, makeTable } from "./known-arms.js";
+import { writeFragment, parseFragment } from "./link.js";
+import { makeRobot } from "./standard.js";
+import { type Faults, makeRow, findUnitWarning, parseTable, type Table, ZEROS } from "./table.js";
 
-/** The arm on the page: a table, the known arm that it is, and a pose to begin with (degrees, metres). */
+/** The arm on the page. */
 interface OwnState {
   readonly table: Table;
+  /** The key of the known arm that the table describes; null for a typed table. */
   readonly robot: string | null;
-  readonly at: readonly number[] | null;
+  /** The pose in the link that led to the page (degrees or metres, joint by joint); null if there is none. */
+  readonly pose: readonly number[] | null;
   /** The error in the link that led to the page. */
   readonly fault: "own.no-table" | "own.no-robot" | null;
 }
@@ -34,75 +36,75 @@ interface OwnState {
 /** A new table. */
 const NEW_TABLE: Table = {
   ...{ name: "", convention: "dh", angles: "degrees", task: null },
-  rows: [0, 1].map((row) => ({ ...newRow("R", row), a: "0.5" })),
+  rows: [0, 1].map((row) => ({ ...makeRow("R", row), a: "0.5" })),
   ...{ tool: ZEROS, place: ZEROS, turn: ZEROS },
 };
 const NOTHING_WRONG: Faults = new Map();
 
 export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
   const knownArms = useMemo(() => [...known.plain, ...known.robots], [known]);
-  const [state, setOwn] = useState<OwnState>(() => fromAddress(knownArms));
+  const [state, setState] = useState<OwnState>(() => parseAddress(knownArms));
   const [stage, setStage] = useState<Stage | null>(null);
-  const numbers = useMemo(() => numbersOf(state.table), [state.table]);
+  const numbers = useMemo(() => parseTable(state.table), [state.table]);
   const faults = numbers instanceof Map ? (numbers as Faults) : NOTHING_WRONG;
-  const last = useRef<Robot | null>(null); // while a cell is invalid, the last arm is shown
+  const lastRobot = useRef<Robot | null>(null); // while a cell is invalid, the last arm is shown
   const robot = useMemo(() => {
-    if (!("rows" in numbers)) return last.current;
-    return (last.current = robotOf(state.table, numbers));
+    if (!("rows" in numbers)) return lastRobot.current;
+    return (lastRobot.current = makeRobot(state.table, numbers));
   }, [state.table, numbers]);
   const defaultTask = useMemo(
-    () => ("rows" in numbers ? robotOf({ ...state.table, task: null }, numbers).task : []),
+    () => ("rows" in numbers ? makeRobot({ ...state.table, task: null }, numbers).task : []),
     [state.table, numbers],
   );
-  const pose = useRef<NamedPose | undefined>(undefined);
-  const shape = state.table.rows.map(({ kind }) => kind).join("");
-  const first = useMemo(() => poseOf(state) ?? poseIfFits(robot, pose.current), [robot]);
+  const lastPose = useRef<NamedPose | undefined>(undefined);
+  const jointKinds = state.table.rows.map(({ kind }) => kind).join("");
+  const initialPose = useMemo(() => findLinkedPose(state) ?? keepFittingPose(robot, lastPose.current), [robot]);
 
   const followLink = (): void => {
     if (!window.location.hash.includes("=") || window.location.hash === writtenFragment.current) return;
-    pose.current = undefined;
-    setOwn(fromAddress(knownArms));
+    lastPose.current = undefined;
+    setState(parseAddress(knownArms));
   };
   useEffect(() => listen(window, "hashchange", followLink), [knownArms]);
 
-  const at = stage?.settled.pose;
-  const fragment = asFragment(
+  const settledPose = stage?.settledState.pose;
+  const fragment = writeFragment(
     state.table,
     state.robot,
-    at?.length === state.table.rows.length
-      ? at.map((value, i) => (state.table.rows[i]!.kind === "R" ? (value * 180) / Math.PI : value))
-      : state.at,
+    settledPose?.length === state.table.rows.length
+      ? settledPose.map((value, i) => (state.table.rows[i]!.kind === "R" ? (value * 180) / Math.PI : value))
+      : state.pose,
   );
   const writtenFragment = useRef("");
   useEffect(() => {
     if (state.fault) return; // an invalid link stays in the address until something is typed
     const { hash } = window.location;
-    const isOther = writtenFragment.current !== "" && hash !== writtenFragment.current && hash.includes("=");
-    if (isOther) return; // another link was followed; its hashchange event comes next
+    const isOtherLink = writtenFragment.current !== "" && hash !== writtenFragment.current && hash.includes("=");
+    if (isOtherLink) return; // another link was followed; its hashchange event comes next
     writtenFragment.current = fragment;
     if (hash !== fragment) window.history.replaceState(null, "", fragment);
   }, [fragment, state.fault]);
 
   const changeTable = useCallback(
     (table: Table): void => {
-      pose.current ??= first ?? (stage ? namedPose(stage.arm, stage.pose) : undefined);
-      setOwn({ table, robot: null, at: null, fault: null });
+      lastPose.current ??= initialPose ?? (stage ? namedPose(stage.arm, stage.pose) : undefined);
+      setState({ table, robot: null, pose: null, fault: null });
     },
-    [first, stage?.pose],
+    [initialPose, stage?.pose],
   );
   const beginWith = useCallback(
     (key: string): void => {
-      const start = knownArms.find((arm) => arm.key === key);
-      if (key && !start) return;
-      pose.current = undefined;
-      const table = withAnglesIn(start ? tableOf(start, language().code) : NEW_TABLE, state.table.angles);
-      setOwn({ table, robot: start ? key : null, at: null, fault: null });
+      const knownArm = knownArms.find((arm) => arm.key === key);
+      if (key && !knownArm) return;
+      lastPose.current = undefined;
+      const table = convertAngles(knownArm ? makeTable(knownArm, getLanguage().code) : NEW_TABLE, state.table.angles);
+      setState({ table, robot: knownArm ? key : null, pose: null, fault: null });
     },
     [knownArms, state.table.angles],
   );
-  const rememberPose = useCallback((next: NamedPose) => void (pose.current = next), []);
+  const rememberPose = useCallback((next: NamedPose) => void (lastPose.current = next), []);
   const source = knownArms.find(({ key }) => key === state.robot)?.source;
-  const note = "rows" in numbers ? noteOn(numbers) : null;
+  const warning = "rows" in numbers ? findUnitWarning(numbers) : null;
   return (
     <div class="workspace">
       <article class="task own">
@@ -128,7 +130,7 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
         {source ? <p class="muted own-source">{say("own.source", { source })}</p> : null}
         <Editor table={state.table} faults={faults} defaultTask={defaultTask} onTable={changeTable} />
         <p role="status" class={faults.size > 0 ? "own-alert" : "muted"}>
-          {faults.size > 0 ? say("own.wrong", { count: faults.size }) : note ? textOf(note) : ""}
+          {faults.size > 0 ? say("own.wrong", { count: faults.size }) : warning ? textOf(warning) : ""}
         </p>
         {stage ? <Figures stage={stage} /> : null}
         <NextSteps table={state.table} link={`${window.location.href.split("#")[0]}${fragment}`} />
@@ -136,12 +138,12 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
       <section class="stage" aria-label={say("practice.move")}>
         {robot ? (
           <Arm
-            key={shape}
+            key={jointKinds}
             robot={robot}
             symbols={{}}
-            pose={first}
+            pose={initialPose}
             pane="map"
-            radians={state.table.angles === "radians"}
+            inRadians={state.table.angles === "radians"}
             onStage={setStage}
             onPose={rememberPose}
           />
@@ -153,33 +155,33 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
   );
 }
 
-/** Return the last pose if it fits the robot's joints. */
-function poseIfFits(robot: Robot | null, pose: NamedPose | undefined): NamedPose | undefined {
+/** Return a pose if it has all joints of the robot, else undefined. */
+function keepFittingPose(robot: Robot | null, pose: NamedPose | undefined): NamedPose | undefined {
   if (!robot || !pose) return undefined;
   return armOf(robot).joints.every(({ name }) => name in pose) ? pose : undefined;
 }
 
-/** Return the pose of a link by the names of the joints (rad, m). */
-function poseOf({ at, table }: OwnState): NamedPose | undefined {
-  if (at?.length !== table.rows.length) return undefined;
+/** Return the pose in the link by the names of the joints (rad or m); undefined if it does not fit the table. */
+function findLinkedPose({ pose, table }: OwnState): NamedPose | undefined {
+  if (pose?.length !== table.rows.length) return undefined;
   return Object.fromEntries(
     table.rows.map(({ kind }, i) =>
-      kind === "R" ? [`theta${i + 1}`, (at[i]! * Math.PI) / 180] : [`d${i + 1}`, at[i]!],
+      kind === "R" ? [`theta${i + 1}`, (pose[i]! * Math.PI) / 180] : [`d${i + 1}`, pose[i]!],
     ),
   );
 }
 
 /** Return the arm that the address describes; the first known arm if it describes none. */
-function fromAddress(all: readonly Known[]): OwnState {
-  const known = (arm: Known): Table => withAnglesIn(tableOf(arm, language().code), NEW_TABLE.angles);
-  const first = { table: known(all[0]!), robot: all[0]!.key, at: null };
-  const content = fromFragment(window.location.hash);
-  if (content === null) return { ...first, fault: null };
-  if (content === "unreadable") return { ...first, fault: "own.no-table" };
-  if (content.table) return { table: content.table, robot: null, at: content.at, fault: null };
-  const robot = all.find(({ key }) => key === content.robot);
-  if (!robot) return { ...first, fault: "own.no-robot" };
-  return { table: known(robot), robot: robot.key, at: content.at, fault: null };
+function parseAddress(knownArms: readonly KnownArm[]): OwnState {
+  const makeKnownTable = (arm: KnownArm): Table => convertAngles(makeTable(arm, getLanguage().code), NEW_TABLE.angles);
+  const firstArm = { table: makeKnownTable(knownArms[0]!), robot: knownArms[0]!.key, pose: null };
+  const content = parseFragment(window.location.hash);
+  if (content === null) return { ...firstArm, fault: null };
+  if (content === "unreadable") return { ...firstArm, fault: "own.no-table" };
+  if (content.table) return { table: content.table, robot: null, pose: content.pose, fault: null };
+  const robot = knownArms.find(({ key }) => key === content.robot);
+  if (!robot) return { ...firstArm, fault: "own.no-robot" };
+  return { table: makeKnownTable(robot), robot: robot.key, pose: content.pose, fault: null };
 }
 
 interface BeginProps {
@@ -190,12 +192,13 @@ interface BeginProps {
 
 // `memo`: the menu is not drawn again while the arm moves.
 const Begin = memo((props: BeginProps): JSX.Element => {
-  const { code } = language();
-  const named = (all: readonly Known[]): Option[] => all.map(({ key, name, titles }) => [key, titles?.[code] ?? name]);
+  const { code } = getLanguage();
+  const makeOptions = (arms: readonly KnownArm[]): Option[] =>
+    arms.map(({ key, name, titles }) => [key, titles?.[code] ?? name]);
   return (
     <Choice label="own.begin" value={props.chosen ?? ""} any="own.typed" onValue={props.onBegin}>
-      <optgroup label={say("own.plain")}>{optionsOf(named(props.known.plain))}</optgroup>
-      <optgroup label={say("own.robots")}>{optionsOf(named(props.known.robots))}</optgroup>
+      <optgroup label={say("own.plain")}>{optionsOf(makeOptions(props.known.plain))}</optgroup>
+      <optgroup label={say("own.robots")}>{optionsOf(makeOptions(props.known.robots))}</optgroup>
     </Choice>
   );
 });
@@ -216,7 +219,7 @@ const NextSteps = memo(({ table, link }: { table: Table; link: string }): JSX.El
       <Button
         style="quiet small"
         text={say("own.save")}
-        onClick={() => saveFile("arm.toml", "application/toml", tomlOf(table))}
+        onClick={() => saveFile("arm.toml", "application/toml", writeToml(table))}
       />
     </p>
   </section>

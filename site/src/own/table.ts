@@ -1,4 +1,4 @@
-// A typed Denavit-Hartenberg table, its numbers, and the errors of its cells.
+// A typed Denavit-Hartenberg table, its numbers, and the errors in its cells.
 //
 // The rules of ../../../exercises/arm/robot_file.py, but without symbolic lengths.
 
@@ -29,169 +29,175 @@ export interface Table {
   readonly rows: readonly TypedRow[];
   /** The point P in the last frame (m). */
   readonly tool: Triple<string>;
-  /** Position of the base frame in the world (m), and its roll, pitch and yaw about the world's axes. */
+  /** Position of the base frame in the world (m). */
   readonly place: Triple<string>;
+  /** Roll, pitch and yaw of the base frame about the world's x, y and z (in the unit `angles`). */
   readonly turn: Triple<string>;
   /** The rows of J that the task counts; null for those in which the arm moves. */
   readonly task: readonly TaskRow[] | null;
 }
 
-/** A row in numbers (rad, m): constants, and whether the joint counts in the other direction. */
-export type Row = { readonly kind: Kind; readonly reversed: boolean } & Readonly<Record<Entry, number>>;
+/** A row in numbers (rad or m): its constants, and whether the joint variable has a minus sign. */
+export type Row = { readonly kind: Kind; readonly isReversed: boolean } & Readonly<Record<Entry, number>>;
 
 /** A vector of a table: the point, or the position or orientation of the base. */
-type Place = "tool" | "place" | "turn";
+type VectorName = "tool" | "place" | "turn";
 
-export type Numbers = { readonly rows: readonly Row[] } & Readonly<Record<Place, Triple<number>>>;
+export type Numbers = { readonly rows: readonly Row[] } & Readonly<Record<VectorName, Triple<number>>>;
 
-/** The cell of a row, or of a vector: "rows/0/theta", "tool/2". */
+/** The name of a cell in a row or in a vector, such as "rows/0/theta" or "tool/2". */
 export type Cell = string;
 
-export const rowCell = (row: number, entry: Entry): Cell => `rows/${row}/${entry}`;
-export const placeCell = (place: Place, axis: number): Cell => `${place}/${axis}`;
+export const nameRowCell = (row: number, entry: Entry): Cell => `rows/${row}/${entry}`;
+export const nameVectorCell = (place: VectorName, axis: number): Cell => `${place}/${axis}`;
 
+/** The errors in invalid cells. */
 export type Faults = ReadonlyMap<Cell, Message>;
 
-/** As many joints as `qdot solve` accepts. */
+/** Maximum number of joints, as in `qdot solve`. */
 export const MAX_JOINTS = 10;
-/** Maximum length of a cell. */
+/** Maximum number of characters of a cell. */
 export const MAX_CHARACTERS = 100;
-/** A length (m) beyond that of any arm. */
+/** Larger numbers in cells (m or the unit of angles) are refused. */
 const MAX_VALUE = 1e6;
 /** A larger angle in radians is probably meant in degrees. */
 const MAX_RADIANS = 7;
 /** A larger length in metres is probably meant in millimetres. */
-const LONGEST_IN_METRES = 20;
+const MAX_PLAUSIBLE_LENGTH = 20;
 
 export const ZEROS: Triple<string> = ["0", "0", "0"];
 
 /** Return the name of a joint variable as it is typed. */
-export const variableOf = (row: number): string => `q${row + 1}`;
+export const nameVariable = (row: number): string => `q${row + 1}`;
 
 /** Return the entry of a row that the joint variable changes. */
-export const movingEntry = (kind: Kind): Entry => (kind === "R" ? "theta" : "d");
+export const findMovingEntry = (kind: Kind): Entry => (kind === "R" ? "theta" : "d");
 
 /** Return the row of a new joint. */
-export function newRow(kind: Kind, row: number): TypedRow {
+export function makeRow(kind: Kind, row: number): TypedRow {
   const constants = { theta: "0", d: "0", a: "0", alpha: "0" };
-  return { kind, ...constants, [movingEntry(kind)]: variableOf(row) };
+  return { kind, ...constants, [findMovingEntry(kind)]: nameVariable(row) };
 }
 
-/** Return the row with the other kind of joint: the former variable becomes 0. */
-export function withKind(row: TypedRow, kind: Kind, index: number): TypedRow {
+/** Return the row with another kind of joint: the entry with the old joint variable becomes 0. */
+export function changeKind(row: TypedRow, kind: Kind, index: number): TypedRow {
   if (row.kind === kind) return row;
-  return { ...row, kind, [movingEntry(row.kind)]: "0", [movingEntry(kind)]: variableOf(index) };
+  return { ...row, kind, [findMovingEntry(row.kind)]: "0", [findMovingEntry(kind)]: nameVariable(index) };
 }
 
 /** Return the rows without one of them; variables of later rows get their new numbers. */
-export function withoutRow(rows: readonly TypedRow[], index: number): TypedRow[] {
+export function removeRow(rows: readonly TypedRow[], index: number): TypedRow[] {
   return rows.filter((_, i) => i !== index).map((row, i) => (i < index ? row : renumber(row, i + 1, i)));
 }
 
 function renumber(row: TypedRow, from: number, to: number): TypedRow {
-  const moving = movingEntry(row.kind);
+  const moving = findMovingEntry(row.kind);
   const variable = new RegExp(`\\b(q|theta|θ|d)_?${from + 1}\\b`, "gu");
   return { ...row, [moving]: row[moving].replace(variable, `$1${to + 1}`) };
 }
 
 /** Return the numbers of a table, or its errors cell by cell. */
-export function numbersOf(table: Table): Numbers | Faults {
+export function parseTable(table: Table): Numbers | Faults {
   const faults = new Map<Cell, Message>();
-  const orFault = <T>(cell: Cell, parse: () => T, fallback: T): T =>
+  const parseOrFault = <T>(cell: Cell, parse: () => T, fallback: T): T =>
     catchParseError(parse, ({ why }) => {
       faults.set(cell, why);
       return fallback;
     });
-  const rows = table.rows.map((row, i) => numbersOfRow(row, i, table.angles, orFault));
-  const tripleOf = (place: Place): Triple<number> => {
+  const rows = table.rows.map((row, i) => parseRow(row, i, table.angles, parseOrFault));
+  const parseTriple = (place: VectorName): Triple<number> => {
     const [x, y, z] = table[place].map((text, axis) =>
-      orFault(placeCell(place, axis), () => parseConstant(text, place === "turn" ? table.angles : null), 0),
+      parseOrFault(nameVectorCell(place, axis), () => parseConstant(text, place === "turn" ? table.angles : null), 0),
     );
     return [x!, y!, z!];
   };
-  const numbers = { rows, tool: tripleOf("tool"), place: tripleOf("place"), turn: tripleOf("turn") };
+  const numbers = { rows, tool: parseTriple("tool"), place: parseTriple("place"), turn: parseTriple("turn") };
   return faults.size > 0 ? faults : numbers;
 }
 
-type OrFault = <T>(cell: Cell, parse: () => T, fallback: T) => T;
+type CellParser = <T>(cell: Cell, parse: () => T, fallback: T) => T;
 
-function numbersOfRow(row: TypedRow, index: number, angles: Angles, orFault: OrFault): Row {
-  const moving = movingEntry(row.kind);
-  const numbers = { kind: row.kind, theta: 0, d: 0, a: 0, alpha: 0, reversed: false };
+function parseRow(row: TypedRow, index: number, angles: Angles, parseOrFault: CellParser): Row {
+  const moving = findMovingEntry(row.kind);
+  const numbers = { kind: row.kind, theta: 0, d: 0, a: 0, alpha: 0, isReversed: false };
   for (const entry of ENTRIES) {
     const unit = entry === "theta" || entry === "alpha" ? angles : null;
-    const cell = rowCell(index, entry);
-    if (entry !== moving) numbers[entry] = orFault(cell, () => parseConstant(row[entry], unit), 0);
+    const cell = nameRowCell(index, entry);
+    if (entry !== moving) numbers[entry] = parseOrFault(cell, () => parseConstant(row[entry], unit), 0);
     else {
-      const [constantPart, reversed] = orFault(cell, () => parseVariable(row[entry], row.kind, index, unit), [
+      const [constantPart, isReversed] = parseOrFault(cell, () => parseVariable(row[entry], row.kind, index, unit), [
         0,
         false,
       ]);
       numbers[entry] = constantPart;
-      numbers.reversed = reversed;
+      numbers.isReversed = isReversed;
     }
   }
   return numbers;
 }
 
-/** A decimal number with a comma. */
-const WITH_COMMA = /^\s*[-+−]?\d*,\d+\s*$/u;
+/** A single number with a decimal comma. */
+const DECIMAL_COMMA = /^\s*[-+−]?\d*,\d+\s*$/u;
 
 /** Parse a cell; an empty cell is zero. Throws ParseError. */
 function parseCell(text: string, known: ReadonlySet<string>): Node {
   if (text.length > MAX_CHARACTERS) throw new ParseError("read.long", { length: text.length, most: MAX_CHARACTERS });
-  return parse(WITH_COMMA.test(text) ? text.replace(",", ".") : text.trim() || "0", known);
+  return parse(DECIMAL_COMMA.test(text) ? text.replace(",", ".") : text.trim() || "0", known);
 }
 
 /** Return a cell's number (rad or m); `angles` is null for a length. Throws ParseError. */
 export function parseConstant(text: string, angles: Angles | null): number {
   const tree = parseCell(text, new Set());
   refuseOtherNames(tree, new Set());
-  return inUnit(tree, {}, angles);
+  return evaluateInUnit(tree, {}, angles);
 }
 
-type Variable = readonly [rest: number, reversed: boolean];
+/** The constant that is added to a joint variable (rad or m), and whether the variable has a minus sign. */
+type VariableEntry = readonly [constant: number, isReversed: boolean];
 
-/** Return the constant that a cell adds to its joint variable, and whether that is negative. Throws ParseError. */
-export function parseVariable(text: string, kind: Kind, index: number, angles: Angles | null): Variable {
-  const names = [variableOf(index), `${kind === "R" ? "theta" : "d"}${index + 1}`];
+/**
+ * Parse the cell with the joint variable of a row (from 0): the variable or its negative, plus a constant. Throws
+ * ParseError.
+ */
+export function parseVariable(text: string, kind: Kind, index: number, angles: Angles | null): VariableEntry {
+  const names = [nameVariable(index), `${kind === "R" ? "theta" : "d"}${index + 1}`];
   const tree = parseCell(text, new Set(names));
   refuseOtherNames(tree, new Set(names));
-  const used = [...namesIn(tree)].filter((name) => names.includes(name));
-  if (used.length === 0) return [inUnit(tree, {}, angles), false];
-  const at = (value: number): number => {
+  const usedNames = [...namesIn(tree)].filter((name) => names.includes(name));
+  if (usedNames.length === 0) return [evaluateInUnit(tree, {}, angles), false];
+  const evaluateAt = (value: number): number => {
     const values = Object.fromEntries(names.map((name) => [name, value]));
     return realValue(tree, values);
   };
-  const [constantPart, atOne, atTwo, distant] = [at(0), at(1), at(2), at(-7.5)];
-  const slope = atOne - constantPart;
-  const isStraight = [atTwo - constantPart - 2 * slope, distant - constantPart + 7.5 * slope].every(
+  const [constantPart, valueAtOne, atTwo, distant] = [evaluateAt(0), evaluateAt(1), evaluateAt(2), evaluateAt(-7.5)];
+  const slope = valueAtOne - constantPart;
+  const isLinear = [atTwo - constantPart - 2 * slope, distant - constantPart + 7.5 * slope].every(
     (bend) => Math.abs(bend) < 1e-9 * (1 + Math.abs(constantPart)),
   );
-  if (!isStraight || Math.abs(Math.abs(slope) - 1) > 1e-9)
-    throw new ParseError("own.moves", { own: variableOf(index), offset: EXAMPLES[angles ?? "length"] });
+  if (!isLinear || Math.abs(Math.abs(slope) - 1) > 1e-9)
+    throw new ParseError("own.moves", { own: nameVariable(index), offset: EXAMPLES[angles ?? "length"] });
   refuseOtherUnit(constantPart, angles, tree);
-  return [inRadians(requireFinite(constantPart), angles), slope < 0];
+  return [convertToRadians(requireFinite(constantPart), angles), slope < 0];
 }
 
 /** Examples of a constant that may be added to a joint variable. */
 const EXAMPLES = { length: "0.2", degrees: "90", radians: "pi/2" } as const;
 
 function refuseOtherNames(tree: Node, known: ReadonlySet<string>): void {
-  const others = [...namesIn(tree)].filter((name) => !known.has(name));
-  if (others.length > 0) throw new ParseError("own.letters", { names: others.join(", ") });
+  const unknownNames = [...namesIn(tree)].filter((name) => !known.has(name));
+  if (unknownNames.length > 0) throw new ParseError("own.letters", { names: unknownNames.join(", ") });
 }
 
-/** Functions that take or return angles, which would be in radians. */
-const OF_ANGLES = /^(a?(sin|cos|tan)|atan2)$/;
+/** Functions that take or return angles. Their angles would be in radians, also in a table in degrees. */
+const ANGLE_FUNCTIONS = /^(a?(sin|cos|tan)|atan2)$/;
 
-function inUnit(tree: Node, values: Readonly<Record<string, number>>, angles: Angles | null): number {
+function evaluateInUnit(tree: Node, values: Readonly<Record<string, number>>, angles: Angles | null): number {
   const value = requireFinite(realValue(tree, values));
   refuseOtherUnit(value, angles, tree);
-  return inRadians(value, angles);
+  return convertToRadians(value, angles);
 }
 
-function inRadians(value: number, angles: Angles | null): number {
+function convertToRadians(value: number, angles: Angles | null): number {
   return angles === "degrees" ? (value * Math.PI) / 180 : value;
 }
 
@@ -204,18 +210,20 @@ function requireFinite(value: number): number {
 /** Refuse degrees where radians are expected, and vice versa. */
 function refuseOtherUnit(value: number, angles: Angles | null, tree: Node): void {
   const hasPi = anyNode(tree, ({ kind, text }) => kind === "name" && text === "pi");
-  const hasAngles = anyNode(tree, ({ kind, text }) => kind === "call" && OF_ANGLES.test(text));
-  if (angles === "degrees" && (hasPi || hasAngles)) throw new ParseError("own.in-degrees");
+  const hasAngleFunction = anyNode(tree, ({ kind, text }) => kind === "call" && ANGLE_FUNCTIONS.test(text));
+  if (angles === "degrees" && (hasPi || hasAngleFunction)) throw new ParseError("own.in-degrees");
   if (angles === "radians" && Math.abs(value) > MAX_RADIANS && !hasPi)
     throw new ParseError("own.in-radians", { value });
   if (angles === null && hasPi) throw new ParseError("own.pi");
 }
 
-/** Return a warning on numbers that are probably in another unit; null if there are none. */
-export function noteOn({ rows, tool }: Numbers): Message | null {
+/** Return a warning on lengths that are probably in millimetres; null if there are none. */
+export function findUnitWarning({ rows, tool }: Numbers): Message | null {
   const lengths = [...rows.flatMap(({ a, d }) => [a, d]), ...tool].map(Math.abs);
-  const longest = Math.max(...lengths);
-  return longest > LONGEST_IN_METRES ? message("own.millimetres", { length: longest, metres: longest / 1000 }) : null;
+  const maxLength = Math.max(...lengths);
+  return maxLength > MAX_PLAUSIBLE_LENGTH
+    ? message("own.millimetres", { length: maxLength, metres: maxLength / 1000 })
+    : null;
 }
 
 export const isTaskRow = (name: string): name is TaskRow => (ROWS as readonly string[]).includes(name);

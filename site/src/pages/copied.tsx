@@ -17,8 +17,8 @@ export function CopyButton({ text, label }: { text: string; label: string }): JS
     return () => clearTimeout(timer);
   }, [confirmation]);
   const copy = (): void => {
-    const done = navigator.clipboard?.writeText(text) ?? Promise.reject(new Error("no clipboard"));
-    done.then(
+    const copying = navigator.clipboard?.writeText(text) ?? Promise.reject(new Error("no clipboard"));
+    copying.then(
       () => setConfirmation("page.copied"),
       () => setConfirmation("page.not-copied"),
     );

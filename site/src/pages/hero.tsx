@@ -9,7 +9,7 @@ import { Drawing } from "../arm/drawing.js";
 import { Figures } from "../arm/figures.js";
 import type { Layers } from "../arm/marks.js";
 import { stateAt } from "../arm/model.js";
-import { type StageWish, useStage } from "../arm/stage.js";
+import { type StageRequest, useStage } from "../arm/stage.js";
 import { addScaled, norm, subtract } from "../arm/vector.js";
 import { describeArm } from "../arm/descriptions.js";
 import { useSteps } from "../scheduling.js";
@@ -17,14 +17,14 @@ import { say } from "../text/text.js";
 
 const LAYERS: Layers = { frames: false, lengths: true, vectors: false, columns: true, ellipse: true };
 
-export function Hero(wish: StageWish): JSX.Element {
+export function Hero(wish: StageRequest): JSX.Element {
   const stage = useStage(wish, null);
-  const { arm, home, reach, settled, robot } = stage;
-  const words = useMemo(() => describeArm(arm, settled, false), [arm, settled]);
+  const { arm, home, reach, settledState, robot } = stage;
+  const description = useMemo(() => describeArm(arm, settledState, false), [arm, settledState]);
   // The page suggests pulling P straight out: its place at full reach must be visible.
-  const stretched = useMemo(() => {
-    const out = subtract(stateAt(arm, home).point, arm.base.o);
-    return [addScaled(arm.base.o, out, reach / norm(out))];
+  const stretchedPoints = useMemo(() => {
+    const direction = subtract(stateAt(arm, home).point, arm.base.o);
+    return [addScaled(arm.base.o, direction, reach / norm(direction))];
   }, [arm, home, reach]);
   const id = useId();
   const step = useSteps(2); // title, drawing, numbers: no step blocks a phone for long
@@ -35,13 +35,13 @@ export function Hero(wish: StageWish): JSX.Element {
         {...stage}
         layers={LAYERS}
         isEnlarged
-        extraPoints={stretched}
+        extraPoints={stretchedPoints}
         label={say("arm.drawing.label", { robot: robot.title })}
         describedBy={`${id}words`}
       />
       <div class="hero-side">{step > 1 ? <Figures {...stage} /> : null}</div>
       <p id={`${id}words`} class="arm-unseen" role="status">
-        {words}
+        {description}
       </p>
     </div>
   );

@@ -4,7 +4,7 @@ import { type JSX, render } from "preact";
 
 import { Arm } from "../arm/panel.js";
 import type { Factor, NamedPose, Robot, SymbolInfo } from "../bank.js";
-import { chosenLanguage } from "../text/languages.js";
+import { getLanguageCode } from "../text/languages.js";
 import { Hero } from "./hero.js";
 
 /** The data of an arm, as `arm_record` of exercises/site/record.py writes it. */
@@ -20,8 +20,8 @@ export function showArm(element: HTMLElement): void {
   const { arm, hero } = element.dataset;
   const { robot, symbols, pose, factors } = JSON.parse(arm ?? hero!) as ArmRecord;
   const wish = { robot, first: pose, factors };
-  const shown: JSX.Element = arm ? <Arm {...wish} symbols={symbols} pane="joints" /> : <Hero {...wish} />;
+  const liveArm: JSX.Element = arm ? <Arm {...wish} symbols={symbols} pane="joints" /> : <Hero {...wish} />;
   element.textContent = "";
-  element.lang = chosenLanguage();
-  render(shown, element);
+  element.lang = getLanguageCode();
+  render(liveArm, element);
 }

@@ -8,11 +8,11 @@ makeWideReachable();
 window.addEventListener("resize", makeWideReachable);
 
 /** Arms are loaded when they come near the screen, so that a phone can first show the text. */
-const near = new IntersectionObserver(
+const armObserver = new IntersectionObserver(
   (entries) => {
     for (const { isIntersecting, target } of entries) {
       if (!isIntersecting) continue;
-      near.unobserve(target);
+      armObserver.unobserve(target);
       void import("./live.js").then(
         ({ showArm }) => showArm(target as HTMLElement),
         () => undefined, // without a connection, the page shows its text only
@@ -21,7 +21,7 @@ const near = new IntersectionObserver(
   },
   { rootMargin: "100px" },
 );
-for (const element of document.querySelectorAll("[data-arm], [data-hero]")) near.observe(element);
+for (const element of document.querySelectorAll("[data-arm], [data-hero]")) armObserver.observe(element);
 
 /** Let wide formulas, tables and listings be scrolled by keys, in every browser. */
 function makeWideReachable(): void {

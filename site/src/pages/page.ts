@@ -1,7 +1,7 @@
 // What every page does: it shows texts in the reader's language, and is stored for offline use.
 
 import { ROOT } from "../load.js";
-import { chooseLanguage, chosenLanguage, LANGUAGES, loadLanguage } from "../text/languages.js";
+import { chooseLanguage, getLanguageCode, LANGUAGES, loadLanguage } from "../text/languages.js";
 import { ENGLISH, say, setLanguage, type Values, type TextKey } from "../text/text.js";
 
 export async function startPage(): Promise<void> {
@@ -12,31 +12,31 @@ export async function startPage(): Promise<void> {
   setLanguage(await loadLanguage().catch(() => ENGLISH));
   await translatePage().catch(() => undefined); // without a translation, the page stays English
   document.querySelector("main")!.lang ||= "en";
-  document.documentElement.lang = chosenLanguage(); // for texts without a language of their own
+  document.documentElement.lang = getLanguageCode(); // for texts without a language of their own
   for (const element of document.querySelectorAll<HTMLElement>("[data-told]")) {
-    const text = (JSON.parse(element.dataset["told"]!) as Record<string, string>)[chosenLanguage()];
+    const text = (JSON.parse(element.dataset["told"]!) as Record<string, string>)[getLanguageCode()];
     if (text === undefined) continue;
     element.textContent = text;
-    element.lang = chosenLanguage();
+    element.lang = getLanguageCode();
   }
   for (const element of document.querySelectorAll<HTMLElement>("[data-text]")) {
     const { text, values } = element.dataset;
     element.textContent = say(text as TextKey, values ? (JSON.parse(values) as Values) : {});
-    if (chosenLanguage() !== "en") element.lang = chosenLanguage();
+    if (getLanguageCode() !== "en") element.lang = getLanguageCode();
   }
   document.querySelector("header.top nav")?.setAttribute("aria-label", say("page.main"));
-  document.querySelector("header.top .language")?.replaceWith(languageChoice()); // an element of the same size
+  document.querySelector("header.top .language")?.replaceWith(makeLanguageMenu()); // an element of the same size
 }
 
 /** Replace the page's English text by that in the reader's language, if there is a file with it. */
 async function translatePage(): Promise<void> {
-  const code = chosenLanguage();
+  const code = getLanguageCode();
   const main = document.querySelector("main");
   if (!main || !document.body.dataset["toldIn"]?.split(" ").includes(code)) return;
   const page = window.location.pathname.replace(/\/$/, "/index.html");
-  const answer = await fetch(page.replace(/\.html$/, `.${code}.json`));
-  if (!answer.ok) return;
-  const { title, body } = (await answer.json()) as { title: string; body: string };
+  const response = await fetch(page.replace(/\.html$/, `.${code}.json`));
+  if (!response.ok) return;
+  const { title, body } = (await response.json()) as { title: string; body: string };
   main.innerHTML = body;
   main.lang = code;
   document.title = document.title.replace(/^.*?(?= · |$)/, () => title);
@@ -50,13 +50,13 @@ function resolveLinks(): void {
 }
 
 /** Return the menu of languages. */
-function languageChoice(): HTMLElement {
+function makeLanguageMenu(): HTMLElement {
   const label = document.createElement("label");
   label.className = "language";
   const select = document.createElement("select");
   select.setAttribute("aria-label", say("page.language"));
   for (const [code, { name }] of Object.entries(LANGUAGES)) {
-    const option = new Option(name, code, false, code === chosenLanguage());
+    const option = new Option(name, code, false, code === getLanguageCode());
     option.lang = code;
     select.add(option);
   }

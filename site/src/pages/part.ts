@@ -2,7 +2,7 @@
 
 import { type JSX, render } from "preact";
 
-import { chosenLanguage } from "../text/languages.js";
+import { getLanguageCode } from "../text/languages.js";
 import { say, type TextKey } from "../text/text.js";
 import { startPage } from "./page.js";
 
@@ -10,13 +10,13 @@ import { startPage } from "./page.js";
 export async function showPart(
   id: string,
   [english, title]: readonly [english: string, title: TextKey],
-  partOf: (data: DOMStringMap) => JSX.Element | Promise<JSX.Element>,
+  makePart: (data: DOMStringMap) => JSX.Element | Promise<JSX.Element>,
 ): Promise<void> {
   await startPage();
-  const place = document.getElementById(id)!;
-  const part = await partOf(place.dataset);
-  place.textContent = "";
-  place.lang = chosenLanguage();
+  const container = document.getElementById(id)!;
+  const part = await makePart(container.dataset);
+  container.textContent = "";
+  container.lang = getLanguageCode();
   document.title = document.title.replace(english, say(title));
-  render(part, place);
+  render(part, container);
 }

@@ -5,7 +5,7 @@ import { useMemo, useRef, useState } from "preact/hooks";
 
 import { Button, LITERAL, optionsOf } from "../controls.js";
 import type { Part, Problem } from "../bank.js";
-import { withPoints } from "../read/points.js";
+import { readCommasAsPoints } from "../read/points.js";
 import { parseAnswer } from "../grade/forms.js";
 import { parse } from "../read/reader.js";
 import { catchParseError } from "../read/tree.js";
@@ -19,7 +19,7 @@ import { MathField, insertFormula } from "./mathfield.js";
 
 const LETTERS = "ABCDEFGH";
 
-export interface Field {
+export interface AnswerProps {
   readonly problem: Problem;
   readonly part: Part;
   readonly onAnswer: (text: string) => void;
@@ -27,114 +27,119 @@ export interface Field {
 }
 
 /** The fields for an answer to a part; `onAnswer` is called while it is typed. */
-export function Answer(field: Field): JSX.Element {
-  const { part } = field;
-  if ("option_mistakes" in part.key) return <Letters {...field} />;
+export function Answer(props: AnswerProps): JSX.Element {
+  const { part } = props;
+  if ("option_mistakes" in part.key) return <Letters {...props} />;
   const [rows, columns] = part.shape ?? [1, 1];
   return rows * columns > 1 && rows * columns <= 42 ? (
-    <Entries {...field} rows={rows} columns={columns} />
+    <Entries {...props} rows={rows} columns={columns} />
   ) : (
-    <Single {...field} {...(rows * columns > 1 ? { shape: [rows, columns] as const } : {})} />
+    <Single {...props} {...(rows * columns > 1 ? { shape: [rows, columns] as const } : {})} />
   );
 }
 
-interface SingleProps extends Field {
-  readonly first?: string;
+interface SingleProps extends AnswerProps {
+  readonly initialText?: string;
   /** The shape of a matrix that is typed as text; undefined for other answers. */
   readonly shape?: readonly [rows: number, columns: number];
 }
 
-function Single({ problem, part, onAnswer, onCheck, first = "", shape }: SingleProps) {
-  const [text, setText] = useState(first);
-  const [math, setMath] = useState(false);
+function Single({ problem, part, onAnswer, onCheck, initialText = "", shape }: SingleProps) {
+  const [text, setText] = useState(initialText);
+  const [isMath, setMath] = useState(false);
   const isSet = part.key.type === "configurations";
   const unit = part.key.type === "numbers" ? part.key.units[0] : "";
-  const change = (value: string) => {
+  const changeText = (value: string) => {
     setText(value);
     onAnswer(value);
   };
   const toggle = () => {
-    if (!math) change(latexOf(text, problem)); // the field for mathematics shows only what can be parsed
-    setMath(!math);
+    if (!isMath) changeText(writeLatex(text, problem)); // the field for mathematics shows only what can be parsed
+    setMath(!isMath);
   };
   return (
     <Fields problem={problem} part={part} hasSymbols>
       <FormulaField
         label={say("answer.label")}
         value={text}
-        onValue={change}
+        onValue={changeText}
         onEnter={onCheck}
-        math={math}
+        isMath={isMath}
         isWide
         startsNewLine={isSet ? () => false : shape && ((typed) => isUnfinished(typed, ...shape))}
       />
       {unit ? <span class="unit">{unit}</span> : null}
       {isSet ? <p class="help">{say("answer.set-help")}</p> : null}
       {shape ? <p class="help">{say(shape[1] > 1 ? "answer.matrix-help" : "answer.vector-help")}</p> : null}
-      <Button text={say(math ? "answer.plain" : "answer.math")} onClick={toggle} />
+      <Button text={say(isMath ? "answer.plain" : "answer.math")} onClick={toggle} />
     </Fields>
   );
 }
 
-function Entries({ problem, part, onAnswer, onCheck, rows, columns }: Field & { rows: number; columns: number }) {
-  const [asText, setAsText] = useState(false);
+function Entries({ problem, part, onAnswer, onCheck, rows, columns }: AnswerProps & { rows: number; columns: number }) {
+  const [isText, setIsText] = useState(false);
   const [math, setMath] = useState(false);
-  const typed = useRef("");
+  const lastText = useRef("");
   const [entries, setEntries] = useState<readonly string[]>(() => Array<string>(rows * columns).fill(""));
   const units = part.key.type === "numbers" ? part.key.units : [];
-  const fill = (changed: readonly string[]) => {
-    setEntries(changed);
-    onAnswer(writeMatrix(changed, columns));
+  const changeEntries = (newEntries: readonly string[]) => {
+    setEntries(newEntries);
+    onAnswer(writeMatrix(newEntries, columns));
   };
-  if (asText) {
+  if (isText) {
     const showEntries = () => {
-      fill(parseEntries(typed.current, rows, columns) ?? entries);
-      setAsText(false);
+      changeEntries(parseEntries(lastText.current, rows, columns) ?? entries);
+      setIsText(false);
     };
     const changeText = (text: string) => {
-      typed.current = text;
+      lastText.current = text;
       onAnswer(text);
     };
-    const initial = writeMatrix(entries, columns) || typed.current; // a text that is no grid is kept
+    const initialMatrix = writeMatrix(entries, columns) || lastText.current; // a text that is no grid is kept
     return (
       <>
-        <Single {...{ problem, part, onCheck }} first={initial} onAnswer={changeText} shape={[rows, columns]} />
+        <Single
+          {...{ problem, part, onCheck }}
+          initialText={initialMatrix}
+          onAnswer={changeText}
+          shape={[rows, columns]}
+        />
         <Button text={say("answer.as-entries")} onClick={showEntries} />
       </>
     );
   }
-  const change = (index: number, value: string) => fill(entries.with(index, value));
+  const changeEntry = (index: number, value: string) => changeEntries(entries.with(index, value));
   const showText = () => {
-    const text = writeMatrix(entries, columns) || typed.current;
-    typed.current = text;
+    const text = writeMatrix(entries, columns) || lastText.current;
+    lastText.current = text;
     onAnswer(text);
-    setAsText(true);
+    setIsText(true);
   };
   const toggle = () => {
-    if (!math) fill(entries.map((entry) => latexOf(entry, problem)));
+    if (!math) changeEntries(entries.map((entry) => writeLatex(entry, problem)));
     setMath(!math);
   };
-  const paste = (event: ClipboardEvent) => {
+  const pasteMatrix = (event: ClipboardEvent) => {
     const pasted = parseEntries(event.clipboardData?.getData("text") ?? "", rows, columns);
     if (!pasted || math) return;
     event.preventDefault(); // a matrix that is pasted into an entry fills them all
-    fill(pasted);
+    changeEntries(pasted);
   };
-  const label = (i: number) =>
+  const describeEntry = (i: number) =>
     columns === 1
       ? say("answer.component", { row: i + 1 })
       : say("answer.entry", { row: Math.floor(i / columns) + 1, column: (i % columns) + 1 });
   return (
     <Fields problem={problem} part={part} hasSymbols={part.key.type !== "numbers"}>
-      <Grid rows={rows} columns={columns} labels={part.grid} onPaste={paste}>
+      <Grid rows={rows} columns={columns} labels={part.grid} onPaste={pasteMatrix}>
         {entries.map((entry, i) => (
           <span class="cell" key={i} onFocusIn={scrollToCell}>
             <FormulaField
-              label={label(i)}
+              label={describeEntry(i)}
               value={entry}
-              onValue={(value) => change(i, value)}
+              onValue={(value) => changeEntry(i, value)}
               onEnter={onCheck}
-              math={math}
+              isMath={math}
             />
             {units[i] ? <span class="unit">{units[i]}</span> : null}
           </span>
@@ -193,9 +198,12 @@ function scrollToCell({ currentTarget }: { readonly currentTarget: HTMLElement }
   if (!grid || grid.scrollWidth <= grid.clientWidth) return;
   const [cell, box] = [currentTarget.getBoundingClientRect(), grid.getBoundingClientRect()];
   const labelWidth = grid.querySelector(".of-row")?.clientWidth ?? 0; // the row labels cover the entries
-  const [before, behind] = [cell.left - box.left - labelWidth - CELL_MARGIN, cell.right - box.right + CELL_MARGIN];
-  if (before < 0) grid.scrollLeft += before;
-  else if (behind > 0) grid.scrollLeft += Math.min(behind, before);
+  const [leftGap, rightExcess] = [
+    cell.left - box.left - labelWidth - CELL_MARGIN,
+    cell.right - box.right + CELL_MARGIN,
+  ];
+  if (leftGap < 0) grid.scrollLeft += leftGap;
+  else if (rightExcess > 0) grid.scrollLeft += Math.min(rightExcess, leftGap);
 }
 
 /** Margin (pixels) between an entry and the side of its grid. */
@@ -205,7 +213,7 @@ interface FormulaFieldProps {
   readonly label: string;
   readonly value: string;
   readonly isWide?: boolean;
-  readonly math: boolean;
+  readonly isMath: boolean;
   /** For a multi-line text: whether Enter begins another line instead of checking. Shift+Enter always does. */
   readonly startsNewLine?: ((text: string) => boolean) | undefined;
   readonly onValue: (text: string) => void;
@@ -213,8 +221,8 @@ interface FormulaFieldProps {
 }
 
 /** A field for a formula, as text or as typeset mathematics. */
-function FormulaField({ label, value, onValue, onEnter, math, isWide = false, startsNewLine }: FormulaFieldProps) {
-  if (math) return <MathField label={label} value={value} onValue={onValue} onEnter={onEnter} />;
+function FormulaField({ label, value, onValue, onEnter, isMath, isWide = false, startsNewLine }: FormulaFieldProps) {
+  if (isMath) return <MathField label={label} value={value} onValue={onValue} onEnter={onEnter} />;
   const attributes = {
     ...LITERAL,
     class: isWide ? "formula-field wide" : "formula-field",
@@ -235,7 +243,7 @@ function FormulaField({ label, value, onValue, onEnter, math, isWide = false, st
 /** Maximum number of visible lines. */
 const MAX_LINES = 8;
 
-interface FieldsProps extends Pick<Field, "problem" | "part"> {
+interface FieldsProps extends Pick<AnswerProps, "problem" | "part"> {
   readonly hasSymbols: boolean;
   readonly children: ComponentChildren;
 }
@@ -243,12 +251,12 @@ interface FieldsProps extends Pick<Field, "problem" | "part"> {
 /** The fields of an answer, and buttons that insert symbols at the cursor of the last used field. */
 function Fields({ problem, part, hasSymbols, children }: FieldsProps) {
   const box = useRef<HTMLDivElement>(null);
-  const last = useRef<Element | null>(null);
+  const lastField = useRef<Element | null>(null);
   const rememberField = ({ target }: FocusEvent) => {
-    if (target instanceof Element && target.matches(FIELDS)) last.current = target;
+    if (target instanceof Element && target.matches(FIELD_SELECTOR)) lastField.current = target;
   };
-  const insert = (text: string, latex: string) => {
-    const field = last.current?.isConnected ? last.current : box.current?.querySelector(FIELDS);
+  const insertSymbol = (text: string, latex: string) => {
+    const field = lastField.current?.isConnected ? lastField.current : box.current?.querySelector(FIELD_SELECTOR);
     if (field instanceof HTMLInputElement || field instanceof HTMLTextAreaElement) {
       field.setRangeText(
         text,
@@ -261,7 +269,7 @@ function Fields({ problem, part, hasSymbols, children }: FieldsProps) {
     } else if (field) insertFormula(field, latex);
   };
   // Joints and lengths always; rates, velocities and forces only if the question mentions them.
-  const names = Object.entries(problem.symbols).filter(
+  const offeredSymbols = Object.entries(problem.symbols).filter(
     ([name, { role, value }]) =>
       value === undefined && (["joint", "length", "angle"].includes(role) || part.names.includes(name)),
   );
@@ -270,19 +278,19 @@ function Fields({ problem, part, hasSymbols, children }: FieldsProps) {
       {children}
       {hasSymbols ? (
         <div class="symbols" role="group" aria-label={say("answer.symbols")}>
-          {names.map(([name, { latex }]) => (
+          {offeredSymbols.map(([name, { latex }]) => (
             <button
               type="button"
               key={name}
               title={name}
               aria-label={nameButton(name, latex)}
-              onClick={() => insert(name, latex)}
+              onClick={() => insertSymbol(name, latex)}
             >
               <Letter latex={latex} />
             </button>
           ))}
           {FUNCTIONS.map(([name, text, latex]) => (
-            <button type="button" key={name} onClick={() => insert(text, latex)}>
+            <button type="button" key={name} onClick={() => insertSymbol(text, latex)}>
               {name}
             </button>
           ))}
@@ -292,7 +300,7 @@ function Fields({ problem, part, hasSymbols, children }: FieldsProps) {
   );
 }
 
-const FIELDS = "input.formula-field, textarea.formula-field, math-field";
+const FIELD_SELECTOR = "input.formula-field, textarea.formula-field, math-field";
 const FUNCTIONS = [
   ["sin", "sin(", "\\sin\\left(#?\\right)"],
   ["cos", "cos(", "\\cos\\left(#?\\right)"],
@@ -301,15 +309,15 @@ const FUNCTIONS = [
 ] as const;
 
 /** A longer formula is judged, but not typeset. */
-const MAX_PREVIEWED = 5000;
+const MAX_PREVIEW_LENGTH = 5000;
 
 /** The parsed answer, typeset; below Check, so that the button does not move while it is pressed. */
-export function Preview(props: Pick<Field, "problem" | "part"> & { answer: string }): JSX.Element | null {
+export function Preview(props: Pick<AnswerProps, "problem" | "part"> & { answer: string }): JSX.Element | null {
   const { answer, problem, part } = props;
   const { type } = part.key;
-  const text = type === "configurations" ? answer : withPoints(answer);
+  const text = type === "configurations" ? answer : readCommasAsPoints(answer);
   const settledText = useDebounced(text, 150);
-  const preview = useMemo(() => previewOf(settledText, problem, part), [settledText, problem, part]);
+  const preview = useMemo(() => makePreview(settledText, problem, part), [settledText, problem, part]);
   if ("option_mistakes" in part.key) return null;
   return (
     <p class="preview" aria-live="polite">
@@ -325,32 +333,36 @@ export function Preview(props: Pick<Field, "problem" | "part"> & { answer: strin
 }
 
 /** Return a typed formula as LaTeX; "" if it can't be parsed, because the field could not show it. */
-function latexOf(text: string, problem: Problem): string {
-  const preview = previewOf(withPoints(text), problem);
+function writeLatex(text: string, problem: Problem): string {
+  const preview = makePreview(readCommasAsPoints(text), problem);
   return preview && "latex" in preview ? preview.latex.replaceAll("{,}", ".") : "";
 }
 
-type Previewed = { readonly latex: string } | { readonly why: string };
+type FormulaPreview = { readonly latex: string } | { readonly why: string };
 
-function previewOf(text: string, problem: Problem, part: Part | null = null): Previewed | null {
-  if (!text.trim() || text.length > MAX_PREVIEWED) return null;
-  const known = new Set(Object.keys(problem.symbols));
-  return catchParseError<Previewed, Previewed>(
-    () => ({ latex: typesetTree(part ? parseAnswer(text, known, part) : parse(text, known), problem.symbols) }),
+function makePreview(text: string, problem: Problem, part: Part | null = null): FormulaPreview | null {
+  if (!text.trim() || text.length > MAX_PREVIEW_LENGTH) return null;
+  const symbolNames = new Set(Object.keys(problem.symbols));
+  return catchParseError<FormulaPreview, FormulaPreview>(
+    () => ({
+      latex: typesetTree(part ? parseAnswer(text, symbolNames, part) : parse(text, symbolNames), problem.symbols),
+    }),
     (error) => ({ why: textOf(error.why) }),
   );
 }
 
-function Letters({ problem: { lang }, part, onAnswer }: Field) {
+function Letters({ problem: { lang }, part, onAnswer }: AnswerProps) {
   const options = part.options ?? [];
-  const [chosen, setChosen] = useState<readonly (number | null)[]>([]);
-  const choose = (now: readonly (number | null)[]) => {
-    setChosen(now);
-    onAnswer(now.every((option) => option !== null) ? now.map((option) => LETTERS[option as number]).join("") : "");
+  const [chosenOptions, setChosen] = useState<readonly (number | null)[]>([]);
+  const changeChoice = (newChoice: readonly (number | null)[]) => {
+    setChosen(newChoice);
+    onAnswer(
+      newChoice.every((option) => option !== null) ? newChoice.map((option) => LETTERS[option as number]).join("") : "",
+    );
   };
   if (part.key.type === "matching") {
-    const items = part.key.items;
-    const now = Array.from({ length: items }, (_, i) => chosen[i] ?? null);
+    const itemCount = part.key.items;
+    const chosenByItem = Array.from({ length: itemCount }, (_, i) => chosenOptions[i] ?? null);
     return (
       <div class="answer">
         <p class="help">{say("answer.choose-each")}</p>
@@ -361,14 +373,14 @@ function Letters({ problem: { lang }, part, onAnswer }: Field) {
             </li>
           ))}
         </ul>
-        {now.map((option, i) => (
+        {chosenByItem.map((option, i) => (
           <label class="match" key={i}>
             {say("answer.match", { index: i + 1 })}
             <select
               value={option ?? ""}
               onChange={(event) => {
                 const value = event.currentTarget.value;
-                choose(now.with(i, value === "" ? null : Number(value)));
+                changeChoice(chosenByItem.with(i, value === "" ? null : Number(value)));
               }}
             >
               <option value="">{say("answer.choose")}</option>
@@ -391,10 +403,10 @@ function Letters({ problem: { lang }, part, onAnswer }: Field) {
           <input
             type={isSingle ? "radio" : "checkbox"}
             name="option"
-            checked={chosen.includes(i)}
+            checked={chosenOptions.includes(i)}
             onChange={() => {
-              const others = chosen.filter((option) => option !== i);
-              choose(isSingle ? [i] : others.length === chosen.length ? [...chosen, i] : others);
+              const others = chosenOptions.filter((option) => option !== i);
+              changeChoice(isSingle ? [i] : others.length === chosenOptions.length ? [...chosenOptions, i] : others);
             }}
           />
           <strong>{LETTERS[i]}</strong> <Html html={option} class="option-text" lang={lang} />

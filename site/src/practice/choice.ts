@@ -2,7 +2,7 @@
 // (Leitner's boxes).
 
 import type { Index, ProblemEntry } from "../bank.js";
-import { randomNumbers } from "../random.js";
+import { makeRandomNumbers } from "../random.js";
 import { message, type Message } from "../text/text.js";
 
 /** What the student wants to practise; "" or null means anything. */
@@ -173,7 +173,9 @@ export const needsRepetition = (attempt: ItemState | undefined): boolean =>
 
 /** Return a generator of random numbers from 0 to 1, seeded by a text. */
 export const makeRandomGenerator = (seed: string): (() => number) =>
-  randomNumbers([...seed].reduce((hash, sign) => Math.imul(hash ^ (sign.codePointAt(0) ?? 0), 0x01000193), 0x811c9dc5));
+  makeRandomNumbers(
+    [...seed].reduce((hash, sign) => Math.imul(hash ^ (sign.codePointAt(0) ?? 0), 0x01000193), 0x811c9dc5),
+  );
 
 /** Write a wish as the end of an address. */
 export function writeWish({ family, question, difficulty, variation, set, count }: Wish): string {

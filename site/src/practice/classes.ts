@@ -5,7 +5,7 @@ import { type Item, makeProblemFinder, VARIATION_STEPS } from "./choice.js";
 import { isDue, listLessonItems, NO_STREAK, type Streak, type Skill } from "./skills.js";
 import type { Topic } from "./topics.js";
 
-/** "plain": planar arms of the chapter; "space": other arms of the chapter; "any": arms that vary, and more families. */
+/** "plain": planar arms of the chapter; "space": its other arms; "any": arms that vary, and additional families. */
 export const CLASSES = ["plain", "space", "any"] as const;
 export type ArmClass = (typeof CLASSES)[number];
 

@@ -11,11 +11,11 @@ import { Task, type TaskProps } from "./task.js";
 /** One problem. If it follows another one, the page moves to it, also for keyboards and screen readers. */
 export function Current(props: Omit<TaskProps, "problem" | "part">): JSX.Element {
   const { item } = props;
-  const { loaded: problem, failed, again } = useLoaded(() => loadProblem(item.family, item.key), [item]);
-  if (failed)
+  const { loaded: problem, error, retry } = useLoaded(() => loadProblem(item.family, item.key), [item]);
+  if (error)
     return (
       <div class="task">
-        <Failed why={failed} onAgain={again} />
+        <Failed reason={error} onAgain={retry} />
       </div>
     );
   const part = problem?.parts.find(({ kind }) => kind === item.question);
@@ -31,10 +31,10 @@ export function Current(props: Omit<TaskProps, "problem" | "part">): JSX.Element
   return <Task {...props} problem={problem} part={part} />;
 }
 
-export function Failed({ why, onAgain }: { why: string; onAgain: () => void }): JSX.Element {
+export function Failed({ reason, onAgain }: { reason: string; onAgain: () => void }): JSX.Element {
   return (
     <div role="alert">
-      <p>{say("practice.failed", { why })}</p>
+      <p>{say("practice.failed", { why: reason })}</p>
       <Button style="button" text={say("practice.again")} onClick={onAgain} />
     </div>
   );

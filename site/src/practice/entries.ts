@@ -1,20 +1,22 @@
 // Convert the entries of a vector or matrix in its grid to text, and text in any form of a matrix to entries (by rows).
 
-import { withPoints } from "../read/points.js";
+import { readCommasAsPoints } from "../read/points.js";
 import { tableText } from "../read/tables.js";
 import { inRows } from "../read/tree.js";
 
 /** Return entries as the text of a matrix; an empty entry is a blank, and 0,5 in an entry is one number. */
 export function writeMatrix(entries: readonly string[], columns: number): string {
   if (entries.every((entry) => !entry.trim())) return "";
-  const typedEntries = entries.map((entry) => withPoints(entry).trim() || "blank");
+  const typedEntries = entries.map((entry) => readCommasAsPoints(entry).trim() || "blank");
   return `[${inRows(typedEntries, columns)
     .map((row) => `[${row.join(", ")}]`)
     .join(", ")}]`;
 }
 
-/** Return the entries of a typed matrix: with brackets, or with rows separated by lines or semicolons. Return null if its
- * shape is another one. */
+/**
+ * Return the entries of a typed matrix: with brackets, or with rows separated by lines or semicolons. Return null if
+ * its shape is another one.
+ */
 export function parseEntries(text: string, rows: number, columns: number): string[] | null {
   return (
     parseBracketedEntries(text, rows, columns) ??
@@ -22,7 +24,7 @@ export function parseEntries(text: string, rows: number, columns: number): strin
   );
 }
 
-/** Return the entries of a matrix in brackets, such as [[a, b], [c, d]], [a, b; c, d] or Matrix([…]); null for others. */
+/** Return the entries of a matrix in brackets: [[a, b], [c, d]], [a, b; c, d] or Matrix([…]); null for other texts. */
 function parseBracketedEntries(text: string, rows: number, columns: number): string[] | null {
   const content = /^\s*(?:Matrix\(\s*)?\[([\s\S]*)\](?:\s*\))?\s*$/.exec(text)?.[1];
   if (content === undefined) return null;

@@ -70,7 +70,7 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
   );
 }
 
-/** Return the message on a missing factor, whose symbols are listed; a factor of det J with joints has singularities. */
+/** Return the message on a missing factor with these symbols; a factor of det J with joints has singularities. */
 export function describeMissingFactor(symbols: string, ofDeterminant: boolean): Message {
   const what = symbols.replaceAll("theta", "θ");
   const isMoving = ofDeterminant && /theta|d\d/.test(symbols);

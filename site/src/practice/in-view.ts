@@ -20,7 +20,7 @@ export function bringIntoView(element: Element): void {
 
 function scrollTo(element: Element): void {
   const { top, bottom } = element.getBoundingClientRect();
-  const coveredHeight = parseFloat(getComputedStyle(document.documentElement).scrollPaddingTop) || 0; // covered by the stage
+  const coveredHeight = parseFloat(getComputedStyle(document.documentElement).scrollPaddingTop) || 0; // by the stage
   const isTall = bottom - top > window.innerHeight - coveredHeight;
   if (top >= coveredHeight - 1 && (isTall ? top <= coveredHeight + 1 : bottom <= window.innerHeight + 1)) return;
   const isStill = window.matchMedia?.("(prefers-reduced-motion: reduce)").matches ?? true;

@@ -4,7 +4,7 @@ import type { MathfieldElement } from "mathlive";
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
-import { decimalSign, language, say } from "../text/text.js";
+import { decimalSign, getLanguage, say } from "../text/text.js";
 
 /** Return the LaTeX in a field, with decimal points instead of decimal commas. */
 const readFormula = (field: MathfieldElement | null): string => (field?.getValue("latex") ?? "").replaceAll("{,}", ".");
@@ -35,7 +35,7 @@ interface MathFieldProps {
 
 export function MathField({ label, value, onValue, onEnter }: MathFieldProps): JSX.Element {
   const place = useRef<HTMLSpanElement>(null);
-  const [failed, setFailed] = useState("");
+  const [loadError, setLoadError] = useState("");
   useEffect(() => {
     let field: MathfieldElement | null = null;
     let isMounted = true;
@@ -44,7 +44,7 @@ export function MathField({ label, value, onValue, onEnter }: MathFieldProps): J
         if (!isMounted || !place.current) return;
         Field.fontsDirectory = null; // the page's own fonts are sufficient
         Field.soundsDirectory = null;
-        Field.locale = language().code;
+        Field.locale = getLanguage().code;
         Field.decimalSeparator = decimalSign() === "," ? "," : ".";
         field = new Field();
         field.value = value.replaceAll(".", Field.decimalSeparator === "," ? "{,}" : ".");
@@ -57,13 +57,13 @@ export function MathField({ label, value, onValue, onEnter }: MathFieldProps): J
         });
         place.current.replaceChildren(field);
       },
-      (error: unknown) => setFailed(String(error)),
+      (error: unknown) => setLoadError(String(error)),
     );
     return () => {
       isMounted = false;
       field?.remove();
     };
   }, []);
-  if (failed) return <span role="alert">{say("practice.failed", { why: failed })}</span>;
+  if (loadError) return <span role="alert">{say("practice.failed", { why: loadError })}</span>;
   return <span ref={place} class="math-place" />;
 }

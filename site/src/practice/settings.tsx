@@ -5,7 +5,7 @@ import { useRef, useState } from "preact/hooks";
 
 import { Button } from "../controls.js";
 import type { Index } from "../bank.js";
-import { newSeed } from "../random.js";
+import { makeSeed } from "../random.js";
 import { say } from "../text/text.js";
 import { writeWish, needsRepetition, BOX_DELAYS, type Wish } from "./choice.js";
 import { type StoredState, writeFile, parseFile, mergeStates, EMPTY_STATE } from "./stored-state.js";
@@ -54,7 +54,7 @@ function summarizeWish({ families, questions }: Index, wish: Wish): string {
 
 function More({ wish, stored, onWish, onRestored }: SettingsProps) {
   const [error, setError] = useState("");
-  const [newSetSeed] = useState(newSeed);
+  const [newSetSeed] = useState(makeSeed);
   const fileInput = useRef<HTMLInputElement>(null);
   const itemStates = Object.values(stored.progress);
   const dueCount = itemStates.filter(

@@ -1,5 +1,5 @@
-// A printable sheet: the first questions of a set with figure, table and room for answers; then the correct answers on a
-// page of their own.
+// A printable sheet: the first questions of a set with figure, table and room for answers; the correct answers follow
+// on a page of their own.
 
 import type { JSX } from "preact";
 import { useState } from "preact/hooks";
@@ -55,7 +55,7 @@ export function Sheet({
   const hasSolutions = atLeast(index.feedback, "solutions"); // else there are no answers in the bank
   const [sheet, setSheet] = useState({ ...initialSheet, hasKey: initialSheet.hasKey && hasSolutions });
   const listSheetItems = (): readonly Item[] => listSetItems(index, { ...wish, count: sheet.count });
-  const { loaded: arms, failed } = useLoaded(() => loadArms(listSheetItems(), hasSolutions), [sheet.count]);
+  const { loaded: arms, error } = useLoaded(() => loadArms(listSheetItems(), hasSolutions), [sheet.count]);
   const changeSheet = (newSheet: SheetWish) => {
     setSheet(newSheet);
     window.history.replaceState(null, "", writeSheetLink(wish, newSheet));
@@ -83,9 +83,9 @@ export function Sheet({
         <Button style="button" text={say("sheet.print")} disabled={!arms} onClick={() => window.print()} />
         <a href={writeWish(wish) || window.location.pathname}>{say("sheet.back")}</a>
       </form>
-      {failed ? <p role="alert">{say("practice.failed", { why: failed })}</p> : null}
+      {error ? <p role="alert">{say("practice.failed", { why: error })}</p> : null}
       {arms ? <Paper arms={arms} set={wish.set} hasKey={sheet.hasKey} /> : null}
-      {!arms && !failed ? <p role="status">{say("practice.loading")}</p> : null}
+      {!arms && !error ? <p role="status">{say("practice.loading")}</p> : null}
     </>
   );
 }

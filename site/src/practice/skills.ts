@@ -31,7 +31,7 @@ export const NEW_SKILL: Skill = { ...NO_STREAK, goals: [] };
 /** Return the name of an item's arm. FAMILY/KEY-quiz has short questions about the arm in FAMILY/KEY. */
 const nameArm = ({ family, key }: Item): string => `${family}/${key.replace(/-quiz$/, "")}`;
 
-/** How a question was answered. `isHelped`: after hints or the solution; `isRepeated`: after an earlier answer to it. */
+/** How a question was answered. `isHelped`: after hints or the solution; `isRepeated`: after an earlier answer. */
 export type Attempt = { readonly isRight: boolean; readonly isHelped: boolean; readonly isRepeated: boolean };
 
 /** Return the streak after an answer at the time `now` (ms); `armCount` is the number of the class's arms. */

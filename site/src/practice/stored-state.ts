@@ -1,8 +1,8 @@
-// What the browser stores of a student's work, also as a file: answered problems and progress in lessons.
+// The stored state of a student's work, in the browser or in a file: answered questions and progress in lessons.
 
 import { useState } from "preact/hooks";
 
-import { resultOrNull, storage, storedJson, storeText } from "../storage.js";
+import { resultOrNull, storage, loadJson, storeText } from "../storage.js";
 import type { Progress } from "./choice.js";
 import { checkProgress, mergeProgress } from "./progress.js";
 import { checkSkills, mergeSkills, type Skills } from "./skills.js";
@@ -14,9 +14,9 @@ export const EMPTY_STATE: StoredState = { progress: {}, lessons: {} };
 const KEYS = { progress: "qdot-progress", lessons: "qdot-lessons" } as const;
 
 /** Return the stored state; a part is empty if the browser stores nothing there, or something invalid. */
-export const storedState = (storage: Storage | null): StoredState => ({
-  progress: storedJson(storage, KEYS.progress, checkProgress),
-  lessons: storedJson(storage, KEYS.lessons, checkSkills),
+export const loadState = (storage: Storage | null): StoredState => ({
+  progress: loadJson(storage, KEYS.progress, checkProgress),
+  lessons: loadJson(storage, KEYS.lessons, checkSkills),
 });
 
 /** Store the parts of the state that have changed. */
@@ -27,7 +27,7 @@ export function storeState(storage: Storage | null, changes: Partial<StoredState
 
 /** Return the stored state, and a function that changes parts of it and stores them. */
 export function useStoredState(): [StoredState, (changes: Partial<StoredState>) => void] {
-  const [state, setState] = useState(() => storedState(storage));
+  const [state, setState] = useState(() => loadState(storage));
   const change = (changes: Partial<StoredState>): void => {
     setState({ ...state, ...changes });
     storeState(storage, changes);

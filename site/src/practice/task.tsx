@@ -5,7 +5,7 @@ import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Button } from "../controls.js";
 import type * as Panel from "../arm/panel.js";
-import { singularIn } from "../arm/is-singular.js";
+import { createSingularityTest } from "../arm/is-singular.js";
 import type { Stage } from "../arm/stage.js";
 import type { View } from "../arm/view.js";
 import type { Factor, Part, Problem, Solutions } from "../bank.js";
@@ -13,7 +13,7 @@ import { atLeast, lowerLevel, type Level, limitVerdict } from "../grade/levels.j
 import type { ColumnsAt } from "../grade/typed-jacobian.js";
 import { type SymbolValues, isParsed, type Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
-import { language, say } from "../text/text.js";
+import { getLanguage, say } from "../text/text.js";
 import { afterPaint, useSteps } from "../scheduling.js";
 import { bringIntoView } from "./in-view.js";
 import { Answer, Preview } from "./answer.js";
@@ -25,23 +25,23 @@ import { removeOptions } from "./prompt.js";
 
 /** The movable arm; or a message if it could not be loaded, because practice works without it. */
 type ArmPart = typeof Panel.Arm | typeof NoArm;
-let arm: ArmPart | null = null;
+let armComponent: ArmPart | null = null;
 
 /** Return the movable arm once it is wanted and loaded, else null. */
-function useArm(wanted: boolean): ArmPart | null {
-  const [, setLoaded] = useState(arm !== null);
+function useArm(isWanted: boolean): ArmPart | null {
+  const [, setLoaded] = useState(armComponent !== null);
   useEffect(() => {
-    if (!wanted || arm !== null) return;
+    if (!isWanted || armComponent !== null) return;
     let isMounted = true;
     void import("../arm/panel.js")
       .then(
-        ({ Arm }) => (arm = Arm),
-        () => (arm = NoArm),
+        ({ Arm }) => (armComponent = Arm),
+        () => (armComponent = NoArm),
       )
       .then(() => isMounted && setLoaded(true));
     return () => void (isMounted = false);
-  }, [wanted]);
-  return wanted ? arm : null;
+  }, [isWanted]);
+  return isWanted ? armComponent : null;
 }
 
 const NoArm = () => (
@@ -49,10 +49,10 @@ const NoArm = () => (
     {say("practice.arm-failed")}
   </p>
 );
-const grading = () => import("../grade/judge.js");
+const loadGrading = () => import("../grade/judge.js");
 
 /** An answer with its verdict. */
-export type Judged = { readonly part: Part; readonly answer: string; readonly verdict: Verdict };
+export type JudgedPart = { readonly part: Part; readonly answer: string; readonly verdict: Verdict };
 
 export interface TaskProps {
   readonly item: Item;
@@ -60,7 +60,7 @@ export interface TaskProps {
   readonly part: Part;
   readonly level: Level;
   /** The highest level of feedback while another try may still earn points. */
-  readonly judgedAt?: Level;
+  readonly maxLevel?: Level;
   readonly hasArrived: boolean;
   /** Whether the question is closed: the solution may be shown, and nothing more is checked. */
   readonly isClosed?: boolean;
@@ -69,33 +69,33 @@ export interface TaskProps {
   /** Sentences on the answer's effect on the progress, shown below the verdict. */
   readonly notes?: readonly string[];
   /** Called with whether a parsed answer is right, whether hints or the solution were shown, and the judged answer. */
-  readonly onVerdict: (right: boolean, helped: boolean, judged: Judged) => void;
+  readonly onVerdict: (isRight: boolean, isHelped: boolean, judged: JudgedPart) => void;
   /** Called if the solution is shown before the answer is right. */
   readonly onSolution?: () => void;
   readonly onNext: () => void;
 }
 
 export function Task(props: TaskProps): JSX.Element {
-  const { item, problem, part, level, judgedAt = level, hasArrived, isClosed = false, mayShowFactors = true } = props;
+  const { item, problem, part, level, maxLevel = level, hasArrived, isClosed = false, mayShowFactors = true } = props;
   const { notes, onVerdict, onSolution, onNext } = props;
   const [answer, setAnswer] = useState("");
   const [verdict, setVerdict] = useState<Verdict | null>(null);
-  const [failed, setFailed] = useState("");
+  const [loadError, setLoadError] = useState("");
   const [pose, setPose] = useState<SymbolValues | undefined>(undefined);
   const [ownColumns, setOwnColumns] = useState<ColumnsAt | null>(null);
-  const [helped, setHelped] = useState(false); // an answer after the solution was shown does not count
-  const hasHints = useRef(false);
+  const [isSolutionShown, setSolutionShown] = useState(false); // an answer after the solution was shown does not count
+  const hasSeenHints = useRef(false);
   const isPrepared = useRef(false);
   const lastJudged = useRef<string | null>(null);
-  const start = useRef<HTMLElement>(null);
+  const article = useRef<HTMLElement>(null);
   const verdictPlace = useRef<HTMLDivElement>(null);
   const step = useSteps(3); // the question comes first, because a phone shows little else
   const Arm = useArm(step > 2);
   const isPosed = problem.robot.joints.every((joint, i) => part.pose?.[nameJointVariable(joint, i)] !== undefined);
-  const first = useMemo(() => ({ ...problem.pose, ...part.pose }), [problem, part]);
+  const initialPose = useMemo(() => ({ ...problem.pose, ...part.pose }), [problem, part]);
   const figure = (isPosed && part.figure) || problem.figure; // until the movable arm is loaded
-  const isOpen = !isClosed && verdict?.outcome !== "correct" && !helped; // still to be answered
-  const hidesFactors = REVEALED_BY_FACTORS.has(part.kind) && verdict?.outcome !== "correct" && !helped;
+  const isOpen = !isClosed && verdict?.outcome !== "correct" && !isSolutionShown; // still to be answered
+  const wouldReveal = REVEALED_BY_FACTORS.has(part.kind) && verdict?.outcome !== "correct" && !isSolutionShown;
   const overlay = useMemo(
     () =>
       ownColumns
@@ -104,38 +104,42 @@ export function Task(props: TaskProps): JSX.Element {
     [ownColumns],
   );
   const [factors, setFactors] = useState<readonly Factor[]>([]);
-  const isShown = step === 3 && mayShowFactors && !hidesFactors && atLeast(level, "solutions");
+  const showsFactors = step === 3 && mayShowFactors && !wouldReveal && atLeast(level, "solutions");
   useEffect(() => {
-    if (!isShown) return;
+    if (!showsFactors) return;
     loadSolutions(item.family, item.key).then(
       (solutions) => setFactors(solutions.factors),
       () => undefined, // without a connection, the stage has no factors
     );
-  }, [isShown]);
-  const isSingular = useMemo(() => singularIn(problem), [problem]);
+  }, [showsFactors]);
+  const isSingular = useMemo(() => createSingularityTest(problem), [problem]);
   /** Load the grading code before there is an answer, and run it once: the first run takes ten times as long. */
   const prepare = () => {
     if (isPrepared.current) return;
     isPrepared.current = true;
-    const firstRun = grading().then(({ judge }) => judge(problem, part, "sin(1)/2", isSingular));
+    const firstRun = loadGrading().then(({ judge }) => judge(problem, part, "sin(1)/2", isSingular));
     void firstRun.catch(() => undefined); // Check reports if it can't be loaded
   };
   const check = async () => {
     if (isClosed) return;
-    setFailed("");
-    const loaded = await grading().catch((error: unknown) => setFailed(String(error)));
+    setLoadError("");
+    const loaded = await loadGrading().catch((error: unknown) => setLoadError(String(error)));
     if (!loaded) return;
     const fullVerdict = loaded.judge(problem, part, answer, isSingular);
-    const shownVerdict = limitVerdict(fullVerdict, lowerLevel(level, judgedAt));
+    const shownVerdict = limitVerdict(fullVerdict, lowerLevel(level, maxLevel));
     setVerdict(shownVerdict);
     const isDrawn =
       fullVerdict.outcome !== "correct" && fullVerdict.outcome !== "missing" && atLeast(level, "counterexample");
     const columns = isDrawn ? loaded.ownColumns(problem, part, answer) : null;
     setOwnColumns(() => columns);
-    const isNew = answer !== lastJudged.current && !(helped && fullVerdict.outcome === "correct");
+    const isNew = answer !== lastJudged.current && !(isSolutionShown && fullVerdict.outcome === "correct");
     lastJudged.current = answer;
     if (isParsed(fullVerdict) && isNew)
-      onVerdict(fullVerdict.outcome === "correct", hasHints.current || helped, { part, answer, verdict: fullVerdict });
+      onVerdict(fullVerdict.outcome === "correct", hasSeenHints.current || isSolutionShown, {
+        part,
+        answer,
+        verdict: fullVerdict,
+      });
     afterPaint(() => {
       setPose(findPose(problem, shownVerdict)); // the feedback is on the page before the arm moves
       // a change of the page would end a scroll
@@ -144,11 +148,11 @@ export function Task(props: TaskProps): JSX.Element {
   };
   useEffect(() => {
     if (!hasArrived) return;
-    start.current?.focus({ preventScroll: true });
-    start.current?.scrollIntoView({ block: "start" });
+    article.current?.focus({ preventScroll: true });
+    article.current?.scrollIntoView({ block: "start" });
   }, []);
   const isDone = isClosed || verdict?.outcome === "correct";
-  const answering = (
+  const answerForm = (
     <>
       <form
         onFocusIn={prepare}
@@ -170,7 +174,7 @@ export function Task(props: TaskProps): JSX.Element {
         </p>
         <Preview problem={problem} part={part} answer={answer} />
       </form>
-      {failed ? <p role="alert">{say("practice.failed", { why: failed })}</p> : null}
+      {loadError ? <p role="alert">{say("practice.failed", { why: loadError })}</p> : null}
       <div role="status" ref={verdictPlace}>
         {verdict ? <Feedback problem={problem} verdict={verdict} isDrawn={ownColumns !== null} notes={notes} /> : null}
       </div>
@@ -180,9 +184,9 @@ export function Task(props: TaskProps): JSX.Element {
         lang={problem.lang}
         hasSolutions={atLeast(level, "solutions")}
         isSolved={isDone}
-        onHint={() => (hasHints.current = true)}
+        onHint={() => (hasSeenHints.current = true)}
         onSolution={() => {
-          setHelped(verdict?.outcome !== "correct");
+          setSolutionShown(verdict?.outcome !== "correct");
           if (verdict?.outcome !== "correct") onSolution?.();
         }}
       />
@@ -193,7 +197,7 @@ export function Task(props: TaskProps): JSX.Element {
       <article
         class="task"
         data-item={nameItem(item)}
-        ref={start}
+        ref={article}
         tabIndex={-1}
         aria-label={`${problem.title}: ${part.title}`}
       >
@@ -202,7 +206,7 @@ export function Task(props: TaskProps): JSX.Element {
           <span class="muted">· {say("practice.points", { difficulty: problem.difficulty })}</span>
         </p>
         <h2 lang={problem.lang ?? "en"}>{part.title}</h2>
-        {language().code === "en" ? null : (
+        {getLanguage().code === "en" ? null : (
           <p class={problem.lang ? "visually-hidden" : "muted"}>
             {say(problem.lang ? "practice.english-drawings" : "practice.english")}
           </p>
@@ -217,7 +221,7 @@ export function Task(props: TaskProps): JSX.Element {
             <p class="muted to-given">
               <a href="#given">{say("practice.to-given")}</a>
             </p>
-            {answering}
+            {answerForm}
             <details open class="given" id="given">
               <summary>{say("practice.given")}</summary>
               <Html html={problem.statement} class="statement" lang={problem.lang} />
@@ -230,8 +234,8 @@ export function Task(props: TaskProps): JSX.Element {
           <Arm
             robot={problem.robot}
             symbols={problem.symbols}
-            first={first}
-            isConcealed={isPosed && isOpen && !ABOUT_PATHS.has(part.kind)}
+            firstPose={initialPose}
+            isConcealed={isPosed && isOpen && !PATH_QUESTIONS.has(part.kind)}
             pose={pose}
             overlay={overlay}
             factors={factors}
@@ -252,7 +256,7 @@ const REVEALED_BY_FACTORS: ReadonlySet<string> = new Set([
 ]);
 
 /** Questions that begin in a pose, but do not ask about this pose. */
-const ABOUT_PATHS: ReadonlySet<string> = new Set(["path-rates", "path-limit"]);
+const PATH_QUESTIONS: ReadonlySet<string> = new Set(["path-rates", "path-limit"]);
 
 interface HelpProps {
   readonly item: Item;
@@ -266,42 +270,42 @@ interface HelpProps {
 }
 
 function Help({ item, part, lang, hasSolutions, isSolved, onHint, onSolution }: HelpProps) {
-  const [hints, setHints] = useState(0);
+  const [hintCount, setHintCount] = useState(0);
   const [solution, setSolution] = useState<(Solutions["parts"][number] & { lang?: string | undefined }) | null>(null);
-  const [failed, setFailed] = useState("");
-  const show = () => {
+  const [loadError, setLoadError] = useState("");
+  const showSolution = () => {
     onSolution();
     loadSolutions(item.family, item.key).then(
       ({ parts, lang }) => {
         const solvedPart = parts.find(({ name }) => name === part.name);
         setSolution(solvedPart ? { ...solvedPart, lang } : null);
       },
-      (error: unknown) => setFailed(String(error)),
+      (error: unknown) => setLoadError(String(error)),
     );
   };
   return (
     <section class="help-steps">
-      {part.hints.slice(0, hints).map((hint, i) => (
+      {part.hints.slice(0, hintCount).map((hint, i) => (
         <div class="hint" key={i}>
           <h3>{say("practice.hint", { number: i + 1 })}</h3>
           <Html html={hint} lang={lang} />
         </div>
       ))}
       <p class="actions">
-        {hints < part.hints.length ? (
+        {hintCount < part.hints.length ? (
           <Button
-            text={say("practice.more-hints", { number: hints + 1 })}
+            text={say("practice.more-hints", { number: hintCount + 1 })}
             onClick={() => {
               onHint();
-              setHints(hints + 1);
+              setHintCount(hintCount + 1);
             }}
           />
         ) : null}
-        {hasSolutions && solution === null && (isSolved || hints > 0) ? (
-          <Button text={say("practice.solution")} onClick={show} />
+        {hasSolutions && solution === null && (isSolved || hintCount > 0) ? (
+          <Button text={say("practice.solution")} onClick={showSolution} />
         ) : null}
       </p>
-      {failed ? <p role="alert">{say("practice.failed", { why: failed })}</p> : null}
+      {loadError ? <p role="alert">{say("practice.failed", { why: loadError })}</p> : null}
       {solution ? (
         <div class="solution">
           <h3>{say("practice.solution-title")}</h3>

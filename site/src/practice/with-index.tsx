@@ -15,8 +15,8 @@ interface WithIndexProps {
 }
 
 export function WithIndex({ children, loading }: WithIndexProps): JSX.Element {
-  const { loaded, failed, again } = useLoaded(loadIndex, []);
-  if (failed) return <Failed why={failed} onAgain={again} />;
+  const { loaded, error, retry } = useLoaded(loadIndex, []);
+  if (error) return <Failed reason={error} onAgain={retry} />;
   if (loaded) return children(loaded);
   return (
     loading ?? (

@@ -1,4 +1,4 @@
-// Convert LaTeX to the plain text that the grammar parses. Unknown commands stay, so that the parser reports them.
+// Convert LaTeX to the plain text that the grammar parses. Unknown commands become names, which the parser reports.
 
 import { FUNCTIONS } from "./names.js";
 import { compile, isSpace, LIMITS, pattern, strip, table, VOCABULARY, wholePattern } from "./vocabulary.js";
@@ -7,142 +7,145 @@ const TOKEN = pattern("latex_token", "g");
 const { latex } = VOCABULARY;
 const WORDS = table(latex.words);
 const RATES = table(latex.rates);
+/** The velocities that a command such as \dot means for a coordinate: vx for \dot{x}. */
 const VELOCITIES = new Map(Object.entries(latex.velocities).map(([dot, of]) => [dot, table<string>(of)]));
-const CONTINUES = new Set(["", "=", "+", "-", "*", "/", ")", "]", ...latex.row_ends]);
+const CONTINUATION_TOKENS = new Set(["", "=", "+", "-", "*", "/", ")", "]", ...latex.row_ends]);
 const SUM_OF_DIGITS = wholePattern("sum_of_digits");
-const HEIGHT = compile(`^${VOCABULARY.patterns.height_of_row}`);
+const ROW_HEIGHT = compile(`^${VOCABULARY.patterns.height_of_row}`);
 
-export const latexAsText = (text: string): string => new Converter(text.match(TOKEN) ?? []).until([]);
+export const latexAsText = (text: string): string => new Converter(text.match(TOKEN) ?? []).convertUntil([]);
 
 /** Converts a formula token by token. */
 class Converter {
-  private at = 0;
+  /** The index of the next token. */
+  private position = 0;
+  /** The number of groups and arguments in progress. */
   private depth = 0;
 
   constructor(private readonly tokens: readonly string[]) {}
 
   private peek(): string {
-    return this.tokens[this.at] ?? "";
+    return this.tokens[this.position] ?? "";
   }
 
-  /** Return the text up to one of the tokens, which is not consumed. */
-  until(ends: readonly string[]): string {
+  /** Convert the text up to one of these tokens, which is not consumed. */
+  convertUntil(endTokens: readonly string[]): string {
     this.depth += 1;
-    let out = "";
-    while (this.at < this.tokens.length && !ends.includes(this.peek()) && this.depth <= LIMITS.latex_depth)
-      out += this.next();
+    let text = "";
+    while (this.position < this.tokens.length && !endTokens.includes(this.peek()) && this.depth <= LIMITS.latex_depth)
+      text += this.convertNext();
     this.depth -= 1;
-    return out;
+    return text;
   }
 
-  private next(): string {
+  private convertNext(): string {
     const token = this.peek();
-    this.at += 1;
+    this.position += 1;
     if (isSpace(token[0])) return " ";
     if (token === "{") {
-      const inner = this.group();
+      const inner = this.convertGroup();
       return inner.includes(":") ? `{${inner}}` : `(${inner})`; // a dictionary of SymPy's, {\theta_2: [0, pi]}
     }
-    if (token === "_") return this.subscript();
-    if (token === "^") return `^(${this.argument()})`;
-    if (token === "&" || latex.row_ends.includes(token)) return this.separator(token);
-    return token.startsWith("\\") && token.length > 1 ? this.command(token.slice(1)) : token;
+    if (token === "_") return this.convertSubscript();
+    if (token === "^") return `^(${this.convertArgument()})`;
+    if (token === "&" || latex.row_ends.includes(token)) return this.convertSeparator(token);
+    return token.startsWith("\\") && token.length > 1 ? this.convertCommand(token.slice(1)) : token;
   }
 
-  /** Return the separator of two statements for \\\\ or &; a space if the next line continues, as in & = b. */
-  private separator(sign: string): string {
+  /** Return the separator of two statements for \\\\ or &; a space if the statement continues after it, as in & = b. */
+  private convertSeparator(sign: string): string {
     const isGap = (token: string): boolean =>
       isSpace(token[0]) || token === "&" || (token.length > 1 && latex.spaces.includes(token.slice(1)));
-    while (isGap(this.peek())) this.at += 1;
-    if (CONTINUES.has(this.peek()) || this.peek() === "\\end") return " ";
+    while (isGap(this.peek())) this.position += 1;
+    if (CONTINUATION_TOKENS.has(this.peek()) || this.peek() === "\\end") return " ";
     return sign === "&" ? " & " : "; ";
   }
 
-  /** Return an index: 12 for {1,2} and {1+2}; the sum in brackets for \theta_1+\theta_2. */
-  private subscript(): string {
-    const bare = [...this.argument()].filter((sign) => !isSpace(sign) && !",()".includes(sign)).join("");
-    const index = SUM_OF_DIGITS.test(bare) ? bare.replaceAll("+", "") : bare;
+  /** Convert a subscript: 12 for {1,2} and {1+2}; a sum in brackets for {\theta_1+\theta_2}. */
+  private convertSubscript(): string {
+    const subscript = [...this.convertArgument()].filter((sign) => !isSpace(sign) && !",()".includes(sign)).join("");
+    const index = SUM_OF_DIGITS.test(subscript) ? subscript.replaceAll("+", "") : subscript;
     if (/[-+]/.test(index)) return `(${index})`;
     return /[0-9]$/.test(index) && /^\p{L}/u.test(this.peek()) ? `${index} ` : index; // a_1c \theta_1
   }
 
-  /** Return the text up to the closing brace, which is consumed. */
-  private group(): string {
-    const inner = this.until(["}"]);
-    this.at += 1;
+  /** Convert the text up to the closing brace, and consume the brace. */
+  private convertGroup(): string {
+    const inner = this.convertUntil(["}"]);
+    this.position += 1;
     return inner;
   }
 
-  /** Return a group, or the one token in its place; "" at the end, or if groups are nested too deeply. */
-  private argument(): string {
-    while (isSpace(this.peek()[0])) this.at += 1;
-    if (this.at >= this.tokens.length || this.depth > LIMITS.latex_depth) return "";
+  /** Convert a group, or the token that stands for one; return "" at the end, or if groups are nested too deeply. */
+  private convertArgument(): string {
+    while (isSpace(this.peek()[0])) this.position += 1;
+    if (this.position >= this.tokens.length || this.depth > LIMITS.latex_depth) return "";
     this.depth += 1;
     let argument: string;
     if (this.peek() === "{") {
-      this.at += 1;
-      argument = this.group();
+      this.position += 1;
+      argument = this.convertGroup();
     } else {
-      argument = this.next();
+      argument = this.convertNext();
     }
     this.depth -= 1;
     return argument;
   }
 
-  private command(name: string): string {
+  private convertCommand(name: string): string {
     if (latex.spaces.includes(name)) return " ";
     if (latex.nothing.includes(name)) return "";
     if (latex.braces.includes(name)) return name;
-    if (latex.fonts.includes(name)) return strip(this.argument());
-    if (latex.fractions.includes(name)) return `((${this.argument()})/(${this.argument()}))`;
-    if (latex.roots.includes(name)) return this.root();
-    const rate = RATES.get(name); // the rate of the joint variable with the index inside or after it
+    if (latex.fonts.includes(name)) return strip(this.convertArgument());
+    if (latex.fractions.includes(name)) return `((${this.convertArgument()})/(${this.convertArgument()}))`;
+    if (latex.roots.includes(name)) return this.convertRoot();
+    const rate = RATES.get(name); // "qd", to which the index of the joint variable is added
     if (rate !== undefined) {
-      const variable = this.argument().replace(/^[ ()]+|[ ()]+$/g, "");
+      const variable = this.convertArgument().replace(/^[ ()]+|[ ()]+$/g, "");
       const velocity = VELOCITIES.get(name)?.get(variable);
       return ` ${velocity ?? rate + (/[0-9]*$/.exec(variable)?.[0] ?? "")}`;
     }
-    if (name === "begin") return this.matrix();
+    if (name === "begin") return this.convertMatrix();
     if (name === "end") {
-      this.argument();
+      this.convertArgument();
       return " ";
     }
     if (latex.matrices.includes(name) && this.peek() === "{") {
-      this.at += 1;
-      return this.rows("}");
+      this.position += 1;
+      return this.convertRows("}");
     }
     return WORDS.get(name) ?? (FUNCTIONS.has(name) ? ` ${name} ` : ` ${name}`);
   }
 
-  private root(): string {
-    if (this.peek() !== "[") return ` sqrt(${this.argument()})`;
-    this.at += 1;
-    const degree = this.until(["]"]);
-    this.at += 1;
-    return `(${this.argument()})^(1/(${degree}))`;
+  private convertRoot(): string {
+    if (this.peek() !== "[") return ` sqrt(${this.convertArgument()})`;
+    this.position += 1;
+    const degree = this.convertUntil(["]"]);
+    this.position += 1;
+    return `(${this.convertArgument()})^(1/(${degree}))`;
   }
 
-  /** Return the rows of \begin{matrix} … \end{matrix} as nested lists. */
-  private matrix(): string {
-    const kind = this.argument();
+  /** Convert \begin{matrix} … \end{matrix} to a list of rows. */
+  private convertMatrix(): string {
+    const kind = this.convertArgument();
     if (!latex.matrices.includes(kind)) return " ";
-    if (latex.with_columns.includes(kind) && this.peek() === "{") this.argument();
-    const text = this.rows("\\end");
-    this.argument();
+    if (latex.with_columns.includes(kind) && this.peek() === "{") this.convertArgument();
+    const text = this.convertRows("\\end");
+    this.convertArgument();
     return text;
   }
 
-  /** Return the rows up to the closing token as nested lists; the token is consumed. */
-  private rows(close: string): string {
+  /** Convert rows up to the closing token to a list of rows, and consume the token. */
+  private convertRows(closingToken: string): string {
     const rows: string[][] = [[]];
-    while (this.at < this.tokens.length) {
-      rows.at(-1)?.push(strip(this.until(["&", ...latex.row_ends, close])));
-      const end = this.peek();
-      this.at += 1;
-      if (latex.row_ends.includes(end)) {
+    while (this.position < this.tokens.length) {
+      rows.at(-1)?.push(strip(this.convertUntil(["&", ...latex.row_ends, closingToken])));
+      const token = this.peek();
+      this.position += 1;
+      if (latex.row_ends.includes(token)) {
         rows.push([]);
         this.skipHeight();
-      } else if (end !== "&") break;
+      } else if (token !== "&") break;
     }
     const filled = rows.filter((row) => row.some((entry) => entry !== ""));
     return `[${filled.map((row) => `[${row.join(", ")}]`).join(", ")}]`;
@@ -150,8 +153,8 @@ class Converter {
 
   /** Consume the distance between two rows, as in \\\\[2pt]. */
   private skipHeight(): void {
-    if (this.peek() !== "[" || !HEIGHT.test(this.tokens.slice(this.at, this.at + 12).join(""))) return;
-    while (this.peek() !== "]") this.at += 1;
-    this.at += 1;
+    if (this.peek() !== "[" || !ROW_HEIGHT.test(this.tokens.slice(this.position, this.position + 12).join(""))) return;
+    while (this.peek() !== "]") this.position += 1;
+    this.position += 1;
   }
 }

@@ -7,41 +7,44 @@ import { VOCABULARY, wholePattern } from "./vocabulary.js";
 export const METRE = "m";
 const ANGLE = wholePattern("angle");
 const SQUARE = 2;
-const NUMBERS: ReadonlySet<Kind> = new Set<Kind>(["number", "decimal"]);
+const NUMBER_KINDS: ReadonlySet<Kind> = new Set<Kind>(["number", "decimal"]);
 const INVERSES: ReadonlySet<string> = new Set([...Object.values(VOCABULARY.inverses), "atan2"]);
-const PRODUCTS: ReadonlySet<Kind> = new Set<Kind>(["*", "/", "^"]);
+const PRODUCT_KINDS: ReadonlySet<Kind> = new Set<Kind>(["*", "/", "^"]);
 
-interface Step {
-  readonly top: Node;
-  readonly isReady: boolean;
+/** A node that is visited twice: before its arguments, and when these have been rebuilt. */
+interface Visit {
+  readonly node: Node;
+  readonly areArgsDone: boolean;
   /** Whether m is a whole number here, because it multiplies pi or an angle. */
   readonly isWholeNumber: boolean;
-  /** Whether no factor follows. */
+  /** Whether the node is not followed by another factor of the same product. */
   readonly isLast: boolean;
 }
 
-/** Return a tree without the unit m after a number, list or product; m times pi or an angle stays, as an integer. */
+/**
+ * Return a tree without the unit m after a number, list or product. In a product with pi or an angle, m is an integer.
+ */
 export function withoutMetres(tree: Node): Node {
-  const done: Node[] = [];
-  const todo: Step[] = [{ top: tree, isReady: false, isWholeNumber: false, isLast: true }];
-  for (let next = todo.pop(); next; next = todo.pop()) {
+  const results: Node[] = [];
+  const pending: Visit[] = [{ node: tree, areArgsDone: false, isWholeNumber: false, isLast: true }];
+  for (let visit = pending.pop(); visit; visit = pending.pop()) {
     // no recursion, because a long sum is a deep tree
-    const { top, isReady, isLast } = next;
-    if (top.args.length === 0) done.push(top);
-    else if (isReady) {
-      const args = done.splice(done.length - top.args.length);
+    const { node, areArgsDone, isLast } = visit;
+    if (node.args.length === 0) results.push(node);
+    else if (areArgsDone) {
+      const args = results.splice(results.length - node.args.length);
       const [first, second] = args as [Node, Node];
-      const isUnit = top.kind === "*" && !next.isWholeNumber && isMetre(second) && hasUnit(first, isLast);
-      done.push(isUnit ? first : { ...top, args });
+      const isUnit = node.kind === "*" && !visit.isWholeNumber && isMetre(second) && hasUnit(first, isLast);
+      results.push(isUnit ? first : { ...node, args });
     } else {
-      const isProduct = PRODUCTS.has(top.kind);
-      const isWholeNumber = top.kind !== "call" && (next.isWholeNumber || (isProduct && isLast && hasAngle(top)));
-      todo.push({ top, isReady: true, isWholeNumber, isLast });
-      for (let i = top.args.length - 1; i >= 0; i -= 1)
-        todo.push({ top: top.args[i] as Node, isReady: false, isWholeNumber, isLast: !isProduct });
+      const isProduct = PRODUCT_KINDS.has(node.kind);
+      const isWholeNumber = node.kind !== "call" && (visit.isWholeNumber || (isProduct && isLast && hasAngle(node)));
+      pending.push({ node, areArgsDone: true, isWholeNumber, isLast });
+      for (let i = node.args.length - 1; i >= 0; i -= 1)
+        pending.push({ node: node.args[i] as Node, areArgsDone: false, isWholeNumber, isLast: !isProduct });
     }
   }
-  return done[0] as Node;
+  return results[0] as Node;
 }
 
 function isMetre({ kind, args: [base, exponent], text }: Node): boolean {
@@ -50,12 +53,15 @@ function isMetre({ kind, args: [base, exponent], text }: Node): boolean {
   return kind === "name" && text === METRE;
 }
 
-/** Return whether the factors before m can have it as unit: numbers, fractions, lists; others before the last m. */
+/**
+ * Return whether m can be the unit of the factors before it. If m is the last factor, they may be anything but a whole
+ * number's name; else the last of them must be a number, fraction or list.
+ */
 function hasUnit(factors: Node, isLast: boolean): boolean {
   const { kind, args, text } = factors.kind === "*" ? (factors.args[1] as Node) : factors;
   if (isLast) return kind !== "name" || !VOCABULARY.whole_numbers.includes(text);
-  const isFraction = kind === "/" && args.every((arg) => NUMBERS.has(arg.kind));
-  return isFraction || NUMBERS.has(kind) || kind === "list";
+  const isFraction = kind === "/" && args.every((arg) => NUMBER_KINDS.has(arg.kind));
+  return isFraction || NUMBER_KINDS.has(kind) || kind === "list";
 }
 
 /** Return whether pi or an angle is in a product, but not as the argument of a function. */

@@ -1,4 +1,4 @@
-// What a name in an answer means: a symbol, a function, a sine in the shorthand of robotics, or a product of these.
+// Find what a name in an answer means: a symbol, a function, a sine written as s1, or a product of these.
 // The rules of ../../../exercises/formula/names.py; ../../tests/readers.test.ts compares both.
 
 import { compile, LIMITS, escapeSigns, table, VOCABULARY, wholePattern } from "./vocabulary.js";
@@ -6,10 +6,10 @@ import { compile, LIMITS, escapeSigns, table, VOCABULARY, wholePattern } from ".
 /** Every function that an expression may call, under each of its names. */
 export const FUNCTIONS = table(VOCABULARY.functions);
 
-/** The functions that c and s mean before an angle. */
+/** The functions that c and s mean before an angle, as in c1 and s12. */
 export const SHORTHAND = table<string>(VOCABULARY.shorthand);
 
-/** The number of arguments of functions that do not take one. */
+/** The number of arguments of functions that do not take exactly one. */
 export const ARITY = table(VOCABULARY.arity);
 
 /** Maximum length of a name. */
@@ -20,17 +20,19 @@ const CONSTANT_NAMES = new Set(CONSTANTS.values());
 const LETTERS = table(VOCABULARY.letters);
 const VELOCITIES = table<string>(VOCABULARY.velocities);
 const RATE = wholePattern("rate");
-const SHORT = wholePattern("shorthand_name");
+const SHORTHAND_NAME = wholePattern("shorthand_name");
 /** The symbols that q1, th1 and t1 may mean; the first one that the problem has is used. */
-const JOINTS = table<readonly string[]>(VOCABULARY.joints);
-const JOINT = compile(`^(${[...JOINTS.keys()].join("|")})([0-9]{1,4})$`);
+const JOINT_SYMBOLS = table<readonly string[]>(VOCABULARY.joints);
+const INDEXED_JOINT = compile(`^(${[...JOINT_SYMBOLS.keys()].join("|")})([0-9]{1,4})$`);
 
-/** A part of a name: "name", "function", or "sin", "cos" or "sum" of the angles in `parts`. */
+/**
+ * A part of a typed name. `parts` is the name of a symbol or function, or the angles that "sin", "cos" or "sum" adds.
+ */
 export type Piece = { readonly kind: "name" | "function" | "sin" | "cos" | "sum"; readonly parts: readonly string[] };
 
 const namePiece = (symbol: string): Piece => ({ kind: "name", parts: [symbol] });
 
-/** Return a name as the symbol tables use it: no module, no Greek letter, no underscore before digits. */
+/** Return a name as the symbol tables write it: without module, Greek letters, and underscores before digits. */
 export function plainName(name: string): string {
   if (/^[a-z]+[0-9]*$/.test(name)) return name; // the common case, for speed
   let plain = name;
@@ -59,7 +61,7 @@ export function piecesOf(raw: string, known: ReadonlySet<string>): readonly Piec
 }
 
 /** Return the names in a product with dots, as in a1.a2.sin; an empty list if one is unknown, as in a1.subs. */
-export function factorsOf(raw: string, known: ReadonlySet<string>): readonly string[] {
+export function splitAtDots(raw: string, known: ReadonlySet<string>): readonly string[] {
   if (!plainName(raw).includes(".")) return [];
   const names = raw.split(".");
   const isKnown = ({ kind, parts: [symbol = ""] }: Piece) =>
@@ -69,9 +71,10 @@ export function factorsOf(raw: string, known: ReadonlySet<string>): readonly str
 
 /** Return what a name that is no symbol of the problem means by convention; null if it means nothing. */
 function conventionalPiece(name: string, known: ReadonlySet<string>): Piece | null {
-  const short = SHORT.exec(name);
-  const summed = short ? angles(short[3] as string, known, short[2]) : [];
-  if (short && summed.length > 0) return { kind: SHORTHAND.get(short[1] as string) as "sin" | "cos", parts: summed };
+  const shorthand = SHORTHAND_NAME.exec(name);
+  const anglesInSum = shorthand ? anglesOf(shorthand[3] as string, known, shorthand[2]) : [];
+  if (shorthand && anglesInSum.length > 0)
+    return { kind: SHORTHAND.get(shorthand[1] as string) as "sin" | "cos", parts: anglesInSum };
   const rate = RATE.exec(name);
   if (rate) {
     const symbol = `qd${rate.slice(1).find((digit) => digit)}`;
@@ -84,25 +87,27 @@ function conventionalPiece(name: string, known: ReadonlySet<string>): Piece | nu
 
 /** Return the symbol that a name means in another spelling, or the sum of angles that theta12 means; else null. */
 function symbolPiece(name: string, known: ReadonlySet<string>): Piece | null {
-  let joined = name.replaceAll("_", "");
+  let spelling = name.replaceAll("_", "");
   for (const [spelled, letter] of Object.entries(VOCABULARY.spelled_letters))
-    joined = joined.replaceAll(spelled, letter);
-  joined = VELOCITIES.get(joined) ?? joined;
-  const written = [joined, joined.toLowerCase()].find((spelling) => known.has(spelling));
-  if (written !== undefined) return namePiece(written);
-  const [, spelled = "", digits = ""] = JOINT.exec(joined.toLowerCase()) ?? [];
+    spelling = spelling.replaceAll(spelled, letter);
+  spelling = VELOCITIES.get(spelling) ?? spelling;
+  const symbolName = [spelling, spelling.toLowerCase()].find((spelling) => known.has(spelling));
+  if (symbolName !== undefined) return namePiece(symbolName);
+  const [, jointName = "", digits = ""] = INDEXED_JOINT.exec(spelling.toLowerCase()) ?? [];
   if (!digits) return null;
   if (digits.length === 1) {
-    const candidates = JOINTS.get(spelled)?.map((symbol) => symbol + digits);
+    const candidates = JOINT_SYMBOLS.get(jointName)?.map((symbol) => symbol + digits);
     const symbol = candidates?.find((candidate) => known.has(candidate));
     return symbol === undefined ? null : namePiece(symbol);
   }
-  const summed = VOCABULARY.sums_of_angles.includes(spelled) ? angles(digits, known) : [];
-  return summed.length > 0 ? { kind: "sum", parts: summed } : null;
+  const anglesInSum = VOCABULARY.sums_of_angles.includes(jointName) ? anglesOf(digits, known) : [];
+  return anglesInSum.length > 0 ? { kind: "sum", parts: anglesInSum } : null;
 }
 
-/** Return the angles that c12 or theta12 sums; an empty list if the problem has symbols but lacks one of them. */
-function angles(digits: string, known: ReadonlySet<string>, letter = "theta"): string[] {
+/**
+ * Return the angles whose sum c12 or theta12 means; an empty list if the problem has symbols but lacks one of these.
+ */
+function anglesOf(digits: string, known: ReadonlySet<string>, letter = "theta"): string[] {
   const names = [...digits].map((digit) => letter + digit);
   return known.size === 0 || names.every((angle) => known.has(angle)) ? names : [];
 }
@@ -114,7 +119,7 @@ function splitProduct(name: string, known: ReadonlySet<string>): Piece[] {
   words.sort((a, b) => b.length - a.length || (a < b ? -1 : 1));
   const pattern = compile([...words.map(escapeSigns), VOCABULARY.patterns.shorthand_without_space].join("|"), "gy");
   const factors: Piece[] = [];
-  let at = 0;
+  let end = 0;
   for (let match = pattern.exec(name); match; match = pattern.exec(name)) {
     const word = match[0];
     const functionName = FUNCTIONS.get(word) ?? SHORTHAND.get(word);
@@ -126,7 +131,7 @@ function splitProduct(name: string, known: ReadonlySet<string>): Piece[] {
           : conventionalPiece(word, known);
     if (!piece) return [];
     factors.push(piece);
-    at = pattern.lastIndex;
+    end = pattern.lastIndex;
   }
-  return at === name.length && factors.length > 1 ? factors : [];
+  return end === name.length && factors.length > 1 ? factors : [];
 }

@@ -20,9 +20,9 @@ const SIGNS = table(VOCABULARY.signs);
 const RATE_WITH_DOT = pattern("rate_with_dot", "g");
 const DOLLARS = wholePattern("dollars");
 /** The semicolon or full stop at the end of a statement or sentence. */
-const END = pattern("end_of_text");
+const END_OF_TEXT = pattern("end_of_text");
 
-const { whole_numbers: WHOLE, before_whole_numbers: BEFORE_WHOLE } = VOCABULARY;
+const { whole_numbers: WHOLE_NUMBERS, before_whole_numbers: BEFORE_WHOLE_NUMBERS } = VOCABULARY;
 const UNITS = table(VOCABULARY.units);
 /** Return a pattern for any of these units, also with spaces around the slash, as in rad / s. */
 const unitsPattern = (units: readonly string[]): string =>
@@ -31,7 +31,7 @@ const unitsPattern = (units: readonly string[]): string =>
     .map((unit) => escapeSigns(unit).replace("\\/", " ?/ ?"))
     .join("|");
 /** Return a unit as the vocabulary writes it. */
-const unitOf = (found: string): string => found.replace(" /", "/").replace("/ ", "/");
+const unitOf = (typedUnit: string): string => typedUnit.replace(" /", "/").replace("/ ", "/");
 const UNIT_NAMES = unitsPattern([...UNITS.keys()]);
 const UNIT_AT_END = compile(`${VOCABULARY.patterns.before_unit}(${UNIT_NAMES})$`);
 
@@ -45,7 +45,9 @@ const HABITS = VOCABULARY.habits.map(({ mark, pattern: source, replacement }) =>
   replacement: replacement.replace(/\\([12])/g, "$$$1"),
 }));
 
-/** Plain characters for digits of all scripts, wide signs, typographic spaces and invisible marks; made when needed. */
+/**
+ * Plain characters for digits of all scripts, wide signs, typographic spaces and invisible marks; null until needed.
+ */
 let lookAlikes: ReadonlyMap<string, string> | null = null;
 
 function withoutLookAlikes(text: string): string {
@@ -65,7 +67,9 @@ function withoutLookAlikes(text: string): string {
 const SYMBOLS_IN_A_ROW = pattern("symbols_in_a_row", "g");
 const SIGNED_SYMBOL = pattern("signed_symbol", "g");
 
-/** Count equal symbols in + a1 - a1 + a1 …; the first and last term stay, as they may belong to their neighbours. */
+/**
+ * Shorten + a1 - a1 + a1 … by counting equal terms; the first and last stay, as they may belong to their neighbours.
+ */
 function countTerms(row: string, known: ReadonlySet<string>): string {
   const terms = [...row.matchAll(SIGNED_SYMBOL)].map(([, sign = "", symbol = ""]) => ({ sign, symbol }));
   const inner = terms.slice(1, -1);
@@ -83,36 +87,36 @@ function countTerms(row: string, known: ReadonlySet<string>): string {
 const isAscii = (text: string): boolean => /^[\x00-\x7f]*$/.test(text);
 
 /** Return an answer as plain text; the names in `known` are never read as units. */
-export function plain(answer: string, known: ReadonlySet<string>): string {
+export function plainText(answer: string, known: ReadonlySet<string>): string {
   let text = withoutSpacesAtEnd(isAscii(answer) ? answer : withoutLookAlikes(answer));
   if (lengthOf(text, LIMITS.long_text) > LIMITS.long_text)
     text = text.replace(SYMBOLS_IN_A_ROW, (row) => countTerms(row, known));
   for (const habit of HABITS) if (text.includes(habit.mark)) text = text.replace(habit.pattern, habit.replacement);
   text = withoutUnits(text, known);
   const isShort = lengthOf(text, LIMITS.latex_characters) <= LIMITS.latex_characters;
-  const latex = isShort && ["\\", "_{", "^{"].some((mark) => text.includes(mark));
+  const isLatex = isShort && ["\\", "_{", "^{"].some((mark) => text.includes(mark));
   const last = text.at(-1) ?? "";
-  const isPlain = isAscii(text) && !latex && !".;$".includes(last) && !/[A-Za-z]/.test(last);
+  const isPlain = isAscii(text) && !isLatex && !".;$".includes(last) && !/[A-Za-z]/.test(last);
   if (isPlain && !text.slice(-5).includes("^")) return withJointNames(text, known);
-  const exponentOf = (found: string): string => [...found].map((sign) => SUPERSCRIPTS.get(sign)).join("");
-  text = text.replace(SUPERSCRIPT, (found) => `^(${exponentOf(found)})`).replace(RATE_WITH_DOT, "qd");
+  const exponentOf = (superscripts: string): string => [...superscripts].map((sign) => SUPERSCRIPTS.get(sign)).join("");
+  text = text.replace(SUPERSCRIPT, (superscripts) => `^(${exponentOf(superscripts)})`).replace(RATE_WITH_DOT, "qd");
   text = [...text].map((sign) => SIGNS.get(sign) ?? sign).join("");
   text = DOLLARS.exec(text)?.[2] ?? text;
-  if (latex) text = latexAsText(text);
-  text = withJointNames(withoutSpacesAtEnd(text).replace(END, ""), known);
+  if (isLatex) text = latexAsText(text);
+  text = withJointNames(withoutSpacesAtEnd(text).replace(END_OF_TEXT, ""), known);
   return withoutUnit(withoutUnits(text, known), known);
 }
 
-const NUMBER_IN_UNIT = compile(
+const NUMBER_WITH_UNIT = compile(
   `${VOCABULARY.patterns.number_before_unit}(${UNIT_NAMES})${VOCABULARY.patterns.after_unit}`,
   "g",
 );
 
 /** Remove the units of numbers, as in 0.5 rad/s or 30 cm; the parser handles m. */
 export function withoutUnits(text: string, known: ReadonlySet<string>): string {
-  return text.replace(NUMBER_IN_UNIT, (found: string, number: string, typedUnit: string) => {
+  return text.replace(NUMBER_WITH_UNIT, (match: string, number: string, typedUnit: string) => {
     const unit = unitOf(typedUnit);
-    return known.has(unit) || WHOLE.includes(unit) ? found : number + (UNITS.get(unit) ?? "");
+    return known.has(unit) || WHOLE_NUMBERS.includes(unit) ? match : number + (UNITS.get(unit) ?? "");
   });
 }
 
@@ -121,35 +125,35 @@ const LENGTH_WITH_COMMA = compile(
   "g",
 );
 
-/** Write the decimal commas of lengths as points, as in 0,2 m: such a comma separates no values. */
+/** Replace the decimal commas of lengths by points, as in 0,2 m; such a comma does not separate values. */
 export const withPointsOfLengths = (text: string): string => text.replace(LENGTH_WITH_COMMA, "$1.$2$3");
 
-const OF_NUMBERS = unitsPattern([...UNITS.keys(), ...VOCABULARY.degrees]);
-const NAMED_IN_UNIT = compile(
+const UNITS_OF_NUMBERS = unitsPattern([...UNITS.keys(), ...VOCABULARY.degrees]);
+const NAMED_NUMBER_WITH_UNIT = compile(
   `${VOCABULARY.patterns.name_before_number}${VOCABULARY.patterns.number_before_unit}` +
-    `(${OF_NUMBERS})${VOCABULARY.patterns.after_unit}`,
+    `(${UNITS_OF_NUMBERS})${VOCABULARY.patterns.after_unit}`,
   "g",
 );
 
-/** Return the unit of every number that has one, with the name before the number, or "", and where that begins. */
+/** Return the unit of each number that has one, the name before the number ("" if none), and the index of its start. */
 export function unitsOfNumbers(text: string): { name: string; unit: string; start: number }[] {
-  return [...text.matchAll(NAMED_IN_UNIT)].map((found) => ({
-    name: found[1] ?? "",
-    unit: unitOf(found[3] as string),
-    start: found.index,
+  return [...text.matchAll(NAMED_NUMBER_WITH_UNIT)].map((match) => ({
+    name: match[1] ?? "",
+    unit: unitOf(match[3] as string),
+    start: match.index,
   }));
 }
 
-/** Return whether a unit is one of lengths or angles, also per second; "" for other units. */
+/** Return whether a unit measures a length or an angle, possibly per second; "" for other units. */
 export function kindOfUnit(unit: string): "length" | "angle" | "" {
   const rate = (bare: string, perSecond: string): string =>
     bare.endsWith(perSecond) ? bare.slice(0, bare.length - perSecond.length) : bare;
-  const bare = VOCABULARY.per_second.reduce(rate, unit);
-  return VOCABULARY.lengths.includes(bare) ? "length" : VOCABULARY.angles.includes(bare) ? "angle" : "";
+  const unitPerTime = VOCABULARY.per_second.reduce(rate, unit);
+  return VOCABULARY.lengths.includes(unitPerTime) ? "length" : VOCABULARY.angles.includes(unitPerTime) ? "angle" : "";
 }
 
-const RATES = pattern("rate_as_derivative", "g");
-const VECTORS = pattern("entry_of_vector", "g");
+const RATES_AS_DERIVATIVES = pattern("rate_as_derivative", "g");
+const ENTRIES_OF_VECTORS = pattern("entry_of_vector", "g");
 
 /**
  * Replace rates written as derivatives, and joints written as entries q[0] or q(1) of a vector, by their names. In
@@ -159,17 +163,20 @@ const VECTORS = pattern("entry_of_vector", "g");
 function withJointNames(answer: string, known: ReadonlySet<string>): string {
   let text = answer;
   if (text.includes("'") || (text.includes("/") && text.includes("t"))) {
-    text = text.replace(RATES, (...found: unknown[]) => ` qd${found.slice(1, 5).find((digit) => digit)} `);
+    text = text.replace(
+      RATES_AS_DERIVATIVES,
+      (...match: unknown[]) => ` qd${match.slice(1, 5).find((digit) => digit)} `,
+    );
   }
   if (text.includes(".diff")) text = text.replaceAll("(t).diff", ".diff");
   const indices = text.includes("[")
-    ? [...text.matchAll(VECTORS)].flatMap(([, , index]) => (index === undefined ? [] : [Number(index)]))
+    ? [...text.matchAll(ENTRIES_OF_VECTORS)].flatMap(([, , index]) => (index === undefined ? [] : [Number(index)]))
     : [];
-  const afterLast = Math.max(0, ...indices) + 1;
-  const isLast = known.has(`theta${afterLast}`) || known.has(`d${afterLast}`);
-  const first = indices.length > 0 && !indices.includes(0) && known.size > 0 && !isLast ? 0 : 1;
-  return text.replace(VECTORS, (_, joint?: string, index?: string, fromOne?: string) => {
-    const number = index === undefined ? fromOne : Number(index) + first;
+  const jointAfterLast = Math.max(0, ...indices) + 1;
+  const isKnownJoint = known.has(`theta${jointAfterLast}`) || known.has(`d${jointAfterLast}`);
+  const indexOffset = indices.length > 0 && !indices.includes(0) && known.size > 0 && !isKnownJoint ? 0 : 1;
+  return text.replace(ENTRIES_OF_VECTORS, (_, joint?: string, index?: string, fromOne?: string) => {
+    const number = index === undefined ? fromOne : Number(index) + indexOffset;
     return `${joint ? "q" : "qd"}${number}`;
   });
 }
@@ -183,7 +190,11 @@ function withoutUnit(text: string, known: ReadonlySet<string>): string {
   const value = text.slice(0, match.index);
   // a list can't be scaled, and in theta2 = pi*m the m is an integer
   const isList = factor !== "" && "[{".includes(value[0] ?? " ");
-  if (isList || text.includes("=") || (WHOLE.includes(unit) && BEFORE_WHOLE.some((sign) => value.endsWith(sign))))
+  if (
+    isList ||
+    text.includes("=") ||
+    (WHOLE_NUMBERS.includes(unit) && BEFORE_WHOLE_NUMBERS.some((sign) => value.endsWith(sign)))
+  )
     return text;
   return factor ? `(${value})${factor}` : value;
 }

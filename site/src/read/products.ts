@@ -23,25 +23,25 @@ const isList = ({ kind }: Node): boolean => kind === "list";
 
 /** Return a tree in which operations on matrices are carried out. Throws ParseError. */
 export function carryOutProducts(tree: Node): Node {
-  const isOpen = ({ kind, args }: Node) => (OPERATIONS.has(kind) || kind === "eq") && args.some(isList);
-  if (!anyNode(tree, isOpen)) return tree;
+  const isPending = ({ kind, args }: Node) => (OPERATIONS.has(kind) || kind === "eq") && args.some(isList);
+  if (!anyNode(tree, isPending)) return tree;
   let createdNodes = 0;
   return rebuild(tree, (top, args) => {
     if (args.length === 0) return top;
     const result = applyOperation(top, args);
     if (OPERATIONS.has(top.kind) && isList(result)) {
-      createdNodes += sizeOf(result, LIMITS.nodes_of_results - createdNodes);
+      createdNodes += countNodes(result, LIMITS.nodes_of_results - createdNodes);
       if (createdNodes >= LIMITS.nodes_of_results) throw new ParseError("read.long-products");
     }
     return result;
   });
 }
 
-/** Return the number of nodes of a tree; counting stops at `most`. */
-export function sizeOf(tree: Node, most: number): number {
+/** Return the number of nodes of a tree, or `limit` if there are more. */
+export function countNodes(tree: Node, limit: number): number {
   let count = 0;
   const stack = [tree];
-  for (let top = stack.pop(); top && count < most; top = stack.pop()) {
+  for (let top = stack.pop(); top && count < limit; top = stack.pop()) {
     count += 1;
     for (const arg of top.args) stack.push(arg);
   }
@@ -50,21 +50,22 @@ export function sizeOf(tree: Node, most: number): number {
 
 /** Return a node with new arguments; operations on matrices are carried out. */
 function applyOperation(top: Node, operands: readonly Node[]): Node {
-  if (top.kind === "eq" && operands.every(isList)) return equation(operands as [Node, Node]);
+  if (top.kind === "eq" && operands.every(isList)) return equateEntries(operands as [Node, Node]);
   if (!OPERATIONS.has(top.kind) || !operands.some(isList)) return { ...top, args: operands };
   // in [a + b] c, the square brackets only group
   const args = operands.map((arg) => (isBracket(arg) ? (arg.args[0] as Node) : arg));
   const [left, right] = args as [Node, Node];
   if (!args.some(isList)) return { ...top, args };
-  if (top.kind === "^") return isList(left) && !isList(right) ? power(rowsOf(left), right) : refuse("^", args);
+  if (top.kind === "^")
+    return isList(left) && !isList(right) ? transposeOrInvert(rowsOf(left), right) : refuseOperation("^", args);
   if (top.kind === "neg") return mapEntries(rowsOf(left), (entry) => node("neg", entry));
-  const both = isList(left) && isList(right);
-  if ((top.kind === "+" || top.kind === "-") && both) return sum(top.kind, args);
-  if (top.kind === "*" && both) return product(args);
+  const areBothLists = isList(left) && isList(right);
+  if ((top.kind === "+" || top.kind === "-") && areBothLists) return addMatrices(top.kind, args);
+  if (top.kind === "*" && areBothLists) return multiplyMatrices(args);
   if (top.kind === "*" && isList(right)) return mapEntries(rowsOf(right), (entry) => node("*", left, entry));
   if ((top.kind === "*" || top.kind === "/") && !isList(right))
     return mapEntries(rowsOf(left), (entry) => node(top.kind, entry, right));
-  return refuse(top.kind, args);
+  return refuseOperation(top.kind, args);
 }
 
 const isBracket = (tree: Node): boolean => isList(tree) && tree.args.length === 1 && !isList(tree.args[0] as Node);
@@ -80,31 +81,33 @@ function rowsOf(list: Node): Rows {
 
 const mapEntries = (rows: Rows, change: (entry: Node) => Node): Node => listOf(rows.map((row) => row.map(change)));
 
-function sum(sign: Kind, args: readonly Node[]): Node {
+function addMatrices(sign: Kind, args: readonly Node[]): Node {
   const [left, right] = args.map(rowsOf) as [Rows, Rows];
-  if (left.length !== right.length || left[0]?.length !== right[0]?.length) return refuse(sign, args);
+  if (left.length !== right.length || left[0]?.length !== right[0]?.length) return refuseOperation(sign, args);
   return listOf(left.map((row, i) => row.map((entry, j) => node(sign, entry, right[i]?.[j] as Node))));
 }
 
-/** Return an equation of vectors or matrices as one equation for each entry; a name comes first. */
-function equation(args: readonly [Node, Node]): Node {
+/** Return an equation of vectors or matrices as one equation per entry; if one side is a name, it comes first. */
+function equateEntries(args: readonly [Node, Node]): Node {
   if (isBracket(args[0])) return node("eq", args[0].args[0] as Node, args[1]); // [theta2] = [0, pi]
-  const [one, other] = args.map(rowsOf) as [Rows, Rows];
-  const shapes = [one, other].map((rows) => [rows.length, rows[0]?.length as number]);
+  const [leftRows, rightRows] = args.map(rowsOf) as [Rows, Rows];
+  const shapes = [leftRows, rightRows].map((rows) => [rows.length, rows[0]?.length as number]);
   const isVector = shapes.every((shape) => shape.includes(1));
-  const [left, right] = shapes.map((shape) => (isVector ? Math.max(...shape) : shape.join()));
-  if (left !== right) return refuse("=", args);
-  const values = other.flat();
-  const pairs = one.flat().map((a, i) => {
-    const b = values[i] as Node;
-    return b.kind === "name" && a.kind !== "name" ? node("eq", b, a) : node("eq", a, b);
+  const [leftShape, rightShape] = shapes.map((shape) => (isVector ? Math.max(...shape) : shape.join()));
+  if (leftShape !== rightShape) return refuseOperation("=", args);
+  const values = rightRows.flat();
+  const pairs = leftRows.flat().map((leftEntry, i) => {
+    const rightEntry = values[i] as Node;
+    return rightEntry.kind === "name" && leftEntry.kind !== "name"
+      ? node("eq", rightEntry, leftEntry)
+      : node("eq", leftEntry, rightEntry);
   });
   return node("and", ...pairs);
 }
 
-function product(args: readonly Node[]): Node {
+function multiplyMatrices(args: readonly Node[]): Node {
   const [left, right] = args.map(rowsOf) as [Rows, Rows];
-  if (left[0]?.length !== right.length) return refuse("*", args);
+  if (left[0]?.length !== right.length) return refuseOperation("*", args);
   if (left.length * right.length * (right[0] as readonly Node[]).length >= LIMITS.nodes_of_results)
     throw new ParseError("read.long-products");
   const times = (row: readonly Node[], column: readonly Node[]): Node =>
@@ -113,15 +116,15 @@ function product(args: readonly Node[]): Node {
 }
 
 /** Return the transpose of a matrix, or its inverse by cofactors. */
-function power(rows: Rows, exponent: Node): Node {
+function transposeOrInvert(rows: Rows, exponent: Node): Node {
   if (exponent.kind === "name" && VOCABULARY.transposed.includes(exponent.text)) return listOf(columnsOf(rows));
-  const [of] = exponent.args;
-  const isInverse = exponent.kind === "neg" && of?.kind === "number" && of.value === 1;
+  const [negated] = exponent.args;
+  const isInverse = exponent.kind === "neg" && negated?.kind === "number" && negated.value === 1;
   if (!isInverse || rows.length !== rows[0]?.length || rows.length > MAX_INVERTED_SIZE)
     throw new ParseError("read.power-of-matrix", { most: MAX_INVERTED_SIZE });
-  const determinantOfAll = determinant(rows);
-  const cofactors = rows.map((_, i) => rows.map((_row, j) => signed(i + j, minor(rows, j, i))));
-  return mapEntries(cofactors, (entry) => node("/", entry, determinantOfAll));
+  const determinantOfMatrix = determinant(rows);
+  const cofactors = rows.map((_, i) => rows.map((_row, j) => applySign(i + j, minor(rows, j, i))));
+  return mapEntries(cofactors, (entry) => node("/", entry, determinantOfMatrix));
 }
 
 function minor(rows: Rows, i: number, j: number): Node {
@@ -132,13 +135,13 @@ function determinant(rows: Rows): Node {
   const [first] = rows;
   if (!first) return integer(1);
   return first
-    .map((entry, j) => (rows.length === 1 ? entry : signed(j, node("*", entry, minor(rows, 0, j)))))
+    .map((entry, j) => (rows.length === 1 ? entry : applySign(j, node("*", entry, minor(rows, 0, j)))))
     .reduce((total, term) => node("+", total, term));
 }
 
-const signed = (index: number, tree: Node): Node => (index % 2 ? node("neg", tree) : tree);
+const applySign = (index: number, tree: Node): Node => (index % 2 ? node("neg", tree) : tree);
 
-function refuse(sign: Kind | "=", args: readonly Node[]): never {
+function refuseOperation(sign: Kind | "=", args: readonly Node[]): never {
   const shapes = args.filter(isList).map((arg) => {
     const rows = rowsOf(arg);
     return `${rows.length} × ${rows[0]?.length}`;

@@ -3,10 +3,10 @@
 
 import { type Message, message, type Values, type TextKey } from "../text/text.js";
 import { METRE, withoutMetres } from "./metres.js";
-import { ARITY, factorsOf, FUNCTIONS, MAX_NAME_LENGTH, type Piece, piecesOf, plainName, SHORTHAND } from "./names.js";
-import { plain } from "./notation.js";
+import { ARITY, splitAtDots, FUNCTIONS, MAX_NAME_LENGTH, type Piece, piecesOf, plainName, SHORTHAND } from "./names.js";
+import { plainText } from "./notation.js";
 import { carryOutProducts } from "./products.js";
-import { deeperBy, type Token, tokensOf } from "./tokens.js";
+import { depthChange, type Token, tokensOf } from "./tokens.js";
 import {
   call,
   CHAIN,
@@ -27,55 +27,60 @@ import {
 } from "./tree.js";
 import { lengthOf, LIMITS, pattern, table, VOCABULARY, wholePattern } from "./vocabulary.js";
 
-/** Calls of SymPy, NumPy or Python that are no functions of numbers, with their meaning. */
-const CONTAINERS = table(VOCABULARY.call_meanings);
-const BOUND = table(VOCABULARY.binding_calls);
-const UNDEFINED = new Set(Object.keys(VOCABULARY.undefined));
-const BLANK = new Set(VOCABULARY.blank);
-/** Names between two conditions, which are no factors. */
-const WORDS = new Set(VOCABULARY.operator_words);
-const INVERSES = table(VOCABULARY.inverses);
+/** Calls of SymPy, NumPy or Python that are no functions of numbers, with their meanings, such as "set" or "matrix". */
+const CALL_MEANINGS = table(VOCABULARY.call_meanings);
+const BINDING_CALLS = table(VOCABULARY.binding_calls);
+const UNDEFINED_NAMES = new Set(Object.keys(VOCABULARY.undefined));
+const BLANK_NAMES = new Set(VOCABULARY.blank);
+/** Words such as "and" between two conditions; they are never factors. */
+const OPERATOR_WORDS = new Set(VOCABULARY.operator_words);
+const INVERSE_FUNCTIONS = table(VOCABULARY.inverses);
 const JOINT = wholePattern("joint");
 const ANGLE = wholePattern("angle");
-const SHORT_OF_ANGLE = pattern("shorthand_of_angle");
+const SHORTHAND_OF_ANGLE = pattern("shorthand_of_angle");
 const SYNONYMS = table<string>(VOCABULARY.synonyms);
-/** Names that are multiplied by a bracket after them: nobody defines functions of these names. */
+/** Names that a bracket after them multiplies, because nobody defines functions with these names. */
 const BEFORE_BRACKETS = new Set(["pi", "I", ...VOCABULARY.whole_numbers]);
-const MODULO = new Set(VOCABULARY.modulo);
+const MODULO_WORDS = new Set(VOCABULARY.modulo);
 const UNITS = table(VOCABULARY.units);
-const POWERS_OF_UNIT = new Set(["/", "^", "**"]);
-/** Tokens after a name that is a factor, and no unit at the end of a product. */
-const AFTER_FACTOR = new Set(["*", "(", ...POWERS_OF_UNIT]);
+const UNIT_OPERATORS = new Set(["/", "^", "**"]);
+/** Before these tokens, a name is a symbol that is a factor, and not a unit at the end of a product. */
+const AFTER_SYMBOL = new Set(["*", "(", ...UNIT_OPERATORS]);
 
-/** Tokens that a factor between bars can't contain, and tokens that may follow its second bar. */
-const NO_FACTOR = new Set(["=", "==", ",", ";", ":", "&"]);
-const ENDS_FACTOR = new Set(["*", "/", "^", "**", "=", "==", ")", "]", "}", ",", ";"]);
+/** Tokens that can't be between the bars of an absolute value, and tokens that may follow its second bar. */
+const NEVER_BETWEEN_BARS = new Set(["=", "==", ",", ";", ":", "&"]);
+const AFTER_BAR = new Set(["*", "/", "^", "**", "=", "==", ")", "]", "}", ",", ";"]);
 const BEFORE_STATEMENT = new Set([",", ";", "and", "&", "or", "[", "(", "{"]);
-/** Words after a comma that add nothing to it; entries of a vector are no alternatives. */
-const BETWEEN_ENTRIES = new Set(["and", "&"]);
-const BETWEEN_CONDITIONS = new Set(["and", "&", "or", "|"]);
+/** Words after a comma that add nothing to the comma: "or" is only among those between conditions. */
+const WORDS_BETWEEN_ENTRIES = new Set(["and", "&"]);
+const WORDS_BETWEEN_CONDITIONS = new Set(["and", "&", "or", "|"]);
 
 /** Parse a text; `known` are the names of the problem's symbols, which have precedence over shorthand. */
 export function parse(text: string, known: ReadonlySet<string>): Node {
   const length = lengthOf(text, LIMITS.characters);
   if (length > LIMITS.characters) throw new ParseError("read.long", { length, most: LIMITS.characters });
-  return new Parser(plain(text, known), known).parse();
+  return new Parser(plainText(text, known), known).parse();
 }
 
-/** Operator-precedence parser. Depth is limited, so that no text can exhaust the stack. */
+/**
+ * Operator-precedence parser. A method `parseX` consumes the tokens of an X from the current position on and returns
+ * its tree. Depth is limited, so that no text can exhaust the stack.
+ */
 class Parser {
   private readonly tokens: readonly Token[];
-  /** Meanings of function names and symbols that do not depend on their place, by name. */
-  private readonly plain = new Map<string, string | Node>();
-  private readonly pieces = new Map<string, readonly Piece[]>();
-  private at = 0;
+  /** Known meanings of names, if they do not depend on the place: the function's name, or the tree of a symbol. */
+  private readonly meanings = new Map<string, string | Node>();
+  private readonly piecesOfNames = new Map<string, readonly Piece[]>();
+  /** The index of the current token. */
+  private position = 0;
+  /** The number of `nest` calls in progress. */
   private depth = 0;
-  /** The token index at which the argument of a function without brackets ended last. */
+  /** The token index after the latest argument of a function without brackets; -1 if there is none. */
   private bareArgumentEnd = -1;
-  /** The last product of names without a space between them, and without brackets. */
+  /** The latest product of names without spaces between them, such as a1c2; null after a bracket. */
   private joinedProduct: Node | null = null;
   /** Whether the next bar ends an absolute value. */
-  private inBars = false;
+  private isInBars = false;
   /** Whether functions have square brackets, as in Mathematica, so that {a, b} is a list. */
   private bracesAreLists = false;
 
@@ -97,20 +102,20 @@ class Parser {
       const kind = /^[0-9]+$/.test(text) ? "number" : /^[a-z]+$/.test(text) ? "name" : "op";
       return [{ ...token, kind, text }];
     }
-    let { at } = token;
-    const factors = factorsOf(token.text, this.known).flatMap((name): readonly Token[] => {
-      const times: Token = { kind: "op", text: "*", at };
-      const factor: Token = { kind: "name", text: name, at };
-      at += name.length + 1;
+    let { start } = token;
+    const factors = splitAtDots(token.text, this.known).flatMap((name): readonly Token[] => {
+      const times: Token = { kind: "op", text: "*", start };
+      const factor: Token = { kind: "name", text: name, start };
+      start += name.length + 1;
       return [times, factor];
     });
-    return factors.length > 0 ? factors.slice(1) : [token]; // a1.a2.sin
+    return factors.length > 0 ? factors.slice(1) : [token]; // a1.a2.sin; the first "*" is dropped
   }
 
   parse(): Node {
-    if (this.here().kind === "end") throw new ParseError("read.nothing");
+    if (this.currentToken().kind === "end") throw new ParseError("read.nothing");
     this.skipLambda();
-    const parsed = this.parseAll();
+    const parsed = this.parseAnswer();
     const asList = (top: Node, args: readonly Node[]): Node => ({
       ...top,
       args,
@@ -122,87 +127,87 @@ class Parser {
   }
 
   /** Parse everything up to the end. */
-  private parseAll(): Node {
-    const parsedRows = this.rows("");
-    if (this.here().kind !== "end") throw this.fail("read.unexpected", { found: this.describeToken() });
+  private parseAnswer(): Node {
+    const parsedRows = this.parseRows("");
+    if (this.currentToken().kind !== "end") throw this.errorHere("read.unexpected", { found: this.describeToken() });
     const flat = parsedRows.rows.every((row) => row.length === 1); // a; b
     const rows = parsedRows.rows.length > 1 && flat ? [parsedRows.rows.flat()] : parsedRows.rows;
     if (rows.length > 1) return listOf(rows);
     const items = rows[0] as readonly Node[];
     if (items.length === 0) throw new ParseError("read.nothing"); // only semicolons
-    if (items.some(({ kind }) => kind === "pair")) return this.dictionaryOf(items); // x: a, y: b
-    return parsedRows.comma || items.length > 1 ? node("list", ...items) : (items[0] as Node);
+    if (items.some(({ kind }) => kind === "pair")) return this.buildDictionary(items); // x: a, y: b
+    return parsedRows.hasComma || items.length > 1 ? node("list", ...items) : (items[0] as Node);
   }
 
   /**
    * Parse entries between commas, in rows that semicolons end, up to the closing sign; also return whether there was a
    * comma. In braces, and outside of brackets, an entry may be named, as in x: a.
    */
-  private rows(close: string): { rows: readonly (readonly Node[])[]; comma: boolean } {
+  private parseRows(closingSign: string): { rows: readonly (readonly Node[])[]; hasComma: boolean } {
     const rows: Node[][] = [[]];
-    let comma = false;
-    while (!this.closed(close)) {
+    let hasComma = false;
+    while (!this.takeEnd(closingSign)) {
       if (this.take(";")) {
         rows.push([]);
         continue;
       }
-      const first = this.disjunction();
-      const isJoined = close === "" && this.isCommaAnd() && this.isCondition(first);
-      const item = isJoined ? this.conjunctionAfterComma(first, rows) : first;
-      const named = (close === "" || close === "}") && this.take(":");
-      rows.at(-1)?.push(named ? node("pair", item, this.disjunction()) : item);
+      const first = this.parseDisjunction();
+      const isJoined = closingSign === "" && this.isCommaAnd() && this.isCondition(first);
+      const item = isJoined ? this.parseConjunctionAfterComma(first, rows) : first;
+      const isNamed = (closingSign === "" || closingSign === "}") && this.take(":");
+      rows.at(-1)?.push(isNamed ? node("pair", item, this.parseDisjunction()) : item);
       if (this.take(",")) {
-        comma = true;
-        const [[begun]] = rows.filter((row) => row.length > 0) as [[Node]];
-        const beside = this.isCondition(begun) ? BETWEEN_CONDITIONS : BETWEEN_ENTRIES;
-        if (close === "" && beside.has(this.peek())) {
-          this.at += 1;
-          if (this.here().kind === "end") throw this.fail("read.operand", { found: this.describeToken() });
+        hasComma = true;
+        const [[firstEntry]] = rows.filter((row) => row.length > 0) as [[Node]];
+        const connectives = this.isCondition(firstEntry) ? WORDS_BETWEEN_CONDITIONS : WORDS_BETWEEN_ENTRIES;
+        if (closingSign === "" && connectives.has(this.peek())) {
+          this.position += 1;
+          if (this.currentToken().kind === "end") throw this.errorHere("read.operand", { found: this.describeToken() });
         }
       } else if (this.peek() !== ";") {
-        if (close) this.expect(close);
+        if (closingSign) this.expect(closingSign);
         break;
       }
     }
     const filled = rows.filter((row) => row.length > 0);
-    return { rows: filled.length > 0 ? filled : [[]], comma };
+    return { rows: filled.length > 0 ? filled : [[]], hasComma };
   }
 
-  private closed(close: string): boolean {
-    return close ? this.take(close) : this.here().kind === "end";
+  private takeEnd(closingSign: string): boolean {
+    return closingSign ? this.take(closingSign) : this.currentToken().kind === "end";
   }
 
   /** Return a dictionary from pairs and the values after them. */
-  private dictionaryOf(items: readonly Node[]): Node {
+  private buildDictionary(items: readonly Node[]): Node {
     const pairs: Node[][] = [];
     for (const item of items) {
       const last = pairs.at(-1);
       if (item.kind === "pair") pairs.push([...item.args]);
       else if (last && isValue(item))
         last.push(item); // theta2: 0, pi
-      else throw this.fail("read.dictionary");
+      else throw this.errorHere("read.dictionary");
     }
     return node("dict", ...pairs.map(([called, ...values]) => node("pair", called as Node, oneOrSet(values))));
   }
 
-  private here(): Token {
-    return this.tokens[this.at] as Token;
+  private currentToken(): Token {
+    return this.tokens[this.position] as Token;
   }
 
   private peek(): string {
-    return this.here().text;
+    return this.currentToken().text;
   }
 
-  private ahead(count: number): Token {
-    return this.tokens[Math.min(this.at + count, this.tokens.length - 1)] as Token;
+  private tokenAhead(count: number): Token {
+    return this.tokens[Math.min(this.position + count, this.tokens.length - 1)] as Token;
   }
 
-  private textAt(ahead: number): string {
-    return this.ahead(ahead).text;
+  private textAhead(count: number): string {
+    return this.tokenAhead(count).text;
   }
 
-  private fail(key: TextKey, values: Values = {}): ParseError {
-    return errorAt(key, values, this.text, this.here().at);
+  private errorHere(key: TextKey, values: Values = {}): ParseError {
+    return errorAt(key, values, this.text, this.currentToken().start);
   }
 
   /** Return the current token as errors name it. */
@@ -210,21 +215,23 @@ class Parser {
     return this.peek() ? `'${this.peek()}'` : message("read.the-end");
   }
 
+  /** Skip the current token if it is this sign or word; return whether it was. */
   private take(sign: string, synonym = sign): boolean {
-    const { kind, text } = this.here();
+    const { kind, text } = this.currentToken();
     if ((text !== sign && text !== synonym) || (kind !== "op" && kind !== "name")) return false;
-    this.at += 1;
+    this.position += 1;
     return true;
   }
 
   private expect(text: string): void {
-    if (!this.take(text)) throw this.fail("read.expected", { due: text, found: this.describeToken() });
+    if (!this.take(text)) throw this.errorHere("read.expected", { due: text, found: this.describeToken() });
   }
 
-  private deeper<T>(work: () => T, tooDeep: TextKey): T {
+  /** Parse something nested one level deeper; throw the error `tooDeep` beyond the limit. */
+  private nest<T>(parse: () => T, tooDeep: TextKey): T {
     this.depth += 1;
-    if (this.depth > LIMITS.depth) throw this.fail(tooDeep, { most: LIMITS.depth });
-    const result = work();
+    if (this.depth > LIMITS.depth) throw this.errorHere(tooDeep, { most: LIMITS.depth });
+    const result = parse();
     this.depth -= 1;
     return result;
   }
@@ -232,15 +239,15 @@ class Parser {
   /** Skip the head of a Python function, lambda theta1, theta2: …; its result is the answer. */
   private skipLambda(): void {
     if (!this.take("lambda")) return;
-    while (this.here().kind === "name") {
-      this.at += 1;
+    while (this.currentToken().kind === "name") {
+      this.position += 1;
       if (!this.take(",")) break;
     }
     this.expect(":");
   }
 
   private isCommaAnd(): boolean {
-    return this.peek() === "," && ["and", "&"].includes(this.textAt(1));
+    return this.peek() === "," && ["and", "&"].includes(this.textAhead(1));
   }
 
   /** Return whether a term is a condition on a symbol of the problem; x = 1 only names an entry. */
@@ -250,36 +257,37 @@ class Parser {
   }
 
   /** Parse "A, and B" as "A and B" if B is a condition; other commas make it ambiguous. */
-  private conjunctionAfterComma(first: Node, rows: readonly (readonly Node[])[]): Node {
-    const here = this.at;
+  private parseConjunctionAfterComma(first: Node, rows: readonly (readonly Node[])[]): Node {
+    const start = this.position;
     const terms = first.kind === "and" ? [...first.args] : [first];
     while (this.isCommaAnd()) {
-      const before = this.at;
-      this.at += 2;
-      const term = this.relation();
+      const beforeComma = this.position;
+      this.position += 2;
+      const term = this.parseRelation();
       if (!this.isCondition(term)) {
-        this.at = before;
+        this.position = beforeComma;
         break;
       }
       terms.push(term);
     }
-    if (this.at === here) return first;
-    const isAlone = rows.length === 1 && rows[0]?.length === 0;
-    const isOpen = [",", "or", "|"].includes(this.peek());
-    if (!isAlone || isOpen || first.kind === "or") throw this.fail("read.unexpected", { found: "'and'" });
+    if (this.position === start) return first;
+    const isOnlyEntry = rows.length === 1 && rows[0]?.length === 0;
+    const continues = [",", "or", "|"].includes(this.peek());
+    if (!isOnlyEntry || continues || first.kind === "or") throw this.errorHere("read.unexpected", { found: "'and'" });
     return node("and", ...terms);
   }
 
-  private readonly alternatives = (): Node => this.several("or", this.conjunction, "or", "|");
+  private readonly parseAlternatives = (): Node => this.parseOperands("or", this.parseConjunction, "or", "|");
 
-  private disjunction(): Node {
-    return this.deeper(this.alternatives, "read.brackets");
+  private parseDisjunction(): Node {
+    return this.nest(this.parseAlternatives, "read.brackets");
   }
 
   // Functions that others call back are fields: binding them for each of ten thousand brackets would take long.
-  private readonly conjunction = (): Node => this.several("and", this.relation, "and", "&");
+  private readonly parseConjunction = (): Node => this.parseOperands("and", this.parseRelation, "and", "&");
 
-  private several(kind: "or" | "and", parseTerm: () => Node, word: string, sign: string): Node {
+  /** Parse one or several terms with a word or sign between them. */
+  private parseOperands(kind: "or" | "and", parseTerm: () => Node, word: string, sign: string): Node {
     const first = parseTerm();
     if (!this.take(word, sign)) return first;
     const terms = [first, parseTerm()];
@@ -287,11 +295,12 @@ class Parser {
     return node(kind, ...terms);
   }
 
-  private readonly relation = (): Node => {
-    const first = this.modulo(this.sum());
-    if (this.take("in")) return node("in", first, this.modulo(this.sum()));
+  /** Parse an equation, a membership such as k in Z, or an expression alone. */
+  private readonly parseRelation = (): Node => {
+    const first = this.parseModulo(this.parseSum());
+    if (this.take("in")) return node("in", first, this.parseModulo(this.parseSum()));
     const sides = [first];
-    while (this.take("=", "==")) sides.push(this.values());
+    while (this.take("=", "==")) sides.push(this.parseValues());
     if (sides.length > 2 && sides[0]?.kind === "name" && sides[1]?.kind === "list") sides.shift(); // P = [x; y] = […]
     const equations = sides.slice(1).map((right, i) => node("eq", sides[i] as Node, right));
     if (equations.length > 1) return { ...node("and", ...equations), text: CHAIN }; // theta1 = theta2 = 0
@@ -299,14 +308,14 @@ class Parser {
   };
 
   /** Parse the right side of an equation: a value, or several, as in theta2 = 0 or pi. */
-  private values(): Node {
-    const values = [this.modulo(this.sum())];
+  private parseValues(): Node {
+    const values = [this.parseModulo(this.parseSum())];
     while (["or", "and", "|", "&"].includes(this.peek())) {
-      const here = this.at;
-      this.at += 1;
-      const other = this.here().kind === "end" ? null : this.modulo(this.sum());
+      const start = this.position;
+      this.position += 1;
+      const other = this.currentToken().kind === "end" ? null : this.parseModulo(this.parseSum());
       if (!other || ["=", "==", "in", ":"].includes(this.peek()) || !isValue(other)) {
-        this.at = here; // another condition begins there
+        this.position = start; // another condition begins there
         break;
       }
       values.push(other);
@@ -315,166 +324,191 @@ class Parser {
   }
 
   /** Parse theta2 = 0 mod pi, or (mod pi): the value, and all values that differ by multiples of pi. */
-  private modulo(value: Node): Node {
-    const bracket = this.peek() === "(" && MODULO.has(this.textAt(1));
-    if (!bracket && !MODULO.has(this.peek())) return value;
-    this.at += bracket ? 2 : 1;
-    const isNumber = ["end", "op"].includes(this.here().kind) && this.peek() !== "(";
-    if (this.textAt(-1) === "%" && isNumber) throw this.fail("read.percent");
-    const step = node("*", name(VOCABULARY.whole_numbers[0] as string), this.sum());
-    if (bracket) this.expect(")");
+  private parseModulo(value: Node): Node {
+    const hasBracket = this.peek() === "(" && MODULO_WORDS.has(this.textAhead(1));
+    if (!hasBracket && !MODULO_WORDS.has(this.peek())) return value;
+    this.position += hasBracket ? 2 : 1;
+    const isNumber = ["end", "op"].includes(this.currentToken().kind) && this.peek() !== "(";
+    if (this.textAhead(-1) === "%" && isNumber) throw this.errorHere("read.percent");
+    const step = node("*", name(VOCABULARY.whole_numbers[0] as string), this.parseSum());
+    if (hasBracket) this.expect(")");
     const isCollection = value.kind === "list" || value.kind === "set";
     return isCollection ? node(value.kind, ...value.args.map((part) => node("+", part, step))) : node("+", value, step);
   }
 
-  private sum(): Node {
+  /** Parse terms with +, - or ± between them. */
+  private parseSum(): Node {
     const isEither = this.take("±");
-    let top = isEither ? this.product() : this.signed(this.product);
-    if (isEither) top = node("set", top, node("neg", top));
+    let sum = isEither ? this.parseProduct() : this.parseSigned(this.parseProduct);
+    if (isEither) sum = node("set", sum, node("neg", sum));
     for (let op = this.peek(); op === "+" || op === "-" || op === "±"; op = this.peek()) {
-      const isAfterBareArgument = this.at === this.bareArgumentEnd;
-      this.at += 1;
-      const right = this.signed(this.product);
+      const isAfterBareArgument = this.position === this.bareArgumentEnd;
+      this.position += 1;
+      const right = this.parseSigned(this.parseProduct);
       if (isAfterBareArgument && right.kind === "name" && ANGLE.test(right.text))
-        throw this.fail("read.reach", { sign: op, name: right.text });
-      top = op === "±" ? node("set", node("+", top, right), node("-", top, right)) : node(op, top, right);
+        throw this.errorHere("read.reach", { sign: op, name: right.text });
+      sum = op === "±" ? node("set", node("+", sum, right), node("-", sum, right)) : node(op, sum, right);
     }
-    return top;
+    return sum;
   }
 
   /** Parse the next operand, with the product of all signs before it. */
-  private signed(next: () => Node): Node {
-    let negative = false;
-    while (this.here().kind === "op" && (this.peek() === "+" || this.peek() === "-")) {
-      negative = negative !== (this.peek() === "-");
-      this.at += 1;
+  private parseSigned(parseOperand: () => Node): Node {
+    let isNegative = false;
+    while (this.currentToken().kind === "op" && (this.peek() === "+" || this.peek() === "-")) {
+      isNegative = isNegative !== (this.peek() === "-");
+      this.position += 1;
     }
-    return negative ? node("neg", next()) : next();
+    return isNegative ? node("neg", parseOperand()) : parseOperand();
   }
 
-  private readonly product = (): Node => {
-    let top = this.power();
-    let divisorEnd = -1;
+  /** Parse factors, with or without signs between them. */
+  private readonly parseProduct = (): Node => {
+    let product = this.parsePower();
+    let divisorEnd = -1; // the token index after a divisor that is a single name
     for (;;) {
       if (this.take("*", ".")) {
-        top = node("*", top, this.signed(this.power));
+        product = node("*", product, this.parseSigned(this.parsePower));
         divisorEnd = -1;
       } else if (this.take("/")) {
-        const here = this.at;
-        const divisor = this.signed(this.power);
-        top = node("/", top, divisor);
-        divisorEnd = this.isSymbol(here) && divisor.kind === "name" ? this.at : -1;
-      } else if (this.here().kind === "number" && this.tokens[this.at - 1]?.kind === "number") {
-        throw this.fail("read.two-numbers"); // 1 000 or 1.2.3 is probably no product
-      } else if (this.here().kind === "number" && this.peek().startsWith(".")) {
-        throw this.fail("read.point", { number: this.peek(), factor: this.peek().slice(1) }); // a1.2
-      } else if (this.peek() === "(" && MODULO.has(this.textAt(1))) return top;
+        const start = this.position;
+        const divisor = this.parseSigned(this.parsePower);
+        product = node("/", product, divisor);
+        divisorEnd = this.isSingleName(start) && divisor.kind === "name" ? this.position : -1;
+      } else if (this.currentToken().kind === "number" && this.tokens[this.position - 1]?.kind === "number") {
+        throw this.errorHere("read.two-numbers"); // 1 000 or 1.2.3 is probably no product
+      } else if (this.currentToken().kind === "number" && this.peek().startsWith(".")) {
+        throw this.errorHere("read.point", { number: this.peek(), factor: this.peek().slice(1) }); // a1.2
+      } else if (this.peek() === "(" && MODULO_WORDS.has(this.textAhead(1))) return product;
       else if (this.isUnit()) {
-        top = inUnit(top, this.peek());
-        this.at += 1;
-      } else if (this.at === divisorEnd && this.here().kind === "name" && !WORDS.has(this.peek())) {
-        throw this.fail("read.below", { name: this.textAt(-1), next: this.peek() });
-      } else if (this.peek() === "|" && this.isBarOfFactor()) top = node("*", top, this.power());
-      else if (this.peek() === "[" && this.isRowBelow(top)) top = this.withRow(top);
-      else if (this.startsFactor()) top = node("*", top, this.factor());
-      else return top;
+        product = inUnit(product, this.peek());
+        this.position += 1;
+      } else if (
+        this.position === divisorEnd &&
+        this.currentToken().kind === "name" &&
+        !OPERATOR_WORDS.has(this.peek())
+      ) {
+        throw this.errorHere("read.below", { name: this.textAhead(-1), next: this.peek() });
+      } else if (this.peek() === "|" && this.isBarOfFactor()) product = node("*", product, this.parsePower());
+      else if (this.peek() === "[" && this.isRowBelow(product)) product = this.appendRow(product);
+      else if (this.startsFactor()) product = node("*", product, this.parseFactor());
+      else return product;
     }
   };
 
-  /** Return whether a divisor is a single name. */
-  private isSymbol(at: number): boolean {
-    const { kind, text } = this.tokens[at] as Token;
-    return kind === "name" && this.at === at + 1 && !isConstant(text);
+  /** Return whether the operand from token `start` to here is a single name. */
+  private isSingleName(start: number): boolean {
+    const { kind, text } = this.tokens[start] as Token;
+    return kind === "name" && this.position === start + 1 && !beginsWithConstant(text);
   }
 
   /** Parse a factor without a sign; [0] is no factor, because Python would select an entry by it. */
-  private factor(): Node {
-    const here = this.at;
-    const bracket = this.peek() === "[";
-    const factor = this.power();
-    const [only] = factor.args;
-    if (bracket && factor.kind === "list" && factor.args.length === 1 && /^(number|neg)$/.test(only?.kind ?? "")) {
-      this.at = here;
-      throw this.fail("read.no-entry");
+  private parseFactor(): Node {
+    const start = this.position;
+    const hasSquareBracket = this.peek() === "[";
+    const factor = this.parsePower();
+    const [onlyEntry] = factor.args;
+    if (
+      hasSquareBracket &&
+      factor.kind === "list" &&
+      factor.args.length === 1 &&
+      /^(number|neg)$/.test(onlyEntry?.kind ?? "")
+    ) {
+      this.position = start;
+      throw this.errorHere("read.no-entry");
     }
     return factor;
   }
 
-  /** Return whether a factor between bars begins here, as in a1|s2|, and no alternative after a bar, as in 0 | pi. */
+  /** Return whether the bar here begins an absolute value, as in a1|s2|, rather than an alternative, as in 0 | pi. */
   private isBarOfFactor(): boolean {
-    if (this.inBars) return false;
+    if (this.isInBars) return false;
     let depth = 0;
-    let symbols = false;
-    let at = this.at + 1;
-    for (; ; at += 1) {
-      const { kind, text } = this.tokens[at] as Token;
+    let hasSymbol = false;
+    let end = this.position + 1;
+    for (; ; end += 1) {
+      const { kind, text } = this.tokens[end] as Token;
       if (kind === "end" || (text === "|" && depth === 0)) break;
-      depth += deeperBy(text);
-      if (depth < 0 || (depth === 0 && (NO_FACTOR.has(text) || WORDS.has(text)))) return false;
-      symbols ||= kind === "name" && !isConstant(text);
+      depth += depthChange(text);
+      if (depth < 0 || (depth === 0 && (NEVER_BETWEEN_BARS.has(text) || OPERATOR_WORDS.has(text)))) return false;
+      hasSymbol ||= kind === "name" && !beginsWithConstant(text);
     }
-    const [bar, first, last, close] = [this.here(), this.tokens[this.at + 1], this.tokens[at - 1], this.tokens[at]];
-    if (!first || !last || close?.kind === "end" || !symbols) return false;
-    const isTight = first.at === bar.at + 1 && last.at + last.text.length === close?.at;
-    const behind = this.tokens[at + 1] as Token;
-    return isTight || behind.kind === "end" || ENDS_FACTOR.has(behind.text);
+    const [bar, first, last, close] = [
+      this.currentToken(),
+      this.tokens[this.position + 1],
+      this.tokens[end - 1],
+      this.tokens[end],
+    ];
+    if (!first || !last || close?.kind === "end" || !hasSymbol) return false;
+    const isWithoutSpaces = first.start === bar.start + 1 && last.start + last.text.length === close?.start;
+    const nextToken = this.tokens[end + 1] as Token;
+    return isWithoutSpaces || nextToken.kind === "end" || AFTER_BAR.has(nextToken.text);
   }
 
-  /** Return whether a list is a row with another row after it, as calculators write [a, b][c, d]. */
-  private isRowBelow(top: Node): boolean {
-    return top.kind === "list" && top.args.length > 1 && this.textAt(-1) === "]" && !this.isColumnAhead();
+  /** Return whether the bracket here begins a row below a list, as calculators write [a, b][c, d]. */
+  private isRowBelow(list: Node): boolean {
+    return list.kind === "list" && list.args.length > 1 && this.textAhead(-1) === "]" && !this.isColumnAhead();
   }
 
   /** Return whether the list that begins here has rows, as in [a; b] or [[a, b], [c, d]]. */
   private isColumnAhead(): boolean {
     let depth = 0;
-    for (let at = this.at; at < this.tokens.length; at += 1) {
-      const { text } = this.tokens[at] as Token;
-      depth += deeperBy(text);
+    for (let index = this.position; index < this.tokens.length; index += 1) {
+      const { text } = this.tokens[index] as Token;
+      depth += depthChange(text);
       if (depth === 0) return false;
-      if ((text === ";" && depth === 1) || (text === "[" && at === this.at + 1)) return true;
+      if ((text === ";" && depth === 1) || (text === "[" && index === this.position + 1)) return true;
     }
     return false;
   }
 
   /** Add the list that follows as a row. */
-  private withRow(top: Node): Node {
+  private appendRow(list: Node): Node {
     this.take("[");
-    const row = this.bracketed("]", "list");
-    const rows = top.args.every(({ kind }) => kind === "list") ? top.args : [top];
+    const row = this.parseBracket("]", "list");
+    const rows = list.args.every(({ kind }) => kind === "list") ? list.args : [list];
     if (rows.length >= LIMITS.matrix_rows || rows.some(({ args }) => args.length !== row.args.length))
-      throw this.fail("read.two-lists");
+      throw this.errorHere("read.two-lists");
     return node("list", ...rows, row);
   }
 
-  /** Return whether a name after a number is a unit, as in 0.25 rad or 25 cm * a1; metres.ts decides on m later. */
+  /**
+   * Return whether the name here is a unit of the number before, as in 0.25 rad or 25 cm * a1. metres.ts decides on m.
+   */
   private isUnit(): boolean {
-    const { kind, text } = this.here();
+    const { kind, text } = this.currentToken();
     const isName = kind === "name" && UNITS.has(text) && !this.known.has(text);
     if (!isName || VOCABULARY.whole_numbers.includes(text)) return false;
-    const before = this.tokens[this.at - 1];
-    if (before?.kind !== "number" && !VOCABULARY.before_whole_numbers.includes(before?.text ?? "")) return false;
-    const next = this.ahead(1);
-    if (VOCABULARY.lengths.includes(text)) return !POWERS_OF_UNIT.has(next.text);
-    return !AFTER_FACTOR.has(next.text) && (next.kind !== "name" || WORDS.has(next.text)) && next.kind !== "number";
+    const previousToken = this.tokens[this.position - 1];
+    if (previousToken?.kind !== "number" && !VOCABULARY.before_whole_numbers.includes(previousToken?.text ?? ""))
+      return false;
+    const nextToken = this.tokenAhead(1);
+    if (VOCABULARY.lengths.includes(text)) return !UNIT_OPERATORS.has(nextToken.text);
+    return (
+      !AFTER_SYMBOL.has(nextToken.text) &&
+      (nextToken.kind !== "name" || OPERATOR_WORDS.has(nextToken.text)) &&
+      nextToken.kind !== "number"
+    );
   }
 
+  /** Return whether the current token begins a factor without a sign before it. */
   private startsFactor(): boolean {
-    const { kind, text } = this.here();
-    return kind === "number" || (kind === "name" && !WORDS.has(text)) || text === "(" || text === "[";
+    const { kind, text } = this.currentToken();
+    return kind === "number" || (kind === "name" && !OPERATOR_WORDS.has(text)) || text === "(" || text === "[";
   }
 
-  private readonly power = (): Node => {
-    const base = this.primary();
+  /** Parse a factor with its exponents, as in a^b^c. */
+  private readonly parsePower = (): Node => {
+    const base = this.parsePrimary();
     if (this.peek() !== "**" && this.peek() !== "^") return base;
     const isOfLastName = base === this.joinedProduct;
     const exponents: Node[] = [];
     while (this.take("**", "^")) {
-      exponents.push(this.signed(this.primary));
-      if (exponents.length > LIMITS.depth) throw this.fail("read.powers", { most: LIMITS.depth });
+      exponents.push(this.parseSigned(this.parsePrimary));
+      if (exponents.length > LIMITS.depth) throw this.errorHere("read.powers", { most: LIMITS.depth });
     }
-    const raised = exponents[0];
-    const isTransposed = raised?.kind === "name" && VOCABULARY.transposed.includes(raised.text);
+    const firstExponent = exponents[0];
+    const isTransposed = firstExponent?.kind === "name" && VOCABULARY.transposed.includes(firstExponent.text);
     if (base.kind === "list" && exponents.length === 1 && isTransposed) return transposeList(base);
     let tower = exponents.pop();
     if (!tower) return base;
@@ -488,104 +522,115 @@ class Parser {
     return node("^", base, tower);
   };
 
-  private readonly primary = (): Node => {
-    const { kind, text } = this.here();
+  /** Parse the smallest operand: a number, name, bracket, absolute value, or a blank "...". */
+  private readonly parsePrimary = (): Node => {
+    const { kind, text } = this.currentToken();
     if (kind === "number") {
-      this.at += 1;
+      this.position += 1;
       return numberOf(text);
     }
-    if (kind === "name" && !WORDS.has(text)) {
-      this.at += 1;
-      return this.named(text);
+    if (kind === "name" && !OPERATOR_WORDS.has(text)) {
+      this.position += 1;
+      return this.parseNamed(text);
     }
     if (this.take("...")) return node("blank");
-    if (this.take("(")) return this.bracketed(")", "group");
-    if (this.take("[")) return this.bracketed("]", "list");
-    if (this.take("{")) return this.bracketed("}", "set");
-    if (this.take("|")) return this.deeper(() => this.absolute(), "read.brackets");
-    throw this.fail("read.operand", { found: this.describeToken() });
+    if (this.take("(")) return this.parseBracket(")", "group");
+    if (this.take("[")) return this.parseBracket("]", "list");
+    if (this.take("{")) return this.parseBracket("}", "set");
+    if (this.take("|")) return this.nest(() => this.parseAbsoluteValue(), "read.brackets");
+    throw this.errorHere("read.operand", { found: this.describeToken() });
   };
 
   /** Parse |a1*sin(theta2)| to its second bar; a bar between two conditions means "or". */
-  private absolute(): Node {
-    const outer = this.inBars;
-    this.inBars = true;
-    const inner = this.sum();
-    this.inBars = outer;
+  private parseAbsoluteValue(): Node {
+    const wasInBars = this.isInBars;
+    this.isInBars = true;
+    const inner = this.parseSum();
+    this.isInBars = wasInBars;
     this.expect("|");
     return call("abs", inner);
   }
 
-  private bracketed(close: string, kind: "group" | "list" | "set"): Node {
-    const outer = this.inBars;
-    this.inBars = false;
-    const { rows, comma } = this.rows(close);
-    this.inBars = outer;
+  /** Parse the rest of a bracket whose opening sign was already taken. */
+  private parseBracket(closingSign: string, kind: "group" | "list" | "set"): Node {
+    const wasInBars = this.isInBars;
+    this.isInBars = false;
+    const { rows, hasComma } = this.parseRows(closingSign);
+    this.isInBars = wasInBars;
     this.joinedProduct = null;
-    const inLine = close !== "]" && rows.every((row) => row.length === 1); // (a; b), {0; pi}
-    if (rows.length > 1 && inLine && kind !== "list") return node("list", ...rows.flat());
+    const isFlat = closingSign !== "]" && rows.every((row) => row.length === 1); // (a; b), {0; pi}
+    if (rows.length > 1 && isFlat && kind !== "list") return node("list", ...rows.flat());
     if (rows.length > 1) return listOf(rows); // [a, b; c, d]
     const items = rows[0] as readonly Node[];
     const first = items[0];
-    if (kind === "group") return first && items.length === 1 && !comma ? first : node("list", ...items);
-    return items.some((item) => item.kind === "pair") ? this.dictionaryOf(items) : node(kind, ...items);
+    if (kind === "group") return first && items.length === 1 && !hasComma ? first : node("list", ...items);
+    return items.some((item) => item.kind === "pair") ? this.buildDictionary(items) : node(kind, ...items);
   }
 
-  private args(close: string): readonly Node[] {
-    return this.bracketed(close, "list").args;
+  private parseArguments(closingSign: string): readonly Node[] {
+    return this.parseBracket(closingSign, "list").args;
   }
 
-  /** Parse a name, and what belongs to it, such as the arguments of a function. */
-  private named(raw: string): Node {
-    const length = lengthOf(raw, MAX_NAME_LENGTH);
-    if (length > MAX_NAME_LENGTH) throw this.fail("read.long-name", { length });
-    const opens = this.peek() === "(";
-    const plain = this.plain.get(raw);
-    if (typeof plain === "string") return this.function(plain);
-    if (plain && !opens) return plain;
-    if (raw.endsWith(".diff") && opens) return this.bound("Derivative", this.first(raw.slice(0, -".diff".length)));
-    const spelled = plainName(raw);
-    if (opens && BOUND.has(spelled)) return this.bound(spelled, null);
-    const varies = this.known.has(spelled) || JOINT.test(spelled);
-    if (opens && varies && this.textAt(1) === "t" && this.textAt(2) === ")") {
-      this.at += 3; // theta1(t), as dynamicsymbols prints it
-      return this.first(raw);
+  /** Parse what begins with a name, which was already taken, such as a function with its arguments. */
+  private parseNamed(typedName: string): Node {
+    const length = lengthOf(typedName, MAX_NAME_LENGTH);
+    if (length > MAX_NAME_LENGTH) throw this.errorHere("read.long-name", { length });
+    const hasBracket = this.peek() === "(";
+    const meaning = this.meanings.get(typedName);
+    if (typeof meaning === "string") return this.parseFunction(meaning);
+    if (meaning && !hasBracket) return meaning;
+    if (typedName.endsWith(".diff") && hasBracket)
+      return this.parseBindingCall("Derivative", this.firstPiece(typedName.slice(0, -".diff".length)));
+    const plainTypedName = plainName(typedName);
+    if (hasBracket && BINDING_CALLS.has(plainTypedName)) return this.parseBindingCall(plainTypedName, null);
+    const isVariable = this.known.has(plainTypedName) || JOINT.test(plainTypedName);
+    if (hasBracket && isVariable && this.textAhead(1) === "t" && this.textAhead(2) === ")") {
+      this.position += 3; // theta1(t), as dynamicsymbols prints it
+      return this.firstPiece(typedName);
     }
-    if (opens && CONTAINERS.has(spelled)) {
-      this.at += 1;
-      return this.container(spelled, this.args(")"));
+    if (hasBracket && CALL_MEANINGS.has(plainTypedName)) {
+      this.position += 1;
+      return this.buildCall(plainTypedName, this.parseArguments(")"));
     }
-    if (UNDEFINED.has(spelled)) {
-      this.at -= 1; // the error is at the name, which was already taken
-      throw this.fail("read.no-answer", { name: spelled });
+    if (UNDEFINED_NAMES.has(plainTypedName)) {
+      this.position -= 1; // the error is at the name, which was already taken
+      throw this.errorHere("read.no-answer", { name: plainTypedName });
     }
-    if (BLANK.has(spelled)) return node("blank");
-    if (SHORTHAND.has(spelled) && !this.known.has(spelled) && this.isAngleAhead()) return this.shorthand(spelled);
-    const pieces = this.piecesOf(raw);
+    if (BLANK_NAMES.has(plainTypedName)) return node("blank");
+    if (SHORTHAND.has(plainTypedName) && !this.known.has(plainTypedName) && this.isAngleAhead())
+      return this.parseShorthand(plainTypedName);
+    const pieces = this.piecesOf(typedName);
     const symbol = pieces.length === 1 && pieces[0]?.kind === "name" ? pieces[0].parts[0] : undefined;
-    if (opens && symbol && !this.known.has(spelled) && !this.known.has(symbol) && !BEFORE_BRACKETS.has(symbol)) {
-      const isFirst = this.at === 1 || BEFORE_STATEMENT.has(this.textAt(-2));
-      const behind = isFirst ? this.behindBracket() : 0;
-      if (this.tokens[behind]?.text === "=") {
-        this.at = behind; // J(q) = …
+    if (
+      hasBracket &&
+      symbol &&
+      !this.known.has(plainTypedName) &&
+      !this.known.has(symbol) &&
+      !BEFORE_BRACKETS.has(symbol)
+    ) {
+      const beginsStatement = this.position === 1 || BEFORE_STATEMENT.has(this.textAhead(-2));
+      const indexAfterBracket = beginsStatement ? this.findEndOfBracket() : 0;
+      if (this.tokens[indexAfterBracket]?.text === "=") {
+        this.position = indexAfterBracket; // J(q) = …
         return name(symbol);
       }
-      throw this.fail("read.function", { name: spelled });
+      throw this.errorHere("read.function", { name: plainTypedName });
     }
-    const only = pieces.length === 1 && spelled === raw ? pieces[0] : undefined;
-    if (only?.kind === "function") this.plain.set(raw, only.parts[0] as string);
-    else if (only && this.known.has(spelled)) this.plain.set(raw, treeOfPiece(only));
-    const product = this.productOf(pieces);
-    if (FUNCTIONS.has(pieces.at(-1)?.kind ?? "") && SHORT_OF_ANGLE.test(spelled)) this.bareArgumentEnd = this.at;
+    const onlyPiece = pieces.length === 1 && plainTypedName === typedName ? pieces[0] : undefined;
+    if (onlyPiece?.kind === "function") this.meanings.set(typedName, onlyPiece.parts[0] as string);
+    else if (onlyPiece && this.known.has(plainTypedName)) this.meanings.set(typedName, treeOfPiece(onlyPiece));
+    const product = this.buildProduct(pieces);
+    if (FUNCTIONS.has(pieces.at(-1)?.kind ?? "") && SHORTHAND_OF_ANGLE.test(plainTypedName))
+      this.bareArgumentEnd = this.position;
     return product;
   }
 
-  /** Return the token index after the closing bracket; 0 if the bracket is never closed. */
-  private behindBracket(): number {
+  /** Return the index of the token after the bracket that begins here; 0 if the bracket is never closed. */
+  private findEndOfBracket(): number {
     let depth = 0;
-    for (let at = this.at; at < this.tokens.length; at += 1) {
-      depth += deeperBy((this.tokens[at] as Token).text);
-      if (depth === 0) return at + 1;
+    for (let index = this.position; index < this.tokens.length; index += 1) {
+      depth += depthChange((this.tokens[index] as Token).text);
+      if (depth === 0) return index + 1;
     }
     return 0;
   }
@@ -593,58 +638,58 @@ class Parser {
   /** Return whether an angle or a bracket follows, possibly after a power: c theta1, s^2(theta1). */
   private isAngleAhead(): boolean {
     const isPower = this.peek() === "^" || this.peek() === "**";
-    const ahead = !isPower ? 0 : this.textAt(1) === "(" ? 4 : 2;
-    const { kind, text } = this.ahead(ahead);
+    const distance = !isPower ? 0 : this.textAhead(1) === "(" ? 4 : 2;
+    const { kind, text } = this.tokenAhead(distance);
     const piece = kind === "name" ? this.piecesOf(text)[0] : undefined;
     return text === "(" || piece?.kind === "sum" || ANGLE.test(piece?.parts[0] ?? "");
   }
 
   /** Parse c or s of an angle; S(1), as SymPy writes it, is no sine. */
-  private shorthand(short: string): Node {
-    const here = this.at;
-    const functionName = SHORTHAND.get(short) as string;
-    const result = this.function(functionName);
+  private parseShorthand(shorthand: string): Node {
+    const start = this.position;
+    const functionName = SHORTHAND.get(shorthand) as string;
+    const result = this.parseFunction(functionName);
     if ([...namesIn(result)].some((symbol) => ANGLE.test(symbol))) return result;
-    this.at = here;
-    throw this.fail("read.shorthand", { name: short, function: functionName });
+    this.position = start;
+    throw this.errorHere("read.shorthand", { name: shorthand, function: functionName });
   }
 
   private piecesOf(raw: string): readonly Piece[] {
-    const pieces = this.pieces.get(raw) ?? piecesOf(raw, this.known);
-    this.pieces.set(raw, pieces);
+    const pieces = this.piecesOfNames.get(raw) ?? piecesOf(raw, this.known);
+    this.piecesOfNames.set(raw, pieces);
     return pieces;
   }
 
-  private first(raw: string): Node {
+  private firstPiece(raw: string): Node {
     return treeOfPiece(this.piecesOf(raw)[0] as Piece);
   }
 
-  /** Return the product that joined names mean; a function applies to what follows it. */
-  private productOf(pieces: readonly Piece[]): Node {
+  /** Return the product that joined names mean, such as a1c2; a function applies to the piece or text after it. */
+  private buildProduct(pieces: readonly Piece[]): Node {
     const factors: Node[] = [];
     for (let i = 0; i < pieces.length; i += 1) {
       const piece = pieces[i] as Piece;
       const next = pieces[i + 1];
-      const called = piece.parts[0] as string;
+      const functionName = piece.parts[0] as string;
       if (piece.kind !== "function") factors.push(treeOfPiece(piece));
-      else if (next && next.kind !== "function" && !ARITY.has(called)) {
-        factors.push(applied(called, [treeOfPiece(next)]));
+      else if (next && next.kind !== "function" && !ARITY.has(functionName)) {
+        factors.push(apply(functionName, [treeOfPiece(next)]));
         i += 1;
-        this.bareArgumentEnd = i + 1 >= pieces.length ? this.at : -1;
-      } else if (!next) factors.push(this.function(called));
-      else throw this.fail("read.no-argument", { name: called });
+        this.bareArgumentEnd = i + 1 >= pieces.length ? this.position : -1;
+      } else if (!next) factors.push(this.parseFunction(functionName));
+      else throw this.errorHere("read.no-argument", { name: functionName });
     }
-    const product = factors.reduce((some, factor) => node("*", some, factor));
+    const product = factors.reduce((product, factor) => node("*", product, factor));
     if (factors.length > 1) this.joinedProduct = product;
     return product;
   }
 
   /** Parse Derivative(theta1(t), t), the rate qd1; or Lambda(_n, …), in which _n is any whole number. */
-  private bound(kind: string, of: Node | null): Node {
-    this.at += 1;
-    const args = [...(of ? [of] : []), ...this.args(")")];
+  private parseBindingCall(kind: string, firstArgument: Node | null): Node {
+    this.position += 1;
+    const args = [...(firstArgument ? [firstArgument] : []), ...this.parseArguments(")")];
     const [first, second] = args;
-    const isRate = BOUND.get(kind) === "rate";
+    const isRate = BINDING_CALLS.get(kind) === "rate";
     if (isRate && first?.kind === "name" && args.length <= 2) {
       const joint = JOINT.exec(first.text);
       if (joint) return name(`qd${joint[1]}`);
@@ -652,49 +697,55 @@ class Parser {
     if (!isRate && first?.kind === "name" && second && args.length === 2) {
       return replaceName(second, first.text, name(VOCABULARY.whole_numbers[0] as string));
     }
-    throw this.fail("read.bound", { name: kind });
+    throw this.errorHere("read.bound", { name: kind });
   }
 
-  private function(called: string): Node {
-    return this.deeper(() => this.functionOf(called), "read.functions");
+  private parseFunction(functionName: string): Node {
+    return this.nest(() => this.parseCall(functionName), "read.functions");
   }
 
-  private functionOf(called: string): Node {
-    const power = this.take("^", "**") ? this.signed(this.primary) : null; // sin^2(x)
-    const opened = this.peek();
-    const args = this.take("(") ? this.args(")") : this.take("[") ? this.args("]") : [this.bareArgument(called)];
-    this.bracesAreLists ||= opened === "[";
-    const expectedCount = ARITY.get(called) ?? 1;
+  private parseCall(functionName: string): Node {
+    const power = this.take("^", "**") ? this.parseSigned(this.parsePrimary) : null; // sin^2(x)
+    const openingSign = this.peek();
+    const args = this.take("(")
+      ? this.parseArguments(")")
+      : this.take("[")
+        ? this.parseArguments("]")
+        : [this.parseBareArgument(functionName)];
+    this.bracesAreLists ||= openingSign === "[";
+    const expectedCount = ARITY.get(functionName) ?? 1;
     if (args.length !== expectedCount)
-      throw this.fail("read.arguments", { name: called, due: expectedCount, count: args.length });
-    const inverted = power?.kind === "neg" && power.args[0]?.kind === "number" && power.args[0].value === 1;
-    const inverse = inverted ? INVERSES.get(called) : undefined;
-    if (inverse !== undefined) return applied(inverse, args); // sin^-1(x) is the arc sine
-    const made = applied(called, args);
-    return power ? node("^", made, power) : made;
+      throw this.errorHere("read.arguments", { name: functionName, due: expectedCount, count: args.length });
+    const isInverse = power?.kind === "neg" && power.args[0]?.kind === "number" && power.args[0].value === 1;
+    const inverseName = isInverse ? INVERSE_FUNCTIONS.get(functionName) : undefined;
+    if (inverseName !== undefined) return apply(inverseName, args); // sin^-1(x) is the arc sine
+    const result = apply(functionName, args);
+    return power ? node("^", result, power) : result;
   }
 
   /** Parse the argument of a function without brackets: a number, a name, or both, as in sin 2 theta1. */
-  private bareArgument(called: string): Node {
+  private parseBareArgument(functionName: string): Node {
     const factors: Node[] = [];
-    if (this.here().kind === "number") {
+    if (this.currentToken().kind === "number") {
       factors.push(numberOf(this.peek()));
-      this.at += 1;
+      this.position += 1;
     }
-    if (this.here().kind === "name" && !WORDS.has(this.peek())) {
-      const more = this.piecesOf(this.peek()).slice(1); // sin theta1cos(theta2)
-      if (more.some(({ kind }) => kind !== "name")) throw this.fail("read.bare", { name: called });
-      this.at += 1;
-      factors.push(this.named(this.textAt(-1)));
+    if (this.currentToken().kind === "name" && !OPERATOR_WORDS.has(this.peek())) {
+      const laterPieces = this.piecesOf(this.peek()).slice(1); // sin theta1cos(theta2)
+      if (laterPieces.some(({ kind }) => kind !== "name")) throw this.errorHere("read.bare", { name: functionName });
+      this.position += 1;
+      factors.push(this.parseNamed(this.textAhead(-1)));
     }
-    if (factors.length === 0 || ["/", "^", "**"].includes(this.peek())) throw this.fail("read.bare", { name: called });
-    this.bareArgumentEnd = this.at;
+    if (factors.length === 0 || ["/", "^", "**"].includes(this.peek()))
+      throw this.errorHere("read.bare", { name: functionName });
+    this.bareArgumentEnd = this.position;
     return factors.reduce((product, factor) => node("*", product, factor));
   }
 
-  private container(kind: string, args: readonly Node[]): Node {
+  /** Return the tree of a call in `CALL_MEANINGS`. */
+  private buildCall(kind: string, args: readonly Node[]): Node {
     const [first, second, third] = args;
-    const meaning = CONTAINERS.get(kind) as string;
+    const meaning = CALL_MEANINGS.get(kind) as string;
     const isCondition = first !== undefined && (meaning === "or" || meaning === "and");
     const isPair = args.length === 2 && ["eq", "in", "/", "^"].includes(meaning);
     if (meaning === "set" || isCondition || isPair) return node(meaning as Kind, ...args);
@@ -708,18 +759,18 @@ class Parser {
     }
     if (first && args.length === 1) return first;
     if (meaning === "matrix" && args.length === 3 && first && second && third?.kind === "list") {
-      const filled = filledRows(first, second, third);
+      const filled = matrixFromEntries(first, second, third);
       if (filled) return filled;
     }
     if (meaning === "diagonal" && args.length <= LIMITS.matrix_rows) {
       return listOf(args.map((arg, i) => args.map((_, j) => (i === j ? arg : integer(0)))));
     }
     if (meaning === "list") return node("list", ...args);
-    throw this.fail("read.container", { name: kind, count: args.length });
+    throw this.errorHere("read.container", { name: kind, count: args.length });
   }
 }
 
-const isConstant = (text: string): boolean =>
+const beginsWithConstant = (text: string): boolean =>
   VOCABULARY.before_whole_numbers.some((constant) => text.startsWith(constant));
 
 const oneOrSet = (values: readonly Node[]): Node =>
@@ -733,7 +784,7 @@ const isValue = (value: Node): boolean =>
 function inUnit(value: Node, unit: string): Node {
   const factor = UNITS.get(unit) as string;
   if (factor.startsWith("/")) return node("/", value, integer(Number(factor.slice(1))));
-  return factor ? applied("radians", [value]) : value;
+  return factor ? apply("radians", [value]) : value;
 }
 
 /** Return the transpose of a list of rows; a list of entries, which may be a column, stays unchanged. */
@@ -745,7 +796,7 @@ function transposeList(matrix: Node): Node {
 const isWholeNumbers = ({ text }: Node): boolean => VOCABULARY.whole_number_sets.includes(text);
 
 /** Return the matrix of Matrix(rows, columns, [entries]); null if the number of entries differs. */
-function filledRows(rows: Node, columns: Node, entries: Node): Node | null {
+function matrixFromEntries(rows: Node, columns: Node, entries: Node): Node | null {
   const [r, c] = [rows.value, columns.value];
   const { args } = entries;
   if (r > 0 && r === args.length && args.every(({ kind, args }) => kind === "list" && args.length === c))
@@ -762,7 +813,7 @@ function treeOfPiece(piece: Piece): Node {
 }
 
 /** Return a function applied to arguments; "radians" converts from degrees. */
-function applied(functionName: string, args: readonly Node[]): Node {
+function apply(functionName: string, args: readonly Node[]): Node {
   if (functionName === "radians") return node("/", node("*", args[0] as Node, name("pi")), integer(180));
   return call(functionName, ...args);
 }
@@ -776,7 +827,13 @@ function numberOf(text: string): Node {
   if (isLong || Math.abs(Number(exponent)) > LIMITS.exponent) {
     throw new ParseError("read.range", { number: text.slice(0, 20) });
   }
-  const decimal = mantissa.includes(".") || exponent !== "";
+  const isDecimal = mantissa.includes(".") || exponent !== "";
   const digits = mantissa.replace(".", "").replace(/^0+/, "").replace(/0+$/, "").length;
-  return { kind: decimal ? "decimal" : "number", args: [], text, value: Number(text), digits: decimal ? digits : 0 };
+  return {
+    kind: isDecimal ? "decimal" : "number",
+    args: [],
+    text,
+    value: Number(text),
+    digits: isDecimal ? digits : 0,
+  };
 }

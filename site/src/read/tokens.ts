@@ -6,28 +6,29 @@ import { compile, LIMITS, VOCABULARY } from "./vocabulary.js";
 const { between_tokens: gap, number, name, operator } = VOCABULARY.patterns;
 const TOKEN = compile(`${gap}|(${number})|(${name})|(${operator})`, "gy");
 
-export type Token = { readonly kind: "number" | "name" | "op" | "end"; readonly text: string; readonly at: number };
+/** A piece of text. `start`: the index of its first character (UTF-16 unit); "op": a sign. */
+export type Token = { readonly kind: "number" | "name" | "op" | "end"; readonly text: string; readonly start: number };
 
 /** Return the tokens of a text, the last one of kind "end". Throws ParseError for unknown signs and deep nesting. */
 export function tokensOf(text: string): Token[] {
   const tokens: Token[] = [];
   let depth = 0;
-  for (let at = 0; at < text.length; at = TOKEN.lastIndex) {
-    TOKEN.lastIndex = at;
+  for (let start = 0; start < text.length; start = TOKEN.lastIndex) {
+    TOKEN.lastIndex = start;
     const match = TOKEN.exec(text);
-    if (!match) throw errorAt("read.sign", { sign: text[at] ?? "" }, text, at);
-    const [, digits, called, sign] = match;
-    if (digits !== undefined) tokens.push({ kind: "number", text: digits, at });
-    else if (called !== undefined) tokens.push({ kind: "name", text: called, at });
+    if (!match) throw errorAt("read.sign", { sign: text[start] ?? "" }, text, start);
+    const [, digits, name, sign] = match;
+    if (digits !== undefined) tokens.push({ kind: "number", text: digits, start });
+    else if (name !== undefined) tokens.push({ kind: "name", text: name, start });
     else if (sign !== undefined) {
-      tokens.push({ kind: "op", text: sign, at });
-      depth += deeperBy(sign);
-      if (depth > LIMITS.depth) throw errorAt("read.brackets", { most: LIMITS.depth }, text, at);
+      tokens.push({ kind: "op", text: sign, start });
+      depth += depthChange(sign);
+      if (depth > LIMITS.depth) throw errorAt("read.brackets", { most: LIMITS.depth }, text, start);
     } // else a space or a comment
   }
-  return [...tokens, { kind: "end", text: "", at: text.length }];
+  return [...tokens, { kind: "end", text: "", start: text.length }];
 }
 
-/** Return the change of nesting depth at a sign. */
-export const deeperBy = (sign: string): number =>
+/** Return how a sign changes the depth of nested brackets: 1, 0 or -1. */
+export const depthChange = (sign: string): number =>
   sign === "" ? 0 : Number("([{".includes(sign)) - Number(")]}".includes(sign));

@@ -8,7 +8,10 @@ type Collection = "list" | "set" | "dict" | "pair";
 type Statement = "eq" | "in" | "and" | "or";
 export type Kind = Formula | Collection | Statement;
 
-/** `text`: the name of a name or call; `value`: the number of a number or decimal; `digits`: its significant digits. */
+/**
+ * `text`: the name of a "name" or "call"; `value`: that of a "number" (a whole number) or "decimal"; `digits`: the
+ * significant digits of a decimal, else 0.
+ */
 export interface Node {
   readonly kind: Kind;
   readonly args: readonly Node[];
@@ -41,19 +44,19 @@ export function catchParseError<T, U>(parse: () => T, recover: (error: ParseErro
 }
 
 // eslint-disable-next-line no-control-regex
-const CONTROLS = /[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]/gu;
+const INVISIBLE_CHARACTERS = /[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]/gu;
 
 /** Return a text in one line; invisible characters, and those that change the direction of text, are escaped. */
 function escapeInvisible(text: string): string {
   return text
     .replace(/[\t\n]/g, " ")
-    .replace(CONTROLS, (sign) => `\\u${sign.charCodeAt(0).toString(16).padStart(4, "0")}`);
+    .replace(INVISIBLE_CHARACTERS, (sign) => `\\u${sign.charCodeAt(0).toString(16).padStart(4, "0")}`);
 }
 
-/** Return an error with its place in the text. */
-export function errorAt(key: TextKey, values: Values, text: string, at: number): ParseError {
-  const near = escapeInvisible(text.slice(Math.max(0, at - 15), at + 15));
-  return new ParseError("read.at", { what: message(key, values), at: at + 1, near });
+/** Return an error that reports the index of a character and the text around it. */
+export function errorAt(key: TextKey, values: Values, text: string, index: number): ParseError {
+  const excerpt = escapeInvisible(text.slice(Math.max(0, index - 15), index + 15));
+  return new ParseError("read.at", { what: message(key, values), at: index + 1, near: excerpt });
 }
 
 export const node = (kind: Kind, ...args: readonly Node[]): Node => ({ kind, args, text: "", value: NaN, digits: 0 });
@@ -72,30 +75,30 @@ export function chainOf({ kind, args, text }: Node): readonly Node[] {
   return [args[0]?.args[0] as Node, ...args.map((arg) => arg.args[1] as Node)];
 }
 
-/** Rebuild a tree from its leaves by `make`, which gets a node and its new arguments, without recursion. */
+/** Rebuild a tree from its leaves up, without recursion: `make` gets a node and its rebuilt arguments. */
 export function rebuild(tree: Node, make: (top: Node, args: readonly Node[]) => Node): Node {
   const results: Node[] = [];
-  const todo: (readonly [top: Node, isReady: boolean])[] = [[tree, false]];
-  for (let next = todo.pop(); next; next = todo.pop()) {
-    const [top, isReady] = next;
+  const pending: (readonly [top: Node, isReady: boolean])[] = [[tree, false]];
+  for (let visit = pending.pop(); visit; visit = pending.pop()) {
+    const [top, isReady] = visit;
     if (isReady || top.args.length === 0) results.push(make(top, results.splice(results.length - top.args.length)));
     else {
-      todo.push([top, true]);
-      for (let i = top.args.length - 1; i >= 0; i -= 1) todo.push([top.args[i] as Node, false]);
+      pending.push([top, true]);
+      for (let i = top.args.length - 1; i >= 0; i -= 1) pending.push([top.args[i] as Node, false]);
     }
   }
   return results[0] as Node;
 }
 
 /** Return the tree with a name replaced by another tree. */
-export function replaceName(tree: Node, old: string, replacement: Node): Node {
+export function replaceName(tree: Node, oldName: string, replacement: Node): Node {
   return rebuild(tree, (top, args) => {
     if (args.length > 0) return { ...top, args };
-    return top.kind === "name" && top.text === old ? replacement : top;
+    return top.kind === "name" && top.text === oldName ? replacement : top;
   });
 }
 
-/** Return whether a node of a tree passes a test; later nodes are not tested. */
+/** Return whether some node of a tree passes a test; the search ends at this node. */
 export function anyNode(tree: Node, passes: (node: Node) => boolean): boolean {
   if (passes(tree)) return true;
   const stack = [tree];
@@ -129,7 +132,7 @@ export function digitsOfDecimals(tree: Node): number {
   return maxDigits;
 }
 
-/** Return whether a tree contains a placeholder that was not filled. */
+/** Return whether a tree contains a blank: a placeholder that the student did not replace. */
 export const hasBlank = (tree: Node): boolean => anyNode(tree, ({ kind }) => kind === "blank");
 
 export type Rows = readonly (readonly Node[])[];
@@ -154,12 +157,12 @@ export const isRectangle = (items: readonly Node[]): boolean =>
  * rows differ in length or lists are nested deeper.
  */
 export function asMatrix(tree: Node): Node[][] {
-  const isRows = ({ kind, args }: Node): boolean =>
+  const isListOfLists = ({ kind, args }: Node): boolean =>
     kind === "list" && args.length > 0 && args.every((item) => item.kind === "list");
   let top = tree;
-  while (top.kind === "list" && top.args.length === 1 && isRows(top.args[0] as Node)) top = top.args[0] as Node;
+  while (top.kind === "list" && top.args.length === 1 && isListOfLists(top.args[0] as Node)) top = top.args[0] as Node;
   const isRowMatrix = (item: Node): boolean =>
-    isRows(item) && item.args.length === 1 && (item.args[0] as Node).args.length > 1;
+    isListOfLists(item) && item.args.length === 1 && (item.args[0] as Node).args.length > 1;
   if (top.kind === "list" && top.args.length > 0 && top.args.every(isRowMatrix))
     top = node("list", ...top.args.map((item) => item.args[0] as Node)); // [[[a, b]], [[c, d]]]
   if (top.kind === "set" && top.args.length > 0 && top.args.every((item) => item.kind === "set"))

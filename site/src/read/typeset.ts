@@ -16,12 +16,13 @@ const FUNCTIONS: Readonly<Record<string, string>> = {
   acot: "\\operatorname{arccot}",
 };
 const CONSTANTS = new Map(Object.entries({ pi: "\\pi", E: "e", I: "i" }));
-const SUM = 0;
-const PRODUCT = 1;
-const FACTOR = 2;
-const ATOM = 3;
+/** Levels of precedence: an expression in a place that requires a higher level gets brackets. */
+const SUM_LEVEL = 0;
+const PRODUCT_LEVEL = 1;
+const FACTOR_LEVEL = 2;
+const ATOM_LEVEL = 3;
 
-type Piece = { readonly latex: string; readonly level: number };
+type Typeset = { readonly latex: string; readonly level: number };
 
 /** Return the LaTeX of an answer. */
 export function typesetTree(tree: Node, symbols: Symbols): string {
@@ -31,57 +32,66 @@ export function typesetTree(tree: Node, symbols: Symbols): string {
       () => asMatrix(tree),
       () => null,
     );
-    const lines = rows?.map((row) => row.map((entry) => piece(entry, symbols).latex).join(" & "));
+    const lines = rows?.map((row) => row.map((entry) => typesetNode(entry, symbols).latex).join(" & "));
     if (lines) return `\\begin{bmatrix} ${lines.join(" \\\\ ")} \\end{bmatrix}`;
   }
-  return piece(tree, symbols).latex;
+  return typesetNode(tree, symbols).latex;
 }
 
-function piece(tree: Node, symbols: Symbols): Piece {
-  const inner = (index: number, level: number) => at(piece(tree.args[index] as Node, symbols), level);
-  const listed = (between: string) => tree.args.map((arg) => piece(arg, symbols).latex).join(between);
+function typesetNode(tree: Node, symbols: Symbols): Typeset {
+  const argumentLatex = (index: number, minLevel: number) =>
+    bracketBelow(typesetNode(tree.args[index] as Node, symbols), minLevel);
+  const joinArguments = (separator: string) => tree.args.map((arg) => typesetNode(arg, symbols).latex).join(separator);
   const { kind, text } = tree;
   if (kind === "number" || kind === "decimal")
-    return { latex: decimalSign() === "," ? text.replace(".", "{,}") : text, level: ATOM };
-  if (kind === "name") return { latex: named(text, symbols), level: ATOM };
-  if (kind === "blank") return { latex: "\\square", level: ATOM };
-  if (kind === "neg") return { latex: `-${inner(0, PRODUCT)}`, level: SUM };
-  if (kind === "+" || kind === "-") return { latex: `${inner(0, SUM)} ${kind} ${inner(1, PRODUCT)}`, level: SUM };
-  if (kind === "*") return { latex: product(inner(0, PRODUCT), inner(1, FACTOR)), level: PRODUCT };
-  if (kind === "/") return { latex: `\\frac{${inner(0, SUM)}}{${inner(1, SUM)}}`, level: FACTOR };
-  if (kind === "^") return { latex: `${inner(0, ATOM)}^{${inner(1, SUM)}}`, level: FACTOR };
-  if (kind === "call") return called(tree, symbols);
-  if (kind === "set" || kind === "dict") return { latex: `\\{${listed(", ")}\\}`, level: ATOM };
-  if (kind === "list") return { latex: listed(",\\; "), level: ATOM };
-  if (kind === "eq" || kind === "pair") return { latex: listed(" = "), level: SUM };
-  if (kind === "in") return { latex: listed(" \\in "), level: SUM };
-  return { latex: listed(` \\text{ ${kind} } `), level: SUM };
+    return { latex: decimalSign() === "," ? text.replace(".", "{,}") : text, level: ATOM_LEVEL };
+  if (kind === "name") return { latex: symbolLatex(text, symbols), level: ATOM_LEVEL };
+  if (kind === "blank") return { latex: "\\square", level: ATOM_LEVEL };
+  if (kind === "neg") return { latex: `-${argumentLatex(0, PRODUCT_LEVEL)}`, level: SUM_LEVEL };
+  if (kind === "+" || kind === "-")
+    return { latex: `${argumentLatex(0, SUM_LEVEL)} ${kind} ${argumentLatex(1, PRODUCT_LEVEL)}`, level: SUM_LEVEL };
+  if (kind === "*")
+    return {
+      latex: productLatex(argumentLatex(0, PRODUCT_LEVEL), argumentLatex(1, FACTOR_LEVEL)),
+      level: PRODUCT_LEVEL,
+    };
+  if (kind === "/")
+    return { latex: `\\frac{${argumentLatex(0, SUM_LEVEL)}}{${argumentLatex(1, SUM_LEVEL)}}`, level: FACTOR_LEVEL };
+  if (kind === "^")
+    return { latex: `${argumentLatex(0, ATOM_LEVEL)}^{${argumentLatex(1, SUM_LEVEL)}}`, level: FACTOR_LEVEL };
+  if (kind === "call") return typesetCall(tree, symbols);
+  if (kind === "set" || kind === "dict") return { latex: `\\{${joinArguments(", ")}\\}`, level: ATOM_LEVEL };
+  if (kind === "list") return { latex: joinArguments(",\\; "), level: ATOM_LEVEL };
+  if (kind === "eq" || kind === "pair") return { latex: joinArguments(" = "), level: SUM_LEVEL };
+  if (kind === "in") return { latex: joinArguments(" \\in "), level: SUM_LEVEL };
+  return { latex: joinArguments(` \\text{ ${kind} } `), level: SUM_LEVEL };
 }
 
-const at = ({ latex, level }: Piece, least: number): string => (level >= least ? latex : `\\left(${latex}\\right)`);
+const bracketBelow = ({ latex, level }: Typeset, minLevel: number): string =>
+  level >= minLevel ? latex : `\\left(${latex}\\right)`;
 
-function product(left: string, right: string): string {
+function productLatex(left: string, right: string): string {
   return /^[\d]/.test(right) ? `${left} \\cdot ${right}` : `${left} \\, ${right}`;
 }
 
-function named(name: string, symbols: Symbols): string {
-  const known = CONSTANTS.get(name) ?? (Object.hasOwn(symbols, name) ? symbols[name]?.latex : undefined);
-  return known ?? `\\text{${name.replace(/[^\p{L}\p{N}.]/gu, " ")}}`;
+function symbolLatex(name: string, symbols: Symbols): string {
+  const symbolText = CONSTANTS.get(name) ?? (Object.hasOwn(symbols, name) ? symbols[name]?.latex : undefined);
+  return symbolText ?? `\\text{${name.replace(/[^\p{L}\p{N}.]/gu, " ")}}`;
 }
 
-function called(tree: Node, symbols: Symbols): Piece {
-  const args = tree.args.map((arg) => piece(arg, symbols).latex).join(", ");
-  const short = /^(sin|cos)$/.test(tree.text) ? shorthand(tree.args[0] as Node) : null;
-  if (short) return { latex: `${tree.text[0]}_{${short}}`, level: ATOM };
-  if (tree.text === "sqrt") return { latex: `\\sqrt{${args}}`, level: ATOM };
-  if (tree.text === "abs") return { latex: `\\left|${args}\\right|`, level: ATOM };
-  return { latex: `${FUNCTIONS[tree.text] ?? `\\${tree.text}`}\\left(${args}\\right)`, level: ATOM };
+function typesetCall(tree: Node, symbols: Symbols): Typeset {
+  const args = tree.args.map((arg) => typesetNode(arg, symbols).latex).join(", ");
+  const angleIndices = /^(sin|cos)$/.test(tree.text) ? indicesOfAngle(tree.args[0] as Node) : null;
+  if (angleIndices) return { latex: `${tree.text[0]}_{${angleIndices}}`, level: ATOM_LEVEL };
+  if (tree.text === "sqrt") return { latex: `\\sqrt{${args}}`, level: ATOM_LEVEL };
+  if (tree.text === "abs") return { latex: `\\left|${args}\\right|`, level: ATOM_LEVEL };
+  return { latex: `${FUNCTIONS[tree.text] ?? `\\${tree.text}`}\\left(${args}\\right)`, level: ATOM_LEVEL };
 }
 
-/** Return "12" for theta1 + theta2; null for other angles. */
-function shorthand(tree: Node): string | null {
+/** Return the joints' digits, as "12" for theta1 + theta2; null for other angles. */
+function indicesOfAngle(tree: Node): string | null {
   if (tree.kind === "name") return /^theta(\d)$/.exec(tree.text)?.[1] ?? null;
   if (tree.kind !== "+") return null;
-  const [left, right] = tree.args.map(shorthand);
+  const [left, right] = tree.args.map(indicesOfAngle);
   return left && right ? left + right : null;
 }

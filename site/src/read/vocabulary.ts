@@ -45,5 +45,5 @@ export function strip(text: string): string {
   return withoutSpacesAtEnd(text.slice(start));
 }
 
-/** Return the number of characters of a text, as in Python; not exact, but at most `most`, for a short text. */
-export const lengthOf = (text: string, most: number): number => (text.length > most ? [...text].length : text.length);
+/** Return the number of characters of a text as Python counts them, if its UTF-16 length exceeds `limit`; else that. */
+export const lengthOf = (text: string, limit: number): number => (text.length > limit ? [...text].length : text.length);

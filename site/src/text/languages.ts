@@ -1,6 +1,6 @@
 // The languages of the site, and the one in use: named in the link, or chosen in this browser.
 
-import { storeText, storedText, storage } from "../storage.js";
+import { storeText, loadText, storage } from "../storage.js";
 import { ENGLISH, type Language } from "./text.js";
 
 const KEY = "qdot-language";
@@ -13,22 +13,22 @@ export const LANGUAGES: Readonly<Record<string, { name: string; load: () => Prom
 };
 
 /** Return the code of the language in use; by default the browser's first supported language, or English. */
-export function chosenLanguage(): string {
-  const named = new URLSearchParams(window.location.search).get(PARAMETER);
-  if (named && named in LANGUAGES) return named;
+export function getLanguageCode(): string {
+  const linkedCode = new URLSearchParams(window.location.search).get(PARAMETER);
+  if (linkedCode && linkedCode in LANGUAGES) return linkedCode;
   const preferred = navigator.languages.map((tag) => tag.split("-")[0]!.toLowerCase());
-  return storedText(storage, KEY) ?? preferred.find((code) => code in LANGUAGES) ?? "en";
+  return loadText(storage, KEY) ?? preferred.find((code) => code in LANGUAGES) ?? "en";
 }
 
 export function chooseLanguage(code: string): void {
   storeText(storage, KEY, code);
   const address = new URL(window.location.href);
   address.searchParams.delete(PARAMETER); // the choice has precedence over the link
-  if (storedText(storage, KEY) !== code) address.searchParams.set(PARAMETER, code); // the browser stores nothing
+  if (loadText(storage, KEY) !== code) address.searchParams.set(PARAMETER, code); // the browser stores nothing
   window.history.replaceState(null, "", address);
   window.location.reload();
 }
 
 export async function loadLanguage(): Promise<Language> {
-  return (LANGUAGES[chosenLanguage()]?.load ?? (async () => ENGLISH))();
+  return (LANGUAGES[getLanguageCode()]?.load ?? (async () => ENGLISH))();
 }

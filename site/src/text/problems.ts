@@ -18,7 +18,7 @@ export function translateIndex(lang: string, index: Index, titles: TranslatedTit
 
 /** Return a problem with translated texts; in English if they are missing or belong to another problem. */
 export function translateProblem(lang: string, problem: Problem, texts: TranslatedTexts | null): Problem {
-  if (!texts || !fit(problem, texts)) return problem;
+  if (!texts || !doTextsFit(problem, texts)) return problem;
   return {
     ...problem,
     lang,
@@ -33,13 +33,14 @@ export function translateProblem(lang: string, problem: Problem, texts: Translat
 /** Return translated solutions; in English if they are missing or belong to another problem. */
 export function translateSolutions(lang: string, solutions: Solutions, texts: TranslatedSolutions | null): Solutions {
   const { parts } = solutions;
-  const same = texts?.parts.length === parts.length && texts.parts.every(({ name }, i) => name === parts[i]?.name);
-  if (!texts || !same) return solutions;
+  const isSameProblem =
+    texts?.parts.length === parts.length && texts.parts.every(({ name }, i) => name === parts[i]?.name);
+  if (!texts || !isSameProblem) return solutions;
   return { ...solutions, lang, parts: parts.map((part, i) => ({ ...part, ...texts.parts[i] })) };
 }
 
 /** Return whether texts belong to a problem. */
-function fit({ parts, said }: Problem, texts: TranslatedTexts): boolean {
+function doTextsFit({ parts, said }: Problem, texts: TranslatedTexts): boolean {
   return (
     texts.parts.length === parts.length &&
     texts.said.length === said.length &&

@@ -21,7 +21,7 @@ export const ENGLISH: Language = { code: "en", catalogue: english };
 let pageLanguage = ENGLISH;
 
 /** Return the language of the page. */
-export const language = (): Language => pageLanguage;
+export const getLanguage = (): Language => pageLanguage;
 
 export function setLanguage(chosen: Language): void {
   pageLanguage = chosen;

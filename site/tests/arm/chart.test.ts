@@ -1,7 +1,7 @@
 // Where the names of joint rates stand beside their curves.
 import { describe, expect, it } from "vitest";
 
-import { columnsFor, spreadNames } from "../../src/arm/chart.js";
+import { countColumns, spreadNames } from "../../src/arm/chart.js";
 
 const HEIGHTS = [
   [60, 60, 60, 60, 60, 60, 60],
@@ -12,7 +12,7 @@ const HEIGHTS = [
 
 describe.each(HEIGHTS)("the names of curves that end at %i, %i, …", (...heights) => {
   it.each([[40], [80], [180]])("do not overlap in %i pixels, and have the order of the curves", (room) => {
-    const columns = columnsFor(heights.length, room);
+    const columns = countColumns(heights.length, room);
     const names = spreadNames(heights, [16, 16 + room], columns);
     for (const { height } of names) expect(height >= 16 - 1e-9 && height <= 16 + room + 1e-9).toBe(true);
     names.forEach((one, i) =>
@@ -26,5 +26,5 @@ describe.each(HEIGHTS)("the names of curves that end at %i, %i, …", (...height
 });
 
 it("form a second column if one has no room", () => {
-  expect([columnsFor(2, 60), columnsFor(7, 180), columnsFor(7, 80), columnsFor(7, 40)]).toEqual([1, 1, 2, 3]);
+  expect([countColumns(2, 60), countColumns(7, 180), countColumns(7, 80), countColumns(7, 40)]).toEqual([1, 1, 2, 3]);
 });

@@ -3,11 +3,11 @@
 import { describe, expect, it } from "vitest";
 
 import { armOf, measuresOf, pStar, signedVolume, stateAt } from "../../src/arm/model.js";
-import { randomNumbers, randomPoses } from "../../src/random.js";
-import { extentOf, firstPose, rangeOf, within } from "../../src/arm/ranges.js";
+import { makeRandomNumbers, makeRandomPoses } from "../../src/random.js";
+import { extentOf, firstPose, rangeOf, limitToRange } from "../../src/arm/ranges.js";
 import { leastSquares, decompose, singularValues } from "../../src/arm/svd.js";
 import { add, dot, norm, subtract, multiply, transpose } from "../../src/arm/vector.js";
-import { FIRST_ORBIT, flatPlane, pixel, viewOf } from "../../src/arm/view.js";
+import { FIRST_ORBIT, flatPlane, toPixel, viewOf } from "../../src/arm/view.js";
 import { ELBOW, PLAIN, ROBOTS, SIX } from "./robots.js";
 
 const ALL = { ...ROBOTS, PLAIN, ELBOW, SIX };
@@ -16,7 +16,7 @@ describe.each(Object.entries(ALL))("the Jacobian of %s", (_, robot) => {
   const arm = armOf(robot);
 
   it("equals finite differences of the position, and has the axes as angular parts", () => {
-    for (const pose of randomPoses(20, arm.joints.length, 4)) {
+    for (const pose of makeRandomPoses(20, arm.joints.length, 4)) {
       const { jacobian } = stateAt(arm, pose);
       const step = 1e-6;
       arm.joints.forEach((joint, i) => {
@@ -41,13 +41,13 @@ describe.each(Object.entries(ALL))("the Jacobian of %s", (_, robot) => {
   });
 
   it("is accompanied by the vectors p* from every origin to the point", () => {
-    const state = stateAt(arm, randomPoses(1, arm.joints.length, 2)[0]!);
+    const state = stateAt(arm, makeRandomPoses(1, arm.joints.length, 2)[0]!);
     pStar(arm, state).forEach((p, i) => expect(norm(subtract(add(state.frames[i]!.o, p), state.point))).toBeCloseTo(0));
   });
 
   it("is regular in the first pose, which is within the ranges", () => {
     const pose = firstPose(arm);
-    pose.forEach((value, i) => expect(within(arm, i, value)).toBeCloseTo(value, 9));
+    pose.forEach((value, i) => expect(limitToRange(arm, i, value)).toBeCloseTo(value, 9));
     expect(measuresOf(stateAt(arm, pose)).ratio).toBeGreaterThan(0.05);
   });
 });
@@ -55,7 +55,7 @@ describe.each(Object.entries(ALL))("the Jacobian of %s", (_, robot) => {
 describe("determinants", () => {
   it("of the planar 2R arm are a1 a2 sin(theta2)", () => {
     const arm = armOf(PLAIN);
-    for (const pose of randomPoses(30, 2, 9)) {
+    for (const pose of makeRandomPoses(30, 2, 9)) {
       expect(measuresOf(stateAt(arm, pose)).det).toBeCloseTo(0.5 * 0.4 * Math.sin(pose[1]!), 12);
     }
   });
@@ -63,7 +63,7 @@ describe("determinants", () => {
   it("of the sample arm follow from its table", () => {
     const arm = armOf(ROBOTS["planar-2r"]!);
     const [a1, bend, reach] = [0.47, Math.atan2(0.18, 0.47), Math.hypot(0.47, 0.18)];
-    for (const [t1, t2] of randomPoses(10, 2, 3)) {
+    for (const [t1, t2] of makeRandomPoses(10, 2, 3)) {
       const det = measuresOf(stateAt(arm, [t1!, t2!])).det!;
       expect(Math.abs(det)).toBeCloseTo(Math.abs(a1 * reach * Math.sin(t2! + Math.PI + bend)), 9);
     }
@@ -71,9 +71,9 @@ describe("determinants", () => {
 
   it("are replaced by products of singular values if J is not square", () => {
     const arm = armOf(ROBOTS["planar-3r"]!);
-    for (const pose of randomPoses(10, 3, 3)) {
-      const { counted } = stateAt(arm, pose);
-      const gram = counted.map((row) => counted.map((other) => dot(row, other)));
+    for (const pose of makeRandomPoses(10, 3, 3)) {
+      const { taskJacobian } = stateAt(arm, pose);
+      const gram = taskJacobian.map((row) => taskJacobian.map((other) => dot(row, other)));
       const area = Math.sqrt(gram[0]![0]! * gram[1]![1]! - gram[0]![1]! ** 2);
       expect(signedVolume(arm, pose)).toBeCloseTo(area, 10);
       expect(measuresOf(stateAt(arm, pose)).det).toBeNull();
@@ -105,7 +105,7 @@ describe("singular values", () => {
   });
 
   it("belong to vectors that A stretches by them, and to a null space", () => {
-    const next = randomNumbers(8);
+    const next = makeRandomNumbers(8);
     const a = Array.from({ length: 3 }, () => Array.from({ length: 5 }, () => next() - 0.5));
     const { sigma, v } = decompose(a);
     v.forEach((vector, k) => {
@@ -140,13 +140,13 @@ describe("the drawing", () => {
     for (const robot of [ROBOTS["scara"]!, ROBOTS["elbow-3r"]!]) {
       const arm = armOf(robot);
       const view = viewOf(arm, extentOf(arm), 362, 286, FIRST_ORBIT);
-      const across = randomPoses(200, arm.joints.length, 5).map(
+      const across = makeRandomPoses(200, arm.joints.length, 5).map(
         (pose) =>
-          pixel(
+          toPixel(
             view,
             stateAt(
               arm,
-              pose.map((value, i) => within(arm, i, value)),
+              pose.map((value, i) => limitToRange(arm, i, value)),
             ).point,
           )[0],
       );
@@ -157,7 +157,7 @@ describe("the drawing", () => {
 
   it("has limits for prismatic joints, and full turns for revolute joints", () => {
     const arm = armOf(ROBOTS["scara"]!);
-    expect(within(arm, 0, 4)).toBeCloseTo(4 - 2 * Math.PI);
-    expect(within(arm, 2, 40)).toBe(rangeOf(arm, 2).high);
+    expect(limitToRange(arm, 0, 4)).toBeCloseTo(4 - 2 * Math.PI);
+    expect(limitToRange(arm, 2, 40)).toBe(rangeOf(arm, 2).high);
   });
 });

@@ -3,11 +3,11 @@ import { describe, expect, it } from "vitest";
 
 import { type Arm, armOf, measuresOf, type Pose, reachOf, signedVolume, stateAt } from "../../src/arm/model.js";
 import { movePoint } from "../../src/arm/moves.js";
-import { randomPoses } from "../../src/random.js";
+import { makeRandomPoses } from "../../src/random.js";
 import { extentOf, firstPose } from "../../src/arm/ranges.js";
 import { add, dot, norm, scaleVector, subtract, type Vec3 } from "../../src/arm/vector.js";
 import { FIRST_ORBIT, viewOf } from "../../src/arm/view.js";
-import { nearness } from "../../src/arm/descriptions.js";
+import { classifyNearness } from "../../src/arm/descriptions.js";
 import { ELBOW, PLAIN, ROBOTS } from "./robots.js";
 
 const viewFor = (arm: Arm) => viewOf(arm, extentOf(arm), 560, 420, FIRST_ORBIT);
@@ -39,7 +39,7 @@ describe("pulling P straight out past the reach", () => {
     poses.forEach((pose, k) => {
       expect(pose[1]).toBeGreaterThan(0);
       if (norm(places[k]!) < 0.9 + 1e-6) return;
-      expect(nearness(arm, measuresOf(stateAt(arm, pose)))).toBe("singular");
+      expect(classifyNearness(arm, measuresOf(stateAt(arm, pose)))).toBe("singular");
       expect(Math.abs(signedVolume(arm, pose))).toBeLessThan(1e-4);
     });
   });
@@ -101,7 +101,7 @@ describe.each(Object.entries({ ...ROBOTS, plain: PLAIN, elbow: ELBOW }))("P of %
 
   it("follows the pointer within the reach", () => {
     const seen = (v: Vec3): number => norm([dot(view.right, v), dot(view.up, v)]);
-    const off = randomPoses(20, arm.joints.length, 12).map((turns) => {
+    const off = makeRandomPoses(20, arm.joints.length, 12).map((turns) => {
       const pose = turns.map((value, i) => (arm.joints[i]!.kind === "R" ? value : 0.2 + 0.05 * value));
       const place = stateAt(arm, pose).point;
       const end = pulled(arm, start, [...ray(point, place, 4), place, place]).at(-1)!;
@@ -113,7 +113,7 @@ describe.each(Object.entries({ ...ROBOTS, plain: PLAIN, elbow: ELBOW }))("P of %
 
 it("a planar arm that comes back into its reach is bent to the same side as before", () => {
   const arm = armOf(PLAIN);
-  for (const [one, two] of randomPoses(60, 2, 5) as [number, number][]) {
+  for (const [one, two] of makeRandomPoses(60, 2, 5) as [number, number][]) {
     const bent = 0.3 + 0.8 * Math.abs(two); // not all but folded
     const start: Pose = [one, two < 0 ? -bent : bent];
     const out = scaleVector(stateAt(arm, start).point, 6);

@@ -53,10 +53,10 @@ describe("the panel", () => {
       );
       return Math.max(...places.flatMap((a) => places.map((b) => Math.hypot(a[0] - b[0], a[1] - b[1]))));
     };
-    const [first, endOn] = [turns(36, 24, 90, 0, 30, 0), turns(36, 24, 90, 10, 30, 0)];
-    show({ robot: SIX, first });
+    const [firstPose, endOn] = [turns(36, 24, 90, 0, 30, 0), turns(36, 24, 90, 10, 30, 0)];
+    show({ robot: SIX, firstPose });
     expect(spread()).toBeLessThan(20); // as its figure shows it
-    show({ robot: SIX, first, pose: endOn });
+    show({ robot: SIX, firstPose, pose: endOn });
     expect(spread()).toBeGreaterThan(80);
     press(".arm-reset");
     expect(spread()).toBeLessThan(20);
@@ -104,17 +104,17 @@ describe("the panel", () => {
   });
 
   it("has the lengths and joint values of its question, also after a counterexample", () => {
-    const first = { theta1: Math.PI / 6, theta2: 1, a1: 3 };
-    show({ first });
+    const firstPose = { theta1: Math.PI / 6, theta2: 1, a1: 3 };
+    show({ firstPose });
     expect(numbers()).toEqual(["30", "57.3"]);
     expect(lengths()).toContain("a1 = 3 m");
-    show({ first, pose: { theta1: 0, theta2: -Math.PI / 2, a1: 7 } });
+    show({ firstPose, pose: { theta1: 0, theta2: -Math.PI / 2, a1: 7 } });
     expect(numbers()).toEqual(["0", "-90"]);
     expect(lengths()).toContain("a1 = 7 m");
     press(".arm-reset");
     expect(numbers()).toEqual(["30", "57.3"]);
     expect(lengths()).toContain("a1 = 3 m");
-    show({ first, pose: { theta1: 1, theta2: 1 } });
+    show({ firstPose, pose: { theta1: 1, theta2: 1 } });
     expect(numbers()).toEqual(["57.3", "57.3"]);
   });
 
@@ -127,21 +127,21 @@ describe("the panel", () => {
     );
     for (const value of [9.5, -8.25]) {
       render(null, document.body);
-      show({ robot, first: { ...told, [name]: value } });
+      show({ robot, firstPose: { ...told, [name]: value } });
       expect(numbers()[slide]).toBe(String(value));
     }
   });
 
   it("hides J while it would answer the question", () => {
-    const first = { theta1: 0, theta2: 0 };
+    const firstPose = { theta1: 0, theta2: 0 };
     const told = (): string => document.querySelector(".arm")!.textContent!;
-    show({ first, isConcealed: true });
+    show({ firstPose, isConcealed: true });
     expect(document.querySelector(".arm-jacobian, .arm-factors, .arm-column, .arm-ellipse, .arm-lost")).toBeNull();
     expect(told().split("once you have answered")).toHaveLength(2); // once, though map and numbers are both in sight
     press('.arm-tabs button[aria-expanded="true"]');
     expect(told().split("once you have answered")).toHaveLength(2);
     expect(told()).not.toMatch(/ingular|determinant/);
-    show({ first, isConcealed: false });
+    show({ firstPose, isConcealed: false });
     expect(document.querySelectorAll(".arm-jacobian, .arm-column, .arm-ellipse, .arm-lost").length).toBeGreaterThan(3);
     expect(told()).toContain("Singular");
   });

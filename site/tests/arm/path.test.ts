@@ -15,13 +15,13 @@ describe.each(Object.entries({ ...ROBOTS, PLAIN }))("paths of %s", (_, robot) =>
   it("stay on the line, with the rates that follow from J", () => {
     const target = suggestTarget(arm, pose, reachOf(arm), true);
     const journey = follow(arm, pose, pathTo(arm, pose, target));
-    expect(journey.arrives).toBe(true);
+    expect(journey.reachesEnd).toBe(true);
     expect(journey.stations.length).toBeGreaterThan(20);
     for (const { s, pose: now, slopes } of journey.stations) {
       const state = stateAt(arm, now);
       const due = pointOn(journey.path, s);
       arm.task.filter((row) => row < 3).forEach((row) => expect(state.point[row]).toBeCloseTo(due[row]!, 8));
-      const moved = multiply(state.counted, slopes);
+      const moved = multiply(state.taskJacobian, slopes);
       arm.task.forEach((row, k) => expect(moved[k]).toBeCloseTo(journey.path.unit[row] ?? 0, 8));
     }
     const half = stationOn(journey, journey.path.length / 2);
@@ -42,7 +42,7 @@ describe("a path out of reach", () => {
 
   it("stops at the boundary, and shows where limits are exceeded", () => {
     const journey = follow(arm, pose, pathTo(arm, pose, [1.5, 0.4, 0]));
-    expect(journey.arrives).toBe(false);
+    expect(journey.reachesEnd).toBe(false);
     const end = journey.stations.at(-1)!;
     const edge = Math.sqrt(0.81 - 0.16) - 0.5;
     expect(end.s).toBeLessThan(edge);

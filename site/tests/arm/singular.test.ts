@@ -2,9 +2,16 @@
 
 import { describe, expect, it } from "vitest";
 
-import { kindAt, isKindDecidable } from "../../src/arm/classify.js";
+import { kindAt, canDecideKind } from "../../src/arm/classify.js";
 import { armOf, measuresOf, signedVolume, stateAt } from "../../src/arm/model.js";
-import { gridOf, type Spot, cutByKind, minima, valleys, zeroLines } from "../../src/arm/zeros.js";
+import {
+  gridOf,
+  type Spot,
+  cutByKind,
+  findZeroMinima,
+  findZeroMinimumLines,
+  findZeroLines,
+} from "../../src/arm/zeros.js";
 import { ELBOW, PLAIN, ROBOTS, SIX } from "./robots.js";
 
 const CIRCLE: Spot = [-Math.PI, Math.PI];
@@ -14,7 +21,7 @@ describe("the planar 2R arm", () => {
   const value = (u: number, v: number): number => signedVolume(arm, [u, v]);
 
   it("is singular on theta2 = 0 and pi, where its point is at the boundary", () => {
-    const lines = zeroLines(gridOf(CIRCLE, [-1, 5], 36, value), value);
+    const lines = findZeroLines(gridOf(CIRCLE, [-1, 5], 36, value), value);
     expect(lines).toHaveLength(2);
     const levels = lines.map((line) => line[0]![1]).sort((a, b) => a - b);
     expect(levels[0]).toBeCloseTo(0, 9);
@@ -29,7 +36,7 @@ describe("the planar 2R arm", () => {
 
   it("is regular elsewhere", () => {
     expect(kindAt(arm, [0.3, 0.7])).toBe("regular");
-    expect(isKindDecidable(arm)).toBe(true);
+    expect(canDecideKind(arm)).toBe(true);
   });
 
   it("with equal links and folded back has an internal singularity, because there is no hole", () => {
@@ -59,7 +66,7 @@ describe("the elbow", () => {
 
   it("shows both kinds on the map of theta2 and theta3", () => {
     const value = (u: number, v: number): number => signedVolume(arm, [0, u, v]);
-    const lines = zeroLines(gridOf(CIRCLE, [-3, 3.3], 40, value), value);
+    const lines = findZeroLines(gridOf(CIRCLE, [-3, 3.3], 40, value), value);
     const kinds = lines
       .flatMap((line) => cutByKind(line, Math.ceil(line.length / 10), ([u, v]) => kindAt(arm, [0, u, v])))
       .map(({ kind }) => kind);
@@ -71,7 +78,7 @@ describe("an arm with six joints and a wrist", () => {
   const arm = armOf(SIX);
 
   it("has an internal wrist singularity, and is at the boundary if its wrist centre is", () => {
-    expect(isKindDecidable(arm)).toBe(true);
+    expect(canDecideKind(arm)).toBe(true);
     expect(kindAt(arm, [0.2, 0.5, 0.6, 0.7, 0, 0.3])).toBe("internal");
     expect(kindAt(arm, [0.2, 0.5, 0.6, 0.7, 0.4, 0.3])).toBe("regular");
     expect(kindAt(arm, [0.2, 0.5, Math.PI / 2, 0.7, 0.4, 0.3])).toBe("boundary");
@@ -84,8 +91,8 @@ describe("redundant arms", () => {
   it("have singular spots, not lines", () => {
     const value = (u: number, v: number): number => signedVolume(arm, [0.3, u, v]);
     const grid = gridOf(CIRCLE, CIRCLE, 48, value);
-    expect(zeroLines(grid, value)).toEqual([]);
-    const spots = minima(grid, value, 1e-6);
+    expect(findZeroLines(grid, value)).toEqual([]);
+    const spots = findZeroMinima(grid, value, 1e-6);
     expect(spots.length).toBeGreaterThanOrEqual(4);
     for (const [u, v] of spots) expect(measuresOf(stateAt(arm, [0.3, u, v])).ratio).toBeLessThan(1e-4);
     const kinds = spots.map(([u, v]) => kindAt(arm, [0.3, u, v], 1e-4));
@@ -96,7 +103,7 @@ describe("redundant arms", () => {
 describe("the SCARA arm", () => {
   it("is singular where its elbow is straight, at the boundary", () => {
     const arm = armOf(ROBOTS["scara"]!);
-    expect(isKindDecidable(arm)).toBe(true);
+    expect(canDecideKind(arm)).toBe(true);
     expect(kindAt(arm, [0.3, -Math.PI / 4, 0.3, 0.2])).toBe("boundary");
   });
 });
@@ -106,7 +113,7 @@ describe("lines on a grid", () => {
 
   it("are separate if two run through the same cell, and cross where they should", () => {
     const value = (u: number, v: number): number => (v - 0.3) * (v - 0.3 - 0.06 * (u - 0.004));
-    const lines = zeroLines(gridOf(SQUARE, SQUARE, 20, value), value);
+    const lines = findZeroLines(gridOf(SQUARE, SQUARE, 20, value), value);
     const ends = lines.flatMap((line) => [line[0]!, line.at(-1)!]).map(([u, v]) => [Math.abs(u), v] as const);
     const near = (level: number): boolean => ends.some(([u, v]) => u > 0.95 && Math.abs(v - level) < 5e-3);
     expect([near(0.3), near(0.3 + 0.06), near(0.3 - 0.06)]).toEqual([true, true, true]);
@@ -114,13 +121,13 @@ describe("lines on a grid", () => {
 
   it("are found where a value touches zero and keeps its sign", () => {
     const value = (u: number, v: number): number => Math.abs(v - 0.31 * u) * (2 + u);
-    const lines = valleys(gridOf(SQUARE, SQUARE, 20, value), value, 1e-7);
+    const lines = findZeroMinimumLines(gridOf(SQUARE, SQUARE, 20, value), value, 1e-7);
     expect(lines).toHaveLength(1);
     expect(lines[0]!.length).toBeGreaterThan(20);
     for (const [u, v] of lines[0]!) expect(Math.abs(v - 0.31 * u)).toBeLessThan(1e-6);
     const spot = (u: number, v: number): number => Math.hypot(u - 0.11, v);
-    expect(valleys(gridOf(SQUARE, SQUARE, 20, spot), spot, 1e-7)).toEqual([]);
+    expect(findZeroMinimumLines(gridOf(SQUARE, SQUARE, 20, spot), spot, 1e-7)).toEqual([]);
     const never = (u: number, v: number): number => Math.abs(v - 0.31 * u) + 0.01;
-    expect(valleys(gridOf(SQUARE, SQUARE, 20, never), never, 1e-7)).toEqual([]);
+    expect(findZeroMinimumLines(gridOf(SQUARE, SQUARE, 20, never), never, 1e-7)).toEqual([]);
   });
 });

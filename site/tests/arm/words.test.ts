@@ -4,7 +4,7 @@ import { describe, expect, it } from "vitest";
 
 import { plainLetters } from "../../src/arm/letters.js";
 import { armOf, measuresOf, stateAt } from "../../src/arm/model.js";
-import { describeArm, kindOfSingularity, nearness } from "../../src/arm/descriptions.js";
+import { describeArm, kindOfSingularity, classifyNearness } from "../../src/arm/descriptions.js";
 import { PLAIN, ROBOTS } from "./robots.js";
 
 describe("the planar arm in words", () => {
@@ -33,7 +33,7 @@ describe("the planar arm in words", () => {
 
   it("says that the boundary is reached", () => {
     const state = stateAt(arm, [0.5, 0]);
-    expect(nearness(arm, measuresOf(state))).toBe("singular");
+    expect(classifyNearness(arm, measuresOf(state))).toBe("singular");
     expect(kindOfSingularity(arm, state)).toBe("boundary");
     expect(describeArm(arm, state, false)).toContain("At the boundary of the workspace. The point can't be moved");
   });

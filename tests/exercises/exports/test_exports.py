@@ -154,10 +154,11 @@ def test_files_outside_the_folder_are_copied_into_the_export(tmp_path: Path) -> 
     for path in ("other/arm.toml", "arm.toml", "hw/shared/arm.toml"):
         (tmp_path / path).parent.mkdir(exist_ok=True)
         (tmp_path / path).write_bytes(robot)
-    (tmp_path / "mine.toml").write_text('[question.mine]\nprompt = "x"\nanswer = "p"\n')
+    question = 'prompt = "x"\nanswer = "p"\n'
+    (tmp_path / "mine.toml").write_text(f"[question.mine]\n{question}[question.other]\n{question}")
     (tmp_path / "logo.svg").write_text("<svg/>")
     robots = ("../arm.toml", "shared/arm.toml", f"{tmp_path.as_posix()}/other/arm.toml")
-    problems = "".join(f"[[problem]]\nrobot = '{name}'\nquestions = [ '../mine.toml' ] # '\n" for name in robots)
+    problems = "".join(f"[[problem]]\nrobot = '{name}'\nquestions = [ '../mine.toml#mine' ] # '\n" for name in robots)
     text = f'title = "T"\nkey = "hw"\n[paper]\nlogo = "../logo.svg"\n{problems}'
     (folder / "assignment.toml").write_text(text)
     assignment = load_assignment(folder)
@@ -169,6 +170,7 @@ def test_files_outside_the_folder_are_copied_into_the_export(tmp_path: Path) -> 
         (tmp_path / "export" / path).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "export" / path).write_bytes(content)
     exported = load_assignment(tmp_path / "export")
+    assert exported.slots[0].questions == ("mine",)
     assert exported.notebook_digest == assignment.notebook_digest and exported.front_page == assignment.front_page
 
 

@@ -533,6 +533,7 @@ def test_exam_has_a_front_page(file_type: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [
+        ("**into the boxes**", "$\\\\foo$", "line 7: paper: instructions … foo is not supported"),
         ("2027-02-11", "20270211", "line 4 … date … as in date = 2027-02-11"),
         ('"90 minutes & 5 %"', "90", "time_allowed … in time_allowed"),
         ("logo.png", "logo.gif", "line 6 … PNG, JPEG or SVG"),

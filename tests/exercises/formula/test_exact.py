@@ -322,7 +322,7 @@ def test_error_chance_follows_from_degree_and_height() -> None:
 
 
 def test_identical_programs_are_compiled_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """This happens for every part of a certified problem; the verdict is that of two programs."""
+    """This happens for every part of a certified problem; two programs agree on the verdict."""
     text = "a1*sin(theta1)/(a2 + cos(theta2))"
     program, equal_program = (compile_program([parse_formula(text)]) for _ in range(2))
     made: list[object] = []

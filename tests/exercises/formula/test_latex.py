@@ -62,7 +62,7 @@ def test_latex_is_printed_unchanged(text: str) -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        r"\foo{a}", r"\begin{array} a \end{array}", r"\text{a \b}", r"\left\foo a\right)",
+        r"\foo{a}", r"\begin{array} a \end{array}", r"\text{a \b}", r"\left\foo a\right)", "a_1_2", "a^b^c",
             "a_{1", "a}", r"\left( a", r"x \end{bmatrix}", r"\sqrt[3]{x}",
         "a & b", r"a \\ b", "%", "$", r"\begin{bmatrix} a", "x''''", "a_", r"\left( a }",
     ],

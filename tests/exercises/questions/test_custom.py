@@ -599,6 +599,18 @@ answer = "m*norm(v)"
     assert any(is_symbolic) and [bool(find_failures(problem)) for problem in problems] == is_symbolic
 
 
+def test_one_question_of_a_file_can_be_chosen(tmp_path: Path) -> None:
+    question = 'prompt = "x"\nanswer = "{}"\n'
+    (tmp_path / "mine.toml").write_text(
+        f"[question.mine]\n{question.format('p')}[question.inverse]\n{question.format('inv(J)')}"
+    )
+    text = '[[problem]]\nfamily = "planar-3r"\nquestions = ["../../mine.toml{}"]\n'
+    assert make_assignment(tmp_path / "1", text.format("#mine")).slots[0].questions == ("mine",)
+    for chosen, message in (("", "needs a square"), ("#mind", "unknown question 'mind' .did you mean 'mine'")):
+        with pytest.raises(QdotError, match=message):
+            make_assignment(tmp_path / f"2{chosen}", text.format(chosen))
+
+
 LOCATED = {
     'prompt = "x"\nanswer = "p*p"': 'hw/mine.toml: line 3: question: mine: answer = "p*p": ',
     'prompt = "x"\noptions = ["a", "b",\n"z9"]\nshown = "formula"': "hw/mine.toml: line 3: question: mine: options",
@@ -649,6 +661,10 @@ BAD_TEXTS = {
     "prompt = 'x'\nsolution = '$\\foo$'": r"solution = .*\foo is not",
     "prompt = 'x'\nrows = ['\\foo', 'v_y']": r"rows = .*\foo is not",
     "prompt = 'x'\nde.prompt = '$\\foo$'": r"de: prompt = .*\foo is not",
+    "prompt = '${theta1}_2$'": r"a symbol has two subscripts in $\theta_{1}_2$",
+    "prompt = '$" + 100 * r"\hat" + " a$'": "is nested too deeply",
+    "prompt = '$" + 1000 * r"\hat" + " a$'": "is nested too deeply",
+    r"prompt = 'a $\displaystyle \!$'": "shows nothing",
     "prompt = ' '": 'expected a text, as in prompt = "Find',
     "prompt = 'x'\nunit = 'm/s%'": "powers are written with ^",
     "prompt = 'x'\ntitle = 'Speed of $P$'": "a title is plain text without '$'",
@@ -669,7 +685,7 @@ Let $\vec{v} = \mathbf{J}(\boldsymbol{q})\,\dot{\boldsymbol{q}}$,
 $\hat{\mathbf{z_{1}}} \perp \bar{a} \parallel \tilde{b}$,
 $\lVert v\rVert \ne \|\ddot q\|$, $J^\top \in \mathbb{R}^{n \times 3}$, $\operatorname{rank} J = \max_i \min_j r_{ij}$,
 $\mathcal{N}(J)$, $\int_0^\infty \!\nabla f\,\mathrm{d}t$, $\forall i = 1, \ldots, n$,
-$\angle(\overline{AB}, \underline{CD})$,
+$\angle(\overline{AB}, \underline{CD})$, $\hat\langle \lfloor √$,
 $a \rightarrow \begin{pmatrix} 1 & {p.x} \\ \frac{{a1}}{b_{1}} & 0 \end{pmatrix}$ and \$5:
 
 $$f = \begin{cases} x & \text{if } x > 0 \\ \dot{\hat{\mathbf{x_{1}}}} & \text{else} \end{cases}$$

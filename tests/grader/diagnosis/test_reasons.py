@@ -224,7 +224,7 @@ def test_reason_for_angles(student: str, share: float, reason: str) -> None:
         ("theta2 = 180 or sin(theta2) = 0", FOLD, 1 / 2, "you found the condition; 1 of *; * is not *"),
         ("[]", ("cos(theta2) = 2",), 0, "your answer contains no configuration"),
         ("[Eq(a1, 0)]", FOLD, 0, "* is missing: *"),
-        ("[0, pi]", ELBOW, 0, "*couldn't parse*name the joint*"),
+        ("[0, pi]", ELBOW, 0, "*couldn't parse*say which joint variable*"),
     ],
 )  # fmt: skip
 def test_reason_for_singular_configurations(

@@ -328,3 +328,11 @@ def test_a_direction_is_judged_where_its_pivot_vanishes() -> None:
         vanishing_count += example.pivot is None
         assert ("should be 0" in judged.reason) == (example.pivot is None)
     assert vanishing_count
+
+
+def test_decimal_commas_in_a_cell_are_recognised() -> None:
+    """A cell with [0,471, -1,307] sets four whole numbers."""
+    problem = generate("planar-2r/1@lengths", ["joint-rates"])
+    for text, has_commas in (("[[0], [471], [-1], [307]]", True), ("[[0], [471], [1], [-3]]", False)):
+        refusal = read_answer(problem, problem.parts[0], text).refusal
+        assert refusal is not None and ("decimals with a point" in refusal.reason) == has_commas

@@ -299,7 +299,7 @@ def test_values_without_a_joint_are_refused_if_several_joints_are_possible() -> 
     """Taking the joint from the reference would make {0, pi} right for any joint."""
     for text in ("{0, pi}", "[0, pi]", "k*pi", "0, pi"):
         judged = judge_singular(text, ["sin(theta2) = 0"], JOINTS, DOMAIN, "s")
-        assert judged.outcome is WRONG and "name the joint" in judged.reason, text
+        assert judged.outcome is WRONG and "say which joint variable" in judged.reason, text
     assert "has no value" in judge_singular("theta2", SINE, JOINTS, DOMAIN, "s").reason
     one_joint = Domain({"theta1": "angle"})
     assert judge_singular("{0, pi}", ["sin(theta1) = 0"], ["theta1"], one_joint, "s").outcome is CORRECT

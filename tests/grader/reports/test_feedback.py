@@ -192,8 +192,14 @@ def test_the_page_links_the_first_part_to_correct_of_each_problem(assignment: As
     """A wrong part comes before an unanswered one, and a problem without either has no link."""
     _, page = make_page(assignment, mixed_result)
     [links] = [text for attrs, text in page.all("p") if attrs.get("class") == "review"]
-    assert links == "Start with: 1.2 Jacobian by differentiation, 2.2 Velocity caused by one joint"
+    assert (
+        links == "Start with: 1.2 Jacobian by differentiation (partly right), 2.2 Velocity caused by one joint (wrong)"
+    )
     assert make_page(assignment, make_result(assignment))[0].count('class="review"') == 0
+    reason = "the cell with this answer stopped at line 1, x = y (NameError: name 'y' is not defined)"
+    crashed = change_part(mixed_result, "p1.position", outcome=Outcome.MISSING, answer=None, reason=reason)
+    text, _ = make_page(assignment, crashed)
+    assert '</a> (stopped with an error), <a href="#part-2-2">' in text
 
 
 def test_tables_are_captioned_by_convention(tmp_path: Path) -> None:

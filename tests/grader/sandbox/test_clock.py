@@ -221,7 +221,7 @@ def test_students_are_notified_of_a_cell_stopped_after_its_answer(
     results, _ = grade(assignment, seconds=40)
     reason = "it took longer than 4 s of processor time"
     used_value = "qdot used p1_position, which the cell had already set"
-    expected = [f"cell 3 was stopped: {reason}; {used_value}", f"cell 6 was stopped: {reason}"]
+    expected = [f"qdot stopped cell 3: {reason}; {used_value}", f"qdot stopped cell 6: {reason}"]
     assert list_outcomes(results["s01"]) == ALL_CORRECT
     assert list(results["s01"].notes) == list(results["s01"].staff_notes) == expected
     assert results["s02"].notes == ()

@@ -129,7 +129,7 @@ def test_the_line_at_which_a_cell_stopped_is_recorded(sandbox: Sandbox) -> None:
 
 def test_an_error_caused_by_input_explains_that_input_is_empty(sandbox: Sandbox) -> None:
     result = run(sandbox, "a = float(input('L1?'))", "b = float('x')")
-    assert "input() returns an empty text when a notebook is graded" in result.cell_errors[0]
+    assert "input() returns an empty string when a notebook is graded" in result.cell_errors[0]
     assert "input()" not in result.cell_errors[1]
 
 

@@ -365,7 +365,7 @@ CASES: dict[str, Case] = {
     "a gigabyte": (submit_gigabyte, NO_MARK, "hw.ipynb 200 MB"),
     "a hundred thousand cells": expect_over_limit(many_cells, "25000 cells"),
     "a line of a million": expect(
-        with_cells(lambda cell, n: n or cell.update(source="x" * 10**6, cell_type="code")), words="cell 1 line 1, xxxx"
+        with_cells(lambda cell, n: n or cell.update(source="x" * 10**6, cell_type="code")), words="cell 1 line 1 xxxx"
     ),
     "too much code": expect_over_limit(
         with_cells(lambda cell, n: n == 1 and cell.update(source="#" * 21_000_000)), "20 MB code"

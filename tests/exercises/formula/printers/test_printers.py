@@ -42,6 +42,7 @@ PRINTED = [
     (speak, r"\begin{cases} a & b \\ c & d \end{cases}", "cases: a b; c d; end of cases"),
     (typst_text, r"\vec{v} \mathbf{J} \ddot{q} \|", "arrow(v) 𝐉 dot.double(q) class(\"normal\", ‖)"),
     (typst_text, r"\begin{pmatrix} a & b \end{pmatrix} \max_i", 'mat(delim: "(", a, b) op("max", limits: #true)_(i)'),
+    (typst_text, r"\hat\langle \left\lfloor a\right. √", r"hat(\⟨) lr(\⌊ a ) \√"),
     (typst_text, r"\begin{cases} a & b \\ c & d \end{cases}", "cases(a & b, c & d)"),
     (unicode_text, r"\vec{v} = \mathbf{J} \ddot{q} \in \mathbb{R}^n", "v⃗ = 𝐉 q̈ ∈ ℝⁿ"),
     (unicode_text, r"\|v\| \ne \overline{AB} \perp a \rightarrow b", "‖v‖ ≠ A̅ B̅ ⊥ a → b"),
