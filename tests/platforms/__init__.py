@@ -37,4 +37,4 @@ INSTALLED: dict[str, str] = {
     "JUPYTERLAB": ".venvs/platforms/jupyterlab", "SCORM_AGAIN": "site/node_modules/scorm-again",
     "JUPYTERLITE": ".venvs/platforms/jupyterlite",
 }  # fmt: skip
-"""Where in the repository the Makefile installs software, by the variable that names another copy of it."""
+"""The folders in which the Makefile installs software, by the variable that can name another copy."""

@@ -18,7 +18,7 @@ ADDRESS = "git@gitlab.example.org:"
 
 
 def run(software: Path, work: Path) -> Record:
-    """Grade a class by the exported pipeline, twice, and have two students' projects check themselves."""
+    """Grade a class twice with the exported pipeline, and run the checks of two students' projects."""
     version = subprocess.run([software, "--version"], capture_output=True, text=True).stdout.strip()
     with pushed("gitlab", work) as own:
         grading = own.clone(f"{KEY}-grading", work / "clone", ADDRESS)

@@ -1,4 +1,4 @@
-"""What is exported to the real programs: a set of `qdot init`, an assignment with PUMA, and one with every question."""
+"""Export to the real programs: the set of `qdot init`, an assignment with PUMA, and one with every question."""
 
 from pathlib import Path
 

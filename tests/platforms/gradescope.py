@@ -25,17 +25,17 @@ TOTALS = {
     "test_name_format": FORMATS, "visibility": VISIBILITIES, "stdout_visibility": VISIBILITIES, "extra_data": dict,
     "tests": list, "leaderboard": list,
 }  # fmt: skip
-"""What results.json may hold, by Gradescope's documentation: types, or the words that may stand there."""
+"""The fields of results.json in Gradescope's documentation, with their types or allowed words."""
 TESTS = {
     "score": float, "max_score": float, "status": ("passed", "failed"), "name": str, "name_format": FORMATS,
     "number": str, "output": str, "output_format": FORMATS, "tags": list, "visibility": VISIBILITIES,
     "extra_data": dict,
 }  # fmt: skip
-"""What a test in it may hold."""
+"""The fields of a test in results.json."""
 
 
 def run(software: Path, work: Path) -> Record:
-    """Set up the autograder once, and run it on what each student uploads."""
+    """Set up the autograder once, and run it on each student's upload."""
     assignment, counts = a_class(work / KEY, RIGHT, WRONG, MISTAKEN, BLANK), Counts()
     folder = exported(assignment, "gradescope", work / "exported")
     container = _Container(software, work / "root")
@@ -62,7 +62,7 @@ CAPABILITIES = (
     "CHOWN", "DAC_OVERRIDE", "FOWNER", "FSETID", "KILL", "MKNOD", "NET_BIND_SERVICE", "NET_RAW", "SETFCAP", "SETGID",
     "SETPCAP", "SETUID", "SYS_CHROOT", "AUDIT_WRITE",
 )  # fmt: skip
-"""What root may do in a container of Docker's, if nothing else is said."""
+"""The capabilities of root in a Docker container by default."""
 
 
 class _Container:

@@ -19,7 +19,7 @@ from tests.support.command import run as qdot
 
 SCRIPT = Path(__file__).with_name("jupyterlab_page.py")
 SETTINGS = ".jupyter/lab/user-settings/@jupyterlab/notebook-extension/tracker.jupyterlab-settings"
-"""Where JupyterLab keeps how a notebook is shown: here all of it at once, for the picture."""
+"""The file of JupyterLab's settings for showing notebooks: the whole notebook at once, for the picture."""
 
 
 def run(software: Path, work: Path) -> Record:
@@ -68,7 +68,7 @@ def watched(software: Path, home: Path, address: str, saved: str, notebooks: Seq
 
 
 def hold(ours: Ours, shown: list[Any], counts: Counts) -> None:
-    """Hold what is shown of a student's notebook, and what it is worth as it was saved."""
+    """Check what is shown of a student's notebook, and the points of the saved file."""
     cells = json.loads(ours.notebook.read_text(encoding="utf-8"))["cells"]
     counts.add("imported", len(shown) == len(cells), f"{ours.student}: {len(shown)} of {len(cells)} cells")
     titles = {

@@ -13,10 +13,10 @@ from typing import Any
 from playwright.sync_api import Page, sync_playwright  # type: ignore[import-not-found, unused-ignore]
 
 PATIENCE = 300_000
-"""Milliseconds that a notebook may run."""
+"""The time limit for a notebook in milliseconds."""
 WINDOW = {"width": 1280, "height": 900}
 TALLEST = 16_000
-"""Pixels of a picture."""
+"""The size of a picture in pixels."""
 IDLE = r"text=/(ipykernel|Pyodide)\) \| Idle/"
 DONE = r"""() => [...document.querySelectorAll('.jp-Notebook .jp-CodeCell .jp-InputPrompt')].every(
     prompt => prompt.textContent === '' || /\[\d+\]/.test(prompt.textContent))"""
@@ -64,7 +64,7 @@ def open_and_run(page: Page, address: str, saved: str, name: str, picture: str) 
 
 
 def download(page: Page, path: str) -> None:
-    """Have the browser download the notebook that is open, from the list of files, which all versions let one do."""
+    """Download the open notebook from the list of files, which works in all versions."""
     with page.expect_download() as given:
         page.locator(".jp-DirListing-item", has_text=path.rpartition("/")[2]).click(button="right")
         page.locator(".lm-Menu-item[data-command='filebrowser:download']").click()

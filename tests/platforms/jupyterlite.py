@@ -26,7 +26,7 @@ from tests.support.command import run as qdot
 
 KERNEL = "@jupyterlite/pyodide-kernel-extension:kernel"
 SETTINGS = {"@jupyterlab/notebook-extension:tracker": {"windowingMode": "none"}}
-"""How a notebook is shown: here all of it at once, for the picture."""
+"""The settings for showing a whole notebook at once, for the picture."""
 
 
 def run(software: Path, work: Path) -> Record:
@@ -61,7 +61,7 @@ def _versions(software: Path) -> str:
 
 
 def _site(software: Path, contents: Path, work: Path) -> Path:
-    """Build the site whose files are all that JupyterLite needs."""
+    """Build the site with all files that JupyterLite needs."""
     kernel: dict[str, Any] = {"pyodideUrl": "./pyodide/pyodide.js", "disablePyPIFallback": True}
     config = {"litePluginSettings": {KERNEL: kernel}}
     source, site = work / "lite", work / "site"

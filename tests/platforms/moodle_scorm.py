@@ -26,9 +26,9 @@ Json = dict[str, Any]
 
 HERE = Path(__file__)
 VARIANTS = 6
-"""Of each problem, so that two students have the same arms in one run of a thousand."""
+"""The number of variants of each problem; two students get the same arms in one of a thousand runs."""
 STUDENTS = ("ada", "henri")
-"""One who answers everything right, and one whose last answer is wrong."""
+"""One student answers everything right; the other gives one wrong answer, the last."""
 
 
 def run(software: Path, work: Path) -> Record:
@@ -88,7 +88,7 @@ def _done(packages: Path, made: Json) -> Json:
 
 @contextmanager
 def _served(software: Path, root: str) -> Iterator[None]:
-    """Serve Moodle at its address, by PHP's own server, unless it is served."""
+    """Serve Moodle at its address with PHP's own server, unless it is already being served."""
     if _answers(root):
         yield
         return

@@ -113,7 +113,7 @@ class _Formgrader:
 
     @cached_property
     def scores(self) -> Mapping[str, Mapping[str, Any]]:
-        """What its list of submissions says of each student."""
+        """What nbgrader's list of submissions shows about each student."""
         return {one["student"]: one for one in json.loads(page(f"{self.address}/api/submissions/{KEY}"))}
 
     @cached_property

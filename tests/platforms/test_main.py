@@ -1,4 +1,4 @@
-"""`make platforms` as a whole: which copy of a program is taken, and what becomes of the others when one breaks."""
+"""Test `make platforms`: which copy of a program it uses, and that one failure does not stop the others."""
 
 import sys
 from pathlib import Path

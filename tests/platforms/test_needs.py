@@ -1,4 +1,4 @@
-"""What a run says where a program that it needs is not there: at once, and why."""
+"""A run that lacks a program reports at once what is missing and why it is needed."""
 
 import hashlib
 import json

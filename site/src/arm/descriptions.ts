@@ -57,9 +57,9 @@ function describeSingularity(arm: Arm, state: State): string {
     const kind = kindOfSingularity(arm, state);
     if (kind) sentences.push(say(`arm.words.${kind}`));
   }
-  const lost = nearness === "regular" ? null : lostDirection(arm, state);
-  if (lost) {
-    const [x, y, z] = lost.map((value) => roundToDecimals(value, 2)) as [number, number, number];
+  const direction = nearness === "regular" ? null : lostDirection(arm, state);
+  if (direction) {
+    const [x, y, z] = direction.map((value) => roundToDecimals(value, 2)) as [number, number, number];
     sentences.push(say(nearness === "near" ? "arm.words.slow" : "arm.words.lost", { x, y, z }));
   }
   return sentences.join(" ");

@@ -95,7 +95,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
     const { clientLeft, clientTop } = box.current!;
     return [event.clientX - corner.left - clientLeft, event.clientY - corner.top - clientTop];
   };
-  const startDrag = (event: PointerEvent, dragFrom: (at: Pixel) => Drag): void => {
+  const startDrag = (event: PointerEvent, dragFrom: (startPixel: Pixel) => Drag): void => {
     if (event.button !== 0) return;
     event.stopPropagation();
     box.current!.setPointerCapture(event.pointerId);
@@ -196,7 +196,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
               onPointerDown={(event) => {
                 choose(i);
                 const corners = line.map((corner) => toPixel(view, corner));
-                startDrag(event, (at) => ({ link: i, share: nearestShare(corners, at) }));
+                startDrag(event, (startPixel) => ({ link: i, share: nearestShare(corners, startPixel) }));
               }}
             />
           ))}
@@ -250,7 +250,9 @@ function useOrbit({ arm, home, isRequested }: DrawingProps): [Orbit, StateUpdate
   useLayoutEffect(() => {
     const isEndOn = (candidate: Orbit): boolean =>
       isRequested && findReadableOrbit(arm, stateAt(arm, home), candidate) !== candidate;
-    setOrbit((now) => (now === previousFirstOrbit.current || isEndOn(now) ? firstOrbit : now));
+    setOrbit((currentOrbit) =>
+      currentOrbit === previousFirstOrbit.current || isEndOn(currentOrbit) ? firstOrbit : currentOrbit,
+    );
     previousFirstOrbit.current = firstOrbit;
   }, [firstOrbit, home]);
   return [orbit, setOrbit, firstOrbit];

@@ -42,10 +42,10 @@ function samplesOf(arm: Arm): Pose[] {
 
 /** Return the factors of a robot's determinant as functions of the pose. */
 function liveFactors(arm: Arm, robot: Robot, factors: readonly Factor[]): LiveFactor[] {
-  const known = new Set([...arm.joints.map(({ name }) => name), ...Object.keys(robot.values)]);
+  const knownNames = new Set([...arm.joints.map(({ name }) => name), ...Object.keys(robot.values)]);
   const samples = samplesOf(arm);
   return factors.map(([html, typed]) => {
-    const tree = parse(typed, known);
+    const tree = parse(typed, knownNames);
     const valueAt = (pose: Pose): number => realValue(tree, { ...robot.values, ...namedPose(arm, pose) });
     return { html, valueAt, maxSize: Math.max(1e-9, ...samples.map((pose) => Math.abs(valueAt(pose)))) };
   });

@@ -17,8 +17,8 @@ interface FiguresProps extends Pick<Stage, "arm" | "state" | "measures" | "settl
 export const Figures = withPace(
   (props: FiguresProps): JSX.Element => {
     const { arm, state, measures, settledState, sizes, isConcealed, isExplainedBeside } = props;
-    const near = classifyNearness(arm, measures);
-    const kind = near === "singular" && settledState === state ? kindOfSingularity(arm, state) : null;
+    const nearness = classifyNearness(arm, measures);
+    const kind = nearness === "singular" && settledState === state ? kindOfSingularity(arm, state) : null;
     const point = (
       <>
         <i>P</i> = ({state.point.map((value) => inDigits(roundToDecimals(value, 3))).join(numberSeparator())}) m.
@@ -32,11 +32,11 @@ export const Figures = withPace(
         </div>
       );
     return (
-      <div class={`arm-figures arm-${near}-pose`}>
+      <div class={`arm-figures arm-${nearness}-pose`}>
         <Determinant arm={arm} state={state} measures={measures} sizes={sizes} />
         <p class="arm-nearness">
           {point} {say("arm.figures.ratio", { percent: roundToDecimals(100 * measures.ratio, 1) })}{" "}
-          <strong>{say(`arm.words.${near}`)}</strong> {kind && say(`arm.words.${kind}`)}
+          <strong>{say(`arm.words.${nearness}`)}</strong> {kind && say(`arm.words.${kind}`)}
         </p>
       </div>
     );

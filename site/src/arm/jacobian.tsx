@@ -98,7 +98,7 @@ const VANISHING_SHARE = 0.06;
 /** det J, or the product of singular values, and the factors of det J if they may be shown. */
 export function Determinant(props: Pick<Stage, "arm" | "state" | "measures" | "sizes">): JSX.Element {
   const { arm, state, measures, sizes } = props;
-  const near = classifyNearness(arm, measures);
+  const nearness = classifyNearness(arm, measures);
   const { maxDeterminant, factors } = sizes();
   const size = measures.det ?? measures.volume;
   return (
@@ -106,7 +106,7 @@ export function Determinant(props: Pick<Stage, "arm" | "state" | "measures" | "s
       <div>
         <dt>{say(sizeKey(arm))}</dt>
         <dd>{inDigits(roundToDigits(size))}</dd>
-        <Bar share={Math.abs(size) / maxDeterminant} isLow={near !== "regular"} />
+        <Bar share={Math.abs(size) / maxDeterminant} isLow={nearness !== "regular"} />
       </div>
       {factors.map(({ html, valueAt, maxSize }) => {
         const value = valueAt(state.pose);

@@ -4,7 +4,7 @@
 import { splitName } from "./letters.js";
 import type { Pixel } from "./view.js";
 
-/** A label wanted near the pixel `at`, preferably in a direction from there (in pixels, y down). */
+/** A label wanted near the point `at` (pixels), preferably in a direction from there (in pixels, y down). */
 export interface WantedLabel {
   readonly name: string;
   readonly style: string;

@@ -35,8 +35,14 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   const [width, height] = useSize(frame, [420, 380]);
 
   useEffect(() => setPair(findMostSensitivePair(arm)), [arm]);
-  const pickAcross = useCallback((joint: number) => setPair((now) => withDistinctJoints([joint, now[1]], now)), []);
-  const pickUp = useCallback((joint: number) => setPair((now) => withDistinctJoints([now[0], joint], now)), []);
+  const pickAcross = useCallback(
+    (joint: number) => setPair((previousPair) => withDistinctJoints([joint, previousPair[1]], previousPair)),
+    [],
+  );
+  const pickUp = useCallback(
+    (joint: number) => setPair((previousPair) => withDistinctJoints([previousPair[0], joint], previousPair)),
+    [],
+  );
 
   // Only the joints that are not on the map change the map.
   const otherJoints = pose.map((value, i) => (pair.includes(i) ? 0 : value));
@@ -187,9 +193,9 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
 
 /** The value that the map shows, at the current pose. */
 const Here = withPace(
-  (here: { value: string; number: number }): JSX.Element => (
+  (props: { value: string; number: number }): JSX.Element => (
     <p class="arm-hint">
-      {say("arm.map.here", here)} <span class="arm-how">{say("arm.map.hint")}</span>
+      {say("arm.map.here", props)} <span class="arm-how">{say("arm.map.hint")}</span>
     </p>
   ),
   { atOnce: ["value"], inTurn: ["number"] },

@@ -72,9 +72,9 @@ const WORLD: Frame = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1], o: ZERO };
 /** Return the arm of a robot's table. Throws ParseError for an entry that can't be parsed. */
 export function armOf(robot: Robot): Arm {
   const names = robot.joints.map((row, i) => `${row.kind === "R" ? "theta" : "d"}${i + 1}`);
-  const known = new Set([...names, ...Object.keys(robot.values)]);
+  const knownNames = new Set([...names, ...Object.keys(robot.values)]);
   const zeros = Object.fromEntries(names.map((name) => [name, 0]));
-  const number = (text: string): number => realValue(parse(text, known), { ...zeros, ...robot.values });
+  const number = (text: string): number => realValue(parse(text, knownNames), { ...zeros, ...robot.values });
   const vector = ([x, y, z]: readonly [string, string, string]): Vec3 => [number(x), number(y), number(z)];
   const { base, point } = robot;
   const orientation = nextFrame(WORLD, number(base.yaw), 0, 0, number(base.tilt));

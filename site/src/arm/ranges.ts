@@ -109,8 +109,8 @@ export function thicknessOf(arm: Arm): number {
 
 /** Return the extent of an arm, sampled over the ranges of its joints. */
 export function extentOf(arm: Arm): Extent {
-  const known = EXTENTS.get(arm);
-  if (known) return known;
+  const cachedExtent = EXTENTS.get(arm);
+  if (cachedExtent) return cachedExtent;
   const { o, z } = arm.base;
   const page = axonometric(FIRST_ORBIT);
   const prismaticScale = flatPlane(arm) ? 1.6 : 1;

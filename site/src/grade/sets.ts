@@ -230,7 +230,7 @@ function judgeClaims(
     pieces,
     uncovered: pieces.filter((piece) => findUncoveredPose(claims, piece) !== undefined),
     ...armSymbols,
-    holds: (claim, at) => holdsAt(claim, at, armSymbols),
+    holds: (claim, pose) => holdsAt(claim, pose, armSymbols),
     isSound: (claim, substitute) =>
       findCounterexample(claim, armSymbols, (pose) => isSingular(substitute(pose)), 0, pieces.flat()) === null,
   });

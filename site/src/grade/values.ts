@@ -402,8 +402,8 @@ export function findUnknownSymbols(names: ReadonlySet<string>, key: ValuesKey): 
   // of rates, velocities and forces, list only those that the question mentions
   const isUsed = (symbol: string): boolean =>
     !constants || isJoint(symbol) || constants.includes(symbol) || mentioned.includes(symbol);
-  const known = symbols.filter(isUsed).join(", ");
-  return message("read.unknown", { names: unknown.slice(0, 5).join(", "), known });
+  const knownSymbols = symbols.filter(isUsed).join(", ");
+  return message("read.unknown", { names: unknown.slice(0, 5).join(", "), known: knownSymbols });
 }
 
 function numberText(value: number | null): string {

@@ -679,7 +679,7 @@ class Parser {
       } else if (!next) factors.push(this.parseFunction(functionName));
       else throw this.errorHere("read.no-argument", { name: functionName });
     }
-    const product = factors.reduce((some, factor) => node("*", some, factor));
+    const product = factors.reduce((product, factor) => node("*", product, factor));
     if (factors.length > 1) this.joinedProduct = product;
     return product;
   }

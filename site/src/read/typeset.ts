@@ -75,8 +75,8 @@ function productLatex(left: string, right: string): string {
 }
 
 function symbolLatex(name: string, symbols: Symbols): string {
-  const known = CONSTANTS.get(name) ?? (Object.hasOwn(symbols, name) ? symbols[name]?.latex : undefined);
-  return known ?? `\\text{${name.replace(/[^\p{L}\p{N}.]/gu, " ")}}`;
+  const symbolText = CONSTANTS.get(name) ?? (Object.hasOwn(symbols, name) ? symbols[name]?.latex : undefined);
+  return symbolText ?? `\\text{${name.replace(/[^\p{L}\p{N}.]/gu, " ")}}`;
 }
 
 function typesetCall(tree: Node, symbols: Symbols): Typeset {

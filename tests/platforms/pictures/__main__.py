@@ -12,11 +12,11 @@ PICTURES: dict[str, tuple[str, Callable[[Path, Path], None]]] = {
     "qdot": ("", own.run),
     "jupyterlab": ("JUPYTERLAB", jupyter.notebook),
 }
-"""Platforms by name, each with the variable for the path of its software, if any, and what takes its pictures."""
+"""The platforms by name: the variable with the path of the software, if any, and the function for the pictures."""
 
 
 def main(names: list[str]) -> int:
-    """Take the pictures of the platforms named, else of all whose software is named."""
+    """Take the pictures of the named platforms, or of all whose software is configured."""
     for name in names or PICTURES:
         variable, take = PICTURES[name]
         if variable and not os.environ.get(variable):

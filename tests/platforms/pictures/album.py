@@ -1,4 +1,4 @@
-"""A browser whose pictures are cut, made small, and kept in docs/pictures/."""
+"""Take pictures with a browser, crop and compress them, and store them in docs/pictures/."""
 
 import io
 import shutil
@@ -19,11 +19,11 @@ FOLDER = Path(__file__).parents[3] / "docs" / "pictures"
 WINDOW = {"width": 860, "height": 900}
 COLOURS = (256, 128, 64, 32)
 LARGEST = 60_000
-"""Bytes of a picture; one that has more is given fewer colours."""
+"""The largest size of a picture in bytes; a larger one gets fewer colours."""
 PATIENCE = 240_000
-"""Milliseconds that a page may take."""
+"""The time limit for a page in milliseconds."""
 AROUND = 8
-"""Pixels around what is cut out."""
+"""The margin around a cropped picture in pixels."""
 
 
 @contextmanager
@@ -48,7 +48,7 @@ def opened(chromium: Browser, width: int = WINDOW["width"]) -> Page:
 
 @dataclass(frozen=True)
 class Album:
-    """Pictures of one platform, whose names begin with its name."""
+    """The pictures of one platform. Their names begin with its name."""
 
     platform: str
 

@@ -1,4 +1,4 @@
-"""The README's pictures: what a student is told, and the site to practise on. They need no other program."""
+"""Take the README's pictures: a feedback page and the practice site. They need no other program."""
 
 import functools
 import http.server
