@@ -23,7 +23,7 @@ from qdot.grader.grading.history import find_mark_changes, read_previous_results
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions
 from tests.support import ROOT
-from tests.tools.archive import ARCHIVES, SCHEMAS, UNRELEASED, interface
+from tests.tools.archive import ARCHIVES, SCHEMAS, UNRELEASED, list_public_names
 from tests.tools.reference_pages import compatibility_page
 
 ALL_ARCHIVES = sorted(path for path in ARCHIVES.iterdir())
@@ -84,15 +84,18 @@ def find_missing_names(old: Any, new: Any, path: str = "") -> list[str]:
 def test_every_promised_name_exists(archive: Path) -> None:
     if is_promised(archive):
         assert (
-            find_missing_names(json.loads((archive / "interface.json").read_text(encoding="utf-8")), interface()) == []
+            find_missing_names(
+                json.loads((archive / "interface.json").read_text(encoding="utf-8")), list_public_names()
+            )
+            == []
         ), REWRITE_HINT
 
 
 def test_a_missing_name_is_found() -> None:
-    reduced = interface()
+    reduced = list_public_names()
     reduced["commands"]["qdot show"].remove("--hints")
     reduced["export_formats"].remove("moodle")
-    assert find_missing_names(interface(), reduced) == ["commands qdot show: --hints", "export_formats: moodle"]
+    assert find_missing_names(list_public_names(), reduced) == ["commands qdot show: --hints", "export_formats: moodle"]
 
 
 # --- schemas ---

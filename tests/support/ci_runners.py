@@ -65,7 +65,7 @@ class Runner:
         if name in PRE_DONE_ACTIONS:
             return True
         if name == "actions/upload-artifact":
-            if (self.clone / inputs["path"]).exists():  # else it warns
+            if (self.clone / inputs["path"]).exists():  # otherwise GitHub only warns
                 shutil.copytree(self.clone / inputs["path"], self.place / "kept" / inputs["name"])
             elif inputs.get("if-no-files-found") == "error":
                 return False
@@ -73,14 +73,15 @@ class Runner:
         return self._action(self.actions[name], inputs, step.get("id"))
 
     def _action(self, folder: Path, given_inputs: dict[str, str], name: str | None) -> bool:
-        about = read_yaml(folder / "action.yml")
-        assert given_inputs.keys() <= about["inputs"].keys() and about["runs"]["using"] == "composite"
+        definition = read_yaml(folder / "action.yml")
+        assert given_inputs.keys() <= definition["inputs"].keys() and definition["runs"]["using"] == "composite"
         inputs = {
-            f"inputs.{key}": given_inputs.get(key, each.get("default", "")) for key, each in about["inputs"].items()
+            f"inputs.{key}": given_inputs.get(key, declared.get("default", ""))
+            for key, declared in definition["inputs"].items()
         }
-        succeeded = self._steps(about["runs"]["steps"], inputs, folder)
-        for output, each in about.get("outputs", {}).items():
-            self.known[f"steps.{name}.outputs.{output}"] = fill_expressions(each["value"], inputs)
+        succeeded = self._steps(definition["runs"]["steps"], inputs, folder)
+        for output, declared in definition.get("outputs", {}).items():
+            self.known[f"steps.{name}.outputs.{output}"] = fill_expressions(declared["value"], inputs)
         return succeeded
 
     def _command(self, step: dict[str, Any], known: dict[str, str], action: Path | None) -> bool:
@@ -106,9 +107,11 @@ def expand_component(path: Path, given_inputs: Mapping[str, object]) -> dict[str
     header, body = path.read_text(encoding="utf-8").split("\n---\n")
     inputs = YAML(typ="safe").load(header)["spec"]["inputs"]
     assert given_inputs.keys() <= inputs.keys(), "GitLab refuses inputs that a component does not have"
-    values = {name: given_inputs[name] if name in given_inputs else about["default"] for name, about in inputs.items()}
-    for name, about in inputs.items():
-        assert isinstance(values[name], bool if about.get("type") == "boolean" else str)
+    values = {
+        name: given_inputs[name] if name in given_inputs else declared["default"] for name, declared in inputs.items()
+    }
+    for name, declared in inputs.items():
+        assert isinstance(values[name], bool if declared.get("type") == "boolean" else str)
     text = re.sub(r"\$\[\[ inputs\.([\w-]+) \]\]", lambda match: fill_expressions(values[match[1]], {}), body)
     assert "$[[" not in text
     jobs: dict[str, Any] = YAML(typ="safe").load(text)

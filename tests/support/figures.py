@@ -70,6 +70,6 @@ def count_link_crossings(chain: Chain, arm: Chain, entries: np.ndarray) -> int:
     for i, j in combinations(range(len(links)), 2):
         (a, b), (c, d) = links[i], links[j]
         if j > i + 1 and abs(np.linalg.det(np.column_stack([b - a, c - d]))) > 1e-9:
-            along = np.linalg.solve(np.column_stack([b - a, c - d]), c - a)
-            count += bool(((along > 1e-6) & (along < 1 - 1e-6)).all())
+            fractions = np.linalg.solve(np.column_stack([b - a, c - d]), c - a)
+            count += bool(((fractions > 1e-6) & (fractions < 1 - 1e-6)).all())
     return count

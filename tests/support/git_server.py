@@ -84,7 +84,7 @@ class Server:
 def serve_repositories(folder: Path) -> Iterator[Server]:
     """Run a server while the block lasts."""
     server = Server(folder)
-    web = ThreadingHTTPServer(("127.0.0.1", 0), lambda *about: _Api(server, *about))
+    web = ThreadingHTTPServer(("127.0.0.1", 0), lambda *arguments: _Api(server, *arguments))
     server.api = f"http://127.0.0.1:{web.server_port}"
     threading.Thread(target=web.serve_forever, daemon=True).start()
     try:
@@ -97,9 +97,9 @@ def serve_repositories(folder: Path) -> Iterator[Server]:
 class _Api(BaseHTTPRequestHandler):
     """Serve lists of pushes in pages to clients with the token; record edits of issues."""
 
-    def __init__(self, server: Server, *about: Any) -> None:
+    def __init__(self, server: Server, *arguments: Any) -> None:
         self.host = server
-        super().__init__(*about)
+        super().__init__(*arguments)
 
     def do_GET(self) -> None:
         url = urlsplit(self.path)

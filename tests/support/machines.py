@@ -27,7 +27,7 @@ CALLS: dict[str, tuple[tuple[int, int], ...]] = {  # on x86_64, on aarch64
 """The system calls that each measure needs: unshare, setns, mounts; Landlock's three."""
 
 
-def _filter(refused: Collection[str]) -> bytes:
+def _make_filter(refused: Collection[str]) -> bytes:
     """Return a filter that refuses these measures with EPERM."""
     column = {"x86_64": 0, "aarch64": 1}[platform.machine()]
     program = struct.pack("HBBI", 0x20, 0, 0, 0)  # load the number
@@ -43,11 +43,11 @@ def _make_python_readable() -> None:
     for prefix in {sys.prefix, sys.base_prefix, str(Path(__file__).parents[2])}:
         closed = next((p for p in reversed(Path(prefix).parents) if p.stat().st_mode & 0o5 != 0o5), None)
         if closed is not None:
-            held = os.open(prefix, os.O_PATH)
+            descriptor = os.open(prefix, os.O_PATH)
             kernel.mount("shown", str(closed), "tmpfs", 0, "mode=755")
             Path(prefix).mkdir(parents=True)
-            kernel.mount(f"/proc/self/fd/{held}", prefix, None, kernel.MS_BIND | kernel.MS_REC)
-            os.close(held)
+            kernel.mount(f"/proc/self/fd/{descriptor}", prefix, None, kernel.MS_BIND | kernel.MS_REC)
+            os.close(descriptor)
 
 
 def run_restricted(
@@ -59,11 +59,11 @@ def run_restricted(
 ) -> "subprocess.CompletedProcess[str]":
     """Run a Python program while the kernel refuses some measures, as `user` if that is not None."""
 
-    def become() -> None:
+    def restrict_process() -> None:
         if user == DOCKERS_ROOT:
             _make_python_readable()
             for number in set(range(64)) - DOCKER_CAPABILITIES:
-                with contextlib.suppress(OSError):  # there are no more
+                with contextlib.suppress(OSError):  # the kernel has fewer capabilities
                     kernel.prctl(kernel.PR_CAPBSET_DROP, number)
         elif user is not None:
             _make_python_readable()
@@ -72,10 +72,10 @@ def run_restricted(
             os.setresuid(user, user, user)
         if refused:
             kernel.prctl(kernel.PR_SET_NO_NEW_PRIVS, 1)
-            kernel.install_seccomp_filter(_filter(refused))
+            kernel.install_seccomp_filter(_make_filter(refused))
 
     environment = {**os.environ, **({"TMPDIR": str(home), "HOME": str(home)} if home else {})}
     return subprocess.run(
-        [sys.executable, *program], capture_output=True, text=True, timeout=timeout, preexec_fn=become, env=environment,
-        cwd=Path(__file__).parents[2],
+        [sys.executable, *program], capture_output=True, text=True, timeout=timeout,
+        preexec_fn=restrict_process, env=environment, cwd=Path(__file__).parents[2],
     )  # fmt: skip

@@ -29,7 +29,7 @@ def get_problem(
 ) -> Problem:
     """Return the problem of a family and a seed with all its questions, from the cache on disk.
 
-    By default everything varies that can: what holds for such arms holds for simpler ones.
+    By default everything varies that can, because what holds for such arms also holds for simpler ones.
     """
     return load_problem(ProblemId(family, seed, variation=variation, convention=convention, twist_order=twist_order))
 

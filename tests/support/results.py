@@ -49,35 +49,37 @@ def make_result(
         )
         for slot in assignment.slots
     )
-    parts = [each for problem in problems for each in problem.parts]
-    built = Result(
+    parts = [part for problem in problems for part in problem.parts]
+    result = Result(
         student=student,
         assignment=assignment.key,
         submission=CountingSubmission(f"{student}.ipynb", "0", None) if outcomes else None,
-        score=sum_points(each.points for each in parts),
-        max_score=sum_points(each.max_points for each in parts),
+        score=sum_points(part.points for part in parts),
+        max_score=sum_points(part.max_points for part in parts),
         late=None,
         obstacle=None if outcomes else "nothing was handed in",
         problems=problems,
     )
-    return replace(built, **others)
+    return replace(result, **others)
 
 
 def change_part(of: Result, part_name: str, **changes: Any) -> Result:
     """Return a result with changes to one part, such as "p1.jacobian"; its sums stay unchanged."""
     problems = (
-        replace(problem, parts=tuple(_changed(problem.slot, each, part_name, changes) for each in problem.parts))
+        replace(
+            problem, parts=tuple(_change_if_named(problem.slot, part, part_name, changes) for part in problem.parts)
+        )
         for problem in of.problems
     )
     return replace(of, problems=tuple(problems))
 
 
-def _changed(slot: str, part: PartResult, name: str, changes: dict[str, Any]) -> PartResult:
+def _change_if_named(slot: str, part: PartResult, name: str, changes: dict[str, Any]) -> PartResult:
     return replace(part, **changes) if f"{slot}.{part.name}" == name else part
 
 
 def index_by_student(results: Iterable[Result]) -> dict[str, Result]:
-    return {each.student: each for each in results}
+    return {result.student: result for result in results}
 
 
 def get_counted_file(result: Result) -> str:

@@ -1,13 +1,13 @@
-"""A class as this version hands it out and grades it, and all names that this version promises, kept for later ones.
+"""Archive a class that this version generates and grades, and all names that it promises to later versions.
 
-    python -m tests.tools.archive               writes tests/data/archives/unreleased anew
-    python -m tests.tools.archive 1.0.0         writes that of a release, which never changes again
+    python -m tests.tools.archive               rewrites tests/data/archives/unreleased
+    python -m tests.tools.archive 1.0.0         writes the archive of a release, which never changes again
     python -m tests.tools.archive --check v1.0.0
-                                                sees whether a tag has one, as this version writes it; without a tag,
-                                                whether one can be written
+                                                checks that a tag has an archive as this version writes it; without a
+                                                tag, that one can be written
 
-`tests/repository/test_compatibility.py` holds every later version against all archives. Of what is handed out there are
-certificates, which have a digest of every problem and cell, and not the notebooks; what is handed in has code alone.
+`tests/repository/test_compatibility.py` checks every later version against all archives. Instead of the released
+notebooks, an archive has certificates with a digest of every problem and cell; submissions contain code cells only.
 """
 
 import argparse
@@ -48,7 +48,7 @@ from tests.tools.release import read_version
 ARCHIVES = DATA / "archives"
 SCHEMAS = ROOT / "docs" / "schemas"
 UNRELEASED = "unreleased"
-"""The archive that is written anew whenever a number of version goes up before a release."""
+"""The archive that is rewritten whenever ENGINE or GRADER_VERSION goes up before a release."""
 STUDENTS = (Student("ada", "Ada Example"), Student("bo", "Bo Example"))
 KEY, RECEIVED = "archived", 1_700_000_000
 TOML = f"""title = "Archived"
@@ -113,19 +113,19 @@ WRONG = {
 """The second student's wrong answers; all other answers of both students are right."""
 
 
-def interface() -> dict[str, Any]:
-    """Return every name that people write, or that their programs use: none of them goes or changes its meaning."""
+def list_public_names() -> dict[str, Any]:
+    """Return every name that people or their programs use, by kind; none may be removed or change its meaning."""
     import typer
 
     from qdot.grader.cli.main import make_program
 
-    whole = typer.main.get_command(make_program())
-    of_joints = {f"[[joint]] of {name}": sorted(convention.joint_keys) for name, convention in REGISTRY.items()}
+    command = typer.main.get_command(make_program())
+    joint_keys = {f"[[joint]] of {name}": sorted(convention.joint_keys) for name, convention in REGISTRY.items()}
     return {
-        "commands": dict(_options(whole, "qdot")),
+        "commands": dict(_list_options(command, "qdot")),
         "assignment.toml": sorted(AssignmentFile.model_fields),
         "[[problem]]": sorted(ProblemEntry.model_fields),
-        "ROBOT.toml": {"": sorted(TOP_KEYS), **of_joints},
+        "ROBOT.toml": {"": sorted(TOP_KEYS), **joint_keys},
         "library": sorted(qdot.__all__),
         "conventions": sorted(CONVENTIONS), "variation": sorted((*VARIATION_STEPS, *VARIATION_AXES)),
         "sets": sorted(SETS), "families": sorted(FAMILIES), "questions": sorted(ALL_QUESTIONS),
@@ -134,34 +134,38 @@ def interface() -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _options(command: Any, name: str) -> list[tuple[str, list[str]]]:
-    """Return each command by its whole name with its arguments and options."""
+def _list_options(command: Any, name: str) -> list[tuple[str, list[str]]]:
+    """Return the full name of each command with its arguments and options."""
     if hasattr(command, "commands"):
-        return [pair for each, inner in command.commands.items() for pair in _options(inner, f"{name} {each}")]
-    return [(name, sorted(written for one in command.params for written in one.opts))]
+        return [
+            pair
+            for short_name, subcommand in command.commands.items()
+            for pair in _list_options(subcommand, f"{name} {short_name}")
+        ]
+    return [(name, sorted(option for param in command.params for option in param.opts))]
 
 
-def write(archive: Path) -> None:
-    """Write an archive."""
+def write_archive(archive: Path) -> None:
+    """Write an archive into a folder, replacing what is there."""
     shutil.rmtree(archive, ignore_errors=True)
     archive.mkdir(parents=True)
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name) / "class"
-        _handed_out_and_graded(folder)
-        for kept in ("certificates", "submitted"):
-            shutil.copytree(folder / kept, archive / kept)
-        for kept in ("assignment.toml", "roster.csv", "secret.txt", "arm.toml", OVERRIDES_FILE, "redrawn.csv"):
-            if (folder / kept).exists():
-                shutil.copyfile(folder / kept, archive / kept)
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary) / "class"
+        _generate_and_grade_class(folder)
+        for name in ("certificates", "submitted"):
+            shutil.copytree(folder / name, archive / name)
+        for name in ("assignment.toml", "roster.csv", "secret.txt", "arm.toml", OVERRIDES_FILE, "redrawn.csv"):
+            if (folder / name).exists():
+                shutil.copyfile(folder / name, archive / name)
         (archive / "graded").mkdir()
         shutil.copyfile(folder / "graded" / "results.jsonl", archive / "graded" / "results.jsonl")
     shutil.copytree(SCHEMAS, archive / "schemas")
-    about = {"qdot": read_version(ROOT), "engine": ENGINE, "grader": GRADER_VERSION}
-    for file, content in (("about.json", about), ("interface.json", interface())):
+    versions = {"qdot": read_version(ROOT), "engine": ENGINE, "grader": GRADER_VERSION}
+    for file, content in (("about.json", versions), ("interface.json", list_public_names())):
         (archive / file).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
-def _handed_out_and_graded(folder: Path) -> None:
+def _generate_and_grade_class(folder: Path) -> None:
     init_assignment(folder, "Archived", KEY, STUDENTS, secret="an archive's secret")
     (folder / "arm.toml").write_text(ARM, encoding="utf-8")
     (folder / "assignment.toml").write_text(TOML, encoding="utf-8")
@@ -171,14 +175,17 @@ def _handed_out_and_graded(folder: Path) -> None:
     assignment = release_notebooks(load_assignment(folder), CERTIFIER, 1, lambda _: None)
     for student in STUDENTS:
         solved = json.loads(notebook_path(assignment, student.id, "solutions").read_text(encoding="utf-8"))
-        handed_in = folder / "submitted" / student.id / f"{KEY}.ipynb"
-        handed_in.parent.mkdir(parents=True)
+        submitted = folder / "submitted" / student.id / f"{KEY}.ipynb"
+        submitted.parent.mkdir(parents=True)
         solved["metadata"]["qdot"]["kind"] = "student"
-        content = {**solved, "cells": [_cell(cell, student.id) for cell in solved["cells"] if _is_answered(cell)]}
-        handed_in.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-        os.utime(handed_in, (RECEIVED, RECEIVED))
-    looked = find_submissions(assignment, folder / "submitted")
-    results = grade_class(assignment, looked.by_student, 0, Limits(), lambda _: None)
+        content = {
+            **solved,
+            "cells": [_make_submitted_cell(cell, student.id) for cell in solved["cells"] if _is_answered(cell)],
+        }
+        submitted.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        os.utime(submitted, (RECEIVED, RECEIVED))
+    submissions = find_submissions(assignment, folder / "submitted")
+    results = grade_class(assignment, submissions.by_student, 0, Limits(), lambda _: None)
     results_path(assignment).write_bytes(make_results_jsonl(results))
 
 
@@ -186,20 +193,20 @@ def _is_answered(cell: dict[str, Any]) -> bool:
     return cell["cell_type"] == "code" and ("qdot" in cell["metadata"] or cell.get("id") == "setup")
 
 
-def _cell(cell: dict[str, Any], student: str) -> dict[str, Any]:
+def _make_submitted_cell(cell: dict[str, Any], student: str) -> dict[str, Any]:
     part = cell["metadata"].get("qdot", {}).get("part")
     return {**cell, "outputs": [], **({"source": WRONG[part]} if student == "bo" and part in WRONG else {})}
 
 
-def differing(archive: Path) -> list[str]:
-    """Return the files of an archive that are not as this version writes them."""
-    with tempfile.TemporaryDirectory() as name:
-        write(fresh := Path(name) / "archive")
-        there, here = _contents(archive), _contents(fresh)
-    return sorted(str(path) for path in there.keys() | here.keys() if there.get(path) != here.get(path))
+def list_differences(archive: Path) -> list[str]:
+    """Return the files of an archive that differ from those that this version writes."""
+    with tempfile.TemporaryDirectory() as temporary:
+        write_archive(rewritten := Path(temporary) / "archive")
+        archived, current = _read_files(archive), _read_files(rewritten)
+    return sorted(str(path) for path in archived.keys() | current.keys() if archived.get(path) != current.get(path))
 
 
-def _contents(folder: Path) -> dict[Path, bytes]:
+def _read_files(folder: Path) -> dict[Path, bytes]:
     return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
@@ -208,20 +215,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("release", nargs="?", default="")
     parser.add_argument("--check", action="store_true")
-    given = parser.parse_args()
-    number = given.release.removeprefix("v")
+    options = parser.parse_args()
+    number = options.release.removeprefix("v")
     archive = ARCHIVES / (number or UNRELEASED)
-    if given.check:
-        differ = differing(archive)
-        if number and differ:
-            sys.exit(f"{archive.relative_to(ROOT)} is not as this version writes it: {', '.join(differ)}")
+    if options.check:
+        differences = list_differences(archive)
+        if number and differences:
+            sys.exit(f"{archive.relative_to(ROOT)} differs from what this version writes: {', '.join(differences)}")
         say(f"{archive.name} is archived" if number else "a class of this version can be archived")
     elif number and archive.exists():
-        sys.exit(f"{archive.relative_to(ROOT)} is there: what a release archived is what later ones are held to")
+        sys.exit(f"{archive.relative_to(ROOT)} exists already; the archive of a release never changes")
     elif number and number != read_version(ROOT):
-        sys.exit(f"this is version {read_version(ROOT)}, and no other can be archived")
+        sys.exit(f"this is version {read_version(ROOT)}; only it can be archived")
     else:
-        write(archive)
+        write_archive(archive)
         say(f"wrote {archive.relative_to(ROOT)}")
 
 

@@ -1,4 +1,4 @@
-"""The messages of all texts, collected from where they are written, and merged into the file of every language.
+"""Collect the messages of all texts from the sources, and merge them into the file of every language.
 
 `make messages` does it after a text has changed, and once for a new line in `languages.LANGUAGES`. It writes
 `locale/CODE.po`, which translators work on, and from it the texts of the site, `site/src/text/CODE.json`. The same
@@ -43,7 +43,7 @@ from qdot.exercises.writing.translatable_phrases import ARMS, PHRASES
 _ROOT = Path(__file__).resolve().parents[2]
 _EXERCISES = _ROOT / "exercises"
 SITE = _ROOT / "site" / "src" / "text"
-"""Where the site has its texts: English in en.json."""
+"""The folder with the texts of the site; en.json has the English ones."""
 
 Key = tuple[str | None, tuple[str, ...]]
 """The context of a message, and the message itself."""
@@ -58,7 +58,7 @@ BRACES = re.compile(r"\{([\w-]+)\}")
 
 
 def collect_catalog() -> Catalog:
-    """Return all messages without a translation, in the order of the files that they are from."""
+    """Return all messages without a translation, in the order of their source files."""
     catalog = Catalog(header_comment="", fuzzy=False)
     for file, text, context in _find_messages():
         catalog.add(text, locations=[(file, 0)], context=context)
@@ -115,7 +115,7 @@ def _errata_texts() -> Iterator[str]:
 
 
 def _extract_messages(method: str, path: Path, shown: str) -> Iterator[FoundMessage]:
-    """Yield the messages in a file, as Babel finds them; a sentence and its plural are two of one message."""
+    """Yield the messages in a file, as Babel finds them; a message with a plural has two texts."""
     names = ",".join(name if isinstance(name, str) else f"{name.__module__}.{name.__name__}" for name in EXTENSIONS)
     options = {"extensions": names, "silent": "false"} if method == "jinja2" else {}
     with path.open("rb") as file:
@@ -141,7 +141,7 @@ def site_text(code: str, words: Catalogue) -> str:
 
 
 def merge_messages(path: Path, messages: Catalog) -> Catalog:
-    """Return the file of a language with today's messages: what has changed is fuzzy, what went is gone."""
+    """Return the catalogue of a language with the current messages: changed ones are fuzzy, removed ones dropped."""
     if path.is_file():
         catalog = open_catalog(path)
     else:
@@ -152,7 +152,7 @@ def merge_messages(path: Path, messages: Catalog) -> Catalog:
 
 
 def open_catalog(path: Path) -> Catalog:
-    """Return the file of a language as it is."""
+    """Return the catalogue of a language as stored."""
     with path.open("rb") as file:
         return read_po(file)
 
@@ -167,7 +167,7 @@ def po_text(catalog: Catalog) -> str:
 
 
 def _flag(message: Message) -> None:
-    """Mark how values are filled in, for the checks of translators' tools; braces of LaTeX are none."""
+    """Mark the style of a message's placeholders for translators' tools; braces of LaTeX are no placeholders."""
     message.flags -= {"python-format", "python-brace-format"}
     text = " ".join(_texts(message.id))
     if FILLED.search(text):
@@ -176,11 +176,11 @@ def _flag(message: Message) -> None:
         message.flags.add("python-brace-format")
 
 
-# --- is a translation whole? ---
+# --- faults of translations ---
 
 
 def find_faults(code: str, catalog: Catalog, messages: Catalog) -> list[str]:
-    """Return what is wrong with the file of a language, a sentence each."""
+    """Return the faults of a language's catalogue, one sentence each."""
     expected, present = _by_key(messages), _by_key(catalog)
     gone = [*(message for key, message in present.items() if key not in expected), *catalog.obsolete.values()]
     faults = [
@@ -193,11 +193,11 @@ def find_faults(code: str, catalog: Catalog, messages: Catalog) -> list[str]:
         faults.append(f"{code}.po says of itself that its language is {catalog.locale_identifier}")
     for key in expected:
         if key in present:
-            faults += _faults_of(present[key], catalog.num_plurals)
+            faults += _find_message_faults(present[key], catalog.num_plurals)
     return faults
 
 
-def _faults_of(message: Message, forms: int) -> Iterator[str]:
+def _find_message_faults(message: Message, forms: int) -> Iterator[str]:
     texts, strings = _texts(message.id), _texts(message.string)
     if not all(strings):
         yield f"not translated: {_quote(message)}"
@@ -209,7 +209,9 @@ def _faults_of(message: Message, forms: int) -> Iterator[str]:
     expected = _placeholders(message, texts[-1])
     for number, string in enumerate(strings):
         names = _placeholders(message, string)
-        if names != expected and not (len(strings) > 1 and number == 0 and names < expected):  # one may be in words
+        if names != expected and not (
+            len(strings) > 1 and number == 0 and names < expected
+        ):  # the singular may spell out its number
             yield f"fills in {_list_names(names)} in place of {_list_names(expected)}: {_quote(message)}"
         if _edges(string) != _edges(texts[0]):
             yield f"has other spaces at its ends: {_quote(message)}"
@@ -220,7 +222,7 @@ def _faults_of(message: Message, forms: int) -> Iterator[str]:
 
 
 def _placeholders(message: Message, text: str) -> set[str]:
-    """Return the names of what is filled into a text of a message."""
+    """Return the names of the placeholders in a text of a message."""
     by_percent = message.context is None or FILLED.search(_texts(message.id)[0])
     return set((FILLED if by_percent else BRACES).findall(text))
 
@@ -251,7 +253,7 @@ def _quote(message: Message) -> str:
 
 
 def main() -> None:
-    """Merge the messages into all languages, write the site's texts anew, and say what is left to translate."""
+    """Merge the messages into all languages, rewrite the site's texts, and print what is left to translate."""
     messages = collect_catalog()
     for code in LANGUAGES:
         path = LOCALE / f"{code}.po"

@@ -1,7 +1,7 @@
 """Remove what Python lacks on Windows from every process that starts with this folder on PYTHONPATH.
 
-Modules and functions of POSIX are gone, processes are spawned, and files that are open can be neither renamed nor
-removed, nor folders opened. What is written has a name that Windows allows. `msvcrt` stands for the system's own.
+Modules and functions of POSIX are removed, and processes are spawned. Open files can't be renamed or removed, folders
+can't be opened, and new files need names that Windows allows. A stand-in replaces the system's `msvcrt`.
 """
 
 import builtins
@@ -13,7 +13,7 @@ import os
 import re
 import shutil
 import signal
-import subprocess  # noqa: F401 - before there is a msvcrt, by which it would know Windows
+import subprocess  # noqa: F401 - imported first, because it would take msvcrt for Windows
 import sys
 import tempfile
 import types
@@ -41,8 +41,8 @@ class _Missing(importlib.abc.MetaPathFinder):
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
 
-def _msvcrt() -> types.ModuleType:
-    made = types.ModuleType("msvcrt")
+def _make_msvcrt() -> types.ModuleType:
+    module = types.ModuleType("msvcrt")
 
     def locking(handle: int, kind: int, _: int, flock: Any = fcntl.flock) -> None:
         try:
@@ -50,28 +50,28 @@ def _msvcrt() -> types.ModuleType:
         except BlockingIOError as error:
             raise PermissionError(13, "Permission denied") from error
 
-    made.LK_LOCK, made.LK_NBLCK, made.locking = 1, 2, locking  # type: ignore[attr-defined]
-    return made
+    module.LK_LOCK, module.LK_NBLCK, module.locking = 1, 2, locking  # type: ignore[attr-defined]
+    return module
 
 
-def _refused_while_open(function: Any) -> Any:
-    def refusing(source: Any, *rest: Any, **options: Any) -> Any:
+def _refuse_open_files(function: Any) -> Any:
+    def checked(source: Any, *rest: Any, **options: Any) -> Any:
         for path in (source, *rest[:1]):
-            _refuse_open(path)
+            _check_closed(path)
         for path in rest[:1]:
             _check_name(path)
         return function(source, *rest, **options)
 
-    return refusing
+    return checked
 
 
-def _refuse_open(path: Any) -> None:
+def _check_closed(path: Any) -> None:
     if not isinstance(path, (str, os.PathLike)):
         return
-    wanted = os.path.realpath(path)
+    real_path = os.path.realpath(path)
     for number in os.listdir("/proc/self/fd"):
         with contextlib.suppress(FileNotFoundError):
-            if os.readlink(f"/proc/self/fd/{number}") == wanted:
+            if os.readlink(f"/proc/self/fd/{number}") == real_path:
                 raise PermissionError(13, "The process cannot access the file because it is being used", str(path))
 
 
@@ -81,46 +81,46 @@ def _check_name(path: Any) -> None:
         raise OSError(22, "Invalid argument", str(path))
 
 
-def _opened(function: Any) -> Any:
-    def opening(path: Any, flags: int = 0, *rest: Any, **options: Any) -> int:
+def _refuse_folders(function: Any) -> Any:
+    def checked(path: Any, flags: int = 0, *rest: Any, **options: Any) -> int:
         if isinstance(path, (str, os.PathLike)) and os.path.isdir(path):
             raise PermissionError(13, "Permission denied", str(path))
         if flags & os.O_CREAT:
             _check_name(path)
         return function(path, flags, *rest, **options)
 
-    return opening
+    return checked
 
 
-def _file(function: Any) -> Any:
-    def opening(file: Any, mode: str = "r", *rest: Any, **options: Any) -> Any:
+def _check_written_name(function: Any) -> Any:
+    def checked(file: Any, mode: str = "r", *rest: Any, **options: Any) -> Any:
         if any(letter in mode for letter in "wax"):
             _check_name(file)
         return function(file, mode, *rest, **options)
 
-    return opening
+    return checked
 
 
-def _made(function: Any) -> Any:
-    def making(path: Any, *rest: Any, **options: Any) -> Any:
+def _check_created_name(function: Any) -> Any:
+    def checked(path: Any, *rest: Any, **options: Any) -> Any:
         _check_name(path)
         return function(path, *rest, **options)
 
-    return making
+    return checked
 
 
-def _not_for_qdot(function: Any, name: str) -> Any:
-    def asked(*arguments: Any) -> Any:
+def _hide_from_qdot(function: Any, name: str) -> Any:
+    def checked(*arguments: Any) -> Any:
         if sys._getframe(1).f_globals.get("__name__", "").split(".")[0] in ("exercises", "grader"):
             raise AttributeError(f"module 'os' has no attribute {name!r}")
         return function(*arguments)
 
-    return asked
+    return checked
 
 
-def take_away() -> None:
-    """Leave this process only what Windows has."""
-    sys.modules["msvcrt"] = _msvcrt()
+def remove_posix() -> None:
+    """Remove from this process what Windows does not have."""
+    sys.modules["msvcrt"] = _make_msvcrt()
     for name in MODULES:
         sys.modules.pop(name, None)
     sys.meta_path.insert(0, _Missing())
@@ -134,12 +134,12 @@ def take_away() -> None:
     multiprocessing.set_start_method("spawn")
     shutil._use_fd_functions = False  # type: ignore[attr-defined]
     tempfile._bin_openflags = tempfile._text_openflags = os.O_RDWR | os.O_CREAT | os.O_EXCL  # type: ignore[attr-defined]
-    os.uname = _not_for_qdot(os.uname, "uname")  # NumPy asks where it was built for Linux
-    os.open = _opened(os.open)
+    os.uname = _hide_from_qdot(os.uname, "uname")  # NumPy asks where it was built for Linux
+    os.open = _refuse_folders(os.open)
     for name in ("rename", "replace", "unlink", "remove"):
-        setattr(os, name, _refused_while_open(getattr(os, name)))
-    os.mkdir = _made(os.mkdir)
-    builtins.open = io.open = _file(io.open)
+        setattr(os, name, _refuse_open_files(getattr(os, name)))
+    os.mkdir = _check_created_name(os.mkdir)
+    builtins.open = io.open = _check_written_name(io.open)
 
 
-take_away()
+remove_posix()
