@@ -98,11 +98,15 @@ def _refer_to_chapter(source: str) -> str:
 
     >>> _refer_to_chapter("6.8 for m < n"), _refer_to_chapter("below 6.10"), _refer_to_chapter("appendix")
     ('(6.8)', 'the text below (6.10)', 'the appendix')
+    >>> _refer_to_chapter("dual of 6.4")
+    '(6.4), whose transpose relates forces to joint torques'
     """
     match = re.match(r"(below |dual of |)(6\.\d+(?: and 6\.\d+)?)", source)
     if match is None:
         return f"the {source}" if source in ("appendix", "product of exponentials") else ""
-    return {"below ": "the text below ", "dual of ": "the dual of ", "": ""}[match[1]] + f"({match[2]})"
+    if match[1] == "dual of ":
+        return f"({match[2]}), whose transpose relates forces to joint torques"
+    return ("the text below " if match[1] else "") + f"({match[2]})"
 
 
 def _find_mistake(

@@ -26,13 +26,13 @@ from .grading import MIX, a_class, floor, hand_in
 from .starting import LOADED, QDOT, loading, starting
 
 STUDENTS, ALIKE = 25, 2
-"""Students of the class that is graded; how many in a row submit the same kind of work."""
+"""The number of students in the class, and how many in a row submit the same kind of work."""
 PYTHON_OF_NBGRADER = ROOT / ".venvs" / "readers" / "bin" / "python"
-"""Where nbgrader may be installed."""
+"""The folder in which nbgrader may be installed."""
 
 
 def main() -> int:
-    """Measure everything, print each figure as it is there, and write the table."""
+    """Measure everything, print each figure as soon as it is available, and write the table."""
     begun = time.monotonic()
     figures = []
     with tempfile.TemporaryDirectory() as name:

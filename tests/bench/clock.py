@@ -1,4 +1,4 @@
-"""Processor time of a command with all processes that come of it, which load changes little; Linux only."""
+"""Measure the processor time of a command and its child processes on Linux. It depends little on the load."""
 
 import ctypes
 import os
@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 
 _ADOPT = 36
-"""PR_SET_CHILD_SUBREAPER: what outlives its parent becomes ours, and its time is told when it ends."""
+"""PR_SET_CHILD_SUBREAPER: processes that outlive their parent become our children, so that their time counts."""
 
 
 @cache

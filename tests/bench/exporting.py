@@ -1,4 +1,4 @@
-"""What banks for platforms cost: so many variants of each of an assignment's problems, beside these problems alone."""
+"""Measure the cost of exporting banks with many variants, compared with generating the problems alone."""
 
 import sys
 from collections.abc import Iterator
@@ -18,7 +18,7 @@ from .starting import QDOT
 
 VARIANTS = 30
 GOALS = {"qti": 4.0, "moodle": 4.0, "stack": 7.0, "prairielearn": 1.5}
-"""How many times as long as the problems alone an export may take. STACK's has Maxima run every question."""
+"""The largest allowed ratio of an export's time to that of the problems alone. For STACK, Maxima runs each question."""
 
 
 def exporting(folder: Path) -> Iterator[Figure]:

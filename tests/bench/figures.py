@@ -1,4 +1,4 @@
-"""The figures of `make bench`: each a ratio with what it is measured beside, and its goal; and the table of them."""
+"""The figures of `make bench` and their table. Each figure is a ratio to a baseline, with a goal."""
 
 import json
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ class Figure:
 
     @property
     def ratio(self) -> float:
-        """How many times what it is beside; of goals that say "at least", how many times that is this."""
+        """The ratio to the baseline, or its inverse if the goal is "at least"."""
         return self.other / self.seconds if self.is_least else self.seconds / self.other
 
     @property
@@ -42,7 +42,7 @@ class Figure:
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """What stands in a row of the table."""
+        """The cells of a row of the table."""
         aim = f"{'≥' if self.is_least else '≤'} {_shown(self.goal)}{' s' if self.of_seconds else ''}"
         if self.why:
             return self.what, "–", self.beside, "–", aim, self.why
@@ -70,7 +70,7 @@ def table(measured: dict[str, Any]) -> str:
 
 
 def write(figures: Sequence[Figure], about: dict[str, Any]) -> None:
-    """Keep the figures, and put their table into tests/README.md."""
+    """Store the figures, and write their table into tests/README.md."""
     measured = {**about, "figures": [asdict(figure) for figure in figures]}
     RECORD.write_text(json.dumps(measured, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     before, rest = DOCUMENT.read_text(encoding="utf-8").split(BEGIN)

@@ -1,4 +1,4 @@
-"""What generating costs: a student of a class, a record of the site, the first problem of a family."""
+"""Measure the cost of generating: one student of a class, one record of the site, one family's first problem."""
 
 import sys
 import tempfile
@@ -12,9 +12,9 @@ from qdot.exercises.problem.problem import ProblemId
 from .clock import processor_time
 
 MIXED = ("planar-2r", "polar-rp", "planar-pr", "cylindrical", "elbow-3r")
-"""Families of a class's five problems; five questions each."""
+"""The families of a class's five problems. Each problem has five questions."""
 OF_SITE = ("planar-2r", "polar-rp")
-"""Families of the site's records."""
+"""The families of the site's records."""
 SLOT = """
 [[problem]]
 family = "{}"

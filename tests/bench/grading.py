@@ -24,7 +24,7 @@ MIX = (
     "right, in another form", "matrices transposed", "joint 2 forgotten", "only the first condition",
     "half of it", "blank",
 )  # fmt: skip
-"""What notebooks of a class are like; an endless loop and the like are none of it, for they cost what they may."""
+"""The kinds of notebooks in a class. Endless loops are excluded, because they always use the whole limit."""
 
 
 def a_class(folder: Path, size: int) -> Assignment:

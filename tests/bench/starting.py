@@ -1,4 +1,4 @@
-"""What commands take from their start to their end, beside a Python that loads SymPy and NumPy and ends at once."""
+"""Measure how long commands take. The baseline is a Python process that only loads SymPy and NumPy."""
 
 import sys
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""`python -m tests.platforms [NAME …]`: run each platform whose software is there, and keep records."""
+"""`python -m tests.platforms [NAME …]`: run each platform whose software is found, and save the records."""
 
 import os
 import resource
@@ -15,36 +15,40 @@ from tests.support import ROOT
 
 
 def main(names: list[str]) -> int:
-    """Run the platforms named, else all that can be run here; return the exit code: 1 where one fell short."""
-    short = []
+    """Run the named platforms, or all whose software is found; return the exit code, 1 if a check or a run failed."""
+    failed = []
     for name in names or PLATFORMS:
         variable = PLATFORMS[name]
-        software = software_of(variable)
+        software = find_software(variable)
         if software is None:
-            print(f"{name}: left out; {variable}=/path/of/its/software has it run")
+            print(f"{name}: skipped; set {variable} to the path of its software to run it")
             continue
-        began, used = time.monotonic(), _processor()
+        start, start_processor = time.monotonic(), _measure_processor_time()
         try:
             with tempfile.TemporaryDirectory(prefix=f"qdot-{name}-") as work:
                 record: Record = import_module(f"tests.platforms.{name}").run(software, Path(work))
-        except Exception:  # one that can't be run here keeps no other from its run
-            print(f"{name}: not run to its end\n{traceback.format_exc()}", flush=True)
-            short.append(name)
+        except Exception:  # the other platforms still run
+            print(f"{name}: the run failed\n{traceback.format_exc()}", flush=True)
+            failed.append(name)
             continue
-        record.keep(name)
+        record.save(name)
         print(f"{name}: {record.software}")
-        for what, count in record.counts.items():
-            print(f"  {what}: {count.passed} of {count.of}{f' ({count.but})' if count.but else ''}")
-        print(f"  in {time.monotonic() - began:.0f} s, {_processor() - used:.0f} s of processor time", flush=True)
-        if not all(count.is_sound for count in record.counts.values()):
-            short.append(name)
-    if short:
-        print(f"fell short: {', '.join(short)}")
-    return int(bool(short))
+        for check, count in record.counts.items():
+            print(f"  {check}: {count.passed} of {count.of}{f' ({count.but})' if count.but else ''}")
+        elapsed, processor_time = time.monotonic() - start, _measure_processor_time() - start_processor
+        print(
+            f"  in {elapsed:.0f} s, {processor_time:.0f} s of processor time",
+            flush=True,
+        )
+        if not all(count.all_passed_or_excused for count in record.counts.values()):
+            failed.append(name)
+    if failed:
+        print(f"failed: {', '.join(failed)}")
+    return int(bool(failed))
 
 
-def software_of(variable: str) -> Path | None:
-    """Return the copy of the software that the environment names, else the one that is installed here, if any."""
+def find_software(variable: str) -> Path | None:
+    """Return the path that the environment variable holds, else that of the installed copy, or None."""
     named = os.environ.get(variable)
     if named:
         return Path(named)
@@ -52,10 +56,10 @@ def software_of(variable: str) -> Path | None:
     return installed if installed is not None and installed.exists() else None
 
 
-def _processor() -> float:
-    """Return the seconds of processor time of all programs that a run has started and that have ended."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN), resource.getrusage(resource.RUSAGE_SELF)
-    return sum(one.ru_utime + one.ru_stime for one in used)
+def _measure_processor_time() -> float:
+    """Return the seconds of processor time of this process and of its child processes that have ended."""
+    usages = resource.getrusage(resource.RUSAGE_CHILDREN), resource.getrusage(resource.RUSAGE_SELF)
+    return sum(usage.ru_utime + usage.ru_stime for usage in usages)
 
 
 if __name__ == "__main__":

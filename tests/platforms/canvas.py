@@ -1,6 +1,6 @@
-"""The converter through which Canvas imports QTI 1.2: every item converted, and right answers as we gave them.
+"""The converter through which Canvas imports QTI 1.2: it converts every item and keeps the right answers.
 
-`software` is its folder; Python finds lxml where `.venvs/readers` has it.
+`software` is its folder; it runs with the Python of `.venvs/readers`, which has lxml.
 """
 
 import re
@@ -13,55 +13,57 @@ from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberForm, Q
 from qdot.exercises.exports.platform_markup import find_pictures, format_decimal, format_limits, name_picture_file
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.reference_answers import LETTERS
-from tests.platforms.given import EVERYTHING, PLAIN, order
+from tests.platforms.assignments import EVERYTHING, PLAIN, make_request
 from tests.platforms.records import Counts, Record, today
 
 PYTHON = Path(__file__).parents[2] / ".venvs/readers/bin/python"
-CALLED = ("--ucvars", "--nogui", "--overwrite")
-"""How Canvas calls the converter."""
-EXPECTED = re.compile(
+OPTIONS = ("--ucvars", "--nogui", "--overwrite")
+"""Options with which Canvas calls the converter."""
+EXPECTED_WARNINGS = re.compile(
     r"Warning: var[gl]te not supported on String|Warning: CP Directory"
     r"|Unsupported element <(quiz|metadata|organizations|dependency)>"
 )
-"""What is said of every package that Canvas is given, its own exports, too: of bounds, which it reads out of the
-operators that the converter makes of them, of its own file about the quiz, and of what a manifest holds."""
+"""Warnings about every package, even Canvas's own exports. They concern the bounds of numbers (Canvas takes them from
+the operators in the converted item), Canvas's own file about the quiz, and elements of the manifest."""
 
 
 def run(software: Path, work: Path) -> Record:
     """Export everything once, and the default set in three variants."""
     counts = Counts()
-    for which, variants in ((EVERYTHING, 1), (PLAIN, 3)):
-        made = order(work / which, which, variants)
-        (file,) = EXPORT_FORMATS["canvas"].export(made)
-        archive, converted = work / f"{which}.zip", work / f"{which}-converted"
+    for kind, variants in ((EVERYTHING, 1), (PLAIN, 3)):
+        request = make_request(work / kind, kind, variants)
+        (file,) = EXPORT_FORMATS["canvas"].export(request)
+        archive, converted = work / f"{kind}.zip", work / f"{kind}-converted"
         archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
         with zipfile.ZipFile(archive) as opened:
-            opened.extractall(work / f"{which}-package")
-        command = [PYTHON, software / "migrate.py", *CALLED, f"--cpout={converted}", work / f"{which}-package"]
-        done = subprocess.run([str(each) for each in command], capture_output=True, text=True)
-        said = [line for line in done.stdout.splitlines() if re.match("Warning|Unsupported|Error|Problem", line)]
-        for line in said or [""]:
-            counts.add("no other warnings", not line or EXPECTED.match(line) is not None, line)
-        for one in make_items(made):
-            _hold(one, f"{made.assignment.key}-{one.key}", converted, counts)
-    told = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
-    return Record("canvas", f"Instructure's QTIMigrationTool of {told.stdout.strip()}", today(), counts.told())
+            opened.extractall(work / f"{kind}-package")
+        command = [PYTHON, software / "migrate.py", *OPTIONS, f"--cpout={converted}", work / f"{kind}-package"]
+        done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
+        messages = [line for line in done.stdout.splitlines() if re.match("Warning|Unsupported|Error|Problem", line)]
+        for line in messages or [""]:
+            counts.add("no other warnings", not line or EXPECTED_WARNINGS.match(line) is not None, line)
+        for item in make_items(request):
+            _check_item(item, f"{request.assignment.key}-{item.key}", converted, counts)
+    version = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
+    return Record("canvas", f"Instructure's QTIMigrationTool of {version.stdout.strip()}", today(), counts.freeze())
 
 
-def _hold(whole: QuizItem, ident: str, converted: Path, counts: Counts) -> None:
-    path, one = converted / "assessmentItems" / f"{ident}.xml", whole.single_number_item or whole
+def _check_item(item: QuizItem, ident: str, converted: Path, counts: Counts) -> None:
+    path, exported_item = converted / "assessmentItems" / f"{ident}.xml", item.single_number_item or item
     counts.add("imported", path.exists(), ident)
     if path.exists():
-        item = ElementTree.fromstring(path.read_text(encoding="utf-8"))
-        counts.add("answers kept", _right(item) == _due(one, ident), f"{ident}: {_right(item)}, not {_due(one, ident)}")
         body = path.read_text(encoding="utf-8")
-        drawn = {name_picture_file(picture) for picture in find_pictures(one.body)}
-        counts.add("figures kept", all(name in body for name in drawn), ident)
+        converted_answers = _find_scored_answers(ElementTree.fromstring(body))
+        right_answers = _list_right_answers(exported_item, ident)
+        same = converted_answers == right_answers
+        counts.add("answers kept", same, f"{ident}: {converted_answers}, not {right_answers}")
+        names = {name_picture_file(picture) for picture in find_pictures(exported_item.body)}
+        counts.add("figures kept", all(name in body for name in names), ident)
 
 
-def _due(one: QuizItem, ident: str) -> list[str]:
-    """Return right answers as they are named in the package: options, pairs, a number and its bounds."""
-    form = one.form
+def _list_right_answers(item: QuizItem, ident: str) -> list[str]:
+    """Return the right answers as the package names them: options, pairs, or a number and its bounds."""
+    form = item.form
     if isinstance(form, ChoiceForm):
         return [f"{ident}-{LETTERS[k]}" for k, option in enumerate(form.options) if option.is_correct]
     if isinstance(form, MatchingForm):
@@ -71,27 +73,28 @@ def _due(one: QuizItem, ident: str) -> list[str]:
     return [format_decimal(field.value), *format_limits(field.value, field.tolerance)]
 
 
-def _right(item: ElementTree.Element) -> list[str]:
-    """Return what earns points in a converted item."""
-    found = []
-    for branch in (each for each in item.iter() if _tag(each) in ("responseIf", "responseElseIf")):
+def _find_scored_answers(item: ElementTree.Element) -> list[str]:
+    """Return the answers that earn points in a converted item."""
+    answers = []
+    for branch in (element for element in item.iter() if _get_tag(element) in ("responseIf", "responseElseIf")):
         condition, *outcomes = list(branch)
-        if not any(each.get("identifier") == "SCORE" for each in outcomes) or _tag(condition) == "gt":
+        if not any(outcome.get("identifier") == "SCORE" for outcome in outcomes) or _get_tag(condition) == "gt":
             continue
-        values, asked = _values(condition), next(each for each in condition.iter() if _tag(each) == "variable")
-        response = str(asked.get("identifier"))
-        found += values if response == "response1" else [f"{response} {value}" for value in values]
-    return found
+        values = _list_values(condition)
+        variable = next(element for element in condition.iter() if _get_tag(element) == "variable")
+        response = str(variable.get("identifier"))
+        answers += values if response == "response1" else [f"{response} {value}" for value in values]
+    return answers
 
 
-def _values(condition: ElementTree.Element) -> list[str]:
-    """Return the values that a condition asks for, without those that it excludes."""
-    if _tag(condition) == "not":
+def _list_values(condition: ElementTree.Element) -> list[str]:
+    """Return the values that a condition requires, without those that it excludes."""
+    if _get_tag(condition) == "not":
         return []
-    if _tag(condition) == "baseValue":
+    if _get_tag(condition) == "baseValue":
         return [str(condition.text)]
-    return [value for each in condition for value in _values(each)]
+    return [value for child in condition for value in _list_values(child)]
 
 
-def _tag(element: ElementTree.Element) -> str:
+def _get_tag(element: ElementTree.Element) -> str:
     return element.tag.rpartition("}")[2]

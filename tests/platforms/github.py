@@ -1,8 +1,8 @@
-"""GitHub's workflows, run on this machine by act, which is at `software` beside the actions that they use.
+"""GitHub's workflows, run on this machine by act.
 
 `software` is a folder with the program act and `actions/NAME` for each of `ACTIONS`, at the commit that is named there.
-Where an action is not there, a step that keeps a folder stands for it. GitHub itself is a server of ours: its
-repositories are real, its API has the lists of pushes and the issues that the jobs use (tests.support.git_server).
+A missing action is replaced by a stand-in that copies a folder. GitHub itself is replaced by our own server. It has
+real repositories, and its API has the lists of pushes and the issues that the jobs use (tests.support.git_server).
 """
 
 import json
@@ -12,88 +12,93 @@ import subprocess
 from pathlib import Path
 
 from qdot.exercises.exports.repositories import ACTIONS
-from tests.platforms.given import SECRET
+from tests.platforms.assignments import SECRET
 from tests.platforms.notebooks import BLANK, KEY, RIGHT
 from tests.platforms.records import Count, Record, today
-from tests.platforms.repositories import OWNER, Class, counts, pushed, ran
+from tests.platforms.repositories import OWNER, PushedClass, count_marks, run_job, serve_pushed_class
 from tests.support.git_server import TOKEN
 
-STAND_IN = """name: keeps a folder
+STAND_IN = """name: copies a folder
 inputs: {name: {required: true}, path: {required: true}}
 runs:
   using: composite
   steps:
-    - {shell: bash, run: 'mkdir -p "$KEPT" && cp -R "${{ inputs.path }}" "$KEPT/${{ inputs.name }}"'}
+    - {shell: bash, run: 'mkdir -p "$STORE" && cp -R "${{ inputs.path }}" "$STORE/${{ inputs.name }}"'}
 """
-ASKED = f"repos/{OWNER}/{KEY}-grading/issues/1"
+ISSUE = f"repos/{OWNER}/{KEY}-grading/issues/1"
 
 
 def run(software: Path, work: Path) -> Record:
     """Grade a class by the exported workflow, twice, and have two students' repositories check themselves."""
-    with pushed("github", work) as own:
-        act = _Act(software, work, own)
-        grading = own.clone(f"{KEY}-grading", work / "clone", "https://github.com/")
+    with serve_pushed_class("github", work) as pushed_class:
+        act = _Act(software, work, pushed_class)
+        grading = pushed_class.clone(f"{KEY}-grading", work / "clone", "https://github.com/")
         first = act.run("schedule", grading)
-        marks = counts(own, work / "kept" / "graded", first)
-        (work / "kept").rename(work / "kept-first")
+        marks = count_marks(pushed_class, work / "stored" / "graded", first)
+        (work / "stored").rename(work / "stored-first")
         again = act.run("issues", grading)
         checked = [
-            act.run("push", own.clone(f"{KEY}-{name}", work / name, "https://github.com/")) for name in (RIGHT, BLANK)
+            act.run("push", pushed_class.clone(f"{KEY}-{name}", work / name, "https://github.com/"))
+            for name in (RIGHT, BLANK)
         ]
         jobs = [
             "Job succeeded" in first, "Job succeeded" in again and "Cache restored" in again,
             "Job succeeded" in checked[0], "Job failed" in checked[1] and re.search(r"\b0 of \d+ answers", checked[1]),
         ]  # fmt: skip
-        asked = [path == ASKED and edit["by"] == "Bearer token-that-asks" for path, edit in own.server.edits]
+        edits_are_expected = [
+            path == ISSUE and edit["by"] == "Bearer token-that-asks" for path, edit in pushed_class.server.edits
+        ]
     stand_ins = " ".join(["The server is simulated.", *(f"A stand-in replaces {name}." for name in act.missing)])
-    imported, asking = Count(sum(map(bool, jobs)), len(jobs), stand_ins), Count(sum(asked), 2)
+    imported, asked = Count(sum(map(bool, jobs)), len(jobs), stand_ins), Count(sum(edits_are_expected), 2)
     return Record(
         "github", f"GitHub's actions by {act.version}", today(),
-        {"imported": imported, **marks, "asked for points": asking},
+        {"imported": imported, **marks, "asked for points": asked},
     )  # fmt: skip
 
 
 class _Act:
-    """The runner: each job on this machine, with a Python that it finds where GitHub keeps those installed."""
+    """The runner: it runs each job on this machine, with our Python in the folder where actions look for one."""
 
-    def __init__(self, software: Path, work: Path, own: Class) -> None:
-        self.program, self.work, self.own = software / "act", work, own
+    def __init__(self, software: Path, work: Path, pushed_class: PushedClass) -> None:
+        self.program, self.work, self.pushed_class = software / "act", work, pushed_class
         self.version = subprocess.run([self.program, "--version"], capture_output=True, text=True).stdout.strip()
-        self.local, self.missing = list[str](), list[str]()
+        self.local_actions, self.missing = list[str](), list[str]()
         for pinned in ACTIONS.values():
             name = pinned.split("@")[0].removeprefix("actions/")
-            at = software / "actions" / name
-            if not list(at.glob("dist/**/*.js")):
+            action = software / "actions" / name
+            if not list(action.glob("dist/**/*.js")):
                 self.missing.append(name)
-                at = work / "actions" / name
-                at.mkdir(parents=True)
-                (at / "action.yml").write_text(STAND_IN)
-            self.local += ["--local-repository", f"{pinned.split()[0]}={at}"]
-        done = subprocess.run([own.python / "bin" / "python", "--version"], capture_output=True, text=True)
-        tools = work / "tools" / "Python" / done.stdout.split()[1]
+                action = work / "actions" / name
+                action.mkdir(parents=True)
+                (action / "action.yml").write_text(STAND_IN)
+            self.local_actions += ["--local-repository", f"{pinned.split()[0]}={action}"]
+        version = subprocess.run([pushed_class.python / "bin" / "python", "--version"], capture_output=True, text=True)
+        tools = work / "tools" / "Python" / version.stdout.split()[1]
         tools.mkdir(parents=True)
-        (tools / "x64").symlink_to(own.python)
+        (tools / "x64").symlink_to(pushed_class.python)
         (tools / "x64.complete").touch()
-        # What a job asks of github.com is asked of the server; an address that no file holds can't be forgotten there.
-        (work / "gitconfig").write_text(f'[url "file://{own.server.folder}/"]\n\tinsteadOf = https://github.com/\n')
+        # Git sends requests for github.com to our server; no repository or workflow contains our server's address.
+        (work / "gitconfig").write_text(
+            f'[url "file://{pushed_class.server.folder}/"]\n\tinsteadOf = https://github.com/\n'
+        )
         (work / "event.json").write_text(
             json.dumps({"repository": {"default_branch": "main"}, "ref": "refs/heads/main"})
         )
 
     def run(self, event: str, clone: Path) -> str:
-        """Run the workflow of a clone for an event; return all that is said."""
-        given = {
+        """Run the workflow of a clone for an event; return the runner's output."""
+        variables = {
             "RUNNER_TOOL_CACHE": self.work / "tools", "AGENT_TOOLSDIRECTORY": self.work / "tools",
-            "GIT_CONFIG_GLOBAL": self.work / "gitconfig", "GITHUB_API_URL": self.own.server.api,
-            "KEPT": self.work / "kept",
+            "GIT_CONFIG_GLOBAL": self.work / "gitconfig", "GITHUB_API_URL": self.pushed_class.server.api,
+            "STORE": self.work / "stored",
         }  # fmt: skip
-        environment = [word for name, value in given.items() for word in ("--env", f"{name}={value}")]
+        environment = [word for name, value in variables.items() for word in ("--env", f"{name}={value}")]
         secrets = [f"QDOT_SECRET={SECRET}", f"QDOT_TOKEN={TOKEN}"] if event != "push" else ["QDOT_ASK=token-that-asks"]
-        done = ran(
+        done = run_job(
             [
-                self.program, event, "--platform", "ubuntu-latest=-self-hosted", "--pull=false", *self.local,
+                self.program, event, "--platform", "ubuntu-latest=-self-hosted", "--pull=false", *self.local_actions,
                 "--cache-server-path", self.work / "cache", "--cache-server-addr", "127.0.0.1",
-                "--eventpath", self.work / "event.json", "--var", f"QDOT_ASKED={ASKED}", *environment,
+                "--eventpath", self.work / "event.json", "--var", f"QDOT_ASKED={ISSUE}", *environment,
                 *(word for secret in secrets for word in ("--secret", secret)),
             ],
             clone, {**os.environ, "HOME": str(self.work), "XDG_CACHE_HOME": str(self.work / "xdg")},

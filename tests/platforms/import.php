@@ -1,6 +1,6 @@
 <?php
-// The start of moodle.php, moodle_scorm.php and stack.php: load Moodle, and import our file with its own reader. The request
-// is JSON on standard input; its `config` is the path of Moodle's config.php.
+// Shared by moodle.php, moodle_scorm.php and stack.php: read the request, load Moodle, and import files with its own reader.
+// The request is JSON on standard input; its `config` is the path of Moodle's config.php.
 
 define('CLI_SCRIPT', true);
 $request = json_decode(stream_get_contents(STDIN), true);
@@ -10,19 +10,19 @@ require_once($CFG->dirroot . '/question/format.php');
 require_once($CFG->dirroot . '/question/format/xml/format.php');
 require_once($CFG->dirroot . '/question/engine/lib.php');
 
-function a_course(): stdClass {
+function create_test_course(): stdClass {
     $name = 'qdot ' . uniqid();
     return create_course((object) ['fullname' => $name, 'shortname' => $name, 'category' => 1]);
 }
 
-// Return where a course has its questions: since Moodle 5.0 in an activity, the question bank, and before in the course.
-function bank_context(stdClass $course): context {
+// Return the context of a course's questions: since Moodle 5.0 that of a question bank, an activity; before, the course's.
+function get_bank_context(stdClass $course): context {
     $helper = 'core_question\\local\\bank\\question_bank_helper';
     return class_exists($helper) ? $helper::create_default_open_instance($course, 'qdot')->context
         : context_course::instance($course->id);
 }
 
-// Import a question bank into a context of a course; return whether that was done, and what Moodle said.
+// Import a question bank into a context of a course; return whether that succeeded, and Moodle's messages.
 function import(string $file, stdClass $course, context $context): array {
     $format = new qformat_xml();
     $format->setContexts([$context]);
@@ -38,9 +38,9 @@ function import(string $file, stdClass $course, context $context): array {
     ob_start();
     try {
         $done = $format->importpreprocess() && $format->importprocess() && $format->importpostprocess();
-        $said = '';
+        $message = '';
     } catch (moodle_exception $error) {
-        [$done, $said] = [false, $error->getMessage() . ' ' . ($error->debuginfo ?? '')];
+        [$done, $message] = [false, $error->getMessage() . ' ' . ($error->debuginfo ?? '')];
     }
-    return ['done' => $done, 'said' => trim(ob_get_clean() . $said)];
+    return ['done' => $done, 'messages' => trim(ob_get_clean() . $message)];
 }

@@ -1,4 +1,4 @@
-"""Jupyter's server as a run starts it: a program of an environment, in a folder, on a port that is free."""
+"""A JupyterLab server, started from an environment in a folder on a free port."""
 
 import os
 import socket
@@ -15,15 +15,17 @@ PATIENCE = 120
 """Seconds that a server may take to start."""
 
 
-def variables(software: Path, home: Path) -> dict[str, str]:
-    """Return the variables of the environment `software`, with a home folder of its own."""
-    own = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "QDOT", "JUPYTER"))}
-    return {**own, "PATH": f"{software / 'bin'}{os.pathsep}{own['PATH']}", "HOME": str(home)}
+def make_environment(software: Path, home: Path) -> dict[str, str]:
+    """Return environment variables for programs of the Python environment `software`, with a separate home folder."""
+    variables = {
+        name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "QDOT", "JUPYTER"))
+    }
+    return {**variables, "PATH": f"{software / 'bin'}{os.pathsep}{variables['PATH']}", "HOME": str(home)}
 
 
 @contextmanager
-def jupyter(software: Path, folder: Path, home: Path) -> Iterator[str]:
-    """Yield the address of a JupyterLab that runs in a folder; its pages are asked for with the token."""
+def serve_jupyterlab(software: Path, folder: Path, home: Path) -> Iterator[str]:
+    """Yield the address of a JupyterLab that runs in a folder; requests need the token."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -32,28 +34,28 @@ def jupyter(software: Path, folder: Path, home: Path) -> Iterator[str]:
         f"--IdentityProvider.token={TOKEN}",
     ]  # fmt: skip
     with (home / "server.log").open("w") as log:
-        process = subprocess.Popen(command, cwd=folder, env=variables(software, home), stdout=log, stderr=log)
+        process = subprocess.Popen(command, cwd=folder, env=make_environment(software, home), stdout=log, stderr=log)
         try:
             address = f"http://127.0.0.1:{port}"
-            _wait(f"{address}/api")
+            _wait_for_server(f"{address}/api")
             yield address
         finally:
             process.terminate()
             process.wait(60)
 
 
-def page(address: str) -> str:
-    """Return what the server gives under an address."""
+def fetch_page(address: str) -> str:
+    """Return the text that the server sends for an address."""
     request = urllib.request.Request(address, headers={"Authorization": f"token {TOKEN}"})
-    with urllib.request.urlopen(request, timeout=120) as answer:
-        return str(answer.read().decode())
+    with urllib.request.urlopen(request, timeout=120) as response:
+        return str(response.read().decode())
 
 
-def _wait(address: str) -> None:
+def _wait_for_server(address: str) -> None:
     for _ in range(PATIENCE):
         try:
-            page(address)
+            fetch_page(address)
             return
         except (URLError, ConnectionError):
             time.sleep(1)
-    raise RuntimeError(f"nothing is served at {address}")
+    raise RuntimeError(f"no server answers at {address}")

@@ -1,7 +1,7 @@
-"""Students' notebooks in JupyterLab, in a browser: what is shown of every cell, and what "Run All Cells" makes of it.
+"""Students' notebooks in JupyterLab, in a browser: what each cell displays, and the results of "Run All Cells".
 
-`software` is an environment of Python with JupyterLab, SymPy, NumPy and Playwright, and without qdot, as a student has
-it; Chromium is on the path. Pictures of all notebooks are left in `software`/pictures, to be looked at.
+`software` is an environment of Python with JupyterLab, SymPy, NumPy and Playwright, and without qdot, like a
+student's; Chromium is on the path. Pictures of all notebooks are written to `software`/pictures for inspection.
 """
 
 import json
@@ -12,98 +12,111 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.short_questions import ALL_QUESTIONS
-from tests.platforms.jupyter import TOKEN, jupyter, variables
-from tests.platforms.notebooks import BLANK, KEY, MISTAKEN, RIGHT, WRONG, Ours, a_class, answered
+from tests.platforms.jupyter import TOKEN, make_environment, serve_jupyterlab
+from tests.platforms.notebooks import (
+    BLANK,
+    KEY,
+    MISTAKEN,
+    RIGHT,
+    WRONG,
+    QdotGrading,
+    fill_in_answers,
+    make_class_assignment,
+)
 from tests.platforms.records import Counts, Record, today
 from tests.support.command import run as qdot
 
 SCRIPT = Path(__file__).with_name("jupyterlab_page.py")
 SETTINGS = ".jupyter/lab/user-settings/@jupyterlab/notebook-extension/tracker.jupyterlab-settings"
-"""Where JupyterLab keeps how a notebook is shown: here all of it at once, for the picture."""
+"""JupyterLab's file of display settings; a notebook is rendered whole, for the picture."""
 
 
 def run(software: Path, work: Path) -> Record:
-    """Open everybody's notebook, run it, save it, and grade what was saved."""
-    assignment, counts = a_class(work / KEY, RIGHT, WRONG, MISTAKEN, BLANK), Counts()
+    """Open each student's notebook, run it, save it, and grade the saved file."""
+    assignment, counts = make_class_assignment(work / KEY, RIGHT, WRONG, MISTAKEN, BLANK), Counts()
     qdot("generate", assignment.folder)
-    students = [one.id for one in assignment.roster]
+    students = [student.id for student in assignment.roster]
     lab = work / "lab"
     for student in students:
         text = (assignment.folder / "released" / student / f"{KEY}.ipynb").read_text(encoding="utf-8")
         (lab / student).mkdir(parents=True)
-        (lab / student / f"{KEY}.ipynb").write_text(answered(assignment, student, text), encoding="utf-8")
+        (lab / student / f"{KEY}.ipynb").write_text(fill_in_answers(assignment, student, text), encoding="utf-8")
     notebooks = [f"{student}/{KEY}.ipynb" for student in students]
-    for student, shown in zip(students, opened(software, lab, work, notebooks), strict=True):
-        ours = Ours(assignment, student, lab / student / f"{KEY}.ipynb")
-        hold(ours, shown, counts)
-    return Record("generate", f"{version(software)}, in Chromium", today(), counts.told())
+    for student, cells in zip(students, run_notebooks(software, lab, work, notebooks), strict=True):
+        grading = QdotGrading(assignment, student, lab / student / f"{KEY}.ipynb")
+        check_notebook(grading, cells, counts)
+    return Record("generate", f"{get_version(software)}, in Chromium", today(), counts.freeze())
 
 
-def version(software: Path) -> str:
-    """Return which JupyterLab it is."""
+def get_version(software: Path) -> str:
+    """Return the name and version of JupyterLab."""
     done = subprocess.run([software / "bin" / "jupyter-lab", "--version"], capture_output=True, text=True)
     return f"JupyterLab {done.stdout.strip()}"
 
 
-def opened(software: Path, lab: Path, home: Path, notebooks: Sequence[str]) -> Any:
-    """Return what is shown of each notebook below `lab`."""
+def run_notebooks(software: Path, lab: Path, home: Path, notebooks: Sequence[str]) -> Any:
+    """Return, for each notebook below `lab`, what the browser displays of its cells."""
     (home / SETTINGS).parent.mkdir(parents=True)
     (home / SETTINGS).write_text('{"windowingMode": "none"}')
     pictures = software / "pictures"
     pictures.mkdir(exist_ok=True)
-    with jupyter(software, lab, home) as address:
-        return watched(software, home, f"{address}/lab/tree/{{name}}?reset&token={TOKEN}", "", notebooks)
+    with serve_jupyterlab(software, lab, home) as address:
+        return run_in_browser(software, home, f"{address}/lab/tree/{{name}}?reset&token={TOKEN}", "", notebooks)
 
 
-def watched(software: Path, home: Path, address: str, saved: str, notebooks: Sequence[str]) -> Any:
-    """Return what the script of the page prints of notebooks at an address."""
+def run_in_browser(software: Path, home: Path, address: str, download_folder: str, notebooks: Sequence[str]) -> Any:
+    """Run jupyterlab_page.py on notebooks at an address, and return its output."""
     chromium = shutil.which("chromium") or "chromium"
     command: list[str | Path] = [
-        software / "bin" / "python", SCRIPT, address, saved, chromium, software / "pictures", *notebooks
+        software / "bin" / "python", SCRIPT, address, download_folder, chromium, software / "pictures", *notebooks
     ]  # fmt: skip
-    done = subprocess.run(command, env=variables(software, home), capture_output=True, text=True)
+    done = subprocess.run(command, env=make_environment(software, home), capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(done.stderr[-3000:])
     return json.loads(done.stdout)
 
 
-def hold(ours: Ours, shown: list[Any], counts: Counts) -> None:
-    """Hold what is shown of a student's notebook, and what it is worth as it was saved."""
-    cells = json.loads(ours.notebook.read_text(encoding="utf-8"))["cells"]
-    counts.add("imported", len(shown) == len(cells), f"{ours.student}: {len(shown)} of {len(cells)} cells")
+def check_notebook(grading: QdotGrading, displayed_cells: list[Any], counts: Counts) -> None:
+    """Check what the browser displays of a student's notebook, and the marks of the saved notebook."""
+    cells = json.loads(grading.notebook.read_text(encoding="utf-8"))["cells"]
+    counts.add(
+        "imported",
+        len(displayed_cells) == len(cells),
+        f"{grading.student}: {len(displayed_cells)} of {len(cells)} cells",
+    )
     titles = {
         f"{slot}-{part.name}-question": ALL_QUESTIONS[part.kind].title
-        for slot, problem in ours.assignment.generate_problems(ours.student)
+        for slot, problem in grading.assignment.generate_problems(grading.student)
         for part in problem.parts
-    } | {"title": ours.assignment.title}
-    checks = {f"{name.replace('.', '-')}-check" for name in ours.result.parts}
-    for cell, seen in zip(cells, shown, strict=False):
-        where = f"{ours.student} {cell['id']}: {seen}"
+    } | {"title": grading.assignment.title}
+    checks = {f"{name.replace('.', '-')}-check" for name in grading.result.parts}
+    for cell, displayed in zip(cells, displayed_cells, strict=False):
+        details = f"{grading.student} {cell['id']}: {displayed}"
         if cell["cell_type"] == "markdown":
-            missing = list(_missing("".join(cell["source"]), titles.get(cell["id"], ""), seen))
-            counts.add("shown", not missing, f"{missing} {where}")
+            faults = list(_find_faults("".join(cell["source"]), titles.get(cell["id"], ""), displayed))
+            counts.add("shown", not faults, f"{faults} {details}")
             continue
-        counts.add("run", not seen["errors"] and bool(cell["execution_count"]), where)
-        if cell["id"] in checks and ours.student in (RIGHT, BLANK):
-            said = [line for line in seen["output"].splitlines() if line.strip()]
-            due = "Yes" if ours.student == RIGHT else "Not yet"
-            counts.add("self-checks answer", bool(said) and all(due in line for line in said), where)
-    for part in ours.result.parts.values():
-        points, most = part.points or 0, part.max_points
-        what = {RIGHT: "right = full", BLANK: "blank = 0"}.get(ours.student, "wrong < full")
-        is_due = {RIGHT: points == most, BLANK: points == 0}.get(ours.student, points < most)
-        counts.add(what, is_due, f"{ours.student} {part.name}: {points} of {most}")
+        counts.add("run", not displayed["errors"] and bool(cell["execution_count"]), details)
+        if cell["id"] in checks and grading.student in (RIGHT, BLANK):
+            verdicts = [line for line in displayed["output"].splitlines() if line.strip()]
+            expected = "Yes" if grading.student == RIGHT else "Not yet"
+            counts.add("self-checks answer", bool(verdicts) and all(expected in line for line in verdicts), details)
+    for part in grading.result.parts.values():
+        points, max_points = part.points or 0, part.max_points
+        check = {RIGHT: "right = full", BLANK: "blank = 0"}.get(grading.student, "wrong < full")
+        as_expected = {RIGHT: points == max_points, BLANK: points == 0}.get(grading.student, points < max_points)
+        counts.add(check, as_expected, f"{grading.student} {part.name}: {points} of {max_points}")
 
 
-def _missing(source: str, title: str, seen: Any) -> Iterator[str]:
-    """Yield what is not to be seen of a cell of text: figures, formulas, tables, or what is beside the page."""
-    if source.count("<img") != len(seen["images"]) or not all(seen["images"]):
+def _find_faults(source: str, title: str, displayed: Any) -> Iterator[str]:
+    """Yield what a text cell does not display correctly; "overflow" is content beyond the right edge of the page."""
+    if source.count("<img") != len(displayed["images"]) or not all(displayed["images"]):
         yield "figures"
-    if "$" in seen["words"] or seen["broken"] or (source.count("$") >= 2) != (seen["formulas"] > 0):
+    if "$" in displayed["words"] or displayed["broken"] or (source.count("$") >= 2) != (displayed["formulas"] > 0):
         yield "formulas"
-    if ("\n|" in source) != (seen["rows"] > 0):
+    if ("\n|" in source) != (displayed["rows"] > 0):
         yield "tables"
-    if seen["wide"] > 0:
-        yield "beside the page"
-    if title not in seen["words"]:
+    if displayed["wide"] > 0:
+        yield "overflow"
+    if title not in displayed["words"]:
         yield "title"

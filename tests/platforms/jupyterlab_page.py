@@ -1,9 +1,9 @@
-"""A student in front of JupyterLab or JupyterLite: run by an environment that has Playwright, for each notebook named.
+"""Run notebooks in JupyterLab or JupyterLite as a student does; needs an environment with Playwright.
 
-`python jupyterlab_page.py ADDRESS SAVED CHROMIUM PICTURES NOTEBOOK …` opens each, has all cells run from the menu,
-saves it, takes a picture of all of it, and prints what the browser shows of every cell. `{name}` in ADDRESS stands for
-the notebook. A browser that keeps notebooks to itself is made to download each into the folder SAVED; a server has
-them, and SAVED is empty.
+`python jupyterlab_page.py ADDRESS DOWNLOADS CHROMIUM PICTURES NOTEBOOK …` opens each notebook, runs all cells from the
+menu, saves it, takes a picture of the whole notebook, and prints what the browser displays of every cell. `{name}` in
+ADDRESS stands for the notebook. If the notebooks are saved in the browser, it downloads each into the folder
+DOWNLOADS; if a server saves them, DOWNLOADS is empty.
 """
 
 import json
@@ -16,21 +16,21 @@ PATIENCE = 300_000
 """Milliseconds that a notebook may run."""
 WINDOW = {"width": 1280, "height": 900}
 TALLEST = 16_000
-"""Pixels of a picture."""
+"""Largest height of a picture in pixels."""
 IDLE = r"text=/(ipykernel|Pyodide)\) \| Idle/"
 DONE = r"""() => [...document.querySelectorAll('.jp-Notebook .jp-CodeCell .jp-InputPrompt')].every(
     prompt => prompt.textContent === '' || /\[\d+\]/.test(prompt.textContent))"""
-"""Every cell has a number; a folded one has no prompt."""
+"""Every code cell has a number in its prompt; a folded one has no prompt."""
 SETTLED = """() => !document.querySelector('.jp-Notebook .jp-MarkdownCell .jp-mod-placeholder')
     && [...document.querySelectorAll('.jp-Notebook img')].every(image => image.complete)"""
 CELLS = """() => [...document.querySelectorAll('.jp-Notebook .jp-Cell')].map(cell => {
-    const shown = cell.querySelector('.jp-RenderedMarkdown'), all = what => [...cell.querySelectorAll(what)];
+    const shown = cell.querySelector('.jp-RenderedMarkdown'), all = selector => [...cell.querySelectorAll(selector)];
     return {
         words: shown ? shown.innerText : '',
         images: all('img').map(image => image.naturalWidth * image.clientWidth),
-        formulas: all('mjx-container').filter(one => one.getBoundingClientRect().width > 0).length,
+        formulas: all('mjx-container').filter(element => element.getBoundingClientRect().width > 0).length,
         broken: all('mjx-merror, [data-mjx-error]').length,
-        maths: all('.jp-OutputArea math').filter(one => one.getBoundingClientRect().width > 0).length,
+        maths: all('.jp-OutputArea math').filter(element => element.getBoundingClientRect().width > 0).length,
         rows: all('table tr').length,
         wide: shown ? shown.scrollWidth - shown.clientWidth : 0,
         output: all('.jp-OutputArea-output').map(output => output.innerText).join(''),
@@ -38,11 +38,13 @@ CELLS = """() => [...document.querySelectorAll('.jp-Notebook .jp-Cell')].map(cel
             .length,
     };
 })"""
-HEIGHT = """() => Math.max(...[...document.querySelectorAll('.jp-WindowedPanel-outer')].map(one => one.scrollHeight))"""
+HEIGHT = (
+    """() => Math.max(...[...document.querySelectorAll('.jp-WindowedPanel-outer')].map(panel => panel.scrollHeight))"""
+)
 
 
-def open_and_run(page: Page, address: str, saved: str, name: str, picture: str) -> Any:
-    """Return what is shown of every cell when all have run."""
+def open_and_run(page: Page, address: str, download_folder: str, name: str, picture: str) -> Any:
+    """Open a notebook, run all cells, save it, and return what the browser displays of every cell."""
     page.set_viewport_size(WINDOW)
     page.goto(address.replace("{name}", name))
     page.wait_for_selector(IDLE, timeout=PATIENCE)
@@ -52,39 +54,43 @@ def open_and_run(page: Page, address: str, saved: str, name: str, picture: str) 
     page.wait_for_function(SETTLED, timeout=PATIENCE)
     page.keyboard.press("Control+s")
     page.wait_for_timeout(3000)
-    if saved:
-        download(page, f"{saved}/{name}")
-    shown = page.evaluate(CELLS)
+    if download_folder:
+        download(page, f"{download_folder}/{name}")
+    cells = page.evaluate(CELLS)
     page.set_viewport_size({**WINDOW, "height": min(TALLEST, page.evaluate(HEIGHT) + 150)})
-    page.evaluate(TO_THE_TOP)
+    page.evaluate(SCROLL_TO_TOP)
     page.wait_for_timeout(5000)
     page.screenshot(path=picture)
     page.set_viewport_size(WINDOW)
-    return shown
+    return cells
 
 
 def download(page: Page, path: str) -> None:
-    """Have the browser download the notebook that is open, from the list of files, which all versions let one do."""
-    with page.expect_download() as given:
+    """Download the open notebook from the list of files, which works in all versions."""
+    with page.expect_download() as download_info:
         page.locator(".jp-DirListing-item", has_text=path.rpartition("/")[2]).click(button="right")
         page.locator(".lm-Menu-item[data-command='filebrowser:download']").click()
-    given.value.save_as(path)
+    download_info.value.save_as(path)
 
 
-TO_THE_TOP = """() => document.querySelectorAll('.jp-WindowedPanel-outer').forEach(one => { one.scrollTop = 0; })"""
+SCROLL_TO_TOP = (
+    """() => document.querySelectorAll('.jp-WindowedPanel-outer').forEach(panel => { panel.scrollTop = 0; })"""
+)
 
 
-def main(address: str, saved: str, chromium: str, pictures: str, *names: str) -> None:
-    """Print what is shown of each notebook."""
+def main(address: str, download_folder: str, chromium: str, pictures: str, *names: str) -> None:
+    """Print what the browser displays of each notebook."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-        shown = []
+        displayed = []
         for name in names:
-            page = browser.new_page()  # which knows of no notebook that was opened before
-            shown.append(open_and_run(page, address, saved, name, f"{pictures}/{name.replace('/', '-')}.png"))
+            page = browser.new_page()  # a new context: no notebook is open in it
+            displayed.append(
+                open_and_run(page, address, download_folder, name, f"{pictures}/{name.replace('/', '-')}.png")
+            )
             page.context.close()
         browser.close()
-    print(json.dumps(shown))
+    print(json.dumps(displayed))
 
 
 if __name__ == "__main__":

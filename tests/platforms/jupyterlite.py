@@ -1,9 +1,9 @@
-"""Students' notebooks in JupyterLite, where Python runs in the browser and no server keeps what is saved.
+"""Students' notebooks in JupyterLite, where Python runs in the browser and notebooks are saved in the browser.
 
 `software` is an environment of Python with jupyterlite-core, jupyterlite-pyodide-kernel, jupyter-server and Playwright.
-In it are `pyodide`, a distribution of Pyodide with the packages that its lock file names, and `wheels`, with what the
-kernel takes from PyPI besides: `python -m tests.platforms.pyodide` puts both there, for JupyterLite 0.6. For later
-ones no registry has Pyodide's own NumPy. Chromium is on the path.
+It contains `pyodide`, a distribution of Pyodide with the packages that its lock file names, and `wheels`, with other
+packages that the kernel takes from PyPI: `python -m tests.platforms.pyodide` installs both, for JupyterLite 0.6. No
+registry has Pyodide's NumPy for later versions. Chromium is on the path.
 """
 
 import json
@@ -17,42 +17,53 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
-from tests.platforms.jupyter import variables
-from tests.platforms.jupyterlab import hold, watched
-from tests.platforms.notebooks import BLANK, KEY, MISTAKEN, RIGHT, WRONG, Ours, a_class, answered
-from tests.platforms.pyodide import missing
+from tests.platforms.jupyter import make_environment
+from tests.platforms.jupyterlab import check_notebook, run_in_browser
+from tests.platforms.notebooks import (
+    BLANK,
+    KEY,
+    MISTAKEN,
+    RIGHT,
+    WRONG,
+    QdotGrading,
+    fill_in_answers,
+    make_class_assignment,
+)
+from tests.platforms.pyodide import find_missing_files
 from tests.platforms.records import Counts, Record, today
 from tests.support.command import run as qdot
 
 KERNEL = "@jupyterlite/pyodide-kernel-extension:kernel"
 SETTINGS = {"@jupyterlab/notebook-extension:tracker": {"windowingMode": "none"}}
-"""How a notebook is shown: here all of it at once, for the picture."""
+"""JupyterLite's display settings: a notebook is rendered whole, for the picture."""
 
 
 def run(software: Path, work: Path) -> Record:
-    """Open everybody's notebook in the browser, run it, download it, and grade what was downloaded."""
-    lacking = missing(software / "pyodide")
-    if lacking:  # the kernel would wait for them without a word
-        raise RuntimeError(f"{software / 'pyodide'} is short of what its lock file names: {', '.join(lacking)}")
-    assignment, counts = a_class(work / KEY, RIGHT, WRONG, MISTAKEN, BLANK), Counts()
+    """Open each student's notebook in the browser, run it, download it, and grade the downloaded file."""
+    missing_files = find_missing_files(software / "pyodide")
+    if missing_files:  # the kernel would wait for them silently
+        raise RuntimeError(f"{software / 'pyodide'} lacks files that its lock file names: {', '.join(missing_files)}")
+    assignment, counts = make_class_assignment(work / KEY, RIGHT, WRONG, MISTAKEN, BLANK), Counts()
     qdot("generate", assignment.folder)
-    students = [one.id for one in assignment.roster]
-    contents, saved = work / "contents", work / "saved"
+    students = [student.id for student in assignment.roster]
+    contents, downloads = work / "contents", work / "downloads"
     for student in students:
         text = (assignment.folder / "released" / student / f"{KEY}.ipynb").read_text(encoding="utf-8")
-        for folder in (contents / student, saved / student):
+        for folder in (contents / student, downloads / student):
             folder.mkdir(parents=True)
-        (contents / student / f"{KEY}.ipynb").write_text(answered(assignment, student, text), encoding="utf-8")
+        (contents / student / f"{KEY}.ipynb").write_text(fill_in_answers(assignment, student, text), encoding="utf-8")
     (software / "pictures").mkdir(exist_ok=True)
-    with served(_site(software, contents, work)) as address:
+    with serve_folder(_build_site(software, contents, work)) as address:
         page = f"{address}/lab/index.html?path={{name}}"
-        told = watched(software, work, page, str(saved), [f"{student}/{KEY}.ipynb" for student in students])
-    for student, shown in zip(students, told, strict=True):
-        hold(Ours(assignment, student, saved / student / f"{KEY}.ipynb"), shown, counts)
-    return Record("generate", f"{_versions(software)}, in Chromium", today(), counts.told())
+        displayed = run_in_browser(
+            software, work, page, str(downloads), [f"{student}/{KEY}.ipynb" for student in students]
+        )
+    for student, cells in zip(students, displayed, strict=True):
+        check_notebook(QdotGrading(assignment, student, downloads / student / f"{KEY}.ipynb"), cells, counts)
+    return Record("generate", f"{_describe_versions(software)}, in Chromium", today(), counts.freeze())
 
 
-def _versions(software: Path) -> str:
+def _describe_versions(software: Path) -> str:
     done = subprocess.run([software / "bin" / "jupyter-lite", "--version"], capture_output=True, text=True)
     lock = json.loads((software / "pyodide" / "pyodide-lock.json").read_text(encoding="utf-8"))
     sympy, numpy = (lock["packages"][name]["version"] for name in ("sympy", "numpy"))
@@ -60,8 +71,8 @@ def _versions(software: Path) -> str:
     return f"JupyterLite {done.stdout.strip()} with {python}, SymPy {sympy} and NumPy {numpy}"
 
 
-def _site(software: Path, contents: Path, work: Path) -> Path:
-    """Build the site whose files are all that JupyterLite needs."""
+def _build_site(software: Path, contents: Path, work: Path) -> Path:
+    """Build a JupyterLite site that needs no files from elsewhere; return its folder."""
     kernel: dict[str, Any] = {"pyodideUrl": "./pyodide/pyodide.js", "disablePyPIFallback": True}
     config = {"litePluginSettings": {KERNEL: kernel}}
     source, site = work / "lite", work / "site"
@@ -75,14 +86,14 @@ def _site(software: Path, contents: Path, work: Path) -> Path:
             software / "bin" / "jupyter-lite", "build", "--lite-dir", source, "--contents", contents,
             "--output-dir", site, *wheels,
         ],
-        cwd=source, env=variables(software, work), check=True, capture_output=True,
+        cwd=source, env=make_environment(software, work), check=True, capture_output=True,
     )  # fmt: skip
     shutil.copytree(software / "pyodide", site / "pyodide")
     return site
 
 
-class _Quiet(SimpleHTTPRequestHandler):
-    extensions_map = {  # noqa: RUF012 - the library's way
+class _QuietHandler(SimpleHTTPRequestHandler):
+    extensions_map = {  # noqa: RUF012 - as the base class declares it
         **SimpleHTTPRequestHandler.extensions_map, ".mjs": "text/javascript", ".wasm": "application/wasm"
     }  # fmt: skip
 
@@ -91,9 +102,9 @@ class _Quiet(SimpleHTTPRequestHandler):
 
 
 @contextmanager
-def served(folder: Path) -> Iterator[str]:
-    """Yield the address under which a folder's files are given, and nothing else."""
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(_Quiet, directory=str(folder)))
+def serve_folder(folder: Path) -> Iterator[str]:
+    """Serve the files of a folder, and yield the address."""
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(_QuietHandler, directory=str(folder)))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
         yield f"http://127.0.0.1:{server.server_port}"

@@ -1,8 +1,9 @@
 <?php
-// What Moodle makes of our files: `php moodle.php < request.json`, which answers in JSON; asked by moodle.py.
+// Import our files into Moodle, answer the questions, and print the results as JSON: `php moodle.php < request.json`, called
+// by moodle.py.
 //
-// The request: `config` (Moodle's config.php), `xml`, `quiz` and `gradebook` (files to import, or null), `students`,
-// and `tries`: by the name of a question, the answers to give it, each with the decimal sign of a language.
+// The request: `config` (path of Moodle's config.php), `xml`, `quiz` and `gradebook` (files to import, or null), `students`,
+// and `answers`: by the name of a question, the answers to give, each with the language that sets the decimal sign.
 
 require(__DIR__ . '/import.php');
 require_once($CFG->dirroot . '/backup/util/includes/restore_includes.php');
@@ -13,8 +14,8 @@ require_once($CFG->libdir . '/gradelib.php');
 require_once($CFG->dirroot . '/grade/lib.php');
 require_once($CFG->dirroot . '/grade/import/lib.php');
 
-// The questions of a bank, by their names, as they are stored; what is embedded has no id number from XML.
-function questions_of(context $context): array {
+// Return the stored questions of a bank by name, without the parts that are embedded in them.
+function load_questions(context $context): array {
     global $DB;
     $sql = 'SELECT q.name, q.id, e.idnumber, q.qtype, q.defaultmark, q.questiontext, q.generalfeedback, c.name AS category
               FROM {question} q
@@ -25,8 +26,8 @@ function questions_of(context $context): array {
     return array_map(fn($row) => (array) $row, $DB->get_records_sql($sql, [$context->id]));
 }
 
-// What a browser would send for an answer: numbers by box, else what is chosen by its place in our file.
-function sent(question_attempt $attempt, array $answer): array {
+// Return the form data that a browser would send for an answer. `chosen` are indices in the order of our file.
+function make_form_data(question_attempt $attempt, array $answer): array {
     $question = $attempt->get_question();
     $start = $attempt->get_step(0);
     switch ($question->get_type_name()) {
@@ -63,8 +64,8 @@ function sent(question_attempt $attempt, array $answer): array {
     }
 }
 
-// A language in which numbers have a decimal comma, for a copy that came without one.
-function need_language(string $name): void {
+// Install a language with a decimal comma if this copy of Moodle has none.
+function ensure_language(string $name): void {
     global $CFG;
     $file = "{$CFG->dataroot}/lang/$name/langconfig.php";
     if ($name !== 'en' && !file_exists($file)) {
@@ -74,8 +75,9 @@ function need_language(string $name): void {
     }
 }
 
-function tried(int $id, array $answer, context $context): array {
-    need_language($answer['language']);
+// Answer a question in a language; return the fraction earned, and its page before and after.
+function answer_question(int $id, array $answer, context $context): array {
+    ensure_language($answer['language']);
     force_current_language($answer['language']);
     $usage = question_engine::make_questions_usage_by_activity('core_question_preview', $context);
     $usage->set_preferred_behaviour('deferredfeedback');
@@ -83,24 +85,24 @@ function tried(int $id, array $answer, context $context): array {
     $usage->start_question($slot);
     $options = new question_display_options();
     $blank = $usage->render_question($slot, $options, '1');
-    $usage->process_action($slot, sent($usage->get_question_attempt($slot), $answer));
+    $usage->process_action($slot, make_form_data($usage->get_question_attempt($slot), $answer));
     $usage->finish_question($slot);
     $shown = $usage->render_question($slot, $options, '1');
     return ['fraction' => $usage->get_question_fraction($slot), 'blank' => $blank, 'shown' => $shown];
 }
 
-// A quiz out of a backup: what it is set to, and an attempt at it.
-function restored(string $file, stdClass $course): array {
+// Restore a quiz from a backup and start an attempt; return its settings, slots and questions.
+function restore_quiz(string $file, stdClass $course): array {
     global $DB, $USER;
     $name = 'qdot' . uniqid();
     $folder = make_backup_temp_directory($name);
     get_file_packer('application/vnd.moodle.backup')->extract_to_pathname($file, $folder);
-    $where = backup::TARGET_EXISTING_ADDING;
-    $restore = new restore_controller($name, $course->id, backup::INTERACTIVE_NO, backup::MODE_GENERAL, $USER->id, $where);
-    $fine = $restore->execute_precheck();
-    $said = $restore->get_precheck_results();
-    if (!$fine) {
-        return ['done' => false, 'said' => $said];
+    $target = backup::TARGET_EXISTING_ADDING;
+    $restore = new restore_controller($name, $course->id, backup::INTERACTIVE_NO, backup::MODE_GENERAL, $USER->id, $target);
+    $is_valid = $restore->execute_precheck();
+    $messages = $restore->get_precheck_results();
+    if (!$is_valid) {
+        return ['done' => false, 'messages' => $messages];
     }
     $restore->execute_plan();
     $restore->destroy();
@@ -110,22 +112,23 @@ function restored(string $file, stdClass $course): array {
     $usage = question_engine::load_questions_usage_by_activity($attempt->uniqueid);
     $slots = [];
     foreach ($usage->get_slots() as $slot) {
-        $drawn = $usage->get_question($slot);
-        $category = $DB->get_field('question_categories', 'name', ['id' => $drawn->category]);
-        $slots[] = ['points' => $usage->get_question_max_mark($slot), 'question' => $drawn->name, 'category' => $category];
+        $question = $usage->get_question($slot);
+        $category = $DB->get_field('question_categories', 'name', ['id' => $question->category]);
+        $slots[] = ['points' => $usage->get_question_max_mark($slot), 'question' => $question->name, 'category' => $category];
     }
     $item = $DB->get_record('grade_items', ['itemmodule' => 'quiz', 'iteminstance' => $quiz->id]);
-    return ['done' => true, 'said' => $said, 'quiz' => (array) $quiz, 'slots' => $slots, 'highest' => $item->grademax,
-        'questions' => questions_of($context), 'context' => $context];
+    return ['done' => true, 'messages' => $messages, 'quiz' => (array) $quiz, 'slots' => $slots, 'highest' => $item->grademax,
+        'questions' => load_questions($context), 'context' => $context];
 }
 
-function graded(string $file, stdClass $course, array $students): array {
+// Enrol students and import their marks; return the marks in the gradebook by email address.
+function import_marks(string $file, stdClass $course, array $students): array {
     global $DB;
     foreach ($students as $student) {
         $user = $DB->get_record('user', ['email' => $student['email']]);
         $fields = ['username' => $student['id'] . uniqid(), 'auth' => 'manual', 'confirmed' => 1, 'mnethostid' => 1];
-        $named = ['firstname' => $student['name'], 'lastname' => '-', 'email' => $student['email']];
-        $id = $user ? $user->id : user_create_user($fields + $named, false, false);
+        $names = ['firstname' => $student['name'], 'lastname' => '-', 'email' => $student['email']];
+        $id = $user ? $user->id : user_create_user($fields + $names, false, false);
         enrol_try_internal_enrol($course->id, $id, 5);
     }
     $import = new gradeimport_csv_load_data();
@@ -138,48 +141,48 @@ function graded(string $file, stdClass $course, array $students): array {
     $form = ['id' => $course->id, 'iid' => $import->get_iid(), 'importcode' => $code, 'forceimport' => true];
     $form += ['mapfrom' => $mail, 'mapto' => 'useremail'];
     $form += array_fill_keys(array_map(fn($index) => "mapping_$index", array_keys($header)), '0');
-    // Into an item that is there, as the docs tell it: Moodle takes the maximum of a "new" one from whatever item, of any
-    // course, has the number of the import's.
+    // Import into an existing item, as our docs recommend: for a "new" item, Moodle takes the maximum from any item, of any
+    // course, that happens to have the number of the import.
     $item = ['courseid' => $course->id, 'itemtype' => 'manual', 'itemname' => 'Homework', 'grademin' => 0, 'grademax' => 100];
     $form["mapping_$points"] = (string) (new grade_item($item, false))->insert();
     $done = $import->prepare_import_grade_data($header, (object) $form, $reader, $course->id, false, 0, false);
     if (!$done) {
-        return ['done' => false, 'said' => $import->get_gradebookerrors()];
+        return ['done' => false, 'messages' => $import->get_gradebookerrors()];
     }
     ob_start();
     grade_import_commit($course->id, $code);
     ob_end_clean();
     $sql = 'SELECT u.email, g.finalgrade FROM {grade_grades} g JOIN {user} u ON u.id = g.userid
               JOIN {grade_items} i ON i.id = g.itemid WHERE i.courseid = ? AND i.itemtype = ?';
-    return ['done' => true, 'said' => [], 'grades' => $DB->get_records_sql_menu($sql, [$course->id, 'manual'])];
+    return ['done' => true, 'messages' => [], 'grades' => $DB->get_records_sql_menu($sql, [$course->id, 'manual'])];
 }
 
 \core\session\manager::set_user(get_admin());
-$course = a_course();
+$course = create_test_course();
 $context = context_course::instance($course->id);
 $PAGE->set_context($context);
 $PAGE->set_course($course);
 $PAGE->set_url('/');
-$answer = ['software' => 'Moodle ' . $CFG->release];
-foreach (['xml', 'quiz'] as $form) {
-    if ($request[$form] ?? null) {
-        if ($form === 'xml') {
-            $bank = bank_context($course);
-            $made = import($request['xml'], $course, $bank) + ['questions' => questions_of($bank), 'context' => $bank];
+$response = ['software' => 'Moodle ' . $CFG->release];
+foreach (['xml', 'quiz'] as $kind) {
+    if ($request[$kind] ?? null) {
+        if ($kind === 'xml') {
+            $bank = get_bank_context($course);
+            $imported = import($request['xml'], $course, $bank) + ['questions' => load_questions($bank), 'context' => $bank];
         } else {
-            $made = restored($request['quiz'], $course);
+            $imported = restore_quiz($request['quiz'], $course);
         }
-        $in = $made['context'] ?? $context;
-        unset($made['context']);
-        foreach ($made['done'] ? $request['tries'] : [] as $name => $tries) {
-            $id = (int) ($made['questions'][$name]['id'] ?? 0);
-            $made['tries'][$name] = $id ? array_map(fn($one) => tried($id, $one, $in), $tries) : [];
+        $question_context = $imported['context'] ?? $context;
+        unset($imported['context']);
+        foreach ($imported['done'] ? $request['answers'] : [] as $name => $answers) {
+            $id = (int) ($imported['questions'][$name]['id'] ?? 0);
+            $imported['answers'][$name] = $id ? array_map(fn($answer) => answer_question($id, $answer, $question_context), $answers) : [];
         }
         force_current_language('');
-        $answer[$form] = $made;
+        $response[$kind] = $imported;
     }
 }
 if ($request['gradebook'] ?? null) {
-    $answer['gradebook'] = graded($request['gradebook'], $course, $request['students']);
+    $response['gradebook'] = import_marks($request['gradebook'], $course, $request['students']);
 }
-echo json_encode($answer, JSON_THROW_ON_ERROR);
+echo json_encode($response, JSON_THROW_ON_ERROR);

@@ -1,7 +1,7 @@
-"""Moodle: what we export is imported by its own importers, shown and marked by its own question engine.
+"""Moodle: its own importers import our exports, and its question engine shows and marks the questions.
 
-`MOODLE` is the folder of an installed copy, whose database runs. A course is made in it for each run, and stays.
-What PHP does of it is in moodle.php.
+`MOODLE` is the folder of an installed copy with a running database. Each run adds a course and leaves it there.
+moodle.php does the work inside Moodle.
 """
 
 import csv
@@ -21,7 +21,7 @@ from qdot.exercises.exports.export_format import ExportedFile
 from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberField, NumberForm, QuizItem, make_items
 from qdot.exercises.exports.moodle import NONZERO_WEIGHT, ZERO_WEIGHT, export_moodle
 from qdot.exercises.exports.platform_markup import format_decimal
-from tests.platforms.given import EVERYTHING, PLAIN, order
+from tests.platforms.assignments import EVERYTHING, PLAIN, make_request
 from tests.platforms.records import Counts, Record, today
 from tests.support.submitting import make_class, make_correct_notebook, submit
 
@@ -30,179 +30,189 @@ Json = dict[str, Any]
 PHP = ("php", "-d", "max_input_vars=5000", str(Path(__file__).with_suffix(".php")))
 VARIANTS = {PLAIN: 2, EVERYTHING: 1}
 POINT, COMMA = "en", "de"
-"""Languages of which one writes 0.5 and the other 0,5."""
+"""Languages with a decimal point (0.5) and with a decimal comma (0,5)."""
 
 
 @dataclass(frozen=True)
-class Try:
-    """An answer, what it is to earn, what is to be said of it, and under which name it is counted."""
+class SampleAnswer:
+    """An answer, the check as which it is counted, and the fraction of the points and the feedback that it should get.
 
-    counted: str
+    The fraction is None if a person has to mark the answer.
+    """
+
+    check: str
     fraction: float | None
     numbers: tuple[str, ...] = ()
-    chosen: tuple[int, ...] = ()
+    chosen_indices: tuple[int, ...] = ()
     options: tuple[str | None, ...] = ()
     text: str = ""
-    advice: str = ""
+    feedback: str = ""
     language: str = POINT
 
-    def request(self) -> Json:
-        """Return it as moodle.php reads it."""
-        sent = {"numbers": self.numbers, "chosen": self.chosen, "options": self.options, "text": self.text}
-        return {**sent, "language": self.language}
+    def make_request(self) -> Json:
+        """Return the answer as moodle.php reads it."""
+        fields = {"numbers": self.numbers, "chosen": self.chosen_indices, "options": self.options, "text": self.text}
+        return {**fields, "language": self.language}
 
 
 def run(software: Path, work: Path) -> Record:
-    """Import the ready-made set and one of every question, answer all of it, and import marks."""
+    """Import the ready-made set and the assignment with every question, answer all questions, and import marks."""
     counts = Counts()
     software_name = ""
-    for which, variants in VARIANTS.items():
-        one = order(work / which, which, variants)
-        asked = list(make_items(one))
-        bank, quiz = [_written(work, file) for file in export_moodle(one)]
-        tries = {item.title: list(tries_of(item)) for item in asked}
-        requests = {name: [one.request() for one in given] for name, given in tries.items()}
-        answer = ask(software, xml=str(bank), quiz=str(quiz), tries=requests)
-        software_name = answer["software"]
-        for form, what in (("xml", "bank"), ("quiz", "quiz")):
-            if not answer[form]["done"] or answer[form]["said"]:
-                raise RuntimeError(f"{form}: {answer[form]['said']}")
-            _see(counts, what, asked, answer[form], tries)
-        _see_quiz(counts, asked, answer["quiz"])
-    _gradebook(counts, software, work / "graded")
-    return Record("moodle", software_name, today(), counts.told())
+    for kind, variants in VARIANTS.items():
+        request = make_request(work / kind, kind, variants)
+        items = list(make_items(request))
+        bank, quiz = [_write_file(work, file) for file in export_moodle(request)]
+        answers = {item.title: list(make_answers(item)) for item in items}
+        answer_requests = {
+            name: [answer.make_request() for answer in item_answers] for name, item_answers in answers.items()
+        }
+        response = call_moodle(software, xml=str(bank), quiz=str(quiz), answers=answer_requests)
+        software_name = response["software"]
+        for file_kind, check in (("xml", "bank"), ("quiz", "quiz")):
+            if not response[file_kind]["done"] or response[file_kind]["messages"]:
+                raise RuntimeError(f"{file_kind}: {response[file_kind]['messages']}")
+            _check_questions(counts, check, items, response[file_kind], answers)
+        _check_slots(counts, items, response["quiz"])
+    _check_gradebook(counts, software, work / "graded")
+    return Record("moodle", software_name, today(), counts.freeze())
 
 
-def _written(work: Path, file: ExportedFile) -> Path:
+def _write_file(work: Path, file: ExportedFile) -> Path:
     path = work / file.path
     path.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
     return path
 
 
-def ask(software: Path, **request: object) -> Json:
-    """Return what Moodle made of a request."""
-    given = json.dumps({"config": str(software / "config.php"), **request})
-    done = subprocess.run(PHP, input=given, capture_output=True, text=True, check=False)
+def call_moodle(software: Path, **request: object) -> Json:
+    """Send a request to moodle.php, and return its response."""
+    text = json.dumps({"config": str(software / "config.php"), **request})
+    done = subprocess.run(PHP, input=text, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(done.stderr + done.stdout[-3000:])
-    answer: Json = json.loads(done.stdout[done.stdout.index("{") :])
-    return answer
+    response: Json = json.loads(done.stdout[done.stdout.index("{") :])
+    return response
 
 
-# --- what is answered ---
+# --- answers ---
 
 
-def tries_of(item: QuizItem) -> Iterator[Try]:
-    """Yield answers to a question: right ones in several forms, each wrong one that we know of, and none."""
+def make_answers(item: QuizItem) -> Iterator[SampleAnswer]:
+    """Yield answers to a question: right ones in several forms, each known wrong one, and a blank one."""
     form = item.form
     if isinstance(form, NumberForm):
-        yield from _in_numbers(form)
+        yield from _make_number_answers(form)
     elif isinstance(form, ChoiceForm):
-        yield from _chosen(form)
+        yield from _make_choice_answers(form)
     elif isinstance(form, MatchingForm):
-        yield from _matched(form)
+        yield from _make_matching_answers(form)
     else:
-        yield Try("left to a person", None, text="By the chain rule.")
+        yield SampleAnswer("left to a person", None, text="By the chain rule.")
 
 
-def _in_numbers(form: NumberForm) -> Iterator[Try]:
+def _make_number_answers(form: NumberForm) -> Iterator[SampleAnswer]:
     fields = form.fields
-    full, short = [format_decimal(field.value) for field in fields], [_rounded(field) for field in fields]
-    comma = [number.replace(".", ",") for number in short]
+    full, rounded = [format_decimal(field.value) for field in fields], [_format_rounded(field) for field in fields]
+    comma = [number.replace(".", ",") for number in rounded]
     for numbers, language in (
-        (short, POINT),
+        (rounded, POINT),
         (full, POINT),
-        ([f"  {number} " for number in short], POINT),
+        ([f"  {number} " for number in rounded], POINT),
         (comma, COMMA),
-        (short, COMMA),
+        (rounded, COMMA),
     ):
-        yield Try("right = full", 1.0, numbers=tuple(numbers), language=language)
+        yield SampleAnswer("right = full", 1.0, numbers=tuple(numbers), language=language)
     weights = [ZERO_WEIGHT if round(field.value, 9) == 0 else NONZERO_WEIGHT for field in fields]
     for index, field in enumerate(fields):
         for wrong in field.wrong_values:
-            numbers = [*short[:index], format_decimal(wrong.value), *short[index + 1 :]]
-            earned = 1 - weights[index] / sum(weights)
-            yield Try("wrong < full", earned, numbers=tuple(numbers), advice=wrong.feedback)
-    yield Try("blank = 0", 0.0, numbers=("",) * len(fields))
+            numbers = [*rounded[:index], format_decimal(wrong.value), *rounded[index + 1 :]]
+            fraction = 1 - weights[index] / sum(weights)
+            yield SampleAnswer("wrong < full", fraction, numbers=tuple(numbers), feedback=wrong.feedback)
+    yield SampleAnswer("blank = 0", 0.0, numbers=("",) * len(fields))
 
 
-def _rounded(field: NumberField) -> str:
-    """Return a number as a student types it, to three digits."""
+def _format_rounded(field: NumberField) -> str:
+    """Return a number to three digits, as a student types it, or to all digits if it has no tolerance."""
     return format_decimal(field.value, 3) if field.tolerance else format_decimal(field.value)
 
 
-def _chosen(form: ChoiceForm) -> Iterator[Try]:
+def _make_choice_answers(form: ChoiceForm) -> Iterator[SampleAnswer]:
     right = tuple(index for index, option in enumerate(form.options) if option.is_correct)
-    yield Try("right = full", 1.0, chosen=right)
+    yield SampleAnswer("right = full", 1.0, chosen_indices=right)
     for index, option in enumerate(form.options):
         if not option.is_correct:
-            yield Try("wrong < full", 0.0, chosen=(index,), advice=option.feedback)
-    yield Try("blank = 0", 0.0)
+            yield SampleAnswer("wrong < full", 0.0, chosen_indices=(index,), feedback=option.feedback)
+    yield SampleAnswer("blank = 0", 0.0)
 
 
-def _matched(form: MatchingForm) -> Iterator[Try]:
+def _make_matching_answers(form: MatchingForm) -> Iterator[SampleAnswer]:
     right = tuple(form.options[index] for index in form.correct_options)
-    other = next(option for option in form.options if option != right[0])
-    yield Try("right = full", 1.0, options=right)
-    yield Try("wrong < full", 1 - 1 / len(right), options=(other, *right[1:]))
-    yield Try("blank = 0", 0.0, options=(None,) * len(right))
+    wrong_option = next(option for option in form.options if option != right[0])
+    yield SampleAnswer("right = full", 1.0, options=right)
+    yield SampleAnswer("wrong < full", 1 - 1 / len(right), options=(wrong_option, *right[1:]))
+    yield SampleAnswer("blank = 0", 0.0, options=(None,) * len(right))
 
 
-# --- what came of it ---
+# --- checks of the results ---
 
 
-def _see(counts: Counts, what: str, asked: Sequence[QuizItem], made: Json, tries: Mapping[str, Sequence[Try]]) -> None:
-    """Count what became of the questions of a `bank`, or of those of a `quiz`."""
-    boxes = 0
-    for item in asked:
+def _check_questions(
+    counts: Counts, place: str, items: Sequence[QuizItem], imported: Json, answers: Mapping[str, Sequence[SampleAnswer]]
+) -> None:
+    """Check the imported questions of a place ("bank" or "quiz") and the results of all answers."""
+    several_boxes = 0
+    for item in items:
         name = item.title
-        stored, results = made["questions"].get(name), made["tries"].get(name, [])
-        counts.add("imported", stored is not None, f"{what}: {name}")
+        stored, results = imported["questions"].get(name), imported["answers"].get(name, [])
+        counts.add("imported", stored is not None, f"{place}: {name}")
         if stored is None:
             continue
-        there = float(stored["defaultmark"])
-        as_assigned = abs(there - item.points) < 1e-6
-        counts.add(f"points of the {what}", as_assigned, f"{name}: {there}, not {item.points}")
-        boxes += not as_assigned and isinstance(item.form, NumberForm) and len(item.form.fields) > 1
-        faults = faults_of(item, results[0]["blank"])
-        counts.add("shown", not faults, f"{what}: {name}: {faults}")
-        for one, result in zip(tries[name], results, strict=True):
+        points = float(stored["defaultmark"])
+        as_assigned = abs(points - item.points) < 1e-6
+        counts.add(f"points of the {place}", as_assigned, f"{name}: {points}, not {item.points}")
+        several_boxes += not as_assigned and isinstance(item.form, NumberForm) and len(item.form.fields) > 1
+        faults = find_faults(item, results[0]["blank"])
+        counts.add("shown", not faults, f"{place}: {name}: {faults}")
+        for answer, result in zip(answers[name], results, strict=True):
             earned = result["fraction"]
-            if one.fraction is None:
-                counts.add(one.counted, earned is None, f"{what}: {name}: {earned} for {one}")
+            if answer.fraction is None:
+                as_expected = earned is None
             else:
-                is_as_expected = abs(float(earned or 0) - one.fraction) < 1e-4
-                counts.add(one.counted, is_as_expected, f"{what}: {name}: {earned} for {one}")
-            if one.advice:
-                counts.add("mistake named", plain(one.advice) in plain(result["shown"]), f"{what}: {name}: {one}")
-    if what == "bank":
-        why = "the bank gives every box one point; the quiz sets the right points."
-        counts.excuse("points of the bank", boxes, why)
+                as_expected = abs(float(earned or 0) - answer.fraction) < 1e-4
+            counts.add(answer.check, as_expected, f"{place}: {name}: {earned} for {answer}")
+            if answer.feedback:
+                is_shown = extract_text(answer.feedback) in extract_text(result["shown"])
+                counts.add("mistake named", is_shown, f"{place}: {name}: {answer}")
+    if place == "bank":
+        reason = "the bank gives every box one point; the quiz sets the right points."
+        counts.excuse("points of the bank", several_boxes, reason)
 
 
-def _see_quiz(counts: Counts, asked: Sequence[QuizItem], made: Json) -> None:
-    """Count the slots of a quiz: their order, points, and what was drawn."""
-    wanted = list({item.category: item for item in asked}.values())
-    counts.add("slots of the quiz", len(made["slots"]) == len(wanted), f"{len(made['slots'])} slots")
-    for slot, item in zip(made["slots"], wanted, strict=True):
+def _check_slots(counts: Counts, items: Sequence[QuizItem], quiz: Json) -> None:
+    """Check the slots of a quiz: their number, order and points, and the questions chosen in an attempt."""
+    expected_items = list({item.category: item for item in items}.values())
+    counts.add("slots of the quiz", len(quiz["slots"]) == len(expected_items), f"{len(quiz['slots'])} slots")
+    for slot, item in zip(quiz["slots"], expected_items, strict=True):
         same = (slot["category"], float(slot["points"])) == (item.category[-1], item.points)
         counts.add("slots of the quiz", same, f"{slot} for {item.title}")
-    whole = sum(item.points for item in wanted)
-    told = {float(made["highest"]), float(made["quiz"]["grade"]), float(made["quiz"]["sumgrades"])}
-    counts.add("slots of the quiz", told == {whole}, f"{told}, not {whole}")
+    total = sum(item.points for item in expected_items)
+    totals = {float(quiz["highest"]), float(quiz["quiz"]["grade"]), float(quiz["quiz"]["sumgrades"])}
+    counts.add("slots of the quiz", totals == {total}, f"{totals}, not {total}")
 
 
-def plain(page: str) -> str:
-    """Return the words of HTML that may be quoted in attributes of HTML, too."""
+def extract_text(page: str) -> str:
+    """Return the text of HTML, also of HTML that is escaped in attributes."""
     return " ".join(re.sub(r"<[^>]*>", " ", html.unescape(html.unescape(page))).split())
 
 
-def faults_of(item: QuizItem, page: str) -> list[str]:
-    """Return what a student would not see as we wrote it."""
+def find_faults(item: QuizItem, page: str) -> list[str]:
+    """Return the faults in a question's page: unprocessed markup, missing figures, wrong input boxes."""
     form = item.form
     text_boxes = re.findall(r'<input type="text"[^>]*>', page)
     sizes = {int(size) for box in text_boxes for size in re.findall(r'size="(\d+)"', box)}
-    faults = [f"left: {sign}" for sign in ("@@PLUGINFILE@@", ":NUMERICAL:", "]]>", "<table>") if sign in page]
+    faults = [
+        f"unprocessed: {markup}" for markup in ("@@PLUGINFILE@@", ":NUMERICAL:", "]]>", "<table>") if markup in page
+    ]
     faults += [f"no figure {name}" for name in ("arm.svg",) if name not in page]
     if isinstance(form, NumberForm):
         faults += [f"{len(text_boxes)} boxes"] if len(text_boxes) != len(form.fields) else []
@@ -215,8 +225,8 @@ def faults_of(item: QuizItem, page: str) -> list[str]:
 # --- marks ---
 
 
-def _gradebook(counts: Counts, software: Path, folder: Path) -> None:
-    """Import the marks of a class of three; one student submits nothing."""
+def _check_gradebook(counts: Counts, software: Path, folder: Path) -> None:
+    """Import the marks of a class of three students, one of whom submits nothing."""
     students = [Student(name, name.title(), f"{name}@example.org") for name in ("ada", "henri", "sofja")]
     assignment = make_class(folder, students)
     submit(assignment, "ada.ipynb", make_correct_notebook(assignment, "ada"))
@@ -233,13 +243,11 @@ def _gradebook(counts: Counts, software: Path, folder: Path) -> None:
     subprocess.run(command, check=False, capture_output=True)
     rows = list(csv.DictReader(io.StringIO(book.read_text(encoding="utf-8"))))
     (column,) = [name for name in rows[0] if name.endswith("(percent)")]
-    people = [{"id": one.id, "name": one.name, "email": one.email} for one in students]
-    answer = ask(software, gradebook=str(book), students=people)["gradebook"]
-    if not answer["done"]:
-        raise RuntimeError(str(answer["said"]))
+    student_rows = [{"id": student.id, "name": student.name, "email": student.email} for student in students]
+    gradebook = call_moodle(software, gradebook=str(book), students=student_rows)["gradebook"]
+    if not gradebook["done"]:
+        raise RuntimeError(str(gradebook["messages"]))
     for row in rows:
-        there = answer["grades"].get(row["Email address"])
-        same = (
-            there is None if row[column] == "-" else there is not None and abs(float(there) - float(row[column])) < 1e-3
-        )
-        counts.add("marks in its gradebook", same, f"{row} {there}")
+        mark = gradebook["grades"].get(row["Email address"])
+        same = mark is None if row[column] == "-" else mark is not None and abs(float(mark) - float(row[column])) < 1e-3
+        counts.add("marks in its gradebook", same, f"{row} {mark}")

@@ -1,7 +1,7 @@
-"""SCORM packages in Moodle: added as activities, done by students in its own player, their scores in its gradebook.
+"""SCORM packages as activities in Moodle: students answer them in its player, and its gradebook has their scores.
 
-`software` is the folder of an installed copy of Moodle, whose database runs, and whose address is one of this machine.
-A course is made in it for each run, and stays.
+`software` is the folder of an installed copy of Moodle with a running database and an address on this machine. Each run
+adds a course and leaves it there.
 """
 
 import json
@@ -19,83 +19,84 @@ from urllib.parse import urlsplit
 from zipfile import ZipFile
 
 from qdot.exercises.exports.registry import EXPORT_FORMATS
-from tests.platforms.given import PLAIN, order
+from tests.platforms.assignments import PLAIN, make_request
 from tests.platforms.records import Counts, Record, today
 
 Json = dict[str, Any]
 
 HERE = Path(__file__)
 VARIANTS = 6
-"""Of each problem, so that two students have the same arms in one run of a thousand."""
+"""Number of variants of each problem; so many that two students get the same arms in only one of a thousand runs."""
 STUDENTS = ("ada", "henri")
-"""One who answers everything right, and one whose last answer is wrong."""
+"""The first answers everything right; the second answers the last question wrong."""
 
 
 def run(software: Path, work: Path) -> Record:
-    """Export a set that is ready-made, add both of its packages to a course, and have two students do them."""
+    """Export a ready-made set, add both of its packages to a course, and have two students answer them."""
     counts, packages = Counts(), work / "packages"
     files = {}
-    for file in EXPORT_FORMATS["scorm"].export(order(work / PLAIN, PLAIN, VARIANTS)):
+    for file in EXPORT_FORMATS["scorm"].export(make_request(work / PLAIN, PLAIN, VARIANTS)):
         name = Path(file.path).stem.removeprefix(f"{PLAIN}-")
         archive = work / f"{name}.zip"
         archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
         with ZipFile(archive) as package:
             package.extractall(packages / name)
         files[name] = str(archive)
-    made = _asked(software, packages=files, students=STUDENTS)
-    for name, activity in made["activities"].items():
+    setup = _call_moodle(software, packages=files, students=STUDENTS)
+    for name, activity in setup["activities"].items():
         counts.add("imported", activity["units"] == 1, f"{name}: {activity}")
-    with _served(software, made["root"]):
-        told = _done(packages, made)
-    marks = _asked(software, course=made["course"])["marks"]
-    for student, rounds in told.items():
-        for name, found in rounds.items():
-            which, number = f"{student}, {name}", len(found["items"])
-            counts.add("shown", number > 0 and not found["errors"], f"{which}: {found['errors']}")
-            kept = (found["again"]["items"], found["again"]["places"]) == (found["items"], found["before"])
-            counts.add("kept until the next visit", kept, f"{which}: {found}")
+    with _serve_moodle(software, setup["root"]):
+        visits = _run_browser(packages, setup)
+    marks = _call_moodle(software, course=setup["course"])["marks"]
+    for student, student_visits in visits.items():
+        for name, visit in student_visits.items():
+            who, number = f"{student}, {name}", len(visit["items"])
+            counts.add("shown", number > 0 and not visit["errors"], f"{who}: {visit['errors']}")
+            restored = (visit["again"]["items"], visit["again"]["places"]) == (visit["items"], visit["before"])
+            counts.add("kept until the next visit", restored, f"{who}: {visit}")
             mark = float(marks.get(f"{name} {student}") or -1)
-            highest = float(made["activities"][name]["highest"])
-            right = mark == highest if student == STUDENTS[0] else 0 < mark < highest
-            counts.add("marks in its gradebook", right, f"{which}: {mark} of {highest}")
-    same = {tuple(told[student][name]["items"]) for student in STUDENTS for name in files}
-    counts.add("arms of one's own", len(same) == len(STUDENTS), f"{same}")
-    return Record("scorm", f"{made['software']}, its player in Chromium", today(), counts.told())
+            highest = float(setup["activities"][name]["highest"])
+            as_expected = mark == highest if student == STUDENTS[0] else 0 < mark < highest
+            counts.add("marks in its gradebook", as_expected, f"{who}: {mark} of {highest}")
+    item_lists = {tuple(visits[student][name]["items"]) for student in STUDENTS for name in files}
+    counts.add("arms of one's own", len(item_lists) == len(STUDENTS), f"{item_lists}")
+    return Record("scorm", f"{setup['software']}, its player in Chromium", today(), counts.freeze())
 
 
-def _asked(software: Path, **request: object) -> Json:
-    """Return what Moodle made of a request."""
+def _call_moodle(software: Path, **request: object) -> Json:
+    """Send a request to moodle_scorm.php, and return its answer."""
     command = ["php", "-d", "max_input_vars=5000", str(HERE.with_suffix(".php"))]
-    given = json.dumps({"config": str(software / "config.php"), **request})
-    done = subprocess.run(command, input=given, capture_output=True, text=True, check=False)
+    text = json.dumps({"config": str(software / "config.php"), **request})
+    done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(done.stderr + done.stdout[-3000:])
     answer: Json = json.loads(done.stdout[done.stdout.index("{") :])
     return answer
 
 
-def _done(packages: Path, made: Json) -> Json:
-    """Return what the students' browsers saw."""
-    asked = {key: made[key] for key in ("root", "students", "activities")}
+def _run_browser(packages: Path, setup: Json) -> Json:
+    """Answer the packages in the students' browsers; return what moodle_scorm_page.mjs saw."""
+    setup_part = {key: setup[key] for key in ("root", "students", "activities")}
     command: list[str | Path] = [shutil.which("node") or "node", HERE.with_name("moodle_scorm_page.mjs")]
-    given = json.dumps({"folder": str(packages), **asked})
-    done = subprocess.run(command, input=given, capture_output=True, text=True, check=False)
+    text = json.dumps({"folder": str(packages), **setup_part})
+    done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(done.stderr[-3000:])
-    told: Json = json.loads(done.stdout)
-    return told
+    visits: Json = json.loads(done.stdout)
+    return visits
 
 
 @contextmanager
-def _served(software: Path, root: str) -> Iterator[None]:
-    """Serve Moodle at its address, by PHP's own server, unless it is served."""
+def _serve_moodle(software: Path, root: str) -> Iterator[None]:
+    """Serve Moodle at its address with PHP's own server, unless a server already answers there."""
     if _answers(root):
         yield
         return
     command = ["php", "-d", "max_input_vars=5000", "-S", urlsplit(root).netloc, "-t", str(software)]
-    quiet = subprocess.DEVNULL
-    several = {**os.environ, "PHP_CLI_SERVER_WORKERS": "4"}
-    server = subprocess.Popen(command, stdout=quiet, stderr=quiet, env=several, start_new_session=True)
+    environment = {**os.environ, "PHP_CLI_SERVER_WORKERS": "4"}
+    server = subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment, start_new_session=True
+    )
     try:
         for _ in range(60):
             if _answers(root):

@@ -1,17 +1,15 @@
-// SCORM packages in Moodle's own player, in Chromium, by students who log in: all is answered right but the last question,
-// the player is left and opened again, and what it has kept is looked at. The request is JSON on standard input.
+// Log in to Moodle as each student, answer SCORM packages in its player (in Chromium), leave the player, and open it again
+// to see what it restores. Only "ada" answers the last question right. The request is JSON on standard input.
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 
 import { launched } from "../../site/tools/browser.mjs";
-import { about, answer, itemAt } from "./scorm_answers.mjs";
+import { answer, goToQuestion, loadQuestion } from "./scorm_answers.mjs";
 
 const { root, folder, students, activities } = JSON.parse(readFileSync(0, "utf8"));
 
-async function loggedIn(browser, { username, password }) {
-  const context = await browser.newContext({
-    viewport: { width: 1400, height: 1000 },
-  });
+async function logIn(browser, { username, password }) {
+  const context = await browser.newContext({ viewport: { width: 1400, height: 1000 } });
   const page = await context.newPage();
   await page.goto(`${root}/login/index.php`);
   await page.locator("#username").fill(username);
@@ -21,53 +19,54 @@ async function loggedIn(browser, { username, password }) {
   return page;
 }
 
-/** The package in the player, where its first question is there to be answered. */
-async function opened(page, { scorm, unit }) {
+/** Open a package in the player, wait for its first question, and return its frame. */
+async function openPackage(page, { scorm, unit }) {
   await page.goto(`${root}/mod/scorm/player.php?a=${scorm}&scoid=${unit}&currentorg=&mode=normal`);
   const frame = page.frameLocator("#scorm_object");
   await frame.locator(".task[data-item] form .answer").waitFor({ timeout: 60000 });
   return frame;
 }
 
-/** What the places of a round show: which have been answered. */
-const places = (frame) =>
+/** Return the labels of the places of a round, which say which have been answered. */
+const readPlaces = (frame) =>
   frame
     .locator(".round-places button")
-    .evaluateAll((all) => all.map((place) => place.getAttribute("aria-label") ?? place.textContent));
+    .evaluateAll((buttons) => buttons.map((button) => button.getAttribute("aria-label") ?? button.textContent));
 
-async function ran(page, name, activity, isWhole) {
+/** Answer a package, all right or all but the last question; return what was shown before and after reopening it. */
+async function runPackage(page, name, activity, allRight) {
   const errors = [];
   page.on("pageerror", (error) => errors.push(String(error)));
-  let frame = await opened(page, activity);
+  let frame = await openPackage(page, activity);
   const count = await frame.locator(".round-places button").count();
   const items = [];
   for (let place = 0; place < count; place += 1) {
-    const item = await itemAt(frame, place);
+    const item = await goToQuestion(frame, place);
     items.push(item);
-    const isRight = isWhole || place < count - 1;
-    await answer(frame, about(join(folder, name), item), isRight);
+    const isRight = allRight || place < count - 1;
+    await answer(frame, loadQuestion(join(folder, name), item), isRight);
     await frame.locator(".verdict").first().waitFor();
   }
-  const before = await places(frame);
-  await page.waitForTimeout(1500); // the package tells the platform when nothing has happened for a while
+  const before = await readPlaces(frame);
+  await page.waitForTimeout(1500); // the package reports to the platform when it has been idle for a while
   await page.goto(`${root}/my/`);
-  frame = await opened(page, activity);
-  const again = { places: await places(frame), items: [] };
+  frame = await openPackage(page, activity);
+  const again = { places: await readPlaces(frame), items: [] };
   for (let place = 0; place < count; place += 1) {
-    again.items.push(await itemAt(frame, place));
+    again.items.push(await goToQuestion(frame, place));
   }
   await page.goto(`${root}/my/`);
   return { items, before, again, errors };
 }
 
 const browser = await launched();
-const told = {};
+const visits = {};
 for (const [student, login] of Object.entries(students)) {
-  const page = await loggedIn(browser, login);
-  told[student] = {};
+  const page = await logIn(browser, login);
+  visits[student] = {};
   for (const [name, activity] of Object.entries(activities))
-    told[student][name] = await ran(page, name, activity, student === "ada");
+    visits[student][name] = await runPackage(page, name, activity, student === "ada");
   await page.context().close();
 }
-console.log(JSON.stringify(told));
+console.log(JSON.stringify(visits));
 await browser.close();

@@ -1,7 +1,7 @@
-"""nbgrader itself, by its commands: a class's notebooks come in by its exchange and by zip_collect, and are marked.
+"""nbgrader itself: its commands collect a class's notebooks by the exchange and by zip_collect, and mark them.
 
 `software` is an environment of Python with nbgrader and JupyterLab, into which the exported qdot is installed. The
-marks are read in the formgrader, from the pages and the lists that a browser is given, and in students' feedback.
+marks are read from the formgrader's pages and API, and from the students' feedback.
 """
 
 import html
@@ -19,140 +19,151 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.exports.nbgrader import list_parts, make_grade_id
 from qdot.grader.grading.batch import find_student
 from qdot.grader.reports.part_rows import make_part_rows
-from tests.platforms.jupyter import jupyter, page, variables
+from tests.platforms.jupyter import fetch_page, make_environment, serve_jupyterlab
 from tests.platforms.notebooks import (
     BLANK,
     KEY,
     MISTAKEN,
     RIGHT,
     WRONG,
-    Ours,
-    a_class,
-    answered,
-    exported,
-    hold,
+    QdotGrading,
+    compare_marks,
+    export_into,
+    fill_in_answers,
     install,
+    make_class_assignment,
 )
 from tests.platforms.records import Counts, Record, today
 
 COURSE = "kinematics"
 BY_EXCHANGE, BY_ZIP = (RIGHT, MISTAKEN), (WRONG, BLANK)
-"""Students by how their notebooks come in."""
-NAMED = r".*_(?P<student_id>\w+)_attempt_(?P<timestamp>[0-9\-]+)_(?P<file_id>\w+)"
-"""The names that a learning platform gives to what it was handed, as nbgrader's documentation has them."""
+"""Students whose notebooks are submitted through the exchange, and those whose are in a downloaded archive."""
+NAME_PATTERN = r".*_(?P<student_id>\w+)_attempt_(?P<timestamp>[0-9\-]+)_(?P<file_id>\w+)"
+"""The names of files downloaded from a learning platform; the example in nbgrader's documentation."""
 
 
 def run(software: Path, work: Path) -> Record:
-    """Take a class through the course's steps, from generate_assignment to feedback, and open the formgrader."""
-    assignment, counts = a_class(work / KEY, RIGHT, WRONG, MISTAKEN, BLANK), Counts()
-    course = _Course(software, work, exported(assignment, "nbgrader", work / "course"))
+    """Run nbgrader's commands for a class, from generate_assignment to feedback, and open the formgrader."""
+    assignment, counts = make_class_assignment(work / KEY, RIGHT, WRONG, MISTAKEN, BLANK), Counts()
+    course = _Course(software, work, export_into(assignment, "nbgrader", work / "course"))
     (wheel,) = course.folder.glob("*.whl")
     install(software, wheel)
-    course.staff("generate_assignment", KEY)
-    course.staff("db", "student", "import", "students.csv")
-    course.hand_in(assignment)
-    for name in (one.id for one in assignment.roster):
+    course.run_as_staff("generate_assignment", KEY)
+    course.run_as_staff("db", "student", "import", "students.csv")
+    course.submit_and_collect(assignment)
+    for name in (student.id for student in assignment.roster):
         counts.add("imported", (course.folder / "submitted" / name / KEY / f"{KEY}.ipynb").exists(), name)
-    course.staff("autograde", KEY)
-    course.staff("generate_feedback", KEY)
-    with jupyter(software, course.folder, work) as address:
+    course.run_as_staff("autograde", KEY)
+    course.run_as_staff("generate_feedback", KEY)
+    with serve_jupyterlab(software, course.folder, work) as address:
         formgrader = _Formgrader(f"{address}/formgrader")
-        for student in (one.id for one in assignment.roster):
-            _hold(Ours(assignment, student, work / student / KEY / f"{KEY}.ipynb"), course, formgrader, counts)
+        for student in (student.id for student in assignment.roster):
+            _check_student(
+                QdotGrading(assignment, student, work / student / KEY / f"{KEY}.ipynb"), course, formgrader, counts
+            )
     version = subprocess.run([software / "bin" / "nbgrader", "--version"], capture_output=True, text=True)
-    return Record("nbgrader", f"nbgrader {version.stdout.split()[-1]} and its formgrader", today(), counts.told())
+    return Record("nbgrader", f"nbgrader {version.stdout.split()[-1]} and its formgrader", today(), counts.freeze())
 
 
 @dataclass(frozen=True)
 class _Course:
-    """The course folder as it was exported, an exchange, and a folder for each student."""
+    """An nbgrader course: the exported course `folder`; `work` contains the exchange and a folder for each student."""
 
     software: Path
     work: Path
     folder: Path
 
-    def staff(self, *words: str) -> None:
-        """Give a command of nbgrader's in the course folder."""
-        self._nbgrader(self.folder, *words)
+    def run_as_staff(self, *words: str) -> None:
+        """Run an nbgrader command in the course folder."""
+        self._run(self.folder, *words)
 
-    def hand_in(self, assignment: Assignment) -> None:
-        """Have everybody hand in, and collect it."""
-        for student in (one.id for one in assignment.roster):
+    def submit_and_collect(self, assignment: Assignment) -> None:
+        """Submit every student's notebook, and collect all."""
+        for student in (student.id for student in assignment.roster):
             file = f"{student}/{KEY}/{KEY}.ipynb"
             (self.work / file).parent.mkdir(parents=True)
             text = (self.folder / "handout" / file).read_text(encoding="utf-8")
-            (self.work / file).write_text(answered(assignment, student, text), encoding="utf-8")
-        self.staff("release_assignment", KEY)
+            (self.work / file).write_text(fill_in_answers(assignment, student, text), encoding="utf-8")
+        self.run_as_staff("release_assignment", KEY)
         for student in BY_EXCHANGE:
-            self._nbgrader(self.work / student, "submit", KEY, f"--CourseDirectory.student_id={student}")
-        self.staff("collect", KEY)
+            self._run(self.work / student, "submit", KEY, f"--CourseDirectory.student_id={student}")
+        self.run_as_staff("collect", KEY)
         archive = self.folder / "downloaded" / KEY / "archive"
         archive.mkdir(parents=True)
-        with zipfile.ZipFile(archive / "all.zip", "w") as packed:
+        with zipfile.ZipFile(archive / "all.zip", "w") as zip_file:
             for student in BY_ZIP:
                 name = f"{KEY}_{student}_attempt_2027-01-15-22-00-00_{KEY}.ipynb"
-                packed.write(self.work / student / KEY / f"{KEY}.ipynb", name)
-        self.staff("zip_collect", KEY, f"--FileNameCollectorPlugin.named_regexp={NAMED}")
+                zip_file.write(self.work / student / KEY / f"{KEY}.ipynb", name)
+        self.run_as_staff("zip_collect", KEY, f"--FileNameCollectorPlugin.named_regexp={NAME_PATTERN}")
 
-    def _nbgrader(self, cwd: Path, *words: str) -> None:
+    def _run(self, cwd: Path, *words: str) -> None:
         exchange = self.work / "exchange"
         exchange.mkdir(mode=0o777, exist_ok=True)
         exchange.chmod(0o777)
         options = [f"--Exchange.root={exchange}", f"--CourseDirectory.course_id={COURSE}"]
         command: list[str | Path] = [self.software / "bin" / "nbgrader", *words, *options]
-        done = subprocess.run(command, cwd=cwd, env=variables(self.software, self.work), capture_output=True, text=True)
+        done = subprocess.run(
+            command, cwd=cwd, env=make_environment(self.software, self.work), capture_output=True, text=True
+        )
         if done.returncode:
             raise RuntimeError(f"nbgrader {words[0]}: {done.stdout[-2000:]}{done.stderr[-2000:]}")
 
 
 @dataclass(frozen=True)
 class _Formgrader:
-    """The formgrader's pages, and the lists from which its pages are filled."""
+    """The formgrader's pages and API."""
 
     address: str
 
     @cached_property
     def scores(self) -> Mapping[str, Mapping[str, Any]]:
-        """What its list of submissions says of each student."""
-        return {one["student"]: one for one in json.loads(page(f"{self.address}/api/submissions/{KEY}"))}
+        """Each student's entry in the list of submissions."""
+        return {entry["student"]: entry for entry in json.loads(fetch_page(f"{self.address}/api/submissions/{KEY}"))}
 
     @cached_property
     def notebooks(self) -> Mapping[str, str]:
-        """Its names of the notebooks, by students."""
-        listed = json.loads(page(f"{self.address}/api/submitted_notebooks/{KEY}/{KEY}"))
-        return {one["student"]: one["id"] for one in listed}
+        """The ids of the submitted notebooks, by student."""
+        entries = json.loads(fetch_page(f"{self.address}/api/submitted_notebooks/{KEY}/{KEY}"))
+        return {entry["student"]: entry["id"] for entry in entries}
 
-    def grades(self, student: str) -> dict[str, float]:
-        """Return the points in the boxes of a student's page, by the cells' names."""
-        boxes = json.loads(page(f"{self.address}/api/grades?submission_id={self.notebooks[student]}"))
+    def fetch_grades(self, student: str) -> dict[str, float]:
+        """Return the points in the boxes of a student's page, by grade id."""
+        boxes = json.loads(fetch_page(f"{self.address}/api/grades?submission_id={self.notebooks[student]}"))
         return {box["name"]: box["auto_score"] for box in boxes}
 
-    def words(self, student: str) -> str:
-        """Return what a student's page says."""
-        return _words(page(f"{self.address}/submissions/{self.notebooks[student]}/"))
+    def fetch_text(self, student: str) -> str:
+        """Return the text of a student's page."""
+        return _extract_text(fetch_page(f"{self.address}/submissions/{self.notebooks[student]}/"))
 
 
-def _words(text: str) -> str:
-    """Return what a page says, without tags and spaces, which differ with what a browser makes of a notebook."""
+def _extract_text(text: str) -> str:
+    """Return the text of a page without tags and without whitespace, because the two differ between conversions."""
     return re.sub(r"\s+", "", html.unescape(re.sub(r"<[^>]*>", "", text)))
 
 
-def _hold(ours: Ours, course: _Course, formgrader: _Formgrader, counts: Counts) -> None:
-    """Hold what the staff see of a student, and what the student sees."""
-    student, assignment = ours.student, ours.assignment
-    listed, grades = formgrader.scores[student], formgrader.grades(student)
-    total = (listed["score"], listed["max_score"]) == (ours.result.score, ours.result.max_score)
-    named = f"{listed['first_name']} {listed['last_name']}" == find_student(assignment, student).name
-    counts.add("shown in formgrader", total and named, f"{student}: {listed}, {ours.result.score} of ours")
+def _check_student(grading: QdotGrading, course: _Course, formgrader: _Formgrader, counts: Counts) -> None:
+    """Check what the staff and the student see, and the marks."""
+    student, assignment = grading.student, grading.assignment
+    entry, grades = formgrader.scores[student], formgrader.fetch_grades(student)
+    is_total_right = (entry["score"], entry["max_score"]) == (grading.result.score, grading.result.max_score)
+    is_name_right = f"{entry['first_name']} {entry['last_name']}" == find_student(assignment, student).name
+    counts.add(
+        "shown in formgrader", is_total_right and is_name_right, f"{student}: {entry}, {grading.result.score} by qdot"
+    )
     feedback = course.folder / "feedback" / student / KEY / f"{KEY}.html"
-    pages = {"shown": _words(feedback.read_text(encoding="utf-8")), "shown in formgrader": formgrader.words(student)}
-    rows = {row.part: row for row in make_part_rows(ours.result, assignment.feedback)}
+    pages = {
+        "shown": _extract_text(feedback.read_text(encoding="utf-8")),
+        "shown in formgrader": formgrader.fetch_text(student),
+    }
+    rows = {row.part: row for row in make_part_rows(grading.result, assignment.feedback)}
     for part, name, points, _ in list_parts(assignment):
-        said = "" if rows[part].points == points else _words(html.escape(rows[part].message))
-        for what, text in pages.items():
+        message = "" if rows[part].points == points else _extract_text(html.escape(rows[part].message))
+        for check, text in pages.items():
             counts.add(
-                what, f"#Markedbyqdot:{part}," in text and said in text, f"{student} {name}: {rows[part].message}"
+                check, f"#Markedbyqdot:{part}," in text and message in text, f"{student} {name}: {rows[part].message}"
             )
-    hold(
-        counts, ours, {part: grades[make_grade_id(part)] for part in ours.result.parts if make_grade_id(part) in grades}
+    compare_marks(
+        counts,
+        grading,
+        {part: grades[make_grade_id(part)] for part in grading.result.parts if make_grade_id(part) in grades},
     )

@@ -1,4 +1,4 @@
-"""A class that hands in notebooks: right, wrong, mistaken and blank ones; and the marks that qdot gives to each."""
+"""A class that submits notebooks: right, wrong, mistaken and blank ones; and the marks that qdot gives to each."""
 
 import json
 import shutil
@@ -25,20 +25,20 @@ from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_student_files
-from tests.platforms.given import SECRET
+from tests.platforms.assignments import SECRET
 from tests.platforms.records import Counts
 from tests.support.gallery import GALLERY, GALLERY_FOLDER
 
 CUSTOM_QUESTIONS = ("middle-of-a-link", "tip-speed", "axis-in-the-base-frame")
-"""The questions of the gallery that the class is asked."""
+"""Questions of the gallery that are in the assignment."""
 RIGHT, WRONG, MISTAKEN, BLANK = "right", "wrong", "mistaken", "blank"
-"""Students by what they hand in; what is mistaken is what a known mistake leads to, and may be right in part."""
+"""Students, named by what they submit. Mistaken answers are results of known mistakes, and may be partly right."""
 KEY = "arms"
-NEAR = 1e-6
+TOLERANCE = 1e-6
 
 
-def a_class(folder: Path, *students: str) -> Assignment:
-    """Make an assignment, which also has questions of an instructor, for students who are named by what they submit."""
+def make_class_assignment(folder: Path, *students: str) -> Assignment:
+    """Make an assignment with a ready-made set and custom questions, for students named by what they submit."""
     roster = [Student(name, f"{name.title()} <Student>", f"{name}@example.org") for name in students]
     init_assignment(folder, "Arms & <signs>", KEY, roster, SECRET, problem_set=SETS[DEFAULT_SET])
     with (folder / "assignment.toml").open("a", encoding="utf-8") as file:
@@ -48,69 +48,76 @@ def a_class(folder: Path, *students: str) -> Assignment:
     return load_assignment(folder)
 
 
-def exported(assignment: Assignment, export_format: str, to: Path) -> Path:
-    """Export an assignment into a folder, and return it."""
+def export_into(assignment: Assignment, export_format: str, folder: Path) -> Path:
+    """Export an assignment into a folder, and return the folder."""
     for file in EXPORT_FORMATS[export_format].export(ExportRequest(assignment, find_failures)):
-        path = to / file.path
+        path = folder / file.path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
-    return to
+    return folder
 
 
 def install(software: Path, wheel: Path) -> None:
-    """Install an exported wheel: what it needs, and then this very qdot, of which the version may be there already."""
+    """Install an exported wheel into an environment: its dependencies, then itself, even if it is installed."""
     command: list[str | Path] = [software / "bin" / "python", "-m", "pip", "install", "--quiet", wheel]
     for options in ([], ["--force-reinstall", "--no-deps"]):
         subprocess.run([*command, *options], check=True, capture_output=True)
 
 
-# --- what is handed in ---
+# --- submissions ---
 
 
-def answered(assignment: Assignment, student: str, text: str) -> str:
-    """Return the notebook that was handed out to a student, with that student's kind of answers in its cells."""
-    code = {RIGHT: _right, WRONG: _wrong, MISTAKEN: _mistaken}.get(student)
-    answers = code(assignment, student) if code else {}
+def fill_in_answers(assignment: Assignment, student: str, text: str) -> str:
+    """Return a student's released notebook (`text`) with that student's kind of answers in its cells."""
+    write_answers = {RIGHT: write_right_answers, WRONG: _write_wrong_answers, MISTAKEN: _write_mistaken_answers}
+    return fill_in(text, write_answers[student](assignment, student) if student in write_answers else {})
+
+
+def fill_in(text: str, answers: Mapping[str, str]) -> str:
+    """Return a notebook with answers in its cells; `answers` has the code of each part."""
     notebook = json.loads(text)
     for cell in notebook["cells"]:
-        part = part_of(cell)
+        part = get_part(cell)
         if part in answers:
             cell["source"] = answers[part]
     return json.dumps(notebook, indent=1)
 
 
-def part_of(cell: Mapping[str, Any]) -> str:
-    """Return the part that is answered in a cell of a student's notebook; nothing for other cells."""
+def get_part(cell: Mapping[str, Any]) -> str:
+    """Return the part whose answer a cell of a student's notebook holds, or an empty string for other cells."""
     part: str = cell["metadata"].get("qdot", {}).get("part", "")
     return part
 
 
-def _right(assignment: Assignment, student: str) -> dict[str, str]:
+def write_right_answers(assignment: Assignment, student: str) -> dict[str, str]:
+    """Return the code of the right answer to each part."""
     problems = assignment.generate_problems(student)
     solved = json.loads(
         write_notebook(make_solution_notebook(assignment.title, assignment.key, student, problems, assignment.hints))
     )
-    return {part: cell["source"] for cell in solved["cells"] if (part := part_of(cell))}
+    return {part: cell["source"] for cell in solved["cells"] if (part := get_part(cell))}
 
 
-def _wrong(assignment: Assignment, student: str) -> dict[str, str]:
-    return _each(assignment, student, lambda problem, part: "0")
+def _write_wrong_answers(assignment: Assignment, student: str) -> dict[str, str]:
+    return _answer_each_part(assignment, student, lambda problem, part: "0")
 
 
-def _mistaken(assignment: Assignment, student: str) -> dict[str, str]:
-    return _each(assignment, student, _mistake)
+def _write_mistaken_answers(assignment: Assignment, student: str) -> dict[str, str]:
+    return _answer_each_part(assignment, student, _write_mistaken_answer)
 
 
-def _each(assignment: Assignment, student: str, code: Callable[[Problem, Part], str]) -> dict[str, str]:
+def _answer_each_part(
+    assignment: Assignment, student: str, write_answer: Callable[[Problem, Part], str]
+) -> dict[str, str]:
     return {
-        f"{slot}.{part.name}": f"{name_answer_variable(slot, part.name)} = {code(problem, part)}"
+        f"{slot}.{part.name}": f"{name_answer_variable(slot, part.name)} = {write_answer(problem, part)}"
         for slot, problem in assignment.generate_problems(student)
         for part in problem.parts
     }
 
 
-def _mistake(problem: Problem, part: Part) -> str:
-    """Return what a known mistake makes of an answer, as code; zero where none is known."""
+def _write_mistaken_answer(problem: Problem, part: Part) -> str:
+    """Return, as code, the result of a known mistake in a part, or zero if no mistake is known."""
     known = next(iter(find_known_wrong_answers(problem, part, 1)), None)
     if known is None:
         return "0"
@@ -121,12 +128,12 @@ def _mistake(problem: Problem, part: Part) -> str:
     return str(value if len(value) > 1 else value[0])
 
 
-# --- what it is worth ---
+# --- marks ---
 
 
 @dataclass(frozen=True)
-class Ours:
-    """What qdot itself gives to a notebook."""
+class QdotGrading:
+    """The grading of a student's notebook by qdot itself."""
 
     assignment: Assignment
     student: str
@@ -134,22 +141,22 @@ class Ours:
 
     @cached_property
     def result(self) -> Result:
-        """Its result, as in results.jsonl."""
-        found = find_student_files(self.assignment, self.notebook)
+        """The result, as in results.jsonl."""
+        files = find_student_files(self.assignment, self.notebook)
         return grade_one(
-            self.assignment, find_student(self.assignment, self.student), found, make_limits(Limits.seconds)
+            self.assignment, find_student(self.assignment, self.student), files, make_limits(Limits.seconds)
         )
 
 
-def hold(counts: Counts, ours: Ours, theirs: Mapping[str, float]) -> None:
-    """Count what a program gives to each part, by what the student has handed in and by what qdot gives."""
-    for name, part in ours.result.parts.items():
-        points, most = theirs.get(name, -1.0), part.max_points
-        where = f"{ours.student} {name}: {points} of {most}"
-        if ours.student == RIGHT:
-            counts.add("right = full", points == most, where)
-        elif ours.student == BLANK:
-            counts.add("blank = 0", points == 0, where)
+def compare_marks(counts: Counts, grading: QdotGrading, platform_points: Mapping[str, float]) -> None:
+    """Check the points that a platform gives each part against the kind of submission and against qdot's points."""
+    for name, part in grading.result.parts.items():
+        points, max_points = platform_points.get(name, -1.0), part.max_points
+        details = f"{grading.student} {name}: {points} of {max_points}"
+        if grading.student == RIGHT:
+            counts.add("right = full", points == max_points, details)
+        elif grading.student == BLANK:
+            counts.add("blank = 0", points == 0, details)
         else:
-            counts.add("wrong < full", 0 <= points < most, where)
-        counts.add("marks as ours", abs(points - (part.points or 0)) < NEAR, f"{where}, {part.points} of ours")
+            counts.add("wrong < full", 0 <= points < max_points, details)
+        counts.add("marks as ours", abs(points - (part.points or 0)) < TOLERANCE, f"{details}, {part.points} by qdot")

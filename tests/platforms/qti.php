@@ -1,8 +1,8 @@
 <?php
 /*
- * Items and the test of a QTI 2.1 package, loaded, held against their schema and scored by the engine whose folder is
- * the first argument; the package is the second. Standard input is a list of responses, [item, {variable: value}],
- * standard output what became of each, as JSON.
+ * Load the items and the test of a QTI 2.1 package, validate them, and score responses. The first argument is the folder
+ * of the engine, the second the package. Standard input is a JSON list of items with the responses to each attempt,
+ * [item, [{variable: value}]]; standard output has the results as JSON: `items` and `tests`.
  */
 
 require $argv[1] . '/vendor/autoload.php';
@@ -22,7 +22,7 @@ use qtism\runtime\rendering\markup\xhtml\XhtmlRenderingEngine;
 use qtism\runtime\tests\AssessmentItemSession;
 use qtism\runtime\tests\SessionManager;
 
-function document(string $path): XmlDocument
+function load_document(string $path): XmlDocument
 {
     $document = new XmlDocument();
     $document->load($path, true);
@@ -30,77 +30,78 @@ function document(string $path): XmlDocument
     return $document;
 }
 
-/** A response as the item declares it: a number, an identifier, or several identifiers or pairs. */
-function response($declared, $given): ResponseVariable
+/** Return a response variable of the declared type: a number, an identifier, or several identifiers or pairs. */
+function make_response($declared, $response): ResponseVariable
 {
-    $one = match ($declared->getBaseType()) {
+    $convert = match ($declared->getBaseType()) {
         BaseType::FLOAT => fn ($value) => new QtiFloat((float) $value),
         BaseType::IDENTIFIER => fn ($value) => new QtiIdentifier($value),
         BaseType::DIRECTED_PAIR => fn ($value) => new QtiDirectedPair(...explode(' ', $value)),
     };
     $value = $declared->getCardinality() === Cardinality::MULTIPLE
-        ? new MultipleContainer($declared->getBaseType(), array_map($one, $given))
-        : ($given === null ? null : $one($given));
+        ? new MultipleContainer($declared->getBaseType(), array_map($convert, $response))
+        : ($response === null ? null : $convert($response));
     $variable = ResponseVariable::createFromDataModel($declared);
     $variable->setValue($value);
 
     return $variable;
 }
 
-/** An item's score and what is told after one more attempt. */
-function attempt(AssessmentItemSession $session, array $given): array
+/** Make another attempt at an item; return its score and the identifiers of the feedback shown. */
+function attempt(AssessmentItemSession $session, array $responses): array
 {
     $session->beginAttempt();
     $state = new State();
     foreach ($session->getAssessmentItem()->getResponseDeclarations() as $declared) {
-        if (array_key_exists($declared->getIdentifier(), $given)) {
-            $state->setVariable(response($declared, $given[$declared->getIdentifier()]));
+        if (array_key_exists($declared->getIdentifier(), $responses)) {
+            $state->setVariable(make_response($declared, $responses[$declared->getIdentifier()]));
         }
     }
     $session->endAttempt($state);
-    $told = [];
+    $feedback = [];
     foreach ($session['FEEDBACK'] ?? [] as $identifier) {
-        $told[] = $identifier->getValue();
+        $feedback[] = $identifier->getValue();
     }
 
-    return ['score' => $session['SCORE']->getValue(), 'told' => $told];
+    return ['score' => $session['SCORE']->getValue(), 'feedback' => $feedback];
 }
 
-function attempts(string $package, array $asked): array
+/** Render an item and make all attempts at it; return the page and the results, or the error. */
+function attempt_item(string $package, array $request): array
 {
-    [$item, $givens] = $asked;
+    [$item, $attempts] = $request;
     try {
-        $loaded = document("$package/items/$item.xml")->getDocumentComponent();
+        $loaded = load_document("$package/items/$item.xml")->getDocumentComponent();
         $session = new AssessmentItemSession($loaded);
         $session->getItemSessionControl()->setMaxAttempts(0);
         $session->beginItemSession();
         $page = (new XhtmlRenderingEngine())->render($loaded)->saveXML();
 
-        return ['page' => $page, 'attempts' => array_map(fn ($given) => attempt($session, $given), $givens)];
+        return ['page' => $page, 'attempts' => array_map(fn ($responses) => attempt($session, $responses), $attempts)];
     } catch (Throwable $error) {
         return ['error' => get_class($error) . ': ' . $error->getMessage()];
     }
 }
 
-/** The items that a student is given, in their order, and how often the first may be tried. */
-function drawn(string $package): array
+/** Begin the test; return the selected items in order, and the number of attempts allowed at the first. */
+function select_items(string $package): array
 {
-    $test = XmlCompactDocument::createFromXmlAssessmentTestDocument(document("$package/test.xml"));
+    $test = XmlCompactDocument::createFromXmlAssessmentTestDocument(load_document("$package/test.xml"));
     $manager = new SessionManager(new FileSystemFileManager());
     $session = $manager->createAssessmentTestSession($test->getDocumentComponent());
     $session->beginTestSession();
     $items = [];
-    foreach ($session->getRoute()->getAllRouteItems() as $each) {
-        $items[] = $each->getAssessmentItemRef()->getIdentifier();
+    foreach ($session->getRoute()->getAllRouteItems() as $route_item) {
+        $items[] = $route_item->getAssessmentItemRef()->getIdentifier();
     }
 
     return ['items' => $items, 'attempts' => $session->getCurrentRemainingAttempts()];
 }
 
-$asked = json_decode(stream_get_contents(STDIN), true);
-$scored = array_map(fn ($each) => attempts($argv[2], $each), $asked);
+$requests = json_decode(stream_get_contents(STDIN), true);
+$scored = array_map(fn ($request) => attempt_item($argv[2], $request), $requests);
 try {
-    $tests = [drawn($argv[2]), drawn($argv[2])];
+    $tests = [select_items($argv[2]), select_items($argv[2])];
 } catch (Throwable $error) {
     $tests = ['error' => get_class($error) . ': ' . $error->getMessage()];
 }

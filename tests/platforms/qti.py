@@ -1,6 +1,6 @@
-"""TAO's QTI engine: every item loaded by its schema, shown, tried and scored; what a student is given of a test.
+"""TAO's QTI engine: it validates, renders and scores every item, and selects a student's items from a test.
 
-`software` is a folder of the engine with what it needs in `vendor` (composer install); php is on the path.
+`software` is the folder of the engine, with its dependencies in `vendor` (composer install); php is on the path.
 """
 
 import json
@@ -16,64 +16,64 @@ from qdot.exercises.exports.export_format import DEFAULT_ATTEMPTS, ExportRequest
 from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberField, NumberForm, QuizItem, make_items
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.reference_answers import LETTERS
-from tests.platforms.given import EVERYTHING, PLAIN, order
+from tests.platforms.assignments import EVERYTHING, PLAIN, make_request
 from tests.platforms.records import Counts, Record, today
 
 Responses = dict[str, Any]
 SCRIPT = Path(__file__).with_suffix(".php")
-MOST_WRONG = 3
-NEAR = 1e-6
-"""Shares of points are written with ten digits."""
+MAX_WRONG_ATTEMPTS = 3
+TOLERANCE = 1e-6
+"""For shares of points, which are written with ten digits."""
 
 
 def run(software: Path, work: Path) -> Record:
     """Export everything once, and the default set in three variants."""
     counts = Counts()
-    for which, variants in ((EVERYTHING, 1), (PLAIN, 3)):
-        made = order(work / which, which, variants)
-        _score(software, _package(made, work / f"{which}-package"), made, counts)
-    told = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
-    return Record("qti", f"TAO's QTI SDK of {told.stdout.strip()}", today(), counts.told())
+    for kind, variants in ((EVERYTHING, 1), (PLAIN, 3)):
+        request = make_request(work / kind, kind, variants)
+        _check_package(software, _write_package(request, work / f"{kind}-package"), request, counts)
+    version = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
+    return Record("qti", f"TAO's QTI SDK of {version.stdout.strip()}", today(), counts.freeze())
 
 
-def _package(made: ExportRequest, folder: Path) -> Path:
-    (file,) = EXPORT_FORMATS["qti"].export(made)
+def _write_package(request: ExportRequest, folder: Path) -> Path:
+    (file,) = EXPORT_FORMATS["qti"].export(request)
     archive = folder.with_suffix(".zip")
     archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
-    with zipfile.ZipFile(archive) as opened:
-        opened.extractall(folder)
+    with zipfile.ZipFile(archive) as zip_file:
+        zip_file.extractall(folder)
     return folder
 
 
-# --- what is handed in ---
+# --- attempts ---
 
 
 @dataclass(frozen=True)
 class _Attempt:
-    """Responses to an item, as what they are counted, and the share of the points that they are worth."""
+    """Responses to an item, the check as which they are counted, and the share of the points that they should earn."""
 
-    what: str
-    given: Responses
-    worth: float
+    check: str
+    responses: Responses
+    expected_share: float
 
 
-def _attempts(one: QuizItem) -> list[_Attempt]:
-    """Return attempts, the first of them wrong: nothing is told after it."""
-    form = one.form
+def _make_attempts(item: QuizItem) -> list[_Attempt]:
+    """Return attempts at an item. The first is wrong, so that no solution may be shown after it."""
+    form = item.form
     if isinstance(form, ChoiceForm):
-        return _chosen(form)
+        return _make_choice_attempts(form)
     if isinstance(form, MatchingForm):
-        return _matched(form)
-    return _typed(form) if isinstance(form, NumberForm) else []
+        return _make_matching_attempts(form)
+    return _make_number_attempts(form) if isinstance(form, NumberForm) else []
 
 
-def _chosen(form: ChoiceForm) -> list[_Attempt]:
+def _make_choice_attempts(form: ChoiceForm) -> list[_Attempt]:
     right = [LETTERS[k] for k, option in enumerate(form.options) if option.is_correct]
     wrong = [LETTERS[k] for k, option in enumerate(form.options) if not option.is_correct]
     if not form.allows_several:
-        tries = [_Attempt("wrong < full", {"RESPONSE": letter}, 0) for letter in wrong[:MOST_WRONG]]
+        wrong_attempts = [_Attempt("wrong < full", {"RESPONSE": letter}, 0) for letter in wrong[:MAX_WRONG_ATTEMPTS]]
         return [
-            *tries,
+            *wrong_attempts,
             _Attempt("right = full", {"RESPONSE": right[0]}, 1),
             _Attempt("blank = 0", {"RESPONSE": None}, 0),
         ]
@@ -87,80 +87,93 @@ def _chosen(form: ChoiceForm) -> list[_Attempt]:
     ]
 
 
-def _matched(form: MatchingForm) -> list[_Attempt]:
-    turned = [*form.correct_options[1:], form.correct_options[0]]
-    hits = sum(mine == due for mine, due in zip(turned, form.correct_options, strict=True))
+def _make_matching_attempts(form: MatchingForm) -> list[_Attempt]:
+    rotated = [*form.correct_options[1:], form.correct_options[0]]
+    hits = sum(option == correct for option, correct in zip(rotated, form.correct_options, strict=True))
     return [
         _Attempt(
-            "wrong < full", {"RESPONSE": [f"S{k} T{index}" for k, index in enumerate(turned)]}, hits / len(turned)
+            "wrong < full", {"RESPONSE": [f"S{k} T{index}" for k, index in enumerate(rotated)]}, hits / len(rotated)
         ),
         _Attempt("right = full", {"RESPONSE": [f"S{k} T{index}" for k, index in enumerate(form.correct_options)]}, 1),
         _Attempt("blank = 0", {"RESPONSE": []}, 0),
     ]
 
 
-def _typed(form: NumberForm) -> list[_Attempt]:
+def _make_number_attempts(form: NumberForm) -> list[_Attempt]:
     fields = form.fields
-    made = []
-    for number in range(MOST_WRONG):
-        values = [_wrong(field, number) for field in fields]
-        made.append(_numbers("wrong < full", fields, values))
+    attempts = []
+    for number in range(MAX_WRONG_ATTEMPTS):
+        values = [_make_wrong_number(field, number) for field in fields]
+        attempts.append(_make_number_attempt("wrong < full", fields, values))
     for digits in (".6g", ".10g"):
-        made.append(_numbers("right = full", fields, [float(f"{field.value:{digits}}") for field in fields]))
-    return [*made, _Attempt("blank = 0", {f"R{k}": None for k in range(1, len(fields) + 1)}, 0)]
+        attempts.append(
+            _make_number_attempt("right = full", fields, [float(f"{field.value:{digits}}") for field in fields])
+        )
+    return [*attempts, _Attempt("blank = 0", {f"R{k}": None for k in range(1, len(fields) + 1)}, 0)]
 
 
-def _wrong(field: NumberField, number: int) -> float:
-    """Return what a mistake makes of a number; where it is none that a mistake makes otherwise, another number."""
+def _make_wrong_number(field: NumberField, number: int) -> float:
+    """Return the wrong value of a known mistake, or another wrong number if fewer mistakes are known."""
     known = next(islice(field.wrong_values, number, None), None)
     return known.value if known is not None else field.value + (number + 1) * max(1.0, abs(field.value))
 
 
-def _numbers(what: str, fields: Iterable[NumberField], values: list[float]) -> _Attempt:
-    near = [abs(value - field.value) <= field.tolerance for field, value in zip(fields, values, strict=True)]
-    return _Attempt(what, {f"R{k}": value for k, value in enumerate(values, 1)}, sum(near) / len(near))
+def _make_number_attempt(check: str, fields: Iterable[NumberField], values: list[float]) -> _Attempt:
+    is_right = [abs(value - field.value) <= field.tolerance for field, value in zip(fields, values, strict=True)]
+    return _Attempt(check, {f"R{k}": value for k, value in enumerate(values, 1)}, sum(is_right) / len(is_right))
 
 
-# --- what becomes of it ---
+# --- results ---
 
 
-def _score(software: Path, package: Path, made: ExportRequest, counts: Counts) -> None:
-    asked = list(make_items(made))
-    tried = [_attempts(one) for one in asked]
-    told = [[one.key, [attempt.given for attempt in attempts]] for one, attempts in zip(asked, tried, strict=True)]
+def _check_package(software: Path, package: Path, request: ExportRequest, counts: Counts) -> None:
+    items = list(make_items(request))
+    attempts = [_make_attempts(item) for item in items]
+    responses = [
+        [item.key, [attempt.responses for attempt in item_attempts]]
+        for item, item_attempts in zip(items, attempts, strict=True)
+    ]
     command = ["php", "-d", "memory_limit=2G", str(SCRIPT), str(software), str(package)]
-    done = subprocess.run(command, input=json.dumps(told), capture_output=True, text=True, check=True)
+    done = subprocess.run(command, input=json.dumps(responses), capture_output=True, text=True, check=True)
     results = json.loads(done.stdout[done.stdout.index('{"items"') :])
-    for one, attempts, result in zip(asked, tried, results["items"], strict=True):
-        counts.add("imported", "error" not in result, f"{one.key}: {result.get('error')}")
+    for item, item_attempts, result in zip(items, attempts, results["items"], strict=True):
+        counts.add("imported", "error" not in result, f"{item.key}: {result.get('error')}")
         if "error" not in result:
-            counts.add("shown", _is_shown(one, result["page"]), one.key)
-            _hold(one, attempts, result["attempts"], counts)
-    _drawn(results["tests"], asked, made, counts)
+            counts.add("shown", _is_shown(item, result["page"]), item.key)
+            _check_attempts(item, item_attempts, result["attempts"], counts)
+    _check_selection(results["tests"], items, request, counts)
 
 
-def _is_shown(one: QuizItem, page: str) -> bool:
-    if isinstance(one.form, NumberForm):
-        return page.count("qti-textEntryInteraction") >= len(one.form.fields)
-    return "qti-matchInteraction" in page if isinstance(one.form, MatchingForm) else "qti-choiceInteraction" in page
+def _is_shown(item: QuizItem, page: str) -> bool:
+    if isinstance(item.form, NumberForm):
+        return page.count("qti-textEntryInteraction") >= len(item.form.fields)
+    return "qti-matchInteraction" in page if isinstance(item.form, MatchingForm) else "qti-choiceInteraction" in page
 
 
-def _hold(one: QuizItem, attempts: list[_Attempt], results: list[dict[str, Any]], counts: Counts) -> None:
+def _check_attempts(item: QuizItem, attempts: list[_Attempt], results: list[dict[str, Any]], counts: Counts) -> None:
     for number, (attempt, result) in enumerate(zip(attempts, results, strict=True), 1):
-        share, where = result["score"] / one.points, f"{one.key} {attempt.given}: {result}"
-        is_due = {"right = full": share > 1 - NEAR, "wrong < full": share < 1 - NEAR, "blank = 0": share == 0}
-        counts.add(attempt.what, is_due[attempt.what], where)
-        counts.add("scores as ours", abs(share - attempt.worth) < NEAR, f"{where}, {attempt.worth} is due")
-        told_now = number >= DEFAULT_ATTEMPTS or attempt.worth == 1
-        counts.add("solution when done", ("solution" in result["told"]) == told_now, where)
+        share, details = result["score"] / item.points, f"{item.key} {attempt.responses}: {result}"
+        as_expected = {
+            "right = full": share > 1 - TOLERANCE,
+            "wrong < full": share < 1 - TOLERANCE,
+            "blank = 0": share == 0,
+        }
+        counts.add(attempt.check, as_expected[attempt.check], details)
+        counts.add(
+            "scores as ours",
+            abs(share - attempt.expected_share) < TOLERANCE,
+            f"{details}, not {attempt.expected_share}",
+        )
+        is_done = number >= DEFAULT_ATTEMPTS or attempt.expected_share == 1
+        counts.add("solution when done", ("solution" in result["feedback"]) == is_done, details)
 
 
-def _drawn(tests: Any, asked: list[QuizItem], made: ExportRequest, counts: Counts) -> None:
-    """Hold that a student is given one variant of each place, with all of its parts in their order."""
+def _check_selection(tests: Any, items: list[QuizItem], request: ExportRequest, counts: Counts) -> None:
+    """Check that a test selects one variant for each slot, with all of its parts in order."""
     counts.add("test loaded", isinstance(tests, list), f"test: {tests}")
     for test in tests if isinstance(tests, list) else ():
         variants = list(dict.fromkeys("-".join(item.split("-")[:2]) for item in test["items"]))
-        due = [one.key for variant in variants for one in asked if one.key.startswith(f"{variant}-")]
-        places = [variant.split("-")[0] for variant in variants]
-        whole = places == [slot.name for slot in made.assignment.slots] and test["items"] == due
-        counts.add("one variant a place", whole and test["attempts"] == DEFAULT_ATTEMPTS, f"{test}")
+        expected = [item.key for variant in variants for item in items if item.key.startswith(f"{variant}-")]
+        slots = [variant.split("-")[0] for variant in variants]
+        is_complete = slots == [slot.name for slot in request.assignment.slots] and test["items"] == expected
+        counts.add("one variant a place", is_complete and test["attempts"] == DEFAULT_ATTEMPTS, f"{test}")

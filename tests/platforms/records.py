@@ -1,4 +1,4 @@
-"""Store results of runs in real programs as tests/platforms/NAME.json; docs/export-formats.md is made from them."""
+"""Results of a run in a real program, as stored in tests/platforms/NAME.json and shown in docs/export-formats.md."""
 
 import datetime
 import json
@@ -13,9 +13,9 @@ FOLDER = Path(__file__).parent
 
 @dataclass(frozen=True)
 class Count:
-    """How many checks of a kind passed, out of how many; `but` is a remark for readers.
+    """How many of the checks of one kind `passed`, `of` how many.
 
-    If `excused` checks failed for a known reason, `but` gives the reason.
+    `but` is a remark for the reader; `excused` is the number of checks that failed for the reason in the remark.
     """
 
     passed: int
@@ -24,17 +24,17 @@ class Count:
     excused: int = 0
 
     @property
-    def is_sound(self) -> bool:
-        """Return whether there were checks, and every failure has a known reason."""
+    def all_passed_or_excused(self) -> bool:
+        """Return whether every check passed or is excused, and there was at least one."""
         return self.of > 0 and self.passed + self.excused == self.of
 
 
 @dataclass(frozen=True)
 class Record:
-    """A run: the export format, the program with its version, the date, and the counts.
+    """A run: the `export_format`, the program with its version (`software`), the date, and the counts by kind of check.
 
-    "generate" means the notebooks that `qdot generate` writes. The counts have the names "imported", "shown",
-    "right = full", "wrong < full", "blank = 0", …, in this order.
+    The format "generate" stands for the notebooks that `qdot generate` writes. Kinds of checks are "imported", "shown",
+    "right = full" (right answers earn full marks), "wrong < full", "blank = 0", …
     """
 
     export_format: str
@@ -42,14 +42,14 @@ class Record:
     date: str
     counts: Mapping[str, Count]
 
-    def keep(self, name: str) -> None:
-        """Write the record of a platform, replacing the last one."""
+    def save(self, name: str) -> None:
+        """Write the record of a platform, replacing its last one."""
         text = json.dumps(asdict(self), indent=1, ensure_ascii=False)
         write_atomically(FOLDER / f"{name}.json", text + "\n")
 
 
 class Counts:
-    """The counts of a run so far, by the name of the check; `but` holds the remarks."""
+    """The counts of a run in progress: the fields of a `Count`, by kind of check."""
 
     def __init__(self) -> None:
         self.passed: dict[str, int] = {}
@@ -57,35 +57,35 @@ class Counts:
         self.but: dict[str, str] = {}
         self.excused: dict[str, int] = {}
 
-    def add(self, what: str, came_out: bool, which: str) -> None:
-        """Count one check, and print which one it is if it failed."""
-        self.passed[what] = self.passed.get(what, 0) + came_out
-        self.of[what] = self.of.get(what, 0) + 1
-        if not came_out:
-            print(f"  {what}: {which}")
+    def add(self, check: str, passed: bool, details: str) -> None:
+        """Count a check, and print its details if it failed."""
+        self.passed[check] = self.passed.get(check, 0) + passed
+        self.of[check] = self.of.get(check, 0) + 1
+        if not passed:
+            print(f"  {check}: {details}")
 
-    def excuse(self, what: str, many: int, why: str) -> None:
-        """Excuse a number of failures, and give the reason in a sentence."""
-        self.excused[what], self.but[what] = self.excused.get(what, 0) + many, why
+    def excuse(self, check: str, number: int, reason: str) -> None:
+        """Allow a further number of checks to fail, for a reason."""
+        self.excused[check], self.but[check] = self.excused.get(check, 0) + number, reason
 
-    def told(self) -> dict[str, Count]:
-        """Return the counts of a record."""
+    def freeze(self) -> dict[str, Count]:
+        """Return the counts for a record."""
         return {
-            what: Count(self.passed[what], of, self.but.get(what, ""), self.excused.get(what, 0))
-            for what, of in self.of.items()
+            check: Count(self.passed[check], of, self.but.get(check, ""), self.excused.get(check, 0))
+            for check, of in self.of.items()
         }
 
 
 def today() -> str:
-    """Return today's date in UTC."""
+    """Return today's date in UTC, as YYYY-MM-DD."""
     return datetime.datetime.now(datetime.UTC).date().isoformat()
 
 
-def kept() -> dict[str, Record]:
+def load_records() -> dict[str, Record]:
     """Return the records of the last runs, by the names of the platforms."""
-    found = {}
+    records = {}
     for path in sorted(FOLDER.glob("*.json")):
         data = json.loads(path.read_text(encoding="utf-8"))
         counts = {name: Count(**count) for name, count in data.pop("counts").items()}
-        found[path.stem] = Record(**data, counts=counts)
-    return found
+        records[path.stem] = Record(**data, counts=counts)
+    return records

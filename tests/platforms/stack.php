@@ -1,28 +1,27 @@
 <?php
-// What Moodle with STACK makes of our questions: `php stack.php < request.json`, which answers in lines of JSON; asked by
+// Import our questions into Moodle with STACK, show them, and run their tests: `php stack.php < request.json`, called by
 // stack.py.
 //
-// The request: `config` (Moodle's config.php), `xml`, the file to import, and `patience`, the seconds that a call of
-// Maxima may take by the clock of this run. The answer: a line on the software and the
-// import, then a line for each question: what is stored of it, what its page shows, what a blank attempt earns, and of
-// each question test whether STACK passes it, the score that was expected, the seconds that it took, and those of
-// the processor, and why it did not.
+// The request: `config` (path of Moodle's config.php), `xml`, the file to import, and `patience`, the seconds that a call of
+// Maxima may take. The output is lines of JSON: one about the software and the import, then one for each question with
+// its stored fields, its page before and after an attempt, the mark of a blank attempt, and the results of its tests.
 
 require(__DIR__ . '/import.php');
 $config = get_config('qtype_stack');
-$patient = ['castimeout' => $request['patience']];
+$stack_settings = ['castimeout' => $request['patience']];
 foreach (['maximacommand', 'maximacommandopt'] as $name) {
-    $patient[$name] = preg_replace('/^timeout --kill-after=\d+s \d+s/', "timeout {$request['patience']}s", $config->$name ?? '');
+    $stack_settings[$name] = preg_replace('/^timeout --kill-after=\d+s \d+s/', "timeout {$request['patience']}s", $config->$name ?? '');
 }
-$CFG->forced_plugin_settings['qtype_stack'] = array_filter($patient);
+$CFG->forced_plugin_settings['qtype_stack'] = array_filter($stack_settings);
 require_once($CFG->dirroot . '/question/type/stack/locallib.php');
 require_once($CFG->dirroot . '/question/type/stack/stack/questiontest.php');
 
-function told(array $line): void {
+function print_line(array $line): void {
     echo "\n" . json_encode($line, JSON_THROW_ON_ERROR) . "\n";
 }
 
-function questions_of(context $context): array {
+// Return the STACK questions of a context in the order of the import.
+function load_questions(context $context): array {
     global $DB;
     $sql = "SELECT q.id, q.name, e.idnumber, q.defaultmark, c.name AS category
               FROM {question} q
@@ -33,8 +32,8 @@ function questions_of(context $context): array {
     return array_values($DB->get_records_sql($sql, [$context->id]));
 }
 
-// Seconds of processor time, of PHP and of all Maximas that have ended.
-function processor(): float {
+// Return the processor time in seconds of PHP and of all Maxima processes that have ended.
+function measure_processor_time(): float {
     $seconds = 0.0;
     foreach ([0, 1] as $who) {
         $used = getrusage($who);
@@ -45,19 +44,21 @@ function processor(): float {
     return $seconds;
 }
 
-function tested(stack_question_test $test, int $id, context $context): array {
-    [$start, $used] = [microtime(true), processor()];
+// Run a question test; return whether it passed, why not, the expected score, and the elapsed and processor times.
+function run_test(stack_question_test $test, int $id, context $context): array {
+    [$start, $used] = [microtime(true), measure_processor_time()];
     $result = $test->test_question($id, null, $context);
-    [$seconds, $used] = [microtime(true) - $start, processor() - $used];
-    $said = $result->passed_with_reasons();
-    $due = $test->expectedresults['prt1'];
+    [$seconds, $used] = [microtime(true) - $start, measure_processor_time() - $used];
+    $outcome = $result->passed_with_reasons();
+    $expected = $test->expectedresults['prt1'];
     return [
-        'about' => $test->description, 'passed' => (bool) $said['passed'], 'due' => $due->score, 'seconds' => $seconds,
-        'used' => $used, 'why' => trim(strip_tags($said['reason'] ?? '')),
+        'description' => $test->description, 'passed' => (bool) $outcome['passed'], 'expected' => $expected->score, 'seconds' => $seconds,
+        'processor_seconds' => $used, 'reason' => trim(strip_tags($outcome['reason'] ?? '')),
     ];
 }
 
-function shown(int $id, context $context): array {
+// Show a question, finish a blank attempt, and show it again; return both pages, the fraction earned, and any errors.
+function show_question(int $id, context $context): array {
     $usage = question_engine::make_questions_usage_by_activity('core_question_preview', $context);
     $usage->set_preferred_behaviour('deferredfeedback');
     $question = question_bank::load_question($id);
@@ -77,17 +78,17 @@ function shown(int $id, context $context): array {
 
 \core\session\manager::set_user(get_admin());
 core_php_time_limit::raise(0);
-$course = a_course();
+$course = create_test_course();
 $context = context_course::instance($course->id);
 $PAGE->set_context($context);
 $PAGE->set_course($course);
 $PAGE->set_url('/');
 $plugin = core_plugin_manager::instance()->get_plugin_info('qtype_stack')->release;
-$about = ['moodle' => $CFG->release, 'stack' => $plugin, 'database' => $DB->get_name(), 'platform' => $config->platform];
-told($about + ['import' => import($request['xml'], $course, bank_context($course))]);
-foreach (questions_of($context) as $question) {
+$info = ['moodle' => $CFG->release, 'stack' => $plugin, 'database' => $DB->get_name(), 'platform' => $config->platform];
+print_line($info + ['import' => import($request['xml'], $course, get_bank_context($course))]);
+foreach (load_questions($context) as $question) {
     $tests = question_bank::get_qtype('stack')->load_question_tests($question->id);
-    told((array) $question + shown($question->id, $context) + [
-        'tests' => array_values(array_map(fn($test) => tested($test, $question->id, $context), $tests)),
+    print_line((array) $question + show_question($question->id, $context) + [
+        'tests' => array_values(array_map(fn($test) => run_test($test, $question->id, $context), $tests)),
     ]);
 }

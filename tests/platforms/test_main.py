@@ -1,4 +1,4 @@
-"""`make platforms` as a whole: which copy of a program is taken, and what becomes of the others when one breaks."""
+"""The command of `make platforms`: which copy of a program it uses, and what it does when a run fails."""
 
 import sys
 from pathlib import Path
@@ -12,44 +12,44 @@ from tests.platforms.records import Count, Record
 from tests.support import ROOT
 
 
-def test_a_platform_that_cannot_be_run_keeps_no_other_from_its_run_and_no_record(
+def test_other_platforms_run_if_one_fails_and_only_completed_runs_are_recorded(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    names, kept = ("broken", "short", "sound"), list[str]()
+    names, saved = ("broken", "failing", "passing"), list[str]()
 
     def run(name: str, software: Path, work: Path) -> Record:
         if name == "broken":
             raise RuntimeError("no database here")
         assert software == tmp_path and work.is_dir()
-        return Record("moodle", name, "2026-01-01", {"shown": Count(1, 1 + (name == "short"))})
+        return Record("moodle", name, "2026-01-01", {"shown": Count(1, 1 + (name == "failing"))})
 
     for name in names:
         module = ModuleType(f"tests.platforms.{name}")
         monkeypatch.setitem(sys.modules, module.__name__, module)
         monkeypatch.setattr(module, "run", lambda software, work, name=name: run(name, software, work), raising=False)
     monkeypatch.setattr(command, "PLATFORMS", dict.fromkeys((*names, "absent"), "SOME_SOFTWARE") | {"absent": "NONE"})
-    monkeypatch.setattr(Record, "keep", lambda _, name: kept.append(name))
+    monkeypatch.setattr(Record, "save", lambda _, name: saved.append(name))
     monkeypatch.setenv("SOME_SOFTWARE", str(tmp_path))
     monkeypatch.delenv("NONE", raising=False)
     assert command.main([]) == 1
-    said = capsys.readouterr().out
-    assert kept == ["short", "sound"]
-    assert "absent: left out" in said and "no database here" in said and "fell short: broken, short" in said
+    output = capsys.readouterr().out
+    assert saved == ["failing", "passing"]
+    assert "absent: skipped" in output and "no database here" in output and "failed: broken, failing" in output
 
 
-def test_a_copy_that_is_named_goes_before_the_one_that_is_installed(
+def test_a_copy_named_by_the_environment_takes_precedence_over_the_installed_one(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(command, "ROOT", tmp_path)
     monkeypatch.delenv("OTTER", raising=False)
-    assert command.software_of("OTTER") is None
+    assert command.find_software("OTTER") is None
     (tmp_path / INSTALLED["OTTER"]).mkdir(parents=True)
-    assert command.software_of("OTTER") == tmp_path / INSTALLED["OTTER"]
+    assert command.find_software("OTTER") == tmp_path / INSTALLED["OTTER"]
     monkeypatch.setenv("OTTER", "/elsewhere")
-    assert command.software_of("OTTER") == Path("/elsewhere")
+    assert command.find_software("OTTER") == Path("/elsewhere")
 
 
-def test_what_is_installed_is_what_the_makefile_installs_for_a_platform() -> None:
+def test_each_installed_program_belongs_to_a_platform_and_is_installed_by_the_makefile() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     rule = makefile.split(".venvs/platforms/.installed: ")[1].split("\n\n")[0]
     for variable, path in INSTALLED.items():

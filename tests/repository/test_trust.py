@@ -1,4 +1,4 @@
-"""What users must trust: qdot sends nothing anywhere, licences are kept, and the citation and links are correct."""
+"""qdot sends nothing anywhere, licences are respected, and the citation and links are correct."""
 
 import json
 import re

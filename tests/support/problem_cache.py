@@ -30,7 +30,7 @@ from tests.support.imports import list_reached_files
 
 CACHE = ROOT / ".kept"
 MAX_DIGESTS = 3
-"""How many digests stay in the cache: those of the latest runs."""
+"""The number of digests that stay in the cache, from the latest runs."""
 
 
 @cache

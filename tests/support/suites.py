@@ -100,7 +100,7 @@ EXAMPLES = (
     "grader/cli/test_cli.py::test_generate_grade_and_check",
     "repository/test_structure.py", "repository/test_suites.py",
 )  # fmt: skip
-"""What `make check` runs: files, or prefixes of test ids."""
+"""The tests that `make check` runs: files, or prefixes of test ids."""
 
 
 def is_example(nodeid: str) -> bool:

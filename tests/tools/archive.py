@@ -110,7 +110,7 @@ WRONG = {
     "p1.determinant": "p1_determinant = blank",
     "p2.determinant": "raise ValueError('no idea')",
 }
-"""What the second student answers; all else of both is right."""
+"""The second student's wrong answers; all other answers of both students are right."""
 
 
 def interface() -> dict[str, Any]:

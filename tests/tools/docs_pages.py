@@ -112,7 +112,7 @@ AXES_IN_WORDS = {
     "tool": "position of the point of interest: the origin of the last frame, or beside or beyond it",
     "task": "the rows of the task: the plane in which an arm stands",
 }
-"""What each axis of variation changes."""
+"""A description of what each axis of variation changes."""
 
 
 def variation_page() -> str:

@@ -41,18 +41,18 @@ from tests.tools.hostile import ATTACKER, NEIGHBOUR, submit_random
 
 LIMITS = Limits(seconds=6, cell_seconds=2)
 LONGEST, HANGS = 60.0, 900.0
-"""Seconds of processor time that a class may take, and those on the clock of a machine however busy."""
+"""Limits for a class in seconds: processor time, and wall-clock time on a busy machine."""
 COMMAND, ZIPPED, FLAT = 40, 9, 4
-"""Of so many rounds one is graded by the command, one comes as a platform's zip; in one the neighbour has no folder."""
+"""One of this many rounds uses the command, one a platform's zip, and one a neighbour without a folder."""
 
 FULL = 4
 STATES = ("graded", "unusable", "missing", "ungraded", "over limit", "late")
 Hand = Callable[[Path, str], str]
-"""Puts something into the folder of submissions, with a right notebook at hand; returns in words what."""
+"""A function that puts something into the submissions folder, given a right notebook, and describes it."""
 
 
 class Find(AssertionError):
-    """Something that must not be."""
+    """Something happened that must never happen."""
 
 
 def _spent() -> float:
@@ -73,7 +73,7 @@ class Class:
         self.round(lambda *_: "nothing")  # what is kept of the problems is there from now on
 
     def clear(self, flat: bool = False) -> None:
-        """Begin anew, with what the neighbour hands in: in a folder, or as a file."""
+        """Start again with the neighbour's submission, in a folder or as a file."""
         for folder in (self.submitted, self.graded):
             if folder.is_dir():
                 folder_removal.remove_folder(str(folder))
@@ -84,7 +84,7 @@ class Class:
     def round(
         self, hand: Hand, by_command: bool = False, zipped: bool = False, flat: bool = False
     ) -> tuple[str, Result]:
-        """Have one thing handed in, and the class graded; return what it was, and the student's result. Raises Find."""
+        """Submit one thing and grade the class; return its description and the student's result. Raises Find."""
         self.clear(flat)
         case = hand(self.submitted, self.right[ATTACKER])
         try:
@@ -104,7 +104,7 @@ class Class:
             raise
 
     def _here(self, source: Path) -> list[str]:
-        """Grade in this process; return what the command would say of the folder."""
+        """Grade in this process; return what the command would report about the folder."""
         with open_submissions(source) as root, work_in_one_process():
             looked = find_submissions(self.assignment, root)
             results = grade_class(self.assignment, looked.by_student, 0, LIMITS)
@@ -122,7 +122,7 @@ class Class:
         return told.splitlines()
 
     def _looked_at(self, said: list[str]) -> Result:
-        """Look at all that was written; return the student's result."""
+        """Check all written files; return the student's result."""
         results = _results(self.graded)
         with (self.graded / "grades.csv").open(encoding="utf-8", newline="") as table:
             rows = {row["student"]: row for row in csv.DictReader(table)}
@@ -191,7 +191,7 @@ def _packed(submitted: Path) -> Path:
 
 
 def drawn_round(of: Class, seed: str, number: int) -> tuple[str, Result]:
-    """Have one round graded, all of it drawn from the seed and the round's number."""
+    """Grade one round, which depends only on the seed and the round's number."""
     rng, last = Stream(f"submissions/{seed}/{number}"), number % COMMAND == COMMAND - 1
     zipped, flat = number % ZIPPED == ZIPPED - 1, number % FLAT == FLAT - 1
     return of.round(lambda root, text: submit_random(root, text, rng), last, zipped, flat)

@@ -147,7 +147,7 @@ FINDS: dict[Callable[[Path, str], str], str] = {
     too_long_a_link: "unusable", too_long_a_path: "unusable", a_list_of_gradescopes: "unusable",
     a_null_in_an_answer: "graded", an_error_that_controls_a_terminal: "graded",
 }  # fmt: skip
-"""What was found, and what becomes of the student who hands it in."""
+"""Findings, each with the expected result of the student who submits it."""
 
 
 @pytest.mark.parametrize("found", FINDS)

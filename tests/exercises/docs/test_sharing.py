@@ -1,4 +1,4 @@
-"""How many students share an answer: fingerprints of arms group them like the generated answers."""
+"""Counts of students who share an answer: fingerprints of arms group them like the generated answers."""
 
 import json
 from collections.abc import Hashable, Sequence

@@ -233,7 +233,7 @@ def list_workflows(assignment: Assignment) -> list[Path]:
 
 
 def test_every_action_is_pinned_to_a_commit(assignment: Assignment) -> None:
-    """Whoever takes over an action can move its tags, and then runs code in a job with secrets."""
+    """Someone who takes over an action can move its tags and run code in a job with secrets."""
     files = [*list_workflows(assignment), *(ROOT / "docs").rglob("*.md")]
     used = [line for path in files for line in re.findall(r"\buses: *(.+)", path.read_text(encoding="utf-8"))]
     assert len(used) > 10

@@ -150,7 +150,7 @@ def test_every_arm_can_be_done_by_hand(family: str) -> None:
 
 @on_families(FIXED)
 def test_arms_differ_and_not_in_joints_task_and_number_of_symbols(family: str) -> None:
-    """Neither where P is fixed nor how the axes run is that of more than three quarters of the class."""
+    """At most three quarters of the class share the place of P, and at most as many the directions of the axes."""
     assert len({tuple(joint.kind for joint in arm.joints) for arm in arms(family)}) == 1
     assert len({arm.task for arm in arms(family, "frames")}) == 1
     assert len({len(arm.parameters) for arm in arms(family)}) == 1
@@ -172,7 +172,7 @@ def test_the_point_of_interest_differs_with_the_structure(family: str) -> None:
 
 @on_families(select_for_suite([name for name in FIXED if name not in LONG_ARMS], FIXED))
 def test_answers_differ(family: str) -> None:
-    """No Jacobian is that of more than an eighth of the class; that of a Cartesian arm is made of ones."""
+    """At most an eighth of the class share a Jacobian, except for Cartesian arms, whose entries are ones."""
     looked_at = select_for_suite(20, 60)
     jacobians = Counter(tuple(derive(arm).jacobian) for arm in arms(family)[:looked_at])
     assert max(jacobians.values()) <= looked_at // 8

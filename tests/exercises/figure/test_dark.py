@@ -18,7 +18,7 @@ PAGES = ("site/src/site.css", "templates/reports/feedback.css.j2", "templates/ex
 """Style sheets of pages that are dark by themselves and show figures."""
 FILTER = re.compile(r"invert\(([\d.]+)\) hue-rotate\(180deg\)")
 HALF_TURN = np.array([[-0.574, 1.43, 0.144], [0.426, 0.43, 0.144], [0.426, 1.43, -0.856]])
-"""What hue-rotate(180deg) does to red, green and blue (Filter Effects, section 9.8)."""
+"""The matrix by which hue-rotate(180deg) multiplies red, green and blue (Filter Effects, section 9.8)."""
 LETTERS, LINES = 4.5, 3.0
 """Contrast that WCAG asks for, of letters and of what else has to be told apart."""
 FILLING = ("link-inside", "rod-inside", "rod", "link", "joint-face", "joint-side", "plate", "pedestal", "hatch")

@@ -482,12 +482,12 @@ def test_a_hand_that_only_turns_has_an_arrow(identity: str) -> None:
 
 
 def tips(figure: Figure) -> dict[Vector2D, str]:
-    """Where the arrows of axes end, each with the axis it is of."""
+    """Return the ends of the arrows of axes, each with its axis."""
     return {points[0]: axis for axis in "xyzw" for points in strokes(figure, f"axis-{axis}-head")}
 
 
 def gap(text: Text, point: Vector2D) -> float:
-    """How far a label is from a point, in pixels."""
+    """Return the distance in pixels of a label from a point."""
     (x, y), (left, top, right, bottom) = point, text.box
     return float(np.hypot(max(left - x, x - right, 0.0), max(top - y, y - bottom, 0.0)))
 

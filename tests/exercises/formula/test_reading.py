@@ -1,4 +1,4 @@
-"""What students really type: correct answers are accepted in any notation, and unclear ones are refused quickly."""
+"""Typed answers: correct answers are accepted in any notation, and unclear ones are refused quickly."""
 
 import pytest
 

@@ -87,7 +87,7 @@ def test_every_function_makes_a_mistake_of_the_catalogue() -> None:
     [("[-sin(theta1), cos(theta1)]", "direction-that-moves"), ("[a2, -a1 - a2]", "null-vector-of-jacobian")],
 )
 def test_the_mistakes_about_a_direction_are_named(answer: str, mistake: str) -> None:
-    """Of the planar arm, stretched out, the tip can't move along the arm."""
+    """If the planar arm is stretched out, its tip can't move along the arm."""
     problem = ask_question("lost-direction", make_planar_2r())
     found = diagnose(problem, problem.parts[0], answer, "catalogue")
     assert found is not None and mistake in found.mistakes

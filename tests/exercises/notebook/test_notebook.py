@@ -199,7 +199,7 @@ def test_notebook_runs_in_jupyter() -> None:
 
 
 def test_an_arm_told_by_its_axes_has_no_names_of_a_table() -> None:
-    """Neither in the words, nor among what an answer may hold: a2 of the table that is worked with is told nowhere."""
+    """The length a2 of the solution's table appears neither in the text nor among the names for answers."""
     told = {name: generate(f"planar-2r/1@{name}", ["position"]) for name in CONVENTIONS}
     assert [name for name, problem in told.items() if "a2" in problem.symbols] == ["dh", "modified-dh"]
     for names in (("screws",), ("screws", "dh"), ("dh", "modified-dh")):

@@ -1,4 +1,4 @@
-"""What is behind options: of each wrong one something is told, and of right ones nothing."""
+"""Each wrong option has an explanation of the mistake behind it, and right options have none."""
 
 import pytest
 

@@ -166,7 +166,7 @@ def _others(answer: Any) -> list[Any]:
 
 
 def test_nothing_about_the_right_option_stands_out() -> None:
-    """Who never looks at the arm and takes the longest, the shortest or the most ordinary option is right by chance."""
+    """Always choosing the longest, shortest or most ordinary option is right only by chance."""
     hits, count = Counter[str](), 0
     for family in select_for_suite(("planar-2r", "planar-prr", "spherical"),
                           ("planar-2r", "elbow", "planar-prr", "cylindrical", "spherical")):  # fmt: skip

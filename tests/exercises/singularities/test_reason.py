@@ -1,4 +1,4 @@
-"""What is told of singular configurations is why they are singular: it is so at no regular configuration."""
+"""The stated reason for a singularity is true: it does not hold at any regular configuration."""
 
 import re
 

@@ -208,7 +208,7 @@ def test_conditions_that_never_hold_together_are_not_said(chain: Chain, right: l
 
 @dataclass(frozen=True)
 class Drawn:
-    """How arms are drawn as nobody would: any twists, slides in any order, some numbers."""
+    """A way to generate unusual arms: any twists, prismatic joints in any order, some numbers."""
 
     name: str
     lengths: Callable[[str], list[sp.Expr | int]]

@@ -230,7 +230,7 @@ def test_the_arm_beside_a_question_has_the_numbers_of_its_text(family: str, quiz
 
 GIVEN = ["joint-effect", "joint-rates", "path-limit", "rank", "unreachable-velocity", "singularity-type"]
 OF_ALL_POSES = ["singularity-meaning", "lost-motion"]
-"""Of the configurations with one joint at a value, not of one of them."""
+"""The questions about all configurations with a joint at a value, not about a single configuration."""
 
 
 def test_a_letter_is_drawn_with_no_length_of_the_table() -> None:

@@ -1,4 +1,4 @@
-"""What is said of singular configurations, and of lengths, is so in numbers."""
+"""Statements about singular configurations and special lengths hold numerically."""
 
 import itertools
 

@@ -257,7 +257,7 @@ def test_times_are_read_as_numbers() -> None:
 
 @pytest.mark.whole
 def test_conditions_that_were_tested_are_kept_where_what_they_look_like_is_not() -> None:
-    """Of seven joints: the time ends behind the test in numbers."""
+    """An arm of seven joints: the time limit is reached after the numeric test."""
     robot = read_robot_file(find_robot_path("iiwa7"))
 
     def ended(title: str) -> AbstractContextManager[object]:

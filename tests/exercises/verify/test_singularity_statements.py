@@ -1,4 +1,4 @@
-"""What worked solutions say of singular configurations: true of every family, and false sentences are found out."""
+"""Statements about singular configurations in solutions hold for every family, and false ones are detected."""
 
 import re
 from collections.abc import Iterator

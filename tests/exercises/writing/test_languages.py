@@ -201,7 +201,7 @@ def test_a_source_that_changed_is_noticed(due: Catalog, tmp_path: Path, monkeypa
 ACCENTS = str.maketrans("eouEOU", "éóúÉÓÚ")
 PLAIN = str.maketrans("éóúÉÓÚ", "eouEOU")
 WORDLESS = re.compile(rf"{PIECES.pattern}|\*\*[A-H]+\.?\*\*", re.DOTALL)
-"""What has no words of a language in it: formulas, code, and the letters of options."""
+"""Texts without words of a language: formulas, code, and the letters of options."""
 
 KEPT = re.compile(r"(\$\$.*?\$\$|\$[^$]*\$|`[^`]*`|%\(\w+\)s|\{[\w-]+\})", re.DOTALL)
 

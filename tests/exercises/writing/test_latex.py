@@ -175,7 +175,7 @@ def test_quotients_of_lengths_are_of_decimals_and_others_stay_fractions() -> Non
 Answers = dict[str, list[list[str]]]
 
 REACH = "(a_1 + a_2 c_2 + a_3 c_23)"
-"""How far the wrist of Example 6.3 reaches out."""
+"""The radial distance of the wrist of Example 6.3."""
 RATE_1, RATE_2, RATE_3 = (rf"\dot{{\theta}}_{i}" for i in (1, 2, 3))
 
 PLANAR: Answers = {

@@ -92,7 +92,7 @@ def test_what_cannot_be_broken_is_smaller_down_to_the_width_of_a_line() -> None:
 
 
 def test_a_formula_in_a_line_that_can_not_be_broken_stands_alone_with_the_point_behind_it() -> None:
-    """As det J of oblique axes does; in a table, where nothing can stand alone, the table is made smaller."""
+    """det J of oblique axes is such a formula. In a table, no formula can stand alone, so the table shrinks."""
     wide = r"\frac{" + " + ".join(f"a_{{{k}}} c_{{12}}" for k in range(12)) + "}{2}"
     shown = to_latex(f"With $k = {wide}$, and $a$, more.")
     assert shown.index(r"\[") < shown.index(r"\frac") < shown.index(r"\]") and ", and $a$, more." not in shown

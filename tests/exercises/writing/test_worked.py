@@ -1,4 +1,4 @@
-"""What a worked solution says of its steps, of determinants and of singular configurations is so for its arm."""
+"""Statements in a worked solution on steps, determinants and singular configurations hold for its arm."""
 
 import random
 import re
@@ -90,7 +90,7 @@ def test_where_an_arm_has_no_name_for_an_origin_what_is_true_of_all_is_said() ->
 
 
 def test_values_that_are_of_different_kinds_are_told_apart_and_equal_ones_together() -> None:
-    """Of a planar arm of three joints: stretched out, or folded back in any of three ways."""
+    """A planar arm of three joints is stretched out, or folded back in any of three ways."""
     text = solution("planar-3r/550@chapter", "singular-angles")
     stretched, folded = (next(line for line in text.split("\n") if word in line) for word in ("stretched", "folded"))
     pair = r"\$\\theta_\{2\} = (0|180\^\\circ)\$ and \$\\theta_\{3\} = (0|180\^\\circ)\$"

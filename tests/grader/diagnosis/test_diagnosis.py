@@ -33,7 +33,7 @@ from tests.tools.diagnoses import list_parts, sweep
 
 FAMILY_NAMES = list(FAMILIES)
 QUESTION_COUNT, LONG_ARM_COUNT = 4, select_for_suite(2, 4)
-"""How many questions the tests take of a family, and of one with six or seven joints; `make diagnoses` takes all."""
+"""The number of questions tested per family, and per family of six or seven joints; `make diagnoses` tests all."""
 
 
 def evaluate_reference(part: Part, values: SymbolValues) -> np.ndarray:

@@ -71,7 +71,7 @@ class TypedAnswer:
 
 
 BATCH = 12
-"""How many forms share a notebook; after every cell, the sandbox looks at all its answers again."""
+"""The number of forms in a notebook. It is small, because after every cell the sandbox reads all answers again."""
 
 
 @pytest.fixture(scope="module")

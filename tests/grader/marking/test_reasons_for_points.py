@@ -1,4 +1,4 @@
-"""What students read about partial credit, follow-through and blanks: nothing untrue, and what to do next."""
+"""Texts on partial credit, follow-through and blanks are true and tell students what to do next."""
 
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId

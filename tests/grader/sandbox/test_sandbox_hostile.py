@@ -42,7 +42,7 @@ VARIANTS = {
 }  # fmt: skip
 
 FEWEST_PREVENTED = {"everything": 29, "no namespaces": 29, "no Landlock": 29, "no seccomp": 26, "namespaces only": 17}
-"""How many attacks the kernel must prevent, at least; without seccomp and namespaces, none."""
+"""The minimum number of attacks that the kernel must prevent; 0 without seccomp and namespaces."""
 
 FEW = ("everything", "no namespaces")
 """The variants of `make test`."""

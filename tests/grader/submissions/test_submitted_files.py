@@ -45,7 +45,7 @@ HW = "hw.ipynb"
 Submit = Callable[[Assignment, str], Any]
 """A function that submits something for a student."""
 Case = tuple[Submit, list[str], str]
-"""What submits, the outcomes of the three parts, and words that one message must have."""
+"""The submitting function, the outcomes of the three parts, and words that a message must contain."""
 
 
 def submit_file(name: str, content: Callable[[str], str | bytes]) -> Submit:

@@ -6,24 +6,24 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from tests.platforms.pictures import jupyter, own
+from tests.platforms.pictures import feedback_and_site, jupyter
 
 PICTURES: dict[str, tuple[str, Callable[[Path, Path], None]]] = {
-    "qdot": ("", own.run),
-    "jupyterlab": ("JUPYTERLAB", jupyter.notebook),
+    "qdot": ("", feedback_and_site.take_pictures),
+    "jupyterlab": ("JUPYTERLAB", jupyter.take_notebook_pictures),
 }
-"""Platforms by name, each with the variable for the path of its software, if any, and what takes its pictures."""
+"""Platforms by name: the environment variable of the software's path, or "", and the function that takes pictures."""
 
 
 def main(names: list[str]) -> int:
-    """Take the pictures of the platforms named, else of all whose software is named."""
+    """Take the pictures of the named platforms, or of all whose variable is set."""
     for name in names or PICTURES:
-        variable, take = PICTURES[name]
+        variable, take_pictures = PICTURES[name]
         if variable and not os.environ.get(variable):
-            print(f"{name}: left out; {variable}=/path/of/its/software has its pictures taken")
+            print(f"{name}: skipped; set {variable} to the path of its software to take its pictures")
             continue
         with tempfile.TemporaryDirectory(prefix=f"qdot-{name}-") as work:
-            take(Path(os.environ.get(variable, "")), Path(work))
+            take_pictures(Path(os.environ.get(variable, "")), Path(work))
     return 0
 
 

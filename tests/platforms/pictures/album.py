@@ -1,4 +1,4 @@
-"""A browser whose pictures are cut, made small, and kept in docs/pictures/."""
+"""Pictures of browser pages that are cropped, reduced to few colours and stored in docs/pictures/."""
 
 import io
 import shutil
@@ -18,16 +18,16 @@ from playwright.sync_api import (  # type: ignore[import-not-found, unused-ignor
 FOLDER = Path(__file__).parents[3] / "docs" / "pictures"
 WINDOW = {"width": 860, "height": 900}
 COLOURS = (256, 128, 64, 32)
-LARGEST = 60_000
-"""Bytes of a picture; one that has more is given fewer colours."""
+MAX_BYTES = 60_000
+"""Size of a picture; a larger one gets fewer colours."""
 PATIENCE = 240_000
 """Milliseconds that a page may take."""
-AROUND = 8
-"""Pixels around what is cut out."""
+MARGIN = 8
+"""Pixels around the cropped part."""
 
 
 @contextmanager
-def browser() -> Iterator[Browser]:
+def launch_browser() -> Iterator[Browser]:
     """Yield a Chromium without a window."""
     with sync_playwright() as playwright:
         chromium = playwright.chromium.launch(
@@ -39,8 +39,8 @@ def browser() -> Iterator[Browser]:
             chromium.close()
 
 
-def opened(chromium: Browser, width: int = WINDOW["width"]) -> Page:
-    """Return a page of a reader of its own, which nobody else's cookies are in, in light colours."""
+def open_page(chromium: Browser, width: int = WINDOW["width"]) -> Page:
+    """Open a page with separate cookies, in light colours."""
     context = chromium.new_context(viewport={**WINDOW, "width": width}, color_scheme="light")
     context.set_default_timeout(PATIENCE)
     return context.new_page()
@@ -48,56 +48,54 @@ def opened(chromium: Browser, width: int = WINDOW["width"]) -> Page:
 
 @dataclass(frozen=True)
 class Album:
-    """Pictures of one platform, whose names begin with its name."""
+    """Pictures of one platform, whose file names begin with its name."""
 
     platform: str
 
     def path(self, name: str) -> Path:
-        """Return where a picture is kept."""
+        """Return the path of a picture."""
         return FOLDER / f"{self.platform}-{name}.png"
 
-    def take(
-        self, name: str, page: Page, *parts: Locator, tallest: int = 620, lower: bool = False, around: int = AROUND
-    ) -> None:
-        """Keep a picture of what is between the first and the last of some parts of a page; of all, without parts.
+    def take(self, name: str, page: Page, *parts: Locator, max_height: int = 620) -> None:
+        """Store a picture of a page from the first to the last of some parts, or of the whole page if there are none.
 
-        What is taller than `tallest` pixels is cut off below, with `lower` above; pixels `around` it are in it.
+        Its bottom is cut off if it is taller than `max_height` pixels.
         """
         page.mouse.move(0, 0)
-        page.evaluate("() => window.scrollTo(0, 0)")  # what stays on top of a window would lie over the page
+        page.evaluate("() => window.scrollTo(0, 0)")  # otherwise fixed elements would cover the page
         page.wait_for_timeout(700)
         raw = page.screenshot(full_page=True, animations="disabled", caret="hide")
         whole = Image.open(io.BytesIO(raw)).convert("RGB")
         boxes = [box for part in parts if (box := part.bounding_box())]
-        assert len(boxes) == len(parts), f"{name}: not to be seen"
+        assert len(boxes) == len(parts), f"{name}: a part is not visible"
         if boxes:
             left, right = min(box["x"] for box in boxes), max(box["x"] + box["width"] for box in boxes)
             top, bottom = min(box["y"] for box in boxes), max(box["y"] + box["height"] for box in boxes)
         else:
             left, top, right, bottom = 0, 0, whole.width, whole.height
-        top, bottom = (max(top, bottom - tallest), bottom) if lower else (top, min(bottom, top + tallest))
-        window = page.viewport_size["width"] if page.viewport_size else whole.width  # no wider than its reader sees it
+        bottom = min(bottom, top + max_height)
+        window_width = page.viewport_size["width"] if page.viewport_size else whole.width  # not wider than the window
         cut = whole.crop((
-            max(0, int(left - around)), max(0, int(top - around)),
-            min(window, whole.width, int(right + around)), min(whole.height, int(bottom + around)),
+            max(0, int(left - MARGIN)), max(0, int(top - MARGIN)),
+            min(window_width, whole.width, int(right + MARGIN)), min(whole.height, int(bottom + MARGIN)),
         ))  # fmt: skip
-        cut = narrower(cut) if cut.width > WINDOW["width"] else cut
+        cut = shrink_to_window(cut) if cut.width > WINDOW["width"] else cut
         FOLDER.mkdir(exist_ok=True)
-        self.path(name).write_bytes(small(cut, name))
+        self.path(name).write_bytes(compress(cut, name))
         print(f"{self.platform}-{name}.png", cut.size, flush=True)
 
 
-def narrower(picture: Image.Image) -> Image.Image:
-    """Return a picture of a wide page no wider than one of a usual window."""
+def shrink_to_window(picture: Image.Image) -> Image.Image:
+    """Return a picture scaled to the width of WINDOW."""
     width = WINDOW["width"]
     return picture.resize((width, picture.height * width // picture.width), Image.Resampling.LANCZOS)
 
 
-def small(picture: Image.Image, name: str) -> bytes:
-    """Return a picture as PNG of few colours, in at most LARGEST bytes."""
+def compress(picture: Image.Image, name: str) -> bytes:
+    """Return a picture as a PNG of at most MAX_BYTES, with as many of COLOURS as possible."""
     for colours in COLOURS:
-        made = io.BytesIO()
-        picture.quantize(colours, dither=Image.Dither.NONE).save(made, "PNG", optimize=True)
-        if len(made.getvalue()) <= LARGEST:
-            return made.getvalue()
-    raise RuntimeError(f"{name}: {len(made.getvalue())} bytes of {COLOURS[-1]} colours; cut it smaller")
+        png = io.BytesIO()
+        picture.quantize(colours, dither=Image.Dither.NONE).save(png, "PNG", optimize=True)
+        if len(png.getvalue()) <= MAX_BYTES:
+            return png.getvalue()
+    raise RuntimeError(f"{name}: {len(png.getvalue())} bytes with {COLOURS[-1]} colours; crop it further")

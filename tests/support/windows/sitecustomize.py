@@ -1,4 +1,4 @@
-"""What Python lacks on Windows, taken away: whatever process starts with this folder on PYTHONPATH has none of it.
+"""Remove what Python lacks on Windows from every process that starts with this folder on PYTHONPATH.
 
 Modules and functions of POSIX are gone, processes are spawned, and files that are open can be neither renamed nor
 removed, nor folders opened. What is written has a name that Windows allows. `msvcrt` stands for the system's own.
@@ -119,7 +119,7 @@ def _not_for_qdot(function: Any, name: str) -> Any:
 
 
 def take_away() -> None:
-    """Leave this process what Windows has."""
+    """Leave this process only what Windows has."""
     sys.modules["msvcrt"] = _msvcrt()
     for name in MODULES:
         sys.modules.pop(name, None)

@@ -1,4 +1,4 @@
-"""The README's pictures: what a student is told, and the site to practise on. They need no other program."""
+"""The README's pictures: a student's feedback page, and the practice site. They need no other program."""
 
 import functools
 import http.server
@@ -15,7 +15,7 @@ from qdot.grader.grading.batch import grade_class
 from qdot.grader.reports.graded_folder import write_page
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_submissions
-from tests.platforms.pictures.album import Album, browser, opened
+from tests.platforms.pictures.album import Album, launch_browser, open_page
 from tests.support.command import run as qdot
 from tests.support.submitting import code_cell, write_notebook
 
@@ -29,23 +29,23 @@ questions = ["position", "jacobian"]
 WIDE = 1180
 
 
-def run(_: Path, work: Path) -> None:
+def take_pictures(_: Path, work: Path) -> None:
     """Take both pictures."""
     album = Album("qdot")
-    with browser() as chromium:
-        page = opened(chromium)
-        page.goto(_feedback(work / "class").as_uri())
-        album.take("feedback", page, page.locator("article.part").last, tallest=760)
-        with _served(work / "site") as address:
-            page = opened(chromium, WIDE)
+    with launch_browser() as chromium:
+        page = open_page(chromium)
+        page.goto(_write_feedback(work / "class").as_uri())
+        album.take("feedback", page, page.locator("article.part").last, max_height=760)
+        with _serve_site(work / "site") as address:
+            page = open_page(chromium, WIDE)
             page.goto(f"{address}/practice.html")
             page.wait_for_selector("canvas")
             page.wait_for_timeout(3000)
-            album.take("site", page, tallest=640)
+            album.take("site", page, max_height=640)
 
 
-def _feedback(folder: Path) -> Path:
-    """Return the page of a student whose Jacobian has the angle of the second link counted from the first."""
+def _write_feedback(folder: Path) -> Path:
+    """Return the feedback page of a student whose Jacobian has θ2 instead of θ1 + θ2 for link 2."""
     init_assignment(folder, "", "velocity", [Student("s001", "Ada Example")], secret="0123456789abcdef")
     (folder / "assignment.toml").write_text(TOML, encoding="utf-8")
     assignment = load_assignment(folder)
@@ -56,28 +56,28 @@ def _feedback(folder: Path) -> Path:
         right = part.answer.write_code()
         wrong = right.replace("theta1 + theta2", "theta2") if part.name == "jacobian" else right
         cells.append(code_cell(f"{name_answer_variable(slot, part.name)} = {wrong}", f"{slot}.{part.name}"))
-    handed_in = folder / "submitted" / "s001" / "velocity.ipynb"
-    handed_in.parent.mkdir(parents=True)
+    submitted = folder / "submitted" / "s001" / "velocity.ipynb"
+    submitted.parent.mkdir(parents=True)
     content = json.loads(write_notebook(assignment, "s001", cells))
     content["metadata"]["qdot"]["assignment"] = "velocity"
-    handed_in.write_text(json.dumps(content), encoding="utf-8")
-    found = find_submissions(assignment, folder / "submitted").by_student
-    (result,) = grade_class(assignment, found, 0, Limits(), lambda _: None)
+    submitted.write_text(json.dumps(content), encoding="utf-8")
+    submissions = find_submissions(assignment, folder / "submitted").by_student
+    (result,) = grade_class(assignment, submissions, 0, Limits(), lambda _: None)
     write_page(assignment, assignment.roster[0], result)
     return folder / "graded" / "feedback" / "s001.html"
 
 
 @contextmanager
-def _served(folder: Path) -> Iterator[str]:
-    """Yield the address of a site of one family."""
+def _serve_site(folder: Path) -> Iterator[str]:
+    """Build a site with one family, and yield the address where it is served."""
     qdot("site", "build", "--families", "elbow-3r", "--variants", "1", "--out", folder, "--jobs", "1")
-    handler = functools.partial(_Quiet, directory=str(folder))
+    handler = functools.partial(_QuietHandler, directory=str(folder))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         yield f"http://127.0.0.1:{server.server_port}"
         server.shutdown()
 
 
-class _Quiet(http.server.SimpleHTTPRequestHandler):
+class _QuietHandler(http.server.SimpleHTTPRequestHandler):
     def log_message(self, format: str, *args: object) -> None:
         pass

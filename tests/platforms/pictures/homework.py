@@ -9,7 +9,7 @@ from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 KEY = "homework6"
 SECRET = "0123456789abcdef"
 ADA, HENRI = Student("ada", "Ada Lovelace", "ada@example.org"), Student("henri", "Henri Poincaré", "henri@example.org")
-ASKED = f"""title = "Homework 6"
+TOML = f"""title = "Homework 6"
 key = "{KEY}"
 hints = true
 
@@ -27,8 +27,8 @@ points = [1]
 """
 
 
-def assignment(folder: Path) -> Assignment:
+def make_assignment(folder: Path) -> Assignment:
     """Make the assignment of Ada and Henri in a folder."""
     init_assignment(folder, "Homework 6", KEY, (ADA, HENRI), SECRET, problem_set=SETS[DEFAULT_SET])
-    (folder / "assignment.toml").write_text(ASKED, encoding="utf-8")
+    (folder / "assignment.toml").write_text(TOML, encoding="utf-8")
     return load_assignment(folder)
