@@ -2,9 +2,9 @@
 
 In every round one of three students submits something generated from a seed (`hostile`), beside a neighbour with a
 right notebook. The class is graded like `qdot grade`, in this process, and now and then by the command itself. No
-exception may be raised, the neighbour must get full marks, and the student a result in printable text. All written files must be
-readable, and nothing outside graded/ may change. `python -m tests.tools.submissions --seconds 3600 --seed 1` prints the
-finds, stores their folders, and exits with code 1 if there are any; `--seed 1 --only 17` repeats one round.
+exception may be raised, the neighbour must get full marks, and the student a result in printable text. All files
+must be readable, and nothing outside graded/ may change. `python -m tests.tools.submissions --seconds 3600 --seed 1`
+prints the finds, stores their folders, and exits with code 1 if there are any; `--seed 1 --only 17` repeats one round.
 """
 
 import argparse
