@@ -25,8 +25,8 @@ assert SUITE in SUITES, f"QDOT_SUITE={SUITE}: expected one of {', '.join(SUITES)
 WHOLE = SUITE == "whole"
 
 SHAPES = {
-    "planar, square": "planar-2r", "planar, not square": "planar-3r", "planar, with slides": "polar-rp",
-    "spatial, square": "elbow-3r", "spatial, not square": "pan-tilt", "spatial, with slides": "scara",
+    "planar, square": "planar-2r", "planar, not square": "planar-3r", "planar, with prismatic joints": "polar-rp",
+    "spatial, square": "elbow-3r", "spatial, not square": "pan-tilt", "spatial, with prismatic joints": "scara",
     "wrist": "wrist-zyz", "six joints": "stanford-6r", "seven joints": "lbr-7r", "random": "random-3",
 }  # fmt: skip
 """The family that represents each shape of arm."""
@@ -42,7 +42,7 @@ def classify_shape(chain: Chain, is_random: bool) -> str:
         return "wrist"
     space = "planar" if is_drawn_flat(chain) else "spatial"
     if bool(chain.prismatic_joints):
-        return f"{space}, with slides"
+        return f"{space}, with prismatic joints"
     return f"{space}, square" if len(chain.task) == chain.n else f"{space}, not square"
 
 

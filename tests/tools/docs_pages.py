@@ -36,7 +36,7 @@ from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.wording import Wording
 from tests.support import ROOT
-from tests.tools.sharing import GROUPS, load_measured
+from tests.tools.sharing import GROUPS, load_measurements
 
 
 @cache
@@ -117,7 +117,7 @@ AXES_IN_WORDS = {
 
 def variation_page() -> str:
     """Return docs/variation.md, of what was measured (`sharing.json`) and listed."""
-    measured = load_measured()
+    measured = load_measurements()
     asked = {name for steps in measured["asked"]["families"].values() for counts in steps.values() for name in counts}
     return render(
         "docs/variation.md.j2",

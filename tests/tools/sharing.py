@@ -28,7 +28,7 @@ from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.questions import QUESTIONS
 
-MEASURED = Path(__file__).with_name("sharing.json")
+MEASUREMENTS_FILE = Path(__file__).with_name("sharing.json")
 
 CLASS_SIZE, SMALL_CLASS_SIZE = 500, 30
 """Students of the class whose arms are compared, and of the smaller class whose parts are generated."""
@@ -80,7 +80,7 @@ def _determinant(w: StageResults) -> np.ndarray:
     return np.asarray(w["determinant"] if len(w.chain.task) == w.n else w["gram determinant"])
 
 
-def keys_in_formulas(arms: Sequence[Chain], groups: Sequence[str]) -> dict[str, list[Key]]:
+def make_formula_keys(arms: Sequence[Chain], groups: Sequence[str]) -> dict[str, list[Key]]:
     """Return keys of each arm's answers by group: values of formulas at fixed values of symbols and joints.
 
     Arms of one structure are evaluated together. Conditions on joints are equal if determinants differ by a constant
@@ -125,9 +125,9 @@ def _value(expression: sp.Expr, pose: int, joints: tuple[sp.Symbol, ...]) -> flo
 
 
 @cache
-def load_measured() -> dict[str, Any]:
+def load_measurements() -> dict[str, Any]:
     """Return the stored measurements."""
-    content: dict[str, Any] = json.loads(MEASURED.read_text(encoding="utf-8"))
+    content: dict[str, Any] = json.loads(MEASUREMENTS_FILE.read_text(encoding="utf-8"))
     return content
 
 
@@ -143,7 +143,7 @@ def count_sharing(keys: Iterable[Hashable]) -> int:
 # --- measured ---
 
 
-def arms_of(family: str, step: str, size: int) -> list[Chain]:
+def sample_arms(family: str, step: str, size: int) -> list[Chain]:
     """Return the arms of a class."""
     return [sample_chain(ProblemId(family, seed, variation=step)) for seed in range(size)]
 
@@ -156,7 +156,8 @@ def measure_formulas(family: str, size: int = CLASS_SIZE) -> dict[str, dict[str,
     groups = [group for group, names in GROUPS.items() if questions & set(names) and (is_square or group != "singular")]
     return {
         step: {
-            group: count_sharing(keys) for group, keys in keys_in_formulas(arms_of(family, step, size), groups).items()
+            group: count_sharing(keys)
+            for group, keys in make_formula_keys(sample_arms(family, step, size), groups).items()
         }
         for step in VARIATION_STEPS
     }
@@ -165,7 +166,7 @@ def measure_formulas(family: str, size: int = CLASS_SIZE) -> dict[str, dict[str,
 def measure_generated(family: str, step: str, questions: Sequence[str], size: int = SMALL_CLASS_SIZE) -> dict[str, int]:
     """Return how many students of a small class share a part, counted as in `qdot generate`."""
     shared = {}
-    arms = arms_of(family, step, size)
+    arms = sample_arms(family, step, size)
     for name in questions:
         digests = []
         for seed, arm in enumerate(arms):
@@ -182,7 +183,7 @@ def compute_part_digest(identity: ProblemId, arm: Chain, name: str) -> str:
     return compute_digests(problem).parts[name]
 
 
-def questions_beyond_arm(family: str) -> list[str]:
+def list_questions_beyond_arm(family: str) -> list[str]:
     """Return the questions of a family whose answers do not depend on the arm alone."""
     in_formulas = {name for names in GROUPS.values() for name in names} | SAME_FOR_ALL
     return [name for name in list_questions_of_family(family) if name not in in_formulas]
@@ -198,7 +199,7 @@ def measure() -> dict[str, Any]:
     """Measure all families, and return the content of sharing.json."""
     formulas = {family: measure_family(family) for family in FAMILIES}
     generated = {
-        family: {step: measure_generated(family, step, questions_beyond_arm(family)) for step in GENERATED_STEPS}
+        family: {step: measure_generated(family, step, list_questions_beyond_arm(family)) for step in GENERATED_STEPS}
         for family in GENERATED_FAMILIES
     }
     return {"formulas": formulas, "asked": {"students": SMALL_CLASS_SIZE, "families": generated}}
@@ -210,5 +211,5 @@ def measurement_text(content: dict[str, Any]) -> str:
 
 
 if __name__ == "__main__":
-    write_atomically(MEASURED, measurement_text(measure()))
-    say(f"wrote {MEASURED.name}")
+    write_atomically(MEASUREMENTS_FILE, measurement_text(measure()))
+    say(f"wrote {MEASUREMENTS_FILE.name}")

@@ -2,24 +2,24 @@
 
     python -m tests.tools.structures      rewrites the table (half a minute)
 
-Two tables are the same arm, and have one normal form, if they differ only in what leaves J unchanged but for signs and
-names:
-  - the sense of axes (signs of twists) and mirror images;
-  - where the base stands: d_1 of a revolute first joint, theta_1 and a_1 of a prismatic one;
-  - offsets along one line: d_i behind a parallel axis adds to d_(i-1), or to the zero of the prismatic joint there;
-  - the last twist, which no axis follows.
+Two tables are the same arm, and have the same normal form, if they differ only in properties that change nothing in J
+except signs and names:
+  - the directions of axes (signs of twists) and mirror images;
+  - the placement of the base: d_1 of a revolute first joint, theta_1 and a_1 of a prismatic one;
+  - offsets along one line: d_i after a parallel axis adds to d_(i-1), or to the zero of the prismatic joint there;
+  - the last twist, because no axis follows it.
 
-Normal forms, each with a task, can still be the same problem; then they are of one class. A chain is a row of bodies
-between its revolute joints: the first is the base, the last holds the point of interest.
-A body has the axis of the revolute joint before it, that of the joint behind it, slides along some of its axes, and a
-constant offset; with right angles everywhere, all of that lies along three axes square to each other. J is the same
-but for signs and names where the bodies agree in everything but
-  - the senses of axes and the signs of lengths, which includes mirror images;
-  - the zeros of the joints, angles by multiples of 90 degrees;
-  - where the base stands, and which of the world's axes are called x, y and z, the rows of the task going with them;
-  - the order of slides in one body, and offsets along one of its slides, which shift that slide's zero;
-  - where along a revolute axis a link meets it: such offsets add up over parallel axes in a row, and shift the base's
-    height or the zero of a slide that runs the same way, if there is one.
+Different normal forms with their tasks can still be the same problem; they then form one class. The revolute joints
+divide a chain into bodies: the first is the base, and the last contains the point of interest. A body has the axis of
+the revolute joint before it, that of the joint after it, prismatic axes, and a constant offset. All angles are right
+angles, so all of these lie along three perpendicular axes. J is the same except for signs and names if the bodies
+differ only in
+  - the directions of axes and the signs of lengths, which includes mirror images;
+  - the zeros of the joints, which shift angles by multiples of 90 degrees;
+  - the placement of the base, and the names x, y and z of the world's axes, with the rows of the task;
+  - the order of prismatic joints in one body, and offsets along a prismatic axis, which shift that joint's zero;
+  - the places where links meet a revolute axis: such offsets add up over consecutive parallel axes, and shift the
+    height of the base or the zero of a parallel prismatic joint, if there is one.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -38,9 +38,9 @@ from qdot.exercises.singularities.difficulty import rate_difficulty_band
 
 
 def tables(n: int, angles: bool) -> Iterator[tuple[StructureRow, ...]]:
-    """Yield every DH table of n joints with twists 0, 90 and -90 counted thrice; `angles` of slides 0 or 90 degrees.
+    """Yield every DH table of n joints, up to the signs of the twists, which are 0 or ±90 degrees.
 
-    A row stands for as many tables as its twist has signs; `count_tables` counts them.
+    Angles of prismatic joints are 0, or with `angles` also 90 degrees. The last twist is 0.
     """
     kinds = [StructureRow("R", a, d, x) for a, d, x in product((False, True), repeat=3)]
     kinds += [StructureRow("P", a, d, x) for a, d, x in product((False, True), repeat=3) if angles or not d]
@@ -49,7 +49,7 @@ def tables(n: int, angles: bool) -> Iterator[tuple[StructureRow, ...]]:
 
 
 def count_tables(n: int, angles: bool) -> int:
-    """Return the number of DH tables with twists in {0, 90, -90} degrees.
+    """Return the number of DH tables with twists in {0, 90, -90} degrees, counting both signs.
 
     >>> count_tables(2, False), count_tables(3, False), count_tables(3, True)
     (108, 1944, 4608)
@@ -58,7 +58,7 @@ def count_tables(n: int, angles: bool) -> int:
 
 
 def normal_form(rows: tuple[StructureRow, ...]) -> tuple[StructureRow, ...]:
-    """Return the normal form of a structure (see above).
+    """Return the normal form of a structure (see the top of the module).
 
     >>> " ".join(map(str, normal_form((StructureRow("R", False, True, False), StructureRow("R", True, True, False)))))
     'R Ra'
@@ -82,8 +82,8 @@ def normal_form(rows: tuple[StructureRow, ...]) -> tuple[StructureRow, ...]:
 
 
 @lru_cache(maxsize=8192)
-def _rows_that_move(rows: tuple[StructureRow, ...]) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Return Jacobians of the structure at random (k x 6 x n), and the rows that are not zero everywhere."""
+def _find_nonzero_rows(rows: tuple[StructureRow, ...]) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return Jacobians at random configurations (k x 6 x n), and the names of the rows that are not always zero."""
     chain, stream = build_arm(rows, ("vx",)), Stream("structures")
     arm = NumericChain(chain, {symbol.name: stream.uniform(0.4, 1.2) for symbol in chain.parameters})
     jacobians = arm.jacobian(np.array([[stream.uniform(-3, 3) for _ in rows] for _ in range(6)]))
@@ -92,13 +92,13 @@ def _rows_that_move(rows: tuple[StructureRow, ...]) -> tuple[np.ndarray, tuple[s
 
 
 def regular_tasks(rows: tuple[StructureRow, ...]) -> list[tuple[str, ...]]:
-    """Return the tasks in which a structure is asked, those in which J is square and regular in general.
+    """Return the tasks for questions about a structure: those in which J is square and generically regular.
 
     Two joints: two of vx, vy, vz. Three joints: all three; two of them and the turn about the third axis, where the arm
     stays in that plane; or wx, wy, wz for a wrist. Four joints: vx, vy, vz and one turn, where the arm turns about one
     axis of the world only.
     """
-    jacobians, moving = _rows_that_move(rows)
+    jacobians, moving = _find_nonzero_rows(rows)
     linear, turns = [row for row in moving if row[0] == "v"], [row for row in moving if row[0] == "w"]
     tasks: list[tuple[str, ...]] = []
     if len(rows) == 2:
@@ -138,21 +138,25 @@ def find_clean_structures(n: int) -> list[Structure]:
 
 Key = tuple[object, ...]
 
-BEFORE = 2
+PREVIOUS_AXIS = 2
 """The axis of the revolute joint before a body, in the frame in which the body begins (0, 1, 2 for x, y, z)."""
 
 
 @dataclass
 class _Body:
-    """Axes are numbered in the frame in which the body begins; `behind` is None for the last body."""
+    """The rigid part between two revolute joints, with its prismatic joints.
 
-    behind: int | None = None
-    slides: list[int] = field(default_factory=list)
+    Axes are numbered in the frame in which the body begins (0, 1, 2 for x, y, z).
+    `next_axis` is the axis of the next revolute joint, or None for the last body.
+    """
+
+    next_axis: int | None = None
+    prismatic_axes: list[int] = field(default_factory=list)
     offsets: set[int] = field(default_factory=set)
 
 
 def class_key(rows: Sequence[StructureRow], task: Sequence[str] = ()) -> Key:
-    """Return what all structures of a class have in common, and no others.
+    """Return a key that is the same for structures of one class, and differs between classes.
 
     >>> from qdot.exercises.families.structures import parse_rows
     >>> planar = class_key(parse_rows("R Ra"))
@@ -161,22 +165,22 @@ def class_key(rows: Sequence[StructureRow], task: Sequence[str] = ()) -> Key:
     >>> class_key(parse_rows("Rx Ra"), ("vx", "vz")) == class_key(parse_rows("Rx Ra"), ("vy", "vz"))
     True
     """
-    base, *later_bodies = _bodies(rows)
+    base, *later_bodies = _split_into_bodies(rows)
     kinds = "".join(row.kind for row in rows)
-    return (kinds, _base_key(base, task), *map(_square_key, later_bodies), *_axial_offsets(base, later_bodies))
+    return (kinds, _make_base_key(base, task), *map(_make_body_key, later_bodies), *_axial_offsets(base, later_bodies))
 
 
-def _bodies(rows: Sequence[StructureRow]) -> list[_Body]:
+def _split_into_bodies(rows: Sequence[StructureRow]) -> list[_Body]:
     bodies, axes = [_Body()], (0, 1, 2)
     for row in rows:
         if row.is_revolute:
-            bodies[-1].behind = axes[2]
-            bodies.append(_Body(offsets={BEFORE} if row.has_fixed_entry else set()))
+            bodies[-1].next_axis = axes[2]
+            bodies.append(_Body(offsets={PREVIOUS_AXIS} if row.has_fixed_entry else set()))
             axes = (0, 1, 2)
         else:
             if row.has_fixed_entry:
                 axes = (axes[1], axes[0], axes[2])
-            bodies[-1].slides.append(axes[2])
+            bodies[-1].prismatic_axes.append(axes[2])
         if row.has_a:
             bodies[-1].offsets.add(axes[0])
         if row.has_twist:
@@ -188,42 +192,46 @@ def _axis_names(names: Sequence[int], axes: Iterable[int]) -> tuple[int, ...]:
     return tuple(sorted(names[axis] for axis in axes))
 
 
-def _base_key(base: _Body, task: Sequence[str]) -> Key:
-    """Return axis, slides and task under those names of the world's axes that come first."""
-    linear, turns = ([axis for axis, name in enumerate("xyz") if kind + name in task] for kind in "vw")
-    behind = [] if base.behind is None else [base.behind]
+def _make_base_key(base: _Body, task: Sequence[str]) -> Key:
+    """Return the next axis, the prismatic axes and the task, under the names of the axes that give the least key."""
+    linear, angular = ([axis for axis, name in enumerate("xyz") if kind + name in task] for kind in "vw")
+    next_axes = [] if base.next_axis is None else [base.next_axis]
     return min(
-        tuple(_axis_names(names, axes) for axes in (behind, base.slides, linear, turns))
+        tuple(_axis_names(names, axes) for axes in (next_axes, base.prismatic_axes, linear, angular))
         for names in permutations(range(3))
     )
 
 
-def _square_key(body: _Body) -> Key:
-    """Return how its axes lie, its slides, and the offsets that are square to its axes and not along a slide.
+def _make_body_key(body: _Body) -> Key:
+    """Return how the body's axes lie, its prismatic axes, and the offsets perpendicular to all of these axes.
 
-    Where the axes are parallel, or none follows, the two directions square to them have no names of their own.
+    If the axes are parallel or there is no next axis, the two directions perpendicular to them are interchangeable.
     """
-    offsets = body.offsets - {BEFORE, body.behind} - set(body.slides)
+    offsets = body.offsets - {PREVIOUS_AXIS, body.next_axis} - set(body.prismatic_axes)
     same, swapped = (0, 1, 2), (1, 0, 2)
-    if body.behind in (None, BEFORE):
-        lie, names = "last" if body.behind is None else "parallel", [same, swapped]
+    if body.next_axis in (None, PREVIOUS_AXIS):
+        arrangement, names = "last" if body.next_axis is None else "parallel", [same, swapped]
     else:
-        lie, names = "square", [same] if body.behind == 1 else [swapped]
-    return min((lie, _axis_names(name, body.slides), _axis_names(name, offsets)) for name in names)
+        arrangement, names = "perpendicular", [same] if body.next_axis == 1 else [swapped]
+    return min((arrangement, _axis_names(name, body.prismatic_axes), _axis_names(name, offsets)) for name in names)
 
 
 def _axial_offsets(base: _Body, later_bodies: Sequence[_Body]) -> Iterator[bool]:
     """Yield for every row of parallel revolute axes whether an offset along them counts."""
-    before, first = base, 0
+    previous_body, first = base, 0
     while first < len(later_bodies):
         last = first
-        while later_bodies[last].behind == BEFORE:
+        while later_bodies[last].next_axis == PREVIOUS_AXIS:
             last += 1
         row = later_bodies[first : last + 1]
-        offset = before.behind in before.offsets or any(BEFORE in body.offsets for body in row)
-        slide = before.behind in before.slides or any(BEFORE in body.slides for body in row)
-        yield offset and not slide and first > 0
-        before, first = later_bodies[last], last + 1
+        has_offset = previous_body.next_axis in previous_body.offsets or any(
+            PREVIOUS_AXIS in body.offsets for body in row
+        )
+        is_absorbed = previous_body.next_axis in previous_body.prismatic_axes or any(
+            PREVIOUS_AXIS in body.prismatic_axes for body in row
+        )
+        yield has_offset and not is_absorbed and first > 0
+        previous_body, first = later_bodies[last], last + 1
 
 
 if __name__ == "__main__":

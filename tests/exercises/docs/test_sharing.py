@@ -9,7 +9,7 @@ from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
-from tests.tools.sharing import GROUPS, MEASURED, arms_of, count_sharing, keys_in_formulas
+from tests.tools.sharing import GROUPS, MEASUREMENTS_FILE, count_sharing, make_formula_keys, sample_arms
 
 ONE_OF = {"position": "position", "J": "jacobian", "6 x n": "geometric-jacobian", "det": "determinant"}
 SETS = ONE_OF | {"singular": "singular-angles"}
@@ -30,8 +30,8 @@ def _group_equal(keys: Sequence[Hashable]) -> list[int]:
     ],
 )
 def test_fingerprints_group_students_like_their_answers(family: str, step: str, asked: dict[str, str]) -> None:
-    arms = arms_of(family, step, 30)
-    keys = keys_in_formulas(arms, list(asked))
+    arms = sample_arms(family, step, 30)
+    keys = make_formula_keys(arms, list(asked))
     problems = [generate(ProblemId(family, seed, variation=step), list(asked.values())) for seed in range(30)]
     for group, question in asked.items():
         references = [repr(problem[question].answer.as_json()) for problem in problems]
@@ -39,7 +39,7 @@ def test_fingerprints_group_students_like_their_answers(family: str, step: str, 
 
 
 def test_sharing_is_measured_for_every_family_and_variation_step() -> None:
-    measured = json.loads(MEASURED.read_text(encoding="utf-8"))["formulas"]
+    measured = json.loads(MEASUREMENTS_FILE.read_text(encoding="utf-8"))["formulas"]
     assert list(measured) == list(FAMILIES)
     for family, entry in measured.items():
         assert list(entry["steps"]) == list(VARIATION_STEPS)
@@ -51,8 +51,8 @@ def test_sharing_is_measured_for_every_family_and_variation_step() -> None:
 @pytest.mark.parametrize("family", ["polar-rp", "wrist-zyz"])
 def test_stored_sharing_agrees_with_measurement(family: str) -> None:
     """If this fails, run: make sharing"""
-    entry = json.loads(MEASURED.read_text(encoding="utf-8"))["formulas"][family]
+    entry = json.loads(MEASUREMENTS_FILE.read_text(encoding="utf-8"))["formulas"][family]
     counts = entry["steps"]["zeros"]
-    keys = keys_in_formulas(arms_of(family, "zeros", entry["students"]), list(counts))
+    keys = make_formula_keys(sample_arms(family, "zeros", entry["students"]), list(counts))
     assert {group: count_sharing(its) for group, its in keys.items()} == counts
     assert set(counts) <= set(GROUPS)
