@@ -59,25 +59,25 @@ class GitHub:
             return 200, self._graphql(str(sent["query"]), sent["variables"] if sent.get("variables") else {})
         if method != "GET":
             self.changes.append(f"{method} {path}")
-        for pattern, does in self._routes.items():
+        for pattern, handle in self._routes.items():
             match = re.fullmatch(pattern, f"{method} {path}")
             if match is not None:
                 known = not match[1].count("/") or self.bare(match[1]).exists()
-                return does(sent, *match.groups()) if known else NOT_FOUND
+                return handle(sent, *match.groups()) if known else NOT_FOUND
         return (200, {}) if path == "/" else NOT_FOUND
 
     @property
     def _routes(self) -> dict[str, Callable[..., Answer]]:
         repository = r"/repos/([\w.-]+/[\w.-]+)"
         return {
-            r"GET /users/([\w-]+)": self._owner,
+            r"GET /users/([\w-]+)": self._get_owner,
             rf"PUT {repository}/collaborators/([\w-]+)": self._invite,
             rf"GET {repository}/actions/secrets/public-key": lambda *_: (200, {"key_id": "1", "key": PUBLIC_KEY}),
-            rf"PUT {repository}/actions/secrets/(\w+)": self._seal,
+            rf"PUT {repository}/actions/secrets/(\w+)": self._store_secret,
             rf"PATCH {repository}/actions/variables/(\w+)": self._change_variable,
-            rf"POST {repository}/actions/variables": self._new_variable,
-            rf"GET {repository}/issues\?.*": lambda _, name: (200, self._opened(name)),
-            rf"POST {repository}/issues": self._open,
+            rf"POST {repository}/actions/variables": self._create_variable,
+            rf"GET {repository}/issues\?.*": lambda _, name: (200, self._list_issues(name)),
+            rf"POST {repository}/issues": self._open_issue,
         }
 
     def _graphql(self, query: str, arguments: Mapping[str, Any]) -> Any:
@@ -88,23 +88,23 @@ class GitHub:
             git("init", "--quiet", "--bare", self.bare(name))
             if wanted["visibility"] == "PRIVATE" and wanted["ownerId"] == f"O_{self.organisation}":
                 self.private.add(name)
-            return {"data": {"createRepository": {"repository": self._shown(name)}}}
+            return {"data": {"createRepository": {"repository": self._describe_repository(name)}}}
         if "viewer{" in query:
             return {"data": {"viewer": {"login": "staff"}}}
         name = f"{arguments['owner']}/{arguments['name']}"
         if self.bare(name).exists():
-            return {"data": {"repository": self._shown(name)}}
+            return {"data": {"repository": self._describe_repository(name)}}
         message = f"Could not resolve to a Repository with the name '{name}'."
         return {
             "data": {"repository": None}, "errors": [{"type": "NOT_FOUND", "path": ["repository"], "message": message}]
         }  # fmt: skip
 
-    def _shown(self, name: str) -> Any:
+    def _describe_repository(self, name: str) -> Any:
         owner, _, short_name = name.partition("/")
         url = f"file://{self.folder}/repositories/{name}"
         return {"id": "R", "name": short_name, "owner": {"login": owner}, "url": url}
 
-    def _owner(self, _: object, login: str) -> Answer:
+    def _get_owner(self, _: object, login: str) -> Answer:
         if login != self.organisation:
             return NOT_FOUND
         return 200, {"login": login, "node_id": f"O_{login}", "type": "Organization"}
@@ -115,7 +115,7 @@ class GitHub:
         self.invited[name] = (login, sent["permission"])
         return 201, {}
 
-    def _seal(self, sent: Mapping[str, Any], name: str, secret: str) -> Answer:
+    def _store_secret(self, sent: Mapping[str, Any], name: str, secret: str) -> Answer:
         # A libsodium sealed box is 48 bytes longer than its content.
         if sent["key_id"] != "1" or len(base64.b64decode(sent["encrypted_value"])) <= SEAL:
             return 422, {"message": "not sealed"}
@@ -128,19 +128,19 @@ class GitHub:
         self.variables[name][variable] = sent["value"]
         return 204, None
 
-    def _new_variable(self, sent: Mapping[str, Any], name: str) -> Answer:
+    def _create_variable(self, sent: Mapping[str, Any], name: str) -> Answer:
         variables = self.variables.setdefault(name, {})
         if sent["name"] in variables:
             return 409, {"message": "Already exists"}
         variables[sent["name"]] = sent["value"]
         return 201, {}
 
-    def _opened(self, name: str) -> Any:
+    def _list_issues(self, name: str) -> Any:
         return [{"title": title, "number": at} for at, title in enumerate(self.issues.get(name, []), start=1)]
 
-    def _open(self, sent: Mapping[str, Any], name: str) -> Answer:
+    def _open_issue(self, sent: Mapping[str, Any], name: str) -> Answer:
         self.issues.setdefault(name, []).append(sent["title"])
-        return 201, self._opened(name)[-1]
+        return 201, self._list_issues(name)[-1]
 
 
 SEAL = 48

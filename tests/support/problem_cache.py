@@ -50,19 +50,19 @@ def get_cache_folder() -> Path | None:
     return current
 
 
-def _path(identity: ProblemId) -> Path | None:
-    here = get_cache_folder()
+def _get_cache_path(identity: ProblemId) -> Path | None:
+    folder = get_cache_folder()
     return (
         None
-        if here is None
-        else here
+        if folder is None
+        else folder
         / f"{identity.family}-{identity.seed}-{identity.variation}{identity.convention}{identity.twist_order}.pickle"
     )
 
 
 def load_problem(identity: ProblemId) -> Problem:
     """Return a problem with all its questions from the cache; generate and cache it if it is not there."""
-    path = _path(identity)
+    path = _get_cache_path(identity)
     if path is None:
         return generate(identity)
     if path.exists():
@@ -75,7 +75,9 @@ def load_problem(identity: ProblemId) -> Problem:
 
 def cache_problems(identities: Sequence[ProblemId]) -> int:
     """Generate and cache the missing problems on all cores; return how many were missing."""
-    missing = [identity for identity in identities if (path := _path(identity)) is not None and not path.exists()]
+    missing = [
+        identity for identity in identities if (path := _get_cache_path(identity)) is not None and not path.exists()
+    ]
     if missing:
         with Pool() as pool:
             for _ in pool.imap_unordered(load_problem, missing):
