@@ -192,6 +192,7 @@ def _start_worker(setup: Callable[..., object], arguments: tuple[Any, ...]) -> N
     if CAN_BLOCK_SIGNALS:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, GROUP_SIGNALS)
     signal.signal(signal.SIGTERM, _handle_termination)
+    sys.unraisablehook = _repeat_ignored_termination
     threading.Thread(target=_exit_with_parent, daemon=True).start()
     _state = setup(*arguments)
     Finalize(None, _close_state, (_state,), exitpriority=10)  # at the normal end of the process
@@ -220,6 +221,14 @@ def _handle_termination(*_: object) -> None:
     if _is_busy:
         raise SystemExit(1)  # lets `finally` blocks remove half-written files
     _exit_worker()
+
+
+def _repeat_ignored_termination(unraisable: Any) -> None:
+    """End the process after all if SystemExit was raised where Python ignores it, as in the callback of an import."""
+    if unraisable.exc_type is SystemExit:
+        threading.Timer(0.05, os.kill, (os.getpid(), signal.SIGTERM)).start()  # the callback has ended by then
+    else:
+        sys.__unraisablehook__(unraisable)
 
 
 def _exit_worker() -> NoReturn:

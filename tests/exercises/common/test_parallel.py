@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+import weakref
 from contextlib import suppress
 from pathlib import Path
 
@@ -85,6 +86,25 @@ def test_item_that_kills_two_workers_is_replaced_and_others_are_kept(tmp_path: P
         -7,
         64,
     ]
+
+
+def die_in_callback(place: WorkerState, item: int) -> int:
+    """Return the square; at the first attempt of 1, be terminated in a callback, where Python ignores exceptions."""
+    mark = place.folder / "told to end"
+    if item == 1 and not mark.exists():
+        mark.touch()
+        watched = WorkerState(place.folder)
+        callback = weakref.ref(watched, lambda _: signal.raise_signal(signal.SIGTERM))
+        del watched
+        time.sleep(20)
+        (place.folder / "survived").write_text(str(callback()))
+    return item * item
+
+
+def test_worker_ends_if_it_is_terminated_in_a_callback(tmp_path: Path) -> None:
+    results = map_in_order(die_in_callback, [1, 2], 2, WorkerState, (tmp_path,), lambda item: -item)
+    assert list(results) == [1, 4]
+    assert not (tmp_path / "survived").exists()
 
 
 def test_dead_worker_is_reported_if_items_must_not_repeat(tmp_path: Path) -> None:

@@ -100,7 +100,7 @@ def test_names_and_blanks_are_found() -> None:
         ("a1\t\x00 \x1b[2J", r"unexpected '\\x00' \(at character 4, near 'a1 \uFFFD \uFFFD\[2J'"),
         ("atan2(theta1)", "wrong number of arguments of atan2"), ("foo(theta1)", "the function 'foo' is unknown"),
         ("a1)", "unexpected '\\)'"),
-        ("nan", r"^your answer contains nan \(not a number\) at character 1; look for 0/0"),
+        ("nan", r"^your answer is nan \(not a number\); look for 0/0, or for a value that was never computed"),
         ("[1, zoo*vx]", r"contains zoo \(.* division by zero\) at character 5"), ("oo", "infinity"),
         ("None", r"print\(\)"), ("{theta1: 0, theta2}", "every entry of a dict"),
     ],
