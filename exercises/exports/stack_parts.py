@@ -552,7 +552,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
     """
     answer = part.answer_as(reference_answers.ConditionSet)
     if not all(map(_has_numeric_values_of_one_joint, answer.components)):
-        return Reason("its singular configurations are not values of single joints, so STACK can't grade them fairly")
+        return Reason("its configurations are not values of single joints, so STACK can't grade them fairly")
 
     def write_equations(components: tuple[Component, ...], full_turns: int = 0) -> str:
         equations = [
