@@ -138,9 +138,9 @@ for arguments in (["--version"], ["families", "--json"],
     except SystemExit as left:
         assert not left.code
 sys.modules["babel"] = None  # not a dependency: only `make messages` needs it
-from qdot.exercises.writing.languages import catalogue
+from qdot.exercises.writing.languages import load_catalogue
 print("=====")
-print(catalogue("de").gettext("the world frame"))
+print(load_catalogue("de").gettext("the world frame"))
 """
 
 
