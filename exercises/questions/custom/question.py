@@ -287,6 +287,11 @@ class QuestionMaker:
         if any(value.ndim > 1 for value in values):
             raise FormulaError("zeros needs numbers, not vectors: write zeros(p.x), for example")
         numerators = [_find_numerator(to_sympy_matrix(value)[0]) for value in values]
+        other_symbols = set().union(*(numerator.free_symbols for numerator in numerators))
+        other_symbols -= {*stages.chain.q, *stages.chain.parameters}
+        if other_symbols:
+            names = ", ".join(sorted(map(str, other_symbols)))
+            raise FormulaError(f"zeros takes formulas in joint variables and lengths, but these also contain {names}")
         try:
             return find_zero_set(numerators, chain, is_symbolic=not names_symbols)
         except (ValueError, sp.PolynomialError):

@@ -233,6 +233,10 @@ def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) ->
                 raise QdotError(f"{FORMS[key]}; powers are written with ^, and products with *")
 
 
+MIN_TOLERANCE = 1e-9
+"""The smallest tolerance of a number, in SI units."""
+
+
 def _read_rounding(entry: QuestionEntry) -> Rounding | None:
     """Return the tolerance of a number; None for the usual three digits, and for other answers."""
     sets_digits = "digits" in entry.model_fields_set
@@ -247,6 +251,8 @@ def _read_rounding(entry: QuestionEntry) -> Rounding | None:
     rounding = parse_rounding(entry.tolerance)
     if rounding is None:
         raise QdotError(FORMS["tolerance"])
+    if rounding.absolute < MIN_TOLERANCE:
+        raise QdotError(f"the tolerance must be at least {MIN_TOLERANCE:g}, because references have ten digits")
     return rounding
 
 

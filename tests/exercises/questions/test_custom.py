@@ -554,6 +554,8 @@ BAD = {
     'answer = "p*p"': "write dot(a, b) or cross(a, b)", 'answer = "det(Jv)"': "needs a square matrix",
     'answer = "(p"': "is not a formula", 'answer = "p - p"': "always zero", 'answer = "1"': "the same everywhere",
     'answer = "p.w"': ".x, .y and .z", 'answer = "J[3, 1]"': "row 1 and column 2",
+    'answer = "zeros(det(J), v.x)"': "but these also contain qd1, qd2",
+    'answer = "norm(v)"\ngiven = ["pose", "rates"]\ntolerance = "1e-300 m/s"': "at least 1e-09",
     'answer = "zeros(p)"': "zeros(p.x)", 'answer = "zeros(a1)"': "never zero, or always",
     'answer = "norm(p)"\ngiven = {theta1 = "angle", theta2 = "angle", a2 = 0.1}': "a2 is 0.35 m in the table",
     'answer = "norm(p)"\ngiven = {theta1 = "angle", theta2 = "angle", a7 = "length"}': "unknown symbol 'a7'",
