@@ -118,7 +118,7 @@ def _find_objection(
     """Return why one of the questions doesn't apply to an arm; None if all apply. Unknown questions are skipped."""
     for name in questions:
         if name in questions_by_name and (objection := questions_by_name[name].find_obstacle(chain)) is not None:
-            return f"question {name!r} does not apply to {chain.name}: {objection}"
+            return f"question {name!r} can't be asked about {chain.name}: {objection}"
     return None
 
 
@@ -220,7 +220,7 @@ def check_questions(
     if FAMILIES.get(known_family.name) is known_family:
         for name in questions:
             if (reason := questions_by_name[name].find_convention_objection(convention or CONVENTIONS[0])) is not None:
-                raise QdotError(f"question {name!r} does not apply to {known_family.name}: {reason}")
+                raise QdotError(f"question {name!r} can't be asked about {known_family.name}: {reason}")
     listed = None if convention else _look_up_listing(known_family)
     if listed is not None:
         unlisted_names = [name for name in questions if name not in listed.questions]

@@ -552,9 +552,8 @@ def check_definition_on_family(
     identity = ProblemId(family.name, 0, (definition.name,), variation=variation, convention=convention)
     problem = generation.generate(identity, family=family, definitions=(definition,))
     maker = QuestionMaker(definition)
-    repeated_answer = maker.find_repeated_answer(problem.chain)
-    if repeated_answer is not None:
-        raise QdotError(f"answer: it is {repeated_answer} for all given values of an arm of {family.name}")
+    if (number_objection := maker.find_objection_to_numbers(problem.chain)) is not None:
+        raise QdotError(f"{number_objection} (for an arm of {family.name})")
     for language, texts in definition.texts:
         wording = Wording(problem.chain, load_catalogue(language))
         for key, text in texts.list_texts():

@@ -4,9 +4,11 @@ import re
 from collections import Counter
 from collections.abc import Iterable
 from collections.abc import Set as AbstractSet
+from itertools import islice
 from typing import Any
 
 from qdot.exercises.formula.names import FUNCTIONS
+from qdot.exercises.formula.units import UNIT, parse_unit
 from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, SPACES, VOCABULARY
 
 MAX_NESTING = LIMITS["latex_depth"]
@@ -35,7 +37,8 @@ def _normalize_unit(typed_unit: str) -> str:
     return typed_unit.replace(" /", "/").replace("/ ", "/")
 
 
-_FINAL_UNIT_PATTERN = re.compile(f"{VOCABULARY['patterns']['before_unit']}({_pattern_of_units(_UNITS)})$")
+_BEFORE_UNIT = VOCABULARY["patterns"]["before_unit"]
+_FINAL_UNIT_PATTERN = re.compile(f"{_BEFORE_UNIT}({_pattern_of_units(_UNITS)})$")
 
 _WHOLE_NUMBER_NAMES, _BEFORE_WHOLE_NUMBERS = VOCABULARY["whole_numbers"], tuple(VOCABULARY["before_whole_numbers"])
 
@@ -133,27 +136,54 @@ def use_points_in_lengths(text: str) -> str:
     return _LENGTH_WITH_COMMA_PATTERN.sub(r"\1.\2\3", text)
 
 
-_NAME, _ALL_UNITS = VOCABULARY["patterns"]["name_before_number"], [*_UNITS, *VOCABULARY["degrees"]]
-_NAMED_NUMBER_WITH_UNIT_PATTERN = re.compile(f"{_NAME}{_NUMBER}({_pattern_of_units(_ALL_UNITS)}){_AFTER_UNIT}")
+_VALUE_WITH_UNIT_PATTERN = re.compile(f"(?:(?<=[0-9.]) ?|{_BEFORE_UNIT})(?:({UNIT})|\\[ ?({UNIT}) ?\\]){_AFTER_UNIT}")
 
 
 def find_units(text: str) -> list[tuple[str, str, int]]:
-    """Return (name, unit, index) for each number with a unit.
+    """Return (name, unit, index) for each value with a unit, which ends at the index.
 
-    The name is the text before an equals sign or colon, or "". The number, with its name, begins at the index.
+    The name is the text before an equals sign or colon, or "".
 
-    >>> find_units("qd1 = 0.5 rad/s, 118 mm/s")
-    [('qd1', 'rad/s', 0), ('', 'mm/s', 16)]
+    >>> find_units("qd1 = 0.5 rad/s, -sqrt(2) mm/s")
+    [('qd1', 'rad/s', 9), ('', 'mm/s', 25)]
     """
-    matches = _NAMED_NUMBER_WITH_UNIT_PATTERN.finditer(text)
-    return [(match.group(1) or "", _normalize_unit(match.group(3)), match.start()) for match in matches]
+    units, end_of_last_unit = [], 0
+    for match in islice(_VALUE_WITH_UNIT_PATTERN.finditer(text), _MAX_UNITS):
+        names = PATTERNS["name_of_number"].findall(text, end_of_last_unit, match.start())
+        units.append((names[-1] if names else "", _normalize_unit(match.group(1) or match.group(2)), match.start()))
+        end_of_last_unit = match.end()
+    return units
 
 
-def classify_unit(unit: str) -> str:
-    """Return "length" for metres and metres per second, "angle" for radians and degrees, "" for any other unit."""
-    for per_second in VOCABULARY["per_second"]:
-        unit = unit.removesuffix(per_second)
-    return "length" if unit in VOCABULARY["lengths"] else "angle" if unit in VOCABULARY["angles"] else ""
+_MAX_UNITS = 100
+"""Maximum number of units of an answer that are found."""
+
+
+def convert_units_of_numbers(text: str) -> str:
+    """Return an answer in numbers without the units that `to_plain_text` leaves, because they could be symbols.
+
+    >>> convert_units_of_numbers("[2 kN, 30 cm]"), convert_units_of_numbers("0.5 m/s²")
+    ('[2*1000, 30 cm]', '0.5')
+    """
+
+    def convert_unit(match: re.Match[str]) -> str:
+        unit_text = match.group(1) or match.group(2)
+        unit = parse_unit(unit_text)
+        is_list = match.string[match.start() - 1] in "]}"
+        if unit is None or _normalize_unit(unit_text) in _UNITS or (is_list and unit.conversion):
+            return match.group()
+        return unit.conversion
+
+    return _VALUE_WITH_UNIT_PATTERN.sub(convert_unit, text)
+
+
+def replace_latex_units(text: str) -> str:
+    r"""Return an answer in numbers with plain units instead of those of LaTeX.
+
+    >>> replace_latex_units(r"0.5\,\mathrm{m/s}")
+    '0.5 m/s'
+    """
+    return PATTERNS["latex_unit"].sub(r" \1", text)
 
 
 def _count_equal_terms(symbol_sum: str, known_symbols: AbstractSet[str]) -> str:

@@ -151,7 +151,10 @@ class _Parser:
 
     def expect(self, text: str) -> None:
         if not self.take(text):
-            raise self.make_error(f"expected '{text}', found {repr(self.peek()) if self.peek() else 'the end'}")
+            is_end = self.tokens[self.index].kind == "end"
+            raise self.make_error(
+                f"'{text}' is missing at the end" if is_end else f"expected '{text}', found {self.peek()!r}"
+            )
 
     def parse(self) -> Node:
         """Return the tree of the whole text."""
@@ -785,7 +788,7 @@ def parse_formula(text: str, known_symbols: Iterable[str] = ()) -> Node:
     '+'
     >>> parse_formula("sin(theta1")
     Traceback (most recent call last):
-    qdot.exercises.formula.trees.ParseError: expected ')', found the end (at character 11, near 'sin(theta1')
+    qdot.exercises.formula.trees.ParseError: ')' is missing at the end (at character 11, near 'sin(theta1')
     """
     if len(text) > MAX_LENGTH:
         raise ParseError(f"the answer has {len(text)} characters; at most {MAX_LENGTH} are allowed")

@@ -2,17 +2,12 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from math import isfinite, radians
+from math import isfinite
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.equality import Rounding
+from qdot.exercises.formula.units import parse_unit
 from qdot.exercises.problem.credit import list_settings_by_question
-
-UNITS = {
-    **{"m": 1.0, "cm": 0.01, "mm": 0.001, "rad": 1.0, "deg": radians(1), "s": 1.0, "N": 1.0, "Nm": 1.0},
-    **{"m/s": 1.0, "cm/s": 0.01, "mm/s": 0.001, "rad/s": 1.0, "deg/s": radians(1), "m^2": 1.0, "m^3": 1.0},
-}
-"""Units of tolerances, each with its factor to the unit in which students answer."""
 
 ROUNDING_FORM = (
     'expected "exact", a number of significant digits from 2 to 12 (decimals = 3), a tolerance with its unit '
@@ -44,12 +39,12 @@ def parse_rounding(setting: int | str) -> Rounding | None:
         if isinstance(setting, bool) or not 2 <= setting <= 12:
             raise QdotError(ROUNDING_FORM)
         return Rounding(5.0 * 10.0**-setting, 0.0, f"to {_NUMBER_WORDS[setting - 2]} significant digits")
-    match = re.fullmatch(r"\s*(\d*\.?\d+(?:[eE][-+]?\d+)?)\s*([A-Za-z]\S*)\s*", setting)
+    match = re.fullmatch(r"\s*(\d*\.?\d+(?:[eE][-+]?\d+)?)\s*([A-Za-z°].*?)\s*", setting)
     if match is None:
         raise QdotError(ROUNDING_FORM)
-    if match.group(2) not in UNITS:
-        raise QdotError(f"{match.group(2)!r} is not a unit for a tolerance; known: {', '.join(UNITS)}")
-    amount = float(match.group(1))
+    amount, unit = float(match.group(1)), parse_unit(match.group(2))
+    if unit is None:
+        raise QdotError(f"{match.group(2)!r} is not a known unit; {ROUNDING_FORM}")
     if not (isfinite(amount) and amount > 0):
         raise QdotError(f"a tolerance must be more than 0; {ROUNDING_FORM}")
-    return Rounding(0.0, amount * UNITS[match.group(2)], f"within {match.group(1)} {match.group(2)}")
+    return Rounding(0.0, amount * unit.size, f"within {match.group(1)} {match.group(2)}")

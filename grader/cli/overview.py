@@ -88,7 +88,7 @@ def list_refusals(family: Family, convention: str = "") -> dict[str, str]:
     """Return the questions that don't apply to a family's arms in a convention, each with the reason."""
     applicable_questions = find_listing(family, convention).questions
     chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
-    default_reason = "does not apply to other arms of the family"
+    default_reason = "can't be asked about other arms of the family"
     refused_questions = [question for name, question in QUESTIONS.items() if name not in applicable_questions]
     return {question.name: question.find_obstacle(chain) or default_reason for question in refused_questions}
 

@@ -19,7 +19,16 @@ from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.trees import has_blank
 from qdot.exercises.notebook.setup_cell import write_setup_cell_for_names
 from qdot.exercises.problem.problem import name_answer_variable
-from qdot.exercises.reference_answers import TRUE_FALSE, Answer, ConditionSet, Direction, Expression, Matrix, Number
+from qdot.exercises.reference_answers import (
+    TRUE_FALSE,
+    Answer,
+    ConditionSet,
+    Direction,
+    Expression,
+    Matrix,
+    Number,
+    Words,
+)
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.judging.answer_parser import OR_HINT, ParsedAnswer, combine_with_and, read_any
 from qdot.grader.judging.expected_form import ExpectedForm, read_in_form
@@ -60,7 +69,7 @@ def check_notebook(path: Path) -> CheckedNotebook:
     ...     path = Path(folder) / "mine.md"
     ...     _ = path.write_text("```python\np1_determinant = 'a1*a2*sin(theta2'\n```")
     ...     check_notebook(path).rows[0].message
-    "qdot couldn't parse your answer: expected ')', found the end (at character 17, near '1*a2*sin(theta2')"
+    "qdot couldn't parse your answer: ')' is missing at the end (at character 17, near '1*a2*sin(theta2')"
     """
     try:
         submission = read_submission(path, siblings=find_python_files(path))
@@ -135,6 +144,8 @@ def _make_example_answer(kind: object, shape: object, units: object) -> Answer |
         return Expression(sp.S.Zero)
     if kind == ConditionSet.type:
         return ConditionSet(())
+    if kind == Words.type:
+        return Words()
     if not isinstance(shape, list) or len(shape) != 2 or any(n not in range(1, SIZE_BOUND) for n in shape):
         return None
     zeros = sp.zeros(*map(int, shape))  # a notebook's numbers may be floats such as 3.0
@@ -169,6 +180,8 @@ def _check_answer(part: str, text: str, expected: ExpectedForm | None) -> Checke
     if symbol_error:
         return CheckedAnswer(part, False, symbol_error)
     excerpt = shorten(text, 300)
+    if expected is not None and isinstance(expected.answer, Words):
+        return CheckedAnswer(part, True, f"a text, which a person marks: {excerpt}")
     if parsed_answer.tree is not None and has_blank(parsed_answer.tree):
         return CheckedAnswer(part, False, f"partly left blank: {excerpt}")
     if expected is not None and expected.answer.is_set:

@@ -21,7 +21,12 @@ import numpy as np
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.formula.algebra import Matrix
 from qdot.exercises.formula.equality import Domain
-from qdot.exercises.formula.notation import classify_unit, find_units, use_points_in_lengths
+from qdot.exercises.formula.notation import (
+    convert_units_of_numbers,
+    find_units,
+    replace_latex_units,
+    use_points_in_lengths,
+)
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import WHOLE_NUMBER_NAMES, parse_typed_set
 from qdot.exercises.formula.tables import convert_numbers, convert_table
@@ -42,6 +47,7 @@ from qdot.exercises.formula.trees import (
     refuse_nonscalars,
     replace_names,
 )
+from qdot.exercises.formula.units import parse_unit
 from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
 from qdot.grader.judging.verdict import Judgement, missing_judgement, wrong_judgement
 
@@ -161,16 +167,18 @@ def read_matrix(
 def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Sequence[str] = ()) -> ParsedAnswer:
     """Return the parsed form of `count` numbers, which may be formulas without symbols. A single 0,5 is a half.
 
-    The numbers may be named by `labels`. `units` are their units. A length is refused if an angle is expected, and vice
-    versa.
+    The numbers may be named by `labels`. `units` are their units; an answer in a unit of another dimension is refused.
     """
-    if text.strip() and (unit_error := _describe_wrong_unit(text, labels, units)):
+    text_with_plain_units = replace_latex_units(text)
+    if text.strip() and (unit_error := _describe_wrong_unit(text_with_plain_units, labels, units)):
         return refuse(text, unit_error)
-    if count == 1 and (text_with_points := replace_decimal_commas(text)) != text:
-        return replace(read_numbers(text_with_points, count, labels), text=text)
-    parsed = _read_entries(text, (count, 1), Domain({}), labels, are_numbers=True)
+    numbers = convert_units_of_numbers(text_with_plain_units)
+    if count == 1:
+        numbers = replace_decimal_commas(numbers)
+    parsed = _read_entries(numbers, (count, 1), Domain({}), labels, are_numbers=True)
     find_table = partial(convert_numbers, count=count)
-    return _retry_printed_table(parsed, find_table, lambda table: read_numbers(table, count, labels))
+    parsed = _retry_printed_table(parsed, find_table, lambda table: read_numbers(table, count, labels))
+    return replace(parsed, text=text)
 
 
 def _read_entries(
@@ -230,17 +238,18 @@ def _retry_printed_table(
 
 def _describe_wrong_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
     """Return a sentence about the first unit that doesn't fit its entry; "" if all units fit."""
-    text = text.strip().strip("[](){}")
+    text = text.strip()
     separator = ";" if ";" in text else "\n" if "\n" in text else ","
     is_one_unit_per_entry = text.count(separator) + 1 == len(units)
     expected_names = [_normalize_label(label) for label in labels]
-    for name, unit, start in find_units(text):
-        index = text.count(separator, 0, start) if is_one_unit_per_entry else None
+    for name, unit, end in find_units(text):
+        index = text.count(separator, 0, end) if is_one_unit_per_entry and text[end - 1] not in "]}" else None
         if (label := _normalize_label(name)) in expected_names:
             index = expected_names.index(label)
         expected = units if index is None else units[index : index + 1]
-        kinds = set(map(classify_unit, expected))
-        if expected and "" not in kinds and classify_unit(unit) not in ("", *kinds):
+        typed_unit, expected_units = parse_unit(unit), [parse_unit(text) if text else None for text in expected]
+        dimensions = {each and each.dimension for each in expected_units}
+        if typed_unit and dimensions and not {None, typed_unit.dimension} & dimensions:
             subject = f"entry {index + 1}" if index is not None and len(units) > 1 else "the result"
             advice = "use this unit or write only the number"
             return f"the unit {unit} does not fit: {subject} is in {expected[0]}; {advice}"

@@ -8,15 +8,20 @@ import re
 from dataclasses import dataclass
 
 from qdot.exercises.common.errors import shorten
+from qdot.exercises.formula.notation import find_units
+from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.printers.mathml import mathml_text
+from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, count_nodes
+from qdot.exercises.formula.units import parse_unit
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE
+from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE, Number
 from qdot.exercises.writing.latex import list_prismatic_joints
 from qdot.exercises.writing.line_breaking import estimate_width, fit_formula
 from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import write_option
 from qdot.exercises.writing.typeset import TooDeep, typeset
+from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.functions import FUNCTION_TEXT
 
@@ -66,11 +71,23 @@ def show_answer(problem: Problem, part: Part, text: str) -> ShownAnswer:
         return ShownAnswer("" if options and is_letter else visible_text, options)
     if part.type not in FORMULA_TYPES or len(text) > MAX_TYPESET_CHARACTERS:
         return ShownAnswer(visible_text)
-    tree = read_answer(problem, part, text).tree
+    parsed = read_answer(problem, part, text)
+    is_number = part.type == Number.type and parsed.refusal is None
+    tree = _convert_numbers(parsed) if is_number else parsed.tree
     try:
         return ShownAnswer(visible_text, "" if tree is None else _typeset_html(problem, part, tree))
     except TooDeep:
         return ShownAnswer(visible_text)
+
+
+def _convert_numbers(parsed: ParsedAnswer) -> Node | None:
+    """Return the tree of an answer in numbers; numbers in other units than SI units, as in 17 cm/s, are converted."""
+    units = [parse_unit(unit) for _, unit, _ in find_units(parsed.text)]
+    if any(parsed.is_blank) or not any(unit is not None and unit.conversion for unit in units):
+        return parsed.tree
+    values = evaluate(compile_program(parsed.entries), {}, 1).values[:, 0].real
+    numbers = [f"{value:.6g}" for value in values]
+    return parse_formula(numbers[0] if len(numbers) == 1 else f"[{', '.join(numbers)}]")
 
 
 def _hide_rounding_errors(text: str) -> str:

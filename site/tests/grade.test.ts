@@ -11,6 +11,7 @@ import { configurationText, judgeValues, fingerprintWeight } from "../src/grade/
 import { isParsed } from "../src/grade/verdict.js";
 import { readCommasAsPoints } from "../src/read/points.js";
 import { message, textOf } from "../src/text/text.js";
+import units from "../../tests/data/units.json" with { type: "json" };
 import { canonical } from "./readings.js";
 
 const PLAIN_KEY: ValuesKey = {
@@ -119,6 +120,13 @@ test.each([
 test("a unit that can be right is accepted", () => {
   const rates = { ...NUMBERS, units: ["rad/s", "m/s"] };
   expect(judgeNumbers("qd2 = -125 cm/s, qd1 = 0.5 rad/s", rates, ["qd1", "qd2"]).outcome).toBe("correct");
+});
+
+test.each(units as [string, string, number | null][])("%s for a number in '%s' is %d", (typed, unit, value) => {
+  const key = { ...NUMBERS, units: [unit], right: [value ?? 0.47], mistakes: [] };
+  const verdict = judgeNumbers(typed, key, ["v"]);
+  if (value === null) expect(verdict.reasons[0]?.key).toBe("read.unit");
+  else expect(verdict.outcome).toBe("correct");
 });
 
 test("a mistake in numbers is reported", () => expect(judgeNumbers("[0.5, 1.25]", NUMBERS).mistake).toBe(3));

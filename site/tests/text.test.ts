@@ -45,7 +45,7 @@ describe("a text that can't be parsed", () => {
   };
 
   test.each([
-    ["2*(theta1", "expected ')', found the end (at character 10", "erwartet wird „)“, gefunden wurde das Ende"],
+    ["2*(theta1", "')' is missing at the end (at character 10", "am Ende fehlt „)“"],
     [
       "2 3",
       "there is no operator between two numbers (at character 3",

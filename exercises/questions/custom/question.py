@@ -27,7 +27,7 @@ from qdot.exercises.problem.problem import Details, SymbolInfo, list_table_numbe
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_term_count_objection
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, TEXT_ANSWER, Definition, GivenValue
-from qdot.exercises.questions.custom.units import UNIT_FORM, find_power_of_metres, find_unit_objection
+from qdot.exercises.questions.custom.units import find_unit_objection
 from qdot.exercises.questions.language import FormulaError, find_calls, find_names, parse
 from qdot.exercises.questions.quantities import compile_formula, name_accelerations, select_components
 from qdot.exercises.questions.reference import derive_reference
@@ -41,6 +41,7 @@ from qdot.exercises.reference_answers import (
     Selection,
     Words,
 )
+from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.singularities.singular_set import Component, find_zero_set
 
 MAX_TRIES = 20
@@ -356,8 +357,12 @@ class QuestionMaker:
                 if first_text == second_text:
                     return f"its options {first.content!r} and {second.content!r} are equal for this arm"
             if self.is_set:
-                has_zeros = self.find_zeros(chain, Stream("check")) is not None
-                return None if has_zeros else "its formula is never zero, or always, so there is no set to ask for"
+                components = _find_zeros(self.definition, chain)
+                if not components:
+                    return "its formula is never zero, or always, so there is no set to ask for"
+                pieces = [piece for component in components for piece in component.list_pieces()]
+                empty_piece = next((piece for piece in pieces if not sample_condition(chain, piece, "zeros")), None)
+                return empty_piece and f"qdot finds no configuration with {empty_piece}"
             if self.formulas and self.definition.given:
                 return None if self.sample_number(chain, Stream("check")) else "its answer is not a finite number"
             if self.formulas:
@@ -387,23 +392,30 @@ class QuestionMaker:
 
         return [symbol.name for symbol in random_symbols if changes_answer(symbol)]
 
-    def find_repeated_answer(self, chain: Chain) -> str | None:
-        """Return a numeric answer that is the same for three samples of random values; None if there is none."""
-        given = self.definition.given
-        if not self.formulas or not any(value.is_random for value in given):
+    def find_objection_to_numbers(self, chain: Chain) -> str | None:
+        """Return why three samples of a numeric answer can't be asked for, or None.
+
+        They may all be equal, although values are random, or within the tolerance from 0.
+        """
+        if not self.formulas or self.is_set or not self.definition.given:
             return None
         samples = (self.sample_number(chain, Stream(f"check {k}")) for k in range(3))
-        answers = {", ".join(sample[0].as_json()) for sample in samples if sample is not None}
-        return answers.pop() if len(answers) == 1 else None
+        answers = [sample[0] for sample in samples if sample is not None and isinstance(sample[0], Number)]
+        texts = {", ".join(answer.as_json()) for answer in answers}
+        if len(texts) == 1 and any(value.is_random for value in self.definition.given):
+            return f"answer: it is {texts.pop()} for all given values"
+        tolerance = 0.0 if self.definition.rounding is None else self.definition.rounding.absolute
+        for answer in answers:
+            numbers = list(map(float, answer.reference))
+            if tolerance and max(map(abs, numbers)) <= tolerance:
+                value = ", ".join(f"{number:.3g}" for number in numbers)
+                return f"tolerance: it must be smaller than the answer; 0 would be right where the answer is {value}"
+        return None
 
     def find_unit_objection(self, chain: Chain) -> str | None:
         """Return why the numeric answer probably doesn't have the unit of the definition, or None."""
         if not self.definition.given or self.is_set or not self.formulas:
             return None
-        all_units = (self.definition.unit, *dict(self.definition.units).values())
-        unknown_unit = next((unit for unit in all_units if find_power_of_metres(unit) is None), None)
-        if unknown_unit is not None:
-            return f"qdot doesn't know the unit {unknown_unit!r} and can't check it; {UNIT_FORM}"
         try:
             arm, _ = replace_lengths_by_symbols(chain)
             details = self._sample_values(arm, Stream("units"))

@@ -11,6 +11,7 @@ import pydantic
 from qdot.exercises.common.errors import QdotError, make_name_error
 from qdot.exercises.common.input_file import TomlFile, read_toml
 from qdot.exercises.formula.equality import Rounding
+from qdot.exercises.formula.units import parse_unit
 from qdot.exercises.problem.rounding import parse_rounding
 from qdot.exercises.questions.custom.definition import (
     GIVEN_GROUPS,
@@ -23,12 +24,11 @@ from qdot.exercises.questions.custom.definition import (
 )
 from qdot.exercises.questions.custom.question import make_question
 from qdot.exercises.questions.custom.texts import check_latex, check_text, check_title
+from qdot.exercises.questions.custom.units import UNIT_FORM, is_si_unit
 from qdot.exercises.reference_answers import LETTERS
 
 ONLY_NUMBERS = "only numbers have {}; with given values, a formula becomes a number"
 MAX_TEXT_LENGTH, MAX_OPTIONS, HINT_COUNT = 5000, len(LETTERS), 3
-
-UNIT_CHARACTERS = r"[A-Za-z0-9µ°*/^(). -]*"
 
 
 class OptionEntry(pydantic.BaseModel):
@@ -229,8 +229,9 @@ def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) ->
             check_latex(row_name)
     for key, units in (("unit", [entry.unit]), ("units", entry.units.values())):
         with file.locate_errors("question", name, key):
-            if not all(re.fullmatch(UNIT_CHARACTERS, unit) for unit in units):
-                raise QdotError(f"{FORMS[key]}; powers are written with ^, and products with *")
+            for unit in units:
+                if not is_si_unit(unit):
+                    raise QdotError(f"{unit!r} is not a unit that qdot knows; {UNIT_FORM}")
 
 
 MIN_TOLERANCE = 1e-9
@@ -249,8 +250,12 @@ def _read_rounding(entry: QuestionEntry) -> Rounding | None:
     if sets_digits:
         raise QdotError("a number has either digits or a tolerance")
     rounding = parse_rounding(entry.tolerance)
-    if rounding is None:
+    if rounding is None or entry.tolerance is None:
         raise QdotError(FORMS["tolerance"])
+    unit = parse_unit(entry.unit) if entry.unit else None
+    tolerance_unit = parse_unit(entry.tolerance.strip().lstrip("0123456789.eE+- "))
+    if unit and tolerance_unit and tolerance_unit.dimension != unit.dimension:
+        raise QdotError(f"the unit of the tolerance doesn't fit: the answer is in {entry.unit}")
     if rounding.absolute < MIN_TOLERANCE:
         raise QdotError(f"the tolerance must be at least {MIN_TOLERANCE:g}, because references have ten digits")
     return rounding

@@ -1,46 +1,47 @@
-"""Check the unit of a number: how the number grows if every length of the arm grows."""
+"""Check the unit of a number: how the number changes if the units of mass, length and time change."""
 
 import math
-import re
 from collections.abc import Mapping
 
 import sympy as sp
 
-POWERS_OF_METRES = {"m": 1, "s": 0, "rad": 0, "deg": 0, "kg": 0, "N": 1, "Nm": 2, "J": 2, "W": 2, "Hz": 0, "1": 0}
-"""For each unit, the power of metres that it contains: a newton is a kg m/s^2."""
+from qdot.exercises.formula.units import parse_unit
 
-UNIT_FORM = f"numbers are in SI units, made of {', '.join(POWERS_OF_METRES)}, as in m/s^2"
+UNIT_FORM = "numbers are in SI units, made of m, s, rad, kg, N, J and W, as in m/s^2"
 """The expected form of a unit, for messages."""
 
-_FACTOR = re.compile(r"([*/]?)\s*([A-Za-z1]+)(?:\^(-?\d))?\s*")
-SCALES = (1, 2, 4)
-"""The factors by which lengths are multiplied."""
+_SCALES = (1, 2, 4)
+"""The factors by which masses, lengths or times are multiplied."""
+_NAMES_OF_DIMENSIONS: dict[tuple[int, ...], str] = {
+    (0, 0, 0): "a number without a unit", (0, 0, -1): "in rad/s or 1/s", (0, 0, -2): "in rad/s^2 or 1/s^2",
+    (1, 1, -2): "in N", (1, 2, -2): "in N m", (1, 2, -3): "in W",
+}  # fmt: skip
 
 
-def find_power_of_metres(unit: str) -> int | None:
-    """Return the power of metres in a unit; None if the unit is not known.
+def is_si_unit(unit: str) -> bool:
+    """Return whether qdot knows a unit, and numbers in this unit are in SI units.
 
-    >>> [find_power_of_metres(unit) for unit in ("m/s^2", "N*m", "rad/s", "", "furlong")]
-    [1, 2, 0, 0, None]
+    >>> [is_si_unit(unit) for unit in ("m/s^2", "N*m", "rad/s", "", "deg", "furlong")]
+    [True, True, True, True, False, False]
     """
-    power, position = 0, 0
-    while position < len(unit):
-        match = _FACTOR.match(unit, position)
-        if match is None or match[2] not in POWERS_OF_METRES:
-            return None
-        sign = -1 if match[1] == "/" else 1
-        power += sign * POWERS_OF_METRES[match[2]] * int(match[3] or 1)
-        position = match.end()
-    return power
+    parsed_unit = parse_unit(unit)
+    return parsed_unit is not None and not parsed_unit.conversion
 
 
-def describe_power(power: float) -> str:
-    """Return a power of lengths in words.
+def describe_dimension(dimension: tuple[int, ...]) -> str:
+    """Return the powers of kg, m and s in words.
 
-    >>> describe_power(0.0), describe_power(1.0), describe_power(-1.0)
-    ('a number without lengths', 'a length', 'length^-1')
+    >>> describe_dimension((0, 1, -2)), describe_dimension((1, 2, -2)), describe_dimension((0, 0, 0))
+    ('in m/s^2', 'in N m', 'a number without a unit')
     """
-    return {0.0: "a number without lengths", 1.0: "a length"}.get(round(power, 6), f"length^{power:.3g}")
+    if name := _NAMES_OF_DIMENSIONS.get(dimension):
+        return name
+    powers = dict(zip(("kg", "m", "s"), dimension, strict=True))
+    factors, divisors = (
+        [unit if abs(power) == 1 else f"{unit}^{abs(power)}" for unit, power in powers.items() if power * sign > 0]
+        for sign in (1, -1)
+    )
+    return f"in {' '.join(factors) or '1'}{''.join(f'/{divisor}' for divisor in divisors)}"
 
 
 def find_unit_objection(
@@ -49,21 +50,36 @@ def find_unit_objection(
     """Return why numbers can't have a unit, or None.
 
     `answer` has formulas in which every length is a symbol, and `units` has the unit of each symbol that is not a
-    length. An answer in m^k becomes 2^k times as large if all lengths are doubled.
+    length. An answer in m^k becomes 2^k times as large if all lengths are doubled, and so on for masses and times.
     """
-    powers = {symbol: find_power_of_metres(units.get(symbol.name, "m")) for symbol in values}
-    expected_power = find_power_of_metres(answer_unit)
-    if expected_power is None or None in powers.values():
-        return None
-    scaled = [{symbol: value * scale ** (powers[symbol] or 0) for symbol, value in values.items()} for scale in SCALES]
+    dimensions = {symbol: _find_dimension(units.get(symbol.name, "m")) for symbol in values}
+    expected_dimension = _find_dimension(answer_unit)
     for entry in answer:
-        numbers = [complex(sp.N(entry.xreplace(dict(each)).xreplace(dict(each)))) for each in scaled]
-        if min(map(abs, numbers)) < 1e-9 or not all(math.isfinite(abs(number)) for number in numbers):
-            continue
-        first, second = (math.log2(abs(numbers[k + 1] / numbers[k])) for k in (0, 1))
-        if abs(first - second) > 1e-6:
-            return "it has no unit, because it combines lengths with angles or other numbers"
-        if abs(first - expected_power) > 1e-6:
-            unit = f"its unit {answer_unit} doesn't fit, because" if answer_unit else "it has no unit, but"
-            return f"{unit} it grows like {describe_power(first)} if all lengths grow"
+        powers = []
+        for base in range(len(expected_dimension)):
+            scaled_values = [
+                {symbol: value * scale ** dimensions[symbol][base] for symbol, value in values.items()}
+                for scale in _SCALES
+            ]
+            numbers = [complex(sp.N(entry.xreplace(each).xreplace(each))) for each in scaled_values]
+            if min(map(abs, numbers)) < 1e-9 or not all(math.isfinite(abs(number)) for number in numbers):
+                break
+            first, second = (math.log2(abs(numbers[k + 1] / numbers[k])) for k in (0, 1))
+            if abs(first - second) > 1e-6:
+                return "it has no unit, because it adds quantities of different units, such as a length and an angle"
+            powers.append(first)
+        else:
+            dimension = tuple(map(round, powers))
+            if dimension != expected_dimension and all(abs(power - round(power)) < 1e-6 for power in powers):
+                actual_unit = describe_dimension(dimension)
+                return (
+                    f"its unit {answer_unit} doesn't fit, because the answer is {actual_unit}"
+                    if answer_unit
+                    else (f"it has no unit, but the answer is {actual_unit}")
+                )
     return None
+
+
+def _find_dimension(unit: str) -> tuple[int, ...]:
+    parsed_unit = parse_unit(unit)
+    return parsed_unit.dimension if parsed_unit else (0, 0, 0)

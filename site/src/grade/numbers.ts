@@ -5,9 +5,9 @@ import type { NumbersKey, ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
-import { kindOfUnit, unitsOfNumbers } from "../read/notation.js";
 import { numbersText, tableText } from "../read/tables.js";
 import { hasBlank, namesIn, type Node } from "../read/tree.js";
+import { parseUnit, unitsOfNumbers, withoutUnitsOfNumbers, withPlainUnits } from "../read/units.js";
 import { message } from "../text/text.js";
 import { shareUpToDeviations, shareOfEntries } from "./credit.js";
 import { EXACT_TOLERANCE, slipsInNumbers } from "./number-slips.js";
@@ -29,30 +29,34 @@ const ZERO_TOLERANCE = 1e-12;
 /** Judge numbers, which are right within the key's tolerance. */
 export function judgeNumbers(answer: string, key: NumbersKey, labels: readonly string[] = []): Verdict {
   if (!answer.trim()) return missing();
-  const unitVerdict = findWrongUnit(answer, labels, key.units);
+  const typedNumbers = withPlainUnits(answer);
+  const unitVerdict = findWrongUnit(typedNumbers, labels, key.units);
   if (unitVerdict) return unitVerdict;
+  const numbers = withoutUnitsOfNumbers(typedNumbers);
   const count = key.right.length;
   const rows = parseRowsOrTable(
     (typed) => entriesOf(parse(typed, NO_SYMBOLS), { rows: count, columns: 1 }, NO_SYMBOLS, labels),
-    count === 1 ? readCommasAsPoints(answer) : answer,
-    () => numbersText(answer, count),
+    count === 1 ? readCommasAsPoints(numbers) : numbers,
+    () => numbersText(numbers, count),
   );
   return "outcome" in rows ? rows : parseOrVerdict(() => judgeEntries(rows.flat(), key, answer));
 }
 
-/** Return the verdict on a unit that can't be right, such as a length for an angle; null if all units can be right. */
+/** Return the verdict on a unit of another dimension than the expected one; null if all units can be right. */
 function findWrongUnit(text: string, labels: readonly string[], units: readonly string[]): Verdict | null {
-  const inner = text.trim().replace(/^[[\](){}]+|[[\](){}]+$/g, "");
+  const inner = text.trim();
   const separator = [";", "\n"].find((candidate) => inner.includes(candidate)) ?? ",";
   const separatorsIn = (part: string): number => part.split(separator).length - 1;
   const names = labels.map(labelOf);
-  for (const { name, unit, start } of unitsOfNumbers(inner)) {
-    const indexInList = separatorsIn(inner) + 1 === units.length ? separatorsIn(inner.slice(0, start)) : -1;
+  for (const { name, unit, end } of unitsOfNumbers(inner)) {
+    const isInList = separatorsIn(inner) + 1 === units.length && !"]}".includes(inner[end - 1] as string);
+    const indexInList = isInList ? separatorsIn(inner.slice(0, end)) : -1;
     const index = names.includes(labelOf(name)) ? names.indexOf(labelOf(name)) : indexInList;
     const expectedUnits = index < 0 ? units : units.slice(index, index + 1);
-    const expectedKinds = new Set(expectedUnits.map(kindOfUnit));
-    const kind = kindOfUnit(unit);
-    if (expectedUnits.length === 0 || expectedKinds.has("") || kind === "" || expectedKinds.has(kind)) continue;
+    const dimensions = expectedUnits.map((expected) => (expected ? parseUnit(expected)?.dimension.join() : undefined));
+    const dimension = parseUnit(unit)?.dimension.join();
+    if (!dimension || dimensions.length === 0 || dimensions.includes(undefined) || dimensions.includes(dimension))
+      continue;
     return index >= 0 && units.length > 1
       ? wrong("read.unit-of-entry", { unit, entry: index + 1, due: expectedUnits[0] as string })
       : wrong("read.unit", { unit, due: expectedUnits[0] as string });

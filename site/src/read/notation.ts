@@ -2,6 +2,7 @@
 // The rules of ../../../exercises/formula/notation.py; ../../tests/readers.test.ts compares both.
 
 import { latexAsText } from "./latex.js";
+import { unitOf } from "./units.js";
 import {
   compile,
   lengthOf,
@@ -30,8 +31,6 @@ const unitsPattern = (units: readonly string[]): string =>
     .sort((a, b) => b.length - a.length)
     .map((unit) => escapeSigns(unit).replace("\\/", " ?/ ?"))
     .join("|");
-/** Return a unit as the vocabulary writes it. */
-const unitOf = (typedUnit: string): string => typedUnit.replace(" /", "/").replace("/ ", "/");
 const UNIT_NAMES = unitsPattern([...UNITS.keys()]);
 const UNIT_AT_END = compile(`${VOCABULARY.patterns.before_unit}(${UNIT_NAMES})$`);
 
@@ -127,30 +126,6 @@ const LENGTH_WITH_COMMA = compile(
 
 /** Replace the decimal commas of lengths by points, as in 0,2 m; such a comma does not separate values. */
 export const withPointsOfLengths = (text: string): string => text.replace(LENGTH_WITH_COMMA, "$1.$2$3");
-
-const UNITS_OF_NUMBERS = unitsPattern([...UNITS.keys(), ...VOCABULARY.degrees]);
-const NAMED_NUMBER_WITH_UNIT = compile(
-  `${VOCABULARY.patterns.name_before_number}${VOCABULARY.patterns.number_before_unit}` +
-    `(${UNITS_OF_NUMBERS})${VOCABULARY.patterns.after_unit}`,
-  "g",
-);
-
-/** Return the unit of each number that has one, the name before the number ("" if none), and the index of its start. */
-export function unitsOfNumbers(text: string): { name: string; unit: string; start: number }[] {
-  return [...text.matchAll(NAMED_NUMBER_WITH_UNIT)].map((match) => ({
-    name: match[1] ?? "",
-    unit: unitOf(match[3] as string),
-    start: match.index,
-  }));
-}
-
-/** Return whether a unit measures a length or an angle, possibly per second; "" for other units. */
-export function kindOfUnit(unit: string): "length" | "angle" | "" {
-  const rate = (bare: string, perSecond: string): string =>
-    bare.endsWith(perSecond) ? bare.slice(0, bare.length - perSecond.length) : bare;
-  const unitPerTime = VOCABULARY.per_second.reduce(rate, unit);
-  return VOCABULARY.lengths.includes(unitPerTime) ? "length" : VOCABULARY.angles.includes(unitPerTime) ? "angle" : "";
-}
 
 const RATES_AS_DERIVATIVES = pattern("rate_as_derivative", "g");
 const ENTRIES_OF_VECTORS = pattern("entry_of_vector", "g");

@@ -224,7 +224,9 @@ class Parser {
   }
 
   private expect(text: string): void {
-    if (!this.take(text)) throw this.errorHere("read.expected", { due: text, found: this.describeToken() });
+    if (this.take(text)) return;
+    if (this.currentToken().kind === "end") throw this.errorHere("read.unclosed", { due: text });
+    throw this.errorHere("read.expected", { due: text, found: this.describeToken() });
   }
 
   /** Parse something nested one level deeper; throw the error `tooDeep` beyond the limit. */

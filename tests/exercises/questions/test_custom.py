@@ -452,10 +452,12 @@ def test_custom_question_with_the_formula_of_a_built_in_question_has_its_answer(
 @pytest.mark.parametrize(
     ("answer", "unit", "warning"),
     [
-        ("norm(p) + theta1", "m", "it combines lengths with angles"),
-        ("det(J)", "m^2", "its unit m^2 doesn't fit, because it grows like a length"),
+        ("norm(p) + theta1", "m", "adds quantities of different units"),
+        ("det(J)", "m^2", "its unit m^2 doesn't fit, because the answer is in m"),
         ("det(J)*d2", "m^2", None), ("norm(v)", "m/s", None), ("qd1*theta1", "rad/s", None), ("p.x*a1", "m^2", None),
-        ("norm(v)", "rad/s", "grows like a length"), ("norm(v)", "furlong", "doesn't know the unit 'furlong'"),
+        ("norm(v)", "rad/s", "the answer is in m/s"), ("norm(v)", "m", "its unit m doesn't fit"),
+        ("norm(v)", "", "it has no unit, but the answer is in m/s"), ("qd1", "m", "is in rad/s or 1/s"),
+        ("qd1*p.x*10", "kg m/s", "its unit kg m/s doesn't fit, because the answer is in m/s"),
     ],
 )  # fmt: skip
 def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str, warning: str | None, tmp_path: Path) -> None:
@@ -549,13 +551,19 @@ def test_platforms_ask_for_numbers_in_words_for_numbers(tmp_path: Path) -> None:
 # --- refused, with the reason ---
 
 BAD = {
-    'given = ["pose"]\nunit = "m"\nanswer = "norm(z0)"': "it is 1 for all given values of an arm of planar-2r",
+    'given = ["pose"]\nunit = "m"\nanswer = "norm(z0)"': "it is 1 for all given values (for an arm of planar-2r)",
     'answer = "ddt(o1 + o7)"': "unknown name 'o7'", 'answer = "foo(p)"': "unknown function 'foo'",
     'answer = "p*p"': "write dot(a, b) or cross(a, b)", 'answer = "det(Jv)"': "needs a square matrix",
     'answer = "(p"': "is not a formula", 'answer = "p - p"': "always zero", 'answer = "1"': "the same everywhere",
     'answer = "p.w"': ".x, .y and .z", 'answer = "J[3, 1]"': "row 1 and column 2",
     'answer = "zeros(det(J), v.x)"': "but these also contain qd1, qd2",
     'answer = "norm(v)"\ngiven = ["pose", "rates"]\ntolerance = "1e-300 m/s"': "at least 1e-09",
+    'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "m/s"\ntolerance = "0.01 m"': "the answer is in m/s",
+    'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "m/s"\ntolerance = "0.01 rad"': "the answer is in m/s",
+    'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "m/s"\ntolerance = "9 m/s"': "smaller than the answer",
+    'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "furlong/s"': "'furlong/s' is not a unit that qdot knows",
+    'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "deg"': "numbers are in SI units",
+    'answer = "zeros(det(J), 1 + p.x^2)"': "qdot finds no configuration with",
     'answer = "zeros(p)"': "zeros(p.x)", 'answer = "zeros(a1)"': "never zero, or always",
     'answer = "norm(p)"\ngiven = {theta1 = "angle", theta2 = "angle", a2 = 0.1}': "a2 is 0.35 m in the table",
     'answer = "norm(p)"\ngiven = {theta1 = "angle", theta2 = "angle", a7 = "length"}': "unknown symbol 'a7'",
@@ -668,7 +676,7 @@ BAD_TEXTS = {
     "prompt = '$" + 1000 * r"\hat" + " a$'": "is nested too deeply",
     r"prompt = 'a $\displaystyle \!$'": "shows nothing",
     "prompt = ' '": 'expected a text, as in prompt = "Find',
-    "prompt = 'x'\nunit = 'm/s%'": "powers are written with ^",
+    "prompt = 'x'\nunit = 'm/s%'": "'m/s%' is not a unit that qdot knows",
     "prompt = 'x'\ntitle = 'Speed of $P$'": "a title is plain text without '$'",
 }
 

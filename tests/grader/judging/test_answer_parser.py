@@ -21,12 +21,13 @@ from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading import check
 from qdot.grader.grading.check import check_notebook, find_claimed_form
-from qdot.grader.judging.answer_parser import OR_HINT
+from qdot.grader.judging.answer_parser import OR_HINT, read_numbers
 from qdot.grader.judging.expected_form import ExpectedForm, find_expected_form, read_answer, read_in_form
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.sandbox import Sandbox
+from tests.support import DATA
 from tests.support.judging import judge_direction, judge_expression, judge_numbers, judge_singular
 from tests.support.problems import get_problem
 from tests.support.submitting import Cells, make_class, make_correct_notebook, submit
@@ -185,6 +186,23 @@ def test_units_are_converted_if_they_fit_the_entry(text: str, reason: str) -> No
         assert answer.refusal is None
         values = evaluate(compile_program(answer.entries), {}, 1)
         assert [round(float(value[0].real), 6) for value in values[0]] == [-0.1, 0.29]
+
+
+@pytest.mark.parametrize(("text", "unit", "value"), json.loads((DATA / "units.json").read_text(encoding="utf-8")))
+def test_a_number_may_have_any_unit_of_its_dimension(text: str, unit: str, value: float | None) -> None:
+    answer = read_numbers(text, 1, ["v"], [unit])
+    if value is None:
+        assert answer.refusal is not None and answer.refusal.reason.endswith(
+            f"does not fit: the result is in {unit}; use this unit or write only the number"
+        )
+    else:
+        assert answer.refusal is None, answer.refusal
+        assert evaluate(compile_program(answer.entries), {}, 1).values[0][0].real == pytest.approx(value, rel=1e-12)
+
+
+def test_many_units_are_read_in_linear_time() -> None:
+    assert read_numbers("1 g " + "g " * 9_000, 1, ["v"], ["kg"]).refusal is not None
+    assert read_numbers(", ".join(["1 kN"] * 2_000), 1, ["v"], ["kg"]).refusal is not None
 
 
 TYPED_COMPONENTS = {"vx": "vx", "v_y": "vy", "vz": "vz", "ẏ": "vy", "z_dot": "vz"}

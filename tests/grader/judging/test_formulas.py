@@ -139,7 +139,7 @@ def test_a_matrix_is_marked_by_its_entries() -> None:
 @pytest.mark.parametrize(
     ("student", "reason"),
     [("[1, 2, 3]", "3 × 1"), ("5", "1 × 1"), ("[[1, 2], [3]]", "different lengths"), ("[[1, 2], [3, [4]]]", "list"),
-     ("sin(theta1", "expected ')'"), ("{1: 2}", "1 × 1")],
+     ("sin(theta1", "')' is missing at the end"), ("{1: 2}", "1 × 1")],
 )  # fmt: skip
 def test_wrong_shapes_are_reported(student: str, reason: str) -> None:
     judged = judge_matrix(student, J, DOMAIN, "s")

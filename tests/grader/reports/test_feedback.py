@@ -16,6 +16,7 @@ from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.formula.equality import EntryDifference, SetDifference
+from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.reference_answers import Choice, Matrix
 from qdot.exercises.writing.markup import to_html
@@ -379,6 +380,13 @@ def test_any_answer_is_shown_safely_and_quickly(assignment: Assignment, text: st
                 element = ET.fromstring(answer.html)
                 assert {"script", "img", "b"}.isdisjoint(child.tag for child in element.iter()) or part.type == "choice"
     assert time.process_time() - start < 5
+
+
+def test_numbers_in_other_units_are_shown_in_si_units() -> None:
+    problem = generate("planar-2r/3", ["joint-rates"])
+    html = show_answer(problem, problem.parts[0], "17 deg/s, -200 mrad/s").html
+    assert re.findall(r"<mn>([^<]*)</mn>", html) == ["0.296706", "0.2"]
+    assert show_answer(problem, problem.parts[0], "[17 deg/s, blank]").html
 
 
 def test_hostile_answers_and_reasons_are_escaped(assignment: Assignment, mixed_result: Result) -> None:

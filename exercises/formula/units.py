@@ -1,0 +1,73 @@
+"""Parse the units of numbers, such as m/s^2: their size in SI units, and their dimension."""
+
+import math
+import re
+from dataclasses import dataclass
+
+from qdot.exercises.formula.vocabulary import VOCABULARY
+
+_BASE_UNITS: dict[str, tuple[str, str, int, int, int]] = VOCABULARY["base_units"]
+"""For each unit, the numerator and the denominator of its size in SI units, and its powers of kg, m and s."""
+_NAMES = "|".join(re.escape(name) for name in sorted(_BASE_UNITS, key=len, reverse=True))
+_POWER, _SEPARATOR = (f"(?:{VOCABULARY['patterns'][name]})" for name in ("power_of_unit", "between_units"))
+_DIGITS: dict[str, str] = VOCABULARY["superscripts"]
+
+_FACTOR = f"(?:{_NAMES}){_POWER}?"
+UNIT = f"(?:1 ?/ ?)?{_FACTOR}(?:{_SEPARATOR}{_FACTOR}){{0,4}}"
+"""Regular expression for a unit: powers of units, separated by *, / or a space."""
+_UNIT_PATTERN = re.compile(UNIT)
+_FACTOR_PATTERN = re.compile(f"({_SEPARATOR})({_NAMES})({_POWER}?)")
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit.
+
+    A number is converted to SI units if it is multiplied by all `multipliers` and divided by all `divisors`, which are
+    whole numbers or "pi". `dimension` contains the powers of kg, m and s, which are 0 for angles.
+    """
+
+    multipliers: tuple[str, ...]
+    divisors: tuple[str, ...]
+    dimension: tuple[int, ...]
+
+    @property
+    def conversion(self) -> str:
+        """The text after a number that converts it to SI units, such as /100 for cm."""
+        return "".join([*(f"*{factor}" for factor in self.multipliers), *(f"/{factor}" for factor in self.divisors)])
+
+    @property
+    def size(self) -> float:
+        """The size in SI units."""
+        multiplier, divisor = (
+            math.prod(math.pi if factor == "pi" else float(factor) for factor in factors)
+            for factors in (self.multipliers, self.divisors)
+        )
+        return multiplier / divisor
+
+
+def parse_unit(text: str) -> Unit | None:
+    """Return the unit that a text names; None if there is no such unit.
+
+    >>> parse_unit("cm/s^2")
+    Unit(multipliers=(), divisors=('100',), dimension=(0, 1, -2))
+    >>> parse_unit("deg").conversion, parse_unit("N m").dimension == parse_unit("J").dimension, parse_unit("furlong")
+    ('*pi/180', True, None)
+    """
+    if text in ("", "1"):
+        return Unit((), (), (0, 0, 0))
+    if _UNIT_PATTERN.fullmatch(text) is None:
+        return None
+    multipliers, divisors, dimension = list[str](), list[str](), [0, 0, 0]
+    for separator, name, power_text in _FACTOR_PATTERN.findall(text if text[0] == "1" else f" {text}"):
+        digits = "".join(_DIGITS.get(sign, sign) for sign in power_text).strip("^*()").replace("−", "-")
+        power = int(digits or 1) * (-1 if "/" in separator else 1)
+        numerator, denominator, *base_powers = _BASE_UNITS[name]
+        (multipliers if power > 0 else divisors).extend([numerator] * abs(power))
+        (divisors if power > 0 else multipliers).extend([denominator] * abs(power))
+        dimension = [total + power * base for total, base in zip(dimension, base_powers, strict=True)]
+    return Unit(
+        tuple(factor for factor in multipliers if factor != "1"),
+        tuple(factor for factor in divisors if factor != "1"),
+        tuple(dimension),
+    )
