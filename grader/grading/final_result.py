@@ -91,15 +91,18 @@ def _make_result(
     assignment: Assignment, student: Student, overrides: Overrides, notebook: GradedNotebook, marks: NotebookMarks
 ) -> Result:
     """Return the student's result for the case that this notebook counts."""
-    student_overrides = overrides.by_student.get(student.id, {})
+    staff_notes = list(marks.staff_notes)
 
     def apply_override(slot: str, part: PartResult) -> PartResult:
         """Return a part with its override, which also records qdot's points.
 
         If qdot has no verdict, the outcome follows from the points; otherwise, outcome and reason stay unchanged.
         """
-        override = student_overrides.get(f"{slot}.{part.name}") or overrides.by_group.get(part.group or "")
+        name = f"{slot}.{part.name}"
+        override = overrides.find(student.id, name, part.answer or "") or overrides.by_group.get(part.group or "")
         if override is None:
+            if overrides.has_other_answer(student.id, name):
+                staff_notes.append(f"the answer to {name} has changed since a person marked it")
             return part
         points = part.points if override.points is None else override.points
         outcome = part.outcome
@@ -115,14 +118,14 @@ def _make_result(
     points = sum_points(part.points for part in parts)
     late = None if notebook.flagged_late is False else _find_lateness(assignment, student, notebook.received, points)
     score = points if late is None else _subtract_share(points, Fraction(str(late.penalty)))
-    total_override = student_overrides.get(TOTAL_PART)
+    total_override = overrides.find(student.id, TOTAL_PART)
     submission = CountingSubmission(notebook.file, marks.sha256, _format_time(notebook.received), notebook.time_source)
     return Result(
         student=student.id, assignment=assignment.key, submission=submission if notebook.file else None,
         score=score if total_override is None or total_override.points is None else total_override.points,
         max_score=sum_points(part.max_points for part in parts), late=late,
         override=total_override and replace(total_override, was=score), obstacle=marks.obstacle,
-        notes=marks.notes, staff_notes=marks.staff_notes, made_from=marks.made_from, problems=problems,
+        notes=marks.notes, staff_notes=tuple(staff_notes), made_from=marks.made_from, problems=problems,
     )  # fmt: skip
 
 

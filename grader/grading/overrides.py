@@ -2,7 +2,7 @@
 
 The columns of this table are student, part (`p1.jacobian`; empty for the student's total), points and comment. The
 optional column group names a group of equal wrong answers instead of a student. The line then applies to all students
-in that group.
+in that group. A line with the optional column answer, copied from graded/to-mark.csv, applies only to this answer.
 """
 
 import re
@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.common.console import escape_controls
 from qdot.exercises.common.errors import QdotError, find_most_similar, list_first, make_name_error
 from qdot.exercises.common.input_file import read_table
 from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, format_group_key
@@ -24,17 +25,35 @@ HEADER = ",".join(COLUMN_NAMES)
 GROUP_COLUMN = "group"
 """The optional column."""
 ANSWER_COLUMN = "answer"
-"""A column of graded/to-mark.csv; a line that was copied from there may have no points yet."""
+"""A column of graded/to-mark.csv: the answer in words. A line that was copied from there may have no points yet."""
 TOTAL_PART = ""
 """The value of the column part that means a student's total."""
 
 
 @dataclass(frozen=True)
 class Overrides:
-    """The contents of overrides.csv: the overrides by student and part, and the overrides by the key of a group."""
+    """The contents of overrides.csv.
 
-    by_student: Mapping[str, Mapping[str, Override]] = field(default_factory=dict)
+    `by_part` has the overrides by student, part and answer in one line; the answer is "" if the override applies to any
+    answer. `by_group` has the overrides by the key of a group.
+    """
+
+    by_part: Mapping[tuple[str, str, str], Override] = field(default_factory=dict)
     by_group: Mapping[str, Override] = field(default_factory=dict)
+
+    def find(self, student: str, part: str, answer: str = "") -> Override | None:
+        """Return the override of a student's part with this answer; None if there is none."""
+        return self.by_part.get((student, part, write_in_one_line(answer))) or self.by_part.get((student, part, ""))
+
+    def has_other_answer(self, student: str, part: str) -> bool:
+        """Return whether a person has marked another answer of a student to a part."""
+        return any(key[:2] == (student, part) for key in self.by_part)
+
+
+def write_in_one_line(answer: str) -> str:
+    """Return an answer in words in one line, as it stands in graded/to-mark.csv except for a quote at its beginning."""
+    line = escape_controls(" ".join(answer.split()))
+    return unicodedata.normalize("NFC", line).removeprefix("'")
 
 
 NO_OVERRIDES = Overrides()
@@ -52,15 +71,16 @@ def read_overrides(assignment: Assignment) -> Overrides:
     max_points = map_max_points(assignment)
     max_points[TOTAL_PART] = sum_points(max_points.values())
     students = [student.id for student in assignment.roster]
-    by_student: dict[str, dict[str, Override]] = {}
+    by_part: dict[tuple[str, str, str], Override] = {}
     by_group: dict[str, Override] = {}
-    first_lines: dict[tuple[str, str], int] = {}
+    first_lines: dict[tuple[str, str, str], int] = {}
     for line_number, cells in read_table(path, COLUMN_NAMES[0], HEADER):
         location = f"{path}: line {line_number}"
         if not {"part", "points"} <= set(cells):
             raise QdotError(f"{location}: there is no cell for part or points; the columns are {HEADER}")
-        texts = [unicodedata.normalize("NFC", cells.get(name, "").strip()) for name in (*COLUMN_NAMES, GROUP_COLUMN)]
-        student, part, points, comment, group = texts
+        columns = (*COLUMN_NAMES, GROUP_COLUMN, ANSWER_COLUMN)
+        texts = [unicodedata.normalize("NFC", cells.get(name, "").strip()) for name in columns]
+        student, part, points, comment, group, answer = texts
         if group and student:
             names = f"the student {student!r} and the group {group!r}"
             raise QdotError(
@@ -73,7 +93,7 @@ def read_overrides(assignment: Assignment) -> Overrides:
         if part not in max_points:
             raise _make_unknown_part_error(location, part, list(max_points))
         target = f"the group {group!r}" if group else f"{part or 'the total'} of {student!r}"
-        if (first_line := first_lines.setdefault((student, group or part), line_number)) != line_number:
+        if (first_line := first_lines.setdefault((student, group or part, answer), line_number)) != line_number:
             raise QdotError(f"{location}: {target} was already set on line {first_line}")
         if group and not points and not comment:
             raise QdotError(
@@ -85,8 +105,8 @@ def read_overrides(assignment: Assignment) -> Overrides:
         if group:
             by_group[group] = Override(new_points, comment, None, group)
         else:
-            by_student.setdefault(student, {})[part] = Override(new_points, comment, None)
-    return Overrides(by_student, by_group)
+            by_part[student, part, write_in_one_line(answer)] = Override(new_points, comment, None)
+    return Overrides(by_part, by_group)
 
 
 def describe_unused_groups(assignment: Assignment, overrides: Overrides, class_groups: Sequence[str]) -> list[str]:

@@ -17,7 +17,7 @@ from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.grading.final_result import GradedNotebook, compute_final_result
-from qdot.grader.grading.overrides import Overrides, read_overrides
+from qdot.grader.grading.overrides import NO_OVERRIDES, Overrides, read_overrides
 from qdot.grader.grading.result import Lateness, MarkingVersions, NotebookMarks, Override, ProblemResult, Result
 from qdot.grader.judging.verdict import AWAITS_PERSON
 from qdot.grader.reports.class_summary import find_late_or_unmarked
@@ -61,9 +61,11 @@ def make_marks(*points: float | None) -> NotebookMarks:
 
 def attempt(assignment: Assignment, hours: float, *points: float | None, **overrides: Override) -> Result:
     notebooks = [GradedNotebook("hw.ipynb", DUE + hours * HOUR, make_marks(*points))]
-    by_part = {{"total": ""}.get(name, f"p1.{name}"): override for name, override in overrides.items()}
     student = assignment.roster[0]
-    return compute_final_result(assignment, student, notebooks, Overrides({student.id: by_part}))
+    by_part = {
+        (student.id, {"total": ""}.get(name, f"p1.{name}"), ""): override for name, override in overrides.items()
+    }
+    return compute_final_result(assignment, student, notebooks, Overrides(by_part))
 
 
 @pytest.mark.parametrize(
@@ -90,22 +92,23 @@ def test_an_error_in_overrides_is_reported_with_its_line(folder: Path, line: str
 def test_overrides_are_read_from_spreadsheet_formats(folder: Path) -> None:
     assert read_overrides(load_assignment(folder)) == Overrides()
     (folder / "overrides.csv").write_text('﻿Student;Part;Points;Comment\ns1;p1.position;1,5;"a; b"\ns2;;2;\n\n')
-    of_students = read_overrides(load_assignment(folder)).by_student
-    assert of_students == {"s1": {"p1.position": make_override(1.5, "a; b")}, "s2": {"": make_override(2.0)}}
+    by_part = read_overrides(load_assignment(folder)).by_part
+    assert by_part == {("s1", "p1.position", ""): make_override(1.5, "a; b"), ("s2", "", ""): make_override(2.0)}
     (folder / "overrides.csv").write_text('student,part,points\ns1,p1.position,33.3333%\ns1,,"12,5 %"\n')
-    shares = {"p1.position": make_override(0.6667), "": make_override(0.3375)}
-    assert read_overrides(load_assignment(folder)).by_student == {"s1": shares}
+    shares = {("s1", "p1.position", ""): make_override(0.6667), ("s1", "", ""): make_override(0.3375)}
+    assert read_overrides(load_assignment(folder)).by_part == shares
 
 
-def attempt_in_words(assignment: Assignment, **overrides: Override) -> Result:
+def attempt_in_words(
+    assignment: Assignment, overrides: Overrides = NO_OVERRIDES, answer: str = "=1 because\nit folds"
+) -> Result:
     marks = make_marks(2.0, None)
     (problem,) = marks.problems
-    text = replace(problem.parts[1], reason=AWAITS_PERSON, answer="=1 because\nit folds")
+    text = replace(problem.parts[1], reason=AWAITS_PERSON, answer=answer)
     notebooks = [
         GradedNotebook("hw.ipynb", DUE, replace(marks, problems=(replace(problem, parts=(problem.parts[0], text)),)))
     ]
-    by_student = {"s1": {f"p1.{name}": override for name, override in overrides.items()}}
-    return compute_final_result(assignment, assignment.roster[0], notebooks, Overrides(by_student))
+    return compute_final_result(assignment, assignment.roster[0], notebooks, overrides)
 
 
 def test_the_list_of_answers_to_mark_becomes_overrides(folder: Path) -> None:
@@ -116,8 +119,14 @@ def test_the_list_of_answers_to_mark_becomes_overrides(folder: Path) -> None:
     (folder / "overrides.csv").write_text(table)
     assert read_overrides(assignment) == Overrides(), "an answer without points is not marked yet"
     (folder / "overrides.csv").write_text(table.replace(",,,", ",0.5,good,"))
-    assert read_overrides(assignment).by_student == {"s1": {"p1.determinant": make_override(0.5, "good")}}
-    assert make_to_mark_csv([attempt_in_words(assignment, determinant=make_override(0.5))]) is None
+    overrides = read_overrides(assignment)
+    assert overrides.by_part == {("s1", "p1.determinant", "=1 because it folds"): make_override(0.5, "good")}
+    assert make_to_mark_csv([attempt_in_words(assignment, overrides)]) is None
+    other_result = attempt_in_words(assignment, overrides, "because it is long")
+    assert make_to_mark_csv([other_result]) == table.replace("'=1 because it folds", "because it is long")
+    assert "the answer to p1.determinant has changed since a person marked it" in other_result.staff_notes
+    (folder / "overrides.csv").write_text("student,part,points\ns1,p1.determinant,0.5\n")
+    assert make_to_mark_csv([attempt_in_words(assignment, read_overrides(assignment), "any")]) is None
     (row,) = find_late_or_unmarked([result])
     assert (row.status, row.reason) == ("to mark", "an answer in words has no points yet")
 
@@ -125,7 +134,8 @@ def test_the_list_of_answers_to_mark_becomes_overrides(folder: Path) -> None:
 def test_points_set_by_a_person_are_an_outcome_if_qdot_has_none(folder: Path) -> None:
     assignment = load_assignment(folder)
     for points, outcome in ((0, "wrong"), (0.5, "partial"), (0.7, "correct")):
-        part = attempt_in_words(assignment, determinant=make_override(points)).parts["p1.determinant"]
+        overrides = Overrides({("s1", "p1.determinant", ""): make_override(points)})
+        part = attempt_in_words(assignment, overrides).parts["p1.determinant"]
         assert (part.outcome, part.points, part.reason) == (outcome, points, "a person marked this answer")
     part = attempt(assignment, -1, None, 0.7, position=make_override(2)).parts["p1.position"]
     assert (part.outcome, part.reason) == ("correct", "the reason")
@@ -255,11 +265,10 @@ def test_notebooks_within_minutes_are_one_attempt_and_attempts_are_limited(folde
 
 
 def compute_best(assignment: Assignment, *notebooks: GradedNotebook, **overrides: Override) -> Result:
-    by_part = {f"p1.{name}": override for name, override in overrides.items()}
-    student = assignment.roster[0]
     return compute_final_result(
-        replace(assignment, attempt_policy=AttemptPolicy(5)), student, notebooks, Overrides({student.id: by_part})
-    )
+        replace(assignment, attempt_policy=AttemptPolicy(5)), student := assignment.roster[0], notebooks,
+        Overrides({(student.id, f"p1.{name}", ""): override for name, override in overrides.items()}),
+    )  # fmt: skip
 
 
 def test_the_best_attempt_counts_after_deductions(folder: Path) -> None:
