@@ -24,7 +24,7 @@ NOT_BUILT_MESSAGE = (
 SIZES_FILE = f"{bank.BANK_FOLDER}/sizes.json"
 """The sizes of the files of each problem: {"files": {"FAMILY/KEY": {ending: bytes}}}."""
 GALLERY_FOLDER = "docs/families/"
-"""The folder with the pictures of the gallery; unlike other drawings, they are available offline."""
+"""The folder with the pictures of the gallery; unlike other files, they are available offline."""
 
 
 @dataclass(frozen=True)
@@ -91,13 +91,13 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
         ),
         **_write_pages(spec, assets),
     }
-    drawings = {} if spec.docs is None else _read_drawings(spec.docs)
-    offline_files = files | {path: data for path, data in drawings.items() if path.startswith(GALLERY_FOLDER)}
+    linked_files = {} if spec.docs is None else _read_linked_files(spec.docs)
+    offline_files = files | {path: data for path, data in linked_files.items() if path.startswith(GALLERY_FOLDER)}
     bank_data = (path.read_bytes() for paths in bank_paths.values() for path in paths.values())
     version = hashlib.sha256()  # browsers discard their whole cache if a file of the bank changes
     for data in (*offline_files.values(), *bank_data):
         version.update(data.encode() if isinstance(data, str) else data)
-    for path, data in (offline_files | drawings).items():
+    for path, data in (offline_files | linked_files).items():
         write_atomically(spec.folder / path, data, is_synced=False)
     service_worker = render("site/sw.js.j2", files=[*offline_files], version=version.hexdigest()[:16])
     write_atomically(spec.folder / "sw.js", service_worker)
@@ -117,7 +117,7 @@ def _write_pages(spec: SiteSpec, assets: pages.Assets) -> dict[str, str]:
     return files
 
 
-def _read_drawings(docs: Path) -> dict[str, bytes]:
-    """Return the drawings and pictures of the documentation, by their paths in the site."""
-    paths = sorted(path for path in docs.rglob("*") if path.suffix in (".png", ".svg"))
+def _read_linked_files(docs: Path) -> dict[str, bytes]:
+    """Return the drawings, pictures, schemas and questions of the documentation, by their paths in the site."""
+    paths = sorted(path for path in docs.rglob("*") if path.suffix in (".png", ".svg", ".json", ".toml"))
     return {f"docs/{path.relative_to(docs).as_posix()}": path.read_bytes() for path in paths}

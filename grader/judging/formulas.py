@@ -408,15 +408,22 @@ def _describe_matches(match_counts: Sequence[tuple[int, int]], false_count: int)
     """Return a clause with the numbers of conditions that were found completely, found in part, and false."""
     complete_count = sum(found_count == expected_count for found_count, expected_count in match_counts)
     partial_count = sum(0 < found_count < expected_count for found_count, expected_count in match_counts)
-    if len(match_counts) == 1:
-        found_words = "you found the condition" if complete_count or partial_count else "you did not find the condition"
-        partial_words = " only in part" if partial_count else ""
+    total = len(match_counts)
+    if partial_count and not complete_count:
+        found_words = (
+            f"you found a part of {'the condition' if total == 1 else f'{partial_count} of {total} conditions'}"
+        )
+    elif total == 1:
+        found_words = "you found the condition" if complete_count else "you did not find the condition"
+    elif not complete_count:
+        found_words = f"you found none of the {total} conditions"
     else:
-        found_words = f"you found {complete_count} of {len(match_counts)} conditions"
-        partial_words = f", and {partial_count} only in part" if partial_count else ""
+        others = "another one" if partial_count == 1 else f"{partial_count} others"
+        also_words = f", and a part of {others}" if partial_count else ""
+        found_words = f"you found {complete_count} of {total} conditions{also_words}"
     verb = "is" if false_count == 1 else "are"
     false_words = f"; {false_count} of your conditions {verb} false" if false_count else ""
-    return f"{found_words}{partial_words}{false_words}"
+    return f"{found_words}{false_words}"
 
 
 def group_by_joints(reference: Sequence[Node], joints: Sequence[str]) -> list[list[Node]]:

@@ -86,7 +86,8 @@ def describe_override(override: Override, subject: str) -> str:
     if override.points is None:
         return f"Your instructor says: {override.comment}"
     points = _format_points_with_unit(override.points)
-    return f"{subject}: your instructor gave {points}: {override.comment}".removesuffix(": ")
+    ending = f": {override.comment}" if override.comment else "."
+    return f"{subject}: your instructor gave {points}{ending}"
 
 
 def _format_points_with_unit(points: float) -> str:

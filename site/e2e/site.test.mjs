@@ -220,7 +220,7 @@ test("a problem is in German: its texts, a hint, the mistake behind an answer, a
   assert.match(await page.locator(".statement").innerText(), /Der Arm hat zwei Gelenke: Beide sind Drehgelenke\./);
   assert.match(await page.getByLabel("Frage").first().textContent(), /Determinante der Jacobi-Matrix/);
   await page.getByRole("button", { name: "Hinweis 1 zeigen" }).click();
-  assert.match(await page.locator(".hint").innerText(), /Die Determinante zeigt, wo/);
+  assert.match(await page.locator(".hint").innerText(), /Die Determinante zeigt, in welchen Konfigurationen/);
   await page.getByLabel("Deine Antwort").fill(`-(${typed("determinant")})`);
   await page.getByRole("button", { name: "Prüfen" }).click();
   assert.match(await page.locator(".mistake").innerText(), /Determinante mit falschem Vorzeichen/);

@@ -197,7 +197,7 @@ ELBOW = ("theta3 = 0", "theta3 = pi", "a1 + a2*cos(theta2) + a3*cos(theta2 + the
     ("student", "share", "reason"),
     [
         ("{0, pi}", 1, "right"),
-        ("{0}", 2 / 3, "you found the condition only in part; an angle is missing: angle = 3.142"),
+        ("{0}", 2 / 3, "you found a part of the condition; an angle is missing: angle = 3.142"),
         ("{}", 0, "an angle is missing: angle = 0"), ("{0, [pi]}", 0, "*couldn't parse*a list*"),
         ("", 0, "you submitted nothing *"),
         ("blank", 0, "*blank"), ("sin(", 0, "*couldn't parse*: *"),
@@ -213,13 +213,13 @@ def test_reason_for_angles(student: str, share: float, reason: str) -> None:
     ("student", "reference", "share", "reason"),
     [
         ("theta2 = 0", FOLD, 2 / 3,
-         "you found the condition only in part; * missing: *, theta2 = 3.142, *"),
+         "you found a part of the condition; * missing: *, theta2 = 3.142, *"),
         ("{theta2: [0, 2.9]}", FOLD, 1 / 3,
-         "you found the condition only in part; 1 of *; * missing: *; this configuration is not *: *"),
+         "you found a part of the condition; 1 of *; * missing: *; this configuration is not *: *"),
         ("{theta2: [0.1, 0.2, 0.3]}", FOLD, 0, "* is missing: *; this configuration *"),
         ("[]", ELBOW, 0, "* is missing: *"),
         ("{theta3: [0, pi]}", ELBOW, 1 / 2, "you found 1 of 2 *; * missing: theta1 = *, theta2 = *, *, a1 = *, a3 = *"),
-        ("{theta2: [0, 180]}", FOLD, 1 / 3, "you found * only in part; these values are in degrees, but * radians"),
+        ("{theta2: [0, 180]}", FOLD, 1 / 3, "you found a part of *; these values are in degrees, but * radians"),
         ("cos(theta2) = 0", FOLD, 0, "* is missing: *; this configuration is not singular*"),
         ("theta2 = 180 or sin(theta2) = 0", FOLD, 1 / 2, "you found the condition; 1 of *; * is not *"),
         ("[]", ("cos(theta2) = 2",), 0, "your answer contains no configuration"),
@@ -240,7 +240,7 @@ def test_allowed_rounding_is_not_mentioned() -> None:
     judgement = judge_set("{theta2: 3.14}", *FOLD, rounding=Rounding(0.005))
     assert judgement.share == pytest.approx(2 / 3)
     assert fnmatchcase(
-        judgement.reason, "you found the condition only in part; * missing: theta1 = *, theta2 = 0, theta3 = *"
+        judgement.reason, "you found a part of the condition; * missing: theta1 = *, theta2 = 0, theta3 = *"
     )
 
 
