@@ -107,7 +107,8 @@ def judge_typed(answer: TypedAnswer, number: int) -> tuple[str, str]:
 def test_every_form_gets_its_outcome_and_message(typed: list[TypedAnswer]) -> None:
     judged = [(answer.form, *judge_typed(answer, number)) for number, answer in enumerate(typed)]
     assert [(form["typed"], got, message) for form, got, message in judged if got != form["gets"]] == []
-    assert [(form["typed"], message) for form, _, message in judged if not message.startswith(form["says"])] == []
+    failures = [(f["typed"], message) for f, _, message in judged if not message.startswith(f["says"])]
+    assert not failures, "\n".join(map(str, failures))
 
 
 def test_check_agrees_with_the_grader_on_what_is_readable(typed: list[TypedAnswer]) -> None:
