@@ -68,7 +68,7 @@ class NumericModel:
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self.chain = problem, problem.chain
-        self.rng = Stream(f"verify/{problem.id.engine}/{problem.id}")
+        self.rng = Stream(f"verify/{problem.id.stream_name}")
         self.task_rows = self.chain.task_rows
         self.symbol_names, self._trees = frozenset(problem.symbols), dict[str, Node]()
         self.lengths = [choose_random_lengths(self.chain, self.rng) for _ in range(ARM_COUNT)]

@@ -108,7 +108,7 @@ def _sample_piece(chain: Chain, piece: str) -> tuple[Sample, ...]:
 def all_have_kind(chain: Chain, classification: Classification, samples: Sequence[Sample]) -> bool:
     """Return whether all configurations have the kind that the solution states; True if no common kind is stated."""
     kind = classification.kind
-    return not kind or not classification.uniform or set(classify_samples(chain, samples)) <= {kind}
+    return not kind or not classification.is_uniform or set(classify_samples(chain, samples)) <= {kind}
 
 
 @dataclass(frozen=True)
