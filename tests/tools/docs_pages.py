@@ -20,7 +20,7 @@ from qdot.exercises.arm.library import robots
 from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry
 from qdot.exercises.assignment.expected_forms import ATTEMPT_FORMS, EXPECTED_FORMS, LATE_FORMS, PAPER_FORMS
 from qdot.exercises.chapter import read_errata
-from qdot.exercises.common.console import say
+from qdot.exercises.common.console import print_result
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
@@ -258,4 +258,4 @@ def load_singular_words() -> Mapping[str, tuple[str, ...]]:
 
 if __name__ == "__main__":
     for path in write(ROOT / "docs"):
-        say(f"wrote {path.name}")
+        print_result(f"wrote {path.name}")
