@@ -138,7 +138,7 @@ def solve(chain: Chain) -> Solution:
     *_, singularities = generate_singular_events(chain)
     assert isinstance(singularities, Singularities)
     return Solution(
-        chain, derivation.position, derivation.geometric[:3, :], derivation.geometric, singularities.determinant,
+        chain, derivation.position, derivation.linear_rows, derivation.geometric_jacobian, singularities.determinant,
         singularities.singular, singularities.note, singularities.redundant, singularities.special_cases,
     )  # fmt: skip
 
@@ -491,7 +491,7 @@ def generate_data_events(chain: Chain) -> Events:
     yield "the position"
     yield ReadyResult("position", {"position": make_matrix_json(derivation.position)})
     yield "the Jacobian"
-    rows = _to_text_rows(derivation.geometric)
+    rows = _to_text_rows(derivation.geometric_jacobian)
     yield ReadyResult("jacobian", {"jacobian": rows[:3], "geometric_jacobian": rows})
     for name in list_twist_jacobian_names(chain):
         yield f"the {name.replace('_j', ' J')}"  # the space Jacobian, or the body Jacobian

@@ -106,7 +106,7 @@ class SolutionSteps:
         # If the twists before and after a prismatic joint cancel, angles add up only in a simplified rotation matrix.
         last_rotation = [self._substitute_numbers(derive(self._structure).rotations[-1])] if "P" in self.kinds else []
         d = self.derivation
-        matrices = (d.position, d.geometric, d.p_star, *d.rotations, *last_rotation)
+        matrices = (d.position, d.geometric_jacobian, d.p_star, *d.rotations, *last_rotation)
         return name_angles(iterate_arm_angles(self.chain), *matrices)
 
     @cached_property
@@ -252,7 +252,9 @@ class SolutionSteps:
 
     def _make_column(self, d: Derivation, i: int) -> Column:
         moves_point = i < self.chain.point.frame
-        return Column(i + 1, self.chain.joints[i].kind, d.z[:, i], d.p_star[:, i], d.geometric[:3, i], moves_point)
+        return Column(
+            i + 1, self.chain.joints[i].kind, d.z[:, i], d.p_star[:, i], d.geometric_jacobian[:3, i], moves_point
+        )
 
     def list_link_columns(self, k: int) -> list[Column]:
         """Return the columns of the geometric Jacobian for the point O_k, one for each of the joints 1 ... k."""

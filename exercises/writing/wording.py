@@ -127,7 +127,7 @@ class Wording:
 
     def moves_outside_task(self, rows: int = len(VELOCITY_NAMES)) -> bool:
         """Return whether a component outside the task can be nonzero, among the first `rows` of (vx, ..., wz)."""
-        geometric = derive(self.chain).geometric
+        geometric = derive(self.chain).geometric_jacobian
         outside_task = (i for i, row in enumerate(VELOCITY_NAMES[:rows]) if row not in self.chain.task)
         return any(not geometric[i, :].is_zero_matrix for i in outside_task)
 

@@ -14,7 +14,7 @@ export interface Index {
   readonly questions: readonly Question[];
 }
 
-export interface Family {
+interface Family {
   /** The name of the family's folder in the bank. */
   readonly name: string;
   readonly title: string;
@@ -154,14 +154,14 @@ export interface Part {
 }
 
 /** The correct answer and known mistakes, as values at some configurations or as letters, without formulas. */
-export type AnswerKey = ValuesKey | NumbersKey | ConfigurationsKey | LettersKey;
+type AnswerKey = ValuesKey | NumbersKey | ConfigurationsKey | LettersKey;
 
 /**
  * A known mistake: its index in `Problem.said`, then numbers of the wrong answer that it leads to. In a NumbersKey they
  * are the answer itself. In a ValuesKey they are fingerprints (keys.py) of the answer at the first points, or, if the
  * key has a tolerance, the components of a unit vector.
  */
-export type KnownMistake = readonly number[];
+type KnownMistake = readonly number[];
 
 /** The key of formulas, or of a direction: a vector whose length does not count. Entries are numbered row by row. */
 export interface ValuesKey {

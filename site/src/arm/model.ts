@@ -17,13 +17,12 @@ export type Pose = readonly number[];
 
 export type Frame = { readonly x: Vec3; readonly y: Vec3; readonly z: Vec3; readonly o: Vec3 };
 
-/**
- * A joint's row of the table (m, rad): `offset` is added to the joint variable; `otherConstant` is
- * the other of d, theta.
- */
+/** A joint's row of the table (m, rad). */
 export interface Joint {
   readonly kind: "R" | "P";
+  /** The name of the joint variable. */
   readonly name: string;
+  /** The constant added to the joint variable, and the constant in the other column of theta and d. */
   readonly offset: number;
   readonly otherConstant: number;
   readonly a: number;

@@ -45,7 +45,7 @@ function countCaseNodes(tree: Node): number {
 }
 
 /** Return the claims that a tree describes. Throws ParseError. */
-export function claimsOf(tree: Node, joints: ReadonlySet<string>): Claim[] {
+function claimsOf(tree: Node, joints: ReadonlySet<string>): Claim[] {
   const [left, right] = tree.args;
   if (["or", "list", "set"].includes(tree.kind)) return claimsOfUnion(tree, joints);
   if (tree.kind === "and" && !tree.args.some((arg) => [...namesIn(arg)].some((symbol) => joints.has(symbol))))

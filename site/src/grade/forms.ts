@@ -25,11 +25,9 @@ import { parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
 type Names = readonly string[];
 type Known = ReadonlySet<string>;
 /** The expected rows and columns. */
-export type Shape = Pick<ValuesKey, "rows" | "columns">;
+type Shape = Pick<ValuesKey, "rows" | "columns">;
 
-/**
- * Return the parsed rows, or a verdict. If the shape is wrong, try the text that `convertTable` returns, unless null.
- */
+/** Return the parsed rows or a verdict; if the shape is wrong, try the text that `convertTable` returns, if any. */
 export function parseRowsOrTable(
   parse: (text: string) => Rows | Verdict,
   text: string,
@@ -157,9 +155,7 @@ export function withShape(rows: Node[][], shape: Shape): Rows | Verdict {
   });
 }
 
-/**
- * Parse an answer to a part as for judging: as a table if the text itself lacks the part's shape. Throws ParseError.
- */
+/** Parse an answer as for judging: as a table if the text itself lacks the part's shape. Throws ParseError. */
 export function parseAnswer(text: string, known: ReadonlySet<string>, { key, shape }: Part): Node {
   const [rows, columns] = shape ?? [1, 1];
   if (rows * columns === 1 || !["values", "numbers", "direction"].includes(key.type)) return parse(text, known);
@@ -168,9 +164,7 @@ export function parseAnswer(text: string, known: ReadonlySet<string>, { key, sha
   return parse("outcome" in matrix ? (table ?? text) : text, known);
 }
 
-/**
- * Return the formula in "J = …", "… = J" or "det: …", if the other side is the student's own name or the only label.
- */
+/** Return the formula in "J = …", "… = J" or "det: …" if the other side is the student's own name or the only label. */
 export function rightSide(typed: Node, known: ReadonlySet<string>, labels: readonly string[] = []): Node {
   const tree = typed.kind === "dict" && typed.args.length === 1 ? (typed.args[0] as Node) : typed;
   const sides = tree.kind === "pair" ? tree.args : chainOf(tree); // det J = J11*J22 - J12*J21 = …

@@ -144,10 +144,7 @@ function judgeVector(entries: readonly Node[], key: ValuesKey): Verdict {
   return withMistake(reportDifference(names, configurationOf(key, wrongPoint, new Set())), mistake);
 }
 
-/**
- * Relative tolerance for a direction's fingerprint, which has six digits; smaller ones have the
- * tolerance of MIN_FINGERPRINT.
- */
+/** Relative tolerance for a direction's fingerprint, which has six digits; as if it were at least MIN_FINGERPRINT. */
 const FINGERPRINT_TOLERANCE = 1e-5;
 const MIN_FINGERPRINT = 0.1;
 

@@ -24,7 +24,7 @@ const ZERO_TOLERANCE = 1e-7;
 const ONE_SYMBOL = " one";
 
 /** The claims of an answer, the pieces of the right set, and functions to examine the claims. */
-export interface ClaimedSet {
+interface ClaimedSet {
   readonly claims: readonly Claim[];
   /** Claims that hold at regular configurations, too. */
   readonly wrongClaims: readonly Claim[];
@@ -43,7 +43,7 @@ export interface ClaimedSet {
 }
 
 /** A slip, with the claim of the answer, or the piece of the right set, to which it belongs. */
-export type SetSlip = { readonly slip: Message; readonly claim?: Claim; readonly piece?: readonly SymbolValues[] };
+type SetSlip = { readonly slip: Message; readonly claim?: Claim; readonly piece?: readonly SymbolValues[] };
 
 /** Return what went wrong in a set that is not right; too wide conditions first. */
 export function slipsInSet(set: ClaimedSet): SetSlip[] {
@@ -199,9 +199,7 @@ function findFormulaSlip({ uncovered, symbols, joints }: ClaimedSet, claim: Clai
   return message(kind, { where: message("slip.tie"), ...(what ? { what } : {}) });
 }
 
-/**
- * The kinds of slips in a condition, in order of preference. No missing factors: a sine as a factor may itself vanish.
- */
+/** The kinds of slips in a condition, in order of preference; no missing factors, because a sine may itself vanish. */
 const KINDS_IN_CONDITIONS = KINDS.filter(
   (kind) => !["slip.whole-sign", "slip.factor-missing", "slip.constant", "slip.number", "slip.zero"].includes(kind),
 );

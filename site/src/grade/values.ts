@@ -39,9 +39,7 @@ const BRANCHING = new Set(["sqrt", "abs", "sign", "asin", "acos", "atan", "acot"
 
 type Names = readonly string[];
 type Mistakes = ValuesKey["mistakes"];
-/**
- * The values of an answer's entries, null for a blank; and a function that returns them at configuration k of the key.
- */
+/** The values of an answer's entries, null for a blank; and a function that returns them at configuration k. */
 type EntryValues = readonly (Value | null)[];
 type ValuesAt = (k: number) => EntryValues;
 
@@ -66,9 +64,7 @@ export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], 
   return "outcome" in answerRows ? answerRows : parseOrVerdict(() => judgeEntries(answerRows, key));
 }
 
-/**
- * Parse an answer of one entry; if it is a list only because of a decimal comma, as in 0,5, commas are read as points.
- */
+/** Parse an answer of one entry; if a decimal comma makes it a list, as in 0,5, commas are read as points. */
 function parseFormula(answer: string, known: ReadonlySet<string>, labels: readonly string[]): Rows | Verdict {
   const typed = parse(answer, known);
   if (isBlank(typed)) return missing();
@@ -207,9 +203,7 @@ function extremeNumber(tree: Node): string | null {
   return text;
 }
 
-/**
- * Return the size of an entry's terms if they cancel each other to so small a value that errors may hide; else null.
- */
+/** Return the size of an entry's terms if they cancel so far that rounding errors may hide a difference; else null. */
 function cancellationSize(values: readonly EntryValues[]): string | null {
   const maxByEntry = (sizeOf: (value: Value) => number) =>
     (values[0] ?? []).map((_, i) =>
@@ -223,9 +217,7 @@ function cancellationSize(values: readonly EntryValues[]): string | null {
   return hidingSize === undefined ? null : hidingSize.toExponential(0);
 }
 
-/**
- * A deviation: wrong signs or a wrong constant factor (`count` 1), or both (2); `key` is the message that reports it.
- */
+/** A deviation: wrong signs or a wrong constant factor (`count` 1), or both (2); and the key of its message. */
 type Deviation = { readonly count: 1 | 2; readonly key: TextKey };
 
 /** Return the deviation if all wrong entries are right up to signs, a constant factor, or both; else null. */
@@ -309,9 +301,7 @@ function describeDifference(
   return entries.length === 1 ? message("verdict.differs", values) : message("verdict.entry", { ...place, ...values });
 }
 
-/**
- * Return the index of the mistake that gives this answer, or its entries at some places if all others are as expected.
- */
+/** Return the index of the mistake that gives this answer, or its entries at `places` if all others are as expected. */
 function findMistake(
   valuesAt: ValuesAt,
   mistakes: Mistakes,

@@ -474,9 +474,7 @@ class Parser {
     return node("list", ...rows, row);
   }
 
-  /**
-   * Return whether the name here is a unit of the number before, as in 0.25 rad or 25 cm * a1. metres.ts decides on m.
-   */
+  /** Return whether the name here is a unit of the number before, as in 0.25 rad or 25 cm * a1; metres.ts handles m. */
   private isUnit(): boolean {
     const { kind, text } = this.currentToken();
     const isName = kind === "name" && UNITS.has(text) && !this.known.has(text);

@@ -101,7 +101,7 @@ def _solve(name: str) -> Solution:
 
 
 def _compute_geometric_jacobian(arm: Arm, values: Values) -> np.ndarray:
-    return _evaluate_matrix(derive(_get_chain(arm)).geometric, values)
+    return _evaluate_matrix(derive(_get_chain(arm)).geometric_jacobian, values)
 
 
 # --- numeric values ---
