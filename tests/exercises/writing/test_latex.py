@@ -148,7 +148,7 @@ def test_named_angles_are_the_links_own(problem: Problem) -> None:
     links, names = list_link_angles(problem.chain), SolutionSteps(problem.chain).angles
     if problem.id.family in CHAPTER:  # where a slide lies between parallel axes, their angles add up beside the links'
         derivation = derive(problem.chain)
-        used = (names.use_names(derivation.position.row_join(derivation.linear))).free_symbols & set(
+        used = (names.use_names(derivation.position.row_join(derivation.linear_rows))).free_symbols & set(
             names.angle_by_name
         )
         assert all(any(sp.expand(names.angle_by_name[name] - link) == 0 for link in links) for name in used)
