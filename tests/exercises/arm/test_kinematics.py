@@ -15,7 +15,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.verify.numeric_reference import choose_random_configurations, compute_exponential_jacobian
+from qdot.exercises.verify.numeric_model import choose_random_configurations, compute_exponential_jacobian
 from tests.support.suites import select_for_suite
 
 T1, T2, A1, A2 = sp.symbols("theta1 theta2 a1 a2")

@@ -408,7 +408,9 @@ def test_singular_set_agrees_with_the_book(arm: Arm) -> None:
 def test_displayed_singularities_and_kinds_agree_with_the_book(arm: Arm) -> None:
     """A kind is boundary if some configurations are: an arm with an offset, stretched over its base, is not."""
     chain = _get_chain(arm)
-    components = {_format_component(component): component.kind for component in _solve(arm.name).singular or ()}
+    components = {
+        _format_component(component): component.classification for component in _solve(arm.name).singular or ()
+    }
     assert_same_set(chain, read_pieces(chain, components), _list_singular_conditions(arm))
     for text, kind in arm.entry.get("kinds", {}).items():
         (classification,) = (
