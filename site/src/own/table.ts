@@ -2,8 +2,7 @@
 //
 // The rules of ../../../exercises/arm/robot_file.py, but without symbolic lengths.
 
-import type { TaskRow } from "../bank.js";
-import { ROWS } from "../arm/model.js";
+import { nameJoint, ROWS, type TaskRow } from "../bank.js";
 import { parse } from "../read/reader.js";
 import { realValue } from "../read/real.js";
 import { anyNode, catchParseError, namesIn, type Node, ParseError } from "../read/tree.js";
@@ -157,7 +156,7 @@ type VariableEntry = readonly [constant: number, isReversed: boolean];
 
 /** Parse the cell with a row's joint variable: the variable or its negative, plus a constant. Throws ParseError. */
 export function parseVariable(text: string, kind: Kind, index: number, angles: Angles | null): VariableEntry {
-  const names = [nameVariable(index), `${kind === "R" ? "theta" : "d"}${index + 1}`];
+  const names = [nameVariable(index), nameJoint({ kind }, index)];
   const tree = parseCell(text, new Set(names));
   refuseOtherNames(tree, new Set(names));
   const usedNames = [...namesIn(tree)].filter((name) => names.includes(name));

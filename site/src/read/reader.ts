@@ -21,11 +21,13 @@ import {
   type Node,
   node,
   errorAt,
+  hasNameOf,
+  isListOrSet,
   ParseError,
   rebuild,
   replaceName,
 } from "./tree.js";
-import { lengthOf, LIMITS, pattern, table, VOCABULARY, wholePattern } from "./vocabulary.js";
+import { lengthOf, LIMITS, pattern, table, UNITS, VOCABULARY, wholePattern } from "./vocabulary.js";
 
 /** Calls of SymPy, NumPy or Python that are no functions of numbers, with their meanings, such as "set" or "matrix". */
 const CALL_MEANINGS = table(VOCABULARY.call_meanings);
@@ -42,7 +44,6 @@ const SYNONYMS = table<string>(VOCABULARY.synonyms);
 /** Names that a bracket after them multiplies, because nobody defines functions with these names. */
 const BEFORE_BRACKETS = new Set(["pi", "I", ...VOCABULARY.whole_numbers]);
 const MODULO_WORDS = new Set(VOCABULARY.modulo);
-const UNITS = table(VOCABULARY.units);
 const UNIT_OPERATORS = new Set(["/", "^", "**"]);
 /** Before these tokens, a name is a symbol that is a factor, and not a unit at the end of a product. */
 const AFTER_SYMBOL = new Set(["*", "(", ...UNIT_OPERATORS]);
@@ -116,11 +117,9 @@ class Parser {
     if (this.currentToken().kind === "end") throw new ParseError("read.nothing");
     this.skipLambda();
     const parsed = this.parseAnswer();
-    const asList = (top: Node, args: readonly Node[]): Node => ({
-      ...top,
-      args,
-      kind: top.kind === "set" ? "list" : top.kind,
-    });
+    const asList = (top: Node, args: readonly Node[]): Node => {
+      return { ...top, args, kind: top.kind === "set" ? "list" : top.kind };
+    };
     const tree = this.bracesAreLists ? rebuild(parsed, asList) : parsed;
     const isMetre = !this.known.has(METRE) && this.tokens.some(({ text }) => text === METRE);
     return carryOutProducts(isMetre ? withoutMetres(tree) : tree);
@@ -255,7 +254,7 @@ class Parser {
   /** Return whether a term is a condition on a symbol of the problem; x = 1 only names an entry. */
   private isCondition({ kind, args }: Node): boolean {
     if (kind === "and" || kind === "or") return args.every((arg) => this.isCondition(arg));
-    return (kind === "eq" || kind === "in") && [...namesIn(args[0] as Node)].some((symbol) => this.known.has(symbol));
+    return (kind === "eq" || kind === "in") && hasNameOf(args[0] as Node, this.known);
   }
 
   /** Parse "A, and B" as "A and B" if B is a condition; other commas make it ambiguous. */
@@ -334,8 +333,9 @@ class Parser {
     if (this.textAhead(-1) === "%" && isNumber) throw this.errorHere("read.percent");
     const step = node("*", name(VOCABULARY.whole_numbers[0] as string), this.parseSum());
     if (hasBracket) this.expect(")");
-    const isCollection = value.kind === "list" || value.kind === "set";
-    return isCollection ? node(value.kind, ...value.args.map((part) => node("+", part, step))) : node("+", value, step);
+    return isListOrSet(value)
+      ? node(value.kind, ...value.args.map((part) => node("+", part, step)))
+      : node("+", value, step);
   }
 
   /** Parse terms with +, - or ± between them. */
@@ -435,14 +435,10 @@ class Parser {
       if (depth < 0 || (depth === 0 && (NEVER_BETWEEN_BARS.has(text) || OPERATOR_WORDS.has(text)))) return false;
       hasSymbol ||= kind === "name" && !beginsWithConstant(text);
     }
-    const [bar, first, last, close] = [
-      this.currentToken(),
-      this.tokens[this.position + 1],
-      this.tokens[end - 1],
-      this.tokens[end],
-    ];
-    if (!first || !last || close?.kind === "end" || !hasSymbol) return false;
-    const isWithoutSpaces = first.start === bar.start + 1 && last.start + last.text.length === close?.start;
+    const [first, last, close] = [this.position + 1, end - 1, end].map((i) => this.tokens[i]) as [Token, Token, Token];
+    if (close.kind === "end" || !hasSymbol) return false;
+    const isWithoutSpaces =
+      first.start === this.currentToken().start + 1 && last.start + last.text.length === close.start;
     const nextToken = this.tokens[end + 1] as Token;
     return isWithoutSpaces || nextToken.kind === "end" || AFTER_BAR.has(nextToken.text);
   }
@@ -829,11 +825,6 @@ function numberOf(text: string): Node {
   }
   const isDecimal = mantissa.includes(".") || exponent !== "";
   const digits = mantissa.replace(".", "").replace(/^0+/, "").replace(/0+$/, "").length;
-  return {
-    kind: isDecimal ? "decimal" : "number",
-    args: [],
-    text,
-    value: Number(text),
-    digits: isDecimal ? digits : 0,
-  };
+  const number = { ...node(isDecimal ? "decimal" : "number"), text, value: Number(text) };
+  return { ...number, digits: isDecimal ? digits : 0 };
 }
