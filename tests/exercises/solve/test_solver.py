@@ -24,7 +24,7 @@ from qdot.exercises.formula.conditions import ConfigurationSpace, compare_sets
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.singularities.classification import Classification, domain_of
+from qdot.exercises.singularities.classification import Classification, make_domain
 from qdot.exercises.singularities.singular_set import Component
 from qdot.exercises.solve.solver import ReadyResult, Solution, generate_text_events, solve
 from qdot.exercises.solve.special_lengths import _normalize_condition
@@ -133,7 +133,7 @@ def test_singular_set_is_the_textbooks(name: str, folder: Path) -> None:
     claimed = [piece for text in _conditions(solution) for piece in parse_pieces(parse_formula(text), joints)]
     texts = [" and ".join(part["conditions"]) for part in arm["singular_set"]]
     reference = [piece for text in texts for piece in parse_pieces(parse_formula(text), joints)]
-    compared = compare_sets(claimed, reference, ConfigurationSpace(joints, domain_of(chain)), "test")
+    compared = compare_sets(claimed, reference, ConfigurationSpace(joints, make_domain(chain)), "test")
     assert compared.are_equal, compared
 
 
