@@ -112,12 +112,12 @@ def _derive_geometry(chain: Chain) -> _Geometry:
     angular = sp.Matrix(3, chain.n, lambda r, i: z[r, i] if chain.joints[i].is_revolute else sp.S.Zero)
     jacobian = linear.col_join(angular)
     stages = compute_symbolic_stages(chain)
-    propagated_jacobian = np.concatenate([propagate_linear_rows(stages), stages["angular"]])
+    propagated_jacobian = np.concatenate([propagate_linear_rows(stages), stages["angular rows"]])
     axes_of_convention = sp.Matrix.hstack(*(frame.rotation[:, 2] for frame in frames_on_axes))
     for by_differentiation, by_propagation, quantity in (
         (z.T, stages["axes"][: chain.n], "z"),
         (axes_of_convention.T, stages["axes"][: chain.n], "z"),
-        (p_star.T, stages["p*"][: chain.n], "p*"),
+        (p_star.T, stages["vectors to point"][: chain.n], "p*"),
         (jacobian, propagated_jacobian, "Jacobian"),
     ):
         entries = zip(by_differentiation, to_sympy_matrix(by_propagation), strict=True)
@@ -282,14 +282,14 @@ class Derivation:
         return self.substitute_matrix(_derive_geometry(self._symbolic_chain).p_star)
 
     @cached_property
-    def geometric(self) -> sp.Matrix:
+    def geometric_jacobian(self) -> sp.Matrix:
         """The geometric Jacobian, 6 x n (6.11, 6.12)."""
         return self.substitute_matrix(_derive_geometry(self._symbolic_chain).jacobian)
 
     @cached_property
     def jacobian(self) -> sp.Matrix:
         """The task Jacobian: the m rows of the geometric Jacobian that belong to the task, m x n."""
-        return self.geometric[self.chain.task_rows, :]
+        return self.geometric_jacobian[self.chain.task_rows, :]
 
     def substitute_values(self, expression: sp.Expr) -> sp.Expr:
         """Return an expression of the symbolic arm with this arm's numbers and symbols substituted."""
@@ -307,9 +307,9 @@ class Derivation:
         return substituted.applyfunc(remove_arctangents).applyfunc(remove_brackets)
 
     @property
-    def linear(self) -> sp.Matrix:
+    def linear_rows(self) -> sp.Matrix:
         """The linear rows of the geometric Jacobian, 3 x n."""
-        return self.geometric[:3, :]
+        return self.geometric_jacobian[:3, :]
 
     @cached_property
     def symbolic_minors(self) -> tuple[Factored, ...]:
@@ -361,12 +361,12 @@ class Derivation:
 
     def link_jacobian(self, k: int) -> sp.Matrix:
         """Return the 6 x n Jacobian of frame k, for the velocity of O_k and of link k ((6.9), (6.10), sums up to k)."""
-        first_columns = derive(convention_of(self.chain).keep_first_joints(k)).geometric
+        first_columns = derive(convention_of(self.chain).keep_first_joints(k)).geometric_jacobian
         return sp.Matrix.hstack(first_columns, sp.zeros(6, self.chain.n - k))
 
     def twist(self, jacobian: sp.Matrix | None = None) -> sp.Matrix:
         """Return the twist J qd (6 x 1) for the geometric Jacobian (6.4), or for another matrix with n columns."""
-        return (self.geometric if jacobian is None else jacobian) * sp.Matrix(self.chain.rates)
+        return (self.geometric_jacobian if jacobian is None else jacobian) * sp.Matrix(self.chain.rates)
 
     def rate_law(self) -> sp.Matrix:
         """Return the joint rates qd = J^-1 xd (n x 1) for a task velocity xd given by the symbols vx ... wz (6.7)."""

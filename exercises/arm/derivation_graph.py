@@ -216,7 +216,7 @@ def _compute_local_links(stages: StageResults) -> list[np.ndarray]:
 
 def _compute_links(stages: StageResults) -> list[np.ndarray]:
     """Return the vectors of `_compute_local_links` in the world frame."""
-    rotations, local_vectors = stages["rotations"], stages["local links"]
+    rotations, local_vectors = stages["rotations"], stages["local link vectors"]
     vectors = [apply_matrix(rotations[k], local_vectors[k]) for k in range(stages.n)]
     return [*vectors, apply_matrix(rotations[stages.chain.point.frame], local_vectors[stages.n])]
 
@@ -232,18 +232,20 @@ def _stack_without_derivatives(stages: StageResults, vectors: list[np.ndarray]) 
 
 
 def _compute_origins(stages: StageResults) -> np.ndarray:
-    return np.cumsum(_stack_without_derivatives(stages, [stages["table"].base_position, *stages["links"][:-1]]), axis=0)
+    return np.cumsum(
+        _stack_without_derivatives(stages, [stages["table"].base_position, *stages["link vectors"][:-1]]), axis=0
+    )
 
 
 def _compute_point(stages: StageResults) -> np.ndarray:
     base_position = stages.arithmetic.drop_derivatives(stages["table"].base_position)
-    links = _stack_without_derivatives(stages, stages["links"])[list_links_to_point(stages.chain)]
+    links = _stack_without_derivatives(stages, stages["link vectors"])[list_links_to_point(stages.chain)]
     return np.asarray(base_position + links.sum(axis=0))
 
 
 def _compute_link_derivatives(stages: StageResults) -> np.ndarray:
     """Return the derivative of each link vector by each joint variable, (joints n, link vectors n + 1, 3, …)."""
-    derivatives = np.stack([stages.arithmetic.derivatives(link)[: stages.n] for link in stages["links"]], axis=1)
+    derivatives = np.stack([stages.arithmetic.derivatives(link)[: stages.n] for link in stages["link vectors"]], axis=1)
     # the other link vectors do not lead to P, so the derivatives of P are the sums over all link vectors
     other_links = [k for k in range(stages.n + 1) if k not in list_links_to_point(stages.chain)]
     derivatives[:, other_links] = derivatives[:, other_links] * 0
@@ -270,10 +272,10 @@ def compute_convention_rotation(stages: StageResults, frame: int) -> np.ndarray:
 def propagate_linear_rows(stages: StageResults, _: Any = None) -> np.ndarray:
     """Return the linear rows by propagation, (3, n, …): z x p* for a revolute joint, z for a prismatic joint (6.12).
 
-    The function can be used as a mistake in the stage "linear"; the correct result, its second argument, is ignored.
+    The function can replace the result of the stage "linear rows"; its second argument, this result, is ignored.
     """
     columns = []
-    for i, kind in enumerate(stages["kinds"]):
+    for i, kind in enumerate(stages["joint kinds"]):
         column = stages["cross products"][i] if kind == REVOLUTE else stages["axes"][i]
         columns.append(column if i < stages.chain.point.frame else column * 0)
     return np.stack(columns, axis=1)
@@ -281,7 +283,9 @@ def propagate_linear_rows(stages: StageResults, _: Any = None) -> np.ndarray:
 
 def _compute_angular_rows(stages: StageResults) -> np.ndarray:
     axes = stages["axes"]
-    return np.stack([axes[i] if kind == REVOLUTE else axes[i] * 0 for i, kind in enumerate(stages["kinds"])], axis=1)
+    return np.stack(
+        [axes[i] if kind == REVOLUTE else axes[i] * 0 for i, kind in enumerate(stages["joint kinds"])], axis=1
+    )
 
 
 def _compute_inverse(stages: StageResults) -> np.ndarray:
@@ -361,7 +365,7 @@ def convert_constant_vector(stages: StageResults, vector: sp.Matrix) -> np.ndarr
 def _compute_space_jacobian(stages: StageResults) -> np.ndarray:
     """Return the space Jacobian, the joints' twists (omega, v) with v at the world's origin, (6, n, …)."""
     columns = []
-    for i, kind in enumerate(stages["kinds"]):
+    for i, kind in enumerate(stages["joint kinds"]):
         z, origin = stages["axes"][i], stages["origins"][i]
         columns.append(np.concatenate([z, cross(origin, z)] if kind == REVOLUTE else [0 * z, z]))
     return np.stack(columns, axis=1)
@@ -395,45 +399,51 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
     "table": (_compute_table, ()),
     "base rotation": (_compute_base_rotation, ("table",)),
     "rotations": (_compute_rotations, ("table", "base rotation")),
-    "local links": (_compute_local_links, ("table",)),
-    "links": (_compute_links, ("rotations", "local links")),
-    "origins": (_compute_origins, ("links",)),
-    "point": (_compute_point, ("links",)),
-    "link derivatives": (_compute_link_derivatives, ("links",)),
+    "local link vectors": (_compute_local_links, ("table",)),
+    "link vectors": (_compute_links, ("rotations", "local link vectors")),
+    "origins": (_compute_origins, ("link vectors",)),
+    "point": (_compute_point, ("link vectors",)),
+    "link derivatives": (_compute_link_derivatives, ("link vectors",)),
     "axes": (
         lambda stages: _stack_without_derivatives(stages, [rotation[:, 2] for rotation in stages["rotations"]]),
         ("rotations",),
     ),
     "origins on axes": (_compute_origins_on_axes, ("table", "origins", "rotations")),
-    "p*": (lambda stages: stages["point"][None] - stages["origins on axes"], ("point", "origins on axes")),
+    "vectors to point": (
+        lambda stages: stages["point"][None] - stages["origins on axes"],
+        ("point", "origins on axes"),
+    ),
     "last rotation": (lambda stages: compute_convention_rotation(stages, stages.n), ("rotations", "table")),
     "last origin": (lambda stages: stages["origins on axes"][-1], ("origins on axes",)),
-    "kinds": (lambda stages: [row.kind for row in stages["table"].rows], ("table",)),
+    "joint kinds": (lambda stages: [row.kind for row in stages["table"].rows], ("table",)),
     "cross products": (
-        lambda stages: [cross(stages["axes"][i], stages["p*"][i]) for i in range(stages.n)],
-        ("axes", "p*"),
+        lambda stages: [cross(stages["axes"][i], stages["vectors to point"][i]) for i in range(stages.n)],
+        ("axes", "vectors to point"),
     ),
-    "linear": (
+    "linear rows": (
         lambda stages: np.moveaxis(stages["link derivatives"].sum(axis=1), 0, 1),
-        ("link derivatives", "cross products", "axes", "kinds"),
+        ("link derivatives", "cross products", "axes", "joint kinds"),
     ),
-    "angular": (_compute_angular_rows, ("axes", "kinds")),
-    "geometric": (lambda stages: np.concatenate([stages["linear"], stages["angular"]]), ("linear", "angular")),
+    "angular rows": (_compute_angular_rows, ("axes", "joint kinds")),
+    "geometric jacobian": (
+        lambda stages: np.concatenate([stages["linear rows"], stages["angular rows"]]),
+        ("linear rows", "angular rows"),
+    ),
     "tool jacobian": (
-        lambda stages: rotate_rows(stages["last rotation"].swapaxes(0, 1), stages["geometric"]),
-        ("last rotation", "geometric"),
+        lambda stages: rotate_rows(stages["last rotation"].swapaxes(0, 1), stages["geometric jacobian"]),
+        ("last rotation", "geometric jacobian"),
     ),
     "home screws": (_compute_home_screws, ()),
-    "space jacobian": (_compute_space_jacobian, ("axes", "origins", "kinds")),
+    "space jacobian": (_compute_space_jacobian, ("axes", "origins", "joint kinds")),
     "body rotation": (_compute_body_rotation, ("rotations",)),
     "body adjoint": (
         lambda stages: make_adjoint_matrix(stages["body rotation"], stages["point"]),
         ("body rotation", "point"),
     ),
     "body jacobian": (_compute_body_jacobian, ("space jacobian", "body rotation", "point")),
-    "arm block": (lambda stages: stages["geometric"][:3, :3], ("geometric",)),
+    "arm block": (lambda stages: stages["geometric jacobian"][:3, :3], ("geometric jacobian",)),
     "wrist block": (_compute_wrist_block, ("rotations", "axes")),
-    "jacobian": (lambda stages: stages["geometric"][stages.chain.task_rows], ("geometric",)),
+    "jacobian": (lambda stages: stages["geometric jacobian"][stages.chain.task_rows], ("geometric jacobian",)),
     "transposed jacobian": (lambda stages: stages["jacobian"].swapaxes(0, 1), ("jacobian",)),
     "gram matrix": (
         lambda stages: matrix_product(stages["jacobian"], stages["transposed jacobian"]),
@@ -452,14 +462,14 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
     "inverse": (_compute_inverse, ("adjugate", "determinant")),
     "wanted velocity": (lambda stages: stages.stack_symbol_values(stages.chain.task), ()),
     "joint rates": (lambda stages: stages.stack_symbol_values(stages.chain.rates), ()),
-    "rates": (
+    "required rates": (
         lambda stages: apply_matrix(stages["inverse"], stages["wanted velocity"]),
         ("inverse", "wanted velocity"),
     ),
 }
 """For each stage, the function that computes its result, and the stages whose results this function uses.
 
-"linear" is normally computed from "link derivatives" alone. A mistake may replace its result by
+"linear rows" is normally computed from "link derivatives" alone. A mistake may replace its result by
 `propagate_linear_rows`, which uses the other stages.
 """
 

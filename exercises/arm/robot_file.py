@@ -545,7 +545,7 @@ def _find_nonzero_rows(chain: Chain) -> tuple[bool, ...]:
 def choose_default_task(chain: Chain) -> tuple[str, ...]:
     """Return the default task of an arm, for a file without `task`; the module's docstring gives the rules."""
     rows = enumerate(_find_nonzero_rows(chain))
-    is_nonzero = (is_clearly_nonzero or any(derive(chain).geometric.row(i)) for i, is_clearly_nonzero in rows)
+    is_nonzero = (is_clearly_nonzero or any(derive(chain).geometric_jacobian.row(i)) for i, is_clearly_nonzero in rows)
     moving_rows = tuple(compress(VELOCITY_NAMES, is_nonzero))
     if chain.n >= 6 and len(moving_rows) == len(VELOCITY_NAMES):
         return VELOCITY_NAMES

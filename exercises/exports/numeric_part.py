@@ -151,7 +151,7 @@ def _list_wrong_answers(stages: StageResults, part: Part) -> list[catalogue.Pred
 def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     """Return a part with its formulas evaluated at the best of several sampled configurations."""
     chain, reference = problem.chain, part.answer.as_matrix()
-    stream = Stream(f"qdot/{problem.id.engine}/{problem.id}/{part.name}/in numbers")
+    stream = Stream(f"qdot/{problem.id.stream_name}/{part.name}/in numbers")
     configurations = list(_sample_configurations(chain, part, stream))
     values = _collect_values(chain, part, configurations)
     placeholder_part = replace(

@@ -28,7 +28,7 @@ from qdot.exercises.figure.pose import (
 )
 from qdot.exercises.figure.shapes import Circle, Figure, Glyph, Polyline, Shape, make_cross
 from qdot.exercises.figure.view import Drawing, View, draw_arrow, draw_line_with_arrowhead
-from qdot.exercises.formula.printers.unicode import unicode_text
+from qdot.exercises.formula.printers.unicode import print_unicode
 from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
 from qdot.exercises.singularities.singular_set import Component, find_singular_set
@@ -274,7 +274,7 @@ def _find_best_configuration(chain: Chain, scaled_arm: _ScaledArm, component: Co
 
 def _format_expression(expression: sp.Expr, chain: Chain) -> str:
     """Return an expression as one line of Unicode text."""
-    return unicode_text(lay_out(expression, chain))
+    return print_unicode(lay_out(expression, chain))
 
 
 def _format_joint_value(value: sp.Expr, is_length: bool, chain: Chain) -> str:

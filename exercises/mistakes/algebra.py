@@ -183,7 +183,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     ),
     "reciprocal-entries": _vary_if_square("inverse", _take_reciprocals),
     "jacobian-for-inverse": _vary_if_square(
-        "rates", lambda stages, _: apply_matrix(stages["jacobian"], stages["wanted velocity"])
+        "required rates", lambda stages, _: apply_matrix(stages["jacobian"], stages["wanted velocity"])
     ),
     "minor-missing": _miscount_minors,
     "minors-not-squared": _vary_if_wide("gram determinant", lambda stages, _: _add_minors(stages)),

@@ -49,7 +49,7 @@ def _compute_relative_link(stages: StageResults, link: int, keeps_constants: boo
     frame = stages.chain.point.frame if link == stages.n else link
     return apply_matrix(
         _rotate_without(stages, frame, list_earlier_joints(stages.chain, link), keeps_constants),
-        stages["local links"][link],
+        stages["local link vectors"][link],
     )
 
 
@@ -76,7 +76,7 @@ def _change_links(
     def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         for link in list_moving_links(chain):
             if applies(chain, link):
-                yield MistakeVariant({"links": _change_link(link, change)}, make_link_words(chain, link))
+                yield MistakeVariant({"link vectors": _change_link(link, change)}, make_link_words(chain, link))
 
     return generate
 
@@ -113,7 +113,7 @@ def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVarian
 
     relative_link_count = sum(bool(list_earlier_joints(chain, link)) for link in range(chain.n))
     for keeps_constants in _list_choices_for_constants(chain):
-        changes: dict[str, Change] = {"links": partial(change_links, keeps_constants=keeps_constants)}
+        changes: dict[str, Change] = {"link vectors": partial(change_links, keeps_constants=keeps_constants)}
         if relative_link_count > 1:
             yield MistakeVariant(changes, {"link": "each"})
         if relative_link_count:
@@ -152,7 +152,7 @@ def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVaria
 
     rotated_links = [link for link in list_moving_links(chain) if _has_angle(chain, link)]
     if len(rotated_links) > 1:
-        yield MistakeVariant({"links": swap})
+        yield MistakeVariant({"link vectors": swap})
 
 
 def _slide_along_world_axes(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -165,7 +165,7 @@ def _slide_along_world_axes(chain: Chain, _: AnswerShape) -> Iterator[MistakeVar
 
     if 1 < chain.n <= 3 and not chain.revolute_joints:
         joints = ", ".join(str(k + 1) for k in range(chain.n))
-        yield MistakeVariant({"links": apply_change}, {"joint": joints, "axis": ", ".join("xyz"[: chain.n])})
+        yield MistakeVariant({"link vectors": apply_change}, {"joint": joints, "axis": ", ".join("xyz"[: chain.n])})
 
 
 VARIANTS: dict[str, VariantGenerator] = {
@@ -178,11 +178,11 @@ VARIANTS: dict[str, VariantGenerator] = {
         lambda stages, links, k: links[k] * 0, lambda chain, _: len(list_moving_links(chain)) > 1
     ),
     "link-not-rotated": _change_links(
-        lambda stages, links, link: stages["local links"][link], lambda chain, link: link > 0
+        lambda stages, links, link: stages["local link vectors"][link], lambda chain, link: link > 0
     ),
     "links-not-rotated": vary_if(
         lambda chain: sum(k > 0 for k in list_moving_links(chain)) > 1,
-        {"links": lambda stages, _: stages["local links"]},
+        {"link vectors": lambda stages, _: stages["local link vectors"]},
         {"link": "each"},
     ),
     "prismatic-joints-along-xyz": _slide_along_world_axes,

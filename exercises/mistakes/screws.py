@@ -105,7 +105,7 @@ def _use_other_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 def _reorder_geometric_rows(stages: StageResults) -> np.ndarray:
     """Return the geometric Jacobian, whose linear velocities are those of P, with its rows in the order (omega, v)."""
-    return np.roll(stages["geometric"], 3, axis=0)
+    return np.roll(stages["geometric jacobian"], 3, axis=0)
 
 
 # --- the adjoint ---
@@ -270,7 +270,7 @@ VARIANTS: dict[str, VariantGenerator] = {
         _replace_linear_parts(lambda stages, _, i, axis: convert_constant_vector(stages, axis.point)), "home screws"
     ),
     "twist-rows-exchanged": _vary_each_stage(
-        lambda stages, columns: np.roll(columns, 3, axis=0), *SCREW_STAGES, "geometric"
+        lambda stages, columns: np.roll(columns, 3, axis=0), *SCREW_STAGES, "geometric jacobian"
     ),
     "slide-above": _move_prismatic_to_angular_rows,
     "screws-at-home": _use_home_screws,

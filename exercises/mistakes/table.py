@@ -253,7 +253,7 @@ def _move_point_to_earlier_origin(stages: StageResults, table: Table) -> Table:
 def _keep_derivatives_up_to(frame: int) -> Callable[[StageResults, np.ndarray], np.ndarray]:
     def apply_change(stages: StageResults, _: np.ndarray) -> np.ndarray:
         link_derivatives = np.stack(
-            [stages.arithmetic.derivatives(link)[: stages.n] for link in stages["links"]], axis=1
+            [stages.arithmetic.derivatives(link)[: stages.n] for link in stages["link vectors"]], axis=1
         )
         link_derivatives[:, frame:] = link_derivatives[:, frame:] * 0
         return link_derivatives
@@ -301,7 +301,7 @@ def _read_as_modified(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         return [*vectors, apply_matrix(frames[stages.chain.point.frame], stages["table"].point_offset)]
 
     if any(joint.alpha != 0 for joint in chain.joints):
-        yield MistakeVariant({"rotations": change_rotations, "links": change_links})
+        yield MistakeVariant({"rotations": change_rotations, "link vectors": change_links})
 
 
 def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:

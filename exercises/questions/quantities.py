@@ -29,8 +29,10 @@ from qdot.exercises.problem.problem import list_table_numbers
 from qdot.exercises.questions.language import AXES, FormulaError, compute, describe_shape
 
 STAGES_BY_NAME = {
-    "p": "point", "J": "jacobian", "Jv": "linear", "Jw": "angular", "qd": "joint rates", "xd": "wanted velocity",
-    "det(J)": "determinant", "inv(J)": "inverse", "inv(J) * xd": "rates", "transpose(J)": "transposed jacobian",
+    "p": "point", "J": "jacobian", "Jv": "linear rows", "Jw": "angular rows",
+    "qd": "joint rates", "xd": "wanted velocity",
+    "det(J)": "determinant", "inv(J)": "inverse", "inv(J) * xd": "required rates",
+    "transpose(J)": "transposed jacobian",
     "det(J * transpose(J))": "gram determinant", "sqrt(det(J * transpose(J)))": "manipulability",
 }  # fmt: skip
 """The formulas, as `ast.unparse` writes them, whose values are stages of the derivation. Their names are the position p
@@ -39,8 +41,8 @@ velocity xd in the rows of the task."""
 
 RESULTS: dict[str, Callable[[StageResults], np.ndarray]] = {
     **{name: operator.itemgetter(stage) for name, stage in STAGES_BY_NAME.items()},
-    "v": lambda stages: apply_matrix(stages["linear"], stages["joint rates"]),
-    "w": lambda stages: apply_matrix(stages["angular"], stages["joint rates"]),
+    "v": lambda stages: apply_matrix(stages["linear rows"], stages["joint rates"]),
+    "w": lambda stages: apply_matrix(stages["angular rows"], stages["joint rates"]),
     "q": lambda stages: stages.stack_symbol_values(stages.chain.q),
     "qdd": lambda stages: stages.stack_symbol_values(name_accelerations(stages.chain)),
     "f": lambda stages: stages.stack_symbol_values(name_load(stages.chain)),

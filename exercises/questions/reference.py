@@ -23,16 +23,16 @@ TextbookFormulas = Mapping[str, Callable[[Chain], sp.Matrix | sp.Expr]]
 TEXTBOOK_FORMULAS: TextbookFormulas = {
     "point": lambda chain: derive(chain).position,
     "axes": lambda chain: derive(chain).z.T,
-    "p*": lambda chain: derive(chain).p_star.T,
-    "linear": lambda chain: derive(chain).linear,
-    "geometric": lambda chain: derive(chain).geometric,
+    "vectors to point": lambda chain: derive(chain).p_star.T,
+    "linear rows": lambda chain: derive(chain).linear_rows,
+    "geometric jacobian": lambda chain: derive(chain).geometric_jacobian,
     "jacobian": lambda chain: derive(chain).jacobian,
     "determinant": lambda chain: derive(chain).determinant,
     "inverse": lambda chain: derive(chain).inverse,
-    "rates": lambda chain: derive(chain).rate_law(),
+    "required rates": lambda chain: derive(chain).rate_law(),
 }
 
-VECTOR_STAGES = frozenset({"point", "last origin", "rates"})
+VECTOR_STAGES = frozenset({"point", "last origin", "required rates"})
 """The stages that are vectors, although their formulas are matrices with one column."""
 
 

@@ -62,7 +62,7 @@ def _factor_determinants(symbolic_chain: Chain) -> tuple[Factored, Factored]:
 
 def _derive_arm_block(chain: Chain) -> sp.Matrix:
     """Return J11, the linear rows of joints 1 to 3, in the world frame (3 x 3)."""
-    return derive(chain).geometric[:3, :3]
+    return derive(chain).geometric_jacobian[:3, :3]
 
 
 def derive_wrist_block(chain: Chain) -> sp.Matrix:

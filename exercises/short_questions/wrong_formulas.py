@@ -165,7 +165,7 @@ def _give_new_answer_together(symbolic_chain: Chain, subject: OptionSubject, a: 
 @lru_cache(maxsize=512)
 def derive_simplified_formulas(symbolic_chain: Chain) -> StageResults:
     """Return the correct derivation in formulas, with simplified intermediate results."""
-    changes = {"rotations": _simplify_matrices, "links": _simplify_matrices}
+    changes = {"rotations": _simplify_matrices, "link vectors": _simplify_matrices}
     return compute_symbolic_stages(symbolic_chain).with_mistakes(changes)
 
 

@@ -54,7 +54,7 @@ def _has_coordinates(chain: Chain) -> bool:
     if len(angular_rows) in (0, 3):
         return True
     return len(angular_rows) == 1 and all(
-        row in angular_rows or derive(chain).geometric[i, :].is_zero_matrix
+        row in angular_rows or derive(chain).geometric_jacobian[i, :].is_zero_matrix
         for i, row in enumerate(VELOCITY_NAMES)
         if row[0] == "w"
     )

@@ -14,7 +14,7 @@ from qdot.exercises.formula import layout, order
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
 from qdot.exercises.formula.order import COMPONENT_PATTERN, find_joint_sum_digits, is_rate_or_component, write_decimal
-from qdot.exercises.formula.printers.latex import latex_text
+from qdot.exercises.formula.printers.latex import print_latex
 from qdot.exercises.writing.angles import AngleNames
 from qdot.exercises.writing.constant_angles import list_constant_angles, use_constant_angles
 from qdot.exercises.writing.line_breaking import fill_lines
@@ -232,7 +232,7 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
     >>> tex(a1 * sp.sin(5 * sp.pi / 12) * sp.sin(t1) + sp.cos(7 * sp.pi / 12) / 2)
     '\\cos(15^\\circ) a_{1} s_{1} - \\tfrac{\\sin(15^\\circ)}{2}'
     """
-    return latex_text(lay_out(expression, chain, angles))
+    return print_latex(lay_out(expression, chain, angles))
 
 
 def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
@@ -301,7 +301,7 @@ def tex_lines(expression: sp.Expr, chain: Chain | None = None, angles: AngleName
     terms = layout.split_terms(lay_out(expression, chain, angles).inner)
     first_line, *other_lines = fill_lines(terms, MAX_LINE_WIDTH)
     lines = (first_line, *((layout.QUAD, *line[1:]) for line in other_lines))
-    return r" \\ & ".join(latex_text(row(*line)) for line in lines)
+    return r" \\ & ".join(print_latex(row(*line)) for line in lines)
 
 
 def tex_length(value: sp.Expr) -> str:
@@ -356,7 +356,7 @@ def _write_angle_in_degrees(value: sp.Expr) -> str:
     constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if term.is_number))
     if constant != 0 and constant.is_Rational:  # an angle such as 0.7
         return _tex_with_unit(value, "rad")
-    return latex_text(row(*_ExpressionLayout(()).lay_out_angle(value)))
+    return print_latex(row(*_ExpressionLayout(()).lay_out_angle(value)))
 
 
 def tex_value(value: sp.Expr, joint: sp.Symbol) -> str:
@@ -366,4 +366,4 @@ def tex_value(value: sp.Expr, joint: sp.Symbol) -> str:
 
 def _tex_with_unit(value: sp.Expr, unit: str) -> str:
     unit_pieces = (layout.THIN, Layout("text", unit)) if unit else ()
-    return latex_text(row(*lay_out(value).inner, *unit_pieces))
+    return print_latex(row(*lay_out(value).inner, *unit_pieces))

@@ -63,15 +63,15 @@ class RecursionStep:
 class SingularComponent:
     """A component of the singular set: configurations that satisfy all `conditions` (each expression is zero).
 
-    `solutions` are pairs (joint variable, values), or None if a condition depends on several joints. `kind` is the
-    classification of all these configurations. If a joint has several values whose kinds differ, `cases` has the kind
-    for each choice of values. If only some lengths allow the conditions, `existence_condition` is the inequality for
-    the lengths.
+    `solutions` are pairs (joint variable, values), or None if a condition depends on several joints. `classification`
+    applies to all these configurations. If a joint has several values whose classifications differ, `cases` has one for
+    each choice of values. If only some lengths allow the conditions, `existence_condition` is the inequality for the
+    lengths.
     """
 
     conditions: tuple[sp.Expr, ...]
     solutions: tuple[tuple[sp.Symbol, tuple[sp.Expr, ...]], ...] | None
-    kind: Classification
+    classification: Classification
     cases: tuple[tuple[ValueCombination, Classification], ...] = ()
     existence_condition: ExistenceCondition | None = None
 
@@ -106,7 +106,7 @@ class SolutionSteps:
         # If the twists before and after a prismatic joint cancel, angles add up only in a simplified rotation matrix.
         last_rotation = [self._substitute_numbers(derive(self._structure).rotations[-1])] if "P" in self.kinds else []
         d = self.derivation
-        matrices = (d.position, d.geometric, d.p_star, *d.rotations, *last_rotation)
+        matrices = (d.position, d.geometric_jacobian, d.p_star, *d.rotations, *last_rotation)
         return name_angles(iterate_arm_angles(self.chain), *matrices)
 
     @cached_property
@@ -252,7 +252,9 @@ class SolutionSteps:
 
     def _make_column(self, d: Derivation, i: int) -> Column:
         moves_point = i < self.chain.point.frame
-        return Column(i + 1, self.chain.joints[i].kind, d.z[:, i], d.p_star[:, i], d.geometric[:3, i], moves_point)
+        return Column(
+            i + 1, self.chain.joints[i].kind, d.z[:, i], d.p_star[:, i], d.geometric_jacobian[:3, i], moves_point
+        )
 
     def list_link_columns(self, k: int) -> list[Column]:
         """Return the columns of the geometric Jacobian for the point O_k, one for each of the joints 1 ... k."""
@@ -371,8 +373,8 @@ class SolutionSteps:
     @property
     def has_only_boundary_singularities(self) -> bool:
         """Whether all singular configurations are on the workspace boundary."""
-        kinds = (component.kind for component in self.singular_components)
-        return all(kind.kind == "boundary" and kind.uniform for kind in kinds)
+        classifications = (component.classification for component in self.singular_components)
+        return all(c.kind == "boundary" and c.is_uniform for c in classifications)
 
     @cached_property
     def singular_components(self) -> list[SingularComponent]:
@@ -382,10 +384,11 @@ class SolutionSteps:
     def classify_component(self, component: Component) -> SingularComponent:
         """Return a component of the singular set with its geometric meaning and its kind."""
         conditions = self._simplify_conditions(component)
-        kind = classify(self.chain, component)
+        classification = classify(self.chain, component)
+        cases = self._find_cases(component, classification)
         inequalities = (find_existence_condition(condition, self.chain) for condition in conditions)
         inequality = next(filter(None, inequalities), None)
-        return SingularComponent(conditions, component.solutions, kind, self._find_cases(component, kind), inequality)
+        return SingularComponent(conditions, component.solutions, classification, cases, inequality)
 
     def simplify_condition(self, condition: sp.Expr) -> sp.Expr:
         """Return a condition without its numeric factor; a sum has the same signs as in the det J that is shown."""
@@ -397,9 +400,9 @@ class SolutionSteps:
         return -without_number if is_opposite_shown else without_number
 
     def _find_cases(
-        self, component: Component, kind: Classification
+        self, component: Component, classification: Classification
     ) -> tuple[tuple[ValueCombination, Classification], ...]:
-        cases = [(values, classify(self.chain, part)) for values, part in split_by_value(component, kind)]
+        cases = [(values, classify(self.chain, part)) for values, part in split_by_value(component, classification)]
         return tuple(cases) if len({case for _, case in cases}) > 1 else ()
 
     def find_components(self, configuration: ConfigurationsOfOneKind) -> list[SingularComponent]:

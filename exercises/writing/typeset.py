@@ -58,8 +58,8 @@ def typeset(
     conditions in a list are alternatives; otherwise, all hold. `units` has the unit of each entry of a numeric vector.
 
     >>> from qdot.exercises.formula.parser import parse_formula
-    >>> from qdot.exercises.formula.printers.latex import latex_text
-    >>> latex_text(typeset(parse_formula("-a1*sin(theta1 + theta2)/2 + x_long^2")))
+    >>> from qdot.exercises.formula.printers.latex import print_latex
+    >>> print_latex(typeset(parse_formula("-a1*sin(theta1 + theta2)/2 + x_long^2")))
     '-\\tfrac{1}{2}\\, a_{1} s_{12} + \\text{x_long}^{2}'
     """
     return row(*_Typesetter(prismatic, are_alternatives, units).typeset_answer(node))

@@ -127,7 +127,7 @@ class Wording:
 
     def moves_outside_task(self, rows: int = len(VELOCITY_NAMES)) -> bool:
         """Return whether a component outside the task can be nonzero, among the first `rows` of (vx, ..., wz)."""
-        geometric = derive(self.chain).geometric
+        geometric = derive(self.chain).geometric_jacobian
         outside_task = (i for i, row in enumerate(VELOCITY_NAMES[:rows]) if row not in self.chain.task)
         return any(not geometric[i, :].is_zero_matrix for i in outside_task)
 
@@ -296,28 +296,28 @@ class Wording:
         """Return a component of velocity with its unit."""
         return rf"{tex(value)}\,\text{{{self.find_unit(component)}}}"
 
-    def explain_meaning(self, kind: Classification) -> str:
+    def explain_meaning(self, classification: Classification) -> str:
         """Return sentences on the geometric meaning and the kind of a set of singular configurations."""
-        messages, sentence = self.messages, self.write_sentence(kind.meaning)
-        if not self.can_classify_singularities or not kind.kind:
+        messages, sentence = self.messages, self.write_sentence(classification.meaning)
+        if not self.can_classify_singularities or not classification.kind:
             return sentence
         boundary = messages.gettext("This is a boundary singularity.")
         internal = messages.gettext("This is an internal singularity.")
-        kind_sentence = boundary if kind.kind == "boundary" else internal
-        return f"{sentence} {kind_sentence if kind.uniform else self._mixed_kinds_sentence}"
+        kind_sentence = boundary if classification.kind == "boundary" else internal
+        return f"{sentence} {kind_sentence if classification.is_uniform else self._mixed_kinds_sentence}"
 
-    def explain_cases(self, kinds_by_value: Iterable[tuple[ValueCombination, Classification]]) -> str:
+    def explain_cases(self, cases: Iterable[tuple[ValueCombination, Classification]]) -> str:
         """Return sentences on the meaning and kind for each choice of joint values; equal kinds share a sentence."""
-        values_by_kind: dict[Classification, list[ValueCombination]] = {}
-        for values, kind in kinds_by_value:
-            values_by_kind.setdefault(kind, []).append(values)
+        values_by_case: dict[Classification, list[ValueCombination]] = {}
+        for values, classification in cases:
+            values_by_case.setdefault(classification, []).append(values)
         conjunction = ", " + self.messages.gettext("or") + " "
         sentences = []
-        for kind, values_of_kind in values_by_kind.items():
+        for classification, values_of_case in values_by_case.items():
             equations = (
-                [f"${tex(q, self.chain)} = {tex_value(value, q)}$" for q, value in values] for values in values_of_kind
+                [f"${tex(q, self.chain)} = {tex_value(value, q)}$" for q, value in values] for values in values_of_case
             )
-            words, case = conjunction.join(map(self.join, equations)), self.explain_meaning(kind)
+            words, case = conjunction.join(map(self.join, equations)), self.explain_meaning(classification)
             sentences.append(self.messages.gettext("At %(values)s: %(case)s", values=words, case=case))
         return " ".join(sentences)
 

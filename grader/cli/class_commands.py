@@ -24,7 +24,7 @@ from qdot.exercises.assignment.handout import (
     write_moodle_zip,
 )
 from qdot.exercises.assignment.release import ReleaseResult, notebook_path, release_notebooks
-from qdot.exercises.common.console import check_choice, note, say, show_progress
+from qdot.exercises.common.console import check_choice, note, print_result, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, list_first
 from qdot.exercises.common.extras import find_qdot_version
 from qdot.exercises.common.files import write_atomically
@@ -93,7 +93,7 @@ def generate(
     write_atomically(folder / "released" / INDEX_FILE, make_index_csv(released_assignment), 0o600)
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
     next_step = f"distribute {folder / 'released'}, keep {folder / 'solutions'} private"
-    say(f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; {next_step}")
+    print_result(f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; {next_step}")
     if counts["rewritten"]:
         note("The assignment, the secret or qdot changed after the notebooks were written: distribute the new ones.")
     messages = describe_replacements(assignment, released_assignment)
@@ -155,7 +155,7 @@ def release(
         next_step = f"upload it; {handout.table_path} has the links, keep it private"
         if not url:
             note(f"{handout.table_path} has only paths; --url ADDRESS puts the address of the folder before them")
-    say(f"{count_noun(len(assignment.roster), 'notebook')}: {handout.path}; {next_step}")
+    print_result(f"{count_noun(len(assignment.roster), 'notebook')}: {handout.path}; {next_step}")
 
 
 def verify(
@@ -210,13 +210,15 @@ def verify(
             passed_counts[task.identity.family] += not failures
             for failure in failures:  # a message that concerns all problems of a student is printed once
                 if failure.message not in printed_messages:
-                    say(failure.message)
+                    print_result(failure.message)
                 printed_messages.add(failure.message)
     if family == "all":
         for name, number in passed_counts.items():
-            say(f"{name:<20} {number} passed")
+            print_result(f"{name:<20} {number} passed")
     kinds = ", ".join(f"{number} {kind}" for kind, number in sorted(failure_counts.items()))
-    say(f"{count_noun(len(tasks), 'problem')} verified, {failure_counts.total()} failed{': ' if kinds else ''}{kinds}")
+    print_result(
+        f"{count_noun(len(tasks), 'problem')} verified, {failure_counts.total()} failed{': ' if kinds else ''}{kinds}"
+    )
     if failure_counts:
         raise typer.Exit(1)
 
@@ -299,7 +301,7 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
         tasks += [VerificationTask(identity, definitions=(definition,)) for identity in question_identities]
         for identity in question_identities[:SAMPLE_COUNT]:
             part = generate_problem(identity, definitions=(definition,)).parts[0]
-            say(f"{definition.name} for {identity}: {part.answer.as_json() or part.answer.type}")
+            print_result(f"{definition.name} for {identity}: {part.answer.as_json() or part.answer.type}")
     return tasks
 
 
@@ -328,7 +330,7 @@ def compare(
     if batch:
         errors: list[str] = []
         for response in compare_lines(_read_lines(batch), errors):
-            say(response)
+            print_result(response)
         if errors:
             others_text = f", and {count_noun(len(errors) - 1, 'more line')} with errors" if len(errors) > 1 else ""
             raise QdotError(f"{errors[0]}{others_text}; all other lines were compared")
@@ -338,7 +340,7 @@ def compare(
     kind = type or guess_type(reference)
     texts: Any = [reference] if kind == "singular" else reference
     names = tuple(name.strip() for name in joints.split(",") if name.strip())
-    say(json.dumps(judgement_content(compare_texts(kind, student, texts, names)), ensure_ascii=False))
+    print_result(json.dumps(judgement_content(compare_texts(kind, student, texts, names)), ensure_ascii=False))
 
 
 def _read_lines(batch: str) -> Iterable[str]:
@@ -372,17 +374,17 @@ def doctor(as_json: JsonOption = False) -> None:
     environment = {"python": platform.python_version(), **versions, "system": platform.platform(), "cores": CORE_COUNT}
     if as_json:
         content = {**environment, "strict": findings.is_strict, **asdict(findings)}
-        say(json.dumps(content, ensure_ascii=False, indent=2))
+        print_result(json.dumps(content, ensure_ascii=False, indent=2))
         return
-    say(", ".join(f"{name} {value}" for name, value in environment.items()))
-    say("")
+    print_result(", ".join(f"{name} {value}" for name, value in environment.items()))
+    print_result("")
     for guarantee in findings.guarantees:
-        say(f"{guarantee.name:<11} {guarantee.by:<23} {', '.join(guarantee.means)}")
-        say(f"{'':<11} a notebook {guarantee.promise}")
+        print_result(f"{guarantee.name:<11} {guarantee.by:<23} {', '.join(guarantee.means)}")
+        print_result(f"{'':<11} a notebook {guarantee.promise}")
         for achievement in guarantee.achieved:
-            say(f"{'':<11} the probe {achievement}")
-    say("")
+            print_result(f"{'':<11} the probe {achievement}")
+    print_result("")
     for remedy in guarantees.list_remedies(findings):
-        say(remedy)
+        print_result(remedy)
     verb = "can" if findings.is_strict else "can't"
-    say(f'this machine {verb} use sandbox = "strict" in assignment.toml')
+    print_result(f'this machine {verb} use sandbox = "strict" in assignment.toml')

@@ -11,7 +11,7 @@ import typer
 
 from qdot.exercises.assignment.certified_problems import FailedSlot, describe_replacements, raise_failed_slots
 from qdot.exercises.assignment.replacements import read_replacements
-from qdot.exercises.common.console import check_choice, note, say, show_progress
+from qdot.exercises.common.console import check_choice, note, print_result, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.parallel import CORE_COUNT
@@ -137,7 +137,7 @@ def report(
     write_requested_reports(graded_assignment, results, reports)
     if all(path != STDOUT for _, path in reports):
         for name, path in reports:
-            say(f"{name}: {path}, {count_noun(len(results), 'student')}")
+            print_result(f"{name}: {path}, {count_noun(len(results), 'student')}")
 
 
 def return_pages(
@@ -176,8 +176,8 @@ def return_pages(
     for message in (*returned.notes, *describe_unmarked_students(assignment, results)):
         note(message)
     upload_words = "" if to == FOLDER else f"; upload it {TARGETS[to].upload_words}"
-    say(f"{count_noun(returned.page_count, 'page')}: {returned.pages_path}{upload_words}")
-    say(f"marks: {returned.marks_path}")
+    print_result(f"{count_noun(returned.page_count, 'page')}: {returned.pages_path}{upload_words}")
+    print_result(f"marks: {returned.marks_path}")
 
 
 def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) -> None:
@@ -203,7 +203,7 @@ def _write_exports(request: ExportRequest, target_folders: Mapping[str, Path]) -
         replacements = read_replacements(request.assignment.folder)  # the previous format may have added to them
         request = replace(request, assignment=replace(request.assignment, replacements=replacements))
         try:
-            say(f"{name}: {count_noun(_write_export(request, name, folder), 'file')} in {folder}")
+            print_result(f"{name}: {count_noun(_write_export(request, name, folder), 'file')} in {folder}")
         except QdotError as error:
             failed_formats[name] = str(error)
     return failed_formats

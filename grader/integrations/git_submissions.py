@@ -26,7 +26,7 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.late_rule import add_time_zone
-from qdot.exercises.common.console import escape_controls, note, say
+from qdot.exercises.common.console import escape_controls, note, print_result
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.input_file import csv_text
@@ -301,9 +301,11 @@ def main(arguments: list[str] | None = None) -> int:
     done_count = len(rows) - failed_count - empty_count
     repositories_text = f"{done_count} {'repository' if done_count == 1 else 'repositories'}"
     if options.task == "collect":
-        say(f"{repositories_text} fetched, {empty_count} without work to grade, {failed_count} could not be fetched")
+        print_result(
+            f"{repositories_text} fetched, {empty_count} without work to grade, {failed_count} could not be fetched"
+        )
         return 0
-    say(f"feedback pushed to {repositories_text}, {failed_count} failed")
+    print_result(f"feedback pushed to {repositories_text}, {failed_count} failed")
     return int(bool(failed_count))
 
 

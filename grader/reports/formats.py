@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.common.console import check_choice, note, say
+from qdot.exercises.common.console import check_choice, note, print_result
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import require_extra
 from qdot.exercises.common.files import write_atomically
@@ -116,7 +116,7 @@ def write_requested_reports(
             note(f"{name}: {message}")
         write_to_path(path, content, 0o600 if report_format.is_private else 0o644)
         if text := report_format.make_printed_text(assignment, results):
-            say(text)
+            print_result(text)
 
 
 def write_to_path(path: str, content: str | bytes, mode: int = 0o644) -> None:
@@ -127,4 +127,4 @@ def write_to_path(path: str, content: str | bytes, mode: int = 0o644) -> None:
         sys.stdout.flush()
         sys.stdout.buffer.write(content)
     else:
-        say(content)
+        print_result(content)

@@ -50,7 +50,7 @@ export function useDebounced<T>(value: T, milliseconds: number): T {
 }
 
 /** A loaded value, null until it is loaded; the error as text, or ""; and a function that loads the value again. */
-export type Loaded<T> = { readonly loaded: T | null; readonly error: string; readonly retry: () => void };
+type Loaded<T> = { readonly loaded: T | null; readonly error: string; readonly retry: () => void };
 
 /** Load a value, and load it again whenever `inputs` change; the old value is kept until then. */
 export function useLoaded<T>(load: () => Promise<T>, inputs: readonly unknown[]): Loaded<T> {

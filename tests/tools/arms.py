@@ -196,7 +196,7 @@ def _find_false_descriptions(
 ) -> Iterator[str]:
     """Yield false descriptions and kinds of singular configurations, tested at configurations found by a search."""
     for component in singular:
-        yield from _find_false_looks(chain, component.conditions, component.kind)
+        yield from _find_false_looks(chain, component.conditions, component.classification)
         for values, kind in component.cases:
             equations = [equation for joint, value in values for equation in _equations(joint, value)]
             yield from _find_false_looks(chain, equations, kind)

@@ -30,11 +30,11 @@ _STAR = Layout("sign", "*")
 
 
 @lru_cache(maxsize=2048)
-def latex_text(formula: Layout) -> str:
+def print_latex(formula: Layout) -> str:
     r"""Return a formula as LaTeX.
 
     >>> from qdot.exercises.formula.latex import parse_latex
-    >>> latex_text(parse_latex(r"-\frac a2\cos(x_{1}-1)"))
+    >>> print_latex(parse_latex(r"-\frac a2\cos(x_{1}-1)"))
     '-\\frac{a}{2} \\cos(x_{1} - 1)'
     """
     return _print_row(formula.inner) if formula.kind == "row" else _print_piece(formula)
@@ -97,13 +97,13 @@ def _print_piece(piece: Layout) -> str:
     if kind == "text":
         return rf"\text{{{text}}}"
     if kind in ("fraction", "root", "accent"):  # their text is their command
-        return f"\\{text}{''.join(f'{{{latex_text(part)}}}' for part in inner)}"
+        return f"\\{text}{''.join(f'{{{print_latex(part)}}}' for part in inner)}"
     if kind == "fenced":
         left, right = (_COMMANDS.get(bracket, bracket) for bracket in text)
         left += " " * left[-1].isalpha()
-        return rf"\left{left}{latex_text(inner[0])}\right{right}"
+        return rf"\left{left}{print_latex(inner[0])}\right{right}"
     name, separator = (_TABLES[text], r" \\ ") if kind == "matrix" else ("aligned", r" \\[6pt] " if text else r" \\ ")
-    rows = separator.join(" & ".join(map(latex_text, cells.inner)) for cells in inner)
+    rows = separator.join(" & ".join(map(print_latex, cells.inner)) for cells in inner)
     return rf"\begin{{{name}}} {rows} \end{{{name}}}"
 
 

@@ -41,20 +41,20 @@ _PIECES_BEFORE_TERM = frozenset((Layout("sign", "("), COMMA, EQUALS, Layout("sig
 """Pieces after which a plus or minus is the sign of the next number, because a term begins there."""
 
 
-def mathml_text(formula: Layout, is_displayed: bool = False, percent: int = 100) -> str:
+def print_mathml(formula: Layout, is_displayed: bool = False, percent: int = 100) -> str:
     r"""Return a formula as a MathML element for a browser; if `is_displayed`, the formula has a line of its own.
 
     `percent` is the size of the formula; a formula that is too wide for a page needs a smaller size.
 
     >>> from qdot.exercises.formula.latex import parse_latex
-    >>> mathml_text(parse_latex("a_{1}"))
+    >>> print_mathml(parse_latex("a_{1}"))
     '<math xmlns="http://www.w3.org/1998/Math/MathML" display="inline"><mrow><msub>...</msub></mrow></math>'
     """
     style = f' style="font-size: {percent}%"' if percent < 100 else ""
     return _get_writer(True, is_displayed).print_element(formula, style)
 
 
-def plain_mathml(formula: Layout, is_displayed: bool = False) -> str:
+def print_plain_mathml(formula: Layout, is_displayed: bool = False) -> str:
     """Return a formula as MathML without the workarounds for browsers."""
     return _get_writer(False, is_displayed).print_element(formula)
 

@@ -77,11 +77,11 @@ class _CodePrinter(StrPrinter):
         return f"{float(expr):.10g}"
 
 
-def python_text(expression: sp.Expr, sum_texts: Mapping[sp.Symbol, str] | None = None) -> str:
+def print_python(expression: sp.Expr, sum_texts: Mapping[sp.Symbol, str] | None = None) -> str:
     """Return an expression as Python text with exactly the same value; `sum_texts` replace symbols that mean sums.
 
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
-    >>> python_text(sp.Rational(2, 5) * sp.sin(t1) - a1 * sp.cos(t1 + t2 + 5 * sp.pi / 12) / 3)
+    >>> print_python(sp.Rational(2, 5) * sp.sin(t1) - a1 * sp.cos(t1 + t2 + 5 * sp.pi / 12) / 3)
     '0.4*sin(theta1) - a1*cos(theta1 + theta2 + 5*pi/12)/3'
     """
     return str(_CodePrinter(sum_texts or {}).doprint(expression))

@@ -19,11 +19,11 @@ _POWER_WORDS |= {word: word for word in ("prime", "degrees", "star")}
 
 
 @lru_cache(maxsize=1024)
-def speak(formula: Layout) -> str:
+def print_speech(formula: Layout) -> str:
     r"""Return a formula in words.
 
     >>> from qdot.exercises.formula.latex import parse_latex
-    >>> speak(parse_latex(r"\dot{\theta}_{1} = -\frac{a_{1} s_{12}}{2}"))
+    >>> print_speech(parse_latex(r"\dot{\theta}_{1} = -\frac{a_{1} s_{12}}{2}"))
     'theta dot 1 equals minus (a 1 s 12) over 2'
     """
     words = print_layout(formula, _PRINTERS).replace(" ,", ",").replace("( ", "(").replace(" )", ")")

@@ -157,11 +157,11 @@ def _print_sign(parts: Sequence[stringPict], index: int, previous: str) -> strin
 
 
 @lru_cache(maxsize=4096)
-def unicode_text(formula: Layout) -> str:
+def print_unicode(formula: Layout) -> str:
     r"""Return a formula as text, on several lines if it contains a matrix.
 
     >>> from qdot.exercises.formula.latex import parse_latex
-    >>> unicode_text(parse_latex(r"a_{1} c_{12} - \dot{\theta}_{2}"))
+    >>> print_unicode(parse_latex(r"a_{1} c_{12} - \dot{\theta}_{2}"))
     'a₁ c₁₂ − θ̇₂'
     """
     return "\n".join(line.rstrip() for line in print_layout(formula, _PRINTERS).picture)

@@ -7,7 +7,7 @@ import { lostDirection } from "./lost-direction.js";
 import { type Arm, isMixed, type Measures, measuresOf, type State } from "./model.js";
 import { convertAngle, roundToDecimals, roundToDigits } from "./number-format.js";
 
-export type Nearness = "regular" | "near" | "singular";
+type Nearness = "regular" | "near" | "singular";
 
 /** Return how near a singularity is: "singular" if the least singular value is negligible beside the largest. */
 export function classifyNearness(arm: Arm, { ratio }: Measures): Nearness {

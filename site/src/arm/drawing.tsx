@@ -18,17 +18,8 @@ import { pointAtShare, linkOf, nearestShare } from "./shape.js";
 import type { Stage } from "./stage.js";
 import { Space } from "./space.js";
 import { add, addScaled, dot, subtract, type Vec3 } from "./vector.js";
-import {
-  ARROWS,
-  FIRST_ORBIT,
-  flatPlane,
-  vectorFromPixels,
-  type Orbit,
-  toPixel,
-  type Pixel,
-  type View,
-  viewOf,
-} from "./view.js";
+import type { Orbit, Pixel, View } from "./view.js";
+import { ARROWS, FIRST_ORBIT, flatPlane, vectorFromPixels, toPixel, viewOf } from "./view.js";
 import { useSize } from "./size.js";
 import { classifyNearness } from "./descriptions.js";
 

@@ -20,9 +20,9 @@ export interface WantedLabel {
 export type Covered = readonly Readonly<Record<"left" | "right" | "top" | "bottom", number>>[];
 
 /** Where labels may be placed: within width x height pixels, but not in covered boxes. */
-export type LabelRoom = { readonly width: number; readonly height: number; readonly covered: Covered };
+type LabelRoom = { readonly width: number; readonly height: number; readonly covered: Covered };
 
-export interface PlacedLabel {
+interface PlacedLabel {
   readonly name: string;
   readonly style: string;
   readonly x: number;
@@ -42,9 +42,7 @@ const RINGS: readonly number[] = [4, 12, 22, 34, 49, 67];
 const CLOSE_RINGS = 2;
 /** From this distance on, a label gets a leader line (pixels). */
 const LEADER_FROM = 30;
-/**
- * Costs of covering another label or leaving the room (both are never accepted), of the arm, and of each further ring.
- */
+/** Costs of covering a label, the arm, or the room's edge (the first and last are never accepted), and of each ring. */
 const [OVER_LABEL, OVER_ARM, OVER_EDGE, FURTHER_RING] = [1000, 6, 400, 5];
 
 /** Return labels, placed by rank; `lines` are polylines (pixels) that labels should not cover. */

@@ -235,9 +235,7 @@ function Lines({ stretches, pixelOf, corner, size }: LinesProps): JSX.Element {
 /** Distance (pixels) within which a line attracts the pointer: a hand could not stop exactly on the line. */
 const SNAP_DISTANCE = 4;
 
-/**
- * Return the nearest place on the map's lines and spots; null if none is near. The last argument: pixels per rad or m.
- */
+/** Return the nearest place on the map's lines and spots; null if none is near. The scales are pixels per rad or m. */
 function snapToLine([u, v]: Spot, stretches: readonly Stretch[], [pixelsPerU, pixelsPerV]: Spot): Spot | null {
   let nearestSpot: Spot | null = null;
   let leastDistance = SNAP_DISTANCE;

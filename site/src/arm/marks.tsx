@@ -51,7 +51,7 @@ const [DISC_RADIUS, CLEAR_LENGTH] = [9, 26];
 const MIN_ARROW_LENGTH = 3;
 
 /** Return where the arrow of a column begins: at P or, if the arrow is short, at most at the rim of P's disc. */
-export function arrowStart(view: View, point: Vec3, column: Vec3): Vec3 {
+function arrowStart(view: View, point: Vec3, column: Vec3): Vec3 {
   const [x, y] = vectorInPixels(view, column);
   const length = Math.hypot(x, y);
   if (length < MIN_ARROW_LENGTH || length > CLEAR_LENGTH) return point;
@@ -59,7 +59,7 @@ export function arrowStart(view: View, point: Vec3, column: Vec3): Vec3 {
   return add(point, vectorFromPixels(view, [share * x, share * y]));
 }
 
-export interface MarksProps extends BodyProps {
+interface MarksProps extends BodyProps {
   readonly layers: Layers;
   readonly flat: boolean;
   readonly measures: Measures;

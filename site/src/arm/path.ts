@@ -10,7 +10,7 @@ import { solveDamped, leastSquares } from "./svd.js";
 import { addScaled, norm, subtract, unit, type Vec3 } from "./vector.js";
 
 /** A place on a path: distance s (m), pose, derivative dq/ds, and the ratio sigma_min/sigma_max of J. */
-export interface Station {
+interface Station {
   readonly s: number;
   readonly pose: Pose;
   readonly slopes: readonly number[];
@@ -49,7 +49,7 @@ export function pathTo(arm: Arm, pose: Pose, target: Vec3): Path {
 export const pointOn = (path: Path, s: number): Vec3 => addScaled(path.start, path.unit, s);
 
 /** Return dq/ds, the joint rates at unit speed. */
-export function slopesAt(arm: Arm, path: Path, state: State): number[] {
+function slopesAt(arm: Arm, path: Path, state: State): number[] {
   return leastSquares(
     state.taskJacobian,
     arm.task.map((row) => path.unit[row] ?? 0),

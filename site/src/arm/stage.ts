@@ -5,17 +5,8 @@ import { useCallback, useEffect, useMemo, useState } from "preact/hooks";
 import type { Factor, NamedPose, Robot } from "../bank.js";
 import { type DeterminantSizes, sizesOf } from "./factors.js";
 import type { Layers } from "./marks.js";
-import {
-  type Arm,
-  armOf,
-  type Measures,
-  measuresOf,
-  namedPose,
-  type Pose,
-  reachOf,
-  type State,
-  stateAt,
-} from "./model.js";
+import type { Arm, Measures, Pose, State } from "./model.js";
+import { armOf, measuresOf, namedPose, reachOf, stateAt } from "./model.js";
 import { whyNoPath, stationOn } from "./path.js";
 import { firstPose, limitPose, widenRanges } from "./ranges.js";
 import { useDebounced } from "../scheduling.js";
@@ -79,7 +70,7 @@ export interface Welding {
   readonly goTo: (s: number) => void;
 }
 
-export const FIRST_LAYERS: Layers = { frames: true, lengths: true, vectors: false, columns: true, ellipse: true };
+const FIRST_LAYERS: Layers = { frames: true, lengths: true, vectors: false, columns: true, ellipse: true };
 
 export function useStage(request: StageRequest, pane: Pane | null): Stage {
   const {

@@ -34,7 +34,7 @@ export function firstWeld(arm: Arm, pose: Pose, reach: number): Weld {
   };
 }
 
-export function limitsOf(arm: Arm, { revoluteLimit, prismaticLimit }: Weld): number[] {
+function limitsOf(arm: Arm, { revoluteLimit, prismaticLimit }: Weld): number[] {
   return arm.joints.map(({ kind }) => (kind === "R" ? revoluteLimit : prismaticLimit));
 }
 
@@ -257,7 +257,7 @@ export function classifyJourney(
 const MAX_LISTED = 2;
 
 /** Return how the journey goes, in sentences: whether it arrives, and which joints exceed their limits from where. */
-export function describeJourney(arm: Arm, journey: Journey, weld: Weld): string {
+function describeJourney(arm: Arm, journey: Journey, weld: Weld): string {
   const limits = limitsOf(arm, weld);
   const end = journey.stations.at(-1)!.s;
   const sentences = [

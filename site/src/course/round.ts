@@ -3,7 +3,7 @@
 import { type Item, makeRandomGenerator } from "../practice/choice.js";
 
 /** A question of a round: its maximum points, and the factor (0 to 1) by which partial credit is multiplied. */
-export type RoundQuestion = { readonly item: Item; readonly points: number; readonly credit: number };
+type RoundQuestion = { readonly item: Item; readonly points: number; readonly credit: number };
 
 export interface Round {
   /** A title from the instructor, or "". */

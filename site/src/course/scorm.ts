@@ -15,7 +15,7 @@ export type Version = "1.2" | "2004";
 export type Api = Readonly<Record<string, (...values: string[]) => unknown>>;
 
 /** Elements of the data model with their values, in the order in which they are set. */
-export type Elements = readonly (readonly [name: string, value: string])[];
+type Elements = readonly (readonly [name: string, value: string])[];
 
 /** What differs between the versions of SCORM: names of functions and of elements, and what is set. */
 interface DataModel {
@@ -90,7 +90,7 @@ const SCORM2004: DataModel = {
   makeTimeElement: (now) => ["timestamp", `${now.toISOString().slice(0, "2026-11-25T22:42:51.12".length)}Z`],
 };
 
-export const MODELS: Readonly<Record<Version, DataModel>> = { "1.2": SCORM12, "2004": SCORM2004 };
+const MODELS: Readonly<Record<Version, DataModel>> = { "1.2": SCORM12, "2004": SCORM2004 };
 
 /**
  * How a data model records answers: `type` and `maxLength` of typed answers; the separators `between`

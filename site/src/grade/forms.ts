@@ -1,35 +1,21 @@
 // The forms of an answer: entries in a shape, with or without names, or a formula.
 
-import type { Part, ValuesKey } from "../bank.js";
+import { type Part, ROWS, type ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { parse } from "../read/reader.js";
 import { numbersText, tableText } from "../read/tables.js";
-import {
-  anyNode,
-  asMatrix,
-  CHAIN,
-  chainOf,
-  columnsOf,
-  hasBlank,
-  inRows,
-  listOf,
-  namesIn,
-  type Node,
-  node,
-  ParseError,
-  type Rows,
-} from "../read/tree.js";
+import type { Node, Rows } from "../read/tree.js";
+import { asMatrix, CHAIN, chainOf, columnsOf, hasBlank, hasNameOf, inRows, isConstant } from "../read/tree.js";
+import { isListOrSet, listOf, namesIn, node, ParseError, visitNodes } from "../read/tree.js";
 import { table, VOCABULARY, wholePattern } from "../read/vocabulary.js";
 import { parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
 
 type Names = readonly string[];
 type Known = ReadonlySet<string>;
 /** The expected rows and columns. */
-export type Shape = Pick<ValuesKey, "rows" | "columns">;
+type Shape = Pick<ValuesKey, "rows" | "columns">;
 
-/**
- * Return the parsed rows, or a verdict. If the shape is wrong, try the text that `convertTable` returns, unless null.
- */
+/** Return the parsed rows or a verdict; if the shape is wrong, try the text that `convertTable` returns, if any. */
 export function parseRowsOrTable(
   parse: (text: string) => Rows | Verdict,
   text: string,
@@ -56,15 +42,14 @@ export function entriesOf(
 
 /** Return the rows if no entry is a list or statement; blank entries are allowed. Throws ParseError. */
 export function requireScalars(rows: Rows): Rows {
-  for (const entry of rows.flat()) if (!hasBlank(entry)) anyNode(entry, refuseNonScalar);
+  for (const entry of rows.flat()) if (!hasBlank(entry)) visitNodes(entry, refuseNonScalar);
   return rows;
 }
 
 const SCALAR_KINDS = new Set(["number", "decimal", "name", "call", "neg", "+", "-", "*", "/", "^"]);
 
-function refuseNonScalar(tree: Node): boolean {
+function refuseNonScalar(tree: Node): void {
   if (!SCALAR_KINDS.has(tree.kind)) evaluate(tree, {}); // throws an error that names the kind
-  return false;
 }
 
 /** Return the entries of a matrix; `labels` name entries. Throws ParseError for an unordered set. */
@@ -157,9 +142,7 @@ export function withShape(rows: Node[][], shape: Shape): Rows | Verdict {
   });
 }
 
-/**
- * Parse an answer to a part as for judging: as a table if the text itself lacks the part's shape. Throws ParseError.
- */
+/** Parse an answer as for judging: as a table if the text itself lacks the part's shape. Throws ParseError. */
 export function parseAnswer(text: string, known: ReadonlySet<string>, { key, shape }: Part): Node {
   const [rows, columns] = shape ?? [1, 1];
   if (rows * columns === 1 || !["values", "numbers", "direction"].includes(key.type)) return parse(text, known);
@@ -168,27 +151,24 @@ export function parseAnswer(text: string, known: ReadonlySet<string>, { key, sha
   return parse("outcome" in matrix ? (table ?? text) : text, known);
 }
 
-/**
- * Return the formula in "J = …", "… = J" or "det: …", if the other side is the student's own name or the only label.
- */
+/** Return the formula in "J = …", "… = J" or "det: …" if the other side is the student's own name or the only label. */
 export function rightSide(typed: Node, known: ReadonlySet<string>, labels: readonly string[] = []): Node {
   const tree = typed.kind === "dict" && typed.args.length === 1 ? (typed.args[0] as Node) : typed;
   const sides = tree.kind === "pair" ? tree.args : chainOf(tree); // det J = J11*J22 - J12*J21 = …
   const [left, right] = [sides[0], sides.at(-1)];
-  const isOfSymbols = (side: Node) => [...namesIn(side)].some((symbol) => known.has(symbol));
+  const isOfSymbols = (side: Node) => hasNameOf(side, known);
   // det J = a1*a2*sin(theta2) = 0
-  if (!left || !right || (namesIn(right).size === 0 && sides.slice(1, -1).some(isOfSymbols))) return typed;
-  const isOwnName = (name: Node) =>
-    (isName(name) || isOfEntries(name)) && ![...namesIn(name)].some((symbol) => known.has(symbol));
+  if (!left || !right || (isConstant(right) && sides.slice(1, -1).some(isOfSymbols))) return typed;
+  const isOwnName = (name: Node) => (isName(name) || isOfEntries(name)) && !hasNameOf(name, known);
   const isLabel = (name: Node) =>
     name.kind === "name" && labels.length === 1 && labelOf(name.text) === labelOf(labels[0] as string);
   if (isOwnName(left) || isLabel(left)) return right;
   return isOwnName(right) || isLabel(right) ? left : typed;
 }
 
-/** The components of a linear velocity, and of linear and angular velocities. */
-const LINEAR_COMPONENTS = ["vx", "vy", "vz"];
-const COMPONENTS = [...LINEAR_COMPONENTS, "wx", "wy", "wz"];
+/** The components of linear and angular velocities, and of linear ones. */
+const COMPONENTS: readonly string[] = ROWS;
+const LINEAR_COMPONENTS = COMPONENTS.slice(0, 3);
 
 /** Return the name before a formula if the name is a velocity component other than the expected one; else "". */
 export function otherComponent(typed: Node, labels: readonly string[]): string {
@@ -222,7 +202,7 @@ const hasLabel = (tree: Node): boolean =>
 /** Return the entries of {qd1: …}, [qd1 = …] or [(qd1, …)] in the order of the labels; names may be row1 or J12. */
 function orderByLabels(tree: Node, labels: readonly string[], { rows, columns }: Shape): Node {
   const inner = tree.args[0];
-  if (tree.args.length === 1 && inner && (tree.kind === "list" || tree.kind === "set")) {
+  if (tree.args.length === 1 && inner && isListOrSet(tree)) {
     const isOnlyWrapper = tree.kind === "set" || inner.args.every(hasName);
     if (inner.kind === "dict" || (inner.kind === "list" && isOnlyWrapper))
       return orderByLabels(inner, labels, { rows, columns });
@@ -265,6 +245,6 @@ export function labelOf(name: string): string {
 
 /** Return whether an answer is empty, or a list of blanks. */
 export function isBlank(tree: Node): boolean {
-  if (tree.kind === "list" || tree.kind === "set") return tree.args.length > 0 && tree.args.every(isBlank);
+  if (isListOrSet(tree)) return tree.args.length > 0 && tree.args.every(isBlank);
   return tree.kind === "blank";
 }

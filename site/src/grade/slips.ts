@@ -8,15 +8,8 @@ import { evaluate } from "../read/evaluate.js";
 import { countNodes } from "../read/products.js";
 import { namesIn, type Node } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
-import {
-  type Change,
-  type Kind,
-  KINDS,
-  type Repairs,
-  repairsFor,
-  singleChanges,
-  withTwoTerms,
-} from "./single-changes.js";
+import type { Change, Kind, Repairs } from "./single-changes.js";
+import { KINDS, repairsFor, singleChanges, withTwoTerms } from "./single-changes.js";
 import type { SymbolValues, Slip } from "./verdict.js";
 
 /** Maximum number of nodes of an entry that is examined, and of all entries. */
@@ -41,10 +34,7 @@ export interface Answer {
   readonly findMistakeIn: (places: ReadonlySet<number>) => number | undefined;
 }
 
-/**
- * A possible explanation of the wrong entries at `places` (their indices). An indivisible one counts only if it
- * explains all of them.
- */
+/** An explanation of the wrong entries at `places` (indices); an indivisible one counts only if it explains all. */
 type Finding = {
   readonly places: readonly number[];
   readonly report: (where: Message) => Slip;
@@ -52,7 +42,7 @@ type Finding = {
 };
 
 /** The slips of an answer, and whether they explain all wrong entries. */
-export type Explained = { readonly slips: readonly Slip[]; readonly explainsAll: boolean };
+type Explained = { readonly slips: readonly Slip[]; readonly explainsAll: boolean };
 
 /** Return as few slips as explain most wrong entries, each entry by one slip, and where they are. */
 export function findSlips(answer: Answer, key: ValuesKey): Explained {

@@ -17,7 +17,7 @@ import { inDigits, say } from "../text/text.js";
 export type Tool = "rates" | "wanted";
 
 /** The values of the sliders: joint rates (rad/s), and a direction on the page (degrees). */
-export type Dials = { readonly rates: readonly number[]; readonly direction: number };
+type Dials = { readonly rates: readonly number[]; readonly direction: number };
 
 export const FIRST_DIALS: Dials = { rates: [0.5, 0.5], direction: 0 };
 
@@ -26,10 +26,7 @@ const WANTED_SPEED = 0.5;
 /** The damping of the least squares problem (m), which bounds the joint rates at a singularity. */
 const DAMPING = 1e-6;
 
-/**
- * Return the joint rates (rad/s) that a tool sets: those of the sliders, or those that move P as wanted. Without a
- * tool, the list is empty.
- */
+/** Return the joint rates (rad/s) that a tool sets: those of the sliders, or those that move P as wanted. None: []. */
 export function computeRates(tool: Tool | null, dials: Dials, { taskJacobian }: State): readonly number[] {
   if (tool === "rates") return dials.rates;
   if (tool !== "wanted") return [];

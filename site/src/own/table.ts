@@ -2,15 +2,14 @@
 //
 // The rules of ../../../exercises/arm/robot_file.py, but without symbolic lengths.
 
-import type { TaskRow } from "../bank.js";
-import { ROWS } from "../arm/model.js";
+import { nameJoint, ROWS, type TaskRow } from "../bank.js";
 import { parse } from "../read/reader.js";
 import { realValue } from "../read/real.js";
 import { anyNode, catchParseError, namesIn, type Node, ParseError } from "../read/tree.js";
 import { type Message, message } from "../text/text.js";
 
 export const CONVENTIONS = ["dh", "modified-dh"] as const;
-export type Convention = (typeof CONVENTIONS)[number];
+type Convention = (typeof CONVENTIONS)[number];
 export const ANGLES = ["radians", "degrees"] as const;
 export type Angles = (typeof ANGLES)[number];
 export const ENTRIES = ["theta", "d", "a", "alpha"] as const;
@@ -155,12 +154,9 @@ export function parseConstant(text: string, angles: Angles | null): number {
 /** The constant that is added to a joint variable (rad or m), and whether the variable has a minus sign. */
 type VariableEntry = readonly [constant: number, isReversed: boolean];
 
-/**
- * Parse the cell with the joint variable of a row (from 0): the variable or its negative, plus a constant. Throws
- * ParseError.
- */
+/** Parse the cell with a row's joint variable: the variable or its negative, plus a constant. Throws ParseError. */
 export function parseVariable(text: string, kind: Kind, index: number, angles: Angles | null): VariableEntry {
-  const names = [nameVariable(index), `${kind === "R" ? "theta" : "d"}${index + 1}`];
+  const names = [nameVariable(index), nameJoint({ kind }, index)];
   const tree = parseCell(text, new Set(names));
   refuseOtherNames(tree, new Set(names));
   const usedNames = [...namesIn(tree)].filter((name) => names.includes(name));

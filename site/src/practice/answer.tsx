@@ -19,7 +19,7 @@ import { MathField, insertFormula } from "./mathfield.js";
 
 const LETTERS = "ABCDEFGH";
 
-export interface AnswerProps {
+interface AnswerProps {
   readonly problem: Problem;
   readonly part: Part;
   readonly onAnswer: (text: string) => void;

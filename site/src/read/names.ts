@@ -25,9 +25,7 @@ const SHORTHAND_NAME = wholePattern("shorthand_name");
 const JOINT_SYMBOLS = table<readonly string[]>(VOCABULARY.joints);
 const INDEXED_JOINT = compile(`^(${[...JOINT_SYMBOLS.keys()].join("|")})([0-9]{1,4})$`);
 
-/**
- * A part of a typed name. `parts` is the name of a symbol or function, or the angles that "sin", "cos" or "sum" adds.
- */
+/** A part of a typed name. `parts`: the name of a symbol or function, or the angles that "sin", "cos" or "sum" adds. */
 export type Piece = { readonly kind: "name" | "function" | "sin" | "cos" | "sum"; readonly parts: readonly string[] };
 
 const namePiece = (symbol: string): Piece => ({ kind: "name", parts: [symbol] });
@@ -104,9 +102,7 @@ function symbolPiece(name: string, known: ReadonlySet<string>): Piece | null {
   return anglesInSum.length > 0 ? { kind: "sum", parts: anglesInSum } : null;
 }
 
-/**
- * Return the angles whose sum c12 or theta12 means; an empty list if the problem has symbols but lacks one of these.
- */
+/** Return the angles whose sum c12 or theta12 means; an empty list if the problem lacks one of them. */
 function anglesOf(digits: string, known: ReadonlySet<string>, letter = "theta"): string[] {
   const names = [...digits].map((digit) => letter + digit);
   return known.size === 0 || names.every((angle) => known.has(angle)) ? names : [];

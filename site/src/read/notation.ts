@@ -44,9 +44,7 @@ const HABITS = VOCABULARY.habits.map(({ mark, pattern: source, replacement }) =>
   replacement: replacement.replace(/\\([12])/g, "$$$1"),
 }));
 
-/**
- * Plain characters for digits of all scripts, wide signs, typographic spaces and invisible marks; null until needed.
- */
+/** Plain characters for digits of all scripts, wide signs, typographic spaces, invisible marks; null until needed. */
 let lookAlikes: ReadonlyMap<string, string> | null = null;
 
 function withoutLookAlikes(text: string): string {
@@ -66,9 +64,7 @@ function withoutLookAlikes(text: string): string {
 const SYMBOLS_IN_A_ROW = pattern("symbols_in_a_row", "g");
 const SIGNED_SYMBOL = pattern("signed_symbol", "g");
 
-/**
- * Shorten + a1 - a1 + a1 … by counting equal terms; the first and last stay, as they may belong to their neighbours.
- */
+/** Shorten + a1 - a1 + a1 … by counting equal terms; the first and last may belong to their neighbours, and stay. */
 function countTerms(row: string, known: ReadonlySet<string>): string {
   const terms = [...row.matchAll(SIGNED_SYMBOL)].map(([, sign = "", symbol = ""]) => ({ sign, symbol }));
   const inner = terms.slice(1, -1);

@@ -21,6 +21,8 @@ import {
   type Node,
   node,
   errorAt,
+  hasNameOf,
+  isListOrSet,
   ParseError,
   rebuild,
   replaceName,
@@ -116,11 +118,9 @@ class Parser {
     if (this.currentToken().kind === "end") throw new ParseError("read.nothing");
     this.skipLambda();
     const parsed = this.parseAnswer();
-    const asList = (top: Node, args: readonly Node[]): Node => ({
-      ...top,
-      args,
-      kind: top.kind === "set" ? "list" : top.kind,
-    });
+    const asList = (top: Node, args: readonly Node[]): Node => {
+      return { ...top, args, kind: top.kind === "set" ? "list" : top.kind };
+    };
     const tree = this.bracesAreLists ? rebuild(parsed, asList) : parsed;
     const isMetre = !this.known.has(METRE) && this.tokens.some(({ text }) => text === METRE);
     return carryOutProducts(isMetre ? withoutMetres(tree) : tree);
@@ -255,7 +255,7 @@ class Parser {
   /** Return whether a term is a condition on a symbol of the problem; x = 1 only names an entry. */
   private isCondition({ kind, args }: Node): boolean {
     if (kind === "and" || kind === "or") return args.every((arg) => this.isCondition(arg));
-    return (kind === "eq" || kind === "in") && [...namesIn(args[0] as Node)].some((symbol) => this.known.has(symbol));
+    return (kind === "eq" || kind === "in") && hasNameOf(args[0] as Node, this.known);
   }
 
   /** Parse "A, and B" as "A and B" if B is a condition; other commas make it ambiguous. */
@@ -334,8 +334,9 @@ class Parser {
     if (this.textAhead(-1) === "%" && isNumber) throw this.errorHere("read.percent");
     const step = node("*", name(VOCABULARY.whole_numbers[0] as string), this.parseSum());
     if (hasBracket) this.expect(")");
-    const isCollection = value.kind === "list" || value.kind === "set";
-    return isCollection ? node(value.kind, ...value.args.map((part) => node("+", part, step))) : node("+", value, step);
+    return isListOrSet(value)
+      ? node(value.kind, ...value.args.map((part) => node("+", part, step)))
+      : node("+", value, step);
   }
 
   /** Parse terms with +, - or ± between them. */
@@ -435,14 +436,10 @@ class Parser {
       if (depth < 0 || (depth === 0 && (NEVER_BETWEEN_BARS.has(text) || OPERATOR_WORDS.has(text)))) return false;
       hasSymbol ||= kind === "name" && !beginsWithConstant(text);
     }
-    const [bar, first, last, close] = [
-      this.currentToken(),
-      this.tokens[this.position + 1],
-      this.tokens[end - 1],
-      this.tokens[end],
-    ];
-    if (!first || !last || close?.kind === "end" || !hasSymbol) return false;
-    const isWithoutSpaces = first.start === bar.start + 1 && last.start + last.text.length === close?.start;
+    const [first, last, close] = [this.position + 1, end - 1, end].map((i) => this.tokens[i]) as [Token, Token, Token];
+    if (close.kind === "end" || !hasSymbol) return false;
+    const isWithoutSpaces =
+      first.start === this.currentToken().start + 1 && last.start + last.text.length === close.start;
     const nextToken = this.tokens[end + 1] as Token;
     return isWithoutSpaces || nextToken.kind === "end" || AFTER_BAR.has(nextToken.text);
   }
@@ -474,9 +471,7 @@ class Parser {
     return node("list", ...rows, row);
   }
 
-  /**
-   * Return whether the name here is a unit of the number before, as in 0.25 rad or 25 cm * a1. metres.ts decides on m.
-   */
+  /** Return whether the name here is a unit of the number before, as in 0.25 rad or 25 cm * a1; metres.ts handles m. */
   private isUnit(): boolean {
     const { kind, text } = this.currentToken();
     const isName = kind === "name" && UNITS.has(text) && !this.known.has(text);
@@ -831,11 +826,6 @@ function numberOf(text: string): Node {
   }
   const isDecimal = mantissa.includes(".") || exponent !== "";
   const digits = mantissa.replace(".", "").replace(/^0+/, "").replace(/0+$/, "").length;
-  return {
-    kind: isDecimal ? "decimal" : "number",
-    args: [],
-    text,
-    value: Number(text),
-    digits: isDecimal ? digits : 0,
-  };
+  const number = { ...node(isDecimal ? "decimal" : "number"), text, value: Number(text) };
+  return { ...number, digits: isDecimal ? digits : 0 };
 }

@@ -111,29 +111,40 @@ export function anyNode(tree: Node, passes: (node: Node) => boolean): boolean {
   return false;
 }
 
-/** Return the names in a tree, without constants. */
-export function namesIn(tree: Node): Set<string> {
-  const names = new Set<string>();
-  anyNode(tree, ({ kind, text }) => {
-    if (kind === "name") names.add(text);
+/** Call a function with each node of a tree. */
+export function visitNodes(tree: Node, visit: (node: Node) => void): void {
+  anyNode(tree, (node) => {
+    visit(node);
     return false;
   });
+}
+
+/** Return the names in trees, without constants. */
+export function namesIn(...trees: readonly Node[]): Set<string> {
+  const names = new Set<string>();
+  for (const tree of trees) visitNodes(tree, ({ kind, text }) => kind === "name" && names.add(text));
   for (const constant of CONSTANTS) names.delete(constant);
   return names;
 }
 
+/** Return whether a tree contains no names, or only those of constants. */
+export const isConstant = (tree: Node): boolean => namesIn(tree).size === 0;
+
+/** Return whether a tree contains one of some names. */
+export const hasNameOf = (tree: Node, names: { readonly has: (name: string) => boolean }): boolean =>
+  anyNode(tree, ({ kind, text }) => kind === "name" && names.has(text));
+
 /** Return the number of significant digits of the longest decimal in a tree; 0 without one. */
 export function digitsOfDecimals(tree: Node): number {
   let maxDigits = 0;
-  anyNode(tree, ({ digits }) => {
-    maxDigits = Math.max(maxDigits, digits);
-    return false;
-  });
+  visitNodes(tree, ({ digits }) => (maxDigits = Math.max(maxDigits, digits)));
   return maxDigits;
 }
 
 /** Return whether a tree contains a blank: a placeholder that the student did not replace. */
 export const hasBlank = (tree: Node): boolean => anyNode(tree, ({ kind }) => kind === "blank");
+
+export const isListOrSet = (tree: Node | undefined): boolean => tree?.kind === "list" || tree?.kind === "set";
 
 export type Rows = readonly (readonly Node[])[];
 

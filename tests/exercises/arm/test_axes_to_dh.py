@@ -82,7 +82,7 @@ def test_symbolic_points_on_parallel_axes_give_no_roots(seed: int) -> None:
         assert sp.simplify((home.point - axis.point).cross(axis.direction)).is_zero_matrix
         assert not any(map(_has_symbolic_root, home.point))
     assert (home_point - point).applyfunc(sp.expand).is_zero_matrix
-    assert not any(map(_has_symbolic_root, (*derive(chain).position, *derive(chain).geometric)))
+    assert not any(map(_has_symbolic_root, (*derive(chain).position, *derive(chain).geometric_jacobian)))
     q = np.array([stream.uniform(-2, 2) for _ in axes])
     lengths = {A1: 0.7, A2: 0.3, h: 0.45}
     at = {**lengths, **dict(zip(chain.q, q, strict=True))}

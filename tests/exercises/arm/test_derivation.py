@@ -67,7 +67,7 @@ CHAPTER: dict[str, tuple[Chain, Callable[[Derivation], object], str]] = {
     "6.4 p*_1": (TWO, lambda d: d.p_star[:, 1], "[a2*c12, a2*s12, 0]"),
     "6.4 z": (TWO, lambda d: d.z, "[[0, 0], [0, 0], [1, 1]]"),
     "6.4 J": (
-        TWO, lambda d: d.geometric,
+        TWO, lambda d: d.geometric_jacobian,
         "[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12, a2*c12], [0, 0], [0, 0], [0, 0], [1, 1]]",
     ),
     "6.4 frame 1": (TWO, lambda d: d.twist(d.link_jacobian(1)), "[-a1*s1*qd1, a1*c1*qd1, 0, 0, 0, qd1]"),
@@ -106,7 +106,7 @@ def domain_of(arm: Any) -> Domain:
 def test_jacobian_agrees_with_the_textbook(name: str, textbook_arms: Mapping[str, Any]) -> None:
     arm = textbook_arms[name]
     at_tip = Chain(name, arm.chain.joints, ("vx",))
-    ours = [parse_formula(str(entry)) for entry in derive(at_tip).geometric]
+    ours = [parse_formula(str(entry)) for entry in derive(at_tip).geometric_jacobian]
     theirs = [parse_formula(entry) for row in arm.record["J_full_base_tip"] for entry in row]
     assert all(compare_entries(ours, theirs, domain_of(arm), name).is_correct)
 

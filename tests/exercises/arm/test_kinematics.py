@@ -15,7 +15,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.verify.numeric_reference import choose_random_configurations, compute_exponential_jacobian
+from qdot.exercises.verify.numeric_model import choose_random_configurations, compute_exponential_jacobian
 from tests.support.suites import select_for_suite
 
 T1, T2, A1, A2 = sp.symbols("theta1 theta2 a1 a2")
@@ -113,11 +113,11 @@ def test_symbolic_and_numeric_kinematics_agree(chain: Chain, seed: int) -> None:
         np.testing.assert_allclose(evaluate_matrix(to_sympy_matrix(rotation), chain, q), poses[i, :3, :3], atol=1e-12)
         np.testing.assert_allclose(evaluate_matrix(frame.origin, chain, q)[:, 0], poses[i, :3, 3], atol=1e-12)
     np.testing.assert_allclose(evaluate_matrix(point, chain, q)[:, 0], arm.point(q), atol=1e-12)
-    propagated = to_sympy_matrix(np.concatenate([propagate_linear_rows(stages), stages["angular"]]))
+    propagated = to_sympy_matrix(np.concatenate([propagate_linear_rows(stages), stages["angular rows"]]))
     np.testing.assert_allclose(evaluate_matrix(propagated, chain, q), jacobian, atol=1e-12)
     np.testing.assert_allclose(evaluate_matrix(point.jacobian(chain.q), chain, q), jacobian[:3], atol=1e-12)
     for i in range(chain.n):
-        p_star = evaluate_matrix(to_sympy_matrix(stages["p*"][i]), chain, q)[:, 0]
+        p_star = evaluate_matrix(to_sympy_matrix(stages["vectors to point"][i]), chain, q)[:, 0]
         np.testing.assert_allclose(p_star, arm.point(q) - poses[i, :3, 3], atol=1e-12)
 
 

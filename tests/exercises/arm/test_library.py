@@ -184,7 +184,10 @@ def test_derivation_of_robot_agrees_with_its_model(name: str) -> None:
         _evaluate_matrix(derivation.position, values)[:, 0], pose[:3, 3] + offset, rtol=0, atol=tolerance
     )
     assert np.allclose(
-        _evaluate_matrix(derivation.geometric, values), shift_jacobian(jacobian, offset), rtol=0, atol=tolerance
+        _evaluate_matrix(derivation.geometric_jacobian, values),
+        shift_jacobian(jacobian, offset),
+        rtol=0,
+        atol=tolerance,
     )
 
 

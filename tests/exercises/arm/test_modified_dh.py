@@ -20,7 +20,7 @@ from qdot.exercises.figure.pose import compute_skeleton, make_drawable_chain
 from qdot.exercises.generation import generate, list_questions_of_family, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.verify.certificate import certify
-from qdot.exercises.verify.numeric_reference import compute_modified_frames
+from qdot.exercises.verify.numeric_model import compute_modified_frames
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solutions, write_statement
 from tests.support.suites import few_families, on_families, select_for_suite
 

@@ -101,7 +101,7 @@ def _solve(name: str) -> Solution:
 
 
 def _compute_geometric_jacobian(arm: Arm, values: Values) -> np.ndarray:
-    return _evaluate_matrix(derive(_get_chain(arm)).geometric, values)
+    return _evaluate_matrix(derive(_get_chain(arm)).geometric_jacobian, values)
 
 
 # --- numeric values ---
@@ -408,7 +408,9 @@ def test_singular_set_agrees_with_the_book(arm: Arm) -> None:
 def test_displayed_singularities_and_kinds_agree_with_the_book(arm: Arm) -> None:
     """A kind is boundary if some configurations are: an arm with an offset, stretched over its base, is not."""
     chain = _get_chain(arm)
-    components = {_format_component(component): component.kind for component in _solve(arm.name).singular or ()}
+    components = {
+        _format_component(component): component.classification for component in _solve(arm.name).singular or ()
+    }
     assert_same_set(chain, read_pieces(chain, components), _list_singular_conditions(arm))
     for text, kind in arm.entry.get("kinds", {}).items():
         (classification,) = (

@@ -23,7 +23,7 @@ def describe_singular_set(name: str) -> tuple[str, ...]:
     components = solve(chain).singular or ()
     if any(len(condition.args) > MOST_TERMS for component in components for condition in component.conditions):
         return ()
-    return tuple(convention_of(chain).rename_origins(component.kind.meaning) for component in components)
+    return tuple(convention_of(chain).rename_origins(component.classification.meaning) for component in components)
 
 
 def test_every_robot_has_a_row_and_a_description() -> None:

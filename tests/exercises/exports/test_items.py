@@ -21,7 +21,7 @@ from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
 from qdot.exercises.reference_answers import Number
-from qdot.exercises.verify.numeric_reference import compute_exponential_jacobian
+from qdot.exercises.verify.numeric_model import compute_exponential_jacobian
 from tests.support.problems import get_problem
 from tests.support.submitting import make_class
 from tests.support.suites import select_for_suite

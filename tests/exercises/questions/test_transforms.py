@@ -82,7 +82,9 @@ def test_tool_jacobian_is_the_rotated_geometric_jacobian(family: str) -> None:
     jacobian = part.answer_as(Matrix).reference
     derivation = derive(problem.chain)
     turn = sp.diag(derivation.rotations[-1].T, derivation.rotations[-1].T)
-    assert max(abs(entry) for entry in evaluate_matrix(sp.Matrix(turn * derivation.geometric - jacobian))) < 1e-12
+    assert (
+        max(abs(entry) for entry in evaluate_matrix(sp.Matrix(turn * derivation.geometric_jacobian - jacobian))) < 1e-12
+    )
     assert problem.chain.q[0] not in jacobian.free_symbols
     assert not jacobian.free_symbols & set().union(*(v.free_symbols for v in problem.chain.base.position))
     for i, seen in enumerate(part.details_as(ToolJacobianDetails).columns):

@@ -105,7 +105,7 @@ def test_textbook_kinds(name: str, number: int, textbook_arms: Mapping[str, Any]
     part = arm.record["singular_set"][number]
     condition = " and ".join(f"({text.removesuffix(' = 0')}) = 0" for text in part["conditions"])
     found = classify_conditions(arm.chain, (condition,))
-    assert (found.kind, found.uniform) == expected(part["classification"])
+    assert (found.kind, found.is_uniform) == expected(part["classification"])
 
 
 def test_the_roles_of_an_arms_symbols() -> None:
@@ -170,7 +170,7 @@ def test_every_singularity_of_a_random_arm_looks_like_something(size: int) -> No
 def test_one_joint_is_at_the_boundary_where_it_goes_no_farther() -> None:
     chain = Chain("one", (Joint("R", sp.Symbol("theta1"), 0, sp.Symbol("a1"), 0),), ("vx",))
     kind = classify(chain, (find_singular_set(chain) or ())[0])
-    assert (kind.kind, kind.uniform) == ("boundary", True)
+    assert (kind.kind, kind.is_uniform) == ("boundary", True)
 
 
 def test_the_tool_may_be_the_only_length_of_an_arm() -> None:
@@ -178,7 +178,7 @@ def test_the_tool_may_be_the_only_length_of_an_arm() -> None:
     chain = sample_chain(ProblemId("random-2", 10033).with_variation("full"))
     assert all(joint.a == 0 and not joint.d.free_symbols for joint in chain.joints)
     kinds = [classify(chain, component) for component in find_singular_set(chain) or ()]
-    assert sorted((kind.kind, kind.uniform) for kind in kinds) == [("boundary", True), ("internal", True)]
+    assert sorted((kind.kind, kind.is_uniform) for kind in kinds) == [("boundary", True), ("internal", True)]
 
 
 def test_the_wrist_of_a_stanford_arm_in_one_line_is_no_boundary() -> None:
@@ -186,7 +186,7 @@ def test_the_wrist_of_a_stanford_arm_in_one_line_is_no_boundary() -> None:
     chain = sample_chain(ProblemId("stanford-6r", 2))
     kinds = {one.list_pieces()[0]: classify(chain, one) for one in find_singular_set(chain) or ()}
     assert [kind.kind for kind in kinds.values()] == ["boundary", "boundary", "internal"]
-    assert list(kinds)[2] == "theta5 = pi/2" and kinds["theta5 = pi/2"].uniform
+    assert list(kinds)[2] == "theta5 = pi/2" and kinds["theta5 = pi/2"].is_uniform
 
 
 def test_a_slide_far_out_may_be_at_the_boundary_where_it_is_not_drawn_in() -> None:
@@ -199,4 +199,4 @@ def test_a_slide_far_out_may_be_at_the_boundary_where_it_is_not_drawn_in() -> No
         Joint("P", quarter, "d4", 0, quarter),
     )
     kind = classify_conditions(Chain("far out", rows, VELOCITY_NAMES[:3]), ("theta2 = pi and d4 = -sqrt(2)*a3",))
-    assert (kind.kind, kind.uniform) == ("boundary", False)
+    assert (kind.kind, kind.is_uniform) == ("boundary", False)

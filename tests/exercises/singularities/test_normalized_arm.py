@@ -124,7 +124,7 @@ def test_what_is_told_of_a_structure_holds_for_the_arm(problem: Problem) -> None
                 statement_holds(problem.chain, kind.meaning, sample)
                 for sample in sample_component(problem.chain, component)
             )
-            assert not (kind.uniform and own.uniform) or kind.kind == own.kind
+            assert not (kind.is_uniform and own.is_uniform) or kind.kind == own.kind
 
 
 def test_arms_with_special_lengths_are_looked_at_by_themselves() -> None:

@@ -120,7 +120,7 @@ def test_determinant_is_the_textbooks_up_to_sign(name: str, folder: Path) -> Non
 def test_geometric_jacobian_at_the_tip_is_the_textbooks(name: str, folder: Path) -> None:
     chain = _chain(name, folder)
     values = _values(chain, 1)
-    ours = np.array(derive(chain).geometric.xreplace(values).tolist(), dtype=float)
+    ours = np.array(derive(chain).geometric_jacobian.xreplace(values).tolist(), dtype=float)
     theirs = np.array([[_number(entry, values) for entry in row] for row in _arm(name)["J_full_base_tip"]])
     assert np.allclose(ours, theirs)
 

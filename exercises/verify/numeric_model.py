@@ -68,7 +68,7 @@ class NumericModel:
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self.chain = problem, problem.chain
-        self.rng = Stream(f"verify/{problem.id.engine}/{problem.id}")
+        self.rng = Stream(f"verify/{problem.id.stream_name}")
         self.task_rows = self.chain.task_rows
         self.symbol_names, self._trees = frozenset(problem.symbols), dict[str, Node]()
         self.lengths = [choose_random_lengths(self.chain, self.rng) for _ in range(ARM_COUNT)]
@@ -295,7 +295,7 @@ def compute_exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray
     S_i = (v, w). For a revolute joint, w = z and v = o x z, where z is the axis and o a point on the axis. For a
     prismatic joint, w = 0 and v = z. The pose of the body is exp(S_1 q_1) ... exp(S_n q_n) M. Column i of the space
     Jacobian is S_i transformed by the exponentials before it. The returned Jacobian is in the world frame, with the
-    linear part first, as in (6.6).
+    linear part first, as in (6.6) of the chapter.
     """
     home = arm.frames(np.zeros(q.shape[-1]))
     z, origins, point = home[:-1, :3, 2], home[:-1, :3, 3], arm.point_of(home)
