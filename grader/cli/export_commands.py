@@ -150,7 +150,7 @@ def return_pages(
     ] = "",
     out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Folder. Default: DIR/returned/NAME.")] = None,
 ) -> None:
-    """Pack the feedback pages as a platform takes them back, with the marks beside them.
+    """Pack the feedback pages as a platform takes them back.
 
     For Moodle, Canvas and Brightspace, writes a zip that gives each student their page, named as in the platform's
     download of the submissions, and the table of marks that the platform imports. Give the same download that was
