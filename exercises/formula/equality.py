@@ -133,7 +133,7 @@ class Rounding:
         allowed_error = max(self.relative * 10.0**exponent, self.absolute)
         if allowed_error == 0:
             return MAX_DIGITS
-        return exponent + 1 + math.ceil(-math.log10(2 * allowed_error) - 1e-9)
+        return exponent + 1 + math.ceil(-math.log10(2 * allowed_error) - 1e-9)  # 1e-9: the error of the logarithm
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,10 @@ _REMARKS_ON_TYPING = (
     (r",? typed in quotes(?:, for example `[^`]+`)?", ""),
     (r" letters in quotes in the order of the joints, for example `[^`]+`", " letters in the order of the joints"),
     (r"These examples, for another arm, show the accepted forms: .*?(?=Conditions in a list)", ""),
-    (r"Conditions in a list are alternatives", "Join conditions that must hold together with “and”; write each alternative on a line of its own"),
+    (
+        r"Conditions in a list are alternatives",
+        "Join conditions that must hold together with “and”; write each alternative on a line of its own",
+    ),
     (r"a text in your own words\. A person marks it\.", "a text in your own words."),
     (r"in your answers, use radians", "in answers that are formulas, use radians"),
 )
