@@ -21,9 +21,9 @@ from qdot.exercises.writing.line_breaking import fill_lines
 from qdot.exercises.writing.shortening import multiply_numbers
 
 _FUNCTIONS = {
-    **{getattr(sp, name): Layout("word", name) for name in ("sin", "cos", "tan", "exp")},
-    **{getattr(sp, f"a{name}"): Layout("word", f"arc{name}") for name in ("sin", "cos", "tan")},
-    **{getattr(sp, name): Layout("text", name) for name in ("atan2", "sign")}, sp.log: Layout("word", "ln"),
+    **{getattr(sp, name): Layout("function", name) for name in ("sin", "cos", "tan", "exp")},
+    **{getattr(sp, f"a{name}"): Layout("function", f"arc{name}") for name in ("sin", "cos", "tan")},
+    **{getattr(sp, name): Layout("text", name) for name in ("atan2", "sign")}, sp.log: Layout("function", "ln"),
 }  # fmt: skip
 _TALL = frozenset(("frac", "root"))
 """Kinds of pieces around which brackets grow; a small fraction fits into brackets of normal height."""

@@ -25,8 +25,8 @@ _RELATION, _SUM, _PRODUCT, _FACTOR, _ATOM = range(5)
 """How strongly an operand binds, from weak to strong. Only an atom needs no brackets as the base of a power."""
 
 _FUNCTIONS = {
-    "asin": Layout("word", "arcsin"), "acos": Layout("word", "arccos"), "atan": Layout("word", "arctan"),
-    "acot": Layout("text", "arccot"), "log": Layout("word", "ln"), "atan2": Layout("text", "atan2"),
+    "asin": Layout("function", "arcsin"), "acos": Layout("function", "arccos"), "atan": Layout("function", "arctan"),
+    "acot": Layout("text", "arccot"), "log": Layout("function", "ln"), "atan2": Layout("text", "atan2"),
     "sign": Layout("text", "sign"),
 }  # fmt: skip
 _CONSTANTS = {"pi": "π", "E": "e", "I": "i"}
@@ -161,7 +161,7 @@ class _Typesetter:
             return _Operand((Layout("root", "sqrt", (row(*arguments),)),), _FACTOR)
         if word == "abs":
             return _Operand((layout.fence("||", arguments),), _ATOM)
-        function_name = _FUNCTIONS.get(word) or Layout("word", word)
+        function_name = _FUNCTIONS.get(word) or Layout("function", word)
         function_name = script(function_name, layout.EMPTY, superscript) if superscript.inner else function_name
         return _Operand((function_name, *layout.bracket(arguments, _TALL)), _FACTOR)
 
