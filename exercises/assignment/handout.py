@@ -17,7 +17,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.release import is_released, notebook_path
 from qdot.exercises.common.errors import QdotError, list_first
 from qdot.exercises.common.files import make_zip, write_atomically
-from qdot.exercises.common.input_file import csv_text, parse_csv_rows, read_table_text
+from qdot.exercises.common.input_file import format_csv, parse_csv_rows, read_table_text
 from qdot.exercises.writing.render import render
 
 INDEX_FILE = "index.csv"
@@ -48,7 +48,7 @@ def make_index_csv(assignment: Assignment) -> str:
     """Return the table of the released notebooks: student, name, e-mail address and file."""
     released = [student for student in assignment.roster if notebook_path(assignment, student.id).exists()]
     rows = [[s.id, s.name, s.email, f"{s.id}/{assignment.key}.ipynb"] for s in released]
-    return csv_text([["student", "name", "email", "file"], *rows])
+    return format_csv([["student", "name", "email", "file"], *rows])
 
 
 def make_file_name(student: Student) -> str:
@@ -82,7 +82,7 @@ def write_folders(assignment: Assignment, out: Path) -> Handout:
         write_atomically(out / names[student], notebook, is_synced=False)
     rows = [[s.id, s.name, s.email, names[s.id]] for s in assignment.roster]
     table_path = out / INDEX_FILE
-    write_atomically(table_path, csv_text([["student", "name", "email", "file"], *rows]))
+    write_atomically(table_path, format_csv([["student", "name", "email", "file"], *rows]))
     return Handout(out, table_path)
 
 
@@ -111,7 +111,7 @@ def write_links(assignment: Assignment, out: Path, address: str) -> Handout:
     beginning = f"{address.rstrip('/')}/" if address else ""
     rows = [[s.name, s.email, s.id, f"{beginning}{tokens[s.id]}/"] for s in assignment.roster]
     table_path = out / "mail-merge.csv"
-    write_atomically(table_path, csv_text([["name", "email", "student", "link"], *rows]), 0o600)
+    write_atomically(table_path, format_csv([["name", "email", "student", "link"], *rows]), 0o600)
     return Handout(public, table_path)
 
 
@@ -139,7 +139,7 @@ def write_moodle_zip(assignment: Assignment, out: Path, worksheet: Path) -> Hand
     zip_path, table_path = out / "moodle-notebooks.zip", out / INDEX_FILE
     rows = [[s.id, s.name, s.email, folders[s.id]] for s in assignment.roster]
     write_atomically(zip_path, make_zip(files))
-    write_atomically(table_path, csv_text([["student", "name", "email", "folder"], *rows]), 0o600)
+    write_atomically(table_path, format_csv([["student", "name", "email", "folder"], *rows]), 0o600)
     return Handout(zip_path, table_path)
 
 

@@ -210,7 +210,7 @@ def make_brightspace_csv(assignment: Assignment, results: Sequence[Result]) -> s
     for result in filter(is_marked, results):
         identity = [cells_by_student[result.student].get(name, "") for name in columns.values()] or [result.student]
         rows.append([*_escape_cells(identity), format_points(result.score), "#"])
-    return csv_text(rows)
+    return format_csv(rows)
 
 
 # --- all ---

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Student
-from qdot.exercises.common.input_file import csv_text
+from qdot.exercises.common.input_file import format_csv
 from qdot.exercises.exports.export_format import ExportedFile
 from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberField, NumberForm, QuizItem, make_items
 from qdot.exercises.exports.moodle import NONZERO_WEIGHT, ZERO_WEIGHT, export_moodle
@@ -261,7 +261,7 @@ def _check_handing_out_and_return(counts: Counts, software: Path, folder: Path) 
     course = call_moodle(software, FEEDBACK_SCRIPT, students=people, download="")
     rows = [[f"Participant {course['numbers'][s.email]}", s.name, s.email, "No submission"] for s in students]
     worksheet = folder / "worksheet.csv"
-    worksheet.write_text(csv_text([["Identifier", "Full name", "Email address", "Status"], *rows]), encoding="utf-8")
+    worksheet.write_text(format_csv([["Identifier", "Full name", "Email address", "Status"], *rows]), encoding="utf-8")
     _run_qdot("release", folder, worksheet, "--to", "moodle")
     notebooks_zip = folder / "handout" / "moodle" / "moodle-notebooks.zip"
     uploaded = call_moodle(software, FEEDBACK_SCRIPT, module=course["module"], feedback=str(notebooks_zip))
