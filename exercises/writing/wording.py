@@ -10,7 +10,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES, Convention
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.standard_table import home_geometry_of
+from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.questions.base import name_velocity_components
 from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.singular_set import ValueCombination
@@ -181,7 +181,7 @@ class Wording:
         pgettext = self.messages.pgettext
         kinds = {"R": pgettext("of a joint", "revolute"), "P": pgettext("of a joint", "prismatic")}
         rows = []
-        for number, axis in enumerate(home_geometry_of(self.chain).axes, 1):
+        for number, axis in enumerate(compute_home_geometry(self.chain).axes, 1):
             name, point = (r"\omega", format_coordinates(axis.point)) if axis.is_revolute else ("v", "")
             direction = ", ".join(map(tex, axis.direction))
             rows.append((kinds[axis.kind], f"{name}_{{{number}}}", f"({direction})", point))
@@ -190,7 +190,7 @@ class Wording:
     @property
     def point_at_home(self) -> str:
         """The position of P at home."""
-        return format_coordinates(home_geometry_of(self.chain).point)
+        return format_coordinates(compute_home_geometry(self.chain).point)
 
     # --- the convention ---
 

@@ -4,12 +4,12 @@ import type { ComponentChildren, JSX } from "preact";
 import { startAnimation } from "../pace.js";
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
+import { prefersReducedMotion } from "../scheduling.js";
 import { say } from "../text/text.js";
 import { Chart } from "./chart.js";
 import { Dotted, jointClass, Letters, plainLetters } from "./letters.js";
 import { type Arm, type Pose } from "./model.js";
 import { limitCrossings, follow, type Journey, pathTo, pointOn, stationOn, suggestTarget } from "./path.js";
-import { useReducedMotion } from "./size.js";
 import { roundToDecimals, roundToDigits } from "./number-format.js";
 import type { Stage, Welding as Welded } from "./stage.js";
 import type { Vec3 } from "./vector.js";
@@ -53,7 +53,7 @@ const FIELDS = [
 
 export function Welding(props: WeldProps): JSX.Element {
   const { arm, weld, journey, place, changeWeld, goTo } = props;
-  const prefersReducedMotion = useReducedMotion();
+  const movesStepwise = prefersReducedMotion();
   const end = journey.stations.at(-1)!.s;
   const [isPlaying, setPlaying] = useClock(place, end, weld.speed, goTo);
   const limits = limitsOf(arm, weld);
@@ -74,8 +74,8 @@ export function Welding(props: WeldProps): JSX.Element {
   return (
     <section class="arm-weld" data-part={tab} aria-label={say("arm.weld.title")}>
       <div class="arm-play">
-        <button type="button" class="arm-main" disabled={end <= 0} onClick={prefersReducedMotion ? stepForward : play}>
-          {say(prefersReducedMotion ? "arm.weld.step" : isPlaying ? "arm.weld.pause" : "arm.weld.play")}
+        <button type="button" class="arm-main" disabled={end <= 0} onClick={movesStepwise ? stepForward : play}>
+          {say(movesStepwise ? "arm.weld.step" : isPlaying ? "arm.weld.pause" : "arm.weld.play")}
         </button>
         <input
           type="range"

@@ -7,7 +7,7 @@ import { numbersText, tableText } from "../read/tables.js";
 import type { Node, Rows } from "../read/tree.js";
 import { asMatrix, CHAIN, chainOf, columnsOf, hasBlank, hasNameOf, inRows, isConstant } from "../read/tree.js";
 import { isListOrSet, listOf, namesIn, node, ParseError, visitNodes } from "../read/tree.js";
-import { table, VOCABULARY, wholePattern } from "../read/vocabulary.js";
+import { respell, wholePattern } from "../read/vocabulary.js";
 import { parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
 
 type Names = readonly string[];
@@ -231,16 +231,13 @@ function orderByLabels(tree: Node, labels: readonly string[], { rows, columns }:
   return tree;
 }
 
-const VELOCITIES = table(VOCABULARY.velocities);
 const POINT_OF_ENTRY = wholePattern("point_of_entry");
 
 /** Return the name of an entry for comparison: x for P_x, p_x, px and x; vx for v_x and x_dot; wx for ω_x. */
 export function labelOf(name: string): string {
-  const joined = name.replaceAll("_", "").toLowerCase();
-  let plain = VELOCITIES.get(joined) ?? joined;
-  for (const [spelled, letter] of Object.entries(VOCABULARY.spelled_letters)) plain = plain.replaceAll(spelled, letter);
-  const entry = POINT_OF_ENTRY.exec(plain)?.[1];
-  return entry ?? (plain.length > 1 && plain.startsWith("p") ? plain.slice(1) : plain);
+  const spelling = respell(name.toLowerCase());
+  const entry = POINT_OF_ENTRY.exec(spelling)?.[1];
+  return entry ?? (spelling.length > 1 && spelling.startsWith("p") ? spelling.slice(1) : spelling);
 }
 
 /** Return whether an answer is empty, or a list of blanks. */

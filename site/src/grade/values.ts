@@ -6,8 +6,17 @@ import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
 import { tableText } from "../read/tables.js";
 import type { Node, Rows } from "../read/tree.js";
-import { anyNode, columnsOf, digitsOfDecimals, hasBlank, isConstant, namesIn, visitNodes } from "../read/tree.js";
-import { table, VOCABULARY } from "../read/vocabulary.js";
+import {
+  anyNode,
+  columnsOf,
+  digitsOfDecimals,
+  hasBlank,
+  isConstant,
+  namesIn,
+  placeOfEntry,
+  visitNodes,
+} from "../read/tree.js";
+import { UNITS } from "../read/vocabulary.js";
 import { inDigits, message, type Message, numberSeparator, say, type TextKey } from "../text/text.js";
 import { shareUpToDeviations, shareOfEntries } from "./credit.js";
 import { entriesOf, isBlank, matrixOf, otherComponent } from "./forms.js";
@@ -26,7 +35,6 @@ const FINGERPRINT_COUNT = 3;
 const NOTICEABLE = 100;
 /** If terms are at most this many times as large as the entry, rounding errors are far below the entry. */
 const MAX_CANCELLATION = 1e4;
-const UNITS = table(VOCABULARY.units);
 const GOLDEN_RATIO = 0.6180339887498949;
 /** Functions with branches: two formulas with them may be equal in one region and differ in another. */
 const BRANCHING = new Set(["sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log"]);
@@ -280,7 +288,7 @@ function describeDifference(
   key: ValuesKey,
   k: number,
 ): Message {
-  const place = { row: Math.floor(i / key.columns) + 1, column: (i % key.columns) + 1 };
+  const place = placeOfEntry(i, key.columns);
   if (!value) return message("verdict.blank", place);
   const expected = key.right[i]?.[k] ?? null;
   const values = {

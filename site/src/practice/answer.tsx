@@ -8,7 +8,7 @@ import type { Part, Problem } from "../bank.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parseAnswer } from "../grade/forms.js";
 import { parse } from "../read/reader.js";
-import { catchParseError } from "../read/tree.js";
+import { catchParseError, placeOfEntry } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
 import { useDebounced } from "../scheduling.js";
 import { textOf, say } from "../text/text.js";
@@ -126,9 +126,7 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: AnswerProp
     changeEntries(pasted);
   };
   const describeEntry = (i: number) =>
-    columns === 1
-      ? say("answer.component", { row: i + 1 })
-      : say("answer.entry", { row: Math.floor(i / columns) + 1, column: (i % columns) + 1 });
+    say(columns === 1 ? "answer.component" : "answer.entry", placeOfEntry(i, columns));
   return (
     <Fields problem={problem} part={part} hasSymbols={part.key.type !== "numbers"}>
       <Grid rows={rows} columns={columns} labels={part.grid} onPaste={pasteMatrix}>

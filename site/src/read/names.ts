@@ -1,7 +1,7 @@
 // Find what a name in an answer means: a symbol, a function, a sine written as s1, or a product of these.
 // The rules of ../../../exercises/formula/names.py; ../../tests/readers.test.ts compares both.
 
-import { compile, LIMITS, escapeSigns, table, VOCABULARY, wholePattern } from "./vocabulary.js";
+import { anyOf, compile, LIMITS, respell, table, VOCABULARY, wholePattern } from "./vocabulary.js";
 
 /** Every function that an expression may call, under each of its names. */
 export const FUNCTIONS = table(VOCABULARY.functions);
@@ -18,7 +18,6 @@ export const MAX_NAME_LENGTH = LIMITS.name;
 const CONSTANTS = table(VOCABULARY.constants);
 const CONSTANT_NAMES = new Set(CONSTANTS.values());
 const LETTERS = table(VOCABULARY.letters);
-const VELOCITIES = table<string>(VOCABULARY.velocities);
 const RATE = wholePattern("rate");
 const SHORTHAND_NAME = wholePattern("shorthand_name");
 /** The symbols that q1, th1 and t1 may mean; the first one that the problem has is used. */
@@ -85,11 +84,8 @@ function conventionalPiece(name: string, known: ReadonlySet<string>): Piece | nu
 
 /** Return the symbol that a name means in another spelling, or the sum of angles that theta12 means; else null. */
 function symbolPiece(name: string, known: ReadonlySet<string>): Piece | null {
-  let spelling = name.replaceAll("_", "");
-  for (const [spelled, letter] of Object.entries(VOCABULARY.spelled_letters))
-    spelling = spelling.replaceAll(spelled, letter);
-  spelling = VELOCITIES.get(spelling) ?? spelling;
-  const symbolName = [spelling, spelling.toLowerCase()].find((spelling) => known.has(spelling));
+  const spelling = respell(name);
+  const symbolName = [spelling, spelling.toLowerCase()].find((candidate) => known.has(candidate));
   if (symbolName !== undefined) return namePiece(symbolName);
   const [, jointName = "", digits = ""] = INDEXED_JOINT.exec(spelling.toLowerCase()) ?? [];
   if (!digits) return null;
@@ -111,9 +107,8 @@ function anglesOf(digits: string, known: ReadonlySet<string>, letter = "theta"):
 /** Return the factors of a name without spaces, as a1c12, costheta1 or a1c; an empty list if a part is unknown. */
 function splitProduct(name: string, known: ReadonlySet<string>): Piece[] {
   if (known.size === 0) return [];
-  const words = [...new Set([...known, ...FUNCTIONS.keys(), "pi"])];
-  words.sort((a, b) => b.length - a.length || (a < b ? -1 : 1));
-  const pattern = compile([...words.map(escapeSigns), VOCABULARY.patterns.shorthand_without_space].join("|"), "gy");
+  const words = anyOf(new Set([...known, ...FUNCTIONS.keys(), "pi"]));
+  const pattern = compile(`${words}|${VOCABULARY.patterns.shorthand_without_space}`, "gy");
   const factors: Piece[] = [];
   let end = 0;
   for (let match = pattern.exec(name); match; match = pattern.exec(name)) {

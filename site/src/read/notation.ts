@@ -3,19 +3,9 @@
 
 import { latexAsText } from "./latex.js";
 import { unitOf } from "./units.js";
-import {
-  compile,
-  lengthOf,
-  LIMITS,
-  escapeSigns,
-  pattern,
-  table,
-  VOCABULARY,
-  wholePattern,
-  withoutSpacesAtEnd,
-} from "./vocabulary.js";
+import { anyOf, compile, escapeSigns, lengthOf, LIMITS, pattern, SUPERSCRIPTS, table } from "./vocabulary.js";
+import { UNITS, VOCABULARY, wholePattern, withoutSpacesAtEnd } from "./vocabulary.js";
 
-const SUPERSCRIPTS = table(VOCABULARY.superscripts);
 const SUPERSCRIPT = compile(`[${[...SUPERSCRIPTS.keys()].join("")}]+`, "g");
 const SIGNS = table(VOCABULARY.signs);
 const RATE_WITH_DOT = pattern("rate_with_dot", "g");
@@ -24,14 +14,10 @@ const DOLLARS = wholePattern("dollars");
 const END_OF_TEXT = pattern("end_of_text");
 
 const { whole_numbers: WHOLE_NUMBERS, before_whole_numbers: BEFORE_WHOLE_NUMBERS } = VOCABULARY;
-const UNITS = table(VOCABULARY.units);
 /** Return a pattern for any of these units, also with spaces around the slash, as in rad / s. */
-const unitsPattern = (units: readonly string[]): string =>
-  [...units]
-    .sort((a, b) => b.length - a.length)
-    .map((unit) => escapeSigns(unit).replace("\\/", " ?/ ?"))
-    .join("|");
-const UNIT_NAMES = unitsPattern([...UNITS.keys()]);
+const unitsPattern = (units: Iterable<string>): string =>
+  anyOf(units, (unit) => escapeSigns(unit).replace("\\/", " ?/ ?"));
+const UNIT_NAMES = unitsPattern(UNITS.keys());
 const UNIT_AT_END = compile(`${VOCABULARY.patterns.before_unit}(${UNIT_NAMES})$`);
 
 /**

@@ -27,7 +27,7 @@ import {
   rebuild,
   replaceName,
 } from "./tree.js";
-import { lengthOf, LIMITS, pattern, table, VOCABULARY, wholePattern } from "./vocabulary.js";
+import { lengthOf, LIMITS, pattern, table, UNITS, VOCABULARY, wholePattern } from "./vocabulary.js";
 
 /** Calls of SymPy, NumPy or Python that are no functions of numbers, with their meanings, such as "set" or "matrix". */
 const CALL_MEANINGS = table(VOCABULARY.call_meanings);
@@ -44,7 +44,6 @@ const SYNONYMS = table<string>(VOCABULARY.synonyms);
 /** Names that a bracket after them multiplies, because nobody defines functions with these names. */
 const BEFORE_BRACKETS = new Set(["pi", "I", ...VOCABULARY.whole_numbers]);
 const MODULO_WORDS = new Set(VOCABULARY.modulo);
-const UNITS = table(VOCABULARY.units);
 const UNIT_OPERATORS = new Set(["/", "^", "**"]);
 /** Before these tokens, a name is a symbol that is a factor, and not a unit at the end of a product. */
 const AFTER_SYMBOL = new Set(["*", "(", ...UNIT_OPERATORS]);

@@ -155,6 +155,12 @@ export const listOf = (rows: Rows): Node => node("list", ...rows.map((row) => no
 export const inRows = <T>(entries: readonly T[], columns: number): T[][] =>
   Array.from({ length: entries.length / columns }, (_, i) => entries.slice(i * columns, (i + 1) * columns));
 
+/** Return the row and the column (from 1) of an entry, given its index row by row (from 0). */
+export const placeOfEntry = (index: number, columns: number): { readonly row: number; readonly column: number } => ({
+  row: Math.floor(index / columns) + 1,
+  column: (index % columns) + 1,
+});
+
 /** Return the columns of rows of equal length. */
 export const columnsOf = <T>(rows: readonly (readonly T[])[]): T[][] =>
   (rows[0] ?? []).map((_, j) => rows.map((row) => row[j] as T));
