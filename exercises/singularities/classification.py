@@ -60,7 +60,7 @@ class Classification:
     meaning: str
 
 
-def domain_of(
+def make_domain(
     chain: Chain, values: Mapping[str, float | np.ndarray] | None = None, prismatic_role: str = "signed"
 ) -> Domain:
     """Return the ranges from which the symbols of an arm are sampled: joints, rates, task velocity and lengths.
@@ -119,14 +119,14 @@ def _sample_piece(
 ) -> list[list[Sample]]:
     """Return up to `samples_per_arm` configurations on a piece of a condition for each arm.
 
-    `lengths` are the lengths (m) of each arm, and `role` is the range of prismatic joints (`domain_of`). The
+    `lengths` are the lengths (m) of each arm, and `role` is the range of prismatic joints (`make_domain`). The
     configurations are computed for all arms at once.
     """
     joints, start_count = [q.name for q in chain.q], 3 * samples_per_arm
     names = [symbol.name for symbol in chain.parameters]
     values_by_name = {name: np.repeat([values[name] for values in lengths], start_count) for name in names}
     values_by_name[_ARM_KEY] = np.repeat(np.arange(len(lengths)), start_count)
-    space = ConfigurationSpace(joints, domain_of(chain, values_by_name, role))
+    space = ConfigurationSpace(joints, make_domain(chain, values_by_name, role))
     sampled_names = {*space.collect_names([[piece]]), _ARM_KEY}
     values = space.sample_piece(piece, sampled_names, stream, count=start_count * len(lengths))
     configurations = np.array([values[joint] for joint in joints]).T

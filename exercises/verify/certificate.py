@@ -12,7 +12,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.standard_table import home_geometry_of
+from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.common.json_form import to_jsonable
 from qdot.exercises.formula.trees import ParseError, find_names
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
@@ -128,7 +128,7 @@ def _check_modified_table(model: NumericModel) -> Checks:
 
 def _check_axes_at_home(model: NumericModel) -> Checks:
     """Check the stated directions of the axes, the points on the axes, and P at home, against the frames at home."""
-    axes, point = home_geometry_of(model.chain)
+    axes, point = compute_home_geometry(model.chain)
     z, origins = model.home_frames[:, :-1, :3, 2], model.home_frames[:, :-1, :3, 3]
     directions = np.stack([model.evaluate_constants(axis.direction) for axis in axes], axis=1)
     yield _check_exactly("axes at home: directions", directions, z)

@@ -42,8 +42,8 @@ def _check_effect(model: NumericModel, part: Part) -> Checks:
     """Check by finite differences that only the correct option is the velocity that one joint causes."""
     answer, effect = part.answer_as(Choice), part.details_as(JointEffectDetails)
     sample, joint = model.sample_at(effect.configuration), effect.joint - 1
-    angular = differentiate_frames(sample.arm.frames, sample.q[None])[0, joint, -1, 3:]
-    velocity = np.array([*differentiate(sample.arm.point, sample.q[None])[0, joint], *angular])
+    angular = differentiate_frames(sample.arm.compute_frames, sample.q[None])[0, joint, -1, 3:]
+    velocity = np.array([*differentiate(sample.arm.compute_point, sample.q[None])[0, joint], *angular])
     expected = velocity[[VELOCITY_NAMES.index(row) for row in effect.rows]]
     errors = [float(np.abs(np.array(parse_vector(option)) - expected).max()) for option in answer.options]
     is_correct = [error < ROUNDING_TOLERANCE for error in errors]

@@ -78,7 +78,7 @@ class GeometryQuantities:
     @cached_property
     def point(self) -> np.ndarray:
         """The position of the point, (3, N)."""
-        return np.concatenate([arm.point(q) for arm, _, q in self.arms]).T
+        return np.concatenate([arm.compute_point(q) for arm, _, q in self.arms]).T
 
     @cached_property
     def jacobian(self) -> np.ndarray:
@@ -90,7 +90,7 @@ class GeometryQuantities:
         """The frames of the arm's convention, (n + 1, 4, 4, N)."""
         is_proximal = convention_of(self.chain).is_proximal
         frames = [
-            compute_modified_frames(self.chain, lengths, q) if is_proximal else arm.frames(q)
+            compute_modified_frames(self.chain, lengths, q) if is_proximal else arm.compute_frames(q)
             for arm, lengths, q in self.arms
         ]
         return np.moveaxis(np.concatenate(frames), 0, -1)

@@ -37,20 +37,20 @@ class LineFollower:
         self.arm = NumericChain(model.chain, {symbol.name: float(value) for symbol, value in line.lengths.items()})
         self.task_rows, self.speed = model.task_rows, float(line.speed)
         self.initial_joints = np.array([float(line.joints[q]) for q in model.chain.q])
-        self.origin = self.arm.point(self.initial_joints)[self.task_rows]
+        self.origin = self.arm.compute_point(self.initial_joints)[self.task_rows]
         displacement = np.array([float(value) for value in line.target.values()]) - self.origin
         self.length = float(np.linalg.norm(displacement))
         self.direction = displacement / self.length
 
     def solve_at(self, q: np.ndarray, s: float) -> np.ndarray:
         """Return the joint values at the distance s, found by Newton's method from q."""
-        frames = self.arm.frames(q)
+        frames = self.arm.compute_frames(q)
         for _ in range(20):
-            error = self.origin + s * self.direction - self.arm.point_of(frames)[self.task_rows]
+            error = self.origin + s * self.direction - self.arm.compute_point_of(frames)[self.task_rows]
             if np.abs(error).max() < 1e-14:
                 break
-            q = q + np.linalg.solve(self.arm.jacobian_of(frames)[self.task_rows], error)
-            frames = self.arm.frames(q)
+            q = q + np.linalg.solve(self.arm.compute_jacobian_of(frames)[self.task_rows], error)
+            frames = self.arm.compute_frames(q)
         return q
 
     def follow(self, distances: np.ndarray) -> np.ndarray:
@@ -61,14 +61,14 @@ class LineFollower:
         q, previous_s = self.initial_joints, 0.0
         configurations = []
         for s in distances:
-            slopes = np.linalg.solve(self.arm.jacobian(q)[self.task_rows], self.direction)
+            slopes = np.linalg.solve(self.arm.compute_jacobian(q)[self.task_rows], self.direction)
             q, previous_s = self.solve_at(q + (s - previous_s) * slopes, s), s
             configurations.append(q)
         return np.array(configurations)
 
     def compute_rates(self, q: np.ndarray) -> np.ndarray:
         """Return the joint rates at the joint values q, which solve a linear system."""
-        return np.asarray(np.linalg.solve(self.arm.jacobian(q)[self.task_rows], self.direction) * self.speed)
+        return np.asarray(np.linalg.solve(self.arm.compute_jacobian(q)[self.task_rows], self.direction) * self.speed)
 
     def compute_rates_by_differences(self, q: np.ndarray, s: float) -> np.ndarray:
         """Return the joint rates at the distance s, found by central differences of the joint values along the line."""
@@ -99,7 +99,9 @@ def _check_one_branch(line: LineFollower, configurations: np.ndarray, s: float, 
     closer_configurations = line.follow(np.linspace(0, s, 4 * STATION_COUNT))
     gap = float(np.abs(closer_configurations[-1] - configurations[-1]).max())
     jump = float(np.abs(np.diff(closer_configurations, axis=0)).max())
-    ratio = float(compute_conditioning_ratios(line.arm.jacobian(closer_configurations)[:, line.task_rows]).min())
+    ratio = float(
+        compute_conditioning_ratios(line.arm.compute_jacobian(closer_configurations)[:, line.task_rows]).min()
+    )
     detail = f"sigma_min/sigma_max at least {ratio:.3f}, steps of the joints at most {jump:.3f}, ends {gap:.1e} apart"
     return Check("on one branch", ratio > min_ratio and jump < 0.2 and gap < 1e-6, detail)
 

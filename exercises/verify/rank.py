@@ -252,7 +252,7 @@ def _meaning_holds(chain: Chain, meaning: Meaning, sample: Sample) -> bool:
         sigma = np.linalg.svd(frames[[joint - 1 for joint in meaning.joints], :3, 2], compute_uv=False)
         return bool(sigma[0] - sigma[-1] < 1e-6)
     if meaning.kind == "level":  # P and all axes, which are parallel, lie in one plane
-        points = np.vstack([frames[: meaning.joints[-1], :3, 3], sample.arm.point(sample.q)])
+        points = np.vstack([frames[: meaning.joints[-1], :3, 3], sample.arm.compute_point(sample.q)])
         return bool(np.linalg.svd(np.vstack([points[1:] - points[0], frames[0, :3, 2]]), compute_uv=False)[-1] < 1e-6)
     if meaning.kind in ("straight", "doubled"):  # three origins are collinear, with b between a and c or not
         a, b, c = frames[first_joint : first_joint + 3, :3, 3]

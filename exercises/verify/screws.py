@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from qdot.exercises.arm.standard_table import home_geometry_of
+from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.screws import DECIMALS, NumericTwistDetails
 from qdot.exercises.verify.formulas import (
@@ -63,7 +63,7 @@ class _BodyKinematics(NamedTuple):
 
 def _compute_body_kinematics(model: NumericModel) -> _BodyKinematics:
     """Return the kinematics by exponentials of the screws of the axes in the problem statement."""
-    axes, point = home_geometry_of(model.chain)
+    axes, point = compute_home_geometry(model.chain)
     motion, columns = np.broadcast_to(np.eye(4), (model.sample_count, 4, 4)), []
     for i, axis in enumerate(axes):
         u, o = model.evaluate_constants(axis.direction), model.evaluate_constants(axis.point)
@@ -124,14 +124,14 @@ def _check_changed_twist(model: NumericModel, part: Part) -> Checks:
     details, chain = part.details_as(NumericTwistDetails), model.chain
     sample = model.sample_at(details.configuration)
     arm, q = sample.arm, sample.q
-    frames, home_frames = arm.frames(q), arm.frames(0 * q)
+    frames, home_frames = arm.compute_frames(q), arm.compute_frames(0 * q)
     pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = frames[-1, :3, :3] @ home_frames[-1, :3, :3].T, arm.point_of(frames)
+    pose[:3, :3], pose[:3, 3] = frames[-1, :3, :3] @ home_frames[-1, :3, :3].T, arm.compute_point_of(frames)
     omega, v = np.split(np.array(details.twist.tolist(), dtype=float), 2)
     twist = _stack_twist(model, omega, v, axis=0)
     expected = _transform_twists(model, pose, twist)[None]
     yield check_agreement("matrix of the twist", list_reference_numbers(part), expected, 1e-8)
-    jacobian = arm.jacobian(q)
+    jacobian = arm.compute_jacobian(q)
     rates = np.array([float(details.rates[rate]) for rate in chain.rates])
     velocity, angular = (pose[:3, :3].T @ (rows @ rates) for rows in (jacobian[:3], jacobian[3:]))
     error = np.abs(_stack_twist(model, angular, velocity) - twist[:, 0]).max()

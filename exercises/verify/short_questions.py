@@ -134,7 +134,7 @@ def _compute_quantity(model: NumericModel, quantity: Quantity, moved_joint: int 
         column = jacobian[:, :, quantity.column]
         return column if quantity.row is None else column[:, [quantity.row]]
     if quantity.row is not None:
-        return model.evaluate_for_each_arm(NumericChain.point, configurations)[:, [quantity.row]]
+        return model.evaluate_for_each_arm(NumericChain.compute_point, configurations)[:, [quantity.row]]
     return np.asarray(np.linalg.det(jacobian)[:, None])
 
 

@@ -27,7 +27,7 @@ from qdot.exercises.questions.singular import (
 )
 from qdot.exercises.reference_answers import Choice, ConditionSet
 from qdot.exercises.singularities.axes import Sample
-from qdot.exercises.singularities.classification import domain_of
+from qdot.exercises.singularities.classification import make_domain
 from qdot.exercises.singularities.normalized_arm import normalize_arm
 from qdot.exercises.singularities.singularity_kinds import RANK_TOLERANCE, classify_samples
 from qdot.exercises.verify.formulas import PartCheck
@@ -81,7 +81,7 @@ def _check_singular_set(model: NumericModel, part: Part) -> Checks:
 
 def _make_space(model: NumericModel, lengths: dict[str, float]) -> ConfigurationSpace:
     """Return the configurations of the arm with the given lengths."""
-    return ConfigurationSpace([q.name for q in model.chain.q], domain_of(model.chain, lengths))
+    return ConfigurationSpace([q.name for q in model.chain.q], make_domain(model.chain, lengths))
 
 
 def _check_soundness(model: NumericModel, texts: Sequence[str], pieces: Sequence[Piece]) -> Checks:
@@ -105,7 +105,7 @@ def _compute_ratios_on_piece(model: NumericModel, piece: Piece, lengths: dict[st
     space = _make_space(model, lengths)
     values = space.sample_piece(piece, space.collect_names([[piece]]), model.rng, count=8)
     q = np.stack([values[q.name] for q in model.chain.q], axis=1)
-    jacobians = NumericChain(model.chain, lengths).jacobian(q)[:, model.task_rows]
+    jacobians = NumericChain(model.chain, lengths).compute_jacobian(q)[:, model.task_rows]
     return [float(ratio) for ratio in compute_conditioning_ratios(jacobians)]
 
 
@@ -121,7 +121,10 @@ def _check_completeness(model: NumericModel, pieces: Sequence[Piece]) -> Check:
         lengths = choose_random_lengths(chain, model.rng) | dict(result.lengths)
         arm = NumericChain(chain, lengths)
         q = result.configurations - np.array(arm.joint_offsets)
-        if len(q) and compute_conditioning_ratios(arm.jacobian(q)[:, model.task_rows]).max() > MAX_SHIFTED_RATIO:
+        if (
+            len(q)
+            and compute_conditioning_ratios(arm.compute_jacobian(q)[:, model.task_rows]).max() > MAX_SHIFTED_RATIO
+        ):
             return Check("complete", False, "J has full rank at a singular configuration of the normalized arm")
         count += len(q)
         for configuration in _find_uncovered_configurations(model, pieces, lengths, q):
@@ -176,7 +179,7 @@ def find_singular_configurations(arm: NumericChain, starts: np.ndarray, task_row
     count, n = q.shape
 
     def compute_matrix(q: np.ndarray) -> np.ndarray:
-        jacobian = arm.jacobian(q)[..., task_rows, :]
+        jacobian = arm.compute_jacobian(q)[..., task_rows, :]
         return np.asarray(jacobian if len(task_rows) <= n else jacobian.swapaxes(-1, -2))
 
     u = np.linalg.svd(compute_matrix(q))[0][..., -1]
@@ -195,7 +198,7 @@ def find_singular_configurations(arm: NumericChain, starts: np.ndarray, task_row
         u /= np.linalg.norm(u, axis=1, keepdims=True)
         if np.abs(step).max() < MIN_STEP:  # quadratic convergence: usually after 7 of the 40 steps
             break
-    return np.asarray(q[compute_conditioning_ratios(arm.jacobian(q)[:, task_rows]) < MAX_SINGULAR_RATIO])
+    return np.asarray(q[compute_conditioning_ratios(arm.compute_jacobian(q)[:, task_rows]) < MAX_SINGULAR_RATIO])
 
 
 def _check_kind(model: NumericModel, part: Part) -> Checks:
@@ -223,7 +226,7 @@ def _check_regular(model: NumericModel, configurations: ConfigurationsOfOneKind)
         # from a quarter to four times the length
         lengths = {name: value * 4 ** model.rng.uniform(-1, 1) for name, value in model.lengths[0].items()}
         q = _compute_joint_values(model.chain, configurations, lengths)
-        jacobian = NumericChain(model.chain, lengths).jacobian(q)[model.task_rows]
+        jacobian = NumericChain(model.chain, lengths).compute_jacobian(q)[model.task_rows]
         signs.add(float(np.sign(np.linalg.det(jacobian))))
     return Check("regular for all lengths", len(signs) == 1, f"signs of det J: {sorted(signs)}")
 

@@ -143,12 +143,12 @@ def _make_position_function(sample: Sample, subject: str) -> PositionFunction:
     The subject is the tool point, the origin of a frame, a point on a joint's axis, or the wrist centre.
     """
     if subject == "the point":
-        return sample.arm.point
+        return sample.arm.compute_point
     if subject == "the wrist centre":
-        return lambda q: _find_nearest_point(sample.arm.frames(q)[..., -4:-1, :, :])
+        return lambda q: _find_nearest_point(sample.arm.compute_frames(q)[..., -4:-1, :, :])
     (number,) = map(int, re.findall(r"\d+", subject))
     frame = number if subject.startswith("the origin") else number - 1
-    return lambda q: sample.arm.frames(q)[..., frame, :3, 3]
+    return lambda q: sample.arm.compute_frames(q)[..., frame, :3, 3]
 
 
 def _find_nearest_point(frames: np.ndarray) -> np.ndarray:
@@ -317,7 +317,7 @@ def _move_along_one_line(clause: _Clause) -> bool:
     """Return whether two joints move the point in parallel directions, by finite differences."""
     sample = clause.sample
     nudges = 1e-5 * np.eye(len(sample.q))[clause.joints]
-    a, b = (sample.arm.point(sample.q + nudges) - sample.arm.point(sample.q - nudges)) / 2e-5
+    a, b = (sample.arm.compute_point(sample.q + nudges) - sample.arm.compute_point(sample.q - nudges)) / 2e-5
     return bool(np.linalg.norm(np.cross(a, b)) < 10 * TOLERANCE * np.linalg.norm(a) * np.linalg.norm(b))
 
 
@@ -325,7 +325,7 @@ def _have_no_effect(clause: _Clause) -> bool:
     """Return whether the joints can move while the stated point or link, or everything in the task, stays at rest."""
     sample, rows = clause.sample, clause.chain.task_rows
     joints = clause.joints or list(range(len(sample.q)))
-    jacobian = sample.arm.jacobian(sample.q)[:, joints]
+    jacobian = sample.arm.compute_jacobian(sample.q)[:, joints]
     _, sigma, motions = np.linalg.svd(jacobian[rows])
     full_rank = min(len(rows), len(joints))
     if len(joints) <= len(rows) and sigma[full_rank - 1] > TOLERANCE * max(float(sigma[0]), 1e-3):
@@ -337,26 +337,26 @@ def _have_no_effect(clause: _Clause) -> bool:
 
 def _move_point_in_line_or_plane(clause: _Clause) -> bool:
     """Return whether all joints together move the point only along one line, or only in one plane."""
-    sigma = np.linalg.svd(clause.sample.arm.jacobian(clause.sample.q)[:3], compute_uv=False)
+    sigma = np.linalg.svd(clause.sample.arm.compute_jacobian(clause.sample.q)[:3], compute_uv=False)
     return bool(sigma[1 if clause.match["line_or_plane"] == "along one line" else 2] < TOLERANCE)
 
 
 def _move_point_in_line_as_seen(clause: _Clause) -> bool:
     """Return whether all joints move the point along one line, as seen along an axis of the world frame."""
     axis_index = "xyz".index(clause.match["axis"])
-    projections = np.delete(clause.sample.arm.jacobian(clause.sample.q)[:3], axis_index, axis=0)
+    projections = np.delete(clause.sample.arm.compute_jacobian(clause.sample.q)[:3], axis_index, axis=0)
     return bool(np.linalg.svd(projections, compute_uv=False)[1] < TOLERANCE)
 
 
 def _no_joint_moves(clause: _Clause) -> bool:
     """Return whether no joint moves the point along, or rotates the last link about, the stated world axes."""
     rows = ["xyz".index(axis) + 3 * ("about" in clause.match[0]) for axis in re.findall("[xyz]", clause.match["axes"])]
-    return bool(np.abs(clause.sample.arm.jacobian(clause.sample.q)[rows]).max() < TOLERANCE)
+    return bool(np.abs(clause.sample.arm.compute_jacobian(clause.sample.q)[rows]).max() < TOLERANCE)
 
 
 def _are_dependent(clause: _Clause) -> bool:
     """Return whether the task Jacobian has less than full rank."""
-    sigma = np.linalg.svd(clause.sample.arm.jacobian(clause.sample.q)[clause.chain.task_rows], compute_uv=False)
+    sigma = np.linalg.svd(clause.sample.arm.compute_jacobian(clause.sample.q)[clause.chain.task_rows], compute_uv=False)
     return bool(sigma[-1] < TOLERANCE * max(float(sigma[0]), 1e-3))
 
 

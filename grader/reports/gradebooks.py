@@ -14,7 +14,7 @@ from qdot.exercises.assignment import gradebook
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.gradebook import MOODLE_COLUMNS, MOODLE_KEYS, POINTS_ROW_MARKER, Gradebook
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.input_file import csv_text
+from qdot.exercises.common.input_file import format_csv
 from qdot.grader.grading.result import Result
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.grades_table import escape_formula, find_work_status, is_marked
@@ -73,7 +73,7 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
         is_excused = student.previous_mark.strip().upper() == EXCUSED
         mark = format_points(result.score) if is_marked(result) else ""
         rows.append([*_escape_cells(student.identity_cells), EXCUSED if is_excused else mark])
-    return csv_text(rows)
+    return format_csv(rows)
 
 
 class CanvasStudent(NamedTuple):
@@ -155,7 +155,7 @@ def make_moodle_csv(assignment: Assignment, results: Sequence[Result]) -> str:
         if is_marked(result):
             marks = [format_points(result.score), format_points(result.percent)]
         rows.append([*_escape_cells([cells[index] for _, cells in columns]), *marks[-len(mark_titles) :]])
-    return csv_text(rows)
+    return format_csv(rows)
 
 
 def _list_identifying_columns(assignment: Assignment) -> list[tuple[str, list[str]]]:

@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
 from qdot.exercises.arm.conventions import REGISTRY
-from qdot.exercises.arm.library import robots
+from qdot.exercises.arm.library import list_robots
 from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry
 from qdot.exercises.assignment.expected_forms import ATTEMPT_FORMS, EXPECTED_FORMS, LATE_FORMS, PAPER_FORMS
 from qdot.exercises.chapter import read_errata
@@ -246,7 +246,7 @@ def robots_page() -> str:
     groups: dict[tuple[str, ...], list[str]] = {}
     for name, words in load_singular_words().items():
         groups.setdefault(words, []).append(name)
-    section = render("docs/robots.md.j2", robots=robots().values(), conventions=REGISTRY, groups=groups)
+    section = render("docs/robots.md.j2", robots=list_robots().values(), conventions=REGISTRY, groups=groups)
     return f"{before}{SECTION}{section.rstrip()}\n{end}{rest}"
 
 

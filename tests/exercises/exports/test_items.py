@@ -142,7 +142,7 @@ def _compute_expected(problem: Problem, numeric: NumericPart) -> np.ndarray:
         "inverse-velocity": lambda: np.linalg.solve(jacobian, velocity),
         "twist": lambda: whole @ rates,
         "joint-torques": lambda: jacobian.T @ np.array([values[name] for name in numeric.part.symbols]),
-        "position": lambda: arm.point(q)[["xyz".index(axis) for axis in chain.linear_axes]],
+        "position": lambda: arm.compute_point(q)[["xyz".index(axis) for axis in chain.linear_axes]],
     }
     expected: np.ndarray = np.asarray(kinds[numeric.part.kind]())
     return expected.reshape(numeric.values.shape)

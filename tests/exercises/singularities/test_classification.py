@@ -17,7 +17,7 @@ from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.appearance import describe_appearance
 from qdot.exercises.singularities.axes import Sample
-from qdot.exercises.singularities.classification import classify, classify_conditions, domain_of
+from qdot.exercises.singularities.classification import classify, classify_conditions, make_domain
 from qdot.exercises.singularities.singular_set import Component, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 from tests.support import DATA
@@ -44,7 +44,7 @@ def test_planar_kinds_are_those_of_the_annulus() -> None:
         edges = {sum(lengths), max(0.0, 2 * max(lengths) - sum(lengths))}
         for folds in product((0.0, np.pi), repeat=chain.n - 1):
             q = np.array([0.3, *folds])
-            reach = float(np.linalg.norm(arm.point(q)))
+            reach = float(np.linalg.norm(arm.compute_point(q)))
             on_edge = any(abs(reach - edge) < 1e-9 and edge > 0 for edge in edges)
             assert classify_samples(chain, [Sample(arm, q)])[0] == ("boundary" if on_edge else "internal"), (lengths, q)
         assert classify_samples(chain, [Sample(arm, np.array([0.4, 1.0, 0.7])[: chain.n])]) == ["regular"]
@@ -74,7 +74,7 @@ def test_a_corner_of_the_reach_is_a_boundary_however_blunt(offset: float) -> Non
     chain = Chain("RR from the side", rows, ("vy", "vz"))
     arm = NumericChain(chain, {"d2": offset, "a2": 1.0})
     corners = [Sample(arm, np.array(q)) for q in ((0.0, np.pi / 2), (np.pi, np.pi / 2), (np.pi, -np.pi / 2))]
-    assert np.allclose(arm.jacobian(np.stack([corner.q for corner in corners]))[:, 1:3], 0)
+    assert np.allclose(arm.compute_jacobian(np.stack([corner.q for corner in corners]))[:, 1:3], 0)
     assert classify_samples(chain, corners) == ["boundary"] * 3
 
 
@@ -110,7 +110,7 @@ def test_textbook_kinds(name: str, number: int, textbook_arms: Mapping[str, Any]
 
 def test_the_roles_of_an_arms_symbols() -> None:
     chain = Chain("RP", (Joint("R", "theta1", 0, "a1", "alpha1"), Joint("P", 0, "d2", 0, 0)), ("vx",))
-    roles = domain_of(chain, {"a1": 0.5}).roles
+    roles = make_domain(chain, {"a1": 0.5}).roles
     expected_roles = {"theta1": "angle", "d2": "signed", "qd1": "signed", "vx": "signed", "alpha1": "angle", "a1": 0.5}
     assert {name: roles[name] for name in expected_roles} == expected_roles
 
