@@ -103,8 +103,8 @@ function realOrNaN(entry: Node): number {
 /** Judge a vector that is right if it is the reference times any nonzero factor. */
 export function judgeDirection(answer: string, key: ValuesKey, labels: readonly string[] = []): Verdict {
   if (!answer.trim()) return missing();
-  const known = new Set(key.symbols);
-  const entriesIn = (text: string) => entriesOf(parse(text, known), key, known, labels);
+  const symbols = new Set(key.symbols);
+  const entriesIn = (text: string) => entriesOf(parse(text, symbols), key, symbols, labels);
   const rows = parseRowsOrTable(entriesIn, answer, () => tableText(answer, key.rows, 1));
   if ("outcome" in rows) return rows;
   return rows.flat().some(hasBlank) ? missing() : parseOrVerdict(() => judgeVector(rows.flat(), key));

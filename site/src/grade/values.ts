@@ -48,17 +48,17 @@ type ValuesAt = (k: number) => EntryValues;
 /** Judge a formula, vector or matrix; `labels` name the entries of a vector. */
 export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], columnNames: Names = []): Verdict {
   if (!answer.trim()) return missing();
-  const known = new Set(key.symbols);
+  const symbols = new Set(key.symbols);
   const answerRows =
     key.rows * key.columns === 1
-      ? parseOrVerdict(() => parseFormula(answer, known, labels))
+      ? parseOrVerdict(() => parseFormula(answer, symbols, labels))
       : parseRowsOrTable(
           (text) => {
-            const tree = parse(text, known);
-            const rows = isBlank(tree) ? null : matrixOf(tree, known, labels, key, columnNames);
+            const tree = parse(text, symbols);
+            const rows = isBlank(tree) ? null : matrixOf(tree, symbols, labels, key, columnNames);
             return rows && isTransposed(rows, key)
               ? judgeTransposed(rows, key)
-              : entriesOf(tree, key, known, labels, columnNames);
+              : entriesOf(tree, key, symbols, labels, columnNames);
           },
           answer,
           () => tableText(answer, key.rows, key.columns),
@@ -67,15 +67,15 @@ export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], 
 }
 
 /** Parse an answer of one entry; if a decimal comma makes it a list, as in 0,5, commas are read as points. */
-function parseFormula(answer: string, known: ReadonlySet<string>, labels: readonly string[]): Rows | Verdict {
-  const typed = parse(answer, known);
+function parseFormula(answer: string, symbols: ReadonlySet<string>, labels: readonly string[]): Rows | Verdict {
+  const typed = parse(answer, symbols);
   if (isBlank(typed)) return missing();
   const otherName = otherComponent(typed, labels);
   if (otherName) return wrong("read.component", { other: otherName, asked: labels[0] as string });
-  const tree = rightSide(onlyEntry(rightSide(typed, known, labels)), known, labels);
+  const tree = rightSide(onlyEntry(rightSide(typed, symbols, labels)), symbols, labels);
   const withDecimalPoints = readCommasAsPoints(answer);
   if (tree.kind === "list" && withDecimalPoints !== answer)
-    return parseOrVerdict(() => parseFormula(withDecimalPoints, known, labels));
+    return parseOrVerdict(() => parseFormula(withDecimalPoints, symbols, labels));
   return ["list", "set", "dict"].includes(tree.kind) ? wrong("read.list") : [[tree]];
 }
 

@@ -164,7 +164,7 @@ def test_scorbot_arm_has_the_shoulder_that_the_book_leaves_out(folder: Path) -> 
     assert (elbow["condition"], elbow["solutions"]) == ("sin(theta3)", {"theta3": ["0", "pi"]})
     assert shoulder["condition"] == "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"
     assert (shoulder["solutions"], shoulder["type"], shoulder["uniform"]) == (None, "internal", True)
-    assert "It can hold only if a₁ ≤ a₂ + a₃" in " ".join(solve_to_text(solution.chain, "text").split())
+    assert "This condition can hold only if a₁ ≤ a₂ + a₃" in " ".join(solve_to_text(solution.chain, "text").split())
 
 
 @pytest.mark.parametrize("name", WRITTEN)
@@ -413,7 +413,7 @@ SKEW += ROW % ("theta2", "%s", "%s", 0)
             (('"a1"', '"d2"', '"a2"'), "can hold together only for special lengths", False),
             (("0.2", "0.1", "0.4"), "full rank in every configuration", False),
             # a2^2 = a1^2 + 3 d2^2, so the conditions can hold together
-            (("0.1", "0.1", "0.2"), "In every other configuration at least one minor is not zero", True),
+            (("0.1", "0.1", "0.2"), "In every other configuration, at least one minor is not zero", True),
         ],
         1,
     ),
