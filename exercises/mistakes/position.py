@@ -14,7 +14,7 @@ import sympy as sp
 from qdot.exercises.arm.arithmetic import apply_matrix, matrix_product
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import Change, StageResults, list_links_to_point, rotation_x, rotation_z
-from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator, vary_if
+from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator, join_words, vary_if
 
 LinkVectors = list[np.ndarray]
 
@@ -164,8 +164,8 @@ def _slide_along_world_axes(chain: Chain, _: AnswerShape) -> Iterator[MistakeVar
         return [*slide_vectors, links[-1]]
 
     if 1 < chain.n <= 3 and not chain.revolute_joints:
-        joints = ", ".join(str(k + 1) for k in range(chain.n))
-        yield MistakeVariant({"links": apply_change}, {"joint": joints, "axis": ", ".join("xyz"[: chain.n])})
+        joints, axes = join_words([str(k + 1) for k in range(chain.n)]), join_words("xyz"[: chain.n])
+        yield MistakeVariant({"links": apply_change}, {"joint": joints, "axis": axes})
 
 
 VARIANTS: dict[str, VariantGenerator] = {
