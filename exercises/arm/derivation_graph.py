@@ -29,8 +29,8 @@ from qdot.exercises.arm.arithmetic import (
 )
 from qdot.exercises.arm.chain import REVOLUTE, Chain, HasKind
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.kinematics import frames_and_point
-from qdot.exercises.arm.standard_table import home_geometry_of
+from qdot.exercises.arm.kinematics import compute_frames_and_point
+from qdot.exercises.arm.standard_table import compute_home_geometry
 
 RESULT = "result"
 """The name of the last stage: the answer as the student writes it, (rows, columns, …)."""
@@ -120,7 +120,10 @@ class StageResults:
         """Return the rotation Rz(theta) Rx(alpha) of a row, (3, 3, …); it is cached by the arrays theta and alpha."""
         key = (id(row.theta), id(row.alpha))
         if key not in self._row_rotations:  # the row is stored, too, so that no other arrays get these ids
-            self._row_rotations[key] = (row, matrix_product(rotation_z(self, row.theta), rotation_x(self, row.alpha)))
+            self._row_rotations[key] = (
+                row,
+                matrix_product(make_rotation_z(self, row.theta), make_rotation_x(self, row.alpha)),
+            )
         return self._row_rotations[key][1]
 
     def for_first_joints(self, joint_count: int) -> "StageResults":
@@ -148,7 +151,7 @@ class StageResults:
 
     def stack_symbol_values(self, names: Any) -> np.ndarray:
         """Return symbols with these names, none of them joint variables, as a vector (k, …)."""
-        return np.stack([self.arithmetic.symbol_value(str(name)) for name in names])
+        return np.stack([self.arithmetic.get_symbol_value(str(name)) for name in names])
 
 
 def compute_numeric_stages(chain: Chain, values: Mapping[str, np.ndarray]) -> StageResults:
@@ -176,14 +179,14 @@ def _compute_table(stages: StageResults) -> Table:
     return Table(rows, base_position, convert(base.yaw), convert(base.tilt), point_offset)
 
 
-def rotation_z(stages: StageResults, angle: np.ndarray) -> np.ndarray:
+def make_rotation_z(stages: StageResults, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about z by an angle, (3, 3, …)."""
     c, s = stages.arithmetic.cos(angle), stages.arithmetic.sin(angle)
     zero, unit = angle * 0, angle * 0 + 1
     return _make_matrix(c, -s, zero, s, c, zero, zero, zero, unit)
 
 
-def rotation_x(stages: StageResults, angle: np.ndarray) -> np.ndarray:
+def make_rotation_x(stages: StageResults, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about x by an angle, (3, 3, …)."""
     c, s = stages.arithmetic.cos(angle), stages.arithmetic.sin(angle)
     zero, unit = angle * 0, angle * 0 + 1
@@ -197,7 +200,7 @@ def _make_matrix(*entries: np.ndarray) -> np.ndarray:
 
 def _compute_base_rotation(stages: StageResults) -> np.ndarray:
     table = stages["table"]
-    return matrix_product(rotation_z(stages, table.base_yaw), rotation_x(stages, table.base_tilt))
+    return matrix_product(make_rotation_z(stages, table.base_yaw), make_rotation_x(stages, table.base_tilt))
 
 
 def _compute_rotations(stages: StageResults) -> list[np.ndarray]:
@@ -216,7 +219,7 @@ def _compute_local_links(stages: StageResults) -> list[np.ndarray]:
 
 def _compute_links(stages: StageResults) -> list[np.ndarray]:
     """Return the vectors of `_compute_local_links` in the world frame."""
-    rotations, local_vectors = stages["rotations"], stages["local links"]
+    rotations, local_vectors = stages["rotations"], stages["local link vectors"]
     vectors = [apply_matrix(rotations[k], local_vectors[k]) for k in range(stages.n)]
     return [*vectors, apply_matrix(rotations[stages.chain.point.frame], local_vectors[stages.n])]
 
@@ -232,18 +235,22 @@ def _stack_without_derivatives(stages: StageResults, vectors: list[np.ndarray]) 
 
 
 def _compute_origins(stages: StageResults) -> np.ndarray:
-    return np.cumsum(_stack_without_derivatives(stages, [stages["table"].base_position, *stages["links"][:-1]]), axis=0)
+    return np.cumsum(
+        _stack_without_derivatives(stages, [stages["table"].base_position, *stages["link vectors"][:-1]]), axis=0
+    )
 
 
 def _compute_point(stages: StageResults) -> np.ndarray:
     base_position = stages.arithmetic.drop_derivatives(stages["table"].base_position)
-    links = _stack_without_derivatives(stages, stages["links"])[list_links_to_point(stages.chain)]
+    links = _stack_without_derivatives(stages, stages["link vectors"])[list_links_to_point(stages.chain)]
     return np.asarray(base_position + links.sum(axis=0))
 
 
 def _compute_link_derivatives(stages: StageResults) -> np.ndarray:
     """Return the derivative of each link vector by each joint variable, (joints n, link vectors n + 1, 3, …)."""
-    derivatives = np.stack([stages.arithmetic.derivatives(link)[: stages.n] for link in stages["links"]], axis=1)
+    derivatives = np.stack(
+        [stages.arithmetic.compute_derivatives(link)[: stages.n] for link in stages["link vectors"]], axis=1
+    )
     # the other link vectors do not lead to P, so the derivatives of P are the sums over all link vectors
     other_links = [k for k in range(stages.n + 1) if k not in list_links_to_point(stages.chain)]
     derivatives[:, other_links] = derivatives[:, other_links] * 0
@@ -263,17 +270,17 @@ def compute_convention_rotation(stages: StageResults, frame: int) -> np.ndarray:
     """Return the rotation of the frame with a number (from 0) in the arm's convention, (3, 3, …)."""
     rotation = stages["rotations"][frame]
     if convention_of(stages.chain).is_proximal and frame:
-        rotation = matrix_product(rotation, rotation_x(stages, -stages["table"].rows[frame - 1].alpha))
+        rotation = matrix_product(rotation, make_rotation_x(stages, -stages["table"].rows[frame - 1].alpha))
     return np.asarray(stages.arithmetic.drop_derivatives(rotation))
 
 
 def propagate_linear_rows(stages: StageResults, _: Any = None) -> np.ndarray:
     """Return the linear rows by propagation, (3, n, …): z x p* for a revolute joint, z for a prismatic joint (6.12).
 
-    The function can be used as a mistake in the stage "linear"; the correct result, its second argument, is ignored.
+    The function can replace the result of the stage "linear rows"; its second argument, this result, is ignored.
     """
     columns = []
-    for i, kind in enumerate(stages["kinds"]):
+    for i, kind in enumerate(stages["joint kinds"]):
         column = stages["cross products"][i] if kind == REVOLUTE else stages["axes"][i]
         columns.append(column if i < stages.chain.point.frame else column * 0)
     return np.stack(columns, axis=1)
@@ -281,7 +288,9 @@ def propagate_linear_rows(stages: StageResults, _: Any = None) -> np.ndarray:
 
 def _compute_angular_rows(stages: StageResults) -> np.ndarray:
     axes = stages["axes"]
-    return np.stack([axes[i] if kind == REVOLUTE else axes[i] * 0 for i, kind in enumerate(stages["kinds"])], axis=1)
+    return np.stack(
+        [axes[i] if kind == REVOLUTE else axes[i] * 0 for i, kind in enumerate(stages["joint kinds"])], axis=1
+    )
 
 
 def _compute_inverse(stages: StageResults) -> np.ndarray:
@@ -346,7 +355,7 @@ def rotate_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
 def _compute_home_screws(stages: StageResults) -> np.ndarray:
     """Return the screws (omega, v) of the joints at home, (6, n, …)."""
     columns = []
-    for axis in home_geometry_of(stages.chain).axes:
+    for axis in compute_home_geometry(stages.chain).axes:
         direction, point = convert_constant_vector(stages, axis.direction), convert_constant_vector(stages, axis.point)
         screw = [direction, -cross(direction, point)] if axis.is_revolute else [0 * direction, direction]
         columns.append(np.concatenate(screw))
@@ -361,7 +370,7 @@ def convert_constant_vector(stages: StageResults, vector: sp.Matrix) -> np.ndarr
 def _compute_space_jacobian(stages: StageResults) -> np.ndarray:
     """Return the space Jacobian, the joints' twists (omega, v) with v at the world's origin, (6, n, …)."""
     columns = []
-    for i, kind in enumerate(stages["kinds"]):
+    for i, kind in enumerate(stages["joint kinds"]):
         z, origin = stages["axes"][i], stages["origins"][i]
         columns.append(np.concatenate([z, cross(origin, z)] if kind == REVOLUTE else [0 * z, z]))
     return np.stack(columns, axis=1)
@@ -372,7 +381,7 @@ def _compute_body_rotation(stages: StageResults) -> np.ndarray:
 
     The body frame moves with the last link. At home it has the directions of the world frame.
     """
-    last_frame = frames_and_point(stages.chain).frames[-1]
+    last_frame = compute_frames_and_point(stages.chain).frames[-1]
     rotation_at_home = last_frame.rotation.xreplace(dict.fromkeys(stages.chain.q, sp.S.Zero))
     transpose_at_home = np.stack([convert_constant_vector(stages, rotation_at_home[:, k]) for k in range(3)])
     return matrix_product(stages.arithmetic.drop_derivatives(stages["rotations"][-1]), transpose_at_home)
@@ -395,45 +404,51 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
     "table": (_compute_table, ()),
     "base rotation": (_compute_base_rotation, ("table",)),
     "rotations": (_compute_rotations, ("table", "base rotation")),
-    "local links": (_compute_local_links, ("table",)),
-    "links": (_compute_links, ("rotations", "local links")),
-    "origins": (_compute_origins, ("links",)),
-    "point": (_compute_point, ("links",)),
-    "link derivatives": (_compute_link_derivatives, ("links",)),
+    "local link vectors": (_compute_local_links, ("table",)),
+    "link vectors": (_compute_links, ("rotations", "local link vectors")),
+    "origins": (_compute_origins, ("link vectors",)),
+    "point": (_compute_point, ("link vectors",)),
+    "link derivatives": (_compute_link_derivatives, ("link vectors",)),
     "axes": (
         lambda stages: _stack_without_derivatives(stages, [rotation[:, 2] for rotation in stages["rotations"]]),
         ("rotations",),
     ),
     "origins on axes": (_compute_origins_on_axes, ("table", "origins", "rotations")),
-    "p*": (lambda stages: stages["point"][None] - stages["origins on axes"], ("point", "origins on axes")),
+    "vectors to point": (
+        lambda stages: stages["point"][None] - stages["origins on axes"],
+        ("point", "origins on axes"),
+    ),
     "last rotation": (lambda stages: compute_convention_rotation(stages, stages.n), ("rotations", "table")),
     "last origin": (lambda stages: stages["origins on axes"][-1], ("origins on axes",)),
-    "kinds": (lambda stages: [row.kind for row in stages["table"].rows], ("table",)),
+    "joint kinds": (lambda stages: [row.kind for row in stages["table"].rows], ("table",)),
     "cross products": (
-        lambda stages: [cross(stages["axes"][i], stages["p*"][i]) for i in range(stages.n)],
-        ("axes", "p*"),
+        lambda stages: [cross(stages["axes"][i], stages["vectors to point"][i]) for i in range(stages.n)],
+        ("axes", "vectors to point"),
     ),
-    "linear": (
+    "linear rows": (
         lambda stages: np.moveaxis(stages["link derivatives"].sum(axis=1), 0, 1),
-        ("link derivatives", "cross products", "axes", "kinds"),
+        ("link derivatives", "cross products", "axes", "joint kinds"),
     ),
-    "angular": (_compute_angular_rows, ("axes", "kinds")),
-    "geometric": (lambda stages: np.concatenate([stages["linear"], stages["angular"]]), ("linear", "angular")),
+    "angular rows": (_compute_angular_rows, ("axes", "joint kinds")),
+    "geometric jacobian": (
+        lambda stages: np.concatenate([stages["linear rows"], stages["angular rows"]]),
+        ("linear rows", "angular rows"),
+    ),
     "tool jacobian": (
-        lambda stages: rotate_rows(stages["last rotation"].swapaxes(0, 1), stages["geometric"]),
-        ("last rotation", "geometric"),
+        lambda stages: rotate_rows(stages["last rotation"].swapaxes(0, 1), stages["geometric jacobian"]),
+        ("last rotation", "geometric jacobian"),
     ),
     "home screws": (_compute_home_screws, ()),
-    "space jacobian": (_compute_space_jacobian, ("axes", "origins", "kinds")),
+    "space jacobian": (_compute_space_jacobian, ("axes", "origins", "joint kinds")),
     "body rotation": (_compute_body_rotation, ("rotations",)),
     "body adjoint": (
         lambda stages: make_adjoint_matrix(stages["body rotation"], stages["point"]),
         ("body rotation", "point"),
     ),
     "body jacobian": (_compute_body_jacobian, ("space jacobian", "body rotation", "point")),
-    "arm block": (lambda stages: stages["geometric"][:3, :3], ("geometric",)),
+    "arm block": (lambda stages: stages["geometric jacobian"][:3, :3], ("geometric jacobian",)),
     "wrist block": (_compute_wrist_block, ("rotations", "axes")),
-    "jacobian": (lambda stages: stages["geometric"][stages.chain.task_rows], ("geometric",)),
+    "jacobian": (lambda stages: stages["geometric jacobian"][stages.chain.task_rows], ("geometric jacobian",)),
     "transposed jacobian": (lambda stages: stages["jacobian"].swapaxes(0, 1), ("jacobian",)),
     "gram matrix": (
         lambda stages: matrix_product(stages["jacobian"], stages["transposed jacobian"]),
@@ -452,14 +467,14 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
     "inverse": (_compute_inverse, ("adjugate", "determinant")),
     "wanted velocity": (lambda stages: stages.stack_symbol_values(stages.chain.task), ()),
     "joint rates": (lambda stages: stages.stack_symbol_values(stages.chain.rates), ()),
-    "rates": (
+    "required rates": (
         lambda stages: apply_matrix(stages["inverse"], stages["wanted velocity"]),
         ("inverse", "wanted velocity"),
     ),
 }
 """For each stage, the function that computes its result, and the stages whose results this function uses.
 
-"linear" is normally computed from "link derivatives" alone. A mistake may replace its result by
+"linear rows" is normally computed from "link derivatives" alone. A mistake may replace its result by
 `propagate_linear_rows`, which uses the other stages.
 """
 

@@ -25,7 +25,7 @@ def escape_controls(text: str) -> str:
     return _CONTROLS.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
 
 
-def say(text: str) -> None:
+def print_result(text: str) -> None:
     """Write a result to standard output, followed by a line break if it doesn't end with one."""
     text = escape_controls(text)
     sys.stdout.write(text if text.endswith("\n") else text + "\n")

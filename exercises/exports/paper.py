@@ -13,7 +13,7 @@ from qdot.exercises.common.extras import require_extra
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.sheet import Sheet, make_sheet, make_sheets
 from qdot.exercises.figure.tikz import convert_to_tikz
-from qdot.exercises.formula.printers.typst import typst_string
+from qdot.exercises.formula.printers.typst import quote_for_typst
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.markup import escape_latex, to_html, to_latex
 from qdot.exercises.writing.render import render
@@ -55,7 +55,7 @@ def check_sheet(request: ExportRequest) -> None:
 _TEMPLATES: dict[str, tuple[str, dict[str, Callable[..., str]]]] = {
     "html": ("paper.html.j2", {"write_markup": lambda text, share=1.0: to_html(text, width_share=share)}),
     "tex": ("paper.tex.j2", {"write_markup": to_latex, "escape_text": escape_latex, "draw_figure": convert_to_tikz}),
-    "pdf": ("paper.typ.j2", {"write_markup": to_typst, "escape_text": escape_typst, "quote": typst_string}),
+    "pdf": ("paper.typ.j2", {"write_markup": to_typst, "escape_text": escape_typst, "quote": quote_for_typst}),
 }
 """For each file type, the template and the functions that it calls."""
 

@@ -7,10 +7,11 @@ solutions, a student sees the solution of an item after full marks or after the 
 import re
 from collections.abc import Generator
 
+from qdot.exercises.common.files import make_zip
 from qdot.exercises.exports import platform_markup
-from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.items import NumberForm, QuizItem, make_items_for_students
-from qdot.exercises.formula.printers.mathml import plain_mathml
+from qdot.exercises.formula.printers.mathml import print_plain_mathml
 from qdot.exercises.writing.render import render
 
 MAX_EXPLAINED_FIELDS = 4
@@ -57,13 +58,13 @@ def export_qti(request: ExportRequest) -> Generator[ExportedFile, None, None]:
 def _write_html(body: tuple[str | platform_markup.Picture, ...]) -> str:
     """Return Markdown with figures in QTI's subset of XHTML: block elements without styles."""
     html = platform_markup.write_html_with_figures(
-        body, lambda p: f"../images/{platform_markup.name_picture_file(p)}", plain_mathml
+        body, lambda p: f"../images/{platform_markup.name_picture_file(p)}", print_plain_mathml
     )
     return _STYLE.sub("", html)
 
 
 def _write_line_html(text: str) -> str:
-    return _STYLE.sub("", platform_markup.write_line_html(text, plain_mathml))
+    return _STYLE.sub("", platform_markup.write_line_html(text, print_plain_mathml))
 
 
 def _render_item(item: QuizItem, attempt_count: int) -> str:

@@ -13,7 +13,7 @@ only 30 seconds for a question. The functions have these arguments and variables
 
 from pathlib import Path
 
-from qdot.exercises.formula.printers.maxima import maxima_text
+from qdot.exercises.formula.printers.maxima import print_maxima
 from qdot.exercises.problem.problem import Problem
 
 MAX_JOINTS_IN_NAME, MAX_JOINT_NUMBER = 6, 9
@@ -48,7 +48,7 @@ SET_FUNCTIONS = _select_functions("count read fits covered beyond set_share")
 def write_definitions(problem: Problem, functions: tuple[str, ...], *constants: str) -> list[str]:
     """Return the lines that define `given` and `short`, followed by the constants and functions."""
     values = {name: info.value for name, info in problem.symbols.items() if info.value is not None}
-    given_equations = ", ".join(f"{name} = {maxima_text(value)}" for name, value in values.items())
+    given_equations = ", ".join(f"{name} = {print_maxima(value)}" for name, value in values.items())
     short_names = ", ".join(f"{name} = {meaning}" for name, meaning in list_short_names(problem).items())
     return [f"given: [{given_equations}];", f"short: [{short_names}];", *constants, *functions]
 

@@ -26,7 +26,7 @@ from qdot.exercises.exports.known_wrong_answers import (
     parse_entries,
 )
 from qdot.exercises.formula.equality import READABLE_POINTS
-from qdot.exercises.formula.printers.maxima import maxima_matrix, maxima_text
+from qdot.exercises.formula.printers.maxima import print_maxima, print_maxima_matrix
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.scale import find_constant_factor
 from qdot.exercises.formula.trees import ONE
@@ -285,7 +285,7 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | Reason:
         marking += lines
         score = "share"
     boxes_words = f"one formula in each of the {reference.rows} × {reference.cols} boxes"
-    max_length = max(len(maxima_text(entry)) for entry in reference)
+    max_length = max(len(print_maxima(entry)) for entry in reference)
     is_column = is_single or reference.cols == 1
     min_width, max_width = (MIN_BOX_WIDTH, MAX_BOX_WIDTH) if is_column else (MIN_CELL_WIDTH, MAX_CELL_WIDTH)
     tests = [REFERENCE_TEST]
@@ -322,7 +322,7 @@ def explain_typing(problem: Problem) -> str:
 
 
 def _write_maxima(matrix: sp.Matrix, is_single: bool) -> str:
-    return maxima_text(matrix[0]) if is_single else maxima_matrix(matrix)
+    return print_maxima(matrix[0]) if is_single else print_maxima_matrix(matrix)
 
 
 def _sample_points(problem: Problem, reference: sp.Matrix, pivot_position: int) -> str | None:
@@ -418,7 +418,7 @@ def _convert_direction(problem: Problem, part: Part) -> StackPart | Reason:
         return NO_POINTS
     same_line = f"same: if qdot_along(said, qdot_values(ta1), {pivot_position}) then 1 else 0;"
     variables = stack_maxima.write_definitions(problem, stack_maxima.FORMULA_FUNCTIONS, points)
-    variables += [f"ta1: {maxima_matrix(reference)};", "form1: -3*ta1;", "other1: 0*ta1;"]
+    variables += [f"ta1: {print_maxima_matrix(reference)};", "form1: -3*ta1;", "other1: 0*ta1;"]
     return StackPart(
         part, "matrix", "a vector; any nonzero multiple of it is right, too", variables,
         ["said: qdot_values(qdot_read(ans1));", same_line], [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")],
@@ -444,13 +444,15 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
 
     _, floor = answer.find_tolerance_and_floor(part.rounding)
     is_zero = [abs(float(value)) <= floor for value in answer.reference]
-    lines = ["said: qdot_read(ans1);", f"room: [{', '.join(map(maxima_text, tolerances))}];"]
+    lines = ["said: qdot_read(ans1);", f"room: [{', '.join(map(print_maxima, tolerances))}];"]
     lines += [f"right: {write_near_count('ta1')};", *_write_number_share_lines(part, is_zero)]
     variables = stack_maxima.write_definitions(problem, stack_maxima.NUMBER_FUNCTIONS)
     variables.append(f"ta1: {_write_floats(exact_reference, is_single)};")
     correct_node = ResponseNode("AlgEquiv", "right", str(n), CORRECT_NOTE, "1")
     if is_single:
-        correct_node = ResponseNode("NumAbsolute", "said", "ta1", CORRECT_NOTE, "1", options=maxima_text(tolerances[0]))
+        correct_node = ResponseNode(
+            "NumAbsolute", "said", "ta1", CORRECT_NOTE, "1", options=print_maxima(tolerances[0])
+        )
     unit = "; ".join(dict.fromkeys(format_unit(unit) for unit in answer.units if unit))
     unit_words = f", in {unit}, without the unit" if unit else ""
     expected_answer = f"{'a number' if is_single else f'{n} numbers'}{unit_words}"
@@ -556,7 +558,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
 
     def write_equations(components: tuple[Component, ...], full_turns: int = 0) -> str:
         equations = [
-            f"{joint} = {maxima_text(value + 2 * sp.pi * (full_turns if _is_angle(joint) else 0))}"
+            f"{joint} = {print_maxima(value + 2 * sp.pi * (full_turns if _is_angle(joint) else 0))}"
             for joint, value in _iterate_joint_values(components)
         ]
         return "{" + ", ".join(dict.fromkeys(equations)) + "}"

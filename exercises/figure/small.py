@@ -28,7 +28,7 @@ from qdot.exercises.figure.pose import (
 )
 from qdot.exercises.figure.shapes import Circle, Figure, Glyph, Polyline, Shape, make_cross
 from qdot.exercises.figure.view import Drawing, View, draw_arrow, draw_line_with_arrowhead
-from qdot.exercises.formula.printers.unicode import unicode_text
+from qdot.exercises.formula.printers.unicode import print_unicode
 from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
 from qdot.exercises.singularities.singular_set import Component, find_singular_set
@@ -274,7 +274,7 @@ def _find_best_configuration(chain: Chain, scaled_arm: _ScaledArm, component: Co
 
 def _format_expression(expression: sp.Expr, chain: Chain) -> str:
     """Return an expression as one line of Unicode text."""
-    return unicode_text(lay_out(expression, chain))
+    return print_unicode(lay_out(expression, chain))
 
 
 def _format_joint_value(value: sp.Expr, is_length: bool, chain: Chain) -> str:
@@ -304,7 +304,7 @@ def _fit_caption(caption: str, catalogue: Catalogue) -> str:
 
 def _find_lost_directions(chain: Chain, drawn_chain: Chain, entries: np.ndarray) -> tuple[np.ndarray, ...] | None:
     """Return unit vectors of lost linear directions, along which P can't move; None if no rank is lost."""
-    jacobian = NumericChain(drawn_chain, {}).jacobian(entries)[chain.task_rows]
+    jacobian = NumericChain(drawn_chain, {}).compute_jacobian(entries)[chain.task_rows]
     u, sigma, _ = np.linalg.svd(jacobian)
     rank = int(np.sum(sigma > RANK_TOLERANCE * max(float(sigma[0]), 1e-12)))
     if rank == min(jacobian.shape):

@@ -65,7 +65,7 @@ def _take_other_rows(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVarian
     """
 
     def select_rows(stages: StageResults, values: np.ndarray, row_indices: list[int]) -> np.ndarray:
-        return (values if expects_all_rows else stages["geometric"])[row_indices]
+        return (values if expects_all_rows else stages["geometric jacobian"])[row_indices]
 
     all_rows = convention_of(chain).velocity_names
     expected_rows = {(6, chain.n): all_rows, (len(chain.task), chain.n): chain.task}.get(shape)

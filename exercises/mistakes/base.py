@@ -159,7 +159,7 @@ def make_propagated_variant(changes: Mapping[str, Change], words: Mapping[str, o
 
     Linear rows are otherwise derivatives of the link vectors, on which mistakes in the axes or in p* have no effect.
     """
-    return MistakeVariant({**changes, "linear": propagate_linear_rows}, words or {})
+    return MistakeVariant({**changes, "linear rows": propagate_linear_rows}, words or {})
 
 
 def vary_each_joint_and_all(
@@ -199,7 +199,7 @@ def join_words(words: Sequence[str]) -> str:
 
 def list_joints_of_kind(stages: StageResults, kind: str) -> list[int]:
     """Return the joints (from 0) that a derivation takes for revolute or for prismatic; a mistake may confuse them."""
-    return [i for i, kind_of_joint in enumerate(stages["kinds"]) if kind_of_joint == kind]
+    return [i for i, kind_of_joint in enumerate(stages["joint kinds"]) if kind_of_joint == kind]
 
 
 def scale_entries(entry_index: Any, factor: int) -> Change:

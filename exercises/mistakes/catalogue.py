@@ -67,7 +67,7 @@ SIGN_MISTAKES_THROUGHOUT = frozenset({
 PROPAGATION_FACTOR = 0.5
 """Factor for the frequency of a mistake in the position of P if the columns of J are computed by propagation."""
 
-_POSITION_STAGES = frozenset({"table", "rotations", "local links", "links"})
+_POSITION_STAGES = frozenset({"table", "rotations", "local link vectors", "link vectors"})
 """The stages that lead to the position of P."""
 
 
@@ -92,10 +92,10 @@ class PredictedAnswer:
     def frequency(self) -> float:
         """How often this variant is made, relative to other variants that give the same answer."""
         frequency = self.mistake.frequency
-        # "linear" is the stage of the linear rows of J; a propagated quantity such as p* may itself be the answer
-        if "linear" in self.variant.changes:
-            return frequency if self.stages.depends_on("linear") else max(frequency, 1.0)
-        is_propagated = any(stage == "linear" for stage, _ in self.stages.changes)
+        # "linear rows" is the stage of the linear rows of J; a propagated quantity such as p* may itself be the answer
+        if "linear rows" in self.variant.changes:
+            return frequency if self.stages.depends_on("linear rows") else max(frequency, 1.0)
+        is_propagated = any(stage == "linear rows" for stage, _ in self.stages.changes)
         return frequency * PROPAGATION_FACTOR if is_propagated else frequency
 
 
@@ -147,8 +147,8 @@ def apply_mistake(
             continue
         changes: dict[str, Change] = dict(effective_variant.changes)
         stages_of_each_way = [stages.with_mistakes(changes)]
-        if _POSITION_STAGES & changes.keys() and "linear" not in changes:
-            stages_of_each_way.append(stages.with_mistakes({**changes, "linear": propagate_linear_rows}))
+        if _POSITION_STAGES & changes.keys() and "linear rows" not in changes:
+            stages_of_each_way.append(stages.with_mistakes({**changes, "linear rows": propagate_linear_rows}))
         answers = []
         for mistaken_stages in stages_of_each_way:
             answer = _compute_result(mistaken_stages, part)

@@ -1,8 +1,8 @@
 """Mistakes in the columns of a Jacobian: by differentiation (6.3) and by propagation (6.9 to 6.12).
 
 Two stages need an explanation. "link derivatives" are the derivatives of all link vectors by all joint variables,
-(joints, links + 1, 3, …). "p*" are the vectors from a frame on each joint axis to P, (joints + 1, 3, …). Here "…"
-stands for the axes of the arithmetic.
+(joints, links + 1, 3, …). "vectors to point" are the vectors p* from a frame on each joint axis to P,
+(joints + 1, 3, …). Here "…" stands for the axes of the arithmetic.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -108,7 +108,10 @@ def _flip_derivative(sign: int) -> VariantGenerator:
 
 def _skip_differentiation(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
     """Return the later link vectors themselves instead of their derivatives with respect to a revolute joint."""
-    new_derivatives, links = np.array(link_derivatives), stages.arithmetic.drop_derivatives(np.stack(stages["links"]))
+    new_derivatives, links = (
+        np.array(link_derivatives),
+        stages.arithmetic.drop_derivatives(np.stack(stages["link vectors"])),
+    )
     for joint in list_joints_of_kind(stages, REVOLUTE):
         later_links = [k for k in list_links_to_point(stages.chain) if k >= joint]
         new_derivatives[joint, later_links] = links[later_links]
@@ -156,12 +159,12 @@ def _start_at_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVari
     for i, j in permutations(range(chain.n), 2):
         frame_on_axis = convention_of(chain).frame_on_axis
         words = {"joint": i + 1, "frame": frame_on_axis(i + 1), "other": frame_on_axis(j + 1)}
-        yield MistakeVariant({"p*": partial(replace_vector, i=i, j=j)}, words)
+        yield MistakeVariant({"vectors to point": partial(replace_vector, i=i, j=j)}, words)
 
 
 def _stop_at_next_origin(stages: StageResults, vectors_to_point: np.ndarray) -> np.ndarray:
     """Return the link vectors instead of the vectors to P."""
-    links = stages.arithmetic.drop_derivatives(np.stack(stages["links"]))
+    links = stages.arithmetic.drop_derivatives(np.stack(stages["link vectors"]))
     return np.stack([*links[: stages.n], vectors_to_point[-1]])
 
 
@@ -172,7 +175,7 @@ def _treat_joints_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
         def apply_change(stages: StageResults, correct_kinds: list[str]) -> list[str]:
             return [wrong_kind if i in treated_joints else kind for i, kind in enumerate(correct_kinds)]
 
-        return make_propagated_variant({"kinds": apply_change}, make_joint_words(treated_joints))
+        return make_propagated_variant({"joint kinds": apply_change}, make_joint_words(treated_joints))
 
     return lambda chain, shape: vary_each_joint_and_all(chain.joint_indices_of_kind(correct_kind), treat)
 
@@ -188,7 +191,7 @@ def _replace_angular(
     def apply_change(stages: StageResults, angular: np.ndarray) -> np.ndarray:
         return np.stack([make_column(stages, i, angular[:, i]) for i in range(stages.n)], axis=1)
 
-    return MistakeVariant({"angular": apply_change}, words)
+    return MistakeVariant({"angular rows": apply_change}, words)
 
 
 def _rotate_prismatic_joints(joints: Sequence[int]) -> MistakeVariant:
@@ -211,7 +214,7 @@ def _keep_one_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 def _use_next_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant that uses the next joint's axis in the angular column of each revolute joint."""
     yield _replace_angular(
-        lambda stages, i, column: column if stages["kinds"][i] == PRISMATIC else stages["axes"][i + 1],
+        lambda stages, i, column: column if stages["joint kinds"][i] == PRISMATIC else stages["axes"][i + 1],
         _make_axis_words(chain),
     )
 
@@ -225,7 +228,7 @@ def _use_tool_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def rotate(stages: StageResults, vectors: np.ndarray) -> np.ndarray:
         return matrix_product(stages["last rotation"].swapaxes(0, 1), vectors)
 
-    yield MistakeVariant({"linear": rotate, "angular": rotate, "tool jacobian": _leave_in_base(slice(0, 6))})
+    yield MistakeVariant({"linear rows": rotate, "angular rows": rotate, "tool jacobian": _leave_in_base(slice(0, 6))})
 
     def rotate_axes(stages: StageResults, axes: np.ndarray) -> np.ndarray:
         return rotate(stages, axes.swapaxes(0, 1)).swapaxes(0, 1)
@@ -235,7 +238,7 @@ def _use_tool_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 def _use_local_axes(stages: StageResults, axes: np.ndarray) -> np.ndarray:
     """Return (0, 0, 1) for every joint axis: its coordinates in the frame on this axis."""
-    local_axis = np.stack([stages.arithmetic.constant(sp.Integer(value)) for value in (0, 0, 1)])
+    local_axis = np.stack([stages.arithmetic.make_constant(sp.Integer(value)) for value in (0, 0, 1)])
     return np.stack([local_axis] * len(axes))
 
 
@@ -260,7 +263,7 @@ def _drop_joint(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants that omit the contribution of one joint to the velocities."""
     for i in range(chain.n) if chain.n > 1 else ():
         drop = scale_entries((slice(None), i), 0)
-        yield MistakeVariant({"linear": drop, "angular": drop}, {"joint": i + 1})
+        yield MistakeVariant({"linear rows": drop, "angular rows": drop}, {"joint": i + 1})
 
 
 def _leave_vectors_in_base(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -280,7 +283,7 @@ def _leave_in_base(rows: slice) -> Change:
 
     def apply_change(stages: StageResults, rotated: np.ndarray) -> np.ndarray:
         unrotated = np.array(rotated)
-        unrotated[rows] = stages["geometric"][rows]
+        unrotated[rows] = stages["geometric jacobian"][rows]
         return unrotated
 
     return apply_change
@@ -288,7 +291,7 @@ def _leave_in_base(rows: slice) -> Change:
 
 def _use_earlier_frame(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
     def rotate(stages: StageResults, _: np.ndarray, frame: int) -> np.ndarray:
-        return rotate_rows(compute_convention_rotation(stages, frame).swapaxes(0, 1), stages["geometric"])
+        return rotate_rows(compute_convention_rotation(stages, frame).swapaxes(0, 1), stages["geometric jacobian"])
 
     for frame in range(1, chain.n):
         yield MistakeVariant({"tool jacobian": partial(rotate, frame=frame)}, {"frame": frame})
@@ -302,7 +305,7 @@ def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
             return velocity
         try:
             frame_stages = stages if frame == stages.n else stages.for_first_joints(frame)
-            jacobian = frame_stages["tool jacobian" if stages.depends_on("tool jacobian") else "geometric"]
+            jacobian = frame_stages["tool jacobian" if stages.depends_on("tool jacobian") else "geometric jacobian"]
             return apply_matrix(jacobian, stages["joint rates"][:frame])[:, None]
         except IndexError:  # another mistake in these stages is at a joint after the frame
             return velocity
@@ -310,7 +313,7 @@ def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
     def replace_by_partial_velocity(stages: StageResults, velocity: np.ndarray, last_joint: int) -> np.ndarray:
         if not stages.depends_on("joint rates"):
             return velocity
-        return apply_matrix(stages["geometric"][:, :last_joint], stages["joint rates"][:last_joint])[:, None]
+        return apply_matrix(stages["geometric jacobian"][:, :last_joint], stages["joint rates"][:last_joint])[:, None]
 
     last_frame_words = "the last frame" if convention_of(chain).point.is_origin else "the point of interest"
     for frame in range(1, chain.n + 1) if shape == (6, 1) else ():
@@ -333,22 +336,24 @@ VARIANTS: dict[str, VariantGenerator] = {
     "not-differentiated": vary_always({"link derivatives": _skip_differentiation}),
     "next-axis": _vary_propagation(
         {"axes": _shift_to_next},
-        {"cross products": lambda stages, _: list(map(cross, stages["axes"][1:], stages["p*"]))},
+        {"cross products": lambda stages, _: list(map(cross, stages["axes"][1:], stages["vectors to point"]))},
         names_axis=True,
     ),
-    "next-arm": _vary_propagation({"p*": _shift_to_next}, names_axis=True),
-    "next-frame": _vary_propagation({"axes": _shift_to_next, "p*": _shift_to_next}, names_axis=True),
-    "previous-frame": _vary_propagation({"axes": _shift_to_previous, "p*": _start_one_frame_earlier}),
+    "next-arm": _vary_propagation({"vectors to point": _shift_to_next}, names_axis=True),
+    "next-frame": _vary_propagation({"axes": _shift_to_next, "vectors to point": _shift_to_next}, names_axis=True),
+    "previous-frame": _vary_propagation({"axes": _shift_to_previous, "vectors to point": _start_one_frame_earlier}),
     "previous-axis": _vary_propagation({"axes": _shift_to_previous}, names_axis=True),
     "cross-order": _vary_propagation(
-        {"cross products": lambda stages, _: list(map(cross, stages["p*"], stages["axes"]))[: stages.n]}
+        {"cross products": lambda stages, _: list(map(cross, stages["vectors to point"], stages["axes"]))[: stages.n]}
     ),
-    "no-cross-product": _vary_propagation({"cross products": lambda stages, _: stages["p*"]}),
-    "arm-from-base": _vary_propagation({"p*": lambda stages, vectors: np.stack([stages["point"]] * len(vectors))}),
+    "no-cross-product": _vary_propagation({"cross products": lambda stages, _: stages["vectors to point"]}),
+    "arm-from-base": _vary_propagation(
+        {"vectors to point": lambda stages, vectors: np.stack([stages["point"]] * len(vectors))}
+    ),
     "arm-from-other-origin": _start_at_other_origin,
-    "arm-to-origin": _vary_propagation({"p*": lambda stages, _: stages["origins on axes"]}),
-    "arm-reversed": _vary_propagation({"p*": lambda stages, vectors: -vectors}),
-    "arm-of-one-link": _vary_propagation({"p*": _stop_at_next_origin}),
+    "arm-to-origin": _vary_propagation({"vectors to point": lambda stages, _: stages["origins on axes"]}),
+    "arm-reversed": _vary_propagation({"vectors to point": lambda stages, vectors: -vectors}),
+    "arm-of-one-link": _vary_propagation({"vectors to point": _stop_at_next_origin}),
     "prismatic-as-revolute": _treat_joints_as(REVOLUTE, PRISMATIC),
     "revolute-as-prismatic": _treat_joints_as(PRISMATIC, REVOLUTE),
     "slide-turns": vary_each(lambda chain: (([i],) for i in chain.prismatic_joints), _rotate_prismatic_joints),
@@ -358,7 +363,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     ),
     "angular-of-one-joint": _keep_one_angular,
     "angular-of-next-axis": _use_next_angular,
-    "blocks-exchanged": vary_always({"geometric": lambda stages, rows: np.roll(rows, 3, axis=0)}),
+    "blocks-exchanged": vary_always({"geometric jacobian": lambda stages, rows: np.roll(rows, 3, axis=0)}),
     "tool-frame": _use_tool_frame,
     "axes-in-own-frames": _vary_propagation({"axes": _use_local_axes}),
     "wrong-axis": vary_each(lambda _: [("x",), ("y",)], _use_frame_axis),
@@ -372,12 +377,12 @@ VARIANTS: dict[str, VariantGenerator] = {
     ),
     "vectors-left-in-base": _leave_vectors_in_base,
     "rotated-the-wrong-way": vary_always(
-        {"tool jacobian": lambda stages, _: rotate_rows(stages["last rotation"], stages["geometric"])}
+        {"tool jacobian": lambda stages, _: rotate_rows(stages["last rotation"], stages["geometric jacobian"])}
     ),
     "earlier-frame": _use_earlier_frame,
     "velocity-of-other-frame": _use_other_velocity,
     "arms-exchanged": vary_each(
         lambda chain: combinations(range(chain.n), 2),
-        lambda i, j: make_propagated_variant({"p*": exchange(i, j)}, {"joint": i + 1, "other": j + 1}),
+        lambda i, j: make_propagated_variant({"vectors to point": exchange(i, j)}, {"joint": i + 1, "other": j + 1}),
     ),
 }

@@ -13,7 +13,13 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import apply_matrix, matrix_product
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import Change, StageResults, list_links_to_point, rotation_x, rotation_z
+from qdot.exercises.arm.derivation_graph import (
+    Change,
+    StageResults,
+    list_links_to_point,
+    make_rotation_x,
+    make_rotation_z,
+)
 from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator, join_words, vary_if
 
 LinkVectors = list[np.ndarray]
@@ -40,7 +46,9 @@ def _rotate_without(
     for i, row in enumerate(stages["table"].rows[:frame]):
         constant = row.theta - stages.arithmetic.convert_entry(stages.chain.q[i]) if keeps_constants else row.theta * 0
         theta = constant if i in omitted_joints else row.theta
-        rotation = matrix_product(rotation, matrix_product(rotation_z(stages, theta), rotation_x(stages, row.alpha)))
+        rotation = matrix_product(
+            rotation, matrix_product(make_rotation_z(stages, theta), make_rotation_x(stages, row.alpha))
+        )
     return rotation
 
 
@@ -49,7 +57,7 @@ def _compute_relative_link(stages: StageResults, link: int, keeps_constants: boo
     frame = stages.chain.point.frame if link == stages.n else link
     return apply_matrix(
         _rotate_without(stages, frame, list_earlier_joints(stages.chain, link), keeps_constants),
-        stages["local links"][link],
+        stages["local link vectors"][link],
     )
 
 
@@ -76,7 +84,7 @@ def _change_links(
     def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         for link in list_moving_links(chain):
             if applies(chain, link):
-                yield MistakeVariant({"links": _change_link(link, change)}, make_link_words(chain, link))
+                yield MistakeVariant({"link vectors": _change_link(link, change)}, make_link_words(chain, link))
 
     return generate
 
@@ -113,7 +121,7 @@ def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVarian
 
     relative_link_count = sum(bool(list_earlier_joints(chain, link)) for link in range(chain.n))
     for keeps_constants in _list_choices_for_constants(chain):
-        changes: dict[str, Change] = {"links": partial(change_links, keeps_constants=keeps_constants)}
+        changes: dict[str, Change] = {"link vectors": partial(change_links, keeps_constants=keeps_constants)}
         if relative_link_count > 1:
             yield MistakeVariant(changes, {"link": "each"})
         if relative_link_count:
@@ -152,7 +160,7 @@ def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVaria
 
     rotated_links = [link for link in list_moving_links(chain) if _has_angle(chain, link)]
     if len(rotated_links) > 1:
-        yield MistakeVariant({"links": swap})
+        yield MistakeVariant({"link vectors": swap})
 
 
 def _slide_along_world_axes(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -165,7 +173,7 @@ def _slide_along_world_axes(chain: Chain, _: AnswerShape) -> Iterator[MistakeVar
 
     if 1 < chain.n <= 3 and not chain.revolute_joints:
         joints, axes = join_words([str(k + 1) for k in range(chain.n)]), join_words("xyz"[: chain.n])
-        yield MistakeVariant({"links": apply_change}, {"joint": joints, "axis": axes})
+        yield MistakeVariant({"link vectors": apply_change}, {"joint": joints, "axis": axes})
 
 
 VARIANTS: dict[str, VariantGenerator] = {
@@ -178,11 +186,11 @@ VARIANTS: dict[str, VariantGenerator] = {
         lambda stages, links, k: links[k] * 0, lambda chain, _: len(list_moving_links(chain)) > 1
     ),
     "link-not-rotated": _change_links(
-        lambda stages, links, link: stages["local links"][link], lambda chain, link: link > 0
+        lambda stages, links, link: stages["local link vectors"][link], lambda chain, link: link > 0
     ),
     "links-not-rotated": vary_if(
         lambda chain: sum(k > 0 for k in list_moving_links(chain)) > 1,
-        {"links": lambda stages, _: stages["local links"]},
+        {"link vectors": lambda stages, _: stages["local link vectors"]},
         {"link": "each"},
     ),
     "prismatic-joints-along-xyz": _slide_along_world_axes,

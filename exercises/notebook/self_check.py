@@ -12,7 +12,7 @@ from pathlib import Path
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.formula.printers.python import python_text
+from qdot.exercises.formula.printers.python import print_python
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.exercises.writing.render import render
 
@@ -117,7 +117,7 @@ def write_function_cell(problems: Problems) -> str:
                 role = "load" if info.role in ("force", "moment") else info.role
                 names_by_role.setdefault(role, []).append(name)
             infos = problem.symbols.items()
-            given_values = [(name, python_text(info.value)) for name, info in infos if info.value is not None]
+            given_values = [(name, print_python(info.value)) for name, info in infos if info.value is not None]
             checked_problems.append((slot, list(names_by_role.items()), given_values))
     return render("notebook/self-check.py.j2", problems=checked_problems).strip() if checked_problems else ""
 

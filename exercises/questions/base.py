@@ -18,8 +18,8 @@ from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, SCREWS
-from qdot.exercises.arm.derivation import TooLong, derive, symbolic_arm_of
-from qdot.exercises.arm.derivation_graph import Change, StageResults, to_sympy_matrix
+from qdot.exercises.arm.derivation import TooLong, derive, make_symbolic_arm
+from qdot.exercises.arm.derivation_graph import Change, StageResults, propagate_linear_rows, to_sympy_matrix
 from qdot.exercises.arm.trigonometry import count_terms
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import Rounding
@@ -72,8 +72,8 @@ def _count_terms(symbolic_chain: Chain, result_name: str) -> int:
 
 
 def limit_terms(result_name: str) -> ObjectionFinder:
-    """Return a function that objects to arms for which a result of `Derivation` ("geometric", "z", …) is too long."""
-    return lambda chain: find_term_count_objection(_count_terms(symbolic_arm_of(chain).chain, result_name))
+    """Return a function that objects to arms for which a result of `Derivation` ("jacobian", "z", …) is too long."""
+    return lambda chain: find_term_count_objection(_count_terms(make_symbolic_arm(chain).chain, result_name))
 
 
 def limit_size(description: str, max_joints: int, count: Callable[[Chain], int]) -> ObjectionFinder:
@@ -151,14 +151,14 @@ def make_rate_product_formula(stage: str, row_order: RowOrder | None = None) -> 
     return lambda stages, details: apply_matrix(jacobian(stages, details), stages["joint rates"])
 
 
-def make_column_substitution(stage: str, **other_changes: Change) -> StageSubstitution:
+def make_column_substitution(stage: str) -> StageSubstitution:
     """Return a substitution that replaces the first vectors of a stage by the columns of an answer, in order.
 
-    `other_changes` are changes of other stages that the substitution makes, too.
+    The linear rows of the Jacobian are then computed from these vectors by propagation.
     """
     return lambda rows: {
         stage: lambda _, correct: np.concatenate([rows.swapaxes(0, 1), correct[rows.shape[1] :]]),
-        **other_changes,
+        "linear rows": propagate_linear_rows,
     }
 
 

@@ -61,7 +61,7 @@ RoundedVector = tuple[sp.Rational, ...]
 
 def _list_other_tasks(chain: Chain) -> list[tuple[str, ...]]:
     """Return the tasks other than the arm's usual task whose rows of the Jacobian are not identically zero."""
-    rows = find_moving_rows(derive(chain).geometric)
+    rows = find_moving_rows(derive(chain).geometric_jacobian)
     tasks = [task for size in range(1, len(rows) + 1) for task in combinations(rows, size)]
     return [task for task in tasks if task != chain.task]
 
@@ -100,7 +100,7 @@ def _choose_rows(chain: Chain) -> tuple[str, ...]:
     The components are those of the velocity of P. If the task has no linear rows, or if P moves in one component only,
     they are those of the angular velocity of the last link.
     """
-    rows = find_moving_rows(derive(chain).geometric)
+    rows = find_moving_rows(derive(chain).geometric_jacobian)
     is_linear = bool(chain.linear_axes) and sum(row[0] == "v" for row in rows) >= 2
     return tuple(row for row in rows if row[0] == ("v" if is_linear else "w"))
 
@@ -111,7 +111,7 @@ def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     for _ in range(MAX_EFFECT_TRIES):
         lengths, joints = sample_unequal_lengths(chain, rng), sample_joint_values(chain, rng)
         configuration = make_exact_configuration(chain, lengths, joints)
-        jacobian = evaluate_precisely(chain, configuration, derive(chain).geometric)[indices, :]
+        jacobian = evaluate_precisely(chain, configuration, derive(chain).geometric_jacobian)[indices, :]
         moving_joints = [i for i in range(chain.n) if _compute_norm(jacobian.col(i)) > MIN_EFFECT]
         if not moving_joints:
             continue
@@ -128,7 +128,9 @@ def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 
 def _derive_effect(stages: StageResults, details: JointEffectDetails) -> np.ndarray:
-    return np.asarray(stages["geometric"][[VELOCITY_NAMES.index(row) for row in details.rows], details.joint - 1])
+    return np.asarray(
+        stages["geometric jacobian"][[VELOCITY_NAMES.index(row) for row in details.rows], details.joint - 1]
+    )
 
 
 def _make_wrong_columns(
@@ -248,7 +250,7 @@ def _make_invertibility_details(
 @lru_cache(maxsize=1024)
 def _list_tasks(chain: Chain, answer_key: str) -> tuple[tuple[str, ...], ...]:
     """Return the tasks for which J has the shape that an answer needs. For a square J, prefer the arm's usual task."""
-    rows = find_moving_rows(derive(chain).geometric)
+    rows = find_moving_rows(derive(chain).geometric_jacobian)
     if answer_key in ("regular", "singular"):
         if len(chain.task) == chain.n:
             return (chain.task,)

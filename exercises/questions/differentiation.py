@@ -60,7 +60,7 @@ def write_linear_velocity(chain: Chain) -> sp.Matrix:
     derivation, rows = derive(chain), list_linear_task_rows(chain)
     if _is_written_by_links(chain):
         return derivation.position.extract(rows, [0]).applyfunc(lambda entry: _differentiate_by_links(entry, chain))
-    return derivation.geometric.extract(rows, list(range(chain.n))) * sp.Matrix(chain.rates)
+    return derivation.geometric_jacobian.extract(rows, list(range(chain.n))) * sp.Matrix(chain.rates)
 
 
 def _is_written_by_links(chain: Chain) -> bool:
@@ -104,12 +104,12 @@ def _substitute_position(position: np.ndarray) -> dict[str, Change]:
     """Return the change that computes the linear Jacobian from a student's position, (rows, 1, …)."""
 
     def differentiate(stages: StageResults, correct: np.ndarray) -> np.ndarray:
-        derivatives, linear = stages.arithmetic.derivatives(position[:, 0]), correct.copy()
+        derivatives, linear_rows = stages.arithmetic.compute_derivatives(position[:, 0]), correct.copy()
         for k, row in enumerate(list_linear_task_rows(stages.chain)):
-            linear[row] = derivatives[:, k]
-        return linear
+            linear_rows[row] = derivatives[:, k]
+        return linear_rows
 
-    return {"linear": differentiate}
+    return {"linear rows": differentiate}
 
 
 QUESTIONS = (
@@ -126,14 +126,14 @@ QUESTIONS = (
         formula="v", derive_matrix=lambda chain, _: write_linear_velocity(chain),
         make_details=lambda chain, _: AxesDetails(axes=chain.linear_axes, by_links=_is_written_by_links(chain)),
         name_entries=lambda chain, _: base.name_velocity_components([row for row in chain.task if row[0] == "v"]),
-        find_arm_objection=_find_task_objection, find_size_objection=base.limit_terms("linear"),
+        find_arm_objection=_find_task_objection, find_size_objection=base.limit_terms("linear_rows"),
     ),
     Question(
         "velocity-component", "One velocity component", "6.2", prerequisites=("position",),
         formula="v", answer_type=Expression, make_details=_choose_component,
         derive_matrix=lambda chain, details: write_linear_velocity(chain)[chain.linear_axes.index(details.axis), :],
         name_entries=lambda chain, details: [f"v_{{{details.axis}}}"],
-        find_arm_objection=_find_task_objection, find_size_objection=base.limit_terms("linear"),
+        find_arm_objection=_find_task_objection, find_size_objection=base.limit_terms("linear_rows"),
     ),
     Question(
         "jacobian", "Jacobian by differentiation", "6.3", prerequisites=("position",), points=2.0,

@@ -22,10 +22,10 @@ from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, VELOCITY_NAMES
-from qdot.exercises.arm.derivation import derive, symbolic_arm_of
-from qdot.exercises.arm.derivation_graph import StageResults, propagate_linear_rows
+from qdot.exercises.arm.derivation import derive, make_symbolic_arm
+from qdot.exercises.arm.derivation_graph import StageResults
 from qdot.exercises.arm.kinematics import Z
-from qdot.exercises.arm.trigonometry import count_terms, textbook_form
+from qdot.exercises.arm.trigonometry import count_terms, to_textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, ResultChoiceDetails
 from qdot.exercises.questions import base
@@ -111,7 +111,7 @@ def _collect_rates(vector: sp.Matrix, symbolic_chain: Chain) -> sp.Matrix:
 
     def collect(entry: sp.Expr) -> sp.Expr:
         coefficients = ((sp.expand(entry).coeff(rate), rate) for rate in symbolic_chain.rates)
-        return sp.Add(*(textbook_form(coefficient) * rate for coefficient, rate in coefficients if coefficient != 0))
+        return sp.Add(*(to_textbook_form(coefficient) * rate for coefficient, rate in coefficients if coefficient != 0))
 
     return vector.applyfunc(collect)
 
@@ -120,7 +120,7 @@ def _choose_frame_of_recursion(chain: Chain, rng: Stream) -> RecursionDetails:
     frame, substitute = rng.choice(_list_suitable_frames(chain)), derive(chain).substitute_matrix
     steps = (
         RecursionStep(step.number, step.kind, *map(substitute, (step.rotation, step.origin, step.omega, step.v)))
-        for step in _derive_steps(symbolic_arm_of(chain).chain)[:frame]
+        for step in _derive_steps(make_symbolic_arm(chain).chain)[:frame]
     )
     return RecursionDetails(frame=frame, steps=tuple(steps))
 
@@ -132,14 +132,14 @@ def _list_suitable_frames(chain: Chain) -> list[int]:
 
 @lru_cache(maxsize=4096)
 def _count_terms(chain: Chain, frame: int) -> int:
-    step = _derive_steps(symbolic_arm_of(chain).chain)[frame - 1]
+    step = _derive_steps(make_symbolic_arm(chain).chain)[frame - 1]
     return count_terms(derive(chain).substitute_matrix(step.v.col_join(step.omega)))
 
 
 QUESTIONS = (
     Question(
         "joint-axes", "Joint axes", "below 6.10", compute=lambda stages, _: stages["axes"][: stages.n].swapaxes(0, 1),
-        substitution=base.make_column_substitution("axes", linear=propagate_linear_rows),
+        substitution=base.make_column_substitution("axes"),
         name_columns=lambda chain: tuple(map(convention_of(chain).axis_to_type, _list_joint_numbers(chain))),
         label_rows_and_columns=lambda chain: (
             AXIS_NAMES, list(map(convention_of(chain).axis_name, _list_joint_numbers(chain)))
@@ -148,8 +148,8 @@ QUESTIONS = (
     ),
     Question(
         "position-vectors", "Position vectors p*", "6.13", points=2.0, required_feature=FRAMES,
-        compute=lambda stages, _: stages["p*"][: stages.n].swapaxes(0, 1),
-        substitution=base.make_column_substitution("p*", linear=propagate_linear_rows),
+        compute=lambda stages, _: stages["vectors to point"][: stages.n].swapaxes(0, 1),
+        substitution=base.make_column_substitution("vectors to point"),
         label_rows_and_columns=lambda chain: (
             AXIS_NAMES, list(map(convention_of(chain).vector_name, _list_joint_numbers(chain)))
         ),
@@ -157,20 +157,20 @@ QUESTIONS = (
     ),
     Question(
         "geometric-jacobian", "Geometric Jacobian by propagation", "6.12", points=2.0,
-        prerequisites=("joint-axes", "position-vectors"), stage="geometric", row_order=_list_row_indices,
+        prerequisites=("joint-axes", "position-vectors"), stage="geometric jacobian", row_order=_list_row_indices,
         label_rows_and_columns=base.label_jacobian(lambda chain: convention_of(chain).velocity_names),
-        find_size_objection=base.limit_terms("geometric"), link_sums="columns of links",
+        find_size_objection=base.limit_terms("geometric_jacobian"), link_sums="columns of links",
         find_link_sum_rows=lambda chain: [(row, axis) for row, axis in enumerate(_list_row_indices(chain)) if axis < 3],
     ),
     Question(
         "twist", "Twist of the end effector", "6.9 and 6.10", prerequisites=("geometric-jacobian",),
-        compute=base.make_rate_product_formula("geometric", _list_row_indices),
-        find_size_objection=base.limit_terms("geometric"),
+        compute=base.make_rate_product_formula("geometric jacobian", _list_row_indices),
+        find_size_objection=base.limit_terms("geometric_jacobian"),
         name_entries=lambda chain, _: base.name_velocity_components(convention_of(chain).velocity_names),
     ),
     Question(
         "link-velocity", "Velocity of a link frame", "6.9 and 6.10", required_feature=FRAMES,
-        compute=partial(_derive_frame_velocity, jacobian_stage="geometric"), make_details=_choose_frame,
+        compute=partial(_derive_frame_velocity, jacobian_stage="geometric jacobian"), make_details=_choose_frame,
         name_entries=lambda chain, _: base.name_velocity_components(VELOCITY_NAMES),
         find_arm_objection=lambda chain: None if chain.n > 1 else (
             "it has only one joint, so there is no frame between base and end"

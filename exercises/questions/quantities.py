@@ -29,8 +29,10 @@ from qdot.exercises.problem.problem import list_table_numbers
 from qdot.exercises.questions.language import AXES, FormulaError, compute, describe_shape
 
 STAGES_BY_NAME = {
-    "p": "point", "J": "jacobian", "Jv": "linear", "Jw": "angular", "qd": "joint rates", "xd": "wanted velocity",
-    "det(J)": "determinant", "inv(J)": "inverse", "inv(J) * xd": "rates", "transpose(J)": "transposed jacobian",
+    "p": "point", "J": "jacobian", "Jv": "linear rows", "Jw": "angular rows",
+    "qd": "joint rates", "xd": "wanted velocity",
+    "det(J)": "determinant", "inv(J)": "inverse", "inv(J) * xd": "required rates",
+    "transpose(J)": "transposed jacobian",
     "det(J * transpose(J))": "gram determinant", "sqrt(det(J * transpose(J)))": "manipulability",
 }  # fmt: skip
 """The formulas, as `ast.unparse` writes them, whose values are stages of the derivation. Their names are the position p
@@ -39,8 +41,8 @@ velocity xd in the rows of the task."""
 
 RESULTS: dict[str, Callable[[StageResults], np.ndarray]] = {
     **{name: operator.itemgetter(stage) for name, stage in STAGES_BY_NAME.items()},
-    "v": lambda stages: apply_matrix(stages["linear"], stages["joint rates"]),
-    "w": lambda stages: apply_matrix(stages["angular"], stages["joint rates"]),
+    "v": lambda stages: apply_matrix(stages["linear rows"], stages["joint rates"]),
+    "w": lambda stages: apply_matrix(stages["angular rows"], stages["joint rates"]),
     "q": lambda stages: stages.stack_symbol_values(stages.chain.q),
     "qdd": lambda stages: stages.stack_symbol_values(name_accelerations(stages.chain)),
     "f": lambda stages: stages.stack_symbol_values(name_load(stages.chain)),
@@ -124,12 +126,12 @@ class StageQuantities(ABC):
     def look_up(self, name: str) -> np.ndarray | None:
         """Return the value of a name, or of a formula in RESULTS; None if there is none."""
         if name in self.symbols:
-            return self.stages.arithmetic.symbol_value(name)
+            return self.stages.arithmetic.get_symbol_value(name)
         if name in RESULTS:
             is_square = len(self.stages.chain.task) == self.stages.n
             return np.asarray(RESULTS[name](self.stages)) if is_square or name not in SQUARE_RESULTS else None
         if name == "pi" or name in self.numbers:
-            return self.stages.arithmetic.constant(sp.pi if name == "pi" else self.numbers[name])
+            return self.stages.arithmetic.make_constant(sp.pi if name == "pi" else self.numbers[name])
         frame = parse_frame_name(name, self.stages.chain)
         return None if frame is None else self._look_up_frame(*frame)
 
@@ -159,15 +161,15 @@ class StageQuantities(ABC):
 
     def constant(self, value: Fraction) -> np.ndarray:
         """Return a number."""
-        return self.stages.arithmetic.constant(sp.Rational(value.numerator, value.denominator))
+        return self.stages.arithmetic.make_constant(sp.Rational(value.numerator, value.denominator))
 
     @property
     def time_rates(self) -> Mapping[str, np.ndarray]:
         """The rate of each symbol that changes with time: of the joint variables and of their rates."""
-        chain, symbol_value = self.stages.chain, self.stages.arithmetic.symbol_value
-        rates = {q.name: symbol_value(rate.name) for q, rate in zip(chain.q, chain.rates, strict=True)}
+        chain, get_symbol_value = self.stages.chain, self.stages.arithmetic.get_symbol_value
+        rates = {q.name: get_symbol_value(rate.name) for q, rate in zip(chain.q, chain.rates, strict=True)}
         accelerations = zip(chain.rates, name_accelerations(chain), strict=True)
-        return rates | {rate.name: symbol_value(name) for rate, name in accelerations if name in self.symbols}
+        return rates | {rate.name: get_symbol_value(name) for rate, name in accelerations if name in self.symbols}
 
     @abstractmethod
     def apply(self, function: str, value: np.ndarray) -> np.ndarray:

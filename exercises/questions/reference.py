@@ -23,16 +23,16 @@ TextbookFormulas = Mapping[str, Callable[[Chain], sp.Matrix | sp.Expr]]
 TEXTBOOK_FORMULAS: TextbookFormulas = {
     "point": lambda chain: derive(chain).position,
     "axes": lambda chain: derive(chain).z.T,
-    "p*": lambda chain: derive(chain).p_star.T,
-    "linear": lambda chain: derive(chain).linear,
-    "geometric": lambda chain: derive(chain).geometric,
+    "vectors to point": lambda chain: derive(chain).p_star.T,
+    "linear rows": lambda chain: derive(chain).linear_rows,
+    "geometric jacobian": lambda chain: derive(chain).geometric_jacobian,
     "jacobian": lambda chain: derive(chain).jacobian,
     "determinant": lambda chain: derive(chain).determinant,
     "inverse": lambda chain: derive(chain).inverse,
-    "rates": lambda chain: derive(chain).rate_law(),
+    "required rates": lambda chain: derive(chain).derive_rate_law(),
 }
 
-VECTOR_STAGES = frozenset({"point", "last origin", "rates"})
+VECTOR_STAGES = frozenset({"point", "last origin", "required rates"})
 """The stages that are vectors, although their formulas are matrices with one column."""
 
 
@@ -47,7 +47,7 @@ class ReferenceDerivation(StageResults):
             return super()._compute(stage)
         formula = self.textbook_formulas[stage](self.chain)
         if isinstance(formula, sp.Expr):
-            return self.arithmetic.constant(formula)
+            return self.arithmetic.make_constant(formula)
         rows = np.array(formula.tolist(), dtype=object)
         return rows if stage in VECTOR_STAGES else rows[..., None]
 

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 import sympy as sp
 
 from qdot.exercises.formula.parser import parse_reference
-from qdot.exercises.formula.printers.python import FormulaToCode, python_text
+from qdot.exercises.formula.printers.python import FormulaToCode, print_python
 from qdot.exercises.formula.trees import Node
 
 Json = dict[str, Any]
@@ -131,7 +131,7 @@ class Answer(ABC):
         """Return the reference as a student would type it."""
 
     @abstractmethod
-    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = print_python) -> str:
         """Return the reference as Python code; a long matrix is broken into lines.
 
         The code begins after `prefix_width` columns of its first line. `format_formula` converts a formula to code.

@@ -11,7 +11,7 @@ from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.formula.printers.python import (
     FormulaToCode,
     bracket_long_text,
-    python_text,
+    print_python,
     write_list_code,
     write_matrix_code,
 )
@@ -57,7 +57,7 @@ class Expression(_Formulas):
 
     as_typed = as_json
 
-    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = print_python) -> str:
         """Return the formula; a long formula is put in brackets, on several lines."""
         return bracket_long_text(format_formula(self.reference), prefix_width)
 
@@ -84,7 +84,7 @@ class RowsAnswer(_Formulas):
         """Return the rows in brackets."""
         return bracket_rows(format_matrix_rows(self.reference))
 
-    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = print_python) -> str:
         """Return `Matrix([[…], […]])`; a long matrix has one row per line."""
         return write_matrix_code(
             [[format_formula(entry) for entry in row] for row in self.reference.tolist()], prefix_width
@@ -192,7 +192,7 @@ class Number(RowsAnswer):
         """Return the units, and the relative and the absolute error allowed."""
         return {"units": list(self.units), "tolerance": self.tolerance, "floor": self.floor}
 
-    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = print_python) -> str:
         """Return the number, or a column of numbers."""
         write = super().write_code
         return format_formula(self.reference[0]) if self.is_one_line else write(prefix_width, format_formula)
@@ -232,7 +232,7 @@ class ConditionSet(Answer):
         """Return the pieces in brackets."""
         return f"[{', '.join(self.list_pieces())}]"
 
-    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = print_python) -> str:
         """Return a list of `Eq` and `And`, one for each value or combination of values."""
         alternatives = (_list_alternatives(component, format_formula) for component in self.components)
         return write_list_code([text for texts in alternatives for text in texts], prefix_width)

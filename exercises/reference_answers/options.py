@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from qdot.exercises.formula.printers.python import FormulaToCode, python_text
+from qdot.exercises.formula.printers.python import FormulaToCode, print_python
 from qdot.exercises.reference_answers.base import Answer, Json
 
 LETTERS = "ABCDEFGH"
@@ -54,7 +54,7 @@ class Letters(Answer):
         """Return the letters."""
         return self.letters
 
-    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = print_python) -> str:
         """Return the letters in quotes."""
         return f'"{self.letters}"'
 
@@ -81,7 +81,7 @@ class Choice(Letters):
         """Return the letter."""
         return self.letters
 
-    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = print_python) -> str:
         """Return the text to type, in quotes."""
         return f'"{self.typed_text}"'
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from qdot.exercises.formula.printers.python import FormulaToCode, python_text
+from qdot.exercises.formula.printers.python import FormulaToCode, print_python
 from qdot.exercises.reference_answers.base import Answer
 
 
@@ -26,7 +26,7 @@ class Words(Answer):
         """Return nothing, because there is no reference."""
         return ""
 
-    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = python_text) -> str:
+    def write_code(self, prefix_width: int = 0, format_formula: FormulaToCode = print_python) -> str:
         """Return a note that a person marks the answer, as a text."""
         return '"(A person marks this answer.)"'
 

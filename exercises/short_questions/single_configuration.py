@@ -77,7 +77,7 @@ def _ask_speed(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         if configuration is None:
             continue
         rates = {rate: sp.Rational(rng.nonzero_integer(9), 10) for rate in chain.rates}
-        linear = evaluate_precisely(chain, configuration, derive(chain).linear)
+        linear = evaluate_precisely(chain, configuration, derive(chain).linear_rows)
         velocity = linear * sp.Matrix(list(rates.values()))
         with mpmath.workdps(DIGITS):
             squares = (mpmath.mpf(str(sp.N(entry, DIGITS))) ** 2 for entry in velocity)
@@ -88,7 +88,7 @@ def _ask_speed(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 
 def _find_line_objection(chain: Chain) -> str | None:
-    linear_rows = [row for row in find_moving_rows(derive(chain).geometric) if row[0] == "v"]
+    linear_rows = [row for row in find_moving_rows(derive(chain).geometric_jacobian) if row[0] == "v"]
     return None if len(linear_rows) >= 2 else "its point moves along a line or not at all"
 
 
@@ -163,7 +163,7 @@ def _sample_joint_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterat
     configuration = _sample_regular_configuration(chain, rng)
     if configuration is None:
         return
-    linear = evaluate_precisely(chain, configuration, derive(chain).linear)
+    linear = evaluate_precisely(chain, configuration, derive(chain).linear_rows)
     visible_entries = np.argwhere(np.abs(np.array(linear.tolist(), dtype=float)) > MIN_VISIBLE_VELOCITY).tolist()
     if visible_entries:
         row, joint = rng.choice(visible_entries)

@@ -5,7 +5,7 @@ from collections.abc import Collection
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import read_listing
 from qdot.exercises.formula.latex import parse_latex
-from qdot.exercises.formula.printers.mathml import mathml_text
+from qdot.exercises.formula.printers.mathml import print_mathml
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
@@ -35,4 +35,4 @@ def make_gallery_page(bank_families: Collection[str]) -> Page:
 
 def _write_task(name: str) -> str:
     """Return the task of a family's arms, such as x, y, as MathML."""
-    return mathml_text(parse_latex(", ".join(Wording(sample_chain(ProblemId(name, 0))).task)))
+    return print_mathml(parse_latex(", ".join(Wording(sample_chain(ProblemId(name, 0))).task)))

@@ -15,7 +15,7 @@ from qdot.exercises.arm.derivation import TooLong, derive
 from qdot.exercises.figure.arm_figure import describe_part_figure, draw_figure_svg, draw_part_svg, find_figure_pose
 from qdot.exercises.figure.pose import choose_example_values
 from qdot.exercises.figure.words import describe_figure
-from qdot.exercises.formula.printers.python import python_text
+from qdot.exercises.formula.printers.python import print_python
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.problem import Part, Problem
@@ -79,7 +79,7 @@ def list_determinant_factors(chain: Chain) -> list[list[str]]:
     for factor, _ in minor.factors:
         _, shown_factor = derivation.substitute_values(factor).as_coeff_Mul()  # without the numeric coefficient
         if shown_factor.free_symbols & set(chain.q):
-            factors.append([to_html(f"${tex(shown_factor, chain)}$"), python_text(shown_factor)])
+            factors.append([to_html(f"${tex(shown_factor, chain)}$"), print_python(shown_factor)])
     return factors
 
 

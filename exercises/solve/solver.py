@@ -138,7 +138,7 @@ def solve(chain: Chain) -> Solution:
     *_, singularities = generate_singular_events(chain)
     assert isinstance(singularities, Singularities)
     return Solution(
-        chain, derivation.position, derivation.geometric[:3, :], derivation.geometric, singularities.determinant,
+        chain, derivation.position, derivation.linear_rows, derivation.geometric_jacobian, singularities.determinant,
         singularities.singular, singularities.note, singularities.redundant, singularities.special_cases,
     )  # fmt: skip
 
@@ -332,9 +332,10 @@ def _to_text_rows(matrix: sp.Matrix) -> list[list[str]]:
 
 def _make_classified_data(chain: Chain, component: SingularComponent, has_kind: bool) -> dict[str, Any]:
     """Return the conditions, the kind and the meaning of a component as plain data."""
-    kind = {"type": component.kind.kind, "uniform": component.kind.uniform} if has_kind and component.kind.kind else {}
-    meaning = convention_of(chain).rename_origins(component.kind.meaning) or None
-    return _make_component_data(component) | kind | {"meaning": meaning}
+    classification = component.classification
+    kind = {"type": classification.kind, "uniform": classification.is_uniform} if classification.kind else {}
+    meaning = convention_of(chain).rename_origins(classification.meaning) or None
+    return _make_component_data(component) | (kind if has_kind else {}) | {"meaning": meaning}
 
 
 def _make_component_data(component: SingularComponent | Component) -> dict[str, Any]:
@@ -491,7 +492,7 @@ def generate_data_events(chain: Chain) -> Events:
     yield "the position"
     yield ReadyResult("position", {"position": make_matrix_json(derivation.position)})
     yield "the Jacobian"
-    rows = _to_text_rows(derivation.geometric)
+    rows = _to_text_rows(derivation.geometric_jacobian)
     yield ReadyResult("jacobian", {"jacobian": rows[:3], "geometric_jacobian": rows})
     for name in list_twist_jacobian_names(chain):
         yield f"the {name.replace('_j', ' J')}"  # the space Jacobian, or the body Jacobian

@@ -13,7 +13,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.standard_table import wrap_angle
 from qdot.exercises.formula.order import find_number_in_name
-from qdot.exercises.formula.printers.python import python_text
+from qdot.exercises.formula.printers.python import print_python
 from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.writing import shortening
 
@@ -58,7 +58,7 @@ class AngleNames:
     def write_python_code(self, expression: sp.Expr) -> str:
         """Return an expression as Python code, with angles such as theta1 + 5*pi/6 instead of their names."""
         new_expression = shortening.multiply_numbers(self.use_names(self.shorten(expression)))
-        return python_text(new_expression, {name: python_text(angle) for name, angle in self.angle_by_name.items()})
+        return print_python(new_expression, {name: print_python(angle) for name, angle in self.angle_by_name.items()})
 
 
 def name_angles(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:

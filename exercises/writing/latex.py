@@ -14,16 +14,16 @@ from qdot.exercises.formula import layout, order
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
 from qdot.exercises.formula.order import COMPONENT_PATTERN, find_joint_sum_digits, is_rate_or_component, write_decimal
-from qdot.exercises.formula.printers.latex import latex_text
+from qdot.exercises.formula.printers.latex import print_latex
 from qdot.exercises.writing.angles import AngleNames
 from qdot.exercises.writing.constant_angles import list_constant_angles, use_constant_angles
 from qdot.exercises.writing.line_breaking import fill_lines
 from qdot.exercises.writing.shortening import multiply_numbers
 
 _FUNCTIONS = {
-    **{getattr(sp, name): Layout("word", name) for name in ("sin", "cos", "tan", "exp")},
-    **{getattr(sp, f"a{name}"): Layout("word", f"arc{name}") for name in ("sin", "cos", "tan")},
-    **{getattr(sp, name): Layout("text", name) for name in ("atan2", "sign")}, sp.log: Layout("word", "ln"),
+    **{getattr(sp, name): Layout("function", name) for name in ("sin", "cos", "tan", "exp")},
+    **{getattr(sp, f"a{name}"): Layout("function", f"arc{name}") for name in ("sin", "cos", "tan")},
+    **{getattr(sp, name): Layout("text", name) for name in ("atan2", "sign")}, sp.log: Layout("function", "ln"),
 }  # fmt: skip
 _TALL = frozenset(("frac", "root"))
 """Kinds of pieces around which brackets grow; a small fraction fits into brackets of normal height."""
@@ -33,8 +33,8 @@ _SYMBOL_PATTERN = re.compile(r"(theta|alpha|beta|qdd?|[a-zA-Z])(\d*)")
 
 
 @cache
-def write_symbol(name: str, prismatic: tuple[str, ...] = ()) -> str:
-    r"""Return a symbol's LaTeX. `prismatic` has the numbers of the prismatic joints, whose rates are written \dot d.
+def write_symbol(name: str, prismatic_numbers: tuple[str, ...] = ()) -> str:
+    r"""Return a symbol's LaTeX. `prismatic_numbers` are those of the prismatic joints, whose rates are written \dot d.
 
     >>> write_symbol("theta12"), write_symbol("qd2", ("2",)), write_symbol("qdd1"), write_symbol("wx")
     ('\\theta_{12}', '\\dot{d}_{2}', '\\ddot{\\theta}_{1}', '\\omega_{x}')
@@ -46,7 +46,7 @@ def write_symbol(name: str, prismatic: tuple[str, ...] = ()) -> str:
         return str(sp.latex(sp.Symbol(name)))
     letter, index = match.groups()
     if letter in ("qd", "qdd"):
-        letter = ("\\dot" if letter == "qd" else "\\ddot") + ("{d}" if index in prismatic else r"{\theta}")
+        letter = ("\\dot" if letter == "qd" else "\\ddot") + ("{d}" if index in prismatic_numbers else r"{\theta}")
     elif letter in ("theta", "alpha", "beta"):
         letter = "\\" + letter
     return f"{letter}_{{{index}}}" if index else letter
@@ -71,8 +71,8 @@ def _join_terms(signed_terms: Sequence[_SignedTerm]) -> Pieces:
 class _ExpressionLayout:
     """Lays out SymPy expressions. A term is a sign and an absolute value, so that signs can move out of brackets."""
 
-    def __init__(self, prismatic: tuple[str, ...], lengths: tuple[sp.Rational, ...] = ()) -> None:
-        self.prismatic, self.lengths = prismatic, lengths
+    def __init__(self, prismatic_numbers: tuple[str, ...], lengths: tuple[sp.Rational, ...] = ()) -> None:
+        self.prismatic_numbers, self.lengths = prismatic_numbers, lengths
         self.cached_product = lru_cache(maxsize=2048)(self.lay_out_product)  # several results share terms
 
     def lay_out(self, expression: sp.Expr) -> Pieces:
@@ -117,7 +117,7 @@ class _ExpressionLayout:
         if factor.is_Pow:
             return self.lay_out_power(factor.base, factor.exp)
         if factor.is_Symbol:
-            return parse_latex(write_symbol(factor.name, self.prismatic)).inner
+            return parse_latex(write_symbol(factor.name, self.prismatic_numbers)).inner
         if factor.is_number and factor.is_Rational:
             return self.lay_out_number(factor).pieces
         if isinstance(factor, sp.Abs):
@@ -232,7 +232,7 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
     >>> tex(a1 * sp.sin(5 * sp.pi / 12) * sp.sin(t1) + sp.cos(7 * sp.pi / 12) / 2)
     '\\cos(15^\\circ) a_{1} s_{1} - \\tfrac{\\sin(15^\\circ)}{2}'
     """
-    return latex_text(lay_out(expression, chain, angles))
+    return print_latex(lay_out(expression, chain, angles))
 
 
 def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
@@ -283,10 +283,14 @@ def list_lengths(chain: Chain) -> list[sp.Expr]:
 
 @lru_cache(maxsize=1024)
 def _lay_out_scalar(
-    expression: sp.Expr, prismatic: tuple[str, ...], angles: tuple[sp.Expr, ...], lengths: tuple[sp.Rational, ...]
+    expression: sp.Expr,
+    prismatic_numbers: tuple[str, ...],
+    angles: tuple[sp.Expr, ...],
+    lengths: tuple[sp.Rational, ...],
 ) -> Pieces:
     """Lay out an expression; cached, because steps, results and other parts show the same expressions."""
-    return _get_expression_layout(prismatic, lengths).lay_out(use_constant_angles(multiply_numbers(expression), angles))
+    rewritten_expression = use_constant_angles(multiply_numbers(expression), angles)
+    return _get_expression_layout(prismatic_numbers, lengths).lay_out(rewritten_expression)
 
 
 _get_expression_layout = lru_cache(maxsize=16)(_ExpressionLayout)
@@ -301,7 +305,7 @@ def tex_lines(expression: sp.Expr, chain: Chain | None = None, angles: AngleName
     terms = layout.split_terms(lay_out(expression, chain, angles).inner)
     first_line, *other_lines = fill_lines(terms, MAX_LINE_WIDTH)
     lines = (first_line, *((layout.QUAD, *line[1:]) for line in other_lines))
-    return r" \\ & ".join(latex_text(row(*line)) for line in lines)
+    return r" \\ & ".join(print_latex(row(*line)) for line in lines)
 
 
 def tex_length(value: sp.Expr) -> str:
@@ -356,7 +360,7 @@ def _write_angle_in_degrees(value: sp.Expr) -> str:
     constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if term.is_number))
     if constant != 0 and constant.is_Rational:  # an angle such as 0.7
         return _tex_with_unit(value, "rad")
-    return latex_text(row(*_ExpressionLayout(()).lay_out_angle(value)))
+    return print_latex(row(*_ExpressionLayout(()).lay_out_angle(value)))
 
 
 def tex_value(value: sp.Expr, joint: sp.Symbol) -> str:
@@ -366,4 +370,4 @@ def tex_value(value: sp.Expr, joint: sp.Symbol) -> str:
 
 def _tex_with_unit(value: sp.Expr, unit: str) -> str:
     unit_pieces = (layout.THIN, Layout("text", unit)) if unit else ()
-    return latex_text(row(*lay_out(value).inner, *unit_pieces))
+    return print_latex(row(*lay_out(value).inner, *unit_pieces))

@@ -18,9 +18,9 @@ from sympy.printing.pretty.pretty_symbology import line_width
 
 from qdot.exercises.formula.latex import MARKDOWN_FORMULA, parse_latex
 from qdot.exercises.formula.layout import Layout
-from qdot.exercises.formula.printers.latex import latex_text
-from qdot.exercises.formula.printers.mathml import mathml_text
-from qdot.exercises.formula.printers.unicode import unicode_text
+from qdot.exercises.formula.printers.latex import print_latex
+from qdot.exercises.formula.printers.mathml import print_mathml
+from qdot.exercises.formula.printers.unicode import print_unicode
 from qdot.exercises.writing.line_breaking import estimate_width, fit_formula, is_taller_than_line, is_too_wide_inline
 
 if TYPE_CHECKING:  # importing markdown_it is slow, and grading does not need it, because grading uses stored HTML
@@ -102,9 +102,9 @@ def to_html(
 @lru_cache(maxsize=512)
 def _convert_to_mathml(latex: str, is_displayed: bool, max_width: float) -> str:
     if not is_displayed:
-        return "".join(mathml_text(parse_latex(piece)) + separator for piece, separator in _split_equations(latex))
+        return "".join(print_mathml(parse_latex(piece)) + separator for piece, separator in _split_equations(latex))
     fitted_layout = fit_formula(parse_latex(latex), max_width)
-    return mathml_text(fitted_layout, True, find_percent(fitted_layout, max_width))
+    return print_mathml(fitted_layout, True, find_percent(fitted_layout, max_width))
 
 
 def find_percent(formula: Layout, max_width: float) -> int:
@@ -138,7 +138,7 @@ def fit_latex(latex: str, max_width: float) -> str:
     """Return the LaTeX of a displayed formula, broken into lines only if it is wider than `max_width` (em)."""
     layout = parse_latex(latex)
     fitted_layout = fit_formula(layout, max_width)
-    return latex if fitted_layout is layout else latex_text(fitted_layout)
+    return latex if fitted_layout is layout else print_latex(fitted_layout)
 
 
 def to_html_for_mathjax(text: str) -> str:
@@ -161,7 +161,7 @@ def to_html_for_mathjax(text: str) -> str:
 # --- LaTeX ---
 
 _BEGIN_TABLE = "\n\\begin{{center}}\n\\begin{{tabular}}{{{}}}\n\\toprule\n"
-_ALIGNED = r"\begin{aligned}", r"\end{aligned}"
+_BEGIN_ALIGNED, _END_ALIGNED = r"\begin{aligned}", r"\end{aligned}"
 MAX_UNBROKEN_LINES = 8
 """Maximum number of lines of a formula between which a page is not broken."""
 _TABLE_PATTERN = re.compile(r"(\n\\begin\{tabular\}.*?\\end\{tabular\}\n)", re.DOTALL)
@@ -218,7 +218,7 @@ def _write_display(latex: str, max_width: float, punctuation: str = "") -> str:
     layout = parse_latex(fitted_latex)
     is_aligned = [piece.kind for piece in layout.inner] == ["aligned"]
     if is_aligned and len(layout.inner[0].inner) > MAX_UNBROKEN_LINES:
-        rows = fitted_latex.removeprefix(_ALIGNED[0]).removesuffix(_ALIGNED[1])
+        rows = fitted_latex.removeprefix(_BEGIN_ALIGNED).removesuffix(_END_ALIGNED)
         return f"{{\\allowdisplaybreaks\n\\begin{{align*}}\n{rows.strip()}{punctuation}\n\\end{{align*}}\n}}"
     if estimate_width(layout) <= max_width:
         return f"\\[\n{fitted_latex}{punctuation}\n\\]"
@@ -274,7 +274,7 @@ def to_text(text: str) -> str:
 
     def convert_formula(match: re.Match[str]) -> str:
         latex, is_displayed = formulas[int(match.group(1))]
-        formula_text = unicode_text(parse_latex(latex))
+        formula_text = print_unicode(parse_latex(latex))
         return f"\n\n{textwrap.indent(formula_text, '    ')}\n\n" if is_displayed else formula_text.strip()
 
     def convert_inline(inline: "SyntaxTreeNode") -> str:

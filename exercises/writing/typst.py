@@ -13,8 +13,8 @@ from itertools import takewhile
 from markdown_it.token import Token
 
 from qdot.exercises.formula.latex import parse_latex
-from qdot.exercises.formula.printers.speech import speak
-from qdot.exercises.formula.printers.typst import typst_string, typst_text
+from qdot.exercises.formula.printers.speech import print_speech
+from qdot.exercises.formula.printers.typst import print_typst, quote_for_typst
 from qdot.exercises.writing import markup
 from qdot.exercises.writing.line_breaking import fit_formula, is_too_wide_inline
 from qdot.exercises.writing.markup import PLACEHOLDER_PATTERN, TokenWriters, count_columns, has_tall_formula
@@ -47,15 +47,15 @@ def to_typst(text: str, width_share: float = 1.0) -> str:
         latex, is_displayed = formulas[int(match.group(1))]
         punctuation = match.group(2) or ""
         layout, max_width = parse_latex(latex), width_share * TYPST_WIDTH
-        words = typst_string(speak(layout))
+        words = quote_for_typst(print_speech(layout))
         if not is_displayed and not is_too_wide_inline(layout, max_width):
-            return f"#formula({words}, ${typst_text(layout)}$){punctuation}"
+            return f"#formula({words}, ${print_typst(layout)}$){punctuation}"
         fitted_layout = fit_formula(layout, max_width)
         size = markup.find_percent(fitted_layout, max_width)
         if is_displayed:
-            return f"#formulas({words}, $ {typst_text(fitted_layout)} $, {size}%){punctuation}"
+            return f"#formulas({words}, $ {print_typst(fitted_layout)} $, {size}%){punctuation}"
         quoted_punctuation = f' "{punctuation[1:]}"' if punctuation else ""
-        return f"#formulas({words}, $ {typst_text(fitted_layout)}{quoted_punctuation} $, {size}%)"
+        return f"#formulas({words}, $ {print_typst(fitted_layout)}{quoted_punctuation} $, {size}%)"
 
     token_writers: TokenWriters = {**_TOKEN_WRITERS, "table_open": partial(_open_table, formulas=formulas)}
     body = markup.write_tokens(tokens, markup.MARKUP["typst"], token_writers)
@@ -71,7 +71,7 @@ def _open_table(tokens: Sequence[Token], index: int, formulas: Sequence[markup.M
 
 _TOKEN_WRITERS: TokenWriters = {
     "text": lambda tokens, i: escape_typst(tokens[i].content),
-    "code_inline": lambda tokens, i: f"#raw({typst_string(tokens[i].content)})",
+    "code_inline": lambda tokens, i: f"#raw({quote_for_typst(tokens[i].content)})",
     "heading_open": lambda tokens, i: f"\n#heading(level: {tokens[i].tag[1]})[",
     "ordered_list_open": lambda tokens, i: f"\n#enum(start: {tokens[i].attrGet('start') or 1}, ",
 }

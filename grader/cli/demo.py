@@ -13,7 +13,7 @@ import typer
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
-from qdot.exercises.common.console import note, say
+from qdot.exercises.common.console import note, print_result
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.common.files import write_atomically
@@ -141,11 +141,13 @@ def demo(
     grade(folder, jobs=jobs, seconds=NOTEBOOK_SECONDS)
     _, results = read_results_to_report(assignment)
     scores = [f"{result.score:5.1f} of {result.max_score:g}" for result in results]
-    say(f"\n{'id':<4}  {'name':<20} {'submitted':<32} {'points':>{len(scores[0])}}  status")
+    print_result(f"\n{'id':<4}  {'name':<20} {'submitted':<32} {'points':>{len(scores[0])}}  status")
     for student, score, result in zip(assignment.roster, scores, results, strict=True):
-        say(f"{student.id:<4}  {student.name:<20} {KIND_BY_NAME[student.name]:<32} {score}  {find_work_status(result)}")
+        print_result(
+            f"{student.id:<4}  {student.name:<20} {KIND_BY_NAME[student.name]:<32} {score}  {find_work_status(result)}"
+        )
     example = next(student.id for student in assignment.roster if KIND_BY_NAME[student.name] == "half of the answer")
-    say(f"\na feedback page: {folder / 'graded' / 'feedback' / f'{example}.html'}")
+    print_result(f"\na feedback page: {folder / 'graded' / 'feedback' / f'{example}.html'}")
     if missing_message := explain_missing("report", "the report of the class", "matplotlib"):
         note(missing_message)
     else:

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from qdot.exercises.common.console import say
+from qdot.exercises.common.console import print_result
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.grading.forgetting import plan_forgetting
 
@@ -37,18 +37,18 @@ def forget(
     plans = plan_forgetting(folder, student)
     for plan in plans:
         for line in plan.describe():
-            say(line)
-    say(LIMITATION)
+            print_result(line)
+    print_result(LIMITATION)
     if dry_run:
-        say("nothing was removed: --dry-run")
+        print_result("nothing was removed: --dry-run")
         return
     if not yes:
         if not sys.stdin.isatty():
             advice = "use --yes to remove, or --dry-run to list only"
             raise QdotError(f"can't ask for confirmation without a terminal: {advice}")
         if not typer.confirm("Remove this permanently?", err=True):
-            say("nothing was removed")
+            print_result("nothing was removed")
             raise typer.Exit(1)
     for plan in plans:
         plan.carry_out()
-    say("removed")
+    print_result("removed")

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
-from qdot.exercises.common.console import note, say, show_progress
+from qdot.exercises.common.console import note, print_result, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, list_first
 from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.grader.cli.options import FolderArgument, JobsOption, SecondsOption
@@ -97,7 +97,8 @@ def grade(
     if received and not student:
         raise QdotError("--received applies to one student's notebook: add --student ID")
     assignment = load_assignment(folder)
-    print_line = note if any(path == STDOUT for _, path in reports) else say  # a report on standard output stays alone
+    is_report_printed = any(path == STDOUT for _, path in reports)
+    print_line = note if is_report_printed else print_result  # a report on standard output stays alone
     for option, value in (("--executor", executor), ("--allow-missing", allow_missing)):
         if student and value:
             raise QdotError(f"{option} applies to a whole class; leave it out with --student")

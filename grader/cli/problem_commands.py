@@ -14,11 +14,11 @@ from qdot import generate as make_problem
 from qdot import show as show_problem
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.arm.library import FILE_EXTENSIONS, find_robot_path, is_in_library
-from qdot.exercises.arm.library import robots as library
+from qdot.exercises.arm.library import list_robots as library
 from qdot.exercises.arm.robot_file import read_robot_file
-from qdot.exercises.arm.robot_text import robot_text
+from qdot.exercises.arm.robot_text import write_robot_text
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, find_set
-from qdot.exercises.common.console import check_choice, note, say, show_status
+from qdot.exercises.common.console import check_choice, note, print_result, show_status
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS as SECONDS
 from qdot.exercises.common.time_limit import MIN_SECONDS, parse_seconds
 from qdot.exercises.families import Family
@@ -68,9 +68,9 @@ def init(
     """
     if list_sets:
         for problem_set in SETS.values():
-            say(f"{problem_set.name:<18} {problem_set.title}: {problem_set.purpose}")
+            print_result(f"{problem_set.name:<18} {problem_set.title}: {problem_set.purpose}")
             size = f"{problem_set.problem_count} problems, {problem_set.total_points:g} points"
-            say(f"{'':<18} {size}, about {problem_set.minutes} minutes")
+            print_result(f"{'':<18} {size}, about {problem_set.minutes} minutes")
         return
     if folder is None:
         raise QdotError("give the folder to create, as in 'qdot init homework'; 'qdot init --list' lists the sets")
@@ -79,7 +79,7 @@ def init(
     chosen_set = find_set(problems)
     init_assignment(folder, title or chosen_set.title, key, roster=roster, problem_set=chosen_set)
     next_step = f"put your class into {folder / 'roster.csv'}" if roster is None else "edit assignment.toml"
-    say(f"created {folder}: {next_step}, then run: qdot generate {folder}")
+    print_result(f"created {folder}: {next_step}, then run: qdot generate {folder}")
 
 
 def families(
@@ -115,11 +115,13 @@ def families(
             if as_json:
                 row = {**_make_family_row(family, convention), "refused": list_refusals(family, convention)}
                 text = json.dumps(row, ensure_ascii=False, indent=1)
-        say(text)
+        print_result(text)
     elif as_json:
-        say(json.dumps([_make_family_row(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1))
+        print_result(
+            json.dumps([_make_family_row(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1)
+        )
     else:
-        say(describe_families())
+        print_result(describe_families())
 
 
 def _find_family(name: str) -> Family:
@@ -158,12 +160,12 @@ def questions(as_json: JsonOption = False) -> None:
              "needs": question.prerequisites, "form": question.form}
             for name, question in ALL_QUESTIONS.items()
         ]  # fmt: skip
-        say(json.dumps(rows, ensure_ascii=False, indent=1))
+        print_result(json.dumps(rows, ensure_ascii=False, indent=1))
         return
     for name, question in ALL_QUESTIONS.items():
         if name == next(iter(SHORT_QUESTIONS)):
-            say('\nShort questions for quizzes; questions = "quiz" uses one of each form:\n')
-        say(f"{name:<24} {question.title} ({question.source}{'; ' if question.form else ''}{question.form})")
+            print_result('\nShort questions for quizzes; questions = "quiz" uses one of each form:\n')
+        print_result(f"{name:<24} {question.title} ({question.source}{'; ' if question.form else ''}{question.form})")
 
 
 def show(
@@ -229,7 +231,7 @@ def show(
         identity = replace(identity, questions=names)
     generated_problem = make_problem(identity)
     certificate = qdot.certify(generated_problem).as_json() if format == "json" else None  # loaded only if needed
-    say(show_problem(generated_problem, solution, format, certificate, hints))
+    print_result(show_problem(generated_problem, solution, format, certificate, hints))
 
 
 SAMPLE_STUDENT = "preview"
@@ -253,7 +255,7 @@ def _preview_assignment(
     identifier = find_student(assignment, student).id if student else SAMPLE_STUDENT
     problems = assignment.generate_problems(identifier)
     if format != "pdf":
-        say(show_assignment(assignment.title, problems, solution, format, hints or assignment.hints))
+        print_result(show_assignment(assignment.title, problems, solution, format, hints or assignment.hints))
         return
     from qdot.exercises.exports.paper import make_pdf_preview
 
@@ -274,9 +276,9 @@ def robots(as_json: JsonOption = False) -> None:
           all real robots, with the source of their data
     """
     if as_json:
-        say(json.dumps([asdict(robot) for robot in library().values()], ensure_ascii=False, indent=1))
+        print_result(json.dumps([asdict(robot) for robot in library().values()], ensure_ascii=False, indent=1))
     else:
-        say(describe_robots())
+        print_result(describe_robots())
 
 
 def solve(
@@ -330,6 +332,6 @@ def solve(
         check_choice(convert, CONVENTIONS, "--convert")
         if format != "text":
             raise QdotError("--convert writes a ROBOT.toml and --format writes what is derived; give only one of them")
-        say(robot_text(parsed_robot, convert).rstrip())
+        print_result(write_robot_text(parsed_robot, convert).rstrip())
         return
-    write_solution(parsed_robot, format, seconds, say, show_status)
+    write_solution(parsed_robot, format, seconds, print_result, show_status)

@@ -10,7 +10,7 @@ import typer
 
 from qdot.exercises.assignment.assignment import FEEDBACK, load_assignment
 from qdot.exercises.assignment.certified_problems import FailedSlot
-from qdot.exercises.common.console import check_choice, note, say, show_progress
+from qdot.exercises.common.console import check_choice, note, print_result, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.exercises.common.variation import VARIATION_STEPS
@@ -99,7 +99,7 @@ def build_site(
     with show_progress("building the site", len(problems)) as counter:
         totals = write_site(site, counter.step, failed_slots.append)
     contents = f"{count_noun(totals['problems'], 'problem')} with {count_noun(totals['questions'], 'question')}"
-    say(f"{contents} in {out}; to see them: qdot site serve {out}")
+    print_result(f"{contents} in {out}; to see them: qdot site serve {out}")
     for slot in failed_slots:
         note(str(slot))
     if failed_slots:
@@ -128,7 +128,7 @@ def serve(
     except OSError as error:
         raise QdotError(f"port {port} can't be used: {error.strerror}; choose another with --port") from None
     with server:
-        say(f"the site is at http://127.0.0.1:{server.server_port}/; stop it with Ctrl-C")
+        print_result(f"the site is at http://127.0.0.1:{server.server_port}/; stop it with Ctrl-C")
         server.serve_forever()
 
 

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from qdot.exercises.common.console import say
+from qdot.exercises.common.console import print_result
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.grader.grading.check import check_notebook
 
@@ -29,18 +29,18 @@ def check(
         raise QdotError(f"--report {report}: expected github=PATH, as in github=summary.md")
     checked_notebook = check_notebook(notebook)
     for message in checked_notebook.notes:
-        say(f"note: {message}")
+        print_result(f"note: {message}")
     for row in checked_notebook.rows:
-        say(f"{'ok ' if row.is_readable else '-- '} {row.part}: {row.message}")
+        print_result(f"{'ok ' if row.is_readable else '-- '} {row.part}: {row.message}")
     if summary_path:
         from qdot.grader.reports.formats import write_to_path
         from qdot.grader.reports.github import make_check_annotations, make_check_summary
 
         write_to_path(summary_path, make_check_summary(checked_notebook))
         if annotations := make_check_annotations(notebook, checked_notebook):
-            say(annotations)
+            print_result(annotations)
     readable_count = sum(row.is_readable for row in checked_notebook.rows)
     answers = f"{readable_count} of {count_noun(len(checked_notebook.rows), 'answer')}"
-    say(f"{answers} can be read; qdot does not check here whether they are right")
+    print_result(f"{answers} can be read; qdot does not check here whether they are right")
     if readable_count < len(checked_notebook.rows):
         raise typer.Exit(1)

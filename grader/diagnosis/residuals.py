@@ -29,7 +29,7 @@ def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:
         return None
     answer_rows, axes = map(list, zip(*linear_rows, strict=True))
     if question.link_sums == "links":
-        links = np.stack([stages.arithmetic.drop_derivatives(link) for link in stages["links"]])[:, axes]
+        links = np.stack([stages.arithmetic.drop_derivatives(link) for link in stages["link vectors"]])[:, axes]
         return _explain_position(stages, links, residual[:, 0])
     size = float(np.abs(correct_values).max())
     other_residual = np.delete(residual, answer_rows, axis=0)

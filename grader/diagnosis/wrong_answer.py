@@ -57,7 +57,7 @@ class WrongAnswer:
         """
         if is_made_of_jacobian(self.part):
             return np.zeros(self.correct_values.shape[:2], bool)
-        doubled_rows = self.correct_stages.with_mistakes({"linear": lambda _, rows: 2 * rows})
+        doubled_rows = self.correct_stages.with_mistakes({"linear rows": lambda _, rows: 2 * rows})
         change = np.abs(compute_answer(doubled_rows, self.part) - self.correct_values)
         return np.asarray((change > RELATIVE_TOLERANCE * np.abs(self.correct_values)).any(axis=-1))
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
-from qdot.exercises.common.console import note, say
+from qdot.exercises.common.console import note, print_result
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
 from qdot.grader.grading.batch import find_student, grade_one, make_limits
@@ -147,7 +147,7 @@ def main(arguments: list[str] | None = None) -> int:
     except QdotError as error:
         note(f"qdot: {error}")
         return 2
-    say(f"{results.extra_data.student}: {format_points(results.score)} points")
+    print_result(f"{results.extra_data.student}: {format_points(results.score)} points")
     return 0
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from qdot.exercises.common.errors import shorten
 from qdot.exercises.formula.notation import find_units
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.printers.mathml import mathml_text
+from qdot.exercises.formula.printers.mathml import print_mathml
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, count_nodes
 from qdot.exercises.formula.units import parse_unit
@@ -116,7 +116,7 @@ def _typeset_html(problem: Problem, part: Part, node: Node) -> str:
     formula = typeset(node, list_prismatic_joints(problem.chain), part.answer.is_set, part.answer.expected_units)
     fitted_layout = fit_formula(formula, MAX_FORMULA_WIDTH)
     size = max(MIN_FORMULA_SIZE, min(100, int(100 * MAX_FORMULA_WIDTH / max(estimate_width(fitted_layout), 1.0))))
-    mathml = mathml_text(fitted_layout, is_displayed=True, percent=size)
+    mathml = print_mathml(fitted_layout, is_displayed=True, percent=size)
     # Shorten the page: write letters instead of their codes, and no rows with a single item.
     mathml = re.sub(r"&#x0*([0-9A-F]{3,5});", lambda code: chr(int(code[1], 16)), mathml)
     return re.sub(r"<mrow>(<m[ino]>[^<]*</m[ino]>)</mrow>", r"\1", mathml.replace(_NAMESPACE, "", 1))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from qdot.exercises.formula.equality import Counterexample, EntryDifference, SetDifference
 from qdot.exercises.formula.latex import parse_latex
-from qdot.exercises.formula.printers.mathml import mathml_text
+from qdot.exercises.formula.printers.mathml import print_mathml
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.writing.latex import list_prismatic_joints, write_symbol
@@ -62,7 +62,7 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
             continue
         values = (configuration.get(name) for configuration in configurations)
         cells = tuple(_format_quantity(value, symbol_infos[name].unit) for value in values)
-        symbol_rows.append(ExampleRow(mathml_text(parse_latex(write_symbol(name, prismatic_names))), cells))
+        symbol_rows.append(ExampleRow(print_mathml(parse_latex(write_symbol(name, prismatic_names))), cells))
     if isinstance(example, SetDifference):
         captions = SET_CAPTIONS[part.answer_as(ConditionSet).is_singular_set]
         columns = [

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.common.console import check_choice, note, say
+from qdot.exercises.common.console import check_choice, note, print_result
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import require_extra
 from qdot.exercises.common.files import write_atomically
@@ -16,7 +16,12 @@ from qdot.grader.grading.result import Result
 from qdot.grader.reports import charts, github, gradescope, junit
 from qdot.grader.reports.class_page import make_class_page
 from qdot.grader.reports.excel import make_workbook
-from qdot.grader.reports.gradebooks import describe_unmarked_students, make_canvas_csv, make_moodle_csv
+from qdot.grader.reports.gradebooks import (
+    describe_unmarked_students,
+    make_brightspace_csv,
+    make_canvas_csv,
+    make_moodle_csv,
+)
 from qdot.grader.reports.grades_table import make_grades_csv
 
 
@@ -66,6 +71,9 @@ FORMATS = {
                      make_notes=describe_unmarked_students),
         ReportFormat("moodle", "A file to import into Moodle's gradebook", "Moodle", IMPORTER_RULES, make_moodle_csv,
                      make_notes=describe_unmarked_students),
+        ReportFormat("brightspace", "A file to import into Brightspace's grades", "Brightspace",
+                     "the form in Brightspace's documentation", make_brightspace_csv,
+                     make_notes=describe_unmarked_students),
         ReportFormat("xlsx", "A workbook: grades, and the outcomes of each part", "Excel, LibreOffice", "openpyxl",
                      make_workbook, check_library=lambda: require_extra("report", "--report xlsx", "xlsxwriter")),
         ReportFormat("html", "The class overview, a page for the staff", "any browser", "Chromium",
@@ -108,7 +116,7 @@ def write_requested_reports(
             note(f"{name}: {message}")
         write_to_path(path, content, 0o600 if report_format.is_private else 0o644)
         if text := report_format.make_printed_text(assignment, results):
-            say(text)
+            print_result(text)
 
 
 def write_to_path(path: str, content: str | bytes, mode: int = 0o644) -> None:
@@ -119,4 +127,4 @@ def write_to_path(path: str, content: str | bytes, mode: int = 0o644) -> None:
         sys.stdout.flush()
         sys.stdout.buffer.write(content)
     else:
-        say(content)
+        print_result(content)

@@ -14,7 +14,7 @@ export interface Index {
   readonly questions: readonly Question[];
 }
 
-export interface Family {
+interface Family {
   /** The name of the family's folder in the bank. */
   readonly name: string;
   readonly title: string;
@@ -116,8 +116,13 @@ export interface Robot {
 /** A row of the table, for a revolute (R) or prismatic (P) joint. */
 export type JointRow = { readonly kind: "R" | "P" } & Readonly<Record<"theta" | "d" | "a" | "alpha", string>>;
 
-/** A row of J: a component of the linear velocity (v) or of the angular velocity (w), in the world frame. */
-export type TaskRow = "vx" | "vy" | "vz" | "wx" | "wy" | "wz";
+/** Return the name of the variable of a joint, given its index (from 0): theta1 or d1. */
+export const nameJoint = ({ kind }: Pick<JointRow, "kind">, index: number): string =>
+  `${kind === "R" ? "theta" : "d"}${index + 1}`;
+
+/** The rows of J: the components of the linear velocity (v) and of the angular velocity (w), in the world frame. */
+export const ROWS = ["vx", "vy", "vz", "wx", "wy", "wz"] as const;
+export type TaskRow = (typeof ROWS)[number];
 
 /** A question of a problem, with its answer key. */
 export interface Part {
@@ -154,14 +159,14 @@ export interface Part {
 }
 
 /** The correct answer and known mistakes, as values at some configurations or as letters, without formulas. */
-export type AnswerKey = ValuesKey | NumbersKey | ConfigurationsKey | LettersKey;
+type AnswerKey = ValuesKey | NumbersKey | ConfigurationsKey | LettersKey;
 
 /**
  * A known mistake: its index in `Problem.said`, then numbers of the wrong answer that it leads to. In a NumbersKey they
  * are the answer itself. In a ValuesKey they are fingerprints (keys.py) of the answer at the first points, or, if the
  * key has a tolerance, the components of a unit vector.
  */
-export type KnownMistake = readonly number[];
+type KnownMistake = readonly number[];
 
 /** The key of formulas, or of a direction: a vector whose length does not count. Entries are numbered row by row. */
 export interface ValuesKey {

@@ -14,6 +14,10 @@ export function listen<E extends Event>(target: EventTarget, name: string, liste
   return () => target.removeEventListener(name, listener as (event: Event) => void);
 }
 
+/** Return whether the system asks for reduced motion, also if it can't be asked. */
+export const prefersReducedMotion = (): boolean =>
+  window.matchMedia?.("(prefers-reduced-motion: reduce)").matches ?? true;
+
 /** Return how often a component was painted, up to `last`. It shows its parts step by step, so no step takes long. */
 export function useSteps(last: number): number {
   const [step, setStep] = useState(0);
@@ -50,7 +54,7 @@ export function useDebounced<T>(value: T, milliseconds: number): T {
 }
 
 /** A loaded value, null until it is loaded; the error as text, or ""; and a function that loads the value again. */
-export type Loaded<T> = { readonly loaded: T | null; readonly error: string; readonly retry: () => void };
+type Loaded<T> = { readonly loaded: T | null; readonly error: string; readonly retry: () => void };
 
 /** Load a value, and load it again whenever `inputs` change; the old value is kept until then. */
 export function useLoaded<T>(load: () => Promise<T>, inputs: readonly unknown[]): Loaded<T> {

@@ -55,7 +55,7 @@ async function typesetWaiting(): Promise<void> {
 }
 
 /** Make formulas that are too wide scrollable by the keyboard: they become Tab stops. */
-export function makeReachable(root: HTMLElement): void {
+function makeReachable(root: HTMLElement): void {
   const formulas = [...root.querySelectorAll<HTMLElement>('math[display="block"]')];
   if (root.matches("div.tex")) formulas.push(root);
   for (const formula of formulas) {

@@ -22,12 +22,12 @@ from typing import Any
 import qdot
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.arm.conventions import REGISTRY
-from qdot.exercises.arm.library import robots
+from qdot.exercises.arm.library import list_robots
 from qdot.exercises.arm.robot_file import TOP_KEYS
 from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, notebook_path, release_notebooks
 from qdot.exercises.assignment.sets import SETS
-from qdot.exercises.common.console import say
+from qdot.exercises.common.console import print_result
 from qdot.exercises.common.variation import VARIATION_AXES, VARIATION_STEPS
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.families import FAMILIES
@@ -129,7 +129,7 @@ def list_public_names() -> dict[str, Any]:
         "library": sorted(qdot.__all__),
         "conventions": sorted(CONVENTIONS), "variation": sorted((*VARIATION_STEPS, *VARIATION_AXES)),
         "sets": sorted(SETS), "families": sorted(FAMILIES), "questions": sorted(ALL_QUESTIONS),
-        "robots": sorted(robots()),
+        "robots": sorted(list_robots()),
         "export_formats": sorted(EXPORT_FORMATS), "reports": sorted(FORMATS),
     }  # fmt: skip
 
@@ -222,14 +222,14 @@ def main() -> None:
         differences = list_differences(archive)
         if number and differences:
             sys.exit(f"{archive.relative_to(ROOT)} differs from what this version writes: {', '.join(differences)}")
-        say(f"{archive.name} is archived" if number else "a class of this version can be archived")
+        print_result(f"{archive.name} is archived" if number else "a class of this version can be archived")
     elif number and archive.exists():
         sys.exit(f"{archive.relative_to(ROOT)} exists already; the archive of a release never changes")
     elif number and number != read_version(ROOT):
         sys.exit(f"this is version {read_version(ROOT)}; only it can be archived")
     else:
         write_archive(archive)
-        say(f"wrote {archive.relative_to(ROOT)}")
+        print_result(f"wrote {archive.relative_to(ROOT)}")
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from packaging.requirements import Requirement
 
-from qdot.exercises.common.console import say
+from qdot.exercises.common.console import print_result
 from qdot.exercises.common.files import write_atomically
 from tests.support import ROOT
 
@@ -92,4 +92,4 @@ if __name__ == "__main__":
     except (IndexError, OSError, PackageNotFoundError) as error:
         sys.exit(f"{error}\n{__doc__}")
     write_atomically(PAGE, text)
-    say(f"wrote {PAGE.relative_to(ROOT)}")
+    print_result(f"wrote {PAGE.relative_to(ROOT)}")

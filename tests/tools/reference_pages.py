@@ -12,7 +12,7 @@ from importlib import import_module
 from typing import Any
 
 import qdot
-from qdot.exercises.common.console import say
+from qdot.exercises.common.console import print_result
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.problem.problem import ENGINE
@@ -67,7 +67,7 @@ def compatibility_page() -> str:
     paths_and_schemas = [
         (path, json.loads(path.read_text(encoding="utf-8"))) for path in sorted(SCHEMAS.glob("*.json"))
     ]
-    schemas = [{"name": path.stem, "id": schema["$id"], **schema} for path, schema in paths_and_schemas]
+    schemas = [{"name": path.stem, **schema} for path, schema in paths_and_schemas]
     return render("docs/compatibility.md.j2", schemas=schemas, engine=ENGINE)
 
 
@@ -126,4 +126,4 @@ def _signature(item: Any) -> str:
 if __name__ == "__main__":
     for page, text in make_pages().items():
         write_atomically(ROOT / "docs" / page, text)
-        say(f"wrote {page}")
+        print_result(f"wrote {page}")

@@ -16,9 +16,9 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import symbolic_arm_of
+from qdot.exercises.arm.derivation import make_symbolic_arm
 from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
-from qdot.exercises.common.console import say
+from qdot.exercises.common.console import print_result
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS
@@ -66,8 +66,8 @@ READ: dict[str, Read] = {
     "position": lambda w: w["point"],
     "J": lambda w: w["jacobian"],
     "axes": lambda w: w["axes"][: w.n],
-    "vectors": lambda w: w["p*"][: w.n],
-    "6 x n": lambda w: w["geometric"],
+    "vectors": lambda w: w["vectors to point"][: w.n],
+    "6 x n": lambda w: w["geometric jacobian"],
     "det": lambda w: _determinant(w)[None],
     "blocks": lambda w: w["arm block"],
     "wrist": lambda w: w["wrist block"],
@@ -87,7 +87,7 @@ def make_formula_keys(arms: Sequence[Chain], groups: Sequence[str]) -> dict[str,
     factor.
     """
     keys: dict[str, list[Key]] = {group: [()] * len(arms) for group in groups}
-    symbolic_arms = [symbolic_arm_of(arm) for arm in arms]
+    symbolic_arms = [make_symbolic_arm(arm) for arm in arms]
     by_structure: dict[Chain, list[int]] = {}
     for index, arm in enumerate(symbolic_arms):
         by_structure.setdefault(arm.chain, []).append(index)
@@ -212,4 +212,4 @@ def measurement_text(content: dict[str, Any]) -> str:
 
 if __name__ == "__main__":
     write_atomically(MEASUREMENTS_FILE, measurement_text(measure()))
-    say(f"wrote {MEASUREMENTS_FILE.name}")
+    print_result(f"wrote {MEASUREMENTS_FILE.name}")

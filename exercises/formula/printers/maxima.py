@@ -40,23 +40,23 @@ class _MaximaPrinter(StrPrinter):
         return f"abs({self._print(expr.args[0])})"
 
 
-def maxima_text(expression: sp.Expr) -> str:
+def print_maxima(expression: sp.Expr) -> str:
     """Return an expression as Maxima text with exactly the same value.
 
     >>> x = sp.Symbol("theta1")
-    >>> maxima_text(sp.Rational(2, 5) * sp.sin(x) ** 2 / sp.sqrt(sp.pi + sp.atan(sp.Rational(2, 7))))
+    >>> print_maxima(sp.Rational(2, 5) * sp.sin(x) ** 2 / sp.sqrt(sp.pi + sp.atan(sp.Rational(2, 7))))
     '2*sin(theta1)^2/(5*sqrt(atan(2/7) + %pi))'
-    >>> maxima_text(sp.Float(0.25) * sp.Abs(x) ** sp.Rational(-3, 2))
+    >>> print_maxima(sp.Float(0.25) * sp.Abs(x) ** sp.Rational(-3, 2))
     '1/4/abs(theta1)^(3/2)'
     """
     return str(_MaximaPrinter().doprint(expression))
 
 
-def maxima_matrix(matrix: sp.Matrix) -> str:
+def print_maxima_matrix(matrix: sp.Matrix) -> str:
     """Return a matrix as Maxima text.
 
-    >>> maxima_matrix(sp.Matrix([[0, sp.pi / 2]]))
+    >>> print_maxima_matrix(sp.Matrix([[0, sp.pi / 2]]))
     'matrix([0, %pi/2])'
     """
-    rows = (f"[{', '.join(map(maxima_text, row))}]" for row in matrix.tolist())
+    rows = (f"[{', '.join(map(print_maxima, row))}]" for row in matrix.tolist())
     return f"matrix({', '.join(rows)})"

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from qdot.exercises.common.errors import QdotError, find_most_similar, shorten
 from qdot.exercises.formula.latex import COMMAND_NAMES, MARKDOWN_FORMULA, UnknownLatex, parse_latex
 from qdot.exercises.formula.layout import Layout
-from qdot.exercises.formula.printers.speech import speak
+from qdot.exercises.formula.printers.speech import print_speech
 
 EXAMPLES_OF_LATEX = r"\vec{v}, \dot{q}, \mathbf{J}, \frac{a}{b}, \text{if}, \begin{bmatrix}"
 QUOTES_ADVICE = r"write texts with backslashes in single quotes, as in 'Find $\theta_1$.'"
@@ -97,7 +97,7 @@ def check_latex(latex: str) -> None:
         layout = parse_latex(latex)
         if _find_depth(layout) > MAX_DEPTH:
             raise RecursionError
-        if not speak(layout).strip(" ,"):
+        if not print_speech(layout).strip(" ,"):
             raise QdotError(f"the formula {_show(latex)} shows nothing")
     except RecursionError:
         raise QdotError(f"{_show(latex)} is nested too deeply") from None

@@ -8,7 +8,7 @@ import { vectorInPixels, toPixel, type Pixel, type View } from "./view.js";
 import { jointClass } from "./letters.js";
 
 /** The arc of a joint angle: SVG path data (pixels) of the arc, its arrowhead and the dashed line at angle zero. */
-export interface AngleArc {
+interface AngleArc {
   readonly path: string;
   readonly arrowhead: string;
   readonly zeroLine: string;

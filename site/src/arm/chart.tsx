@@ -11,7 +11,7 @@ import { roundToDecimals } from "./number-format.js";
 import type { Journey } from "./path.js";
 import { pointsText } from "./view.js";
 
-export interface ChartProps {
+interface ChartProps {
   readonly arm: Arm;
   readonly journey: Journey;
   /** Speed of P (m/s). */

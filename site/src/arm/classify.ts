@@ -34,7 +34,7 @@ function hasCoordinates(arm: Arm): boolean {
 }
 
 /** Return the index of the frame at the wrist centre, on the axes of the last three joints; null without one. */
-export function wristCentre(arm: Arm): number | null {
+function wristCentre(arm: Arm): number | null {
   const n = arm.joints.length;
   const [first, second, third] = arm.joints.slice(-3);
   if (n < 4 || !first || !second || !third) return null;
@@ -72,10 +72,7 @@ function rankOf(arm: Arm, pose: Pose, tolerance: number): number {
   return countRank(taskJacobian, decompose(taskJacobian).sigma, reachOf(arm), tolerance);
 }
 
-/**
- * Return the kind of a pose. If a joint can rotate without moving the point, the pose is at the boundary if it is at
- * the boundary for some rotation.
- */
+/** Return the kind of a pose. If a joint can rotate without moving P, it is "boundary" if it is for some rotation. */
 function kindForWorstRotation(arm: Arm, pose: Pose, tolerance: number): SingularityKind {
   const kind = kindFromJacobian(arm, pose, tolerance);
   if (kind !== "internal" || arm.task.some((row) => row > 2)) return kind;

@@ -8,7 +8,7 @@ import { makeRandomPoses } from "../random.js";
 import { rangeOf } from "./ranges.js";
 
 /** A factor of det J: its HTML, its value at a pose, and its maximum absolute value over the ranges of the joints. */
-export type LiveFactor = { readonly html: string; readonly valueAt: (pose: Pose) => number; readonly maxSize: number };
+type LiveFactor = { readonly html: string; readonly valueAt: (pose: Pose) => number; readonly maxSize: number };
 
 const SAMPLE_COUNT = 300;
 

@@ -7,14 +7,12 @@ import { addScaled, dot, norm, scaleVector, subtract, type Vec3 } from "./vector
 import { axonometric, FIRST_ORBIT, type Orbit, toPixel, type View } from "./view.js";
 
 /** The point in the middle of the drawing (m), and how many times larger it is than the view of the whole reach. */
-export type Framing = { readonly centre: Vec3; readonly zoom: number };
+type Framing = { readonly centre: Vec3; readonly zoom: number };
 
 const MAX_ZOOM = 1.9;
 /** Minimum zoom: a drawing too small for arrows and letters is reduced to this factor at most. */
 const MIN_ZOOM = 0.7;
-/**
- * Margin in pixels for arrows and letters, in a flat drawing also for arcs and ground; at most a share of the height.
- */
+/** Margin (pixels) for arrows and letters, if flat also for arcs and ground; at most a share of the drawing's height. */
 const [FLAT_MARGIN, SOLID_MARGIN, MARGIN_SHARE] = [58, 44, 0.2];
 /** Pixels of texts above and below a spatial arm, and of buttons to its right. */
 const [TEXT_HEIGHT, BUTTON_WIDTH] = [14, 60];
@@ -36,9 +34,7 @@ function pointsOfArm(arm: Arm, state: State): Vec3[] {
 /** Whether an arm is drawn flat, and how many lines of text stand at the foot of the drawing. */
 type Surroundings = { readonly isFlat: boolean; readonly lineCount?: number };
 
-/**
- * Return the framing that shows the arm at a state and the points `extraPoints`, starting from the view of the reach.
- */
+/** Return the framing that shows the arm at a state, and `extraPoints`; `view` is the view of the whole reach. */
 export function framingOf(
   arm: Arm,
   state: State,

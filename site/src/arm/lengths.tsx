@@ -8,7 +8,7 @@ import { inDigits, say } from "../text/text.js";
 import { Letters } from "./letters.js";
 import { convertAngle, roundToDecimals, InRadians } from "./number-format.js";
 
-export type LengthsProps = { readonly robot: Robot; readonly symbols: Readonly<Record<string, SymbolInfo>> };
+type LengthsProps = { readonly robot: Robot; readonly symbols: Readonly<Record<string, SymbolInfo>> };
 
 type Length = readonly [name: string, role: string, value: number];
 

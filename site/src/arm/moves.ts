@@ -69,9 +69,7 @@ function keepSide(arm: Arm, startPose: Pose, endPose: Pose): Pose {
   return posesBeside.find((next) => hasNegativeSide(arm, next) === side) ?? endPose;
 }
 
-/**
- * Return whether det J is negative, which tells the two sides apart to which an arm bends; false if J is not square.
- */
+/** Return whether det J is negative: its sign says to which side an arm bends. Return false if J is not square. */
 const hasNegativeSide = (arm: Arm, pose: Pose): boolean => signedVolume(arm, pose) < 0;
 
 /** Return the unit self-motion, which leaves P in place, if the pose is nearly singular (sigma ratio below `share`). */

@@ -1,21 +1,12 @@
 // The ranges of an arm's joints on the page, its extent, and the pose in which it is shown first.
 
-import {
-  type Arm,
-  isMixed,
-  longestPartOf,
-  measuresOf,
-  pointsAt,
-  type Pose,
-  reachOf,
-  type State,
-  stateAt,
-} from "./model.js";
+import type { Arm, Pose, State } from "./model.js";
+import { isMixed, longestPartOf, measuresOf, pointsAt, reachOf, stateAt } from "./model.js";
 import { makeRandomPoses } from "../random.js";
 import { dot, norm, subtract, type Vec3 } from "./vector.js";
 import { axonometric, FIRST_ORBIT, flatPlane } from "./view.js";
 
-export type Range = { readonly low: number; readonly high: number };
+type Range = { readonly low: number; readonly high: number };
 
 /** Return the range of a joint: a full turn; for a prismatic joint, more than figures show (the chapter: no limit). */
 export function rangeOf(arm: Arm, index: number): Range {

@@ -182,9 +182,7 @@ function ballAt([x, y, z]: Vec3, radius: number, color: string): SolidPiece {
   return { solid: "ball", matrix: new THREE.Matrix4().makeScale(radius, radius, radius).setPosition(x, y, z), color };
 }
 
-/**
- * Return the matrix that maps the unit ball to the ellipsoid {J qdot : |qdot| = 1} at P; flat ones keep a little depth.
- */
+/** Return the matrix that maps the unit ball to the ellipsoid {J qdot : |qdot| = 1} at P; flat ones get some depth. */
 function ellipsoidAt(state: State, columns: readonly Vec3[]): THREE.Matrix4 {
   const { sigma, v } = decompose(columns);
   const [firstAxis, b, c] = v.map((axis, k) =>

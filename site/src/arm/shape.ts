@@ -21,9 +21,7 @@ export function wayToPoint(frame: Frame, [u, v, w]: Vec3): Vec3[] {
   return steps.map((step) => add(frame.o, fromFrame(frame, step)));
 }
 
-/**
- * Return the place of each joint's symbol: O_{i-1}, or shifted along the axis if the joint before has the same origin.
- */
+/** Return the place of each joint's symbol: O_{i-1}, shifted along the axis if the joint before has the same origin. */
 export function jointCentresOf(arm: Arm, state: State, reach: number): readonly Vec3[] {
   let sharedCount = 0;
   return arm.joints.map((joint, i) => {

@@ -9,7 +9,7 @@ import { colorOf } from "./shade.js";
 import type { Vec3 } from "./vector.js";
 import type { View } from "./view.js";
 
-export interface SpaceProps {
+interface SpaceProps {
   readonly arm: Arm;
   readonly state: State;
   readonly view: View;

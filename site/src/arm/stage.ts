@@ -5,17 +5,8 @@ import { useCallback, useEffect, useMemo, useState } from "preact/hooks";
 import type { Factor, NamedPose, Robot } from "../bank.js";
 import { type DeterminantSizes, sizesOf } from "./factors.js";
 import type { Layers } from "./marks.js";
-import {
-  type Arm,
-  armOf,
-  type Measures,
-  measuresOf,
-  namedPose,
-  type Pose,
-  reachOf,
-  type State,
-  stateAt,
-} from "./model.js";
+import type { Arm, Measures, Pose, State } from "./model.js";
+import { armOf, measuresOf, namedPose, reachOf, stateAt } from "./model.js";
 import { whyNoPath, stationOn } from "./path.js";
 import { firstPose, limitPose, widenRanges } from "./ranges.js";
 import { useDebounced } from "../scheduling.js";
@@ -79,7 +70,7 @@ export interface Welding {
   readonly goTo: (s: number) => void;
 }
 
-export const FIRST_LAYERS: Layers = { frames: true, lengths: true, vectors: false, columns: true, ellipse: true };
+const FIRST_LAYERS: Layers = { frames: true, lengths: true, vectors: false, columns: true, ellipse: true };
 
 export function useStage(request: StageRequest, pane: Pane | null): Stage {
   const {
@@ -137,7 +128,7 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
   const state = useMemo(() => stateAt(arm, pose), [arm, pose]);
   const measures = useMemo(() => measuresOf(state), [state]);
   const settledState = useDebounced(state, 700);
-  const journey = useMemo(() => (weld ? journeyOf(arm, weld) : null), [arm, weld?.from, weld?.target]);
+  const journey = useMemo(() => (weld ? journeyOf(arm, weld) : null), [arm, weld?.startPose, weld?.target]);
 
   // These functions stay the same between renderings, so that what receives them is not drawn again.
   const move = useCallback(
@@ -158,7 +149,7 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
   const changeWeld = (next: Weld): void => {
     setWeld(next);
     setPlace(0);
-    move(limitPose(arm, next.from));
+    move(limitPose(arm, next.startPose));
   };
   const goTo = (s: number): void => {
     setPlace(s);

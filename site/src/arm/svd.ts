@@ -6,7 +6,7 @@
 import { dot, type Matrix, norm, multiply, transpose } from "./vector.js";
 
 /** The singular values, largest first, one for each column of A, and their right singular vectors. */
-export type RightSingular = { readonly sigma: readonly number[]; readonly v: readonly (readonly number[])[] };
+type RightSingular = { readonly sigma: readonly number[]; readonly v: readonly (readonly number[])[] };
 
 const MAX_SWEEPS = 30;
 

@@ -4,16 +4,8 @@ import { makeRandomPoses } from "../random.js";
 import { type SingularityKind, canDecideKind, kindAt } from "./classify.js";
 import { type Arm, measuresOf, type Pose, reachOf, signedVolume, stateAt } from "./model.js";
 import { rangeOf } from "./ranges.js";
-import {
-  cutByKind,
-  type Grid,
-  gridOf,
-  findZeroMinima,
-  type Spot,
-  type Stretch,
-  findZeroMinimumLines,
-  findZeroLines,
-} from "./zeros.js";
+import type { Grid, Spot, Stretch } from "./zeros.js";
+import { cutByKind, gridOf, findZeroMinima, findZeroMinimumLines, findZeroLines } from "./zeros.js";
 
 /** The value that the map shows: det J (or the product of singular values), or the least singular value. */
 export type ShownValue = "det" | "least";

@@ -28,7 +28,7 @@ export interface Link {
 /** A lesson as a link names it, with its questions and families. */
 export type LinkedLesson = Omit<Topic, "title">;
 
-export const DEFAULT_COUNT = 5;
+const DEFAULT_COUNT = 5;
 export const MAX_QUESTIONS = 100;
 export const MAX_TRIES = 20;
 const MAX_VALUE_LENGTH = 100;

@@ -10,7 +10,7 @@ const MAX_CHARACTERS = 4000;
 /** What is sent, as docs/site.md describes it; a change that receivers would notice needs another version. */
 export type ResultMessage = ReturnType<typeof makeResultMessage>;
 
-export function makeResultMessage({ round, standing, score, lastAnswer }: Report, isFirst: boolean) {
+function makeResultMessage({ round, standing, score, lastAnswer }: Report, isFirst: boolean) {
   const { points, max, share, answered, count } = score;
   return {
     qdot: "round" as const,
@@ -31,7 +31,7 @@ export function makeResultMessage({ round, standing, score, lastAnswer }: Report
 }
 
 /** The surrounding window, as far as results are sent to it. */
-export interface SurroundingPage {
+interface SurroundingPage {
   /** Whether the page is in a frame. */
   readonly isFramed: boolean;
   post(message: ResultMessage, origin: string): void;

@@ -9,19 +9,8 @@ import { Current } from "../practice/current.js";
 import { listen } from "../scheduling.js";
 import { inDigits, message, type Message, textOf, say } from "../text/text.js";
 import { type JudgedAnswer, isComplete, isPassed, type Report, type Recipient } from "./recipient.js";
-import {
-  addAnswer,
-  closeQuestion,
-  parseStanding,
-  isDone,
-  isLastTry,
-  findNextPlace,
-  type Round,
-  type Score,
-  computeScore,
-  type Standing,
-  type QuestionState,
-} from "./round.js";
+import type { Round, Score, Standing, QuestionState } from "./round.js";
+import { addAnswer, closeQuestion, parseStanding, isDone, isLastTry, findNextPlace, computeScore } from "./round.js";
 
 type RoundViewProps = { readonly index: Index; readonly round: Round; readonly recipient: Recipient };
 

@@ -36,9 +36,7 @@ function judgeChoice(chosen: number, { right, option_mistakes }: LettersKey): Ve
   };
 }
 
-/**
- * Return the mistakes that lead to wrong letters, each once; a mistake in one place only is returned with its place.
- */
+/** Return the mistakes that lead to wrong letters, each once, and with its place if it was made in one place only. */
 function slipsBehind(
   letters: readonly (readonly [letter: number, where: Message])[],
   { option_mistakes }: LettersKey,

@@ -20,7 +20,7 @@ const PRECISE_TOLERANCE = 1e-4;
 const DEGREES_PER_RADIAN = 180 / Math.PI;
 
 /** What is reported: the index of a known mistake, or slips, or nothing. */
-export type Explanation = { readonly mistake?: number; readonly slips?: readonly Slip[] };
+type Explanation = { readonly mistake?: number; readonly slips?: readonly Slip[] };
 
 /** Typed numbers (NaN for a blank), whether each is right, the key, and the relative tolerance of the typed digits. */
 interface TypedNumbers {

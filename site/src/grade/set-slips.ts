@@ -2,7 +2,7 @@
 // are too wide or too narrow, and missing conditions.
 
 import { evaluate } from "../read/evaluate.js";
-import { decimal, name, namesIn, type Node, node } from "../read/tree.js";
+import { decimal, isConstant, name, namesIn, type Node, node } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
 import { type Kind, KINDS, repairsFor, singleChanges } from "./single-changes.js";
 import type { Atom, Claim } from "./claims.js";
@@ -24,7 +24,7 @@ const ZERO_TOLERANCE = 1e-7;
 const ONE_SYMBOL = " one";
 
 /** The claims of an answer, the pieces of the right set, and functions to examine the claims. */
-export interface ClaimedSet {
+interface ClaimedSet {
   readonly claims: readonly Claim[];
   /** Claims that hold at regular configurations, too. */
   readonly wrongClaims: readonly Claim[];
@@ -43,7 +43,7 @@ export interface ClaimedSet {
 }
 
 /** A slip, with the claim of the answer, or the piece of the right set, to which it belongs. */
-export type SetSlip = { readonly slip: Message; readonly claim?: Claim; readonly piece?: readonly SymbolValues[] };
+type SetSlip = { readonly slip: Message; readonly claim?: Claim; readonly piece?: readonly SymbolValues[] };
 
 /** Return what went wrong in a set that is not right; too wide conditions first. */
 export function slipsInSet(set: ClaimedSet): SetSlip[] {
@@ -119,7 +119,7 @@ function scaleAngle(
   isInRange: (size: number) => boolean,
 ): Atom {
   const { joint, expression } = atom;
-  if (joint === null || !angles.has(joint) || namesIn(expression).size > 0) return atom;
+  if (joint === null || !angles.has(joint) || !isConstant(expression)) return atom;
   const value = evaluate(expression, {}).re;
   if (!isInRange(Math.abs(value))) return atom;
   return { joint, expression: decimal(value * factor) };
@@ -162,7 +162,7 @@ function findValueSlip(set: ClaimedSet, claim: Claim): Message | null {
 /** Report a joint that is claimed to be singular at some value, but is singular at none. */
 function findFreeJoint({ pieces, angles }: ClaimedSet, claim: Claim): Message | null {
   const [atom, ...others] = claim;
-  if (!atom || atom.joint === null || others.length > 0 || namesIn(atom.expression).size > 0) return null;
+  if (!atom || atom.joint === null || others.length > 0 || !isConstant(atom.expression)) return null;
   const { joint } = atom;
   const isFree = pieces.every((piece) => !isFixed(piece, joint, angles));
   return isFree ? message("slip.called-singular", { joint: displayName(joint) }) : null;
@@ -199,9 +199,7 @@ function findFormulaSlip({ uncovered, symbols, joints }: ClaimedSet, claim: Clai
   return message(kind, { where: message("slip.tie"), ...(what ? { what } : {}) });
 }
 
-/**
- * The kinds of slips in a condition, in order of preference. No missing factors: a sine as a factor may itself vanish.
- */
+/** The kinds of slips in a condition, in order of preference; no missing factors, because a sine may itself vanish. */
 const KINDS_IN_CONDITIONS = KINDS.filter(
   (kind) => !["slip.whole-sign", "slip.factor-missing", "slip.constant", "slip.number", "slip.zero"].includes(kind),
 );

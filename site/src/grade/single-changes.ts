@@ -18,17 +18,8 @@ import {
   otherWave,
   withAngle,
 } from "./angles.js";
-import {
-  type ValuedTree,
-  withValue,
-  type Library,
-  libraryOf,
-  type Terms,
-  termsNear,
-  termsOf,
-  times,
-  wavesOf,
-} from "./terms.js";
+import type { ValuedTree, Library, Terms } from "./terms.js";
+import { withValue, libraryOf, termsNear, termsOf, times, wavesOf } from "./terms.js";
 import type { SymbolValues } from "./verdict.js";
 
 /** Relative tolerance for equal values at one configuration. */

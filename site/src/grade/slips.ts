@@ -6,17 +6,10 @@
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { countNodes } from "../read/products.js";
-import { namesIn, type Node } from "../read/tree.js";
+import { namesIn, type Node, placeOfEntry } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
-import {
-  type Change,
-  type Kind,
-  KINDS,
-  type Repairs,
-  repairsFor,
-  singleChanges,
-  withTwoTerms,
-} from "./single-changes.js";
+import type { Change, Kind, Repairs } from "./single-changes.js";
+import { KINDS, repairsFor, singleChanges, withTwoTerms } from "./single-changes.js";
 import type { SymbolValues, Slip } from "./verdict.js";
 
 /** Maximum number of nodes of an entry that is examined, and of all entries. */
@@ -41,10 +34,7 @@ export interface Answer {
   readonly findMistakeIn: (places: ReadonlySet<number>) => number | undefined;
 }
 
-/**
- * A possible explanation of the wrong entries at `places` (their indices). An indivisible one counts only if it
- * explains all of them.
- */
+/** An explanation of the wrong entries at `places` (indices); an indivisible one counts only if it explains all. */
 type Finding = {
   readonly places: readonly number[];
   readonly report: (where: Message) => Slip;
@@ -52,7 +42,7 @@ type Finding = {
 };
 
 /** The slips of an answer, and whether they explain all wrong entries. */
-export type Explained = { readonly slips: readonly Slip[]; readonly explainsAll: boolean };
+type Explained = { readonly slips: readonly Slip[]; readonly explainsAll: boolean };
 
 /** Return as few slips as explain most wrong entries, each entry by one slip, and where they are. */
 export function findSlips(answer: Answer, key: ValuesKey): Explained {
@@ -233,14 +223,14 @@ function findMistakes({ wrongIndices, findMistakeIn }: Answer, { columns }: Valu
 /** Describe the place of entries: one entry, a column's `wrong` entries, or a list. */
 function describePlaces(entries: readonly number[], wrongIndices: readonly number[], key: ValuesKey): Message {
   const { rows, columns } = key;
-  const rowAndColumn = (i: number) => ({ row: Math.floor(i / columns) + 1, column: (i % columns) + 1 });
-  const [firstPlace] = entries.map(rowAndColumn) as [ReturnType<typeof rowAndColumn>];
+  const places = entries.map((i) => placeOfEntry(i, columns));
+  const firstPlace = places[0]!;
   if (rows * columns === 1) return message("slip.answer");
   if (entries.length === 1) return columns === 1 ? message("slip.row", firstPlace) : message("slip.entry", firstPlace);
-  const inColumn = wrongIndices.filter((i) => rowAndColumn(i).column === firstPlace.column);
+  const inColumn = wrongIndices.filter((i) => placeOfEntry(i, columns).column === firstPlace.column);
   if (columns > 1 && inColumn.join() === entries.join()) return message("slip.column", firstPlace);
-  const places = entries.map(rowAndColumn).map(({ row, column }) => (columns === 1 ? `${row}` : `(${row}, ${column})`));
-  return message("slip.entries", { entries: places.join(", ") });
+  const placeTexts = places.map(({ row, column }) => (columns === 1 ? `${row}` : `(${row}, ${column})`));
+  return message("slip.entries", { entries: placeTexts.join(", ") });
 }
 
 /** Return slips in an entry: the entry is right if any one of them is undone. The keys are kind and missing part. */

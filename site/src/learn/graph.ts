@@ -6,7 +6,7 @@ import { type Lesson, LESSONS } from "./lessons.js";
 import { listClasses, findStreak, type ClassItems } from "../practice/classes.js";
 import { isDue, NEEDED_ARMS, NEW_SKILL, type Streak, type Skill, type Skills } from "../practice/skills.js";
 
-export type LessonState = "new" | "begun" | "learned" | "due" | "mastered";
+type LessonState = "new" | "begun" | "learned" | "due" | "mastered";
 
 /** The student's progress in a question. */
 export interface QuestionProgress {

@@ -21,18 +21,11 @@ import { type Message, textOf, say } from "../text/text.js";
 import { listClasses, chooseClassIndex, findStreak, type ClassItems, replaceStreak } from "../practice/classes.js";
 import { Dots } from "./dots.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import {
-  updateStreak,
-  countArms,
-  isDue,
-  NEEDED_ARMS,
-  chooseItem,
-  describeOutcome,
-  type Skill,
-} from "../practice/skills.js";
+import type { Skill } from "../practice/skills.js";
+import { updateStreak, countArms, isDue, NEEDED_ARMS, chooseItem, describeOutcome } from "../practice/skills.js";
 import { DialBoard, FIRST_DIALS, computeRates, Contributions, computeVelocity } from "./tools.js";
 
-export interface LessonProps {
+interface LessonProps {
   readonly lesson: Lesson;
   readonly record: ArmRecord;
   readonly index: Index;

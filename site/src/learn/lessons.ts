@@ -14,7 +14,7 @@ import type { Tool } from "./tools.js";
 /** What goals are checked against: the stage, the joint rates that a tool sets (if there is one), the velocity of P. */
 export type GoalState = { readonly stage: Stage; readonly rates: readonly number[]; readonly velocity: Vec3 };
 
-export type Goal = { readonly text: TextKey; readonly isReached: (state: GoalState) => boolean };
+type Goal = { readonly text: TextKey; readonly isReached: (state: GoalState) => boolean };
 
 export interface Lesson extends Topic {
   /** The ids of the lessons on which it builds; all of them come before it. */

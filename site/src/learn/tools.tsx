@@ -17,7 +17,7 @@ import { inDigits, say } from "../text/text.js";
 export type Tool = "rates" | "wanted";
 
 /** The values of the sliders: joint rates (rad/s), and a direction on the page (degrees). */
-export type Dials = { readonly rates: readonly number[]; readonly direction: number };
+type Dials = { readonly rates: readonly number[]; readonly direction: number };
 
 export const FIRST_DIALS: Dials = { rates: [0.5, 0.5], direction: 0 };
 
@@ -26,10 +26,7 @@ const WANTED_SPEED = 0.5;
 /** The damping of the least squares problem (m), which bounds the joint rates at a singularity. */
 const DAMPING = 1e-6;
 
-/**
- * Return the joint rates (rad/s) that a tool sets: those of the sliders, or those that move P as wanted. Without a
- * tool, the list is empty.
- */
+/** Return the joint rates (rad/s) that a tool sets: those of the sliders, or those that move P as wanted. None: []. */
 export function computeRates(tool: Tool | null, dials: Dials, { taskJacobian }: State): readonly number[] {
   if (tool === "rates") return dials.rates;
   if (tool !== "wanted") return [];
@@ -62,11 +59,11 @@ export function Contributions({ stage, view, rates }: ContributionsProps): JSX.E
       {contributions.map((contribution, i) => {
         const start = end;
         end = add(end, contribution);
-        return <Arrow key={i} view={view} from={start} vector={contribution} style={`arm-share ${jointClass(i)}`} />;
+        return <Arrow key={i} view={view} start={start} vector={contribution} style={`arm-share ${jointClass(i)}`} />;
       })}
       <Arrow
         view={view}
-        from={state.point}
+        start={state.point}
         vector={scaleVector(computeVelocity(arm, state, rates), scale)}
         style="arm-sum"
       />

@@ -24,7 +24,7 @@ export function listFiles({ files }: Sizes, problems: Iterable<string>, language
   );
 }
 
-export const makeAddress = ({ path }: BankFile): string => new URL(`${ROOT}${path}`, window.location.href).href;
+const makeAddress = ({ path }: BankFile): string => new URL(`${ROOT}${path}`, window.location.href).href;
 
 /** Return the cache of the service worker; null if the browser has none, or stores nothing. */
 export async function openCache(): Promise<Cache | null> {

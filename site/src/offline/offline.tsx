@@ -6,16 +6,8 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { Button } from "../controls.js";
 import { loadSizes } from "../load.js";
 import { getLanguage, message, type Message, textOf, say } from "../text/text.js";
-import {
-  openCache,
-  fetchAll,
-  listFiles,
-  roundToMegabytes,
-  listMissing,
-  countProblems,
-  sumBytes,
-  type BankFile,
-} from "./keep.js";
+import type { BankFile } from "./keep.js";
+import { openCache, fetchAll, listFiles, roundToMegabytes, listMissing, countProblems, sumBytes } from "./keep.js";
 
 /** Null at first; "impossible" if the browser stores nothing; else the cache, all files, and those that are missing. */
 type StorageState =
@@ -89,7 +81,7 @@ function Storing({ problems }: { problems: readonly string[] }): JSX.Element {
         {missing.length === 0
           ? say("offline.all", { count: countProblems(files), size: roundToMegabytes(sumBytes(files)) })
           : say("offline.some", {
-              storedCount,
+              count: storedCount,
               all: countProblems(files),
               kept: roundToMegabytes(sumBytes(storedFiles)),
               size: roundToMegabytes(sumBytes(files)),

@@ -7,16 +7,8 @@
 //
 // Cells contain "~" and "_" only as %7E and %5F: no program that passes an address on changes these two escapes.
 
-import {
-  ENTRIES,
-  isTaskRow,
-  MAX_CHARACTERS,
-  MAX_JOINTS,
-  type Table,
-  type Triple,
-  type TypedRow,
-  ZEROS,
-} from "./table.js";
+import type { Table, Triple, TypedRow } from "./table.js";
+import { ENTRIES, isTaskRow, MAX_CHARACTERS, MAX_JOINTS, ZEROS } from "./table.js";
 
 /** The content of an address: a known robot's key, or a table; and a pose (degrees or metres, joint by joint). */
 export interface Fragment {

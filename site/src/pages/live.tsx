@@ -3,6 +3,7 @@
 import { type JSX, render } from "preact";
 
 import { Arm } from "../arm/panel.js";
+import type { StageRequest } from "../arm/stage.js";
 import type { Factor, NamedPose, Robot, SymbolInfo } from "../bank.js";
 import { getLanguageCode } from "../text/languages.js";
 import { Hero } from "./hero.js";
@@ -19,8 +20,8 @@ export interface ArmRecord {
 export function showArm(element: HTMLElement): void {
   const { arm, hero } = element.dataset;
   const { robot, symbols, pose, factors } = JSON.parse(arm ?? hero!) as ArmRecord;
-  const wish = { robot, first: pose, factors };
-  const liveArm: JSX.Element = arm ? <Arm {...wish} symbols={symbols} pane="joints" /> : <Hero {...wish} />;
+  const request: StageRequest = { robot, firstPose: pose, factors };
+  const liveArm: JSX.Element = arm ? <Arm {...request} symbols={symbols} pane="joints" /> : <Hero {...request} />;
   element.textContent = "";
   element.lang = getLanguageCode();
   render(liveArm, element);

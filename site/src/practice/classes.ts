@@ -7,7 +7,7 @@ import type { Topic } from "./topics.js";
 
 /** "plain": planar arms of the chapter; "space": its other arms; "any": arms that vary, and additional families. */
 export const CLASSES = ["plain", "space", "any"] as const;
-export type ArmClass = (typeof CLASSES)[number];
+type ArmClass = (typeof CLASSES)[number];
 
 /** A class of arms in a lesson, with the questions about its arms, easiest first. */
 export type ClassItems = { readonly name: ArmClass; readonly items: readonly Item[] };

@@ -13,10 +13,7 @@ export function writeMatrix(entries: readonly string[], columns: number): string
     .join(", ")}]`;
 }
 
-/**
- * Return the entries of a typed matrix: with brackets, or with rows separated by lines or semicolons. Return null if
- * its shape is another one.
- */
+/** Return the entries of a matrix typed with brackets, or in rows (lines or semicolons); null for other shapes. */
 export function parseEntries(text: string, rows: number, columns: number): string[] | null {
   return (
     parseBracketedEntries(text, rows, columns) ??

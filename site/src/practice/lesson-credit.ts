@@ -4,23 +4,14 @@ import type { Index } from "../bank.js";
 import { type Message, textOf, say } from "../text/text.js";
 import { type Item, nameItem } from "./choice.js";
 import { listClasses, findStreak, type ClassItems, replaceStreak } from "./classes.js";
-import {
-  type Attempt,
-  updateStreak,
-  countArms,
-  isDue,
-  NEW_SKILL,
-  chooseItem,
-  describeOutcome,
-  type Streak,
-  type Skills,
-} from "./skills.js";
+import type { Attempt, Streak, Skills } from "./skills.js";
+import { updateStreak, countArms, isDue, NEW_SKILL, chooseItem, describeOutcome } from "./skills.js";
 import { type Topic, TOPICS } from "./topics.js";
 
 /** The classes of a topic's arms, and the index of the class of each item, by the item's name. */
 type ClassesOfTopic = { readonly classes: readonly ClassItems[]; readonly classIndices: ReadonlyMap<string, number> };
 
-export type ClassFinder = (topic: Topic) => ClassesOfTopic;
+type ClassFinder = (topic: Topic) => ClassesOfTopic;
 
 /** Return a function that finds the classes of a topic, computed when first needed: a bank has very many items. */
 export function makeClassFinder(index: Index): ClassFinder {
@@ -94,7 +85,7 @@ export function listDueClasses(skills: Skills, now: number, findClasses: ClassFi
   });
 }
 
-/** Choose a question about an arm of a class, if possible none of those in `asked`. */
+/** Choose a question about an arm of a class, if possible none of those asked before. */
 export function chooseFromClass(
   topicClass: TopicClass,
   skills: Skills,

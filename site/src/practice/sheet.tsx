@@ -18,7 +18,7 @@ import { Html, Tex } from "./math.js";
 import { removeLetterInstructions } from "./prompt.js";
 
 /** The number of questions on a sheet, and whether the correct answers are printed after them. */
-export type SheetWish = { readonly count: number; readonly hasKey: boolean };
+type SheetWish = { readonly count: number; readonly hasKey: boolean };
 
 /** Maximum number of questions on a sheet. */
 const MAX_COUNT = 20;

@@ -21,9 +21,7 @@ interface Visit {
   readonly isLast: boolean;
 }
 
-/**
- * Return a tree without the unit m after a number, list or product. In a product with pi or an angle, m is an integer.
- */
+/** Return a tree without the unit m after a number, list or product; with pi or an angle, m is an integer. */
 export function withoutMetres(tree: Node): Node {
   const results: Node[] = [];
   const pending: Visit[] = [{ node: tree, areArgsDone: false, isWholeNumber: false, isLast: true }];

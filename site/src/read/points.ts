@@ -25,9 +25,7 @@ export function readCommasAsPoints(text: string): string {
     .join("");
 }
 
-/**
- * Return whether the bracket opened at index `open` only groups and is no list: an operation or function applies to it.
- */
+/** Return whether the bracket opened at index `open` only groups: an operation or function applies to it. */
 function isGroupingBracket(signs: readonly string[], open: number): boolean {
   let depth = 0;
   const close = signs.findIndex((sign, i) => {

@@ -1,18 +1,8 @@
 // Carry out products of matrices in an answer: 1/a1 * [[a, b], [c, d]] * [vx; vy], and [qd1; qd2] = [a; b].
 // The rules of ../../../exercises/formula/products.py; ../../tests/readers.test.ts compares both.
 
-import {
-  anyNode,
-  columnsOf,
-  integer,
-  type Kind,
-  listOf,
-  type Node,
-  node,
-  ParseError,
-  rebuild,
-  type Rows,
-} from "./tree.js";
+import type { Kind, Node, Rows } from "./tree.js";
+import { anyNode, columnsOf, integer, listOf, node, ParseError, rebuild } from "./tree.js";
 import { LIMITS, VOCABULARY } from "./vocabulary.js";
 
 const OPERATIONS: ReadonlySet<Kind> = new Set<Kind>(["+", "-", "*", "/", "neg", "^"]);

@@ -4,7 +4,7 @@ import english from "./en.json" with { type: "json" };
 
 /** The keys of texts. English has every text, with `{name}` for values; other languages have the same keys. */
 export type TextKey = keyof typeof english;
-export type Catalogue = Readonly<Record<TextKey, string>>;
+type Catalogue = Readonly<Record<TextKey, string>>;
 
 /** Values to insert into a text: words, numbers, or another text. */
 export type Values = { readonly [name: string]: string | number | Message };

@@ -61,7 +61,7 @@ def test_numbers_of_planar_arm_are_those_computed() -> None:
     assert rotation[:, 0].norm() == 1
 
     printed = -A1 * sp.sin(T1) * QD1 - A2 * sp.sin(T1 + T2) * QD1 + QD2
-    right = (planar.geometric[0, :] * sp.Matrix([QD1, QD2]))[0]
+    right = (planar.geometric_jacobian[0, :] * sp.Matrix([QD1, QD2]))[0]
     assert read_numbers("$v_x$ and $v_y$") == approximate(*(v.xreplace({**TWO_R, **RATES}) for v in (printed, right)))
 
     wrong_inverse = jacobian.inv().as_mutable()
@@ -80,7 +80,7 @@ def test_numbers_of_planar_arm_are_those_computed() -> None:
 
 
 def test_solutions_and_kinds_of_planar_arm_are_those_computed() -> None:
-    point = NumericChain(make_planar_2r(), {"a1": 0.5, "a2": 0.4}).point(np.array([0.0, np.pi / 3]))
+    point = NumericChain(make_planar_2r(), {"a1": 0.5, "a2": 0.4}).compute_point(np.array([0.0, np.pi / 3]))
     distance = float(np.linalg.norm(point))
     (erratum,) = [erratum for erratum in read_errata() if "inverse solutions" in erratum.place]
     assert f"at {distance:.3f} m" in erratum.values[1][0]
@@ -96,7 +96,7 @@ def test_numbers_of_scorbot_are_those_computed() -> None:
     step = sp.Rational(1, 10**5)
     ahead, behind = (scorbot.position[1].xreplace({**ELBOW, T2: ELBOW[T2] + side * step}) for side in (1, -1))
     difference = (ahead - behind).evalf(30) / (2 * step)
-    right = scorbot.geometric[1, 1].xreplace(ELBOW)
+    right = scorbot.geometric_jacobian[1, 1].xreplace(ELBOW)
     assert read_numbers("partial") == approximate(printed.xreplace(ELBOW), right, difference)
 
     terms, product = sp.expand(scorbot.jacobian.det(method="berkowitz")), scorbot.determinant

@@ -30,8 +30,8 @@ from qdot.exercises.exports.sheet import Sheet, make_sheets
 from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
 from qdot.exercises.figure.tikz import convert_to_tikz
 from qdot.exercises.formula.latex import parse_latex
-from qdot.exercises.formula.printers.speech import speak
-from qdot.exercises.formula.printers.typst import typst_string
+from qdot.exercises.formula.printers.speech import print_speech
+from qdot.exercises.formula.printers.typst import quote_for_typst
 from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.credit import Credit
@@ -112,7 +112,7 @@ def test_every_formula_compiles_fits_and_has_alternative_text(problem: Problem) 
     new: list[str] = []
     for text in texts:
         for latex, block in parse_markdown(text)[1]:
-            spoken = speak(parse_latex(latex))
+            spoken = print_speech(parse_latex(latex))
             assert spoken and "\\" not in spoken and "  " not in spoken
             shape = f"{block}{re.sub(r'[0-9]', '1', latex)}"
             if shape not in _SEEN:
@@ -157,7 +157,7 @@ def test_text_is_never_interpreted_as_markup(tmp_path: Path) -> None:
     plain = "a_*b* #eval $x$ <l> @r = - + / [d] \\ ~ 1. // /* & % {f}"
     hostile = f'{plain} `c` "e" #eval("1") \' */'
     assert escape_typst("*a*") == r"\*a\*"
-    source = DOCUMENT + escape_typst(hostile) + f"\n#raw({typst_string(hostile)})\n" + to_typst("# A\n\n" + hostile)
+    source = DOCUMENT + escape_typst(hostile) + f"\n#raw({quote_for_typst(hostile)})\n" + to_typst("# A\n\n" + hostile)
     assert compile_pdf(source)
     assert plain in read_pdf_text(compile_pdf(DOCUMENT + escape_typst(plain)), tmp_path)
 

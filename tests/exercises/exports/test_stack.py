@@ -22,7 +22,7 @@ from qdot.exercises.exports.known_wrong_answers import compare_entry_by_entry, f
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.stack_parts import _are_usable, compute_formula_share, convert_part
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.printers.maxima import maxima_text
+from qdot.exercises.formula.printers.maxima import print_maxima
 from qdot.exercises.formula.program import compile_program
 from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.generation import generate
@@ -382,5 +382,5 @@ def test_maxima_text_keeps_the_formula() -> None:
         answer = part.answer
         assert isinstance(answer, (Expression, Matrix))
         for entry in answer.reference if isinstance(answer, Matrix) else [answer.reference]:
-            again = sp.sympify(maxima_text(entry).replace("%pi", "pi").replace("^", "**"))
+            again = sp.sympify(print_maxima(entry).replace("%pi", "pi").replace("^", "**"))
             assert compare_entry_by_entry(problem, sp.Matrix([again]), sp.Matrix([entry])) == (True,)

@@ -18,8 +18,8 @@ from qdot.exercises.formula.layout import (
     split_at,
     split_terms,
 )
-from qdot.exercises.formula.printers.latex import latex_text
-from qdot.exercises.formula.printers.speech import speak
+from qdot.exercises.formula.printers.latex import print_latex
+from qdot.exercises.formula.printers.speech import print_speech
 from qdot.exercises.formula.styles import STYLES
 from tests.support import DATA
 
@@ -37,8 +37,8 @@ def test_latex_is_parsed_to_a_layout() -> None:
 
 @pytest.mark.parametrize("text", WRITTEN)
 def test_printed_latex_parses_to_the_same(text: str) -> None:
-    shown = latex_text(parse_latex(text))
-    assert latex_text(parse_latex(shown)) == shown
+    shown = print_latex(parse_latex(text))
+    assert print_latex(parse_latex(shown)) == shown
 
 
 @pytest.mark.parametrize(
@@ -56,7 +56,7 @@ def test_printed_latex_parses_to_the_same(text: str) -> None:
     ],
 )  # fmt: skip
 def test_latex_is_printed_unchanged(text: str) -> None:
-    assert latex_text(parse_latex(text)) == text
+    assert print_latex(parse_latex(text)) == text
 
 
 @pytest.mark.parametrize(
@@ -78,7 +78,7 @@ def test_unknown_latex_is_refused_by_name(text: str) -> None:
     (r"\mathrm{a_1}", "a_1"), (r"\begin{bmatrix} 1 \\ 2 \\ \end{bmatrix}", r"\begin{bmatrix} 1 \\ 2 \end{bmatrix}"),
 ])  # fmt: skip
 def test_other_names_of_a_sign_are_parsed(text: str, printed: str) -> None:
-    assert latex_text(parse_latex(text)) == printed
+    assert print_latex(parse_latex(text)) == printed
 
 
 def test_every_symbol_has_a_printed_form() -> None:
@@ -88,13 +88,13 @@ def test_every_symbol_has_a_printed_form() -> None:
         if name in ("text", "textrm", "operatorname", "left", "right", "begin", "end"):
             continue
         formula = parse_latex(f"\\{name}{argument}")
-        assert latex_text(parse_latex(latex_text(formula))) == latex_text(formula)
-        assert speak(formula).isascii() or name in SPACES, name
+        assert print_latex(parse_latex(print_latex(formula))) == print_latex(formula)
+        assert print_speech(formula).isascii() or name in SPACES, name
 
 
 def test_terms_are_split_at_signs_outside_brackets() -> None:
     shown = [
-        latex_text(row(EMPTY, *term)) for term in split_terms(parse_latex("-a + b (c - d) - (e + f)^{2} = -g").inner)
+        print_latex(row(EMPTY, *term)) for term in split_terms(parse_latex("-a + b (c - d) - (e + f)^{2} = -g").inner)
     ]
     assert shown == ["{} - a", "{} + b (c - d)", "{} - (e + f)^{2} = -g"]
-    assert [latex_text(row(*part)) for part in split_at(parse_latex("a + (b + c)").inner, PLUS)] == ["a", "(b + c)"]
+    assert [print_latex(row(*part)) for part in split_at(parse_latex("a + (b + c)").inner, PLUS)] == ["a", "(b + c)"]

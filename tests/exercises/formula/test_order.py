@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from qdot.exercises.formula.printers.python import python_text
+from qdot.exercises.formula.printers.python import print_python
 from qdot.exercises.writing.latex import tex
 
 T1, T2, A1, D2, VX, VY = sp.symbols("theta1 theta2 a1 d2 vx vy")
@@ -32,5 +32,7 @@ MIXED = D2 * sp.sin(T2) - A1 * sp.cos(T1)
 )
 def test_no_bracket_starts_with_a_minus_sign(expression: sp.Expr, shown: str) -> None:
     assert tex(expression) == shown
-    code = eval(python_text(expression), {"sin": sp.sin, "cos": sp.cos, **{s.name: s for s in expression.free_symbols}})
+    code = eval(
+        print_python(expression), {"sin": sp.sin, "cos": sp.cos, **{s.name: s for s in expression.free_symbols}}
+    )
     assert sp.expand(code * MIXED - expression * MIXED) == 0 or sp.simplify(code - expression) == 0

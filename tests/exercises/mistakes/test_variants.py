@@ -11,7 +11,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import compute_numeric_stages
-from qdot.exercises.arm.standard_table import home_geometry_of
+from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, sample_chain
@@ -41,7 +41,7 @@ def _given(values: Values, k: int) -> Callable[[object], float]:
 
 def _motions(problem: Problem, values: Values, k: int) -> tuple[list[np.ndarray], np.ndarray]:
     """Return the exponentials at place k, those of joints that turn about the origin, and M."""
-    number, (axes, point) = _given(values, k), home_geometry_of(problem.chain)
+    number, (axes, point) = _given(values, k), compute_home_geometry(problem.chain)
     made = [
         compute_exponential([number(entry) for entry in axis.direction], number(q), axis.is_prismatic)
         for axis, q in zip(axes, problem.chain.q, strict=True)
@@ -101,7 +101,7 @@ def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> N
     assert [classify_diagnosis(one) for one in told] == ["named"]
 
 
-@pytest.mark.parametrize(("mistake", "stage"), [("next-arm", "p*"), ("next-axis", "axes")])
+@pytest.mark.parametrize(("mistake", "stage"), [("next-arm", "vectors to point"), ("next-axis", "axes")])
 def test_the_next_one_is_taken_and_at_the_last_joint_its_own(mistake: str, stage: str) -> None:
     """Three joints, so that it is told apart from taking the second one twice, or the first."""
     problem = get_problem("elbow-3r", 0)
@@ -111,7 +111,10 @@ def test_the_next_one_is_taken_and_at_the_last_joint_its_own(mistake: str, stage
     count, columns = right.n, []
     for i in range(count):
         k = min(i + 1, len(right[stage]) - 1)
-        axis, vector = right["axes"][k if stage == "axes" else i], right["p*"][k if stage == "p*" else i]
+        axis, vector = (
+            right["axes"][k if stage == "axes" else i],
+            right["vectors to point"][k if stage == "vectors to point" else i],
+        )
         columns.append(np.cross(axis, vector, axis=0))
     expected = np.stack(columns, axis=1)
     answers = [wrong.answer[:3] for wrong in apply_mistake(CATALOGUE[mistake], right, part)]

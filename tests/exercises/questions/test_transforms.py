@@ -5,7 +5,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation import derive, symbolic_arm_of
+from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.transforms import count_last_pose_terms
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
@@ -82,7 +82,9 @@ def test_tool_jacobian_is_the_rotated_geometric_jacobian(family: str) -> None:
     jacobian = part.answer_as(Matrix).reference
     derivation = derive(problem.chain)
     turn = sp.diag(derivation.rotations[-1].T, derivation.rotations[-1].T)
-    assert max(abs(entry) for entry in evaluate_matrix(sp.Matrix(turn * derivation.geometric - jacobian))) < 1e-12
+    assert (
+        max(abs(entry) for entry in evaluate_matrix(sp.Matrix(turn * derivation.geometric_jacobian - jacobian))) < 1e-12
+    )
     assert problem.chain.q[0] not in jacobian.free_symbols
     assert not jacobian.free_symbols & set().union(*(v.free_symbols for v in problem.chain.base.position))
     for i, seen in enumerate(part.details_as(ToolJacobianDetails).columns):
@@ -93,5 +95,5 @@ def test_tool_jacobian_is_the_rotated_geometric_jacobian(family: str) -> None:
 @pytest.mark.parametrize(("family", "terms"), [("planar-2r", 8), ("cartesian", 4)])
 def test_zeros_and_ones_do_not_count_as_terms(family: str, terms: int) -> None:
     assert (
-        count_last_pose_terms(symbolic_arm_of(sample_chain(ProblemId(family, 0, variation="chapter"))).chain) == terms
+        count_last_pose_terms(make_symbolic_arm(sample_chain(ProblemId(family, 0, variation="chapter"))).chain) == terms
     )

@@ -165,7 +165,7 @@ def test_links_left_out_of_several_columns_are_named(family: str) -> None:
 
 def test_links_left_out_of_the_position_are_named() -> None:
     problem = generate(ProblemId("planar-3r", 1, ("position",)))
-    links = compute_symbolic_stages(problem.chain)["links"]
+    links = compute_symbolic_stages(problem.chain)["link vectors"]
     lost = sp.Matrix([sum(links[k][row][0] for k in (0, 2)) for row in range(2)])
     diagnosis = judging.diagnose(
         problem, problem.parts[0], str((problem.parts[0].answer.as_matrix() - lost).tolist()), "seed"
