@@ -21,7 +21,7 @@ from qdot.exercises.formula.set_parser import parse_typed_set
 from qdot.exercises.formula.trees import Node, ParseError, find_names
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.questions.results import comes_from_stages, compute_answer
 from qdot.exercises.reference_answers import ConditionSet
 from qdot.grader.diagnosis.numbers import normalize
 from qdot.grader.diagnosis.wrong_answer import THREE_DIGITS_TOLERANCE
@@ -57,7 +57,7 @@ def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str 
         remark = _advise_on_set(problem, part, parsed_answer, seed)
     elif parsed_answer.rows is None or any(parsed_answer.is_blank):
         remark = None
-    elif is_derived(part):
+    elif comes_from_stages(part):
         remark = _advise_on_formulas(problem, part, parsed_answer, seed)
     else:
         remark = _advise_on_numbers(part, parsed_answer) if part.type == "number" else None
@@ -219,8 +219,7 @@ def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     named_joints = find_names(parsed_answer.tree)
     for name in [q.name for q in problem.chain.q if (q.name in expected_joints) != (q.name in named_joints)]:
         fact = f"Your answer {'does not contain' if name in expected_joints else 'contains'} {_write_name(name)}."
-        has_determinant = problem.chain.n == len(problem.chain.task)
-        zeros = "zeros of the determinant" if has_determinant else "common zeros of the maximal minors"
+        zeros = "zeros of the determinant" if problem.chain.has_square_jacobian else "common zeros of the maximal minors"
         return f"{fact} Do the {zeros if answer.is_singular_set else 'requested configurations'} depend on it?"
     are_simultaneous = any(len(component.conditions) > 1 for component in components)
     return _advise_on_claims(problem, part, parsed_answer.tree, seed, are_simultaneous)
@@ -249,7 +248,7 @@ def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, are_s
         return f"All configurations in your answer are right, but some are missing. {advice}"
     formula, result = "condition", "The condition must hold"
     if part.answer_as(ConditionSet).is_singular_set:
-        has_determinant = problem.chain.n == len(problem.chain.task)
+        has_determinant = problem.chain.has_square_jacobian
         formula = "determinant" if has_determinant else "maximal minors"
         result = "The result must be zero" if has_determinant else "The results must all be zero"
     sentences = [f"Substitute each of your values into the {formula}."]
