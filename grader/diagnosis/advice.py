@@ -219,7 +219,8 @@ def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     named_joints = find_names(parsed_answer.tree)
     for name in [q.name for q in problem.chain.q if (q.name in expected_joints) != (q.name in named_joints)]:
         fact = f"Your answer {'does not contain' if name in expected_joints else 'contains'} {_write_name(name)}."
-        zeros = "zeros of the determinant" if problem.chain.has_square_jacobian else "common zeros of the maximal minors"
+        is_square = problem.chain.has_square_jacobian
+        zeros = "zeros of the determinant" if is_square else "common zeros of the maximal minors"
         return f"{fact} Do the {zeros if answer.is_singular_set else 'requested configurations'} depend on it?"
     are_simultaneous = any(len(component.conditions) > 1 for component in components)
     return _advise_on_claims(problem, part, parsed_answer.tree, seed, are_simultaneous)
