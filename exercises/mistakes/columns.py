@@ -304,7 +304,7 @@ def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
         if not stages.depends_on("joint rates"):
             return velocity
         try:
-            frame_stages = stages if frame == stages.n else stages.for_first_joints(frame)
+            frame_stages = stages if frame == stages.n else stages.keep_first_joints(frame)
             jacobian = frame_stages["tool jacobian" if stages.depends_on("tool jacobian") else "geometric jacobian"]
             return apply_matrix(jacobian, stages["joint rates"][:frame])[:, None]
         except IndexError:  # another mistake in these stages is at a joint after the frame
@@ -315,13 +315,13 @@ def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
             return velocity
         return apply_matrix(stages["geometric jacobian"][:, :last_joint], stages["joint rates"][:last_joint])[:, None]
 
-    last_frame_words = "the last frame" if convention_of(chain).point.is_origin else "the point"
+    last_frame_words = "the last frame" if convention_of(chain).point.is_origin else "the point of interest"
     for frame in range(1, chain.n + 1) if shape == (6, 1) else ():
         words = {"frame": "another frame" if frame < chain.n else last_frame_words}
         yield MistakeVariant({RESULT: partial(replace_by_frame_velocity, frame=frame)}, words)
         if frame < chain.n:
             yield MistakeVariant(
-                {RESULT: partial(replace_by_partial_velocity, last_joint=frame)}, {"frame": "the point"}
+                {RESULT: partial(replace_by_partial_velocity, last_joint=frame)}, {"frame": "the point of interest"}
             )
 
 

@@ -15,6 +15,7 @@ from operator import add, sub
 
 from qdot.exercises.formula.algebra import expand_terms, split_terms
 from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, format_tree, make_number
+from qdot.exercises.mistakes.base import join_words
 
 MAX_ENTRY_NODES = 400
 """Maximum number of nodes of an entry that is edited."""
@@ -44,9 +45,9 @@ class Edit:
         if self.missing_node is None:
             return ""
         if self.missing_node.kind in ("number", "decimal"):
-            return f" {format_tree(self.missing_node)}"
+            return f" ({format_tree(self.missing_node)})"
         names = [*dict.fromkeys(_find_factors(self.missing_node))] or sorted(find_names(self.missing_node) - {"pi"})
-        return f" (with {', '.join(names)} in it)" if names else ""
+        return f" (with {join_words(names)})" if names else ""
 
 
 def _find_factors(node: Node) -> Iterator[str]:
@@ -116,11 +117,11 @@ def _edit_each_node(node: Node, edit_node: Callable[[Node], Iterator[Edit]]) -> 
 
 def _edit_node(node: Node) -> Iterator[Edit]:
     if _is_trig(node):
-        swapped = _swap_trig(node)
-        yield Edit("trig-typed", swapped)
-        yield Edit("trig-derived" if node.value == "sin" else "trig-not-derived", swapped)
-        yield Edit("trig-not-derived" if node.value == "sin" else "trig-derived", -swapped)
-        yield Edit("trig-and-sign", -swapped)
+        other_trig = _swap_trig(node)
+        yield Edit("trig-typed", other_trig)
+        yield Edit("trig-derived" if node.value == "sin" else "trig-not-derived", other_trig)
+        yield Edit("trig-not-derived" if node.value == "sin" else "trig-derived", -other_trig)
+        yield Edit("trig-and-sign", -other_trig)
         for angle in _edit_angle(node.args[0]):
             yield Edit("angle-typed", node.with_args([angle]))
         yield from _split_trig_of_sum(node)
@@ -218,8 +219,10 @@ def _find_numeric_factor(node: Node) -> Fraction:
     if node.kind == "neg":
         return -_find_numeric_factor(node.args[0])
     if node.kind in ("*", "/"):
-        first, second = map(_find_numeric_factor, node.args)
-        return first * second if node.kind == "*" else first / second if second else Fraction(0)
+        first_factor, second_factor = map(_find_numeric_factor, node.args)
+        if node.kind == "*":
+            return first_factor * second_factor
+        return first_factor / second_factor if second_factor else Fraction(0)
     return Fraction(1)
 
 
@@ -233,9 +236,9 @@ def _mistype_symbol(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
 def _exchange_similar_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[Edit]:
     """Yield an entry with two similar names exchanged."""
     present_symbols = sorted(find_names(entry) & set(symbols))
-    for first, second in combinations(present_symbols, 2):
-        if _find_stem(first) == _find_stem(second):
-            first_leaf, second_leaf = Node("name", value=first), Node("name", value=second)
+    for first_name, second_name in combinations(present_symbols, 2):
+        if _find_stem(first_name) == _find_stem(second_name):
+            first_leaf, second_leaf = Node("name", value=first_name), Node("name", value=second_name)
             yield Edit("symbol-typed", replace_nodes(entry, {first_leaf: second_leaf, second_leaf: first_leaf}.get))
 
 
@@ -366,7 +369,7 @@ def _swap_trig_of_angle(swapped_angle: Node, node: Node) -> Node:
 
 
 def _swap_trig(node: Node) -> Node:
-    return Node("call", node.args, TRIG_FUNCTIONS[node.value == "sin"])
+    return Node("call", node.args, "cos" if node.value == "sin" else "sin")
 
 
 def _change_trigs_in_rows(rows: Sequence[Sequence[Node]], change: Callable[[Node], Node]) -> list[list[Node]]:

@@ -12,7 +12,7 @@ from itertools import chain, starmap
 
 import numpy as np
 
-from qdot.exercises.arm.arithmetic import compile_expression
+from qdot.exercises.arm.arithmetic import compile_expressions
 from qdot.exercises.arm.chain import REVOLUTE
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace, SetComparison, compare_sets
@@ -108,7 +108,7 @@ def find_mistake_by_judging(problem: Problem, part: Part, parsed_answer: ParsedA
 def name_alternatives(alternatives: Sequence[tuple[Mistake, Mapping[str, object], str]]) -> Diagnosis:
     """Return the diagnosis that names all mistakes that give the same answer, given with their words and messages."""
     names = tuple(dict.fromkeys(mistake.name for mistake, _, _ in alternatives))
-    message = " Or, which gives the same answer: ".join(dict.fromkeys(message for _, _, message in alternatives))
+    message = " Another mistake gives the same answer: ".join(dict.fromkeys(message for _, _, message in alternatives))
     signatures = tuple(locate_mistake(mistake.name, words) for mistake, words, _ in alternatives)
     return Diagnosis(names, message, signature=signatures, are_alternatives=len(names) > 1)
 
@@ -175,7 +175,7 @@ def _explain_pieces(problem: Problem, part: Part, claimed_pieces: Sequence[Piece
         return None
     sentences = list(dict.fromkeys(CATALOGUE[name].format_message(words) for name, words in mistakes))
     if not claimed_pieces:
-        sentences = [f"Your answer contains no condition: {mistakes[0][1]['every']}. See (6.8)."]
+        sentences = [f"Your answer contains no condition. {mistakes[0][1]['every']}. See (6.8)."]
     names = tuple(dict.fromkeys(name for name, _ in mistakes))
     signature = tuple(dict.fromkeys(locate_mistake(*mistake) for mistake in mistakes))
     return Diagnosis(names, _join_messages(sentences), signature=signature)
@@ -309,9 +309,9 @@ class _Fingerprinter:
 
     def _fingerprint_component(self, component: Component) -> Iterator[PieceFingerprint]:
         if component.solutions is None:
-            yield frozenset(self._fingerprint(None, compile_expression(zero)) for zero in component.conditions)
+            yield frozenset(self._fingerprint(None, compile_expressions(zero)) for zero in component.conditions)
         for values in component.list_value_combinations():
-            yield frozenset(self._fingerprint(q.name, compile_expression(value)) for q, value in values)
+            yield frozenset(self._fingerprint(q.name, compile_expressions(value)) for q, value in values)
 
     def _collect(self, pieces: Iterable[PieceFingerprint]) -> SetFingerprint:
         """Return the fingerprint of a set, without the pieces that have all conditions of another piece and more."""

@@ -5,15 +5,14 @@ import type { ComponentChildren, JSX } from "preact";
 import { say, type TextKey } from "./text/text.js";
 
 interface ButtonProps {
-  /** CSS classes. */
-  readonly style?: string;
+  readonly className?: string;
   readonly text: string;
   readonly disabled?: boolean;
   readonly onClick: () => void;
 }
 
-export const Button = ({ style = "quiet", text, disabled = false, onClick }: ButtonProps): JSX.Element => (
-  <button type="button" class={style} disabled={disabled} onClick={onClick}>
+export const Button = ({ className = "quiet", text, disabled = false, onClick }: ButtonProps): JSX.Element => (
+  <button type="button" class={className} disabled={disabled} onClick={onClick}>
     {text}
   </button>
 );
@@ -47,6 +46,14 @@ export const Choice = ({ label, value, any, children, onValue }: ChoiceProps): J
       {children}
     </select>
   </label>
+);
+
+/** The message that something could not be loaded, with a button that tries again. */
+export const Failed = ({ reason, onAgain }: { reason: string; onAgain: () => void }): JSX.Element => (
+  <div role="alert">
+    <p>{say("practice.failed", { why: reason })}</p>
+    <Button className="button" text={say("practice.again")} onClick={onAgain} />
+  </div>
 );
 
 /** Attributes of a field whose text a browser should not change, such as a formula or an address. */

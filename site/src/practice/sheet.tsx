@@ -43,15 +43,9 @@ type SheetQuestion = { readonly item: Item; readonly part: Part; readonly typed:
 /** An arm of a sheet, and the questions about it. */
 type SheetArm = { readonly problem: Problem; readonly questions: readonly SheetQuestion[] };
 
-export function Sheet({
-  index,
-  wish,
-  initialSheet,
-}: {
-  index: Index;
-  wish: Wish;
-  initialSheet: SheetWish;
-}): JSX.Element {
+type SheetProps = { index: Index; wish: Wish; initialSheet: SheetWish };
+
+export function Sheet({ index, wish, initialSheet }: SheetProps): JSX.Element {
   const hasSolutions = atLeast(index.feedback, "solutions"); // else there are no answers in the bank
   const [sheet, setSheet] = useState({ ...initialSheet, hasKey: initialSheet.hasKey && hasSolutions });
   const listSheetItems = (): readonly Item[] => listSetItems(index, { ...wish, count: sheet.count });
@@ -80,7 +74,7 @@ export function Sheet({
             {say("sheet.with-key")}
           </label>
         ) : null}
-        <Button style="button" text={say("sheet.print")} disabled={!arms} onClick={() => window.print()} />
+        <Button className="button" text={say("sheet.print")} disabled={!arms} onClick={() => window.print()} />
         <a href={writeWish(wish) || window.location.pathname}>{say("sheet.back")}</a>
       </form>
       {error ? <p role="alert">{say("practice.failed", { why: error })}</p> : null}
