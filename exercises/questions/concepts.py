@@ -252,7 +252,7 @@ def _list_tasks(chain: Chain, answer_key: str) -> tuple[tuple[str, ...], ...]:
     """Return the tasks for which J has the shape that an answer needs. For a square J, prefer the arm's usual task."""
     rows = find_moving_rows(derive(chain).geometric_jacobian)
     if answer_key in ("regular", "singular"):
-        if len(chain.task) == chain.n:
+        if chain.has_square_jacobian:
             return (chain.task,)
         return tuple(combinations(rows, chain.n)) if chain.n <= 3 else ()
     row_counts = range(1, chain.n) if answer_key == "redundant" else range(chain.n + 1, len(rows) + 1)

@@ -161,7 +161,7 @@ def to_html_for_mathjax(text: str) -> str:
 # --- LaTeX ---
 
 _BEGIN_TABLE = "\n\\begin{{center}}\n\\begin{{tabular}}{{{}}}\n\\toprule\n"
-_ALIGNED = r"\begin{aligned}", r"\end{aligned}"
+_BEGIN_ALIGNED, _END_ALIGNED = r"\begin{aligned}", r"\end{aligned}"
 MAX_UNBROKEN_LINES = 8
 """Maximum number of lines of a formula between which a page is not broken."""
 _TABLE_PATTERN = re.compile(r"(\n\\begin\{tabular\}.*?\\end\{tabular\}\n)", re.DOTALL)
@@ -218,7 +218,7 @@ def _write_display(latex: str, max_width: float, punctuation: str = "") -> str:
     layout = parse_latex(fitted_latex)
     is_aligned = [piece.kind for piece in layout.inner] == ["aligned"]
     if is_aligned and len(layout.inner[0].inner) > MAX_UNBROKEN_LINES:
-        rows = fitted_latex.removeprefix(_ALIGNED[0]).removesuffix(_ALIGNED[1])
+        rows = fitted_latex.removeprefix(_BEGIN_ALIGNED).removesuffix(_END_ALIGNED)
         return f"{{\\allowdisplaybreaks\n\\begin{{align*}}\n{rows.strip()}{punctuation}\n\\end{{align*}}\n}}"
     if estimate_width(layout) <= max_width:
         return f"\\[\n{fitted_latex}{punctuation}\n\\]"
@@ -290,7 +290,7 @@ def to_text(text: str) -> str:
 def _write_text_blocks(
     node: "SyntaxTreeNode", convert_inline: "Callable[[SyntaxTreeNode], str]", width: int
 ) -> list[str]:
-    """Return the headings, paragraphs, tables and lists inside a node as text."""
+    """Return the headings, paragraphs, quotations, tables and lists inside a node as text."""
     blocks: list[str] = []
     for child in node.children:
         if child.type == "heading":
@@ -298,6 +298,8 @@ def _write_text_blocks(
             blocks.append(f"{text}\n{('=' if child.tag in ('h1', 'h2') else '-') * line_width(text)}")
         elif child.type == "paragraph":
             blocks += _wrap(convert_inline(child.children[0]), width)
+        elif child.type == "blockquote":
+            blocks += [textwrap.indent(block, "  ") for block in _write_text_blocks(child, convert_inline, width - 2)]
         elif child.type == "table":
             rows = [row for part in child.children for row in part.children]
             blocks.append(_write_table([[convert_inline(cell.children[0]) for cell in row.children] for row in rows]))

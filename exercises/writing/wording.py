@@ -24,8 +24,8 @@ from qdot.exercises.writing.translatable_phrases import NUMBER_WORDS
 class Wording:
     """What templates say about an arm (`chain`) in a language (`messages`); formulas are LaTeX without dollar signs.
 
-    `solved_kinds` has the kinds of the questions that are already solved in the same text, which does not repeat their
-    results.
+    `solved_kinds` has the kinds of the questions whose solutions come earlier in the same text. Templates do not repeat
+    their results.
     """
 
     chain: Chain
@@ -126,7 +126,10 @@ class Wording:
         return d.is_square and d.determinant != 0 and not d.determinant.free_symbols & set(self.chain.q)
 
     def moves_outside_task(self, rows: int = len(VELOCITY_NAMES)) -> bool:
-        """Return whether a component outside the task can be nonzero, among the first `rows` of (vx, ..., wz)."""
+        """Return whether the arm can move in a direction outside its task.
+
+        Only the first `rows` of the velocity components (vx, ..., wz) are considered.
+        """
         geometric = derive(self.chain).geometric_jacobian
         outside_task = (i for i, row in enumerate(VELOCITY_NAMES[:rows]) if row not in self.chain.task)
         return any(not geometric[i, :].is_zero_matrix for i in outside_task)
@@ -198,14 +201,14 @@ class Wording:
         return r"\, ".join(factors) if len(factors) < 4 else rf"{factors[0]} \cdots {factors[-1]}"
 
     @property
-    def first_twist(self) -> str:
-        """The twist alpha_0 before joint 1 in a modified table, "" if it is zero."""
-        twist, _ = self.convention.step_to_standard_frame(0)
-        return tex_angle(twist) if twist != 0 else ""
+    def first_link_twist(self) -> str:
+        """The link twist alpha_0 before joint 1 in a modified table, "" if it is zero."""
+        link_twist, _ = self.convention.step_to_standard_frame(0)
+        return tex_angle(link_twist) if link_twist != 0 else ""
 
     @property
-    def recursion(self) -> list[int]:
-        """The numbers of the links whose vectors the recursion for p* adds, the last link first."""
+    def links_in_recursion(self) -> list[int]:
+        """The links, from the last to the first, whose vectors are added one by one to get the vectors p*."""
         return list(range(self.chain.n, self.convention.frame_on_axis(1), -1))
 
     def name_origin(self, frame: int) -> str:
@@ -283,7 +286,7 @@ class Wording:
 
     @property
     def max_rank(self) -> int:
-        """The size of the largest square part of the task Jacobian."""
+        """The smaller one of the numbers of rows and columns of the task Jacobian."""
         return min(len(self.chain.task), self.chain.n)
 
     def find_unit(self, symbol: sp.Symbol) -> str:
@@ -326,9 +329,12 @@ class Wording:
         gettext = self.messages.gettext
         if self.constants:
             return gettext(
-                "This is a boundary singularity for some lengths and configurations, and an internal one for others."
+                "This is a boundary singularity for some lengths and configurations, "
+                "and an internal singularity for others."
             )
-        return gettext("Some of these configurations are boundary singularities, the others internal.")
+        return gettext(
+            "Some of these configurations are boundary singularities; the others are internal singularities."
+        )
 
     def write_sentence(self, english: str) -> str:
         """Return a description (see `describe`) as a sentence."""

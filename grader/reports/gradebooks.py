@@ -1,9 +1,9 @@
-"""Write gradebooks for Canvas and Moodle, in the form that the code of their importers requires.
+"""Write gradebooks for Canvas, Moodle and Brightspace, in the form that their importers require.
 
 The platform's columns identify the students if roster.csv is the platform's export or has such columns; otherwise, the
 roster's identifiers do. A cell contains only a mark that qdot or a person gave. The cell is empty if the work is
 missing, unreadable or ungraded. Sources: Canvas's lib/gradebook_importer.rb, Moodle's
-grade/import/csv/classes/load_data.php.
+grade/import/csv/classes/load_data.php, Brightspace's "Importing grades".
 """
 
 import re
@@ -189,7 +189,31 @@ def _identifies_everybody(values: Sequence[str]) -> bool:
     return all(value not in ("", "0") for value in texts) and len({value.lower() for value in texts}) == len(texts)
 
 
-# --- both ---
+# --- Brightspace ---
+
+BRIGHTSPACE_COLUMNS = {"OrgDefinedId": ("orgdefinedid", "org defined id"), "Username": ("username", "user name")}
+"""Brightspace's columns that identify students, with their names in a roster."""
+
+
+def make_brightspace_csv(assignment: Assignment, results: Sequence[Result]) -> str:
+    """Return the CSV that Brightspace imports, with only the students who have a mark.
+
+    Brightspace identifies students by its columns, if the roster has one of them, else by the roster's identifiers as
+    user names.
+    """
+    cells_by_student = {student.id: dict(student.other_cells) for student in assignment.roster}
+    known_names = {name for cells in cells_by_student.values() for name, cell in cells.items() if cell.strip()}
+    columns = {title: next((name for name in names if name in known_names), "") for title, names in
+               BRIGHTSPACE_COLUMNS.items()}  # fmt: skip
+    columns = {title: name for title, name in columns.items() if name}
+    rows = [[*(columns or ["Username"]), f"{_write_column_title(assignment)} Points Grade", "End-of-Line Indicator"]]
+    for result in filter(is_marked, results):
+        identity = [cells_by_student[result.student].get(name, "") for name in columns.values()] or [result.student]
+        rows.append([*_escape_cells(identity), format_points(result.score), "#"])
+    return format_csv(rows)
+
+
+# --- all ---
 
 
 def _write_column_title(assignment: Assignment) -> str:

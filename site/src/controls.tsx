@@ -21,8 +21,8 @@ export const Button = ({ style = "quiet", text, disabled = false, onClick }: But
 /** An option of a menu: its value, its text, and the language of the text if it is not the page's. */
 export type Option = readonly [value: string | number, text: string, lang?: string];
 
-export const optionsOf = (all: readonly Option[]): JSX.Element[] =>
-  all.map(([value, text, lang]) => (
+export const optionsOf = (options: readonly Option[]): JSX.Element[] =>
+  options.map(([value, text, lang]) => (
     <option key={value} value={value} lang={lang}>
       {text}
     </option>
@@ -47,6 +47,14 @@ export const Choice = ({ label, value, any, children, onValue }: ChoiceProps): J
       {children}
     </select>
   </label>
+);
+
+/** The message that something could not be loaded, with a button that tries again. */
+export const Failed = ({ reason, onAgain }: { reason: string; onAgain: () => void }): JSX.Element => (
+  <div role="alert">
+    <p>{say("practice.failed", { why: reason })}</p>
+    <Button style="button" text={say("practice.again")} onClick={onAgain} />
+  </div>
 );
 
 /** Attributes of a field whose text a browser should not change, such as a formula or an address. */

@@ -13,6 +13,7 @@ import { add, addScaled, cross, determinant, type Matrix, norm, subtract, type V
 /** A pose: as on the page, the values of all joint variables theta_i (rad) or d_i (m), without the table's offsets. */
 export type Pose = readonly number[];
 
+/** The axes of a frame (unit vectors), and its origin (m), in the world frame. */
 export type Frame = { readonly x: Vec3; readonly y: Vec3; readonly z: Vec3; readonly o: Vec3 };
 
 /** A joint's row of the table (m, rad). */
@@ -92,7 +93,7 @@ export function armOf(robot: Robot): Arm {
   };
 }
 
-/** Return a pose by the names of the joints. */
+/** Return the values of a pose by the names of the joints. */
 export function namedPose(arm: Arm, pose: Pose): NamedPose {
   return Object.fromEntries(arm.joints.map(({ name }, i) => [name, pose[i]!]));
 }

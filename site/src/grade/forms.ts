@@ -11,7 +11,7 @@ import { respell, wholePattern } from "../read/vocabulary.js";
 import { parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
 
 type Names = readonly string[];
-type Known = ReadonlySet<string>;
+type Symbols = ReadonlySet<string>;
 /** The expected rows and columns. */
 type Shape = Pick<ValuesKey, "rows" | "columns">;
 
@@ -31,12 +31,12 @@ export function parseRowsOrTable(
 export function entriesOf(
   tree: Node,
   shape: Shape,
-  known: Known,
+  symbols: Symbols,
   labels: Names,
   columnNames: Names = [],
 ): Rows | Verdict {
   if (isBlank(tree)) return missing();
-  const rows = withShape(matrixOf(tree, known, labels, shape, columnNames), shape);
+  const rows = withShape(matrixOf(tree, symbols, labels, shape, columnNames), shape);
   return "outcome" in rows ? rows : requireScalars(rows);
 }
 
@@ -53,9 +53,15 @@ function refuseNonScalar(tree: Node): void {
 }
 
 /** Return the entries of a matrix; `labels` name entries. Throws ParseError for an unordered set. */
-export function matrixOf(typed: Node, known: Known, labels: Names, shape: Shape, columnNames: Names = []): Node[][] {
+export function matrixOf(
+  typed: Node,
+  symbols: Symbols,
+  labels: Names,
+  shape: Shape,
+  columnNames: Names = [],
+): Node[][] {
   const { rows, columns } = shape;
-  const tree = rightSide(splitChains(typed, [...labels, ...columnNames]), known);
+  const tree = rightSide(splitChains(typed, [...labels, ...columnNames]), symbols);
   const hasOrder = ({ kind }: Node) => ["eq", "pair", "set", "list"].includes(kind);
   if (tree.kind === "set" && tree.args.length > 1 && !tree.args.some(hasOrder)) throw new ParseError("read.no-order");
   return asMatrix(
@@ -143,23 +149,23 @@ export function withShape(rows: Node[][], shape: Shape): Rows | Verdict {
 }
 
 /** Parse an answer as for judging: as a table if the text itself lacks the part's shape. Throws ParseError. */
-export function parseAnswer(text: string, known: ReadonlySet<string>, { key, shape }: Part): Node {
+export function parseAnswer(text: string, symbols: ReadonlySet<string>, { key, shape }: Part): Node {
   const [rows, columns] = shape ?? [1, 1];
-  if (rows * columns === 1 || !["values", "numbers", "direction"].includes(key.type)) return parse(text, known);
+  if (rows * columns === 1 || !["values", "numbers", "direction"].includes(key.type)) return parse(text, symbols);
   const table = key.type === "numbers" ? numbersText(text, rows) : tableText(text, rows, columns);
-  const matrix = parseOrVerdict(() => withShape(asMatrix(rightSide(parse(text, known), known)), { rows, columns }));
-  return parse("outcome" in matrix ? (table ?? text) : text, known);
+  const matrix = parseOrVerdict(() => withShape(asMatrix(rightSide(parse(text, symbols), symbols)), { rows, columns }));
+  return parse("outcome" in matrix ? (table ?? text) : text, symbols);
 }
 
 /** Return the formula in "J = …", "… = J" or "det: …" if the other side is the student's own name or the only label. */
-export function rightSide(typed: Node, known: ReadonlySet<string>, labels: readonly string[] = []): Node {
+export function rightSide(typed: Node, symbols: ReadonlySet<string>, labels: readonly string[] = []): Node {
   const tree = typed.kind === "dict" && typed.args.length === 1 ? (typed.args[0] as Node) : typed;
   const sides = tree.kind === "pair" ? tree.args : chainOf(tree); // det J = J11*J22 - J12*J21 = …
   const [left, right] = [sides[0], sides.at(-1)];
-  const isOfSymbols = (side: Node) => hasNameOf(side, known);
+  const isOfSymbols = (side: Node) => hasNameOf(side, symbols);
   // det J = a1*a2*sin(theta2) = 0
   if (!left || !right || (isConstant(right) && sides.slice(1, -1).some(isOfSymbols))) return typed;
-  const isOwnName = (name: Node) => (isName(name) || isOfEntries(name)) && !hasNameOf(name, known);
+  const isOwnName = (name: Node) => (isName(name) || isOfEntries(name)) && !hasNameOf(name, symbols);
   const isLabel = (name: Node) =>
     name.kind === "name" && labels.length === 1 && labelOf(name.text) === labelOf(labels[0] as string);
   if (isOwnName(left) || isLabel(left)) return right;

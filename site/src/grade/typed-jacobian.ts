@@ -17,10 +17,10 @@ export function typedColumns(problem: Problem, part: Part, answer: string): Colu
   const { key } = part;
   const rows = { jacobian: robot.task, "geometric-jacobian": ROWS }[part.kind];
   if (!rows || key.type !== "values" || !answer.trim()) return null;
-  const known = new Set(Object.keys(symbols));
+  const symbolNames = new Set(Object.keys(symbols));
   return catchParseError(
     () => {
-      const matrix = withShape(matrixOf(parse(answer, known), known, part.labels, key), key);
+      const matrix = withShape(matrixOf(parse(answer, symbolNames), symbolNames, part.labels, key), key);
       if ("outcome" in matrix || matrix.length !== rows.length || matrix.flat().some(hasBlank)) return null;
       const symbolValues = Object.fromEntries(
         Object.entries(symbols).flatMap(([name, { value }]) => (value === undefined ? [] : [[name, value]])),

@@ -48,17 +48,17 @@ type ValuesAt = (k: number) => EntryValues;
 /** Judge a formula, vector or matrix; `labels` name the entries of a vector. */
 export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], columnNames: Names = []): Verdict {
   if (!answer.trim()) return missing();
-  const known = new Set(key.symbols);
+  const symbols = new Set(key.symbols);
   const answerRows =
     key.rows * key.columns === 1
-      ? parseOrVerdict(() => parseFormula(answer, known, labels))
+      ? parseOrVerdict(() => parseFormula(answer, symbols, labels))
       : parseRowsOrTable(
           (text) => {
-            const tree = parse(text, known);
-            const rows = isBlank(tree) ? null : matrixOf(tree, known, labels, key, columnNames);
+            const tree = parse(text, symbols);
+            const rows = isBlank(tree) ? null : matrixOf(tree, symbols, labels, key, columnNames);
             return rows && isTransposed(rows, key)
               ? judgeTransposed(rows, key)
-              : entriesOf(tree, key, known, labels, columnNames);
+              : entriesOf(tree, key, symbols, labels, columnNames);
           },
           answer,
           () => tableText(answer, key.rows, key.columns),
@@ -67,15 +67,15 @@ export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], 
 }
 
 /** Parse an answer of one entry; if a decimal comma makes it a list, as in 0,5, commas are read as points. */
-function parseFormula(answer: string, known: ReadonlySet<string>, labels: readonly string[]): Rows | Verdict {
-  const typed = parse(answer, known);
+function parseFormula(answer: string, symbols: ReadonlySet<string>, labels: readonly string[]): Rows | Verdict {
+  const typed = parse(answer, symbols);
   if (isBlank(typed)) return missing();
   const otherName = otherComponent(typed, labels);
   if (otherName) return wrong("read.component", { other: otherName, asked: labels[0] as string });
-  const tree = rightSide(onlyEntry(rightSide(typed, known, labels)), known, labels);
+  const tree = rightSide(onlyEntry(rightSide(typed, symbols, labels)), symbols, labels);
   const withDecimalPoints = readCommasAsPoints(answer);
   if (tree.kind === "list" && withDecimalPoints !== answer)
-    return parseOrVerdict(() => parseFormula(withDecimalPoints, known, labels));
+    return parseOrVerdict(() => parseFormula(withDecimalPoints, symbols, labels));
   return ["list", "set", "dict"].includes(tree.kind) ? wrong("read.list") : [[tree]];
 }
 
@@ -106,13 +106,15 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
   const names = namesIn(...entries);
   const valuesByPoint: EntryValues[] = [];
   // a wrong answer differs at one of the first configurations, so later values are computed only when needed
+  const configurationAt = (k: number) => configurationOf(key, k, names);
   const evaluateEntries = (configuration: SymbolValues) =>
     entries.map((entry, i) => (isBlankEntry[i] ? null : evaluate(entry, configuration)));
-  const valuesAt = (k: number) => (valuesByPoint[k] ??= evaluateEntries(configurationOf(key, k, names)));
+  const valuesAt = (k: number) => (valuesByPoint[k] ??= evaluateEntries(configurationAt(k)));
+  const expectedAt = (i: number, k: number) => key.right[i]?.[k] ?? null;
   const scales = key.right.map((values) => Math.max(...values.map((value) => Math.abs(value ?? 0))));
   const largest = Math.max(...scales);
   const firstDifferences = entries.map((_, i) =>
-    key.points.findIndex((_point, k) => !isExpected(valuesAt(k)[i] ?? null, key.right[i]?.[k] ?? null)),
+    key.points.findIndex((_point, k) => !isExpected(valuesAt(k)[i] ?? null, expectedAt(i, k))),
   );
   if (firstDifferences.every((k) => k < 0))
     return verdictOnAgreement(
@@ -123,11 +125,10 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
   const isRightEntry = firstDifferences.map((k) => k < 0);
   const isZero = scales.map((scale) => scale === 0 && largest > 0);
   const deviation = isBlankEntry.some(Boolean) ? null : deviationOf(valuesAt, key, isZero, isRightEntry);
-  const moving = key.moving ?? [];
+  const movingEntries = key.moving ?? [];
+  const areMovingEntriesWrong = movingEntries.length > 0 && !movingEntries.some((i) => isRightEntry[i]);
   const shareByEntries =
-    isRightEntry.length === 1 || (moving.length > 0 && !moving.some((i) => isRightEntry[i]))
-      ? 0
-      : shareOfEntries(isRightEntry, isZero, isBlankEntry);
+    isRightEntry.length === 1 || areMovingEntriesWrong ? 0 : shareOfEntries(isRightEntry, isZero, isBlankEntry);
   const share = Math.max(shareByEntries, deviation === null ? 0 : shareUpToDeviations(deviation.count));
   const isRightByRow = rows.map((row, r) => row.map((_, c) => isRightEntry[r * row.length + c] as boolean));
   const firstWrong = firstDifferences.findIndex((k) => k >= 0);
@@ -138,9 +139,8 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
     describeDifference(entries, firstWrong, valuesAt(firstPoint)[firstWrong] ?? null, key, firstPoint);
   const mistake = findMistake(valuesAt, key.mistakes, key);
   const isRight = (i: number, entry: Node) =>
-    key.points.every((_, j) => isExpected(evaluate(entry, configurationOf(key, j, names)), key.right[i]?.[j] ?? null));
-  const wrongIndices = firstDifferences.flatMap((j, i) => (j >= 0 && !isBlankEntry[i] ? [i] : []));
-  const configurationAt = (j: number) => configurationOf(key, j, names);
+    key.points.every((_, k) => isExpected(evaluate(entry, configurationAt(k)), expectedAt(i, k)));
+  const wrongIndices = firstDifferences.flatMap((k, i) => (k >= 0 && !isBlankEntry[i] ? [i] : []));
   const findMistakeIn = (places: ReadonlySet<number>) => findMistake(valuesAt, key.mistakes, key, places);
   const isUnexplained = mistake === undefined && wrongIndices.length > 0;
   const explanation = isUnexplained
@@ -149,14 +149,14 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
   // the same mistake everywhere may look like several slips
   const finalMistake =
     explanation && !explanation.explainsAll ? findMistake(valuesAt, key.throughout ?? [], key) : mistake;
-  const slips = finalMistake === undefined ? (explanation?.slips ?? []) : [];
+  const slips = finalMistake === undefined && explanation?.slips.length ? explanation.slips : undefined;
   const deviationMessages = deviation === null ? [] : [message(deviation.key)];
   const countMessages = unknownMessage && !isRightEntry.some(Boolean) ? [] : countRightEntries(isRightEntry, isZero);
   return verdictOf(share, [...deviationMessages, ...countMessages, reason], {
     entries: isRightByRow,
     counterexample: configurationOf(key, firstPoint, NO_NAMES),
-    ...(finalMistake === undefined ? {} : { mistake: finalMistake }),
-    ...(slips.length > 0 ? { slips } : {}),
+    mistake: finalMistake,
+    slips,
   });
 }
 

@@ -71,9 +71,9 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
 }
 
 /** Return the message on a missing factor with these symbols; a factor of det J with joints has singularities. */
-export function describeMissingFactor(symbols: string, ofDeterminant: boolean): Message {
+export function describeMissingFactor(symbols: string, isOfDeterminant: boolean): Message {
   const what = symbols.replaceAll("theta", "θ");
-  const isMoving = ofDeterminant && /theta|d\d/.test(symbols);
+  const isMoving = isOfDeterminant && /theta|d\d/.test(symbols);
   return message(isMoving ? "practice.lost-with-factor" : "practice.missing-in", { what });
 }
 

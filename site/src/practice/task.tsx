@@ -123,14 +123,14 @@ export function Task(props: TaskProps): JSX.Element {
   const check = async () => {
     if (isClosed) return;
     setLoadError("");
-    const loaded = await loadGrading().catch((error: unknown) => setLoadError(String(error)));
-    if (!loaded) return;
-    const fullVerdict = loaded.judge(problem, part, answer, isSingular);
+    const grading = await loadGrading().catch((error: unknown) => setLoadError(String(error)));
+    if (!grading) return;
+    const fullVerdict = grading.judge(problem, part, answer, isSingular);
     const shownVerdict = limitVerdict(fullVerdict, lowerLevel(level, maxLevel));
     setVerdict(shownVerdict);
     const isDrawn =
       fullVerdict.outcome !== "correct" && fullVerdict.outcome !== "missing" && atLeast(level, "counterexample");
-    const columns = isDrawn ? loaded.ownColumns(problem, part, answer) : null;
+    const columns = isDrawn ? grading.ownColumns(problem, part, answer) : null;
     setOwnColumns(() => columns);
     const isNew = answer !== lastJudged.current && !(isSolutionShown && fullVerdict.outcome === "correct");
     lastJudged.current = answer;
