@@ -317,8 +317,8 @@ def explain_typing(problem: Problem) -> str:
     rule = f"Type names as in the statement, such as {joint}; write * in products, as in 2*{joint}."
     meanings = stack_maxima.list_short_names(problem)
     examples = [name for length in (2, 3) for name in [name for name in meanings if len(name) == length][:2]]
-    explanations = ", ".join(f"{name} stands for {meanings[name]}" for name in examples)  # as c1, s1, c12, s12
-    return f"{rule} {explanations}." if explanations else rule
+    explanations = ", ".join(f"{name} is {meanings[name]}" for name in examples)  # as c1, s1, c12, s12
+    return f"{rule} Abbreviations: {explanations}." if explanations else rule
 
 
 def _write_maxima(matrix: sp.Matrix, is_single: bool) -> str:
@@ -367,7 +367,7 @@ def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matr
         f"amiss: qdot_amiss(said, due, agree, {varying_positions});",
         f"share: max(share, if amiss = 0 then 0 else {part.credit.factor}*(1 - {SIGN_OR_FACTOR_COST}*amiss));",
     ]
-    factor_feedback = "It is right except for signs, a common factor, or both."
+    factor_feedback = "Your answer is right except for signs, a common factor, or both."
     return lines, feedback + f'[[if test="amiss>0"]]<p>{factor_feedback}</p>[[/if]]'
 
 
