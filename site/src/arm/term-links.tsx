@@ -7,7 +7,7 @@ import { useEffect, useId, useRef, useState } from "preact/hooks";
 import { parse } from "../read/reader.js";
 import { realValue } from "../read/real.js";
 import { resultOrNull } from "../storage.js";
-import { inDigits, say } from "../text/text.js";
+import { formatNumber, say, withGreek } from "../text/text.js";
 import { termAfterKey, useFormulaStops } from "./formula-keys.js";
 import { namedPose, type State } from "./model.js";
 import { stationOn } from "./path.js";
@@ -156,9 +156,8 @@ function SpelledTerm(props: ValueProps): JSX.Element {
 
 /** Return a typed term as it is read aloud: a1 sin θ1; a joint rate has its dot. */
 const spellOut = (text: string): string =>
-  text
+  withGreek(text)
     .replaceAll("*", " ")
-    .replaceAll("theta", "θ")
     .replace(/\bqd(\d+)/g, "q̇$1");
 
 /** Return the value of a term at the current pose as text; null if it has none. */
@@ -168,8 +167,8 @@ function formatValue({ parts, stage, inRadians, rates }: ValueProps): string | n
   if (value === null || !parts[0]!.isConnected) return null;
   const isAngle = /^theta\d+$/.test(text!);
   return isAngle
-    ? `${inDigits(convertAngle(inRadians, value))}${inRadians ? "" : "°"}`
-    : inDigits(roundToDigits(value));
+    ? `${formatNumber(convertAngle(inRadians, value))}${inRadians ? "" : "°"}`
+    : formatNumber(roundToDigits(value));
 }
 
 /** The value of a term, shown below it; nothing if it has none. */
