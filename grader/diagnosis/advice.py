@@ -26,7 +26,7 @@ from qdot.exercises.reference_answers import ConditionSet
 from qdot.grader.diagnosis.numbers import normalize
 from qdot.grader.diagnosis.wrong_answer import THREE_DIGITS_TOLERANCE
 from qdot.grader.judging.answer_parser import ParsedAnswer, assign_values_to_joint
-from qdot.grader.judging.verdict import Diagnosis
+from qdot.grader.judging.verdict import Diagnosis, name_entry
 
 SAMPLE_COUNT = 5
 """Number of configurations at which an answer is compared with the reference."""
@@ -205,7 +205,7 @@ def _name_entry(part: Part, index: int) -> str:
     if part.shape is None or part.shape == (1, 1) or part.answer.is_direction:
         return "the result"
     rows, columns = part.shape
-    return f"entry {index + 1}" if 1 in (rows, columns) else f"row {index // columns + 1}, column {index % columns + 1}"
+    return name_entry(index, 1 if 1 in (rows, columns) else columns)
 
 
 def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> str | None:

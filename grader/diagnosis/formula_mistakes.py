@@ -74,13 +74,32 @@ def explain_formulas(answer: WrongAnswer, reference: Rows, allows_any_number: bo
     return _find_mistakes_in_entries(answer, reference, wrong_entries, allows_any_number)
 
 
+MAX_NAMED_ENTRIES = 3
+"""Maximum number of entries that a message names one by one."""
+
+
 def locate_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) -> str:
-    """Return the positions of entries in words, as the beginning of a sentence.
+    """Return the positions of entries in words, as the beginning of a sentence about each of them.
 
     >>> locate_entries([(0, 1), (1, 1)], (2, 2))
-    'In row 1, column 2, and row 2, column 2,'
+    'In each of the entries (1, 2) and (2, 2),'
     >>> locate_entries([(1, 0)], (3, 1)), locate_entries([(0, 0)], (1, 1))
-    ('In entry 2', 'In your answer')
+    ('In entry 2,', 'In your answer,')
+    """
+    if shape[:2] == (1, 1):
+        return "In your answer,"
+    names = [str(max(index) + 1) if 1 in shape[:2] else f"({index[0] + 1}, {index[1] + 1})" for index in entry_indices]
+    if len(names) == 1:
+        return f"In entry {names[0]},"
+    if len(names) > MAX_NAMED_ENTRIES:
+        return f"In each of {len(names)} entries, such as entry {names[0]},"
+    return f"In each of the entries {', '.join(names[:-1])} and {names[-1]},"
+
+
+def _identify_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) -> str:
+    """Return the positions of entries for the signature of a diagnosis.
+
+    The keys of groups in overrides.csv depend on these texts, so they must not change.
     """
     if shape[:2] == (1, 1):
         return "In your answer"
@@ -99,7 +118,9 @@ def _find_exchange(answer: WrongAnswer, entry_indices: Sequence[EntryIndex]) -> 
     for index, other_index in (entry_indices, entry_indices[::-1]):
         exchanged_values[index] = answer.correct_values[other_index]
     if answer.numeric.equals(exchanged_values):
-        return _make_diagnosis("entries-exchanged", entry_indices, exchanged_values.shape)
+        diagnosis = _make_diagnosis("entries-exchanged", entry_indices, exchanged_values.shape)
+        location = locate_entries(entry_indices, exchanged_values.shape).replace("each of the ", "")
+        return replace(diagnosis, feedback=CATALOGUE["entries-exchanged"].format_message({"Where": location}))
     return None
 
 
@@ -113,7 +134,7 @@ def _find_mistake_everywhere(answer: WrongAnswer, rows: Rows) -> Diagnosis | Non
         entries = [entry for row in edited_rows for entry in row]
         predicted_values = _evaluate(entries, answer.values).reshape(answer.correct_values.shape)
         if answer.numeric.equals(predicted_values) and is_distinctive(predicted_values):
-            return Diagnosis((name,), CATALOGUE[name].format_message({"Where": "In your answer"}))
+            return Diagnosis((name,), CATALOGUE[name].format_message({"Where": "In your answer,"}))
     return None
 
 
@@ -330,6 +351,6 @@ def _make_diagnosis(
     name: str, entry_indices: Sequence[EntryIndex], shape: tuple[int, ...], missing_words: str = ""
 ) -> Diagnosis:
     """Return the diagnosis that names a mistake and the entries in which it was made."""
-    location = locate_entries(entry_indices, shape)
-    message = CATALOGUE[name].format_message({"Where": location, "which": missing_words})
-    return Diagnosis((name,), message, signature=(f"{name} {location}",))
+    words = {"Where": locate_entries(entry_indices, shape), "which": missing_words}
+    signature = (f"{name} {_identify_entries(entry_indices, shape)}",)
+    return Diagnosis((name,), CATALOGUE[name].format_message(words), signature=signature)

@@ -182,14 +182,14 @@ P3 = "[-a1*s1 - a2*s12 - a3*s123, -a2*s12 - a3*s123, -a3*s123], [a1*c1 + a2*c12 
         ("planar-pr/33@frames", "position", f"[a2*{C2_45} + 1/20, -a2*sin(theta2 + pi/4) + d1 + 9/20]",
          "trig-throughout"),
         ("elbow-3r/1@chapter", "geometric-jacobian", ELBOW_TURNED,
-         "trig-and-sign: row 4, column 2"),  # angular rows are no derivatives
+         "trig-and-sign: entry (4, 2)"),  # angular rows are no derivatives
         ("wrist-zyz/1@chapter", "jacobian", "[[0, -s1, -c1*s2], [0, c1, s1*s2], [1, 0, c2]]",
-         "term-sign-typed: row 1, column 3"),
+         "term-sign-typed: entry (1, 3)"),
         ("elbow-3r/1@chapter", "jacobian",  # both factors of the product were differentiated
          write_elbow_jacobian([f"sin(theta1)*({Z_REACH_SLOPE})", *SECOND[1:]], THIRD), ""),
         ("elbow-3r/1@chapter", "jacobian",
          write_elbow_jacobian([f"sin(theta1)*({Z_REACH})", f"-cos(theta1)*({Z_REACH})", SECOND[2]], THIRD),
-         "trig-derived: row 1, column 2, and row 2, column 2"),
+         "trig-derived: entries (1, 2) and (2, 2)"),
         ("elbow-3r/1@chapter", "jacobian", write_elbow_jacobian(SECOND, SECOND), "term-surplus: column 3|a2"),
         ("elbow-3r/2@frames", "position",
          f"[{OFFSET}*cos(theta1 - pi/3), {OFFSET}*sin(theta1 - pi/3), 0.7 + d1 + 0.7*s2 - a3*s23]", "base-not-rotated"),
@@ -294,7 +294,7 @@ def test_a_wrong_sign_of_a_column_or_part_of_it_is_named() -> None:
     assert diagnose_chapter("jacobian", str(wrong.tolist()), SCORBOT)[0] == "column-sign"
     wrong[2, 1] = right[2, 1]  # now only part of the column has the wrong sign
     name, message = diagnose_chapter("jacobian", str(wrong.tolist()), SCORBOT)
-    assert name == "term-sign-typed" and "row 1, column 2, and row 2, column 2" in message
+    assert name == "term-sign-typed" and "entries (1, 2) and (2, 2)" in message
 
 
 @pytest.mark.parametrize(
