@@ -7,7 +7,7 @@ from functools import cache
 from itertools import count, islice
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
-from qdot.exercises.arm.library import robots
+from qdot.exercises.arm.library import list_robots
 from qdot.exercises.common.errors import QdotError, make_name_error
 from qdot.exercises.common.stream import Stream, derive_seed
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS, list_variation_axes
@@ -53,7 +53,7 @@ def look_up_family(name: str | Family) -> Family:
         return name
     if name in FAMILIES:
         return FAMILIES[name]
-    if name in robots():
+    if name in list_robots():
         advice = f'use robot = "{name}" in assignment.toml; `qdot families {name}` lists its questions'
         raise QdotError(f"{name} is a real robot, not a family: {advice}")
     raise make_name_error("family", name, list(FAMILIES))

@@ -54,11 +54,11 @@ class NumericArithmetic:
             stepped[:, 1 + self._joints.index(name)] += DERIVATIVE_STEP * 1j
         return stepped
 
-    def symbol_value(self, name: str) -> np.ndarray:
+    def get_symbol_value(self, name: str) -> np.ndarray:
         """Return the value of a symbol, (N,)."""
         return self.values[name]
 
-    def constant(self, value: sp.Expr) -> np.ndarray:
+    def make_constant(self, value: sp.Expr) -> np.ndarray:
         """Return a constant, repeated for each configuration, (N,)."""
         return np.full(self.configuration_count, float(value))
 
@@ -71,7 +71,7 @@ class NumericArithmetic:
         """Return stepped values without their derivatives, (…, N)."""
         return np.asarray(stepped[..., 0].real)
 
-    def derivatives(self, stepped: np.ndarray) -> np.ndarray:
+    def compute_derivatives(self, stepped: np.ndarray) -> np.ndarray:
         """Return the derivatives of stepped values by the n joint variables, (n, …, N)."""
         return np.moveaxis(stepped[..., 1:].imag / DERIVATIVE_STEP, -1, 0)
 
@@ -100,7 +100,7 @@ class _FormulaArithmetic:
         """Return the array unchanged, because it has no steps."""
         return stepped
 
-    def derivatives(self, stepped: np.ndarray) -> np.ndarray:
+    def compute_derivatives(self, stepped: np.ndarray) -> np.ndarray:
         """Return the derivatives of formulas by the n joint variables, (n, …, 1)."""
         return np.stack([differentiate(stepped) for differentiate in self._differentiators])
 
@@ -113,15 +113,15 @@ class SympyArithmetic(_FormulaArithmetic):
             joints, lambda name, entry: getattr(sp, name)(entry), lambda q, entry: sp.diff(entry, sp.Symbol(q))
         )
 
-    def constant(self, value: sp.Expr) -> np.ndarray:
+    def make_constant(self, value: sp.Expr) -> np.ndarray:
         """Return a constant, or any other SymPy expression, as an array (1,)."""
         return np.array([sp.sympify(value)], dtype=object)
 
-    convert_entry = constant
+    convert_entry = make_constant
 
-    def symbol_value(self, name: str) -> np.ndarray:
+    def get_symbol_value(self, name: str) -> np.ndarray:
         """Return the symbol with a name as an array (1,)."""
-        return self.constant(sp.Symbol(name))
+        return self.make_constant(sp.Symbol(name))
 
 
 class TreeArithmetic(_FormulaArithmetic):
@@ -133,25 +133,25 @@ class TreeArithmetic(_FormulaArithmetic):
     def __init__(self, joints: Sequence[str]) -> None:
         super().__init__(joints, apply_function, lambda q, tree: differentiate(tree, q))
 
-    def constant(self, value: sp.Expr) -> np.ndarray:
+    def make_constant(self, value: sp.Expr) -> np.ndarray:
         """Return a constant, or any other SymPy expression, as an array (1,) of trees."""
-        return self.entries([parse_formula(format_expression(sp.sympify(value)))])
+        return self.stack_trees([parse_formula(format_expression(sp.sympify(value)))])
 
-    convert_entry = constant
+    convert_entry = make_constant
 
-    def symbol_value(self, name: str) -> np.ndarray:
+    def get_symbol_value(self, name: str) -> np.ndarray:
         """Return the symbol with a name as an array (1,) of trees."""
-        return self.entries([Node("name", value=name)])
+        return self.stack_trees([Node("name", value=name)])
 
     @staticmethod
-    def entries(nodes: Sequence[Node]) -> np.ndarray:
+    def stack_trees(nodes: Sequence[Node]) -> np.ndarray:
         """Return n trees as an array, (n,)."""
         return np.array(list(nodes), dtype=object)
 
     @staticmethod
-    def matrix(rows: Sequence[Sequence[Node]]) -> np.ndarray:
+    def stack_rows(rows: Sequence[Sequence[Node]]) -> np.ndarray:
         """Return the rows of a matrix of trees as an array, (rows, columns, 1)."""
-        return np.stack([TreeArithmetic.entries(row) for row in rows])[:, :, None]
+        return np.stack([TreeArithmetic.stack_trees(row) for row in rows])[:, :, None]
 
 
 Arithmetic = NumericArithmetic | SympyArithmetic | TreeArithmetic

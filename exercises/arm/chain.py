@@ -125,7 +125,7 @@ class Chain:
     - `task`: the rows of the Jacobian that the task needs, some of VELOCITY_NAMES.
     - `tool`: the point of interest P; if `tool` is None, P is the origin of the last frame.
     - `convention`: how the arm is presented to people, one of CONVENTIONS. The convention determines the frames of the
-      links (`link_frames`), but not how the arm moves.
+      links (`compute_link_frames`), but not how the arm moves.
     - `axis_points`: for each joint, the point on the joint's axis at home that the arm's file states (world frame, m),
       or None for a prismatic joint. The tuple is empty if the file states no points.
     - `twist_order`: the order of omega and v in twists, one of TWIST_ORDERS, for an arm that is described by its axes.

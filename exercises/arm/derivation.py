@@ -20,15 +20,15 @@ from qdot.exercises.arm.chain import ANGLE_PREFIXES, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, propagate_linear_rows, to_sympy_matrix
-from qdot.exercises.arm.kinematics import compute_jacobian_in_frame, frames_and_point, link_frames
+from qdot.exercises.arm.kinematics import compute_frames_and_point, compute_jacobian_in_frame, compute_link_frames
 from qdot.exercises.arm.trigonometry import (
     Factored,
     are_identical,
     factor_trig,
     remove_arctangents,
     remove_brackets,
-    textbook_form,
-    textbook_matrix,
+    to_textbook_form,
+    to_textbook_matrix,
 )
 from qdot.exercises.common.errors import QdotError
 
@@ -56,7 +56,7 @@ class SymbolicArm:
     values: tuple[tuple[sp.Symbol, sp.Expr], ...]
 
 
-def symbolic_arm_of(chain: Chain) -> SymbolicArm:
+def make_symbolic_arm(chain: Chain) -> SymbolicArm:
     """Return the symbolic arm of a chain: nonzero lengths, and angles that are not multiples of pi/2, become symbols.
 
     Minus signs stay, because they decide whether an arm is stretched out or folded back.
@@ -89,7 +89,7 @@ def symbolic_arm_of(chain: Chain) -> SymbolicArm:
 @lru_cache(maxsize=4096)
 def _derive_position(chain: Chain) -> sp.Matrix:
     """Return the point of interest of a symbolic arm; this is quick even if the other results take minutes."""
-    return frames_and_point(chain).point.applyfunc(textbook_form)
+    return compute_frames_and_point(chain).point.applyfunc(to_textbook_form)
 
 
 class _Geometry(NamedTuple):
@@ -103,12 +103,12 @@ class _Geometry(NamedTuple):
 @lru_cache(maxsize=4096)
 def _derive_geometry(chain: Chain) -> _Geometry:
     """Return the geometry of a symbolic arm. Raises RuntimeError unless both routes of derivation agree exactly."""
-    frames, point = frames_and_point(chain)
-    z = sp.Matrix.hstack(*(frame.rotation[:, 2].applyfunc(textbook_form) for frame in frames[: chain.n]))
+    frames, point = compute_frames_and_point(chain)
+    z = sp.Matrix.hstack(*(frame.rotation[:, 2].applyfunc(to_textbook_form) for frame in frames[: chain.n]))
     # frames 0 ... n-1 of a standard table, frames 1 ... n of a modified table
-    frames_on_axes = link_frames(chain)[convention_of(chain).frame_on_axis(1) :][: chain.n]
-    p_star = sp.Matrix.hstack(*((point - frame.origin).applyfunc(textbook_form) for frame in frames_on_axes))
-    linear = _derive_position(chain).jacobian(chain.q).applyfunc(textbook_form)
+    frames_on_axes = compute_link_frames(chain)[convention_of(chain).frame_on_axis(1) :][: chain.n]
+    p_star = sp.Matrix.hstack(*((point - frame.origin).applyfunc(to_textbook_form) for frame in frames_on_axes))
+    linear = _derive_position(chain).jacobian(chain.q).applyfunc(to_textbook_form)
     angular = sp.Matrix(3, chain.n, lambda r, i: z[r, i] if chain.joints[i].is_revolute else sp.S.Zero)
     jacobian = linear.col_join(angular)
     stages = compute_symbolic_stages(chain)
@@ -149,7 +149,7 @@ def shorten_jacobian(chain: Chain) -> sp.Matrix:
     if set(chain.task) != set(VELOCITY_NAMES) or chain.n < len(VELOCITY_NAMES) or not point_moves_with_last_link(chain):
         return _derive_task_jacobian(chain)
     k = chain.n // 2
-    return textbook_matrix(compute_jacobian_in_frame(chain, k, k))[chain.task_rows, :]
+    return to_textbook_matrix(compute_jacobian_in_frame(chain, k, k))[chain.task_rows, :]
 
 
 def point_moves_with_last_link(chain: Chain) -> bool:
@@ -159,7 +159,7 @@ def point_moves_with_last_link(chain: Chain) -> bool:
     """
     if chain.point.frame == chain.n:
         return True
-    frames, point = frames_and_point(chain)
+    frames, point = compute_frames_and_point(chain)
     later_joints = range(chain.point.frame, chain.n)
     moments = (entry for i in later_joints for entry in frames[i].rotation[:, 2].cross(point - frames[i].origin))
     return all(chain.joints[i].is_revolute for i in later_joints) and all(are_identical(x, sp.S.Zero) for x in moments)
@@ -185,7 +185,7 @@ def _count_terms(minors: Iterable[sp.Expr]) -> int:
 
 def has_long_minors(chain: Chain) -> bool:
     """Return whether the maximal minors of an arm's task Jacobian have more terms than LONG_MINOR_TERMS together."""
-    minors = _expand_minors(symbolic_arm_of(chain).chain)
+    minors = _expand_minors(make_symbolic_arm(chain).chain)
     return minors is None or _count_terms(minors) > LONG_MINOR_TERMS
 
 
@@ -247,7 +247,7 @@ def _collect_by_velocity(rate: Factored, velocity: tuple[sp.Symbol, ...]) -> Fac
 
     def collect(factor: sp.Expr) -> sp.Expr:
         has_velocity = factor.free_symbols & set(velocity)
-        return sp.collect(sp.expand(factor), velocity, textbook_form) if has_velocity else factor
+        return sp.collect(sp.expand(factor), velocity, to_textbook_form) if has_velocity else factor
 
     return Factored(rate.coefficient, tuple((collect(factor), power) for factor, power in rate.factors))
 
@@ -260,7 +260,7 @@ class Derivation:
 
     def __init__(self, chain: Chain) -> None:
         self.chain = chain
-        symbolic_arm = symbolic_arm_of(chain)
+        symbolic_arm = make_symbolic_arm(chain)
         self._symbolic_chain, self._values = symbolic_arm.chain, dict(symbolic_arm.values)
 
     @cached_property
@@ -325,7 +325,7 @@ class Derivation:
     @property
     def rotations(self) -> list[sp.Matrix]:
         """The rotations R_0 ... R_n (3 x 3); the angles of successive parallel joints are added."""
-        return [self.substitute_matrix(frame.rotation) for frame in link_frames(self._symbolic_chain)]
+        return [self.substitute_matrix(frame.rotation) for frame in compute_link_frames(self._symbolic_chain)]
 
     @property
     def link_vectors(self) -> list[sp.Matrix]:
@@ -359,16 +359,16 @@ class Derivation:
         if consequence and self.symbolic_minors[0].is_zero:
             raise ValueError(f"{self.chain.name}: det J = 0 everywhere, {consequence}")
 
-    def link_jacobian(self, k: int) -> sp.Matrix:
+    def derive_link_jacobian(self, k: int) -> sp.Matrix:
         """Return the 6 x n Jacobian of frame k, for the velocity of O_k and of link k ((6.9), (6.10), sums up to k)."""
         first_columns = derive(convention_of(self.chain).keep_first_joints(k)).geometric_jacobian
         return sp.Matrix.hstack(first_columns, sp.zeros(6, self.chain.n - k))
 
-    def twist(self, jacobian: sp.Matrix | None = None) -> sp.Matrix:
+    def derive_twist(self, jacobian: sp.Matrix | None = None) -> sp.Matrix:
         """Return the twist J qd (6 x 1) for the geometric Jacobian (6.4), or for another matrix with n columns."""
         return (self.geometric_jacobian if jacobian is None else jacobian) * sp.Matrix(self.chain.rates)
 
-    def rate_law(self) -> sp.Matrix:
+    def derive_rate_law(self) -> sp.Matrix:
         """Return the joint rates qd = J^-1 xd (n x 1) for a task velocity xd given by the symbols vx ... wz (6.7)."""
         self._require_square("inverse velocity", "so the joint rates can't be found")
         return sp.Matrix([rate.substitute(self._values) for rate in _derive_rates(self._symbolic_chain)])

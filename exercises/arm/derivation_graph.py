@@ -29,8 +29,8 @@ from qdot.exercises.arm.arithmetic import (
 )
 from qdot.exercises.arm.chain import REVOLUTE, Chain, HasKind
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.kinematics import frames_and_point
-from qdot.exercises.arm.standard_table import home_geometry_of
+from qdot.exercises.arm.kinematics import compute_frames_and_point
+from qdot.exercises.arm.standard_table import compute_home_geometry
 
 RESULT = "result"
 """The name of the last stage: the answer as the student writes it, (rows, columns, …)."""
@@ -120,7 +120,10 @@ class StageResults:
         """Return the rotation Rz(theta) Rx(alpha) of a row, (3, 3, …); it is cached by the arrays theta and alpha."""
         key = (id(row.theta), id(row.alpha))
         if key not in self._row_rotations:  # the row is stored, too, so that no other arrays get these ids
-            self._row_rotations[key] = (row, matrix_product(rotation_z(self, row.theta), rotation_x(self, row.alpha)))
+            self._row_rotations[key] = (
+                row,
+                matrix_product(make_rotation_z(self, row.theta), make_rotation_x(self, row.alpha)),
+            )
         return self._row_rotations[key][1]
 
     def for_first_joints(self, joint_count: int) -> "StageResults":
@@ -148,7 +151,7 @@ class StageResults:
 
     def stack_symbol_values(self, names: Any) -> np.ndarray:
         """Return symbols with these names, none of them joint variables, as a vector (k, …)."""
-        return np.stack([self.arithmetic.symbol_value(str(name)) for name in names])
+        return np.stack([self.arithmetic.get_symbol_value(str(name)) for name in names])
 
 
 def compute_numeric_stages(chain: Chain, values: Mapping[str, np.ndarray]) -> StageResults:
@@ -176,14 +179,14 @@ def _compute_table(stages: StageResults) -> Table:
     return Table(rows, base_position, convert(base.yaw), convert(base.tilt), point_offset)
 
 
-def rotation_z(stages: StageResults, angle: np.ndarray) -> np.ndarray:
+def make_rotation_z(stages: StageResults, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about z by an angle, (3, 3, …)."""
     c, s = stages.arithmetic.cos(angle), stages.arithmetic.sin(angle)
     zero, unit = angle * 0, angle * 0 + 1
     return _make_matrix(c, -s, zero, s, c, zero, zero, zero, unit)
 
 
-def rotation_x(stages: StageResults, angle: np.ndarray) -> np.ndarray:
+def make_rotation_x(stages: StageResults, angle: np.ndarray) -> np.ndarray:
     """Return the rotation about x by an angle, (3, 3, …)."""
     c, s = stages.arithmetic.cos(angle), stages.arithmetic.sin(angle)
     zero, unit = angle * 0, angle * 0 + 1
@@ -197,7 +200,7 @@ def _make_matrix(*entries: np.ndarray) -> np.ndarray:
 
 def _compute_base_rotation(stages: StageResults) -> np.ndarray:
     table = stages["table"]
-    return matrix_product(rotation_z(stages, table.base_yaw), rotation_x(stages, table.base_tilt))
+    return matrix_product(make_rotation_z(stages, table.base_yaw), make_rotation_x(stages, table.base_tilt))
 
 
 def _compute_rotations(stages: StageResults) -> list[np.ndarray]:
@@ -245,7 +248,9 @@ def _compute_point(stages: StageResults) -> np.ndarray:
 
 def _compute_link_derivatives(stages: StageResults) -> np.ndarray:
     """Return the derivative of each link vector by each joint variable, (joints n, link vectors n + 1, 3, …)."""
-    derivatives = np.stack([stages.arithmetic.derivatives(link)[: stages.n] for link in stages["link vectors"]], axis=1)
+    derivatives = np.stack(
+        [stages.arithmetic.compute_derivatives(link)[: stages.n] for link in stages["link vectors"]], axis=1
+    )
     # the other link vectors do not lead to P, so the derivatives of P are the sums over all link vectors
     other_links = [k for k in range(stages.n + 1) if k not in list_links_to_point(stages.chain)]
     derivatives[:, other_links] = derivatives[:, other_links] * 0
@@ -265,7 +270,7 @@ def compute_convention_rotation(stages: StageResults, frame: int) -> np.ndarray:
     """Return the rotation of the frame with a number (from 0) in the arm's convention, (3, 3, …)."""
     rotation = stages["rotations"][frame]
     if convention_of(stages.chain).is_proximal and frame:
-        rotation = matrix_product(rotation, rotation_x(stages, -stages["table"].rows[frame - 1].alpha))
+        rotation = matrix_product(rotation, make_rotation_x(stages, -stages["table"].rows[frame - 1].alpha))
     return np.asarray(stages.arithmetic.drop_derivatives(rotation))
 
 
@@ -350,7 +355,7 @@ def rotate_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
 def _compute_home_screws(stages: StageResults) -> np.ndarray:
     """Return the screws (omega, v) of the joints at home, (6, n, …)."""
     columns = []
-    for axis in home_geometry_of(stages.chain).axes:
+    for axis in compute_home_geometry(stages.chain).axes:
         direction, point = convert_constant_vector(stages, axis.direction), convert_constant_vector(stages, axis.point)
         screw = [direction, -cross(direction, point)] if axis.is_revolute else [0 * direction, direction]
         columns.append(np.concatenate(screw))
@@ -376,7 +381,7 @@ def _compute_body_rotation(stages: StageResults) -> np.ndarray:
 
     The body frame moves with the last link. At home it has the directions of the world frame.
     """
-    last_frame = frames_and_point(stages.chain).frames[-1]
+    last_frame = compute_frames_and_point(stages.chain).frames[-1]
     rotation_at_home = last_frame.rotation.xreplace(dict.fromkeys(stages.chain.q, sp.S.Zero))
     transpose_at_home = np.stack([convert_constant_vector(stages, rotation_at_home[:, k]) for k in range(3)])
     return matrix_product(stages.arithmetic.drop_derivatives(stages["rotations"][-1]), transpose_at_home)

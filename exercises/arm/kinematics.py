@@ -52,11 +52,11 @@ class _FactoredFrame:
 
     def move_along_z(self, angle: sp.Expr, length: sp.Expr) -> "_FactoredFrame":
         """Return the frame after a rotation about its z axis and a shift along it."""
-        return replace(self, angle=self.angle + angle, origin=self.point(sp.S.Zero, sp.S.Zero, length))
+        return replace(self, angle=self.angle + angle, origin=self.compute_point(sp.S.Zero, sp.S.Zero, length))
 
     def move_along_x(self, angle: sp.Expr, length: sp.Expr) -> "_FactoredFrame":
         """Return the frame after a rotation about its x axis and a shift along it."""
-        origin = self.point(length, sp.S.Zero, sp.S.Zero)
+        origin = self.compute_point(length, sp.S.Zero, sp.S.Zero)
         if angle == 0:
             return replace(self, origin=origin)
         if angle in (sp.pi, -sp.pi):  # Rz(phi) Rx(pi) = Rx(pi) Rz(-phi): the next axis is parallel, with opposite sense
@@ -67,7 +67,7 @@ class _FactoredFrame:
         """Return the frame with its rotation as one matrix."""
         return Frame(self.outer * rot_z(self.angle), self.origin)
 
-    def point(self, x: sp.Expr, y: sp.Expr, z: sp.Expr) -> sp.Matrix:
+    def compute_point(self, x: sp.Expr, y: sp.Expr, z: sp.Expr) -> sp.Matrix:
         """Return the position in the world (3 x 1) of a point with these coordinates in the frame."""
         c, s = sp.cos(self.angle), sp.sin(self.angle)
         return self.origin + self.outer * sp.Matrix([x * c - y * s, x * s + y * c, z])
@@ -94,18 +94,18 @@ class FramesAndPoint(NamedTuple):
 
 
 @lru_cache(maxsize=512)
-def frames_and_point(chain: Chain) -> FramesAndPoint:
+def compute_frames_and_point(chain: Chain) -> FramesAndPoint:
     """Return the standard frames and the point of interest, with absolute angles; copy a matrix before you change it.
 
     The result is cached, because every derivation begins with these frames.
     """
     frames = list(_walk_frames(chain.base, chain.joints, StandardDh.split_row))
-    point = frames[chain.point.frame].point(*chain.point.offset)
+    point = frames[chain.point.frame].compute_point(*chain.point.offset)
     return FramesAndPoint(tuple(frame.multiply_out() for frame in frames), point)
 
 
 @lru_cache(maxsize=512)
-def link_frames(chain: Chain) -> tuple[Frame, ...]:
+def compute_link_frames(chain: Chain) -> tuple[Frame, ...]:
     """Return frames 0 ... n of the arm's convention, with absolute angles."""
     convention = convention_of(chain)
     frames = _walk_frames(convention.base, convention.rows, convention.split_row)
@@ -209,7 +209,7 @@ class NumericChain:
         shortened.point_frame, shortened.point_offset = joint_count, np.array([*point_offset, 1.0])
         return shortened
 
-    def frames(self, q: np.ndarray) -> np.ndarray:
+    def compute_frames(self, q: np.ndarray) -> np.ndarray:
         """Return the poses of frames 0 ... n, shape (…, n + 1, 4, 4), at joint values q of shape (…, n)."""
         q = np.asarray(q, dtype=float)
         poses = np.empty((*q.shape[:-1], q.shape[-1] + 1, 4, 4))
@@ -219,8 +219,8 @@ class NumericChain:
             np.matmul(poses[..., i, :, :], steps[..., i, :, :], out=poses[..., i + 1, :, :])
         return poses
 
-    def convention_frames(self, frames: np.ndarray) -> np.ndarray:
-        """Return the poses of the convention's frames, given the poses of the standard frames from `frames`."""
+    def convert_to_convention_frames(self, frames: np.ndarray) -> np.ndarray:
+        """Return the poses of the convention's frames, given the poses of the standard frames."""
         # corner i, where link i bends from the axis of joint i into x_i
         corners = frames[..., 1:, :3, 3] - self.a[:, None] * frames[..., 1:, :3, 0]
         return self._convention.convert_standard_frames(frames, corners, self._base_position)
@@ -233,25 +233,25 @@ class NumericChain:
         theta = np.where(self.is_revolute, variable_entries, self.fixed_entries)
         return theta, np.where(self.is_revolute, self.fixed_entries, variable_entries)
 
-    def point(self, q: np.ndarray) -> np.ndarray:
+    def compute_point(self, q: np.ndarray) -> np.ndarray:
         """Return the point of interest, shape (…, 3), at joint values q."""
-        return self.point_of(self.frames(q))
+        return self.compute_point_of(self.compute_frames(q))
 
-    def point_of(self, frames: np.ndarray) -> np.ndarray:
+    def compute_point_of(self, frames: np.ndarray) -> np.ndarray:
         """Return the point of interest, shape (…, 3), given the poses of the standard frames."""
         if self.point_offset.ndim > 1:  # `stack` combined several arms
             return np.asarray((frames[..., self.point_frame, :, :] @ self.point_offset[..., None])[..., :3, 0])
         return np.asarray((frames[..., self.point_frame, :, :] @ self.point_offset)[..., :3])
 
-    def jacobian(self, q: np.ndarray) -> np.ndarray:
+    def compute_jacobian(self, q: np.ndarray) -> np.ndarray:
         """Return the 6 x n Jacobian, shape (…, 6, n), at joint values q."""
-        return self.jacobian_of(self.frames(q))
+        return self.compute_jacobian_of(self.compute_frames(q))
 
-    def jacobian_of(self, frames: np.ndarray) -> np.ndarray:
+    def compute_jacobian_of(self, frames: np.ndarray) -> np.ndarray:
         """Return the 6 x n Jacobian, shape (…, 6, n), given the poses of the standard frames."""
         z, origins = frames[..., :-1, :3, 2], frames[..., :-1, :3, 3]
         rows = np.empty((*z.shape[:-1], 6))
-        rows[..., :3], rows[..., 3:] = cross(z, self.point_of(frames)[..., None, :] - origins), z
+        rows[..., :3], rows[..., 3:] = cross(z, self.compute_point_of(frames)[..., None, :] - origins), z
         for prismatic in np.flatnonzero(~self.is_revolute).tolist():
             rows[..., prismatic, :3] = z[..., prismatic, :]
             rows[..., prismatic, 3:] *= 0.0

@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import symbolic_arm_of
+from qdot.exercises.arm.derivation import make_symbolic_arm
 
 _LENGTH = re.compile(r"[ad]\d+|(base|point)_[xyz]")
 """The names of the symbols for lengths in a symbolic arm."""
@@ -36,7 +36,7 @@ def replace_lengths_by_symbols(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.
 
     Unlike in the symbolic arm, angles keep the arm's values.
     """
-    symbolic_arm = symbolic_arm_of(chain)
+    symbolic_arm = make_symbolic_arm(chain)
     values = {symbol: value for symbol, value in symbolic_arm.values if symbol not in chain.q}
     lengths = {symbol: value for symbol, value in values.items() if _LENGTH.fullmatch(symbol.name)}
     angles = {symbol: value for symbol, value in values.items() if symbol not in lengths}

@@ -37,10 +37,10 @@ class ListedRobot:
 
 
 @cache
-def robots() -> Mapping[str, ListedRobot]:
+def list_robots() -> Mapping[str, ListedRobot]:
     """Return the robots of the library by name; names are sorted with numbers in numeric order.
 
-    >>> list(robots())[-6:]
+    >>> list(list_robots())[-6:]
     ['ur3', 'ur3e', 'ur5', 'ur5e', 'ur10', 'ur10e']
     """
 
@@ -69,7 +69,7 @@ def find_robot_path(name_or_path: str, folder: Path = Path()) -> Path:
             return path
     except OSError as error:  # for example, the name is too long for the file system
         raise QdotError(f"can't open {path}: {error.strerror}") from None
-    robots_by_name = {_normalize_name(name): robot for name, robot in robots().items()}
+    robots_by_name = {_normalize_name(name): robot for name, robot in list_robots().items()}
     if path.suffix.lower() in FILE_EXTENSIONS or {"/", "\\"} & {*name_or_path}:
         robot = robots_by_name.get(_normalize_name(path.stem))
         hint = f"; for the robot of the library, write {robot.name}, without folder and ending" if robot else ""
@@ -86,7 +86,7 @@ def find_robot_path(name_or_path: str, folder: Path = Path()) -> Path:
 
 def is_in_library(name: str) -> bool:
     """Return whether the library has a robot with that name."""
-    return _normalize_name(name) in map(_normalize_name, robots())
+    return _normalize_name(name) in map(_normalize_name, list_robots())
 
 
 def _normalize_name(name: str) -> str:

@@ -49,7 +49,7 @@ class MpmathArm:
         self._base_position = [to_number(value) for value in chain.base.position]
         self._point_frame, self._point_offset = chain.point.frame, [to_number(value) for value in chain.point.offset]
 
-    def point_and_jacobian(self, q: Sequence[Any]) -> tuple[Vector, list[Vector]]:
+    def compute_point_and_jacobian(self, q: Sequence[Any]) -> tuple[Vector, list[Vector]]:
         """Return the point of interest (a 3-vector in m), and the 6 x n Jacobian as rows, at joint values q."""
         one, zero = self.context.one, self.context.zero
         cos_yaw, sin_yaw, cos_tilt, sin_tilt = self._base_angles
@@ -75,15 +75,17 @@ class MpmathArm:
                 x, y = _rotate(x, y, cos, sin)
                 origin = _translate(_translate(origin, z, d), x, a)
                 y, z = _rotate(y, z, cos_alpha, sin_alpha)
-        columns = [self._jacobian_column(i, z, point, o) for i, (z, o) in enumerate(zip(axes, origins, strict=True))]
+        columns = [
+            self._compute_jacobian_column(i, z, point, o) for i, (z, o) in enumerate(zip(axes, origins, strict=True))
+        ]
         return point, [list(row) for row in zip(*columns, strict=True)]
 
-    def task_jacobian(self, q: Sequence[Any]) -> list[Vector]:
+    def compute_task_jacobian(self, q: Sequence[Any]) -> list[Vector]:
         """Return the m x n task Jacobian, as rows, at joint values q."""
-        _, jacobian = self.point_and_jacobian(q)
+        _, jacobian = self.compute_point_and_jacobian(q)
         return [jacobian[row] for row in self.task_rows]
 
-    def _jacobian_column(self, i: int, z: Vector, point: Vector, origin: Vector) -> Vector:
+    def _compute_jacobian_column(self, i: int, z: Vector, point: Vector, origin: Vector) -> Vector:
         """Return column i (from 0) of the Jacobian; the joint's axis has the direction z and contains `origin`."""
         zero_vector = [self.context.zero] * 3
         if not self.is_revolute[i]:

@@ -49,21 +49,21 @@ class StraightPath:
     ) -> None:
         self.arm, self.context = MpmathArm(chain, lengths, context), context
         self.start_joint_values = [self.arm.evaluate_number(start[q]) for q in chain.q]
-        start_position, _ = self.arm.point_and_jacobian(self.start_joint_values)
+        start_position, _ = self.arm.compute_point_and_jacobian(self.start_joint_values)
         self.start_point = [start_position[row] for row in self.arm.task_rows]
         displacement = [self.arm.evaluate_number(b) - a for a, b in zip(self.start_point, target, strict=True)]
         self.length = context.sqrt(sum(value * value for value in displacement))
         self.direction = [value / self.length for value in displacement]
 
-    def point(self, s: Any) -> Vector:
+    def compute_point(self, s: Any) -> Vector:
         """Return the point p(s) = A + s u of the line."""
         return [a + s * u for a, u in zip(self.start_point, self.direction, strict=True)]
 
     def find_joint_values(self, s: Any, initial_values: Sequence[Any]) -> Vector | None:
         """Return the joint values at p(s), by Newton's method from `initial_values`; None if it fails."""
-        target_point, q = self.point(s), list(initial_values)
+        target_point, q = self.compute_point(s), list(initial_values)
         for _ in range(MAX_ITERATIONS):
-            point, jacobian = self.arm.point_and_jacobian(q)
+            point, jacobian = self.arm.compute_point_and_jacobian(q)
             error = [a - point[row] for a, row in zip(target_point, self.arm.task_rows, strict=True)]
             if max(map(abs, error)) < 64 * self.context.eps:
                 return q
@@ -76,7 +76,7 @@ class StraightPath:
 
     def compute_derivatives(self, q: Sequence[Any]) -> Vector:
         """Return dq/ds = J^-1 u, the joint rates at unit speed, at joint values q."""
-        return solve_linear(self.arm.task_jacobian(q), self.direction, self.context)
+        return solve_linear(self.arm.compute_task_jacobian(q), self.direction, self.context)
 
     def follow(
         self, step_length: float, min_conditioning: float, end_distance: float | None = None
@@ -89,7 +89,7 @@ class StraightPath:
         last_distance = float(self.length) if end_distance is None else end_distance
         q, s, step_count = self.start_joint_values, 0.0, 0
         while s <= last_distance + 1e-12:
-            jacobian = self.arm.task_jacobian(q)
+            jacobian = self.arm.compute_task_jacobian(q)
             sigma = np.linalg.svd(np.array(jacobian, dtype=float), compute_uv=False)
             conditioning = float(sigma[-1] / sigma[0])
             if conditioning < min_conditioning:

@@ -59,7 +59,7 @@ from qdot.exercises.arm.standard_table import (
 )
 from qdot.exercises.arm.urdf import UrdfChain, read_urdf
 from qdot.exercises.common.errors import QdotError, make_name_error
-from qdot.exercises.common.input_file import KeyPath, TomlFile, read_toml, toml_text
+from qdot.exercises.common.input_file import KeyPath, TomlFile, format_toml, read_toml
 from qdot.exercises.common.stream import Stream
 
 ENTRY_KEYS = ("theta", "d", "a", "alpha")
@@ -222,8 +222,8 @@ class _RobotReader:
         with self.file.locate_errors(key):
             if value not in choices:
                 alias = ALIASES.get(str(value).lower().replace("_", "-")) if key == "convention" else None
-                hint = f"; did you mean {toml_text(alias)}?" if alias else ""
-                raise QdotError(f"expected {' or '.join(map(toml_text, choices))}{hint}")
+                hint = f"; did you mean {format_toml(alias)}?" if alias else ""
+                raise QdotError(f"expected {' or '.join(map(format_toml, choices))}{hint}")
         return str(value)
 
     def _check_joint(self, index: int, joint: dict[str, Any]) -> str:
@@ -247,7 +247,9 @@ class _RobotReader:
         if self.has_dh_table:
             owner, names = "an arm described by screw axes", '"screws"'
         has_convention = f"has {'' if 'convention' in self.content else 'by default '}convention = "
-        message = f"the key {key!r} belongs to {owner}, but the file {has_convention}{toml_text(self.convention.name)}"
+        message = (
+            f"the key {key!r} belongs to {owner}, but the file {has_convention}{format_toml(self.convention.name)}"
+        )
         hint = f"write convention = {names} at the top, or the keys {', '.join(self.convention.joint_keys)}"
         raise QdotError(f"{self.file.describe_key('joint', index, key)}: {message}; {hint}")
 
@@ -385,7 +387,7 @@ class _RobotReader:
             try:
                 values.append(self._check_entry(self._parse_value(entry, are_angles), are_angles))
             except QdotError as error:
-                raise QdotError(f"{axis} = {toml_text(entry)}: {error}") from None
+                raise QdotError(f"{axis} = {format_toml(entry)}: {error}") from None
         return values[0], values[1], values[2]
 
     def _parse_value(self, raw: object, is_angle: bool) -> sp.Expr:
@@ -536,7 +538,7 @@ def _find_nonzero_rows(chain: Chain) -> tuple[bool, ...]:
     values = {symbol.name: rng.uniform(0.4, 1.4) for symbol in chain.parameters}
     q = np.array([[rng.uniform(-3, 3) for _ in chain.q] for _ in range(3)])
     try:
-        largest_entries = np.abs(NumericChain(chain, values).jacobian(q)).max(axis=(0, 2))
+        largest_entries = np.abs(NumericChain(chain, values).compute_jacobian(q)).max(axis=(0, 2))
     except TypeError:  # a constant is not real for these lengths, e.g. sqrt(a1**2 - d1**2)
         return (False,) * len(VELOCITY_NAMES)
     return tuple(bool(size > _NONZERO_THRESHOLD) for size in largest_entries)

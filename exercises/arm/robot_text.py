@@ -9,15 +9,15 @@ from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain, Point
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.robot_file import Robot
-from qdot.exercises.arm.standard_table import home_geometry_of
+from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.input_file import toml_text
+from qdot.exercises.common.input_file import format_toml
 
 TomlEntries = Sequence[tuple[str, str]]
 """Keys, each with its value as TOML text."""
 
 
-def robot_text(robot: Robot, convention: str) -> str:
+def write_robot_text(robot: Robot, convention: str) -> str:
     """Return the text of a ROBOT.toml that describes an arm in a convention, with its limits and ranges of lengths.
 
     Raises QdotError if the convention can't describe the arm.
@@ -26,12 +26,12 @@ def robot_text(robot: Robot, convention: str) -> str:
     presentation = REGISTRY[convention](chain)
     is_table = presentation.shows_table
     point_and_base, joints = _make_table_entries(presentation) if is_table else _make_screw_entries(chain)
-    top_entries = [("name", toml_text(chain.title or chain.name))]
-    top_entries += [("source", toml_text(robot.source))] if robot.source else []
-    top_entries += [("convention", toml_text(convention))] if convention != CONVENTIONS[0] else []
+    top_entries = [("name", format_toml(chain.title or chain.name))]
+    top_entries += [("source", format_toml(robot.source))] if robot.source else []
+    top_entries += [("convention", format_toml(convention))] if convention != CONVENTIONS[0] else []
     if presentation.twist_orders and chain.twist_order != TWIST_ORDERS[0]:
-        top_entries.append(("twist_order", toml_text(chain.twist_order)))
-    top_entries += [("task", toml_text(list(chain.task))), *point_and_base]
+        top_entries.append(("twist_order", format_toml(chain.twist_order)))
+    top_entries += [("task", format_toml(list(chain.task))), *point_and_base]
     limits = [*robot.limits, *[None] * (chain.n - len(robot.limits))]
     sections = [_format_lines(top_entries)]
     for joint, joint_limits in zip(joints, limits, strict=True):
@@ -55,7 +55,10 @@ def _make_table_entries(convention: Convention) -> tuple[TomlEntries, list[TomlE
     if not base.is_world:
         top_entries.append(("base", _format_pose(base.position, (base.tilt, sp.S.Zero, base.yaw))))
     return top_entries, [
-        [("kind", toml_text(row.kind)), *((key, _format_entry(getattr(row, key))) for key in convention.joint_keys[1:])]
+        [
+            ("kind", format_toml(row.kind)),
+            *((key, _format_entry(getattr(row, key))) for key in convention.joint_keys[1:]),
+        ]
         for row in convention.rows
     ]
 
@@ -65,21 +68,21 @@ def _make_screw_entries(chain: Chain) -> tuple[TomlEntries, list[TomlEntries]]:
 
     Raises QdotError if the direction of an axis contains symbols.
     """
-    axes, (x, y, z) = home_geometry_of(chain)
+    axes, (x, y, z) = compute_home_geometry(chain)
     home_point = Point(chain.point.frame, (x, y, z))
     joints: list[TomlEntries] = []
     for number, axis in enumerate(axes, 1):
         if axis.direction.free_symbols:
             raise QdotError(f"axis {number} of {chain.name} is rotated by a symbolic angle; axes must be numeric")
         point_entry = [("point", _format_list(axis.point))] if axis.is_revolute else []
-        joints.append([("kind", toml_text(axis.kind)), ("axis", _format_list(axis.direction)), *point_entry])
+        joints.append([("kind", format_toml(axis.kind)), ("axis", _format_list(axis.direction)), *point_entry])
     return [("point", _format_point(home_point, chain.point.frame == chain.n, is_at_home=True))], joints
 
 
 def _format_point(point: Point, is_in_last_frame: bool, is_at_home: bool = False) -> str:
     """Return the point of interest as TOML text; the text names the frame unless the frame is the last."""
     if point.is_origin and not is_at_home:
-        return toml_text(f"O{point.frame}")
+        return format_toml(f"O{point.frame}")
     offset = _format_list(point.offset)
     return offset if is_in_last_frame else f"{{frame = {point.frame}, offset = {offset}}}"
 
@@ -97,4 +100,4 @@ def _format_entry(value: sp.Expr) -> str:
     """Return an entry as TOML text: a number if a decimal is exact, else a formula in quotes."""
     if value.is_Rational and value.q < 10**9 and 10**30 % value.q == 0:  # the denominator has only factors 2 and 5
         return str(value.p) if value.q == 1 else format((Decimal(value.p) / Decimal(value.q)).normalize(), "f")
-    return toml_text(sp.sstr(value))
+    return format_toml(sp.sstr(value))

@@ -26,7 +26,7 @@ from qdot.exercises.arm.axes_to_dh import (
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.conventions.standard_dh import StandardDh
-from qdot.exercises.arm.kinematics import NumericChain, frames_and_point
+from qdot.exercises.arm.kinematics import NumericChain, compute_frames_and_point
 from qdot.exercises.arm.trigonometry import remove_arctangents
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
@@ -106,7 +106,7 @@ def convert_axes(axes: Sequence[Axis], point: sp.Matrix, link_number: int) -> Ar
     if link_number < len(axes):
         chain = Chain("axes", joints, ("vx",), base)  # any task will do
         home = dict.fromkeys(chain.q, sp.S.Zero)
-        frame = frames_and_point(chain).frames[link_number]
+        frame = compute_frames_and_point(chain).frames[link_number]
         offset = frame.rotation.xreplace(home).T * (point - frame.origin.xreplace(home))
         x, y, z = make_exact(offset)
         tool = Point(link_number, (x, y, z))
@@ -122,12 +122,12 @@ def _check_table(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link_numb
         q = np.array([stream.uniform(-2, 2) for _ in axes])
         lengths = {symbol: sp.Float(stream.uniform(0.3, 2)) for symbol in symbols}
         arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in lengths.items()})
-        frames, home = arm.frames(q), arm.frames(0 * q)
+        frames, home = arm.compute_frames(q), arm.compute_frames(0 * q)
         link_rotation = frames[link_number, :3, :3] @ home[link_number, :3, :3].T
         for displacement in np.vstack([np.zeros(3), np.eye(3)]):
             moved_point = point + sp.Matrix(displacement)
             expected_point = move_point_along_axes(axes[:link_number], moved_point, q[:link_number], lengths)
-            if not np.allclose(arm.point_of(frames) + link_rotation @ displacement, expected_point, atol=1e-7):
+            if not np.allclose(arm.compute_point_of(frames) + link_rotation @ displacement, expected_point, atol=1e-7):
                 raise RuntimeError(f"the table of {chain} does not lead where its axes do; please report this")
 
 
@@ -138,13 +138,13 @@ class HomeGeometry(NamedTuple):
     point: sp.Matrix
 
 
-def home_geometry_of(chain: Chain) -> HomeGeometry:
+def compute_home_geometry(chain: Chain) -> HomeGeometry:
     """Return the axes and the point of interest of an arm at home.
 
     The point on the axis of a revolute joint is the point that the arm's file states, or the standard origin there.
     """
     home = dict.fromkeys(chain.q, sp.S.Zero)
-    frames, point = frames_and_point(chain)
+    frames, point = compute_frames_and_point(chain)
 
     def evaluate_at_home(vector: sp.Matrix) -> sp.Matrix:
         return vector.xreplace(home).applyfunc(remove_arctangents).applyfunc(_simplify_coordinate)

@@ -10,14 +10,14 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.kinematics import Z, compute_frame_after, link_frames
-from qdot.exercises.arm.trigonometry import count_terms, textbook_form, textbook_matrix
+from qdot.exercises.arm.kinematics import Z, compute_frame_after, compute_link_frames
+from qdot.exercises.arm.trigonometry import count_terms, to_textbook_form, to_textbook_matrix
 
 
 @lru_cache(maxsize=4096)
 def compute_frame_poses(arm: Chain) -> tuple[sp.Matrix, ...]:
     """Return the poses T_{w,0} ... T_{w,n} of a symbolic arm's frames in the world, 4 x 4."""
-    poses = (frame.rotation.row_join(frame.origin).applyfunc(textbook_form) for frame in link_frames(arm))
+    poses = (frame.rotation.row_join(frame.origin).applyfunc(to_textbook_form) for frame in compute_link_frames(arm))
     return tuple(pose.col_join(sp.Matrix([[0, 0, 0, 1]])) for pose in poses)
 
 
@@ -28,10 +28,10 @@ def compute_joint_vectors(arm: Chain) -> tuple[tuple[sp.Matrix, sp.Matrix, sp.Ma
     joints = convention.keep_first_joints(arm.n).joints
     for i, joint in enumerate(joints):
         last_frame = compute_frame_after(joints[i:])  # frame n in the coordinates of the frame before joint i + 1
-        z, to_last_origin = textbook_matrix(last_frame.rotation.T * Z), last_frame.rotation.T * last_frame.origin
+        z, to_last_origin = to_textbook_matrix(last_frame.rotation.T * Z), last_frame.rotation.T * last_frame.origin
         start_to_point = to_last_origin - convention.distance_along_axis(joint) * z + sp.Matrix(convention.point.offset)
-        p_star = textbook_matrix(start_to_point)
-        vectors.append((z, p_star, textbook_matrix(z.cross(p_star))))
+        p_star = to_textbook_matrix(start_to_point)
+        vectors.append((z, p_star, to_textbook_matrix(z.cross(p_star))))
     return tuple(vectors)
 
 

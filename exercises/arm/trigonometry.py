@@ -33,7 +33,7 @@ class FourierForm:
         coefficients = (coefficient for pair in self.terms.values() for coefficient in pair if coefficient != 0)
         return sum(len(sp.Add.make_args(coefficient)) for coefficient in coefficients)
 
-    def expression(self) -> sp.Expr:
+    def to_expression(self) -> sp.Expr:
         """Return the SymPy expression."""
         summands = []
         for multiples, (cosine, sine) in self.terms.items():
@@ -138,7 +138,7 @@ class Factored:
         """Whether the product is the zero function."""
         return bool(self.coefficient == 0)
 
-    def expression(self) -> sp.Expr:
+    def to_expression(self) -> sp.Expr:
         """Return the product as a SymPy expression."""
         return sp.Mul(self.coefficient, *(factor**power for factor, power in self.factors))
 
@@ -347,8 +347,8 @@ def _find_shortest_form(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
         forms += _reduce_squares(factor)
         # a long Fourier form would only get longer if its angles were expanded
         if fourier_form.term_count <= _MAX_FOURIER_GROWTH * len(factor.args):
-            expanded = sp.expand(sp.expand_trig(fourier_form.expression()))
-            forms += [fourier_form.expression(), *map(_collect_trigs, (expanded, *_reduce_squares(expanded)))]
+            expanded = sp.expand(sp.expand_trig(fourier_form.to_expression()))
+            forms += [fourier_form.to_expression(), *map(_collect_trigs, (expanded, *_reduce_squares(expanded)))]
     shortest = min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
     content, primitive = shortest.as_content_primitive()
     if min(sp.Add.make_args(primitive), key=sp.default_sort_key).could_extract_minus_sign():
@@ -395,14 +395,14 @@ def _reduce_squares(expression: sp.Expr) -> list[sp.Expr]:
     return forms
 
 
-def textbook_form(expression: sp.Expr) -> sp.Expr:
+def to_textbook_form(expression: sp.Expr) -> sp.Expr:
     """Return a trigonometric polynomial in textbook form: like terms collected, common factors outside.
 
     >>> t1, t2, a1, a2 = sp.symbols("theta1 theta2 a1 a2")
-    >>> textbook_form(a1 * sp.cos(t1) + a2 * sp.cos(t1) * sp.cos(t2))
+    >>> to_textbook_form(a1 * sp.cos(t1) + a2 * sp.cos(t1) * sp.cos(t2))
     (a1 + a2*cos(theta2))*cos(theta1)
     """
-    return factor_trig(expression, max_terms=60).expression()
+    return factor_trig(expression, max_terms=60).to_expression()
 
 
 def write_in_textbook_form(expression: sp.Expr) -> sp.Expr:
@@ -433,17 +433,17 @@ def write_in_textbook_form(expression: sp.Expr) -> sp.Expr:
         numerator, denominator = sp.fraction(sp.together(polynomial))
         if denominator.free_symbols:
             divisor = factor_trig(sp.expand(denominator))
-            polynomial = factor_trig(sp.expand(numerator), max_terms=60).divide_by(divisor).expression()
+            polynomial = factor_trig(sp.expand(numerator), max_terms=60).divide_by(divisor).to_expression()
         else:
-            polynomial = textbook_form(sp.expand(polynomial))
+            polynomial = to_textbook_form(sp.expand(polynomial))
     except (ValueError, sp.PolynomialError):  # for example, an angle outside a sine
         pass
     return polynomial.xreplace({symbol: node for node, symbol in names.items()})
 
 
-def textbook_matrix(matrix: sp.Matrix) -> sp.Matrix:
+def to_textbook_matrix(matrix: sp.Matrix) -> sp.Matrix:
     """Return a matrix whose entries are multiplied out, then in textbook form."""
-    return matrix.applyfunc(lambda entry: textbook_form(sp.expand(entry)))
+    return matrix.applyfunc(lambda entry: to_textbook_form(sp.expand(entry)))
 
 
 def count_terms(entries: sp.Matrix, ignored_values: tuple[int, ...] = (0,)) -> int:

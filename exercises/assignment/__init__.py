@@ -11,5 +11,6 @@ This package imports the packages that make problems and notebooks. The exports 
     certified_problems          generates a class's problems, and replaces those that fail their certificate
     replacements                redrawn.csv, the list of replaced problems
     sets, release               ready-made sets of problems; makes an assignment folder and writes the notebooks
+    handout                     packs the notebooks for handing them out
     store                       problems, figures and texts stored for grading
 """

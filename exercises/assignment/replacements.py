@@ -12,7 +12,7 @@ from pathlib import Path
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.common.input_file import csv_text, read_table
+from qdot.exercises.common.input_file import format_csv, read_table
 
 REPLACEMENTS_FILE = "redrawn.csv"
 COLUMNS = ("student", "problem", "family", "draw", "why")
@@ -59,4 +59,4 @@ def write_replacements(folder: Path, replacements: Replacements) -> None:
         replacement = replacements[student, slot]
         failure = " ".join(replacement.first_failure.split())
         rows.append((student, slot, replacement.family, str(replacement.seed_number), failure))
-    write_atomically(folder / REPLACEMENTS_FILE, csv_text(rows))
+    write_atomically(folder / REPLACEMENTS_FILE, format_csv(rows))

@@ -1,11 +1,13 @@
 """Write files atomically: a reader sees either the old content or the new, never a part of it."""
 
 import contextlib
+import io
 import os
 import re
 import stat
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+import zipfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from qdot.exercises.common.errors import QdotError
@@ -198,3 +200,18 @@ def _remove_unless_locked(path: Path) -> None:
             os.close(handle)
         if not IS_POSIX:
             path.unlink()
+
+
+def make_zip(files: Mapping[str, str | bytes], permissions: Mapping[str, int] = {}) -> bytes:
+    """Return a zip archive whose bytes depend only on the files.
+
+    `permissions` maps the path of a file to its permissions; all other files get 0o644.
+    """
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as zip_file:
+        for path, content in files.items():
+            info = zipfile.ZipInfo(path, date_time=(1980, 1, 1, 0, 0, 0))
+            info.compress_type, info.create_system = zipfile.ZIP_DEFLATED, 3
+            info.external_attr = permissions.get(path, 0o644) << 16
+            zip_file.writestr(info, content.encode() if isinstance(content, str) else content)
+    return buffer.getvalue()

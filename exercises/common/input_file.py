@@ -121,7 +121,7 @@ class TomlFile:
         value = self._find_value(key_path)
         location = self._describe_location(key_path, key_path)
         has_tables = isinstance(value, dict) or (isinstance(value, list) and any(isinstance(v, dict) for v in value))
-        text = toml_text(value) if key_path and value is not None and not has_tables else ""
+        text = format_toml(value) if key_path and value is not None and not has_tables else ""
         return f"{location} = {text}" if text and len(text) <= _MAX_VALUE_LENGTH else location
 
     def _find_value(self, key_path: KeyPath) -> Any:
@@ -211,10 +211,10 @@ def read_toml(path: Path, missing_hint: str = "", parse_decimal: Callable[[str],
         raise QdotError(f"{path}: line {number}: not valid TOML: {problem[:1].lower()}{problem[1:]}{hint}") from None
 
 
-def toml_text(value: object) -> str:
+def format_toml(value: object) -> str:
     """Return a value in TOML notation.
 
-    >>> print(toml_text(["a", Decimal("0.40"), True]))
+    >>> print(format_toml(["a", Decimal("0.40"), True]))
     ["a", 0.40, true]
     """
     if isinstance(value, bool):
@@ -224,9 +224,9 @@ def toml_text(value: object) -> str:
     if isinstance(value, (float, Decimal)):
         return str(value).replace("Infinity", "inf").replace("NaN", "nan")
     if isinstance(value, (list, tuple)):
-        return f"[{', '.join(map(toml_text, value))}]"
+        return f"[{', '.join(map(format_toml, value))}]"
     if isinstance(value, dict):
-        return f"{{{', '.join(f'{key} = {toml_text(item)}' for key, item in value.items())}}}"
+        return f"{{{', '.join(f'{key} = {format_toml(item)}' for key, item in value.items())}}}"
     return value.isoformat() if isinstance(value, (datetime.date, datetime.time)) else str(value)
 
 
@@ -288,7 +288,7 @@ def parse_csv_rows(text: str, row_lines: list[int] | None = None) -> Iterator[tu
         row_lines.append(reader.line_num + first_number)
 
 
-def csv_text(rows: Iterable[Iterable[object]]) -> str:
+def format_csv(rows: Iterable[Iterable[object]]) -> str:
     """Return rows as CSV text with commas and one line for each row."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows(rows)

@@ -7,7 +7,7 @@ from pathlib import PurePath
 
 from qdot.exercises.assignment.assignment import ASSIGNMENT_FILE, Assignment, split_question_name
 from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE
-from qdot.exercises.common.input_file import read_toml, toml_text
+from qdot.exercises.common.input_file import format_toml, read_toml
 
 OUTSIDE_FOLDER = "shared"
 """The folder of an export for copies of files outside the assignment folder; if need be, with a number."""
@@ -80,6 +80,6 @@ def _rename_files(toml: str, new_names: Mapping[str, str]) -> str:
     def rename(match: re.Match[str]) -> str:
         value = tomllib.loads(f"text = {match['text']}")["text"] if match["text"] else ""
         name, mark, question = (value, "", "") if value in new_names else value.partition("#")
-        return toml_text(f"{new_names[name]}{mark}{question}") if name in new_names else match[0]
+        return format_toml(f"{new_names[name]}{mark}{question}") if name in new_names else match[0]
 
     return _TOML_TOKEN.sub(rename, toml)

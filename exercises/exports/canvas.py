@@ -3,8 +3,9 @@
 import itertools
 from collections.abc import Generator, Sequence
 
+from qdot.exercises.common.files import make_zip
 from qdot.exercises.exports import items, platform_markup
-from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.writing.render import render
 
 FILE_FOLDER = "%24IMS-CC-FILEBASE%24"

@@ -1,8 +1,6 @@
 """Define what an export format is, and the request for an export: an assignment, and how to export it."""
 
-import io
-import zipfile
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Literal
@@ -93,21 +91,6 @@ class ExportedFile:
     path: str
     content: str | bytes
     is_private: bool = False
-
-
-def make_zip(files: Mapping[str, str | bytes], permissions: Mapping[str, int] = {}) -> bytes:
-    """Return a zip archive whose bytes depend only on the files.
-
-    `permissions` maps the path of a file to its permissions; all other files get 0o644.
-    """
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as zip_file:
-        for path, content in files.items():
-            info = zipfile.ZipInfo(path, date_time=(1980, 1, 1, 0, 0, 0))
-            info.compress_type, info.create_system = zipfile.ZIP_DEFLATED, 3
-            info.external_attr = permissions.get(path, 0o644) << 16
-            zip_file.writestr(info, content.encode() if isinstance(content, str) else content)
-    return buffer.getvalue()
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,9 @@ setup script makes the contents of the zip readable by root only.
 from collections.abc import Generator
 
 from qdot.exercises.assignment.assignment import SECRET_FILE
+from qdot.exercises.common.files import make_zip
 from qdot.exercises.exports.assignment_files import read_assignment_files
-from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.handouts import collect_handouts
 from qdot.exercises.exports.wheel import list_versions, make_wheel
 from qdot.exercises.writing.render import render

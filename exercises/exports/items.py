@@ -266,7 +266,7 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
 
 def _offer_sets(problem: Problem, part: Part, answer: ConditionSet) -> Part | None:
     """Return a part with its set and three wrong sets as options; None if known mistakes don't lead to three."""
-    stream = Stream(f"qdot/{problem.id.engine}/{problem.id}/{part.name}")
+    stream = Stream(f"qdot/{problem.id.stream_name}/{part.name}")
     offered_options = make_four_sets(problem.chain, answer.components, stream)
     if offered_options is None:
         return None
@@ -281,7 +281,7 @@ def _ask_short_question(problem: Problem, part: Part, request: ExportRequest) ->
         if question.find_obstacle(problem.chain) is not None:
             continue
         try:
-            stream = Stream(f"qdot/{problem.id.engine}/{problem.id}/{name}")
+            stream = Stream(f"qdot/{problem.id.stream_name}/{name}")
             answer, details = question.ask(problem.chain, stream)
         except RuntimeError:
             continue

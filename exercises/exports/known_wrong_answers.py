@@ -13,7 +13,7 @@ import sympy as sp
 from sympy.polys.polyerrors import BasePolynomialError
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, symbolic_arm_of
+from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.derivation_graph import RESULT, compute_numeric_stages, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.arm.standard_table import wrap_angle
 from qdot.exercises.common.stream import Stream
@@ -122,7 +122,7 @@ class _StructureQuestion:
 def _find_numeric_wrong_answers(question: _StructureQuestion) -> tuple[PredictedAnswer, ...]:
     """Return the numeric wrong answers of the mistakes that change the answer."""
     chain, part = question.chain, question.part
-    roles = classification.domain_of(chain).roles
+    roles = classification.make_domain(chain).roles
     names = {*roles, *(rate.name for rate in chain.rates), *chain.task, *part.symbols}
     samples = Domain(roles).sample(names, READABLE_POINTS + SAMPLE_COUNT, Stream(f"known/{question.kind}"))
     stages = compute_numeric_stages(chain, {name: values[READABLE_POINTS:] for name, values in samples.items()})
@@ -155,7 +155,7 @@ def _find_wrong_formulas(problem: Problem, part: Part, mistake_count: int) -> It
     details = part.details
     result_choice = details if isinstance(details, ResultChoiceDetails) else None
     content = details.definition if isinstance(details, CustomDetails) else result_choice
-    question = _StructureQuestion(symbolic_arm_of(problem.chain).chain, part.kind, content, part)
+    question = _StructureQuestion(make_symbolic_arm(problem.chain).chain, part.kind, content, part)
     reference = part.answer.as_matrix()
     for index, prediction in enumerate(_find_numeric_wrong_answers(question)[:mistake_count]):
         changes = prediction.stages.changes

@@ -14,7 +14,8 @@ from itertools import count
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.late_rule import add_time_zone
-from qdot.exercises.exports.export_format import ExportRequest, make_zip
+from qdot.exercises.common.files import make_zip
+from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.problem.record import Json
 from qdot.exercises.writing.render import render
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from nbformat.v4 import new_code_cell, new_markdown_cell
 
 from qdot.exercises.assignment.assignment import SECRET_FILE, Assignment, Slot, Student
-from qdot.exercises.common.input_file import csv_text
+from qdot.exercises.common.input_file import format_csv
 from qdot.exercises.exports.assignment_files import read_assignment_files
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.handouts import collect_handouts
@@ -65,7 +65,7 @@ def _write_roster(roster: Sequence[Student]) -> str:
     """Return the roster for `nbgrader db student import`; the last word of a name is the last name."""
     names = ((student, *student.name.rpartition(" ")) for student in roster)
     rows = ((student.id, first_name, last_name, student.email) for student, first_name, _, last_name in names)
-    return csv_text([("id", "first_name", "last_name", "email"), *rows])
+    return format_csv([("id", "first_name", "last_name", "email"), *rows])
 
 
 def make_grade_id(part: str) -> str:

@@ -26,7 +26,7 @@ from qdot.exercises.questions import inversion
 from qdot.exercises.questions.exact_configurations import sample_unequal_lengths
 from qdot.exercises.questions.results import compute_answer, is_derived, is_made_of_jacobian
 from qdot.exercises.reference_answers import Number
-from qdot.exercises.singularities.classification import domain_of
+from qdot.exercises.singularities.classification import make_domain
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
 from qdot.exercises.writing.units import tex_unit
 from qdot.exercises.writing.wording import Wording
@@ -104,7 +104,7 @@ def _convert_numeric_answer(problem: Problem, part: Part, is_direction: bool) ->
         if isinstance(mistaken_answer.answer, Number)
     ]
     if is_derived(part):
-        roles: Mapping[str, Any] = domain_of(problem.chain).roles
+        roles: Mapping[str, Any] = make_domain(problem.chain).roles
         domain = Domain({**roles, **dict.fromkeys(part.symbols, "signed")})  # loads
         stream = Stream(f"{problem.id}/{part.name}/wrong")
         stages = compute_numeric_stages(problem.chain, sample_configurations(problem.chain, part, domain, 1, stream))
@@ -151,7 +151,7 @@ def _list_wrong_answers(stages: StageResults, part: Part) -> list[catalogue.Pred
 def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     """Return a part with its formulas evaluated at the best of several sampled configurations."""
     chain, reference = problem.chain, part.answer.as_matrix()
-    stream = Stream(f"qdot/{problem.id.engine}/{problem.id}/{part.name}/in numbers")
+    stream = Stream(f"qdot/{problem.id.stream_name}/{part.name}/in numbers")
     configurations = list(_sample_configurations(chain, part, stream))
     values = _collect_values(chain, part, configurations)
     placeholder_part = replace(
@@ -229,7 +229,7 @@ def _collect_values(chain: Chain, part: Part, configurations: Sequence[ExactValu
         symbol.name: np.array([float(configuration[symbol]) for configuration in exact_configurations])
         for symbol in exact_configurations[0]
     }
-    unused_names = {*domain_of(chain).roles} - set(columns)  # any value will do
+    unused_names = {*make_domain(chain).roles} - set(columns)  # any value will do
     return columns | {name: np.ones(len(configurations)) for name in sorted(unused_names)}
 
 

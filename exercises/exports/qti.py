@@ -7,8 +7,9 @@ solutions, a student sees the solution of an item after full marks or after the 
 import re
 from collections.abc import Generator
 
+from qdot.exercises.common.files import make_zip
 from qdot.exercises.exports import platform_markup
-from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.items import NumberForm, QuizItem, make_items_for_students
 from qdot.exercises.formula.printers.mathml import print_plain_mathml
 from qdot.exercises.writing.render import render

@@ -13,8 +13,9 @@ from pathlib import Path
 from qdot.exercises.assignment.assignment import FEEDBACK, Slot
 from qdot.exercises.assignment.certified_problems import FailedSlot
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.files import make_zip
 from qdot.exercises.exports.bank import iterate_bank
-from qdot.exercises.exports.export_format import ExportedFile, ExportRequest, make_zip
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site import bank
 from qdot.exercises.site.bank_problem import find_custom_questions, list_problems_of_variants

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from qdot.exercises.common.extras import DISTRIBUTION
-from qdot.exercises.exports.export_format import make_zip
+from qdot.exercises.common.files import make_zip
 from qdot.exercises.writing.render import find_template_folder
 
 PACKAGE_FOLDER = Path(__file__).parents[2]

@@ -68,8 +68,8 @@ def find_normal_axis(chain: Chain) -> str | None:
     chain = make_numbers_exact(chain)
     arm = NumericChain(chain, {symbol.name: 0.3 + 0.11 * k for k, symbol in enumerate(chain.parameters)})
     configurations = np.array([[0.37 + 0.21 * i for i in range(chain.n)], [1.13 - 0.47 * i for i in range(chain.n)]])
-    frames = arm.frames(configurations)
-    points = np.concatenate([frames[..., :3, 3], arm.point_of(frames)[:, None]], axis=1).reshape(-1, 3)
+    frames = arm.compute_frames(configurations)
+    points = np.concatenate([frames[..., :3, 3], arm.compute_point_of(frames)[:, None]], axis=1).reshape(-1, 3)
     axes = frames[:, :-1, :3, 2]
     is_revolute = arm.is_revolute
     for k, name in ((2, "z"), (1, "y"), (0, "x")):

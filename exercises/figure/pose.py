@@ -172,7 +172,7 @@ def _make_numeric_chain(drawn_chain: Chain) -> NumericChain:
 def compute_skeletons(drawn_chain: Chain, entries: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return frames (k x n+1 x 4 x 4), corners (k x n x 3) and paths to P (k x 4 x 3) for poses (k x n)."""
     arm = _make_numeric_chain(drawn_chain)
-    frames = arm.frames(entries)
+    frames = arm.compute_frames(entries)
     lengths = np.stack(
         [entries[:, i] if kind == PRISMATIC else np.full(len(entries), arm.fixed_entries[i])
          for i, kind in enumerate(arm.kinds)], axis=1

@@ -304,7 +304,7 @@ def _fit_caption(caption: str, catalogue: Catalogue) -> str:
 
 def _find_lost_directions(chain: Chain, drawn_chain: Chain, entries: np.ndarray) -> tuple[np.ndarray, ...] | None:
     """Return unit vectors of lost linear directions, along which P can't move; None if no rank is lost."""
-    jacobian = NumericChain(drawn_chain, {}).jacobian(entries)[chain.task_rows]
+    jacobian = NumericChain(drawn_chain, {}).compute_jacobian(entries)[chain.task_rows]
     u, sigma, _ = np.linalg.svd(jacobian)
     rank = int(np.sum(sigma > RANK_TOLERANCE * max(float(sigma[0]), 1e-12)))
     if rank == min(jacobian.shape):

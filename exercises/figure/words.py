@@ -4,7 +4,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.standard_table import home_geometry_of
+from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.figure.lettering import write_sign_and_rest
 from qdot.exercises.figure.plane import VIEW_DESCRIPTIONS, find_normal_axis, is_drawn_flat, make_numbers_exact
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
@@ -128,7 +128,7 @@ def _describe_rotation(axis: str, i: int, angle: sp.Expr, rotation_axis: str) ->
 
 def _describe_axes(chain: Chain) -> list[str]:
     """Return sentences on the axes and the point at home."""
-    axes, point = home_geometry_of(chain)
+    axes, point = compute_home_geometry(chain)
     sentences = []
     for i, axis in enumerate(axes, 1):
         point_clause = "" if axis.is_prismatic else f" through {_format_vector(axis.point, ' m')}"

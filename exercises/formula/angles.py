@@ -39,9 +39,10 @@ class Phase:
 
 
 def make_phase(angle: AngleCoefficients) -> Phase | None:
-    """Return exp(i angle).
+    """Return exp(i angle); None if it is no such product.
 
-    Return None if a name's factor is not a multiple of 1/8, or if the rest is not a multiple of a quarter of a degree.
+    The factor of each name must be a multiple of 1 / ANGLE_DIVISOR. The multiple of pi must be a multiple of a quarter
+    of a degree. There must be no constant term, because the exponential of a number of radians is no root of unity.
     """
     powers, root_exponent = [], Fraction(0)
     for name, factor in angle.items():

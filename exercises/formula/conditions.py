@@ -52,8 +52,12 @@ It has converged if its last step is below the second limit, and its residual, r
 _POLISHED_STEP = 1e-8
 """A search for a zero of the gradient has converged if its last step is below this limit."""
 
-_MAX_STEPS = 120
-"""Maximum number of steps of a search."""
+_MAX_STEPS, _MAX_STEP = 120, 0.7
+"""Maximum number of steps of a search, and maximum step of a joint (in rad or m)."""
+_MAX_POLISHING_STEPS, _MAX_POLISHING_STEP, _GRADIENT_STEP = 8, 0.05, 1e-5
+"""Steps to a zero of the gradient: their maximum number, the maximum step of a joint, and the step of differences."""
+_FLAT_GRADIENT = 1e-2
+"""Relative size below which a gradient may belong to a configuration near a double zero."""
 _NEAR_MISS_RESIDUAL = 1e-3
 """Relative residual below which conditions may have a zero, although the search did not find one."""
 _MAX_STORED_VALUES = 5_000_000
@@ -148,7 +152,7 @@ class _CompiledPiece:
             derivatives[~is_finite] = 0.0
             steps = _compute_minimum_norm_steps(derivatives, np.where(is_finite, residual, 0.0))
             largest_change = np.maximum(np.abs(steps).max(axis=1, keepdims=True), 1e-300)
-            steps *= np.minimum(1.0, 0.7 / largest_change)  # no joint moves by more than 0.7
+            steps *= np.minimum(1.0, _MAX_STEP / largest_change)
             last_steps = np.where(is_finite, np.abs(steps).max(axis=1), np.inf)
             self._subtract_steps(values, steps)
         if not square_residuals:
@@ -174,22 +178,23 @@ class _CompiledPiece:
             return last_steps
         start_values = {joint: values[joint].copy() for joint in self.free_joints}
         start_residual = np.abs(self.compute_residuals(values).values[0])
-        for _ in range(8):
+        for _ in range(_MAX_POLISHING_STEPS):
             gradient = self._compute_gradient(values)
-            is_flat = np.linalg.norm(gradient, axis=1) < 1e-2 * typical_size
+            is_flat = np.linalg.norm(gradient, axis=1) < _FLAT_GRADIENT * typical_size
             if not is_flat.any():  # nothing moves, now or later
                 last_steps = np.full(count, np.inf)
                 break
             hessian = np.empty((count, joint_count, joint_count))
             for k, joint in enumerate(self.free_joints):
                 forward, backward = (
-                    self._compute_gradient({**values, joint: values[joint] + sign * 1e-5}) for sign in (1, -1)
+                    self._compute_gradient({**values, joint: values[joint] + shift})
+                    for shift in (_GRADIENT_STEP, -_GRADIENT_STEP)
                 )
-                hessian[:, :, k] = (forward - backward) / 2e-5
+                hessian[:, :, k] = (forward - backward) / (2 * _GRADIENT_STEP)
             is_valid = is_flat & np.isfinite(hessian).all(axis=(1, 2))
             hessian[~is_valid] = 0.0
             steps = np.einsum("pij,pj->pi", np.linalg.pinv(hessian, rcond=1e-7), gradient)
-            steps = np.where(is_valid[:, None], np.clip(steps, -0.05, 0.05), 0.0)
+            steps = np.where(is_valid[:, None], np.clip(steps, -_MAX_POLISHING_STEP, _MAX_POLISHING_STEP), 0.0)
             last_steps = np.where(is_valid, np.abs(steps).max(axis=1), np.inf)
             self._subtract_steps(values, steps)
         with np.errstate(all="ignore"):
@@ -460,7 +465,7 @@ def compare_sets(
 
     def check_inclusion(
         pieces: Sequence[Piece], union: Sequence[Piece], set_name: str
-    ) -> tuple[list[bool | None], Any]:
+    ) -> tuple[list[bool | None], dict[str, float] | None]:
         """Return whether the union contains each piece (None for an empty piece), and a configuration outside it."""
         nonlocal is_only_rounded
         is_contained: list[bool | None] = []

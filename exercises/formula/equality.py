@@ -133,7 +133,7 @@ class Rounding:
         allowed_error = max(self.relative * 10.0**exponent, self.absolute)
         if allowed_error == 0:
             return MAX_DIGITS
-        return exponent + 1 + math.ceil(-math.log10(2 * allowed_error) - 1e-9)
+        return exponent + 1 + math.ceil(-math.log10(2 * allowed_error) - 1e-9)  # 1e-9: the error of the logarithm
 
 
 @dataclass(frozen=True)
@@ -167,9 +167,8 @@ Counterexample = EntryDifference | SetDifference
 class Certificate:
     """The evidence for a verdict: the method, the number of points, and a bound on the chance of a false acceptance.
 
-    For the method "exact", the bound holds for any wrong answer. For the method "numeric", the bound holds for an
-    answer that is wrong at WRONG_SHARE (or WRONG_SHARE_BRANCHING) of the points or more. If `bound` is None, no bound
-    is known.
+    For the method "exact", the bound holds for any wrong answer; for "numeric", it holds for an answer that is wrong at
+    WRONG_SHARE (or WRONG_SHARE_BRANCHING) of the points or more. If `bound` is None, no bound is known.
     """
 
     method: str

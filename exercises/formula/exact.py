@@ -62,6 +62,7 @@ def _add_sizes(x: Size, y: Size, count: int) -> Size:
 def _log2_of_sum(x: float, y: float) -> float:
     """Return log2(2^x + 2^y), rounded up."""
     high, low = max(x, y), min(x, y)
+    # log2(2^high + 2^low) = high + log2(1 + 2^(low - high)), and log2(1 + t) is at most 1 and at most 2t if t <= 1
     return high if low == -inf else high + (1.0 if high - low < 1 else 2.0 ** max(low - high + 1, -60.0))
 
 

@@ -16,12 +16,12 @@ PRIMES = "′″‴"
 _COMMANDS = {
     **{name: Layout("letter", char) for name, char in LETTERS.items()},
     **{name: Layout("sign", char) for name, char in SIGNS.items()},
-    **{name: Layout("word", name) for name in SYMBOLS["words"]},
+    **{name: Layout("function", name) for name in SYMBOLS["functions"]},
     **{name: Layout("space", name) for name in SPACES},
 }
 _ONE_ARGUMENT_COMMANDS = {"sqrt": "root", **dict.fromkeys(ACCENTS, "accent")}
 _TABLES: dict[str, str] = SYMBOLS["tables"]
-_UPRIGHT = ("text{", "textrm{", "mathrm{")
+_UPRIGHT_TEXT_COMMANDS = ("text{", "textrm{", "mathrm{")
 _DELIMITERS = {sign: sign for sign in "()[]|./<>"} | {f"\\{name}": char for name, char in SIGNS.items()}
 _SIZE_COMMANDS = frozenset((
     *(r"\displaystyle", r"\textstyle", r"\limits", r"\nolimits", r"\middle"),
@@ -33,7 +33,7 @@ COMMAND_NAMES = (
     "operatorname", "left", "right", "begin", "end",
 )  # fmt: skip
 """The names of all commands that can be parsed, without those for sizes."""
-_SCRIPTS = ("_", "^", "'")
+_SCRIPT_MARKS = ("_", "^", "'")
 _REFUSED_SIGNS = frozenset("&}$#%~\\")
 _GROUP_COMMANDS = r"text|textrm|operatorname\*?|begin|end"
 _TOKEN = re.compile(
@@ -101,7 +101,7 @@ class _Reader:
         pieces: list[Layout] = []
         tokens = self.tokens
         while tokens and not tokens[-1].startswith(end_tokens or ("}",)):
-            if tokens[-1] in _SCRIPTS:
+            if tokens[-1] in _SCRIPT_MARKS:
                 pieces.append(self.read_script(pieces.pop() if pieces else EMPTY))
             else:
                 pieces.append(self.read_piece())
@@ -110,7 +110,7 @@ class _Reader:
     def read_script(self, base: Layout) -> Layout:
         """Return a base with the subscript, superscript and primes that follow."""
         subscript, superscript, primes = EMPTY, EMPTY, 0
-        while self.tokens and self.tokens[-1] in _SCRIPTS:
+        while self.tokens and self.tokens[-1] in _SCRIPT_MARKS:
             mark = self.take()
             if mark == "'":
                 primes += 1
@@ -155,13 +155,13 @@ class _Reader:
         piece = _COMMANDS.get(name)
         if piece is not None:
             return piece
-        if name.startswith(_UPRIGHT):
+        if name.startswith(_UPRIGHT_TEXT_COMMANDS):
             text = name[name.index("{") + 1 : -1]
             if "\\" in text:
                 raise self.make_error("\\" + name)
             return Layout("text", text)
         if name.startswith("operatorname"):
-            return Layout("word", name[name.index("{") + 1 : -1].replace(r"\,", ""))
+            return Layout("function", name[name.index("{") + 1 : -1].replace(r"\,", ""))
         if name in ("frac", "tfrac", "dfrac"):
             return Layout("fraction", name, (self.read_argument(), self.read_argument()))
         if name in _ONE_ARGUMENT_COMMANDS and self.tokens[-1:] != ["["]:
@@ -174,7 +174,7 @@ class _Reader:
         if name in STYLES:
             return apply_style(name, self.read_argument())
         if name.startswith("begin{"):
-            return self.read_table(name[6:-1])
+            return self.read_table(name.removeprefix("begin{")[:-1])
         raise self.make_error(f"\\{name}" + "[…]" * (name == "sqrt"))
 
     def take_delimiter(self) -> str:

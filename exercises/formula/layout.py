@@ -14,17 +14,27 @@ Printed = TypeVar("Printed")
 SYMBOLS: dict[str, Any] = json.loads(Path(__file__).with_name("symbols.json").read_text(encoding="utf-8"))
 """The letters, signs and words of formulas: by their LaTeX command, and in words for screen readers."""
 
-ACCENTS: dict[str, list[str]] = SYMBOLS["accents"]
-"""For each LaTeX accent: its combining character, its sign above a letter, its name in Typst, and in words."""
-
 SPACES: dict[str, float] = SYMBOLS["spaces"]
 """The width of each LaTeX space, in em."""
+
+
+class Accent(NamedTuple):
+    """An accent: its combining character, its sign above a letter, its name in Typst, and its name in words."""
+
+    combining_character: str
+    sign: str
+    typst_name: str
+    words: str
+
+
+ACCENTS = {command: Accent(*texts) for command, texts in SYMBOLS["accents"].items()}
+"""All accents, by their LaTeX commands."""
 
 
 class Layout(NamedTuple):
     r"""A piece of a formula: it has a `kind`, a `text`, and `inner` pieces. The kinds:
 
-    letter, number, sign, word (a function's name), text (upright): `text` is shown.
+    letter, number, sign, function (a function's name), text (upright): `text` is shown.
     space: `text` is a key of SPACES.
     row: `inner` pieces side by side; a row inside a row is a group in braces.
     script: base, subscript and superscript, which are EMPTY if there is none.
@@ -130,9 +140,9 @@ def get_script_base(piece: Layout) -> Layout:
     return piece.inner[0] if piece.kind == "script" else piece
 
 
-def is_binary(previous: Layout | None) -> bool:
-    """Return whether a plus or minus after a piece joins two terms; otherwise it is the sign of the next number."""
-    return previous is not None and previous not in _PIECES_BEFORE_NUMBER_SIGN
+def can_end_term(piece: Layout | None) -> bool:
+    """Return whether a piece can end a term. A plus or minus after any other piece is the sign of the next number."""
+    return piece is not None and piece not in _PIECES_BEFORE_NUMBER_SIGN
 
 
 def split_terms(pieces: Sequence[Layout], max_depth: int = 0) -> list[Pieces]:
@@ -140,7 +150,7 @@ def split_terms(pieces: Sequence[Layout], max_depth: int = 0) -> list[Pieces]:
     starts, depth = [0], 0
     for index, piece in enumerate(pieces):
         depth += _find_depth_change(piece)
-        if index and depth <= max_depth and piece in (PLUS, MINUS) and is_binary(pieces[index - 1]):
+        if index and depth <= max_depth and piece in (PLUS, MINUS) and can_end_term(pieces[index - 1]):
             starts.append(index)
     return [tuple(pieces[start:end]) for start, end in zip(starts, [*starts[1:], len(pieces)], strict=True)]
 
@@ -160,5 +170,5 @@ def split_at(pieces: Sequence[Layout], separator: Layout) -> list[Pieces]:
 
 def _find_depth_change(piece: Layout) -> int:
     """Return 1 for an opening bracket, -1 for a closing bracket (perhaps with a power), 0 for any other piece."""
-    bracket = get_script_base(piece)
-    return {"(": 1, ")": -1}.get(bracket.text, 0) if bracket.kind == "sign" else 0
+    base = get_script_base(piece)
+    return {"(": 1, ")": -1}.get(base.text, 0) if base.kind == "sign" else 0

@@ -23,15 +23,19 @@ def remove_metres(tree: Node) -> Node:
     results: list[Node] = []
     stack = [(tree, False, False, True)]
     while stack:  # no recursion: a long sum is a deep tree
-        current, is_ready, has_angle, is_last = stack.pop()
-        if is_ready or not current.args:
+        # The last two say whether the node is in a product with an angle, and whether the node ends a product.
+        current, has_results_of_args, has_angle, ends_product = stack.pop()
+        if has_results_of_args or not current.args:
             args = results[len(results) - len(current.args) :]
-            is_unit = current.kind == "*" and not has_angle and _is_metre(args[1]) and _is_unit_of(args[0], is_last)
+            may_have_unit = current.kind == "*" and not has_angle and _is_metre(args[1])
+            is_unit = may_have_unit and _is_unit_of(args[0], ends_product)
             results[len(results) - len(args) :] = [args[0] if is_unit else current.with_args(args)]
         else:
             is_product = current.kind in ("*", "/", "^")
-            has_angle = current.kind != "call" and (has_angle or (is_product and is_last and _contains_angle(current)))
-            stack.append((current, True, has_angle, is_last))
+            has_angle = current.kind != "call" and (
+                has_angle or (is_product and ends_product and _contains_angle(current))
+            )
+            stack.append((current, True, has_angle, ends_product))
             stack += [(arg, False, has_angle, not is_product) for arg in reversed(current.args)]
     return results[0]
 
@@ -42,14 +46,14 @@ def _is_metre(node: Node) -> bool:
     return (node.args[0] if is_square else node).value == METRE
 
 
-def _is_unit_of(factors: Node, is_last: bool) -> bool:
+def _is_unit_of(factors: Node, ends_product: bool) -> bool:
     """Return whether an m after a product of factors is their unit.
 
-    It is their unit if the last factor is a number, a fraction or a list. If the m ends a product (`is_last`), it is
-    their unit unless the last factor stands for a whole number.
+    It is their unit if the last factor is a number, a fraction or a list. If the m ends the product
+    (`ends_product`), it is their unit unless the last factor stands for a whole number.
     """
     last_factor = factors.args[1] if factors.kind == "*" else factors
-    if is_last:
+    if ends_product:
         return last_factor.value not in _WHOLE_NUMBER_NAMES
     is_fraction = last_factor.kind == "/" and all(arg.kind in _NUMBER_KINDS for arg in last_factor.args)
     return is_fraction or last_factor.kind in (*_NUMBER_KINDS, "list")

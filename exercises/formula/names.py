@@ -14,6 +14,7 @@ SHORTHAND: dict[str, str] = VOCABULARY["shorthand"]
 ARITY: dict[str, int] = VOCABULARY["arity"]
 """The number of arguments of each function that doesn't have exactly one."""
 CONSTANTS = tuple(dict.fromkeys(VOCABULARY["constants"].values()))
+"""The constants in formulas: pi, E and I."""
 
 MAX_NAME_LENGTH = LIMITS["name"]
 """Maximum length of a name."""

@@ -351,8 +351,7 @@ class _LatexReader:
 
     def skip_row_height(self) -> None:
         r"""Skip the distance between two rows, as in \\\\[2pt]."""
-        if self.peek() == "[" and PATTERNS["height_of_row"].match(
-            "".join(self.tokens[self.position : self.position + 12])
-        ):
+        tokens_of_height = self.tokens[self.position : self.position + 12]  # a height such as [-10.25 pt] has fewer
+        if self.peek() == "[" and PATTERNS["height_of_row"].match("".join(tokens_of_height)):
             while self.take() != "]":
                 pass

@@ -552,12 +552,8 @@ class _Parser:
             return self.parse_shorthand(name)
         parts = split_name(typed_name, self.known_symbols)
         symbol = parts[0].names[0] if len(parts) == 1 and parts[0].kind == "name" else ""
-        if (
-            is_bracket_next
-            and symbol
-            and not {name, symbol} & self.known_symbols
-            and symbol not in _FACTORS_BEFORE_BRACKETS
-        ):
+        is_unknown = symbol and not {name, symbol} & self.known_symbols and symbol not in _FACTORS_BEFORE_BRACKETS
+        if is_bracket_next and is_unknown:
             after_bracket = self.index + len(self.list_bracket_tokens())
             is_first_name = self.index == 1 or self.tokens[self.index - 2].text in _TOKENS_BEFORE_EQUATION
             if is_first_name and after_bracket < len(self.tokens) and self.tokens[after_bracket].text == "=":

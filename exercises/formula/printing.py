@@ -23,8 +23,8 @@ class Printer(StrPrinter):
         if settings or not isinstance(expr, sympy.Basic):
             return str(super()._print(expr, **settings))
         key = type(self), id(expr)
-        expression, text = _texts.get(key, (None, ""))
-        if expression is not expr:
+        cached_expression, text = _texts.get(key, (None, ""))
+        if cached_expression is not expr:
             text = str(super()._print(expr))
             if len(text) <= MAX_CACHED_LENGTH:
                 if len(_texts) >= MAX_CACHED_TEXTS:
@@ -37,4 +37,5 @@ class FullPrinter(Printer):
     """Prints doubles with all digits: SymPy prints only 15, and 0.866025403784439 is not the root of 3/4."""
 
     def _print_Float(self, number: sympy.Float) -> str:
-        return repr(float(number)) if number._prec <= 53 else str(sympy.sstr(number, full_prec=True))
+        is_double = number._prec <= 53  # bits
+        return repr(float(number)) if is_double else str(sympy.sstr(number, full_prec=True))

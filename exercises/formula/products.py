@@ -13,7 +13,7 @@ _MAX_NODES = LIMITS["nodes_of_results"]
 """Maximum number of nodes in the results, because the entries of a product grow with each factor."""
 _MAX_INVERTED_ROWS = 3
 """Maximum number of rows of a matrix that is inverted."""
-_TOO_LONG = "the matrix products are too long; write out their entries"
+_TOO_LONG_MESSAGE = "the matrix products are too long; write out their entries"
 
 
 def evaluate_matrices(tree: Node) -> Node:
@@ -36,7 +36,7 @@ def evaluate_matrices(tree: Node) -> Node:
         if node.kind in _OPERATIONS and result.kind == "list":
             node_count += trees.count_nodes(result, _MAX_NODES - node_count)
             if node_count >= _MAX_NODES:
-                raise ParseError(_TOO_LONG)
+                raise ParseError(_TOO_LONG_MESSAGE)
         return result
 
     return fold(tree, carry_out)
@@ -104,7 +104,7 @@ def _equate_entries(args: Sequence[Node]) -> Node:
 def _multiply(left: Rows, right: Rows) -> Node:
     """Return the product of two matrices."""
     if len(left) * len(right) * len(right[0]) >= _MAX_NODES:
-        raise ParseError(_TOO_LONG)
+        raise ParseError(_TOO_LONG_MESSAGE)
     columns = list(zip(*right, strict=True))
     return make_rows(
         [combine_from_left("+", [Node("*", pair) for pair in zip(row, column, strict=True)]) for column in columns]

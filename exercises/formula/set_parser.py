@@ -186,8 +186,11 @@ def _list_whole_number_cases(node: Node) -> list[Node]:
     whole_numbers = [name for name in WHOLE_NUMBER_NAMES if name in find_names(node)]
     combinations = product(WHOLE_NUMBER_VALUES, repeat=len(whole_numbers))
     cases = [replace_names(node, dict(zip(whole_numbers, values, strict=True))) for values in combinations]
-    multiples = [find_multiple_of_pi(case) for case in cases]
-    return list({(k, i if k is None else 0): cases[i] for i, k in enumerate(multiples)}.values())
+    different_cases: dict[tuple[Fraction | None, int], Node] = {}
+    for index, case in enumerate(cases):
+        multiple = find_multiple_of_pi(case)
+        different_cases[multiple, index if multiple is None else 0] = case
+    return list(different_cases.values())
 
 
 def solve_for_angle(atom: Atom, angles: Collection[str]) -> Atom:

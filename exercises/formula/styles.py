@@ -9,7 +9,10 @@ import unicodedata
 from qdot.exercises.formula.layout import SYMBOLS, Layout, row
 
 STYLES: dict[str, list[str]] = SYMBOLS["styles"]
-"""For each command, the names of its styles in Unicode; characters that the last one lacks have the one before."""
+"""For each command, the names of its styles in Unicode.
+
+If several styles have a character, the last of them is used, because Unicode lacks some characters of some styles.
+"""
 
 _NAME = re.compile(r"(?:MATHEMATICAL )?([A-Z -]+?) (?:CAPITAL \w+|SMALL \w+|DIGIT \w+|NABLA|\w+ SYMBOL)")
 
@@ -18,9 +21,9 @@ def _find_styled_characters() -> dict[str, dict[str, str]]:
     """Return the characters of each style by the plain character that they show."""
     characters: dict[str, dict[str, str]] = {}
     for code in (*range(0x2100, 0x2150), *range(0x1D400, 0x1D800)):
-        form, _, plain_code = unicodedata.decomposition(chr(code)).partition(" ")
+        decomposition_kind, _, plain_code = unicodedata.decomposition(chr(code)).partition(" ")
         match = _NAME.fullmatch(unicodedata.name(chr(code), ""))
-        if form == "<font>" and match is not None:
+        if decomposition_kind == "<font>" and match is not None:
             characters.setdefault(match[1], {})[chr(int(plain_code, 16))] = chr(code)
     return characters
 

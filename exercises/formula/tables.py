@@ -40,7 +40,7 @@ def convert_table(text: str, shape: tuple[int, int]) -> str | None:
     return texts[0] if texts and is_unambiguous else None
 
 
-def _split_into_tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
+def _split_into_tables(text: str, row_count: int, column_count: int) -> Iterator[_Cells]:
     """Yield the cells of a text for each combination of a row separator (lines, semicolons) and an entry separator."""
     lines = text.split("\n")
     markdown_rule = PATTERNS["rule_of_markdown"].fullmatch
@@ -49,10 +49,10 @@ def _split_into_tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
     lines = [line for line in lines if line.strip(f"{SPACES}|")]
     if all(map(PATTERNS["sign_of_spreadsheet"].match, lines)):
         lines = [PATTERNS["sign_of_spreadsheet"].sub(r"\1", line) for line in lines]
-    if rows > 1 and not any(PATTERNS["line_goes_on"].match(line) for line in lines[1:]):
+    if row_count > 1 and not any(PATTERNS["line_goes_on"].match(line) for line in lines[1:]):
         separators: tuple[re.Pattern[str], ...] = (PATTERNS["gap_of_table"], *_ENTRY_SEPARATORS)
-        if columns == 1 or is_markdown:
-            separators = (_NO_SEPARATOR if columns == 1 else PATTERNS["bar_of_markdown"],)
+        if column_count == 1 or is_markdown:
+            separators = (_NO_SEPARATOR if column_count == 1 else PATTERNS["bar_of_markdown"],)
         for separator in separators:
             yield [_split_entries(line, separator) for line in lines]
     if (matlab_match := PATTERNS["rows_of_matlab"].fullmatch(text.strip(SPACES))) is None:
@@ -60,10 +60,10 @@ def _split_into_tables(text: str, rows: int, columns: int) -> Iterator[_Cells]:
     content = matlab_match.group(1) or matlab_match.group(2)
     for row_separator in (";", "[;\n]"):
         row_texts = [row for row in re.split(row_separator, content) if row.strip(SPACES)]
-        for separator in (_NO_SEPARATOR, *_ENTRY_SEPARATORS) if columns == 1 else _ENTRY_SEPARATORS:
+        for separator in (_NO_SEPARATOR, *_ENTRY_SEPARATORS) if column_count == 1 else _ENTRY_SEPARATORS:
             cells = [_split_entries(row, separator) for row in row_texts]
             # a single row is accepted as a column; commas without spaces need no conversion
-            is_column = columns == 1 and len(cells) == 1 and separator is not _COMMA
+            is_column = column_count == 1 and len(cells) == 1 and separator is not _COMMA
             yield [[cell] for cell in cells[0]] if is_column else cells
 
 

@@ -59,7 +59,8 @@ def parse_unit(text: str) -> Unit | None:
     if _UNIT_PATTERN.fullmatch(text) is None:
         return None
     multipliers, divisors, dimension = list[str](), list[str](), [0, 0, 0]
-    for separator, name, power_text in _FACTOR_PATTERN.findall(text if text[0] == "1" else f" {text}"):
+    text_with_separator = text if text[0] == "1" else f" {text}"  # each match begins with the separator before a factor
+    for separator, name, power_text in _FACTOR_PATTERN.findall(text_with_separator):
         digits = "".join(_DIGITS.get(sign, sign) for sign in power_text).strip("^*()").replace("−", "-")
         power = int(digits or 1) * (-1 if "/" in separator else 1)
         numerator, denominator, *base_powers = _BASE_UNITS[name]

@@ -9,7 +9,7 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import apply_matrix, cofactor_signs, determinant, matrix_product
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, symbolic_arm_of
+from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.derivation_graph import Change, StageResults, decompose_jacobian, list_links_to_point
 from qdot.exercises.mistakes.base import (
     AnswerShape,
@@ -50,7 +50,7 @@ def _list_determinant_factors(chain: Chain) -> list[tuple[sp.Expr, int]]:
     """Return the factors of this arm's det J with their powers; no factors if J is not square."""
     if not _has_square_jacobian(chain, 1):
         return []
-    values = dict(symbolic_arm_of(chain).values)
+    values = dict(make_symbolic_arm(chain).values)
     return [(factor.xreplace(values), power) for factor, power in derive(chain).symbolic_minors[0].factors]
 
 

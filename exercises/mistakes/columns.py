@@ -238,7 +238,7 @@ def _use_tool_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 def _use_local_axes(stages: StageResults, axes: np.ndarray) -> np.ndarray:
     """Return (0, 0, 1) for every joint axis: its coordinates in the frame on this axis."""
-    local_axis = np.stack([stages.arithmetic.constant(sp.Integer(value)) for value in (0, 0, 1)])
+    local_axis = np.stack([stages.arithmetic.make_constant(sp.Integer(value)) for value in (0, 0, 1)])
     return np.stack([local_axis] * len(axes))
 
 

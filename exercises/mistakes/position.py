@@ -13,7 +13,13 @@ import sympy as sp
 
 from qdot.exercises.arm.arithmetic import apply_matrix, matrix_product
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import Change, StageResults, list_links_to_point, rotation_x, rotation_z
+from qdot.exercises.arm.derivation_graph import (
+    Change,
+    StageResults,
+    list_links_to_point,
+    make_rotation_x,
+    make_rotation_z,
+)
 from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator, vary_if
 
 LinkVectors = list[np.ndarray]
@@ -40,7 +46,9 @@ def _rotate_without(
     for i, row in enumerate(stages["table"].rows[:frame]):
         constant = row.theta - stages.arithmetic.convert_entry(stages.chain.q[i]) if keeps_constants else row.theta * 0
         theta = constant if i in omitted_joints else row.theta
-        rotation = matrix_product(rotation, matrix_product(rotation_z(stages, theta), rotation_x(stages, row.alpha)))
+        rotation = matrix_product(
+            rotation, matrix_product(make_rotation_z(stages, theta), make_rotation_x(stages, row.alpha))
+        )
     return rotation
 
 

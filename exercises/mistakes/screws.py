@@ -21,7 +21,7 @@ from qdot.exercises.arm.derivation_graph import (
     make_adjoint_matrix,
     rotate_rows,
 )
-from qdot.exercises.arm.standard_table import home_geometry_of
+from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,
@@ -55,7 +55,7 @@ def _replace_linear_parts(compute_linear: Callable[[StageResults, np.ndarray, in
 
     def replace_linear_parts(stages: StageResults, columns: np.ndarray) -> np.ndarray:
         new_columns = np.array(columns)
-        for i, axis in enumerate(home_geometry_of(stages.chain).axes):
+        for i, axis in enumerate(compute_home_geometry(stages.chain).axes):
             if axis.is_revolute:
                 new_columns[3:, i] = compute_linear(stages, columns, i, axis)
         return new_columns
@@ -167,7 +167,7 @@ def _compute_exponential(stages: StageResults, axis: Axis, q: sp.Symbol) -> Moti
 def _compute_exponentials(stages: StageResults) -> list[Motion]:
     return [
         _compute_exponential(stages, axis, q)
-        for axis, q in zip(home_geometry_of(stages.chain).axes, stages.chain.q, strict=True)
+        for axis, q in zip(compute_home_geometry(stages.chain).axes, stages.chain.q, strict=True)
     ]
 
 
@@ -203,7 +203,7 @@ def _move_home_point(stages: StageResults, motions: Sequence[Motion]) -> np.ndar
 
 def _compute_home_point(stages: StageResults) -> np.ndarray:
     """Return the position of P at home, (3, …)."""
-    return convert_constant_vector(stages, home_geometry_of(stages.chain).point)
+    return convert_constant_vector(stages, compute_home_geometry(stages.chain).point)
 
 
 def _reverse_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -237,7 +237,7 @@ def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
     translating_joints = [  # the translation is zero for an axis through the origin
         i
-        for i, axis in enumerate(home_geometry_of(chain).axes)
+        for i, axis in enumerate(compute_home_geometry(chain).axes)
         if axis.is_revolute and any(axis.direction.cross(axis.point))
     ]
     all_joints = [translating_joints] if len(translating_joints) > 1 else []

@@ -21,8 +21,8 @@ from qdot.exercises.arm.derivation_graph import (
     StageResults,
     Table,
     TableRow,
-    rotation_x,
-    rotation_z,
+    make_rotation_x,
+    make_rotation_z,
 )
 from qdot.exercises.mistakes.base import (
     AnswerShape,
@@ -253,7 +253,7 @@ def _move_point_to_earlier_origin(stages: StageResults, table: Table) -> Table:
 def _keep_derivatives_up_to(frame: int) -> Callable[[StageResults, np.ndarray], np.ndarray]:
     def apply_change(stages: StageResults, _: np.ndarray) -> np.ndarray:
         link_derivatives = np.stack(
-            [stages.arithmetic.derivatives(link)[: stages.n] for link in stages["link vectors"]], axis=1
+            [stages.arithmetic.compute_derivatives(link)[: stages.n] for link in stages["link vectors"]], axis=1
         )
         link_derivatives[:, frame:] = link_derivatives[:, frame:] * 0
         return link_derivatives
@@ -291,8 +291,8 @@ def _read_as_modified(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def change_rotations(stages: StageResults, correct_rotations: list[np.ndarray]) -> list[np.ndarray]:
         rotations = [correct_rotations[0]]
         for row in stages["table"].rows:
-            twisted = matrix_product(rotations[-1], rotation_x(stages, row.alpha))
-            rotations.append(matrix_product(twisted, rotation_z(stages, row.theta)))
+            twisted = matrix_product(rotations[-1], make_rotation_x(stages, row.alpha))
+            rotations.append(matrix_product(twisted, make_rotation_z(stages, row.theta)))
         return rotations
 
     def change_links(stages: StageResults, correct_links: list[np.ndarray]) -> list[np.ndarray]:
@@ -319,7 +319,7 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         if 0 < point.frame < stages.n:  # P keeps its coordinates, but they now refer to the previous frame
             row = table.rows[point.frame - 1]
             moved_offset = offset - np.stack([row.a, row.a * 0, row.a * 0])
-            table = replace(table, point_offset=apply_matrix(rotation_x(stages, -row.alpha), moved_offset))
+            table = replace(table, point_offset=apply_matrix(make_rotation_x(stages, -row.alpha), moved_offset))
         return table
 
     rows = convention_of(chain).rows

@@ -60,6 +60,11 @@ class ProblemId:
         """FAMILY/SEED, which names the streams of random numbers: all variations have the same random lengths."""
         return f"{self.family}/{self.seed}"
 
+    @property
+    def stream_name(self) -> str:
+        """The version of the generator and the text form, which name streams of random numbers for this identity."""
+        return f"{self.engine}/{self}"
+
     def with_variation(self, variation: str) -> "ProblemId":
         """Return the identity with another variation; "" changes nothing. Raises QdotError for an unknown variation."""
         return replace(self, variation=find_canonical_name(variation)) if variation else self

@@ -18,7 +18,7 @@ from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, SCREWS
-from qdot.exercises.arm.derivation import TooLong, derive, symbolic_arm_of
+from qdot.exercises.arm.derivation import TooLong, derive, make_symbolic_arm
 from qdot.exercises.arm.derivation_graph import Change, StageResults, propagate_linear_rows, to_sympy_matrix
 from qdot.exercises.arm.trigonometry import count_terms
 from qdot.exercises.common.stream import Stream
@@ -73,7 +73,7 @@ def _count_terms(symbolic_chain: Chain, result_name: str) -> int:
 
 def limit_terms(result_name: str) -> ObjectionFinder:
     """Return a function that objects to arms for which a result of `Derivation` ("jacobian", "z", …) is too long."""
-    return lambda chain: find_term_count_objection(_count_terms(symbolic_arm_of(chain).chain, result_name))
+    return lambda chain: find_term_count_objection(_count_terms(make_symbolic_arm(chain).chain, result_name))
 
 
 def limit_size(description: str, max_joints: int, count: Callable[[Chain], int]) -> ObjectionFinder:

@@ -104,7 +104,7 @@ def _substitute_position(position: np.ndarray) -> dict[str, Change]:
     """Return the change that computes the linear Jacobian from a student's position, (rows, 1, …)."""
 
     def differentiate(stages: StageResults, correct: np.ndarray) -> np.ndarray:
-        derivatives, linear_rows = stages.arithmetic.derivatives(position[:, 0]), correct.copy()
+        derivatives, linear_rows = stages.arithmetic.compute_derivatives(position[:, 0]), correct.copy()
         for k, row in enumerate(list_linear_task_rows(stages.chain)):
             linear_rows[row] = derivatives[:, k]
         return linear_rows

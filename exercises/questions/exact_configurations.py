@@ -15,7 +15,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, symbolic_arm_of
+from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
@@ -132,7 +132,7 @@ def compute_full_rank(chain: Chain) -> int:
 def evaluate_jacobian(chain: Chain, configuration: ExactConfiguration) -> np.ndarray:
     """Return the task Jacobian at a configuration, (m, n), in floating point."""
     sample = convert_to_sample(chain, configuration)
-    return np.asarray(sample.arm.jacobian(sample.q)[chain.task_rows])
+    return np.asarray(sample.arm.compute_jacobian(sample.q)[chain.task_rows])
 
 
 def compute_rank(chain: Chain, configuration: ExactConfiguration, min_ratio: float = NONZERO_THRESHOLD) -> int | None:
@@ -299,7 +299,7 @@ class Branch:
 def match_branches(chain: Chain) -> tuple[Branch, ...]:
     """Return the branches of an arm's singular set that are also branches of the arm's structure."""
     substitute = derive(chain).substitute_values
-    structure_set = find_singular_set(symbolic_arm_of(chain).chain) or ()
+    structure_set = find_singular_set(make_symbolic_arm(chain).chain) or ()
     structure_components = {tuple(map(substitute, component.conditions)): component for component in structure_set}
     branches: list[Branch] = []
     for component in find_singular_set(chain) or ():

@@ -112,7 +112,7 @@ def list_table_lengths(chain: Chain) -> set[sp.Expr]:
 def compute_conditioning(chain: Chain, lengths: Lengths, joints: JointValues) -> float:
     """Return sigma_min/sigma_max of the task Jacobian at a configuration, which is zero if J loses rank."""
     arm = NumericChain(chain, list_values_by_name(lengths))
-    jacobian = arm.jacobian(np.array([float(joints[q].xreplace(lengths)) for q in chain.q]))
+    jacobian = arm.compute_jacobian(np.array([float(joints[q].xreplace(lengths)) for q in chain.q]))
     sigma = np.linalg.svd(jacobian[chain.task_rows], compute_uv=False)
     return float(sigma[-1] / sigma[0])
 
@@ -130,7 +130,7 @@ def sample_configuration_and_velocity(chain: Chain, rng: Stream) -> Configuratio
 def evaluate_jacobian_precisely(chain: Chain, configuration: Configuration) -> list[Vector]:
     """Return the task Jacobian at a configuration, as rows of high-precision numbers."""
     arm = MpmathArm(chain, configuration.lengths)
-    return arm.task_jacobian([arm.evaluate_number(configuration.joints[q]) for q in chain.q])
+    return arm.compute_task_jacobian([arm.evaluate_number(configuration.joints[q]) for q in chain.q])
 
 
 def find_min_conditioning(chain: Chain) -> float:

@@ -46,7 +46,7 @@ def find_lost_motion(symbolic_chain: Chain, component: Component) -> LostMotion 
     samples = sample_singular_configurations(symbolic_chain, component, SAMPLE_COUNT)
     threshold = directions.NONZERO_THRESHOLD / 5  # lower, because the samples have lengths of very different size
     rows = symbolic_chain.task_rows
-    jacobians = (sample.arm.jacobian(sample.q)[rows] for sample in samples)
+    jacobians = (sample.arm.compute_jacobian(sample.q)[rows] for sample in samples)
     lost_directions = [directions.find_lost_direction(jacobian, threshold) for jacobian in jacobians]
     if len(samples) < SAMPLE_COUNT // 2 or any(u is None for u in lost_directions):
         return None

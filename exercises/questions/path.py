@@ -73,12 +73,12 @@ class WeldingLine(Configuration):
         path = self.make_path(chain, PRECISE_CONTEXT)
         q = self.compute_joint_values(chain, sp.sympify(s))
         distance = path.arm.evaluate_number(sp.sympify(s))
-        jacobian = path.arm.task_jacobian(q)
+        jacobian = path.arm.compute_task_jacobian(q)
         joints = [PRECISE_CONTEXT.degrees(v) if j.is_revolute else v for v, j in zip(q, chain.joints, strict=True)]
         sigma = PRECISE_CONTEXT.svd_r(PRECISE_CONTEXT.matrix(jacobian), compute_uv=False)
         return ResultsAtPoint(
             s=sp.Float(PRECISE_CONTEXT.nstr(distance, 5), 10),
-            point=_round(path.point(distance)),
+            point=_round(path.compute_point(distance)),
             joints=_round(joints),
             jacobian=precise.round_matrix(jacobian),
             determinant=precise.round_to_four_digits(precise.determinant(jacobian)),
@@ -213,7 +213,7 @@ def _choose_target(
 ) -> dict[str, sp.Rational]:
     """Return the point B at P plus a displacement in cm: its coordinates in m, rounded to centimetres, by axis."""
     arm = MpmathArm(chain, lengths)
-    point, _ = arm.point_and_jacobian([arm.evaluate_number(joints[q]) for q in chain.q])
+    point, _ = arm.compute_point_and_jacobian([arm.evaluate_number(joints[q]) for q in chain.q])
     start = [sp.Float(PRECISE_CONTEXT.nstr(point[row], 28), 28) for row in arm.task_rows]
     axes = zip(chain.linear_axes, start, displacement, strict=True)
     return {axis: sp.Rational(_round_half_up(100 * value) + k, 100) for axis, value, k in axes}

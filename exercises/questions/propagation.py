@@ -22,10 +22,10 @@ from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, VELOCITY_NAMES
-from qdot.exercises.arm.derivation import derive, symbolic_arm_of
+from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.derivation_graph import StageResults
 from qdot.exercises.arm.kinematics import Z
-from qdot.exercises.arm.trigonometry import count_terms, textbook_form
+from qdot.exercises.arm.trigonometry import count_terms, to_textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, ResultChoiceDetails
 from qdot.exercises.questions import base
@@ -111,7 +111,7 @@ def _collect_rates(vector: sp.Matrix, symbolic_chain: Chain) -> sp.Matrix:
 
     def collect(entry: sp.Expr) -> sp.Expr:
         coefficients = ((sp.expand(entry).coeff(rate), rate) for rate in symbolic_chain.rates)
-        return sp.Add(*(textbook_form(coefficient) * rate for coefficient, rate in coefficients if coefficient != 0))
+        return sp.Add(*(to_textbook_form(coefficient) * rate for coefficient, rate in coefficients if coefficient != 0))
 
     return vector.applyfunc(collect)
 
@@ -120,7 +120,7 @@ def _choose_frame_of_recursion(chain: Chain, rng: Stream) -> RecursionDetails:
     frame, substitute = rng.choice(_list_suitable_frames(chain)), derive(chain).substitute_matrix
     steps = (
         RecursionStep(step.number, step.kind, *map(substitute, (step.rotation, step.origin, step.omega, step.v)))
-        for step in _derive_steps(symbolic_arm_of(chain).chain)[:frame]
+        for step in _derive_steps(make_symbolic_arm(chain).chain)[:frame]
     )
     return RecursionDetails(frame=frame, steps=tuple(steps))
 
@@ -132,7 +132,7 @@ def _list_suitable_frames(chain: Chain) -> list[int]:
 
 @lru_cache(maxsize=4096)
 def _count_terms(chain: Chain, frame: int) -> int:
-    step = _derive_steps(symbolic_arm_of(chain).chain)[frame - 1]
+    step = _derive_steps(make_symbolic_arm(chain).chain)[frame - 1]
     return count_terms(derive(chain).substitute_matrix(step.v.col_join(step.omega)))
 
 

@@ -126,12 +126,12 @@ class StageQuantities(ABC):
     def look_up(self, name: str) -> np.ndarray | None:
         """Return the value of a name, or of a formula in RESULTS; None if there is none."""
         if name in self.symbols:
-            return self.stages.arithmetic.symbol_value(name)
+            return self.stages.arithmetic.get_symbol_value(name)
         if name in RESULTS:
             is_square = len(self.stages.chain.task) == self.stages.n
             return np.asarray(RESULTS[name](self.stages)) if is_square or name not in SQUARE_RESULTS else None
         if name == "pi" or name in self.numbers:
-            return self.stages.arithmetic.constant(sp.pi if name == "pi" else self.numbers[name])
+            return self.stages.arithmetic.make_constant(sp.pi if name == "pi" else self.numbers[name])
         frame = parse_frame_name(name, self.stages.chain)
         return None if frame is None else self._look_up_frame(*frame)
 
@@ -161,15 +161,15 @@ class StageQuantities(ABC):
 
     def constant(self, value: Fraction) -> np.ndarray:
         """Return a number."""
-        return self.stages.arithmetic.constant(sp.Rational(value.numerator, value.denominator))
+        return self.stages.arithmetic.make_constant(sp.Rational(value.numerator, value.denominator))
 
     @property
     def time_rates(self) -> Mapping[str, np.ndarray]:
         """The rate of each symbol that changes with time: of the joint variables and of their rates."""
-        chain, symbol_value = self.stages.chain, self.stages.arithmetic.symbol_value
-        rates = {q.name: symbol_value(rate.name) for q, rate in zip(chain.q, chain.rates, strict=True)}
+        chain, get_symbol_value = self.stages.chain, self.stages.arithmetic.get_symbol_value
+        rates = {q.name: get_symbol_value(rate.name) for q, rate in zip(chain.q, chain.rates, strict=True)}
         accelerations = zip(chain.rates, name_accelerations(chain), strict=True)
-        return rates | {rate.name: symbol_value(name) for rate, name in accelerations if name in self.symbols}
+        return rates | {rate.name: get_symbol_value(name) for rate, name in accelerations if name in self.symbols}
 
     @abstractmethod
     def apply(self, function: str, value: np.ndarray) -> np.ndarray:

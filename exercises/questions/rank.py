@@ -15,7 +15,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, symbolic_arm_of
+from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
@@ -81,7 +81,7 @@ _sample_with_formulas = partial(sample_singular_configuration, needs_no_rounding
 
 def _sample_with_larger_rank_loss(chain: Chain, rng: Stream) -> ExactConfiguration | None:
     """Return a random configuration at which J loses more than one rank, or None if none is found."""
-    symbolic_chain, substitute = symbolic_arm_of(chain).chain, derive(chain).substitute_values
+    symbolic_chain, substitute = make_symbolic_arm(chain).chain, derive(chain).substitute_values
     symbolic_components = find_singular_set(symbolic_chain) or ()
     max_rank = compute_full_rank(chain) - 2
     arm_components = {component.conditions: component for component in find_singular_set(chain) or ()}
@@ -163,7 +163,7 @@ def _find_lost_vector_objection(chain: Chain) -> str | None:
 
 def _find_branches_with_vector(chain: Chain) -> list[Branch]:
     """Return the branches that lose exactly one direction: those with a formula for the direction, or else all."""
-    symbolic_chain = symbolic_arm_of(chain).chain
+    symbolic_chain = make_symbolic_arm(chain).chain
     branches = [b for b in match_branches(chain) if _loses_one_direction(symbolic_chain, b.structure_component)]
     return [b for b in branches if find_shortest_lost_direction(symbolic_chain, b.structure_component)] or branches
 
@@ -204,7 +204,7 @@ class LostDirectionDetails(Details):
 def _ask_direction(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Ask for the direction: as a formula if the branch has a short one, else as numbers at a configuration."""
     for branch in rng.permutation(_find_branches_with_vector(chain)):
-        formula = find_shortest_lost_direction(symbolic_arm_of(chain).chain, branch.structure_component)
+        formula = find_shortest_lost_direction(make_symbolic_arm(chain).chain, branch.structure_component)
         if formula is not None:
             jacobian_on_branch, direction = _substitute_numbers(chain, branch, formula)
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
@@ -233,7 +233,7 @@ def find_lost_direction_formula(chain: Chain, values: ValueCombination) -> tuple
     """Return J and the lost direction at given joint values as formulas, or None if they are too long."""
     for branch in match_branches(chain) if values else ():
         if branch.values == values:
-            formula = find_shortest_lost_direction(symbolic_arm_of(chain).chain, branch.structure_component)
+            formula = find_shortest_lost_direction(make_symbolic_arm(chain).chain, branch.structure_component)
             if formula is not None and formula.jacobian is not None:
                 return _substitute_numbers(chain, branch, formula)
     return None
@@ -255,7 +255,7 @@ def _describe_configurations(chain: Chain, branch: Branch) -> BranchConfiguratio
     """Return the configurations of a branch, or None if there is no suitable description."""
     if branch.component.solutions is not None:
         return BranchConfigurations(branch.values)
-    meanings = _find_meanings(symbolic_arm_of(chain).chain, branch.structure_component)
+    meanings = _find_meanings(make_symbolic_arm(chain).chain, branch.structure_component)
     if meanings is None or len(branch.component.conditions) > 1 or meanings.correct.kind != "on axis":
         return None
     return BranchConfigurations((), meanings.correct.words, branch.component.conditions[0])
@@ -267,7 +267,7 @@ def _find_lost_motions(chain: Chain) -> list[tuple[BranchConfigurations, Branch,
         (configurations, branch, motion)
         for branch in match_branches(chain)
         if (configurations := _describe_configurations(chain, branch)) is not None
-        and (motion := find_lost_motion(symbolic_arm_of(chain).chain, branch.structure_component)) is not None
+        and (motion := find_lost_motion(make_symbolic_arm(chain).chain, branch.structure_component)) is not None
     ]
 
 
@@ -293,7 +293,7 @@ class LostMotionDetails(Details):
 
 def _ask_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
     configurations, branch, motion = rng.choice(_find_lost_motions(chain))
-    are_parallel = compare_lines(symbolic_arm_of(chain).chain, branch.structure_component)
+    are_parallel = compare_lines(make_symbolic_arm(chain).chain, branch.structure_component)
     lines = [rng.choice(motion.correct_lines)]
     for line in rng.permutation(motion.wrong_lines):
         if len(lines) < 4 and not any(are_parallel[line, chosen_line] for chosen_line in lines):
@@ -335,7 +335,7 @@ def _find_common_kind(symbolic_chain: Chain, component: Component) -> str | None
 def _iterate_branches_with_meaning(chain: Chain, branches: Sequence[Branch]) -> Iterator[tuple[Branch, BranchMeanings]]:
     """Yield the branches that have a geometric meaning, in the order of `branches`, each with its meanings."""
     for branch in branches:
-        meanings = _find_meanings(symbolic_arm_of(chain).chain, branch.structure_component)
+        meanings = _find_meanings(make_symbolic_arm(chain).chain, branch.structure_component)
         if meanings is not None:
             yield branch, meanings
 
@@ -398,7 +398,7 @@ def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 def _confirm_common_kind(chain: Chain, branch: Branch, configuration: ExactConfiguration) -> str | None:
     """Return the kind of a branch of the structure, or None if it is not the kind of the arm's own configuration."""
-    kind = _find_common_kind(symbolic_arm_of(chain).chain, branch.structure_component)
+    kind = _find_common_kind(make_symbolic_arm(chain).chain, branch.structure_component)
     kinds_of_arm = classify_samples(chain, [convert_to_sample(chain, configuration)]) if kind else []
     return kind if kinds_of_arm == [kind] else None
 

@@ -19,7 +19,7 @@ import sympy as sp
 
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, symbolic_arm_of
+from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, MpmathArm, Vector
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.errors import count_noun
@@ -45,7 +45,9 @@ MAX_JOINTS = 4
 def _evaluate_generic_jacobian(chain: Chain) -> np.ndarray:
     """Return the task Jacobian (m x n) at a configuration without special features, for tests of the rank."""
     values = {symbol: sp.Rational(3 * i + 5, 10) for i, symbol in enumerate(chain.parameters)}
-    return np.array(MpmathArm(chain, values, FLOAT_CONTEXT).task_jacobian([0.3 + 0.7 * i for i in range(chain.n)]))
+    return np.array(
+        MpmathArm(chain, values, FLOAT_CONTEXT).compute_task_jacobian([0.3 + 0.7 * i for i in range(chain.n)])
+    )
 
 
 def find_symbolic_angle_objection(chain: Chain) -> str | None:
@@ -110,15 +112,15 @@ def _find_shared_factors(chain: Chain) -> sp.Expr:
 
 def _substitute_numbers(chain: Chain, product: Factored) -> sp.Expr:
     """Return a product that was derived for the structure of an arm, with the arm's own numbers."""
-    return product.substitute(dict(symbolic_arm_of(chain).values))
+    return product.substitute(dict(make_symbolic_arm(chain).values))
 
 
 @lru_cache(maxsize=1024)
 def _derive_gram_determinant(symbolic_chain: Chain) -> Factored:
     """Return det(J J^T) of a structure: the squared shared factors of all minors, times a sum of squares."""
     shared_factors, quotients = _factor_minors(symbolic_chain)
-    squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).expression() ** 2 for minor in quotients))
-    factored = factor_trig(sp.expand(squares)).expression() if len(quotients) > 1 else squares
+    squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).to_expression() ** 2 for minor in quotients))
+    factored = factor_trig(sp.expand(squares)).to_expression() if len(quotients) > 1 else squares
     shortest_form = min((squares, factored), key=lambda form: len(sp.Add.make_args(form)) + sp.count_ops(form))
     squared_factors = tuple((factor, 2 * power) for factor, power in shared_factors.factors)
     return Factored(shared_factors.coefficient**2, (*squared_factors, (shortest_form, 1)))
@@ -132,7 +134,7 @@ class FactoredMinors(NamedTuple):
 
 
 def _factor_minors_of(chain: Chain) -> FactoredMinors:
-    return _factor_minors(symbolic_arm_of(chain).chain)
+    return _factor_minors(make_symbolic_arm(chain).chain)
 
 
 @lru_cache(maxsize=1024)
@@ -157,12 +159,12 @@ def _count_terms(product: Factored) -> int:
             return sum(map(count, expression.args))
         return max(1, sum(count(factor) for factor in expression.args if factor.has(sp.Add)))
 
-    expression = product.expression()  # a sum of angles in a sine or cosine does not count
+    expression = product.to_expression()  # a sum of angles in a sine or cosine does not count
     return count(expression.xreplace({trig: sp.Dummy() for trig in expression.atoms(sp.sin, sp.cos)}))
 
 
 def _find_gram_size_objection(chain: Chain) -> str | None:
-    if chain.n > MAX_JOINTS or _count_terms(_derive_gram_determinant(symbolic_arm_of(chain).chain)) > MAX_TERMS:
+    if chain.n > MAX_JOINTS or _count_terms(_derive_gram_determinant(make_symbolic_arm(chain).chain)) > MAX_TERMS:
         return "det(J J^T) is too long to work out by hand"
     return None
 
@@ -330,7 +332,7 @@ QUESTIONS = (
         formula="det(J*transpose(J))", answer_type=Expression, make_details=_make_minor_details,
         textbook_formulas={
             "gram determinant": lambda chain: _substitute_numbers(
-                chain, _derive_gram_determinant(symbolic_arm_of(chain).chain)
+                chain, _derive_gram_determinant(make_symbolic_arm(chain).chain)
             ),
         },
         name_entries=lambda chain, _: [r"\det(J J^T)"], find_arm_objection=_find_minimum_norm_objection,

@@ -29,7 +29,7 @@ TEXTBOOK_FORMULAS: TextbookFormulas = {
     "jacobian": lambda chain: derive(chain).jacobian,
     "determinant": lambda chain: derive(chain).determinant,
     "inverse": lambda chain: derive(chain).inverse,
-    "required rates": lambda chain: derive(chain).rate_law(),
+    "required rates": lambda chain: derive(chain).derive_rate_law(),
 }
 
 VECTOR_STAGES = frozenset({"point", "last origin", "required rates"})
@@ -47,7 +47,7 @@ class ReferenceDerivation(StageResults):
             return super()._compute(stage)
         formula = self.textbook_formulas[stage](self.chain)
         if isinstance(formula, sp.Expr):
-            return self.arithmetic.constant(formula)
+            return self.arithmetic.make_constant(formula)
         rows = np.array(formula.tolist(), dtype=object)
         return rows if stage in VECTOR_STAGES else rows[..., None]
 

@@ -41,7 +41,7 @@ def find_determinant_in_denominator(chain: Chain, part: Part, symbol_names: Iter
     if not _is_made_of_minors(part) or part.shape is None or len(chain.task) != chain.n:
         return None
     jacobian = Matrix(derive(chain).jacobian).parse_trees(symbol_names)
-    return list_rows(determinant(TreeArithmetic.matrix(jacobian)))[0][0]
+    return list_rows(determinant(TreeArithmetic.stack_rows(jacobian)))[0][0]
 
 
 def compute_answer(stages: StageResults, part: Part) -> np.ndarray:

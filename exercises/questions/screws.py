@@ -21,12 +21,12 @@ from qdot.exercises.arm.axes_to_dh import Axis, recognize_exact
 from qdot.exercises.arm.chain import REVOLUTE, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import SCREWS
-from qdot.exercises.arm.derivation import derive, symbolic_arm_of
+from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.derivation_graph import StageResults
-from qdot.exercises.arm.kinematics import frames_and_point
+from qdot.exercises.arm.kinematics import compute_frames_and_point
 from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_ten_digits
-from qdot.exercises.arm.standard_table import home_geometry_of
-from qdot.exercises.arm.trigonometry import count_terms, remove_brackets, textbook_matrix
+from qdot.exercises.arm.standard_table import compute_home_geometry
+from qdot.exercises.arm.trigonometry import count_terms, remove_brackets, to_textbook_matrix
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions import base, inversion
@@ -110,7 +110,7 @@ def _join_twist(kind: str, axis: sp.Matrix, velocity: sp.Matrix) -> sp.Matrix:
 def list_home_screws(chain: Chain) -> tuple[Screw, ...]:
     """Return the home screws of an arm in the world frame."""
     screws = []
-    for number, axis in enumerate(home_geometry_of(chain).axes, 1):
+    for number, axis in enumerate(compute_home_geometry(chain).axes, 1):
         coordinates = _join_twist(axis.kind, axis.direction, -axis.direction.cross(axis.point))
         screws.append(Screw(number, axis.kind, axis.direction, axis.point, coordinates))
     return tuple(screws)
@@ -147,10 +147,10 @@ def make_transform(rotation: sp.Matrix, origin: sp.Matrix) -> sp.Matrix:
 @lru_cache(maxsize=1024)
 def _derive_moved_screws(symbolic_chain: Chain) -> tuple[Screw, ...]:
     """Return the screws of a structure's joints, moved by the joints before them."""
-    moved_screws, frames = [], frames_and_point(symbolic_chain).frames
+    moved_screws, frames = [], compute_frames_and_point(symbolic_chain).frames
     for number, (joint, frame) in enumerate(zip(symbolic_chain.joints, frames, strict=False), 1):
-        z, origin = textbook_matrix(frame.rotation[:, 2]), textbook_matrix(frame.origin)
-        coordinates = _join_twist(joint.kind, z, textbook_matrix(-z.cross(origin)))
+        z, origin = to_textbook_matrix(frame.rotation[:, 2]), to_textbook_matrix(frame.origin)
+        coordinates = _join_twist(joint.kind, z, to_textbook_matrix(-z.cross(origin)))
         moved_screws.append(Screw(number, joint.kind, z, origin, coordinates))
     return tuple(moved_screws)
 
@@ -158,8 +158,8 @@ def _derive_moved_screws(symbolic_chain: Chain) -> tuple[Screw, ...]:
 def list_moved_screws(chain: Chain) -> tuple[Screw, ...]:
     """Return the screws of an arm in the space frame, each moved by the joints before it."""
     home = dict.fromkeys(chain.q, sp.S.Zero)
-    symbolic_screws, moved_screws = _derive_moved_screws(symbolic_arm_of(chain).chain), []
-    for screw, axis in zip(symbolic_screws, home_geometry_of(chain).axes, strict=True):
+    symbolic_screws, moved_screws = _derive_moved_screws(make_symbolic_arm(chain).chain), []
+    for screw, axis in zip(symbolic_screws, compute_home_geometry(chain).axes, strict=True):
         vectors = (screw.direction, screw.point, screw.coordinates)
         direction, point, coordinates = map(derive(chain).substitute_matrix, vectors)
         if chain.axis_points:  # move each point along its axis to the point that the arm's description gives
@@ -171,7 +171,7 @@ def list_moved_screws(chain: Chain) -> tuple[Screw, ...]:
 
 def derive_space_jacobian(chain: Chain) -> sp.Matrix:
     """Return J_s, 6 x n, for the twist (omega, v) of the last link in {s}; v is the velocity at the origin of {s}."""
-    screws = _derive_moved_screws(symbolic_arm_of(chain).chain)
+    screws = _derive_moved_screws(make_symbolic_arm(chain).chain)
     return derive(chain).substitute_matrix(sp.Matrix.hstack(*(screw.coordinates for screw in screws)))
 
 
@@ -204,17 +204,17 @@ def _find_home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
 @lru_cache(maxsize=1024)
 def _derive_structure_kinematics(symbolic_chain: Chain, home: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> BodyKinematics:
     """Return the body kinematics of a structure; `home` has the value of each joint variable at home."""
-    frames, point = frames_and_point(symbolic_chain)
+    frames, point = compute_frames_and_point(symbolic_chain)
     last_rotation, home_rotation = frames[-1].rotation, frames[-1].rotation.xreplace(dict(home))
-    rotation = textbook_matrix(last_rotation * home_rotation.T)
+    rotation = to_textbook_matrix(last_rotation * home_rotation.T)
     columns = []
     for joint, frame in zip(symbolic_chain.joints, frames, strict=False):
         # Simplify in the coordinates of the last frame, then change to those of {b}.
-        z = home_rotation * textbook_matrix(last_rotation.T * frame.rotation[:, 2])
-        lever = home_rotation * textbook_matrix(last_rotation.T * (point - frame.origin))
+        z = home_rotation * to_textbook_matrix(last_rotation.T * frame.rotation[:, 2])
+        lever = home_rotation * to_textbook_matrix(last_rotation.T * (point - frame.origin))
         columns.append(_join_twist(joint.kind, z, z.cross(lever)))
-    position_cross_rotation = textbook_matrix(make_cross_product_matrix(point) * rotation)
-    return BodyKinematics(rotation, textbook_matrix(sp.Matrix.hstack(*columns)), position_cross_rotation)
+    position_cross_rotation = to_textbook_matrix(make_cross_product_matrix(point) * rotation)
+    return BodyKinematics(rotation, to_textbook_matrix(sp.Matrix.hstack(*columns)), position_cross_rotation)
 
 
 def _has_oblique_angles(chain: Chain) -> bool:
@@ -223,7 +223,7 @@ def _has_oblique_angles(chain: Chain) -> bool:
     These are link twists that are symbols in the structure, and joint offsets that are not rational multiples of pi.
     With a symbol for each such angle, short numeric results would become thousands of terms.
     """
-    has_oblique_twist = any(joint.alpha.free_symbols for joint in symbolic_arm_of(chain).chain.joints[:-1])
+    has_oblique_twist = any(joint.alpha.free_symbols for joint in make_symbolic_arm(chain).chain.joints[:-1])
     revolute_offsets = [offset for offset, joint in zip(chain.offsets, chain.joints, strict=True) if joint.is_revolute]
     return has_oblique_twist or any(not (offset / sp.pi).is_Rational for offset in revolute_offsets)
 
@@ -241,7 +241,7 @@ def _derive_body_column(chain: Chain, index: int) -> sp.Matrix:
     A later revolute joint rotates omega and the velocity of the points on its own axis. So the sine and cosine of a
     joint occur at most once in each product.
     """
-    axes, home_point = home_geometry_of(chain)
+    axes, home_point = compute_home_geometry(chain)
     joint_axis = axes[index]
     omega, v = joint_axis.direction, joint_axis.direction.cross(home_point - joint_axis.point)
     if joint_axis.is_prismatic:
@@ -261,7 +261,7 @@ def _derive_body_column(chain: Chain, index: int) -> sp.Matrix:
 def _derive_oblique_kinematics(chain: Chain) -> BodyKinematics:
     """Return the body kinematics of an arm with oblique angles, by exponentials of its axes."""
     inverse_rotation = sp.eye(3)
-    for axis, q in zip(home_geometry_of(chain).axes, chain.q, strict=True):
+    for axis, q in zip(compute_home_geometry(chain).axes, chain.q, strict=True):
         if axis.is_revolute:
             inverse_rotation = _rotate_back(axis, q, inverse_rotation)
     jacobian = sp.Matrix.hstack(*(_derive_body_column(chain, index) for index in range(chain.n)))
@@ -281,7 +281,7 @@ def _derive_body_kinematics(chain: Chain) -> BodyKinematics:
     def substitute_entry(entry: sp.Expr) -> sp.Expr:
         return remove_brackets(substitute(entry).xreplace(home_values))
 
-    matrices = _derive_structure_kinematics(symbolic_arm_of(chain).chain, tuple(home.items()))
+    matrices = _derive_structure_kinematics(make_symbolic_arm(chain).chain, tuple(home.items()))
     return BodyKinematics(*(matrix.applyfunc(substitute_entry) for matrix in matrices))
 
 
@@ -340,7 +340,7 @@ def _ask_changed_twist(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 
 def _derive_changed_twist(stages: StageResults, details: NumericTwistDetails) -> np.ndarray:
-    twist = np.stack([stages.arithmetic.constant(value) for value in details.twist])
+    twist = np.stack([stages.arithmetic.make_constant(value) for value in details.twist])
     return np.asarray(apply_matrix(stages["body adjoint"], twist)[_get_twist_row_order(stages.chain)])
 
 

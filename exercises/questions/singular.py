@@ -127,7 +127,7 @@ def _sample_configurations_of_kind(chain: Chain, kind: str, rng: Stream) -> Conf
             words = classification.meaning.split(",")[0]
             if len(component.conditions) > 1 or "axis" not in convention_of(chain).rename_origins(words):
                 continue
-            if classification.uniform and classification.kind == kind:
+            if classification.is_uniform and classification.kind == kind:
                 return ConfigurationsOfOneKind({}, component.conditions[0], words)
         else:
             for values in rng.permutation(component.list_value_combinations() * 2):  # twice, with other joint values

@@ -9,7 +9,7 @@ from qdot.exercises.arm import transforms
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES, VELOCITY_NAMES
-from qdot.exercises.arm.derivation import derive, symbolic_arm_of
+from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions import base
@@ -76,7 +76,7 @@ def find_first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum
 
 def _list_poses(chain: Chain) -> tuple[sp.Matrix, ...]:
     """Return the transforms T_{w,0} ... T_{w,n} of an arm, with the arm's numbers."""
-    return tuple(map(derive(chain).substitute_matrix, transforms.compute_frame_poses(symbolic_arm_of(chain).chain)))
+    return tuple(map(derive(chain).substitute_matrix, transforms.compute_frame_poses(make_symbolic_arm(chain).chain)))
 
 
 def _make_transform_details(chain: Chain, rng: Stream) -> TransformDetails:
@@ -85,7 +85,7 @@ def _make_transform_details(chain: Chain, rng: Stream) -> TransformDetails:
 
 
 def _make_tool_details(chain: Chain, rng: Stream) -> ToolJacobianDetails:
-    substitute, symbolic_chain = derive(chain).substitute_matrix, symbolic_arm_of(chain).chain
+    substitute, symbolic_chain = derive(chain).substitute_matrix, make_symbolic_arm(chain).chain
     vectors_of_joints = transforms.compute_joint_vectors(symbolic_chain)
     joints_and_vectors = enumerate(zip(symbolic_chain.joints, vectors_of_joints, strict=True), 1)
     columns = (ToolColumn(i, joint.kind, *map(substitute, vectors)) for i, (joint, vectors) in joints_and_vectors)
@@ -111,7 +111,7 @@ QUESTIONS = (
         make_details=_make_transform_details, constant_last_row=("0", "0", "0", "1"),
         find_size_objection=base.limit_size(
             "the product of the transforms of {n} joints", MAX_JOINTS,
-            lambda chain: transforms.count_last_pose_terms(symbolic_arm_of(chain).chain),
+            lambda chain: transforms.count_last_pose_terms(make_symbolic_arm(chain).chain),
         ),
     ),
     Question(
@@ -119,14 +119,14 @@ QUESTIONS = (
         prerequisites=("transform", "geometric-jacobian"), stage="tool jacobian",
         textbook_formulas={
             "tool jacobian": lambda chain: derive(chain).substitute_matrix(
-                transforms.compute_tool_jacobian(symbolic_arm_of(chain).chain)
+                transforms.compute_tool_jacobian(make_symbolic_arm(chain).chain)
             ),
         },
         make_details=_make_tool_details, label_rows_and_columns=base.label_jacobian(lambda _: VELOCITY_NAMES),
         find_arm_objection=base.find_tool_point_objection,
         find_size_objection=base.limit_size(
             "the Jacobian of {n} joints in the tool frame", MAX_JOINTS,
-            lambda chain: transforms.count_tool_jacobian_terms(symbolic_arm_of(chain).chain),
+            lambda chain: transforms.count_tool_jacobian_terms(make_symbolic_arm(chain).chain),
         ),
     ),
 )  # fmt: skip

@@ -16,9 +16,9 @@ from qdot.exercises.arm.arithmetic import determinant
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES, VELOCITY_NAMES
-from qdot.exercises.arm.derivation import derive, symbolic_arm_of
-from qdot.exercises.arm.kinematics import Z, compute_frame_after, frames_and_point
-from qdot.exercises.arm.trigonometry import Factored, are_identical, count_terms, factor_trig, textbook_matrix
+from qdot.exercises.arm.derivation import derive, make_symbolic_arm
+from qdot.exercises.arm.kinematics import Z, compute_frame_after, compute_frames_and_point
+from qdot.exercises.arm.trigonometry import Factored, are_identical, count_terms, factor_trig, to_textbook_matrix
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, recorded_as
@@ -34,7 +34,7 @@ def _derive_wrist_axes(symbolic_chain: Chain) -> sp.Matrix:
     frame = convention_of(symbolic_chain).frame_on_axis(4)
     for joint in symbolic_chain.joints[3:frame]:  # joint 4 if the frame on its axis rotates with it, else none
         axes = [rot_z(-joint.theta) * axis for axis in axes]
-    return textbook_matrix(sp.Matrix.hstack(*axes))
+    return to_textbook_matrix(sp.Matrix.hstack(*axes))
 
 
 @lru_cache(maxsize=1024)
@@ -49,7 +49,7 @@ def _derive_arm_block_in_frame_1(symbolic_chain: Chain) -> sp.Matrix:
     axes_and_levers = [(z_0, r_1 + point), *((frame.rotation * Z, point - frame.origin) for frame in frames)]
     joints_and_vectors = zip(symbolic_chain.joints[:3], axes_and_levers, strict=True)
     columns = [z.cross(lever) if joint.is_revolute else z for joint, (z, lever) in joints_and_vectors]
-    return textbook_matrix(rot_x(twist) * sp.Matrix.hstack(*columns))
+    return to_textbook_matrix(rot_x(twist) * sp.Matrix.hstack(*columns))
 
 
 @lru_cache(maxsize=1024)
@@ -67,13 +67,13 @@ def _derive_arm_block(chain: Chain) -> sp.Matrix:
 
 def derive_wrist_block(chain: Chain) -> sp.Matrix:
     """Return J22, the axes of joints 4 to 6, in the frame on the axis of joint 4 (3 x 3)."""
-    return derive(chain).substitute_matrix(_derive_wrist_axes(symbolic_arm_of(chain).chain))
+    return derive(chain).substitute_matrix(_derive_wrist_axes(make_symbolic_arm(chain).chain))
 
 
 def derive_block_determinants(chain: Chain) -> sp.Matrix:
     """Return [det J11, det J22] in factored form (2 x 1)."""
-    values = dict(symbolic_arm_of(chain).values)
-    return sp.Matrix([factored.substitute(values) for factored in _factor_determinants(symbolic_arm_of(chain).chain)])
+    values = dict(make_symbolic_arm(chain).values)
+    return sp.Matrix([factored.substitute(values) for factored in _factor_determinants(make_symbolic_arm(chain).chain)])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,7 +116,7 @@ def derive_blocks(chain: Chain) -> BlockDetails:
     def wrap_angle(angle: sp.Expr) -> sp.Expr:
         return sp.pi - sp.Mod(sp.pi - angle, 2 * sp.pi) if angle.is_number else angle
 
-    derivation, symbolic_chain = derive(chain), symbolic_arm_of(chain).chain
+    derivation, symbolic_chain = derive(chain), make_symbolic_arm(chain).chain
     wrist_block = derive_wrist_block(chain)
     arm_determinant, _ = _factor_determinants(symbolic_chain)
     factors = (derivation.substitute_values(factor) for factor, _ in arm_determinant.factors)
@@ -146,7 +146,7 @@ def _is_at_wrist_centre(symbolic_chain: Chain, centre: int) -> bool:
     """Return whether P is the point where the last three axes meet: O_4, or O_5 or O_6 if that is the same point."""
     if symbolic_chain.point.frame < centre:
         return False
-    frames, point = frames_and_point(symbolic_chain)
+    frames, point = compute_frames_and_point(symbolic_chain)
     return all(are_identical(a, b) for a, b in zip(point, frames[centre].origin, strict=True))
 
 
@@ -155,13 +155,13 @@ def find_block_objection(chain: Chain) -> str | None:
     if chain.n != 6 or chain.task != VELOCITY_NAMES:
         return "it does not have six joints and a task of six rows"
     centre = find_wrist_centre(chain)
-    if centre is None or not _is_at_wrist_centre(symbolic_arm_of(chain).chain, centre):
+    if centre is None or not _is_at_wrist_centre(make_symbolic_arm(chain).chain, centre):
         return "the axes of its last three joints do not intersect at its point"
     return base.find_determinant_objection(chain)
 
 
 def _find_arm_block_size_objection(chain: Chain) -> str | None:
-    count = count_terms(_derive_arm_block(symbolic_arm_of(chain).chain))
+    count = count_terms(_derive_arm_block(make_symbolic_arm(chain).chain))
     return f"its arm block has {count} terms, too many to work out by hand" if count > base.MAX_TERMS else None
 
 

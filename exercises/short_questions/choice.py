@@ -11,7 +11,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS
-from qdot.exercises.arm.derivation import derive, symbolic_arm_of
+from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import AnswerAndDetails
@@ -166,7 +166,7 @@ def _make_extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
 
 @lru_cache(maxsize=1024)
 def _has_short_distinct_columns(chain: Chain) -> bool:
-    return _has_short_columns(symbolic_arm_of(chain).chain) and wrong_formulas.are_different_functions(
+    return _has_short_columns(make_symbolic_arm(chain).chain) and wrong_formulas.are_different_functions(
         chain, _split_columns(chain)
     )
 

@@ -63,7 +63,7 @@ def _find_clearly_regular_ratio(chain: Chain) -> float:
     """
     rng = Stream("clearness")
     q = np.array([[float(value) for value in sample_joint_values(chain, rng).values()] for _ in range(_SAMPLE_COUNT)])
-    sigma = np.linalg.svd(NumericChain(chain, {}).jacobian(q)[:, chain.task_rows], compute_uv=False)
+    sigma = np.linalg.svd(NumericChain(chain, {}).compute_jacobian(q)[:, chain.task_rows], compute_uv=False)
     return min(CLEARLY_REGULAR_RATIO, round(float(np.median(sigma[:, -1] / np.maximum(sigma[:, 0], 1e-12))), 3))
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, symbolic_arm_of
+from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import AnswerAndDetails, find_determinant_objection
@@ -105,7 +105,7 @@ def _find_short_quantities(chain: Chain) -> list[Quantity]:
 
 def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[OfferedOption] | None:
     """Return five options: two or three correct forms of a result, and wrong ones; None if there are too few."""
-    symbolic_chain, substitute = symbolic_arm_of(chain).chain, derive(chain).substitute_values
+    symbolic_chain, substitute = make_symbolic_arm(chain).chain, derive(chain).substitute_values
     correct_forms = _list_equal_forms(symbolic_chain, quantity.derive_formulas(symbolic_chain)[0], quantity)
     base_question = "determinant" if quantity.name == "determinant" else "jacobian"
     subject = wrong_formulas.OptionSubject(base_question, quantity.column, quantity.row)

@@ -5,7 +5,7 @@ from functools import lru_cache
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS
-from qdot.exercises.arm.derivation import symbolic_arm_of
+from qdot.exercises.arm.derivation import make_symbolic_arm
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import AnswerAndDetails, Question
@@ -40,7 +40,7 @@ class ShortQuestion(Question):
         if objection := QUESTIONS[self.base_question].find_objection(chain) or self.find_arm_objection(chain):
             return objection
         # An arm's structure does not determine its screws at home.
-        arms = [*([chain] if self.required_feature == SCREWS else []), symbolic_arm_of(chain).chain]
+        arms = [*([chain] if self.required_feature == SCREWS else []), make_symbolic_arm(chain).chain]
         is_found = all(_sample_from_fixed_stream(self, arm) is not None for arm in arms)
         return None if is_found else self.objection_if_sampling_fails
 

@@ -19,7 +19,7 @@ from sympy.polys.polyerrors import BasePolynomialError
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS
-from qdot.exercises.arm.derivation import derive, symbolic_arm_of
+from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.derivation_graph import (
     Change,
     StageResults,
@@ -27,7 +27,7 @@ from qdot.exercises.arm.derivation_graph import (
     compute_symbolic_stages,
     to_sympy_matrix,
 )
-from qdot.exercises.arm.trigonometry import factor_trig, textbook_form, write_in_textbook_form
+from qdot.exercises.arm.trigonometry import factor_trig, to_textbook_form, write_in_textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain
 from qdot.exercises.formula.parser import parse_formula
@@ -39,7 +39,7 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.results import compute_answer
 from qdot.exercises.short_questions import options
 from qdot.exercises.short_questions.options import Blame, OfferedOption
-from qdot.exercises.singularities.classification import domain_of
+from qdot.exercises.singularities.classification import make_domain
 
 SAMPLE_COUNT = 5
 """Number of random configurations at which formulas are compared."""
@@ -105,7 +105,7 @@ def ask_base_question(symbolic_chain: Chain, question: str) -> Part:
 @lru_cache(maxsize=512)
 def _sample_values(symbolic_chain: Chain, question: str) -> Mapping[str, np.ndarray]:
     """Return random values of all symbols of a question, by name: SAMPLE_COUNT values each."""
-    roles = domain_of(symbolic_chain).roles
+    roles = make_domain(symbolic_chain).roles
     rates = (rate.name for rate in symbolic_chain.rates)
     names = {*roles, *rates, *symbolic_chain.task, *ask_base_question(symbolic_chain, question).symbols}
     sampled = Domain(roles).sample(names, READABLE_POINTS + SAMPLE_COUNT, Stream(f"quiz/{question}"))
@@ -227,8 +227,8 @@ def tidy_entry(entry: sp.Expr) -> sp.Expr:
         factored_denominator = factor_trig(denominator) if not denominator.has(*NOT_A_NUMBER) else None
         if factored_denominator is None or factored_denominator.is_zero or numerator.has(*NOT_A_NUMBER):
             raise ValueError(f"{entry} divides by zero")
-        return factor_trig(numerator).divide_by(factored_denominator).expression()
-    return textbook_form(sp.expand(entry))
+        return factor_trig(numerator).divide_by(factored_denominator).to_expression()
+    return to_textbook_form(sp.expand(entry))
 
 
 # --- four options ---
@@ -236,7 +236,7 @@ def tidy_entry(entry: sp.Expr) -> sp.Expr:
 
 def make_four_options(chain: Chain, subject: OptionSubject, rng: Stream) -> list[OfferedOption] | None:
     """Return the correct option and three wrong options, or None if there are not three of similar length."""
-    symbolic_chain = chain if subject.depends_on_home_position else symbolic_arm_of(chain).chain
+    symbolic_chain = chain if subject.depends_on_home_position else make_symbolic_arm(chain).chain
     if _write_answer(symbolic_chain, subject, ()) is None:
         return None
     intended_rank = rng.integer_below(4)
@@ -289,7 +289,7 @@ def are_different_functions(chain: Chain, formulas: list[sp.Matrix]) -> bool:
     programs = compile_program([parse_formula(str(entry)) for formula in formulas for entry in formula])
     names = {symbol.name for formula in formulas for symbol in formula.free_symbols}
     count = READABLE_POINTS + SAMPLE_COUNT
-    sampled = Domain(domain_of(chain).roles).sample(names, count, Stream("quiz"))
+    sampled = Domain(make_domain(chain).roles).sample(names, count, Stream("quiz"))
     outcomes = evaluate(programs, sampled or {"any": np.ones(count)}, count).values  # constants need values, too
     values = outcomes.reshape(len(formulas), -1, count)[:, :, READABLE_POINTS:]
     return bool(np.isfinite(values).all()) and all(have_different_values(a, b) for a, b in combinations(values, 2))

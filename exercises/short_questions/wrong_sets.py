@@ -15,7 +15,7 @@ from qdot.exercises.problem.problem import Part
 from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.short_questions import options
 from qdot.exercises.short_questions.options import Blame, OfferedOption
-from qdot.exercises.singularities.classification import domain_of
+from qdot.exercises.singularities.classification import make_domain
 from qdot.exercises.singularities.singular_set import Component
 
 ComponentSet = tuple[Component, ...]
@@ -83,7 +83,7 @@ def are_different_sets(chain: Chain, four_options: list[OfferedOption]) -> bool:
 @lru_cache(maxsize=20_000)
 def _are_equal_sets(chain: Chain, a: tuple[str, ...], b: tuple[str, ...]) -> bool:
     joints = [q.name for q in chain.q]
-    space = ConfigurationSpace(joints, domain_of(chain))
+    space = ConfigurationSpace(joints, make_domain(chain))
     comparison = compare_sets(_parse_pieces(a, joints), _parse_pieces(b, joints), space, "quiz")
     return comparison.are_equal or all(example is None for example in (*comparison.is_covered, *comparison.is_sound))
 

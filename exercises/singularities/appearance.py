@@ -351,7 +351,7 @@ def _find_extreme_origin(chain: Chain, samples: Sequence[Sample]) -> Iterator[St
 def _find_common_direction(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find two joints that move the point along the same line."""
     for pair in combinations(range(chain.point.frame), 2):
-        speeds = [np.linalg.norm(s.arm.jacobian(s.q)[:3, list(pair)], axis=0).min() for s in samples]
+        speeds = [np.linalg.norm(s.arm.compute_jacobian(s.q)[:3, list(pair)], axis=0).min() for s in samples]
         if min(speeds) > NONZERO_THRESHOLD:
             words = f"joints {_join_joint_numbers(pair)} move the point along the same line"
             yield from _yield_if_special(samples, words, partial(measure_common_direction, joints=pair))

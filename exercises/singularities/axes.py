@@ -35,7 +35,7 @@ class Sample:
     @cached_property
     def frames(self) -> np.ndarray:
         """The poses of frames 0 ... n (n+1 x 4 x 4)."""
-        return self.arm.frames(self.q)
+        return self.arm.compute_frames(self.q)
 
     @cached_property
     def axes(self) -> np.ndarray:
@@ -63,7 +63,7 @@ def measure_samples(samples: Sequence[Sample], measure: Measure) -> np.ndarray:
 def compute_jacobians(samples: Sequence[Sample]) -> np.ndarray:
     """Return the Jacobian of each sample (k x 6 x n)."""
     arms, q = stack_samples(samples)
-    return arms.jacobian(q)[:, 0]
+    return arms.compute_jacobian(q)[:, 0]
 
 
 def choose_nearby_configuration(sample: Sample, further_joint: int | None = None) -> np.ndarray:
@@ -84,24 +84,24 @@ def move_samples(samples: Sequence[Sample]) -> list[Sample]:
 
 def measure_axis_distance(arm: NumericChain, q: np.ndarray, joint: int) -> np.ndarray:
     """Return the distance (m) of P from a joint's axis."""
-    frames = arm.frames(q)
-    vector_to_point = arm.point_of(frames) - frames[..., joint, :3, 3]
+    frames = arm.compute_frames(q)
+    vector_to_point = arm.compute_point_of(frames) - frames[..., joint, :3, 3]
     return norms(cross(frames[..., joint, :3, 2], vector_to_point))
 
 
 def measure_distance_change(arm: NumericChain, q: np.ndarray, joint: int, moving_joints: Sequence[int]) -> np.ndarray:
     """Return how fast some later joints change the squared distance of P from the axis of `joint`."""
-    frames = arm.frames(q)
+    frames = arm.compute_frames(q)
     axis = frames[..., joint, :3, 2]
-    vector_to_point = arm.point_of(frames) - frames[..., joint, :3, 3]
+    vector_to_point = arm.compute_point_of(frames) - frames[..., joint, :3, 3]
     perpendicular = vector_to_point - np.sum(vector_to_point * axis, axis=-1)[..., None] * axis
-    columns = arm.jacobian_of(frames)[..., :3, list(moving_joints)]
+    columns = arm.compute_jacobian_of(frames)[..., :3, list(moving_joints)]
     return norms(np.einsum("...j,...jm->...m", perpendicular, columns))
 
 
 def measure_axis_spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return the area that the directions of two axes span, or the volume that those of three span, from 0 to 1."""
-    frames = arm.frames(q)
+    frames = arm.compute_frames(q)
     first_direction, second_direction, *third_direction = (frames[..., joint, :3, 2] for joint in joints)
     normal = cross(first_direction, second_direction)
     return np.asarray(np.abs(np.sum(normal * third_direction[0], axis=-1))) if third_direction else norms(normal)
@@ -109,7 +109,7 @@ def measure_axis_spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int])
 
 def measure_collinearity(arm: NumericChain, q: np.ndarray, joints: tuple[int, int]) -> np.ndarray:
     """Return how far two axes i, j are from collinear: the sine of their angle plus the distance of O_j from axis i."""
-    frames, (i, j) = arm.frames(q), joints
+    frames, (i, j) = arm.compute_frames(q), joints
     axis, offset = frames[..., i, :3, 2], frames[..., j, :3, 3] - frames[..., i, :3, 3]
     return norms(cross(axis, frames[..., j, :3, 2])) + norms(cross(axis, offset))
 
@@ -122,8 +122,8 @@ def measure_coplanarity(
     Each pair of vectors from the first axis to other axes spans an area in a plane at right angles to the axes. The
     result is the root of the sum of the squared areas.
     """
-    frames, first_joint = arm.frames(q), joints[0]
-    points = [frames[..., i, :3, 3] for i in joints[1:]] + ([arm.point_of(frames)] if includes_point else [])
+    frames, first_joint = arm.compute_frames(q), joints[0]
+    points = [frames[..., i, :3, 3] for i in joints[1:]] + ([arm.compute_point_of(frames)] if includes_point else [])
     vectors = [point - frames[..., first_joint, :3, 3] for point in points]
     areas = [np.sum(frames[..., first_joint, :3, 2] * cross(a, b), axis=-1) for a, b in combinations(vectors, 2)]
     return np.asarray(np.sqrt(np.sum(np.square(areas), axis=0)))
@@ -131,7 +131,7 @@ def measure_coplanarity(
 
 def measure_common_direction(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return the sine of the angle between the directions in which two joints move P."""
-    velocity, other_velocity = (arm.jacobian(q)[..., :3, joint] for joint in joints)
+    velocity, other_velocity = (arm.compute_jacobian(q)[..., :3, joint] for joint in joints)
     sizes = norms(velocity) * norms(other_velocity)
     return np.asarray(norms(cross(velocity, other_velocity)) / np.maximum(sizes, 1e-12))
 
@@ -149,7 +149,7 @@ def measure_prismatic_slant(
     If `is_perpendicular`, return the cosine instead; it is zero if the joint is perpendicular to the line. Return 1 if
     the two axes coincide.
     """
-    frames = arm.frames(q)
+    frames = arm.compute_frames(q)
     line, direction = frames[..., j, :3, 3] - frames[..., i, :3, 3], frames[..., prismatic, :3, 2]
     axis = frames[..., i, :3, 2]
     line = line - np.sum(line * axis, axis=-1)[..., None] * axis
@@ -160,5 +160,5 @@ def measure_prismatic_slant(
 
 def measure_origin_collinearity(arm: NumericChain, q: np.ndarray, k: int) -> np.ndarray:
     """Return the size of the cross product of the vectors from O_{k-1} to O_k and from O_k to O_{k+1}."""
-    origins = arm.frames(q)[..., k - 1 : k + 2, :3, 3]
+    origins = arm.compute_frames(q)[..., k - 1 : k + 2, :3, 3]
     return norms(cross(origins[..., 1, :] - origins[..., 0, :], origins[..., 2, :] - origins[..., 1, :]))

@@ -7,7 +7,7 @@ in what does not matter for singularities share a normalized arm (`normalized_ar
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from itertools import chain as chain_together
 
 import numpy as np
 import sympy as sp
@@ -51,16 +51,16 @@ class Classification:
 
     - `kind`: "boundary" or "internal"; empty if the kind can't be established (`can_establish_kind`) or if no
       configuration was found. An empty kind is not reported.
-    - `uniform`: whether all configurations are of that kind; if not, some are boundary and some are internal.
+    - `is_uniform`: whether all configurations are of that kind; if not, some are boundary and some are internal.
     - `meaning`: what the configurations look like, in words.
     """
 
     kind: str
-    uniform: bool
+    is_uniform: bool
     meaning: str
 
 
-def domain_of(
+def make_domain(
     chain: Chain, values: Mapping[str, float | np.ndarray] | None = None, prismatic_role: str = "signed"
 ) -> Domain:
     """Return the ranges from which the symbols of an arm are sampled: joints, rates, task velocity and lengths.
@@ -94,10 +94,10 @@ def sample_condition(
         arm_numbers = range(first_arm, arm_count, len(roles))
         lengths = [_sample_distinct_lengths(chain, stream) for _ in arm_numbers]
         for piece in parse_pieces(parse_formula(condition), [q.name for q in chain.q]) if lengths else ():
-            pieces = _sample_piece(chain, piece, lengths, role, stream, samples_per_arm)
-            for arm_number, samples in zip(arm_numbers, pieces, strict=True):
+            samples_on_piece = _sample_piece(chain, piece, lengths, role, stream, samples_per_arm)
+            for arm_number, samples in zip(arm_numbers, samples_on_piece, strict=True):
                 samples_by_arm[arm_number] += samples
-    return tuple(sample for samples in samples_by_arm for sample in samples)
+    return tuple(chain_together(*samples_by_arm))
 
 
 def _sample_distinct_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
@@ -108,9 +108,9 @@ def _sample_distinct_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
     for symbol in chain.parameters:
         # from 0.4 m to 1.4 m, with a uniform logarithm
         candidates = [round(0.4 * 3.5 ** stream.uniform(0, 1), 3) for _ in range(5)]
-        value = next((v for v in candidates if all(abs(v - length) > 0.01 for length in used_lengths)), candidates[-1])
-        values[symbol.name] = value
-        used_lengths.append(value)
+        distinct_lengths = (value for value in candidates if all(abs(value - length) > 0.01 for length in used_lengths))
+        values[symbol.name] = next(distinct_lengths, candidates[-1])
+        used_lengths.append(values[symbol.name])
     return values
 
 
@@ -119,14 +119,14 @@ def _sample_piece(
 ) -> list[list[Sample]]:
     """Return up to `samples_per_arm` configurations on a piece of a condition for each arm.
 
-    `lengths` are the lengths (m) of each arm, and `role` is the range of prismatic joints (`domain_of`). The
+    `lengths` are the lengths (m) of each arm, and `role` is the range of prismatic joints (`make_domain`). The
     configurations are computed for all arms at once.
     """
     joints, start_count = [q.name for q in chain.q], 3 * samples_per_arm
     names = [symbol.name for symbol in chain.parameters]
     values_by_name = {name: np.repeat([values[name] for values in lengths], start_count) for name in names}
     values_by_name[_ARM_KEY] = np.repeat(np.arange(len(lengths)), start_count)
-    space = ConfigurationSpace(joints, domain_of(chain, values_by_name, role))
+    space = ConfigurationSpace(joints, make_domain(chain, values_by_name, role))
     sampled_names = {*space.collect_names([[piece]]), _ARM_KEY}
     values = space.sample_piece(piece, sampled_names, stream, count=start_count * len(lengths))
     configurations = np.array([values[joint] for joint in joints]).T
@@ -140,8 +140,8 @@ def _sample_piece(
 def classify(chain: Chain, component: Component) -> Classification:
     """Classify a component of an arm's singular set by samples of its configurations and of the symbolic lengths.
 
-    If some configurations are boundary and some internal, `kind` is "boundary" and `uniform` is False. The component is
-    first classified for an arm with symbols for all lengths, once for all lengths. If the result depends on the
+    If some configurations are boundary and some internal, `kind` is "boundary" and `is_uniform` is False. The component
+    is first classified for an arm with symbols for all lengths, once for all lengths. If the result depends on the
     lengths, the component is classified for the normalized arm, once for all arms that share this arm.
     """
     arm, conditions = normalize_arm(chain), tuple(normalize_conditions(chain, component))
@@ -149,8 +149,10 @@ def classify(chain: Chain, component: Component) -> Classification:
     if all(condition in symbolic_conditions for condition in conditions):
         result = _classify_for_all_lengths(symbolic_arm, tuple(map(symbolic_conditions.__getitem__, conditions)))
         if result is not None:
-            is_sure = result.uniform or not result.kind
-            return result if is_sure else replace(result, **_establish_kind(arm, conditions))
+            if result.kind and not result.is_uniform:  # the kind may be uniform for this arm's lengths
+                kind, is_uniform = _establish_kind(arm, conditions)
+                return replace(result, kind=kind, is_uniform=is_uniform)
+            return result
     return classify_conditions(arm, conditions)
 
 
@@ -195,7 +197,7 @@ def split_by_value(component: Component, classification: Classification) -> list
     Parts may differ in their kind or in what their configurations look like; `kind` is the component's classification.
     """
     combinations = component.list_value_combinations()
-    may_differ = " or " in classification.meaning or (classification.kind and not classification.uniform)
+    may_differ = " or " in classification.meaning or (classification.kind and not classification.is_uniform)
     if not may_differ or not 1 < len(combinations) <= _MAX_VALUE_COMBINATIONS:
         return []
     return [(values, component.restrict_to(values)) for values in combinations]
@@ -205,20 +207,19 @@ def split_by_value(component: Component, classification: Classification) -> list
 def classify_conditions(chain: Chain, conditions: tuple[str, ...]) -> Classification:
     """Classify the union of conditions (text), as `classify` does for a component."""
     meaning = describe_appearance(chain, sample_representatives(chain, conditions))
-    return Classification(**_establish_kind(chain, conditions), meaning=meaning)
+    return Classification(*_establish_kind(chain, conditions), meaning)
 
 
 @lru_cache(maxsize=4096)
-def _establish_kind(chain: Chain, conditions: tuple[str, ...]) -> Mapping[str, Any]:
-    """Return the fields `kind` and `uniform` of the classification of the union of conditions."""
+def _establish_kind(chain: Chain, conditions: tuple[str, ...]) -> tuple[str, bool]:
+    """Return `kind` and `is_uniform` of the classification of the union of conditions."""
     kinds = set[str]()
     if can_establish_kind(chain):
         kinds.update(classify_samples(chain, sample_representatives(chain, conditions)[::_KIND_STRIDE]))
     if len(kinds) == 1 and chain.parameters:  # for other lengths the kind may differ
-        choices = _EXTRA_LENGTH_SAMPLES
-        samples = [s for condition in conditions for s in sample_condition(chain, condition, "lengths", choices, 1)]
-        kinds.update(classify_samples(chain, samples))
-    return {"kind": "boundary" if "boundary" in kinds else "internal" if kinds else "", "uniform": len(kinds) == 1}
+        samples = (sample_condition(chain, text, "lengths", _EXTRA_LENGTH_SAMPLES, 1) for text in conditions)
+        kinds.update(classify_samples(chain, list(chain_together(*samples))))
+    return "boundary" if "boundary" in kinds else "internal" if kinds else "", len(kinds) == 1
 
 
 @lru_cache(maxsize=256)
@@ -237,5 +238,6 @@ def sample_representatives(chain: Chain, conditions: Sequence[str]) -> list[Samp
     length_count = max(_MIN_LENGTH_COUNT, len(chain.parameters)) if chain.parameters else 1
     arm_count = _ARMS_PER_LENGTH * length_count
     samples_per_arm = -(-_SAMPLE_COUNT // (arm_count * len(conditions)))
-    samples = [s for text in conditions for s in sample_condition(chain, text, "seen", arm_count, samples_per_arm)]
+    samples_of_each = (sample_condition(chain, text, "seen", arm_count, samples_per_arm) for text in conditions)
+    samples = list(chain_together(*samples_of_each))
     return samples[:: max(1, len(samples) // _SAMPLE_COUNT)]

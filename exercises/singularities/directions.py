@@ -17,7 +17,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.trigonometry import Factored, count_terms, factor_trig, textbook_form
+from qdot.exercises.arm.trigonometry import Factored, count_terms, factor_trig, to_textbook_form
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.singular_set import Component
 
@@ -79,7 +79,7 @@ def find_shortest_lost_direction(symbolic_arm: Chain, component: Component) -> L
         if substituted is None:
             return None
         jacobian = substituted
-    shown_jacobian = None if any(entry.has(scale) for entry in jacobian) else jacobian.applyfunc(textbook_form)
+    shown_jacobian = None if any(entry.has(scale) for entry in jacobian) else jacobian.applyfunc(to_textbook_form)
     formulas = [
         LostDirectionFormula(direction, tuple(j + 1 for j in columns), shown_jacobian)
         for columns in combinations(range(jacobian.cols), jacobian.rows - 1)
@@ -140,7 +140,7 @@ def _compute_cofactors(columns: sp.Matrix) -> sp.Matrix | None:
         entries.append(factor_trig(sp.expand((-1) ** i * determinant)))
     if all(entry.is_zero for entry in entries):
         return None
-    return sp.Matrix([entry.expression() for entry in _cancel_common_factors(entries)])
+    return sp.Matrix([entry.to_expression() for entry in _cancel_common_factors(entries)])
 
 
 def _cancel_common_factors(entries: Sequence[Factored]) -> list[Factored]:
@@ -210,8 +210,11 @@ def compute_line_directions(lines: Sequence[ArmLine], samples: Sequence[Sample])
     """
     vectors = np.empty((len(lines), len(samples), 3))
     for k, sample in enumerate(samples):
-        standard_frames = sample.arm.frames(sample.q)
-        frames, point = sample.arm.convention_frames(standard_frames), sample.arm.point_of(standard_frames)
+        standard_frames = sample.arm.compute_frames(sample.q)
+        frames, point = (
+            sample.arm.convert_to_convention_frames(standard_frames),
+            sample.arm.compute_point_of(standard_frames),
+        )
         for i, line in enumerate(lines):
             if line.kind in ("world", "space"):
                 vector = np.eye(3)[line.index]

@@ -67,12 +67,12 @@ def drop_implied(
     conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol], max_zeros: int = MAX_ZEROS
 ) -> tuple[sp.Expr, ...]:
     """Return conditions without those that provably follow from at least two others; long ones are dropped first."""
-    return drop_following(
+    return drop_redundant(
         conditions, lambda condition, others: len(others) > 1 and is_implied(condition, others, joints, max_zeros)
     )
 
 
-def drop_following(
+def drop_redundant(
     conditions: Sequence[sp.Expr], follows: Callable[[sp.Expr, tuple[sp.Expr, ...]], bool]
 ) -> tuple[sp.Expr, ...]:
     """Return conditions without those for which `follows(condition, others)` is true; long ones are dropped first."""

@@ -217,7 +217,7 @@ def _list_plane_meanings(chain: Chain, samples: Sequence[Sample], revolute: Sequ
 def _list_common_direction_meanings(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
     """Return the statements about two joints that move the point along the same line."""
     moving_joints = range(chain.point.frame)
-    speeds = np.min([np.linalg.norm(s.arm.jacobian(s.q)[:3], axis=0) for s in samples], axis=0)
+    speeds = np.min([np.linalg.norm(s.arm.compute_jacobian(s.q)[:3], axis=0) for s in samples], axis=0)
     return [
         _make_meaning("one way", (i, j), "joints {} and {} move $P$ along the same line",
                     partial(measure_common_direction, joints=(i, j)))

@@ -238,7 +238,7 @@ class _RankTest:
 
     def _compute_columns(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the linear and the angular part of each column of J at k configurations, each k x n x 3."""
-        columns = self._arm.jacobian(q).swapaxes(1, 2)
+        columns = self._arm.compute_jacobian(q).swapaxes(1, 2)
         return columns[:, :, :3] / self._arm_length * self._joint_units[:, None], columns[:, :, 3:]
 
     def compute_jacobian(self, q: np.ndarray) -> np.ndarray:

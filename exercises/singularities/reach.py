@@ -90,7 +90,11 @@ def _find_rotated_planar_arm(arm: NumericChain) -> _RotatedPlanarArm | None:
     if moving_joint_count < 2 or not arm.is_revolute[0]:
         return None
     home = _compute_home_frames(arm)
-    axes, origins, point = home[1:moving_joint_count, :3, 2], home[1:moving_joint_count, :3, 3], arm.point_of(home)
+    axes, origins, point = (
+        home[1:moving_joint_count, :3, 2],
+        home[1:moving_joint_count, :3, 3],
+        arm.compute_point_of(home),
+    )
     normal, foot, axis = axes[0], home[0, :3, 3], home[0, :3, 2]
     distance_range = _find_distance_range(arm.is_revolute[1:moving_joint_count], axes, origins, point)
     if distance_range is None or abs(axis @ normal) > _ZERO_TOLERANCE:
@@ -105,7 +109,7 @@ def _find_rotated_planar_arm(arm: NumericChain) -> _RotatedPlanarArm | None:
 @lru_cache(maxsize=256)
 def _compute_home_frames(arm: NumericChain) -> np.ndarray:
     """Return the frames of an arm at home; they are cached, because many points are tested."""
-    return arm.frames(np.zeros(len(arm.kinds)))
+    return arm.compute_frames(np.zeros(len(arm.kinds)))
 
 
 def _find_distance_range(
@@ -147,13 +151,13 @@ def reaches_displaced_pose(
 ) -> bool | None:
     """Return whether the arm reaches a pose displaced from its current pose by `shift`; None if undecided.
 
-    - `frames`: the arm's frames at its current configuration, as returned by `NumericChain.frames`.
+    - `frames`: the arm's frames at its current configuration, as returned by `NumericChain.compute_frames`.
     - `task`: the indices of the task's rows.
     - `shift`: the displacement in each of these rows (m along a world axis, rad about a world axis).
     """
     displacement = np.zeros(6)
     displacement[list(task)] = shift
-    point = arm.point_of(frames)
+    point = arm.compute_point_of(frames)
     target = point + displacement[:3]
     if list(task) == [0, 1, 2]:
         answer = reaches_point(arm, target)
@@ -233,7 +237,7 @@ def _reaches_in_plane(
     if not joints:
         return None
     later_joints = planar_arm.joints[len(joints) :]
-    tip = home[later_joints[0], :3, 3] if later_joints else arm.point_of(home)
+    tip = home[later_joints[0], :3, 3] if later_joints else arm.compute_point_of(home)
     is_revolute, axes, origins = arm.is_revolute[list(joints)], home[joints, :3, 2], home[joints, :3, 3]
     if is_revolute[0]:
         distance_range = _find_distance_range(is_revolute, axes, origins, tip)
@@ -285,10 +289,10 @@ def reaches_beyond(samples: Sequence[Sample], task: Sequence[int], directions: n
     arm_lengths = compute_arm_lengths([sample.arm for sample in samples])
     is_linear = np.array([row < 3 for row in task])
     shifts = _TESTED_DISTANCE * arm_lengths[:, None] * directions * np.where(is_linear, 1.0, 1.0 / arm_lengths[:, None])
-    frames = arms.frames(q)[:, 0]
+    frames = arms.compute_frames(q)[:, 0]
     answers = np.full(len(samples), UNSURE)
     if list(task) == [0, 1, 2] and len(arms.kinds) == arms.point_frame == 3:
-        answers = reaches_targets(arms, arms.point_of(frames[:, None])[:, 0] + shifts)
+        answers = reaches_targets(arms, arms.compute_point_of(frames[:, None])[:, 0] + shifts)
     for k in np.flatnonzero(answers == UNSURE).tolist():
         is_reached = reaches_displaced_pose(samples[k].arm, frames[k], task, shifts[k])
         if is_reached is not None:
@@ -316,7 +320,7 @@ def _search_displaced_poses(
     arms = NumericChain.stack(all_arms)
     q = np.tile(_sample_starts(len(arms.kinds)), (len(all_arms), 1, 1))
     for step in range(_MAX_STEPS):
-        poses = arms.frames(q)
+        poses = arms.compute_frames(q)
         difference = _compute_pose_difference(arms, frames[unsolved], poses)
         residual = difference[..., task] + shifts[unsolved, None]
         distance = np.linalg.norm(residual, axis=2)
@@ -333,7 +337,7 @@ def _search_displaced_poses(
             nearest = np.argsort(distance, axis=1, kind="stable")[:, :_KEPT_START_COUNT]
             rows = np.arange(len(unsolved))[:, None]
             q, residual, poses = q[rows, nearest], residual[rows, nearest], poses[rows, nearest]
-        jacobian = arms.jacobian_of(poses)[..., task, :]
+        jacobian = arms.compute_jacobian_of(poses)[..., task, :]
         transposed = jacobian.swapaxes(-1, -2)
         damped = jacobian @ transposed + 1e-9 * np.eye(len(task))
         change = (transposed @ np.linalg.solve(damped, residual[..., None]))[..., 0]
@@ -346,11 +350,11 @@ def _compute_pose_difference(arms: NumericChain, frames: np.ndarray, current_fra
 
     `current_frames` are the frames of k arms at m poses each, and `frames` those at one target pose for each arm.
     """
-    target = arms.point_of(frames[:, None])
+    target = arms.compute_point_of(frames[:, None])
     relative = frames[:, None, -1, :3, :3] @ current_frames[..., -1, :3, :3].swapaxes(-1, -2)
     skew = relative - relative.swapaxes(-1, -2)
     rotation = np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1) / 2
-    return np.concatenate([target - arms.point_of(current_frames), rotation], axis=-1)
+    return np.concatenate([target - arms.compute_point_of(current_frames), rotation], axis=-1)
 
 
 @lru_cache(maxsize=64)
@@ -367,7 +371,7 @@ def compute_arm_lengths(arms: Sequence[NumericChain]) -> np.ndarray:
     """
     distinct_arms = list({id(arm): arm for arm in arms}.values())
     starts = np.stack([_sample_starts(len(arm.kinds)) for arm in distinct_arms])
-    origins = NumericChain.stack(distinct_arms).frames(starts)[..., :3, 3]
+    origins = NumericChain.stack(distinct_arms).compute_frames(starts)[..., :3, 3]
     link_lengths = np.median(np.linalg.norm(np.diff(origins, axis=2), axis=3).sum(axis=2), axis=1)
     lengths = link_lengths + [float(np.linalg.norm(arm.point_offset[:3])) for arm in distinct_arms] + 1e-9
     length_of = {id(arm): length for arm, length in zip(distinct_arms, lengths, strict=True)}

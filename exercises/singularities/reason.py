@@ -39,7 +39,7 @@ def is_reason(chain: Chain, samples: Sequence[Sample], measure: Measure, predica
     arms = NumericChain.stack(chosen_arms)
     q = _descend(arms, measure, len(chosen_arms))
     has_converged = measure(arms, q) < _CONVERGENCE_TOLERANCE
-    singular_values = np.linalg.svd(arms.jacobian(q)[..., rows, :], compute_uv=False)
+    singular_values = np.linalg.svd(arms.compute_jacobian(q)[..., rows, :], compute_uv=False)
     is_regular = singular_values[..., -1] > _REGULAR_RATIO * np.maximum(singular_values[..., 0], _REGULAR_RATIO)
     regular_indices = np.argwhere(has_converged & is_regular).tolist()
     return not any(predicate(Sample(chosen_arms[arm], q[arm, start])) for arm, start in regular_indices)

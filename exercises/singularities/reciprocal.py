@@ -135,7 +135,7 @@ def _find_sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
     rng = Stream("sparsest")
     values = {symbol.name: rng.uniform(0.4, 1.4) for symbol in chain.parameters}
     arm = NumericChain(chain, values)
-    frames = arm.frames(np.array([rng.uniform(-3, 3) for _ in chain.q]))
+    frames = arm.compute_frames(np.array([rng.uniform(-3, 3) for _ in chain.q]))
     z, origins = frames[:-1, :3, 2], frames[:-1, :3, 3]
     is_revolute = arm.is_revolute[:, None]
     candidates = []
@@ -152,7 +152,7 @@ def _find_sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
 
 
 def _factor_entry(entry: sp.Expr) -> sp.Expr:
-    return factor_trig(sp.expand(entry)).expression()
+    return factor_trig(sp.expand(entry)).to_expression()
 
 
 # --- elimination ---
@@ -356,7 +356,9 @@ def _divide_by_factors(matrix: sp.Matrix, common_factors: list[sp.Expr], row: in
 
     def divide_entry(r: int, c: int) -> sp.Expr:
         value = matrix[r, c]
-        return factor_trig(value).divide_by(divisor).expression() if value != 0 and (r == row or c == column) else value
+        return (
+            factor_trig(value).divide_by(divisor).to_expression() if value != 0 and (r == row or c == column) else value
+        )
 
     return sp.Matrix(matrix.rows, matrix.cols, divide_entry)
 

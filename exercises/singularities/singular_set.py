@@ -16,8 +16,8 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.singularities.joint_solvability import (
-    drop_following,
     drop_implied,
+    drop_redundant,
     is_implied,
     may_hold_simultaneously,
 )
@@ -471,7 +471,7 @@ def tidy_branches(conjunctions: Iterable[Conjunction], search: Search, subject: 
     if len(merged_conjunctions) > MAX_BRANCHES:
         raise TooLong(f"{subject} vanish together in more than {MAX_BRANCHES} ways, too many to list")
     follows = partial(_follows, search=search)
-    shortened = [drop_following(replace_marks(conjunction), follows) for conjunction in merged_conjunctions]
+    shortened = [drop_redundant(replace_marks(conjunction), follows) for conjunction in merged_conjunctions]
     return _drop_subsumed(shortened, search)
 
 

@@ -144,7 +144,7 @@ def _rotate_joint(samples: Mapping[int, Sample], joint: int) -> dict[int, list[S
     arms, q = stack_samples(list(samples.values()))
     q = np.tile(q, (1, _ROTATION_COUNT, 1))
     q[..., joint] = np.linspace(-np.pi, np.pi, _ROTATION_COUNT, endpoint=False)
-    keeps_point = np.ptp(arms.point(q), axis=1).max(axis=1) < RANK_TOLERANCE
+    keeps_point = np.ptp(arms.compute_point(q), axis=1).max(axis=1) < RANK_TOLERANCE
     items = zip(samples.items(), q, keeps_point, strict=True)
     return {
         k: [Sample(sample.arm, row) for row in configurations] for (k, sample), configurations, keeps in items if keeps
@@ -253,7 +253,7 @@ def _compute_bending(samples: Sequence[Sample], task: list[int], joint_motions: 
     """Return the change of J along joint motions, by central differences that are not divided by twice the step."""
     arms, q = stack_samples(samples)
     directions = np.concatenate([joint_motions, -joint_motions], axis=1)
-    jacobians = arms.jacobian(q + _DIFFERENCE_STEP * directions)[:, :, task]
+    jacobians = arms.compute_jacobian(q + _DIFFERENCE_STEP * directions)[:, :, task]
     forward_jacobians, backward_jacobians = np.split(jacobians, 2, axis=1)
     return _Bending(joint_motions, forward_jacobians - backward_jacobians)
 

@@ -67,7 +67,7 @@ class _NormalizedArms:
     x_vector: np.ndarray
     y_vector: np.ndarray
 
-    def point(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    def compute_point(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return the position of P (k x m x 3) with the third joint at x and y (m, or k x m)."""
         center, x_vector, y_vector = (vectors[:, None] for vectors in (self.center, self.x_vector, self.y_vector))
         return np.asarray(center + x[..., None] * x_vector + y[..., None] * y_vector)
@@ -75,8 +75,8 @@ class _NormalizedArms:
 
 def _normalize(arms: NumericChain, targets: np.ndarray) -> _NormalizedArms:
     """Return arms with their targets in normalized coordinates."""
-    home = arms.frames(np.zeros((len(targets), 1, 3)))
-    point, home = arms.point_of(home)[:, 0], home[:, 0]
+    home = arms.compute_frames(np.zeros((len(targets), 1, 3)))
+    point, home = arms.compute_point_of(home)[:, 0], home[:, 0]
     axes, origins = home[:, :3, :3, 2], home[:, :3, :3, 3]
     first_axis = axes[:, 0]
     # the new origin is the foot of the perpendicular from the second origin to the first axis
@@ -112,7 +112,7 @@ class _Condition:
 
     def evaluate(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual and the margin, k x m each."""
-        point = self.arms.point(x, y)
+        point = self.arms.compute_point(x, y)
         return self._evaluate_revolute(point) if self.arms.is_revolute[1] else self._evaluate_prismatic(point)
 
     def _evaluate_revolute(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,7 @@ from typing import Any
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.library import robots
+from qdot.exercises.arm.library import list_robots
 from qdot.exercises.arm.robot_file import ENTRY_KEYS
 from qdot.exercises.common.input_file import read_toml
 from qdot.exercises.families import FAMILIES
@@ -70,7 +70,7 @@ def _complete_table(name: str, fields: Mapping[str, Any]) -> Json:
 
 def _make_library_tables() -> Iterator[Json]:
     """Yield the tables of the library's robots, with the entries in their files."""
-    for name, robot in robots().items():
+    for name, robot in list_robots().items():
         content = read_toml(robot.path).content
         rows = [{key: str(row[key]) for key in ("kind", *ENTRY_KEYS)} for row in content["joint"]]
         base = content.get("base", {})

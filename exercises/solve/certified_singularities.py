@@ -41,12 +41,13 @@ def certify_statement(chain: Chain, statement: str, samples: Sequence[Sample]) -
 
 def _certify_component(chain: Chain, singular: SingularComponent) -> SingularComponent:
     component = Component(singular.conditions, singular.solutions)
-    kind = _certify_kind(chain, component, singular.kind)
-    cases = tuple((v, _certify_kind(chain, component.restrict_to(v), case)) for v, case in singular.cases)
-    return replace(singular, kind=kind, cases=cases)
+    classification = _certify_classification(chain, component, singular.classification)
+    cases = tuple((v, _certify_classification(chain, component.restrict_to(v), case)) for v, case in singular.cases)
+    return replace(singular, classification=classification, cases=cases)
 
 
-def _certify_kind(chain: Chain, component: Component, kind: Classification) -> Classification:
-    normalized, samples = normalize_arm(chain), sample_component(chain, component)
-    meaning = certify_statement(normalized, kind.meaning, samples) or convention_of(chain).universal_statement
-    return replace(kind, meaning=meaning, uniform=kind.uniform and all_have_kind(normalized, kind, samples))
+def _certify_classification(chain: Chain, component: Component, classification: Classification) -> Classification:
+    arm, samples = normalize_arm(chain), sample_component(chain, component)
+    meaning = certify_statement(arm, classification.meaning, samples) or convention_of(chain).universal_statement
+    is_uniform = classification.is_uniform and all_have_kind(arm, classification, samples)
+    return replace(classification, meaning=meaning, is_uniform=is_uniform)

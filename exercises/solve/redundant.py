@@ -154,8 +154,10 @@ def _describe_component(chain: Chain, component: Component, samples: Sequence[Sa
     """
     if can_establish_kind(chain):
         singular = certify_component(chain, component)
-        is_confirmed = all_have_kind(chain, singular.kind, samples)  # the samples come from another search and lengths
-        return singular if is_confirmed else replace(singular, kind=replace(singular.kind, uniform=False))
+        classification = singular.classification
+        if all_have_kind(chain, classification, samples):  # the samples come from another search and lengths
+            return singular
+        return replace(singular, classification=replace(classification, is_uniform=False))
     statement = find_reason(chain, samples[:: max(1, len(samples) // _MAX_DESCRIBED_SAMPLES)])
     meaning = certify_statement(chain, statement.words, samples) if statement else ""
     return _add_meaning(component, meaning)

@@ -332,9 +332,10 @@ def _to_text_rows(matrix: sp.Matrix) -> list[list[str]]:
 
 def _make_classified_data(chain: Chain, component: SingularComponent, has_kind: bool) -> dict[str, Any]:
     """Return the conditions, the kind and the meaning of a component as plain data."""
-    kind = {"type": component.kind.kind, "uniform": component.kind.uniform} if has_kind and component.kind.kind else {}
-    meaning = convention_of(chain).rename_origins(component.kind.meaning) or None
-    return _make_component_data(component) | kind | {"meaning": meaning}
+    classification = component.classification
+    kind = {"type": classification.kind, "uniform": classification.is_uniform} if classification.kind else {}
+    meaning = convention_of(chain).rename_origins(classification.meaning) or None
+    return _make_component_data(component) | (kind if has_kind else {}) | {"meaning": meaning}
 
 
 def _make_component_data(component: SingularComponent | Component) -> dict[str, Any]:

@@ -140,34 +140,34 @@ def _has_generic_kind(component: SingularComponent, generic_component: SingularC
     """
     if not can_establish_kind(chain):
         return True
-    for values, kind in _find_kinds_by_values(component, chain).items():
-        pairs = _find_kinds_by_values(generic_component, chain).items()
-        generic_kinds = [generic_kind for v, generic_kind in pairs if values in (v, ()) or v == ()]
+    generic_cases = _classify_by_values(generic_component, chain).items()
+    for values, classification in _classify_by_values(component, chain).items():
+        generic_kinds = [generic for v, generic in generic_cases if values in (v, ()) or v == ()]
         if not generic_kinds or any(
-            generic_kind.uniform and replace(generic_kind, meaning=kind.meaning) != kind
-            for generic_kind in generic_kinds
+            generic.is_uniform and replace(generic, meaning=classification.meaning) != classification
+            for generic in generic_kinds
         ):
             return False
     return True
 
 
-def _find_kinds_by_values(component: SingularComponent, chain: Chain) -> dict[tuple[str, ...], Classification]:
-    """Return the kind of a component for each combination of its joint values; the key () stands for all of them."""
+def _classify_by_values(component: SingularComponent, chain: Chain) -> dict[tuple[str, ...], Classification]:
+    """Return the classification for each combination of a component's joint values; the key () stands for all."""
     revolute_variables = {chain.q[i].name for i in chain.revolute_joints}
 
     def normalize(joint: sp.Symbol, value: sp.Expr) -> str:
         """Return a joint value as text; an angle is reduced to [0, 2 pi)."""
         return str(value % (2 * sp.pi) if joint.name in revolute_variables and value.is_number else value)
 
-    cases = component.cases or (((), component.kind),)
-    return {tuple(normalize(joint, value) for joint, value in joint_values): kind for joint_values, kind in cases}
+    cases = component.cases or (((), component.classification),)
+    return {tuple(normalize(*pair) for pair in joint_values): classification for joint_values, classification in cases}
 
 
 def _substitute_lengths(component: SingularComponent, values: dict[sp.Symbol, sp.Expr]) -> SingularComponent:
     """Return a component with values substituted for symbolic lengths."""
     cases = (
-        (tuple((joint, value.xreplace(values)) for joint, value in joint_values), kind)
-        for joint_values, kind in component.cases
+        (tuple((joint, value.xreplace(values)) for joint, value in joint_values), classification)
+        for joint_values, classification in component.cases
     )
     conditions = (condition.xreplace(values) for condition in component.conditions)
     return replace(component, conditions=tuple(conditions), cases=tuple(cases))

@@ -12,7 +12,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.standard_table import home_geometry_of
+from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.common.json_form import to_jsonable
 from qdot.exercises.formula.trees import ParseError, find_names
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
@@ -20,7 +20,7 @@ from qdot.exercises.problem.record import Digests, compute_digests
 from qdot.exercises.verify import concepts, formulas, numbers, path, rank, screws, short_questions, singular
 from qdot.exercises.verify.custom import check_custom
 from qdot.exercises.verify.formulas import PartCheck
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericModel
+from qdot.exercises.verify.numeric_model import Check, Checks, NumericModel
 
 
 @dataclass(frozen=True)
@@ -60,16 +60,16 @@ def certify(problem: Problem) -> ProblemCertificate:
     >>> certify(generate("planar-2r/7", ["determinant"])).passed
     True
     """
-    numeric = NumericModel(problem)
+    model = NumericModel(problem)
     failing_check = _make_failing_check("CONVENTION_CHECKS", "convention")
     check_convention = CONVENTION_CHECKS.get(problem.chain.convention) or failing_check
-    checks = [_check_symbols(problem.chain), _check_full_rank(numeric), *check_convention(numeric)]
+    checks = [_check_symbols(problem.chain), _check_full_rank(model), *check_convention(model)]
     for part in problem.parts:
-        checks.append(_check_parsable(numeric, part))
+        checks.append(_check_parsable(model, part))
         if checks[-1].passed:
             check_of_kind = CHECKS.get(part.kind) or _make_failing_check("CHECKS", "kind of question")
             check = check_of_kind if part.details.question is None else check_custom
-            checks += [Check(f"{part.name}: {name}", passed, detail) for name, passed, detail in check(numeric, part)]
+            checks += [Check(f"{part.name}: {name}", passed, detail) for name, passed, detail in check(model, part)]
     return ProblemCertificate(problem.id, problem.id.engine, tuple(checks), compute_digests(problem))
 
 
@@ -99,10 +99,10 @@ FULL_RANK = "full rank"
 """The name of the check that fails if the arm can't control all components of its task."""
 
 
-def _check_full_rank(numeric: NumericModel) -> Check:
+def _check_full_rank(model: NumericModel) -> Check:
     """Check that J has full rank at some configuration: otherwise the arm is singular everywhere."""
-    chain, jacobian = numeric.chain, numeric.exponential_jacobian
-    sigma = np.linalg.svd(jacobian[:, numeric.task_rows], compute_uv=False)
+    chain, jacobian = model.chain, model.exponential_jacobian
+    sigma = np.linalg.svd(jacobian[:, model.task_rows], compute_uv=False)
     rank_found = int((sigma > rank.ZERO_SHARE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
     full_rank = min(len(chain.task), chain.n)
     detail = f"J for the task {', '.join(chain.task)} has rank {rank_found}"
@@ -114,31 +114,31 @@ def _check_full_rank(numeric: NumericModel) -> Check:
 _check_exactly = partial(formulas.check_agreement, tolerance=formulas.EXACT_TOLERANCE)
 
 
-def _check_modified_table(numeric: NumericModel) -> Checks:
+def _check_modified_table(model: NumericModel) -> Checks:
     """Check that a modified DH table gives the same joint axes and tool point as the standard table."""
-    chain = numeric.chain
-    standard_axes, convention_axes = numeric.frames[:, : chain.n, :3, 2], numeric.convention_frames[:, 1:, :3, 2]
+    chain = model.chain
+    standard_axes, convention_axes = model.frames[:, : chain.n, :3, 2], model.convention_frames[:, 1:, :3, 2]
     point = convention_of(chain).point
-    pose = numeric.convention_frames[:, point.frame]
-    offset = numeric.evaluate_constants(sp.Matrix(point.offset))
+    pose = model.convention_frames[:, point.frame]
+    offset = model.evaluate_constants(sp.Matrix(point.offset))
     convention_point = pose[:, :3, 3] + np.einsum("kij,kj->ki", pose[:, :3, :3], offset)
     yield _check_exactly("modified table: axes", convention_axes, standard_axes)
-    yield _check_exactly("modified table: point", convention_point[:, None], numeric.point[:, None])
+    yield _check_exactly("modified table: point", convention_point[:, None], model.point[:, None])
 
 
-def _check_axes_at_home(numeric: NumericModel) -> Checks:
+def _check_axes_at_home(model: NumericModel) -> Checks:
     """Check the stated directions of the axes, the points on the axes, and P at home, against the frames at home."""
-    axes, point = home_geometry_of(numeric.chain)
-    z, origins = numeric.home_frames[:, :-1, :3, 2], numeric.home_frames[:, :-1, :3, 3]
-    directions = np.stack([numeric.evaluate_constants(axis.direction) for axis in axes], axis=1)
+    axes, point = compute_home_geometry(model.chain)
+    z, origins = model.home_frames[:, :-1, :3, 2], model.home_frames[:, :-1, :3, 3]
+    directions = np.stack([model.evaluate_constants(axis.direction) for axis in axes], axis=1)
     yield _check_exactly("axes at home: directions", directions, z)
     revolute_joints = [i for i, axis in enumerate(axes) if axis.is_revolute]
     if revolute_joints:
-        points = np.stack([numeric.evaluate_constants(axes[i].point) for i in revolute_joints], axis=1)
+        points = np.stack([model.evaluate_constants(axes[i].point) for i in revolute_joints], axis=1)
         distances = np.cross(points - origins[:, revolute_joints], z[:, revolute_joints])
         yield _check_exactly("axes at home: points on them", distances, 0 * distances)
-    home_point = numeric.evaluate_constants(point)[:, None]
-    yield _check_exactly("axes at home: P", home_point, numeric.point_at_home[:, None])
+    home_point = model.evaluate_constants(point)[:, None]
+    yield _check_exactly("axes at home: P", home_point, model.point_at_home[:, None])
 
 
 CONVENTION_CHECKS: dict[str, Callable[[NumericModel], Checks]] = {
@@ -151,13 +151,13 @@ CONVENTION_CHECKS: dict[str, Callable[[NumericModel], Checks]] = {
 An arm in a convention without a check can't be certified."""
 
 
-def _check_parsable(numeric: NumericModel, part: Part) -> Check:
+def _check_parsable(model: NumericModel, part: Part) -> Check:
     """Check that every formula of the reference can be parsed, and that it contains only symbols of the problem."""
-    name, known_names = f"{part.name}: readable", set(numeric.symbol_names)
+    name, known_names = f"{part.name}: readable", set(model.symbol_names)
     if part.answer.is_set:  # the formulas of a set contain only joint variables and lengths
-        known_names = {symbol.name for symbol in (*numeric.chain.q, *numeric.chain.parameters)}
+        known_names = {symbol.name for symbol in (*model.chain.q, *model.chain.parameters)}
     try:
-        used_names = set().union(*(find_names(numeric.parse(text)) for text in part.answer.list_formulas()))
+        used_names = set().union(*(find_names(model.parse(text)) for text in part.answer.list_formulas()))
     except ParseError as error:
         return Check(name, False, str(error))
     if unknown_names := used_names - known_names:

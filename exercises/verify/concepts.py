@@ -9,52 +9,55 @@ from qdot.exercises.questions.concepts import (
     InvertibilityDetails,
     JointEffectDetails,
     VelocityLossDetails,
+    parse_vector,
 )
 from qdot.exercises.questions.differentiation import TaskDetails
 from qdot.exercises.reference_answers import Choice
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import list_reference_numbers
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericModel, differentiate, differentiate_frames
+from qdot.exercises.verify.numeric_model import Check, Checks, NumericModel, differentiate, differentiate_frames
 from qdot.exercises.verify.rank import find_rank
 
-ROUNDING_TOLERANCE = 0.0006
-"""Maximum error of a number that is rounded to three decimals."""
+ROUNDING_TOLERANCE, MIN_WRONG_ERROR = 0.0006, 0.01
+"""Maximum error of a number that is rounded to three decimals, and minimum error of a wrong option (m/s or rad/s)."""
+MAX_POSSIBLE_SHARE, MIN_IMPOSSIBLE_SHARE = 0.02, 0.4
+"""Maximum residual of a possible velocity, and minimum residual of an impossible one, as shares of the velocity."""
+MIN_ENTRY = 1e-6
+"""Entries of J below this value (m/s or rad/s) count as zero, because finite differences are not exact."""
 
 
-def _check_size(numeric: NumericModel, part: Part) -> Checks:
+def _check_size(model: NumericModel, part: Part) -> Checks:
     """Check the number of rows and columns of J, and that no row of the task is always zero."""
     task = part.details_as(TaskDetails).task
-    jacobian = numeric.finite_difference_jacobian[:, [VELOCITY_NAMES.index(row) for row in task]]
+    jacobian = model.finite_difference_jacobian[:, [VELOCITY_NAMES.index(row) for row in task]]
     expected = np.array([[float(jacobian.shape[1])], [float(jacobian.shape[2])]])
     yield check_agreement("size", list_reference_numbers(part), expected[None], EXACT_TOLERANCE)
-    zero_rows = [row for row, values in zip(task, jacobian.swapaxes(0, 1), strict=True) if np.abs(values).max() < 1e-6]
-    is_different = not zero_rows and task != numeric.chain.task
+    largest_entries = np.abs(jacobian).max(axis=(0, 2))
+    zero_rows = [row for row, entry in zip(task, largest_entries, strict=True) if entry < MIN_ENTRY]
+    is_different = not zero_rows and task != model.chain.task
     yield Check("rows that move", is_different, f"always zero: {', '.join(zero_rows) or 'none'}")
 
 
-def _parse_numbers(text: str) -> np.ndarray:
-    return np.array([float(value) for value in text.strip("()").split(",")])
-
-
-def _check_effect(numeric: NumericModel, part: Part) -> Checks:
+def _check_effect(model: NumericModel, part: Part) -> Checks:
     """Check by finite differences that only the correct option is the velocity that one joint causes."""
     answer, effect = part.answer_as(Choice), part.details_as(JointEffectDetails)
-    sample, joint = numeric.sample_at(effect.configuration), effect.joint - 1
-    angular = differentiate_frames(sample.arm.frames, sample.q[None])[0, joint, -1, 3:]
-    velocity = np.array([*differentiate(sample.arm.point, sample.q[None])[0, joint], *angular])
+    sample, joint = model.sample_at(effect.configuration), effect.joint - 1
+    angular = differentiate_frames(sample.arm.compute_frames, sample.q[None])[0, joint, -1, 3:]
+    velocity = np.array([*differentiate(sample.arm.compute_point, sample.q[None])[0, joint], *angular])
     expected = velocity[[VELOCITY_NAMES.index(row) for row in effect.rows]]
-    errors = [float(np.abs(_parse_numbers(option) - expected).max()) for option in answer.options]
+    errors = [float(np.abs(np.array(parse_vector(option)) - expected).max()) for option in answer.options]
     is_correct = [error < ROUNDING_TOLERANCE for error in errors]
     is_only_correct = is_correct == [index == answer.correct for index in range(len(is_correct))]
     yield Check("finite differences", is_only_correct, f"errors {', '.join(f'{error:.3f}' for error in errors)}")
-    yield Check("clearly different", sum(error < 0.01 for error in errors) == 1, "one option is near the right one")
+    near_count = sum(error < MIN_WRONG_ERROR for error in errors)
+    yield Check("clearly different", near_count == 1, "one option is near the right one")
 
 
-def _check_invertibility(numeric: NumericModel, part: Part) -> Checks:
+def _check_invertibility(model: NumericModel, part: Part) -> Checks:
     """Check by size and rank whether J is regular, singular or redundant, or has too few columns."""
     answer, details = part.answer_as(Choice), part.details_as(InvertibilityDetails)
     task_rows = [VELOCITY_NAMES.index(row) for row in details.task]
-    jacobian = numeric.exponential_jacobian_at(details.configuration)[task_rows]
+    jacobian = model.exponential_jacobian_at(details.configuration)[task_rows]
     rank, is_clear = find_rank(jacobian)
     m, n = jacobian.shape
     expected_key = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
@@ -65,22 +68,22 @@ def _check_invertibility(numeric: NumericModel, part: Part) -> Checks:
     yield Check("use", is_stated and are_all_offered, f"{answer.letters} is {options[answer.correct]}")
 
 
-def _check_possible_velocities(numeric: NumericModel, part: Part) -> Checks:
+def _check_possible_velocities(model: NumericModel, part: Part) -> Checks:
     """Check which options are possible velocities v, by the residuals of least-squares solutions of J qd = v.
 
     A residual is stated as a share of the velocity.
     """
     answer, loss = part.answer_as(Choice), part.details_as(VelocityLossDetails)
-    jacobian = numeric.exponential_jacobian_at(loss.configuration)[numeric.task_rows]
+    jacobian = model.exponential_jacobian_at(loss.configuration)[model.task_rows]
     rank, is_clear = find_rank(jacobian)
-    yield Check("one direction lost", is_clear and rank == len(numeric.task_rows) - 1, f"rank {rank}")
-    velocities = [_parse_numbers(option) for option in answer.options]
+    yield Check("one direction lost", is_clear and rank == len(model.task_rows) - 1, f"rank {rank}")
+    velocities = [np.array(parse_vector(option)) for option in answer.options]
     residuals = [velocity - jacobian @ (np.linalg.pinv(jacobian, rcond=1e-8) @ velocity) for velocity in velocities]
     residual_shares = [float(np.linalg.norm(r) / np.linalg.norm(v)) for r, v in zip(residuals, velocities, strict=True)]
-    is_possible = [share < 0.02 for share in residual_shares]
+    is_possible = [share < MAX_POSSIBLE_SHARE for share in residual_shares]
     expected_possible = [(index == answer.correct) == loss.is_possible for index in range(len(residual_shares))]
     detail = f"left of the velocities: {', '.join(f'{share:.3f}' for share in residual_shares)}"
-    are_clear = all(share < 0.02 or share > 0.4 for share in residual_shares)
+    are_clear = all(share < MAX_POSSIBLE_SHARE or share > MIN_IMPOSSIBLE_SHARE for share in residual_shares)
     yield Check("least squares", is_possible == expected_possible and are_clear, detail)
 
 

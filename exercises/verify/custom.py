@@ -30,7 +30,7 @@ from qdot.exercises.questions.quantities import (
 from qdot.exercises.reference_answers import ConditionSet, Number
 from qdot.exercises.singularities.singular_set import Component
 from qdot.exercises.verify.formulas import DIFFERENCE_TOLERANCE, check_agreement
-from qdot.exercises.verify.numeric_reference import (
+from qdot.exercises.verify.numeric_model import (
     Check,
     Checks,
     NumericModel,
@@ -78,7 +78,7 @@ class GeometryQuantities:
     @cached_property
     def point(self) -> np.ndarray:
         """The position of the point, (3, N)."""
-        return np.concatenate([arm.point(q) for arm, _, q in self.arms]).T
+        return np.concatenate([arm.compute_point(q) for arm, _, q in self.arms]).T
 
     @cached_property
     def jacobian(self) -> np.ndarray:
@@ -90,7 +90,7 @@ class GeometryQuantities:
         """The frames of the arm's convention, (n + 1, 4, 4, N)."""
         is_proximal = convention_of(self.chain).is_proximal
         frames = [
-            compute_modified_frames(self.chain, lengths, q) if is_proximal else arm.frames(q)
+            compute_modified_frames(self.chain, lengths, q) if is_proximal else arm.compute_frames(q)
             for arm, lengths, q in self.arms
         ]
         return np.moveaxis(np.concatenate(frames), 0, -1)
@@ -106,17 +106,17 @@ class GeometryQuantities:
         vectors |= {"qdd": name_accelerations(chain), "f": name_load(chain)}
         if name in vectors:
             return np.stack([self.values[str(symbol)] for symbol in vectors[name]])
-        rows = {"J": self.chain.task_rows, "Jv": [0, 1, 2], "Jw": [3, 4, 5], "v": [0, 1, 2], "w": [3, 4, 5]}
+        rows = {"J": chain.task_rows, "Jv": [0, 1, 2], "Jw": [3, 4, 5], "v": [0, 1, 2], "w": [3, 4, 5]}
         if name in rows:
             matrix = self.jacobian[rows[name]]
-            rates = np.stack([self.values[rate.name] for rate in self.chain.rates])
+            rates = np.stack([self.values[rate.name] for rate in chain.rates])
             return np.einsum("ijk,jk->ik", matrix, rates) if name in "vw" else matrix
         if name == "p":
             return self.point
-        frame = parse_frame_name(name, self.chain)
-        if frame is None:
+        frame_name = parse_frame_name(name, chain)
+        if frame_name is None:
             return None
-        letter, first_frame, last_frame = frame
+        letter, first_frame, last_frame = frame_name
         if letter in "oxyz":
             return np.asarray(self.frames[first_frame][:3, "xyzo".index(letter)])
         relative_pose = np.einsum("ijk,jlk->ilk", self._invert(self.frames[first_frame]), self.frames[last_frame])
@@ -152,22 +152,22 @@ class GeometryQuantities:
         return compute(formula, GeometryQuantities(self.chain, {**self.values, **values}, self.step))
 
 
-def check_custom(numeric: NumericModel, part: Part) -> Checks:
+def check_custom(model: NumericModel, part: Part) -> Checks:
     """Check the answer of a custom question, according to its type."""
     details = part.details_as(CustomDetails)
     maker = QuestionMaker(details.definition)
     if details.definition.options:
-        yield from _check_options(numeric, part, maker)
+        yield from _check_options(model, part, maker)
     elif isinstance(part.answer, ConditionSet):
-        yield from _check_zeros(numeric, part.answer, maker)
+        yield from _check_zeros(model, part.answer, maker)
     elif isinstance(part.answer, Number):
-        yield _check_number(numeric, part.answer, details, maker)
+        yield _check_number(model, part.answer, details, maker)
     elif maker.formulas:
-        yield from _check_formula(numeric, part, maker)
+        yield from _check_formula(model, part, maker)
 
 
-def _make_quantities(numeric: NumericModel, values: Mapping[str, np.ndarray] | None = None) -> GeometryQuantities:
-    return GeometryQuantities(numeric.chain, numeric.symbol_values if values is None else values)
+def _make_quantities(model: NumericModel, values: Mapping[str, np.ndarray] | None = None) -> GeometryQuantities:
+    return GeometryQuantities(model.chain, model.symbol_values if values is None else values)
 
 
 def _convert_to_matrices(value: np.ndarray) -> np.ndarray:
@@ -177,7 +177,7 @@ def _convert_to_matrices(value: np.ndarray) -> np.ndarray:
 
 
 MAX_HALVINGS, MIN_PRECISE_SHARE = 6, 1 / 3
-"""How often the step of differences is halved, and at which share of the samples they must be precise."""
+"""How often the step of differences is halved, and the share of the samples at which differences must be precise."""
 
 
 def _check_agreement(
@@ -189,48 +189,49 @@ def _check_agreement(
     which no step is precise prove nothing, and are left out.
     """
     name, expected = "geometry and differences", np.array(np.nan)
-    error, coarse = np.array(np.inf), expected
-    for halvings in range(MAX_HALVINGS):
-        value = compute(maker.formulas[0], GeometryQuantities(chain, values, STEP / 2**halvings))
-        fine = _convert_to_matrices(select_components(value, maker.definition.rows))
+    error, coarser_result = np.array(np.inf), expected
+    for halving_count in range(MAX_HALVINGS):
+        value = compute(maker.formulas[0], GeometryQuantities(chain, values, STEP / 2**halving_count))
+        result = _convert_to_matrices(select_components(value, maker.definition.rows))
         with np.errstate(invalid="ignore"):
-            scale = 1 + np.abs(fine).max(axis=(1, 2))
-            difference = np.abs(fine - coarse).max(axis=(1, 2)) / scale
-        expected = np.where((difference < error)[:, None, None], fine, expected)
-        error, coarse = np.fmin(error, difference), fine
+            scale = 1 + np.abs(result).max(axis=(1, 2))
+            difference = np.abs(result - coarser_result).max(axis=(1, 2)) / scale
+        expected = np.where((difference < error)[:, None, None], result, expected)
+        error, coarser_result = np.fmin(error, difference), result
         is_precise = error < DIFFERENCE_TOLERANCE / 10
         if is_precise.all():
             break
     else:
-        is_precise |= np.isnan(coarse).any(axis=(1, 2))  # an undefined number agrees with no reference
+        is_precise |= np.isnan(coarser_result).any(axis=(1, 2))  # an undefined number agrees with no reference
         if is_precise.mean() < MIN_PRECISE_SHARE:
             return Check(name, False, "the differences are not precise enough to compare the reference with them")
     return check_agreement(name, reference[is_precise], expected[is_precise], DIFFERENCE_TOLERANCE)
 
 
-def _check_formula(numeric: NumericModel, part: Part, maker: QuestionMaker) -> Checks:
-    reference = numeric.evaluate_printed_formulas(part.answer.as_matrix())
-    yield _check_agreement(maker, numeric.chain, numeric.symbol_values, reference)
-    varies = np.ptp(reference, axis=0).max() > DIFFERENCE_TOLERANCE
-    yield Check("it varies", bool(varies), "its values differ between configurations" if varies else "it is constant")
+def _check_formula(model: NumericModel, part: Part, maker: QuestionMaker) -> Checks:
+    reference = model.evaluate_printed_formulas(part.answer.as_matrix())
+    yield _check_agreement(maker, model.chain, model.symbol_values, reference)
+    is_varying = bool(np.ptp(reference, axis=0).max() > DIFFERENCE_TOLERANCE)
+    detail = "its values differ between configurations" if is_varying else "it is constant"
+    yield Check("it varies", is_varying, detail)
 
 
 def _check_number(
-    numeric: NumericModel, answer: Number, details: CustomDetails, maker: QuestionMaker
+    model: NumericModel, answer: Number, details: CustomDetails, maker: QuestionMaker
 ) -> Check:  # fmt: skip
-    values = {name: value[:1] for name, value in numeric.symbol_values.items()}
-    given_values = details.list_given_values(numeric.chain)
+    values = {name: value[:1] for name, value in model.symbol_values.items()}
+    given_values = details.list_given_values(model.chain)
     values |= {name: np.array([number]) for name, number in given_values.items()}
     reference = np.array(answer.reference.tolist(), dtype=float)[None]
-    return _check_agreement(maker, numeric.chain, values, reference)
+    return _check_agreement(maker, model.chain, values, reference)
 
 
 # --- options ---
 
 
-def _check_options(numeric: NumericModel, part: Part, maker: QuestionMaker) -> Checks:
+def _check_options(model: NumericModel, part: Part, maker: QuestionMaker) -> Checks:
     """Check that no two options show the same, at several configurations."""
-    details, quantities = part.details_as(CustomDetails), _make_quantities(numeric)
+    details, quantities = part.details_as(CustomDetails), _make_quantities(model)
     formulas = [(index, formula) for index in details.order if (formula := maker.option_formulas[index]) is not None]
     values = [(index, compute(formula, quantities)) for index, formula in formulas]
     pairs = [(first, second) for k, first in enumerate(values) for second in values[k + 1 :]]
@@ -257,30 +258,30 @@ Function = Callable[[np.ndarray], np.ndarray]
 """A function of configurations (N, n) with values (N, m)."""
 
 
-def _check_zeros(numeric: NumericModel, answer: ConditionSet, maker: QuestionMaker) -> Checks:
+def _check_zeros(model: NumericModel, answer: ConditionSet, maker: QuestionMaker) -> Checks:
     """Check that the formulas vanish at the listed configurations, and that Newton's method finds no other zero."""
-    chain = numeric.chain
-    lengths = {symbol.name: float(numeric.symbol_values[symbol.name][0]) for symbol in chain.parameters}
+    chain = model.chain
+    lengths = {symbol.name: float(model.symbol_values[symbol.name][0]) for symbol in chain.parameters}
 
-    def evaluate(q: np.ndarray) -> np.ndarray:
-        values = {name: np.resize(value, len(q)) for name, value in numeric.symbol_values.items()}
+    def evaluate_formulas(q: np.ndarray) -> np.ndarray:
+        values = {name: np.resize(value, len(q)) for name, value in model.symbol_values.items()}
         values |= {name: np.full(len(q), length) for name, length in lengths.items()}
-        quantities = _make_quantities(numeric, values | {joint.name: q[:, i] for i, joint in enumerate(chain.q)})
+        quantities = _make_quantities(model, values | {joint.name: q[:, i] for i, joint in enumerate(chain.q)})
         return np.stack([compute(formula, quantities) for formula in maker.formulas], axis=1)
 
-    starts = choose_random_configurations(chain, numeric.rng, START_COUNT)
-    zeros = _find_zeros(evaluate, starts)
-    distances = [_make_distance_function(component, chain, lengths) for component in answer.components]
-    is_listed = np.array([np.abs(function(zeros)).max(axis=1) < MATCH_TOLERANCE for function in distances]).any(axis=0)
-    missing_zeros = zeros[~is_listed] if distances else zeros
+    starts = choose_random_configurations(chain, model.rng, START_COUNT)
+    zeros = _find_zeros(evaluate_formulas, starts)
+    functions = [_make_distance_function(component, chain, lengths) for component in answer.components]
+    is_listed = np.array([np.abs(function(zeros)).max(axis=1) < MATCH_TOLERANCE for function in functions]).any(axis=0)
+    missing_zeros = zeros[~is_listed] if functions else zeros
     detail = f"{len(zeros)} zeros found by Newton's method"
     if len(missing_zeros):
         detail = f"{np.round(missing_zeros[0], 4)} is a zero, too"
     yield Check("complete", not len(missing_zeros), detail)
-    for component, function in zip(answer.components, distances, strict=True):
-        listed_zeros = _find_zeros(function, starts[:6])
+    for component, function in zip(answer.components, functions, strict=True):
+        listed_zeros = _find_zeros(function, starts[:6])  # fewer starts suffice to find one zero of each component
         near_zeros = np.concatenate([listed_zeros, listed_zeros + NEAR_ZERO])  # sin(2*x)/sin(x) is undefined at 0
-        if len(listed_zeros) and not np.fmax.reduce(np.abs(evaluate(near_zeros)), axis=None) < MATCH_TOLERANCE:
+        if len(listed_zeros) and not np.fmax.reduce(np.abs(evaluate_formulas(near_zeros)), axis=None) < MATCH_TOLERANCE:
             yield Check("sound", False, f"the formulas are not zero at {component.list_pieces()[0]}")
             return
     yield Check("sound", True, "the formulas vanish at each listed configuration")
@@ -300,12 +301,10 @@ def _make_distance_function(component: Component, chain: Chain, lengths: Mapping
     numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
     columns = []
     for joint, values in component.solutions:
-        index = chain.q.index(joint)
-        columns.append(
-            (index, chain.joints[index].is_revolute, [_find_real_value(v.xreplace(numbers)) for v in values])
-        )
+        index, real_values = chain.q.index(joint), [_find_real_value(value.xreplace(numbers)) for value in values]
+        columns.append((index, chain.joints[index].is_revolute, real_values))
 
-    def measure(q: np.ndarray) -> np.ndarray:
+    def measure_distances(q: np.ndarray) -> np.ndarray:
         distances = []
         for index, is_angle, values in columns:
             differences = q[:, [index]] - np.array(values)
@@ -315,7 +314,7 @@ def _make_distance_function(component: Component, chain: Chain, lengths: Mapping
             distances.append(np.take_along_axis(differences, nearest[:, None], axis=1)[:, 0])
         return np.stack(distances, axis=1)
 
-    return measure
+    return measure_distances
 
 
 def _find_real_value(formula: sp.Expr) -> float:

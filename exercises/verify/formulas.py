@@ -12,7 +12,7 @@ from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.differentiation import AxisDetails, list_linear_task_rows
 from qdot.exercises.questions.propagation import FrameDetails, RecursionDetails
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericModel
+from qdot.exercises.verify.numeric_model import Check, Checks, NumericModel
 
 EXACT_TOLERANCE, DIFFERENCE_TOLERANCE = 1e-9, 1e-7
 """Relative error allowed when a reference is compared with products of matrices, and with finite differences."""
@@ -41,9 +41,9 @@ PartCheck = Callable[[NumericModel, Part], Checks]
 def make_formula_check(compute_expected: Callable[[NumericModel, Part], ExpectedValues]) -> PartCheck:
     """Return a function that compares a symbolic reference with the values that each independent method computes."""
 
-    def check(numeric: NumericModel, part: Part) -> Checks:
-        reference_values = numeric.evaluate_printed_formulas(part.answer.as_matrix())
-        for name, (expected, tolerance) in compute_expected(numeric, part).items():
+    def check(model: NumericModel, part: Part) -> Checks:
+        reference_values = model.evaluate_printed_formulas(part.answer.as_matrix())
+        for name, (expected, tolerance) in compute_expected(model, part).items():
             yield check_agreement(name, reference_values, expected, tolerance)
 
     return check
@@ -55,43 +55,43 @@ def make_jacobian_check(compute: Callable[[NumericModel, Part, np.ndarray], np.n
     The Jacobian is computed by three methods: from frames, by finite differences and with exponentials.
     """
 
-    def compute_expected(numeric: NumericModel, part: Part) -> ExpectedValues:
+    def compute_expected(model: NumericModel, part: Part) -> ExpectedValues:
         return {
-            "frames": (compute(numeric, part, numeric.jacobian), EXACT_TOLERANCE),
-            "finite differences": (compute(numeric, part, numeric.finite_difference_jacobian), DIFFERENCE_TOLERANCE),
-            "product of exponentials": (compute(numeric, part, numeric.exponential_jacobian), EXACT_TOLERANCE),
+            "frames": (compute(model, part, model.jacobian), EXACT_TOLERANCE),
+            "finite differences": (compute(model, part, model.finite_difference_jacobian), DIFFERENCE_TOLERANCE),
+            "product of exponentials": (compute(model, part, model.exponential_jacobian), EXACT_TOLERANCE),
         }
 
     return make_formula_check(compute_expected)
 
 
-def _list_convention_rows(numeric: NumericModel) -> list[int]:
+def _list_convention_rows(model: NumericModel) -> list[int]:
     """Return the indices of the rows of the 6 x n Jacobian in the order of the arm's convention."""
-    return [VELOCITY_NAMES.index(row) for row in convention_of(numeric.chain).velocity_names]
+    return [VELOCITY_NAMES.index(row) for row in convention_of(model.chain).velocity_names]
 
 
 def _transpose(matrices: np.ndarray) -> np.ndarray:
     return matrices.swapaxes(1, 2)
 
 
-def _compute_position_vectors(numeric: NumericModel, _: Part) -> ExpectedValues:
+def _compute_position_vectors(model: NumericModel, _: Part) -> ExpectedValues:
     """Return the vectors from the origin of a frame on each joint axis to the tool point."""
-    first_frame, n = convention_of(numeric.chain).frame_on_axis(1), numeric.chain.n
-    origins = numeric.convention_frames[:, first_frame : first_frame + n, :3, 3]
-    return {"frames": (_transpose(numeric.point[:, None] - origins), EXACT_TOLERANCE)}
+    first_frame, n = convention_of(model.chain).frame_on_axis(1), model.chain.n
+    origins = model.convention_frames[:, first_frame : first_frame + n, :3, 3]
+    return {"frames": (_transpose(model.point[:, None] - origins), EXACT_TOLERANCE)}
 
 
-def _compute_link_velocity(numeric: NumericModel, part: Part) -> ExpectedValues:
+def _compute_link_velocity(model: NumericModel, part: Part) -> ExpectedValues:
     """Return the velocity of a frame's origin and the angular velocity of its link, in the world frame."""
-    frame_velocities = numeric.convention_velocities[:, :, part.details_as(FrameDetails).frame]
-    return {"finite differences": (_transpose(frame_velocities) @ numeric.rates, DIFFERENCE_TOLERANCE)}
+    frame_velocities = model.convention_velocities[:, :, part.details_as(FrameDetails).frame]
+    return {"finite differences": (_transpose(frame_velocities) @ model.rates, DIFFERENCE_TOLERANCE)}
 
 
-def _compute_velocity_in_own_frame(numeric: NumericModel, part: Part) -> ExpectedValues:
+def _compute_velocity_in_own_frame(model: NumericModel, part: Part) -> ExpectedValues:
     """Return the velocity of a frame's origin and the angular velocity of its link, in this frame."""
     frame = part.details_as(RecursionDetails).frame
-    velocity = _transpose(numeric.convention_velocities[:, :, frame]) @ numeric.rates
-    rotated_velocity = _rotate_halves(_transpose(numeric.convention_frames[:, frame, :3, :3]), velocity)
+    velocity = _transpose(model.convention_velocities[:, :, frame]) @ model.rates
+    rotated_velocity = _rotate_halves(_transpose(model.convention_frames[:, frame, :3, :3]), velocity)
     return {"finite differences": (rotated_velocity, DIFFERENCE_TOLERANCE)}
 
 
@@ -103,12 +103,12 @@ def _rotate_halves(rotation: np.ndarray, velocities: np.ndarray) -> np.ndarray:
 def _make_product_check(compute_expected: Callable[[NumericModel], np.ndarray]) -> PartCheck:
     """Return a function that checks that the task Jacobian times the reference gives the expected values."""
 
-    def check(numeric: NumericModel, part: Part) -> Checks:
-        expected = compute_expected(numeric)
-        values = numeric.evaluate_printed_formulas(part.answer.as_matrix())
+    def check(model: NumericModel, part: Part) -> Checks:
+        expected = compute_expected(model)
+        values = model.evaluate_printed_formulas(part.answer.as_matrix())
         if values.shape == expected.shape:
-            scale = (np.abs(numeric.task_jacobian) @ np.abs(values)).max(axis=(1, 2), keepdims=True)
-            values, expected = numeric.task_jacobian @ values / scale, expected / scale
+            scale = (np.abs(model.task_jacobian) @ np.abs(values)).max(axis=(1, 2), keepdims=True)
+            values, expected = model.task_jacobian @ values / scale, expected / scale
         yield check_agreement("J times it", values, expected, EXACT_TOLERANCE)
 
     return check
@@ -117,72 +117,70 @@ def _make_product_check(compute_expected: Callable[[NumericModel], np.ndarray]) 
 # --- transforms, wrists and statics ---
 
 
-def _rotate_to_tool_frame(numeric: NumericModel, _: Part, jacobian: np.ndarray) -> np.ndarray:
+def _rotate_to_tool_frame(model: NumericModel, _: Part, jacobian: np.ndarray) -> np.ndarray:
     """Return the geometric Jacobian in the frame of the last link."""
-    return _rotate_halves(_transpose(numeric.convention_frames[:, -1, :3, :3]), jacobian)
+    return _rotate_halves(_transpose(model.convention_frames[:, -1, :3, :3]), jacobian)
 
 
-def _compute_wrist_block(numeric: NumericModel, _: Part, jacobian: np.ndarray) -> np.ndarray:
+def _compute_wrist_block(model: NumericModel, _: Part, jacobian: np.ndarray) -> np.ndarray:
     """Return the angular rows of J for the wrist's joints, in the frame on the axis of joint 4."""
-    frame = convention_of(numeric.chain).frame_on_axis(4)
-    return _transpose(numeric.convention_frames[:, frame, :3, :3]) @ jacobian[:, 3:, 3:]
+    frame = convention_of(model.chain).frame_on_axis(4)
+    return _transpose(model.convention_frames[:, frame, :3, :3]) @ jacobian[:, 3:, 3:]
 
 
-def _check_block_determinants(numeric: NumericModel, part: Part) -> Checks:
+def _check_block_determinants(model: NumericModel, part: Part) -> Checks:
     """Check the determinants of the arm block and the wrist block, and that their product is det J of all six rows."""
-    reference_values = numeric.evaluate_printed_formulas(part.answer.as_matrix())
-    blocks = (numeric.jacobian[:, :3, :3], _transpose(numeric.frames[:, 3, :3, :3]) @ numeric.jacobian[:, 3:, 3:])
+    reference_values = model.evaluate_printed_formulas(part.answer.as_matrix())
+    blocks = (model.jacobian[:, :3, :3], _transpose(model.frames[:, 3, :3, :3]) @ model.jacobian[:, 3:, 3:])
     expected = np.stack([np.linalg.det(block) for block in blocks], axis=1)[:, :, None]
     yield check_agreement("LU decomposition", reference_values, expected, EXACT_TOLERANCE)
     if reference_values.shape == expected.shape:
         products = reference_values.prod(axis=1, keepdims=True)
-        full_determinant = np.linalg.det(numeric.task_jacobian)[:, None, None]
+        full_determinant = np.linalg.det(model.task_jacobian)[:, None, None]
         yield check_agreement("their product is det J", products, full_determinant, EXACT_TOLERANCE)
-    largest_entry = np.abs(numeric.jacobian[:, :3, 3:]).max()
+    largest_entry = np.abs(model.jacobian[:, :3, 3:]).max()
     detail = f"largest entry of J12: {largest_entry:.1e}"
     yield Check("the wrist does not move P", bool(largest_entry < EXACT_TOLERANCE), detail)
 
 
-def _compute_joint_torques(numeric: NumericModel, part: Part, jacobian: np.ndarray) -> np.ndarray:
+def _compute_joint_torques(model: NumericModel, part: Part, jacobian: np.ndarray) -> np.ndarray:
     """Return the joint torques. Torque i is the power of the force when only joint i moves, at unit rate."""
-    force = np.stack([numeric.symbol_values[name] for name in part.symbols], axis=1)
-    return np.einsum("pij,pi->pj", jacobian[:, numeric.task_rows], force)[:, :, None]
+    force = np.stack([model.symbol_values[name] for name in part.symbols], axis=1)
+    return np.einsum("pij,pi->pj", jacobian[:, model.task_rows], force)[:, :, None]
 
 
-def _compute_gram_determinant(numeric: NumericModel, _: Part, jacobian: np.ndarray) -> np.ndarray:
-    rows = jacobian[:, numeric.task_rows]
+def _compute_gram_determinant(model: NumericModel, _: Part, jacobian: np.ndarray) -> np.ndarray:
+    rows = jacobian[:, model.task_rows]
     return np.asarray(np.linalg.det(rows @ _transpose(rows)))[:, None, None]
 
 
 CHECKS: dict[str, PartCheck] = {
     "position": make_formula_check(
-        lambda numeric, _: {"frames": (numeric.point[:, list_linear_task_rows(numeric.chain), None], EXACT_TOLERANCE)}
+        lambda model, _: {"frames": (model.point[:, list_linear_task_rows(model.chain), None], EXACT_TOLERANCE)}
     ),
     "velocity": make_jacobian_check(
-        lambda numeric, _, jacobian: jacobian[:, list_linear_task_rows(numeric.chain)] @ numeric.rates
+        lambda model, _, jacobian: jacobian[:, list_linear_task_rows(model.chain)] @ model.rates
     ),
     "velocity-component": make_jacobian_check(
-        lambda numeric, part, jacobian: jacobian[:, [part.details_as(AxisDetails).row]] @ numeric.rates
+        lambda model, part, jacobian: jacobian[:, [part.details_as(AxisDetails).row]] @ model.rates
     ),
-    "jacobian": make_jacobian_check(lambda numeric, _, jacobian: jacobian[:, numeric.task_rows]),
+    "jacobian": make_jacobian_check(lambda model, _, jacobian: jacobian[:, model.task_rows]),
     "joint-axes": make_formula_check(
-        lambda numeric, _: {"frames": (_transpose(numeric.frames[:, :-1, :3, 2]), EXACT_TOLERANCE)}
+        lambda model, _: {"frames": (_transpose(model.frames[:, :-1, :3, 2]), EXACT_TOLERANCE)}
     ),
     "position-vectors": make_formula_check(_compute_position_vectors),
-    "geometric-jacobian": make_jacobian_check(lambda numeric, _, jacobian: jacobian[:, _list_convention_rows(numeric)]),
-    "twist": make_jacobian_check(
-        lambda numeric, _, jacobian: jacobian[:, _list_convention_rows(numeric)] @ numeric.rates
-    ),
+    "geometric-jacobian": make_jacobian_check(lambda model, _, jacobian: jacobian[:, _list_convention_rows(model)]),
+    "twist": make_jacobian_check(lambda model, _, jacobian: jacobian[:, _list_convention_rows(model)] @ model.rates),
     "link-velocity": make_formula_check(_compute_link_velocity),
     "own-frame-velocity": make_formula_check(_compute_velocity_in_own_frame),
     "determinant": make_formula_check(
-        lambda numeric, _: {"LU decomposition": (np.linalg.det(numeric.task_jacobian)[:, None, None], EXACT_TOLERANCE)}
+        lambda model, _: {"LU decomposition": (np.linalg.det(model.task_jacobian)[:, None, None], EXACT_TOLERANCE)}
     ),
     "inverse-jacobian": _make_product_check(
-        lambda numeric: np.broadcast_to(np.eye(numeric.chain.n), numeric.task_jacobian.shape)
+        lambda model: np.broadcast_to(np.eye(model.chain.n), model.task_jacobian.shape)
     ),
-    "inverse-velocity": _make_product_check(lambda numeric: numeric.task_velocities),
-    "transform": make_formula_check(lambda numeric, _: {"frames": (numeric.convention_frames[:, -1], EXACT_TOLERANCE)}),
+    "inverse-velocity": _make_product_check(lambda model: model.task_velocities),
+    "transform": make_formula_check(lambda model, _: {"frames": (model.convention_frames[:, -1], EXACT_TOLERANCE)}),
     "tool-jacobian": make_jacobian_check(_rotate_to_tool_frame),
     "arm-block": make_jacobian_check(lambda _numeric, _part, jacobian: jacobian[:, :3, :3]),
     "wrist-block": make_jacobian_check(_compute_wrist_block),

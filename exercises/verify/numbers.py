@@ -9,7 +9,7 @@ from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.inversion import VelocityDetails, find_min_conditioning, write_power_of_metres
 from qdot.exercises.reference_answers import Direction, Number
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericModel, compute_conditioning_ratios
+from qdot.exercises.verify.numeric_model import Check, Checks, NumericModel, compute_conditioning_ratios
 
 MIN_CONDITIONING_SHARE = 0.7
 """Fraction of the minimum sigma_min/sigma_max with which configurations are sampled; a check requires this fraction."""
@@ -32,67 +32,67 @@ def check_three_digits(part: Part) -> Check:
     return Check("three digits", is_accepted, "rounding keeps it right")
 
 
-def _check_conditioning(numeric: NumericModel, jacobian: np.ndarray) -> Check:
+def _check_conditioning(model: NumericModel, jacobian: np.ndarray) -> Check:
     """Check that J is well conditioned at a configuration, so that small errors stay small."""
     ratio = float(compute_conditioning_ratios(jacobian))
-    minimum = MIN_CONDITIONING_SHARE * find_min_conditioning(numeric.chain)
+    minimum = MIN_CONDITIONING_SHARE * find_min_conditioning(model.chain)
     return Check("well conditioned", ratio > minimum, f"sigma_min/sigma_max = {ratio:.3f}")
 
 
-def _check_rates(numeric: NumericModel, part: Part) -> Checks:
+def _check_rates(model: NumericModel, part: Part) -> Checks:
     """Compare the rates with the minimum-norm solution, which is the only solution if J is square."""
     configuration = part.details_as(VelocityDetails).configuration
-    jacobian = numeric.jacobian_at(configuration)
-    velocity = np.array([float(configuration.velocity[sp.Symbol(row)]) for row in numeric.chain.task])
+    jacobian = model.jacobian_at(configuration)
+    velocity = np.array([float(configuration.velocity[sp.Symbol(row)]) for row in model.chain.task])
     rates, expected = list_reference_numbers(part), np.linalg.pinv(jacobian) @ velocity
     yield check_agreement("pseudo-inverse", rates, expected[None, :, None], NUMBER_TOLERANCE)
-    if rates.shape[1:] == (numeric.chain.n, 1):
+    if rates.shape[1:] == (model.chain.n, 1):
         yield check_agreement("velocity", jacobian @ rates, velocity[None, :, None], NUMBER_TOLERANCE)
-    yield _check_conditioning(numeric, jacobian)
+    yield _check_conditioning(model, jacobian)
     yield check_three_digits(part)
 
 
-def _check_self_motion(numeric: NumericModel, part: Part) -> Checks:
+def _check_self_motion(model: NumericModel, part: Part) -> Checks:
     """Check that the Jacobian times the motion is zero and that the motion is not zero."""
     is_formula = part.answer_as(Direction).tolerance is None
     if is_formula:
-        motion, jacobian = numeric.evaluate_printed_formulas(part.answer.as_matrix()), numeric.task_jacobian
+        motion, jacobian = model.evaluate_printed_formulas(part.answer.as_matrix()), model.task_jacobian
     else:
         motion = list_reference_numbers(part)
-        jacobian = numeric.jacobian_at(part.details_as(VelocityDetails).configuration)[None]
+        jacobian = model.jacobian_at(part.details_as(VelocityDetails).configuration)[None]
     norms = np.linalg.norm(motion, axis=1, keepdims=True) if np.all(np.isfinite(motion)) else np.zeros(1)
-    if motion.shape[1:] != (numeric.chain.n, 1) or not np.all(norms > EXACT_TOLERANCE):
-        yield Check("motion", False, f"no motion of {numeric.chain.n} joints at some place")
+    if motion.shape[1:] != (model.chain.n, 1) or not np.all(norms > EXACT_TOLERANCE):
+        yield Check("motion", False, f"no motion of {model.chain.n} joints at some place")
         return
     velocity = jacobian @ (motion / norms)
-    yield check_agreement("null space", velocity, np.zeros((len(motion), len(numeric.task_rows), 1)), NUMBER_TOLERANCE)
+    yield check_agreement("null space", velocity, np.zeros((len(motion), len(model.task_rows), 1)), NUMBER_TOLERANCE)
     if not is_formula:
         yield check_agreement("unit vector", norms, np.ones((1, 1, 1)), NUMBER_TOLERANCE)
-        yield _check_conditioning(numeric, jacobian[0])
+        yield _check_conditioning(model, jacobian[0])
 
 
 def _make_measure_check(measure: Callable[[np.ndarray], float]) -> PartCheck:
     """Return the check that a number is `measure` of the task Jacobian, computed by two methods."""
 
-    def check(numeric: NumericModel, part: Part) -> Checks:
+    def check(model: NumericModel, part: Part) -> Checks:
         configuration = part.details_as(VelocityDetails).configuration
-        jacobian = numeric.jacobian_at(configuration)
-        exponential_jacobian = numeric.exponential_jacobian_at(configuration)[numeric.task_rows]
+        jacobian = model.jacobian_at(configuration)
+        exponential_jacobian = model.exponential_jacobian_at(configuration)[model.task_rows]
         for name, matrix in (("singular values", jacobian), ("product of exponentials", exponential_jacobian)):
             expected = np.full((1, 1, 1), measure(matrix))
             yield check_agreement(name, list_reference_numbers(part), expected, NUMBER_TOLERANCE)
-        yield _check_conditioning(numeric, jacobian)
+        yield _check_conditioning(model, jacobian)
         yield check_three_digits(part)
         if part.kind == "manipulability":
-            yield _check_unit(numeric, part, jacobian)
+            yield _check_unit(model, part, jacobian)
 
     return check
 
 
-def _check_unit(numeric: NumericModel, part: Part, jacobian: np.ndarray) -> Check:
+def _check_unit(model: NumericModel, part: Part, jacobian: np.ndarray) -> Check:
     """Check the unit of the manipulability w by converting metres to half metres, which multiplies w by 2^k for m^k."""
-    row_factors = np.array([[2.0 if row < 3 else 1.0] for row in numeric.task_rows])
-    column_factors = np.array([1.0 if joint.is_revolute else 0.5 for joint in numeric.chain.joints])
+    row_factors = np.array([[2.0 if row < 3 else 1.0] for row in model.task_rows])
+    column_factors = np.array([1.0 if joint.is_revolute else 0.5 for joint in model.chain.joints])
     growth = _compute_manipulability(jacobian * row_factors * column_factors) / _compute_manipulability(jacobian)
     power = round(float(np.log2(growth)))
     unit = write_power_of_metres(power)

@@ -17,7 +17,7 @@ from qdot.exercises.verify.numbers import (
     check_three_digits,
     list_reference_numbers,
 )
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericModel, compute_conditioning_ratios
+from qdot.exercises.verify.numeric_model import Check, Checks, NumericModel, compute_conditioning_ratios
 
 STATION_COUNT = 60
 """Number of points along a line at which the joint values are computed."""
@@ -33,24 +33,24 @@ class LineFollower:
     the start. `direction` is the unit vector along the line, with one component for each row of the task.
     """
 
-    def __init__(self, numeric: NumericModel, line: WeldingLine) -> None:
-        self.arm = NumericChain(numeric.chain, {symbol.name: float(value) for symbol, value in line.lengths.items()})
-        self.task_rows, self.speed = numeric.task_rows, float(line.speed)
-        self.initial_joints = np.array([float(line.joints[q]) for q in numeric.chain.q])
-        self.origin = self.arm.point(self.initial_joints)[self.task_rows]
+    def __init__(self, model: NumericModel, line: WeldingLine) -> None:
+        self.arm = NumericChain(model.chain, {symbol.name: float(value) for symbol, value in line.lengths.items()})
+        self.task_rows, self.speed = model.task_rows, float(line.speed)
+        self.initial_joints = np.array([float(line.joints[q]) for q in model.chain.q])
+        self.origin = self.arm.compute_point(self.initial_joints)[self.task_rows]
         displacement = np.array([float(value) for value in line.target.values()]) - self.origin
         self.length = float(np.linalg.norm(displacement))
         self.direction = displacement / self.length
 
     def solve_at(self, q: np.ndarray, s: float) -> np.ndarray:
         """Return the joint values at the distance s, found by Newton's method from q."""
-        frames = self.arm.frames(q)
+        frames = self.arm.compute_frames(q)
         for _ in range(20):
-            error = self.origin + s * self.direction - self.arm.point_of(frames)[self.task_rows]
+            error = self.origin + s * self.direction - self.arm.compute_point_of(frames)[self.task_rows]
             if np.abs(error).max() < 1e-14:
                 break
-            q = q + np.linalg.solve(self.arm.jacobian_of(frames)[self.task_rows], error)
-            frames = self.arm.frames(q)
+            q = q + np.linalg.solve(self.arm.compute_jacobian_of(frames)[self.task_rows], error)
+            frames = self.arm.compute_frames(q)
         return q
 
     def follow(self, distances: np.ndarray) -> np.ndarray:
@@ -61,69 +61,72 @@ class LineFollower:
         q, previous_s = self.initial_joints, 0.0
         configurations = []
         for s in distances:
-            slopes = np.linalg.solve(self.arm.jacobian(q)[self.task_rows], self.direction)
+            slopes = np.linalg.solve(self.arm.compute_jacobian(q)[self.task_rows], self.direction)
             q, previous_s = self.solve_at(q + (s - previous_s) * slopes, s), s
             configurations.append(q)
         return np.array(configurations)
 
     def compute_rates(self, q: np.ndarray) -> np.ndarray:
         """Return the joint rates at the joint values q, which solve a linear system."""
-        return np.asarray(np.linalg.solve(self.arm.jacobian(q)[self.task_rows], self.direction) * self.speed)
+        return np.asarray(np.linalg.solve(self.arm.compute_jacobian(q)[self.task_rows], self.direction) * self.speed)
 
-    def difference_rates(self, q: np.ndarray, s: float) -> np.ndarray:
+    def compute_rates_by_differences(self, q: np.ndarray, s: float) -> np.ndarray:
         """Return the joint rates at the distance s, found by central differences of the joint values along the line."""
         return (self.solve_at(q, s + STEP) - self.solve_at(q, s - STEP)) / (2 * STEP) * self.speed
 
 
-def _check_path_rates(numeric: NumericModel, part: Part) -> Checks:
+def _check_path_rates(model: NumericModel, part: Part) -> Checks:
     """Check the joint rates at the distance in the question, by following the line to it."""
     details = part.details_as(DistanceDetails)
-    line, s = LineFollower(numeric, details.welding_line), float(details.distance)
-    joints = line.follow(np.linspace(0, s, STATION_COUNT))
+    line, s = LineFollower(model, details.welding_line), float(details.distance)
+    configurations = line.follow(np.linspace(0, s, STATION_COUNT))
     for name, expected, tolerance in (
-        ("linear solve", line.compute_rates(joints[-1]), NUMBER_TOLERANCE),
-        ("differences along the line", line.difference_rates(joints[-1], s), 1e-5),
+        ("linear solve", line.compute_rates(configurations[-1]), NUMBER_TOLERANCE),
+        ("differences along the line", line.compute_rates_by_differences(configurations[-1], s), 1e-5),
     ):
         yield check_agreement(name, list_reference_numbers(part), expected[None, :, None], tolerance)
     yield Check("on the line", s < line.length, f"{s:g} m of {line.length:.3f} m")
-    yield _check_one_branch(line, joints, s, MIN_CONDITIONING_SHARE * LESS_REGULAR_CONDITIONING)
+    yield _check_one_branch(line, configurations, s, MIN_CONDITIONING_SHARE * LESS_REGULAR_CONDITIONING)
     yield check_three_digits(part)
 
 
-def _check_one_branch(line: LineFollower, joints: np.ndarray, s: float, min_ratio: float) -> Check:
-    """Check that the joint values stay on one branch of the inverse kinematics.
+def _check_one_branch(line: LineFollower, configurations: np.ndarray, s: float, min_ratio: float) -> Check:
+    """Check that the joint values (k x n) up to the distance s stay on one branch of the inverse kinematics.
 
     The line is followed again in steps a quarter as long. The joint values must change in small steps and must end at
-    the same values.
+    the same values. `min_ratio` is the minimum sigma_min/sigma_max of J.
     """
-    finer_joints = line.follow(np.linspace(0, s, 4 * STATION_COUNT))
-    gap = float(np.abs(finer_joints[-1] - joints[-1]).max())
-    jump = float(np.abs(np.diff(finer_joints, axis=0)).max())
-    ratio = float(compute_conditioning_ratios(line.arm.jacobian(finer_joints)[:, line.task_rows]).min())
+    closer_configurations = line.follow(np.linspace(0, s, 4 * STATION_COUNT))
+    gap = float(np.abs(closer_configurations[-1] - configurations[-1]).max())
+    jump = float(np.abs(np.diff(closer_configurations, axis=0)).max())
+    ratio = float(
+        compute_conditioning_ratios(line.arm.compute_jacobian(closer_configurations)[:, line.task_rows]).min()
+    )
     detail = f"sigma_min/sigma_max at least {ratio:.3f}, steps of the joints at most {jump:.3f}, ends {gap:.1e} apart"
     return Check("on one branch", ratio > min_ratio and jump < 0.2 and gap < 1e-6, detail)
 
 
-def _check_path_limit(numeric: NumericModel, part: Part) -> Checks:
+def _check_path_limit(model: NumericModel, part: Part) -> Checks:
     """Check that the joint speed equals the limit at the stated distance, is lower before it, and higher after it."""
     answer, details = part.answer_as(Number), part.details_as(RateLimitDetails)
-    line, distance = LineFollower(numeric, details.welding_line), list_reference_numbers(part)
+    line, distance = LineFollower(model, details.welding_line), list_reference_numbers(part)
     if distance.shape != (1, 1, 1) or not 0 < float(distance[0, 0, 0]) < line.length:
         yield Check("on the line", False, f"{distance.ravel()} is no distance on {line.length:.3f} m")
         return
     s, joint, limit = float(distance[0, 0, 0]), details.joint - 1, float(details.limit)
-    joints = line.follow(np.linspace(0, s, STATION_COUNT))
-    rate, difference_rate = line.compute_rates(joints[-1])[joint], line.difference_rates(joints[-1], s)[joint]
+    configurations = line.follow(np.linspace(0, s, STATION_COUNT))
+    last_q = configurations[-1]
+    rate, difference_rate = line.compute_rates(last_q)[joint], line.compute_rates_by_differences(last_q, s)[joint]
     for name, value, tolerance in (("limit", rate, 1e-7), ("differences along the line", difference_rate, 1e-3)):
         yield check_agreement(name, np.full((1, 1, 1), abs(value)), np.full((1, 1, 1), limit), tolerance)
-    speeds = np.array([abs(line.compute_rates(q)[joint]) for q in joints[:-1]])
+    speeds = np.array([abs(line.compute_rates(q)[joint]) for q in configurations[:-1]])
     yield Check("first time", bool(speeds.max() < limit), f"at most {speeds.max():.3f} before it, limit {limit:g}")
     accepted_distances = s - answer.tolerance * s, s + answer.tolerance * s
-    rates = [line.compute_rates(line.solve_at(joints[-1], distance)) for distance in accepted_distances]
+    rates = [line.compute_rates(line.solve_at(last_q, distance)) for distance in accepted_distances]
     rate_before, rate_after = (abs(float(rate[joint])) for rate in rates)
     detail = f"{rate_before:.4f} and {rate_after:.4f} at the ends of what is accepted"
     yield Check("clear crossing", rate_before < 0.995 * limit and 1.005 * limit < rate_after, detail)
-    yield _check_one_branch(line, joints, s, MIN_CONDITIONING)
+    yield _check_one_branch(line, configurations, s, MIN_CONDITIONING)
     yield check_three_digits(part)
 
 

@@ -21,7 +21,7 @@ from qdot.exercises.singularities.meanings import Meaning
 from qdot.exercises.singularities.singularity_kinds import classify_samples
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numbers import list_reference_numbers
-from qdot.exercises.verify.numeric_reference import (
+from qdot.exercises.verify.numeric_model import (
     Check,
     Checks,
     NumericModel,
@@ -61,11 +61,11 @@ def find_rank(jacobian: np.ndarray) -> NumericRank:
     return NumericRank(int(np.sum(shares > ZERO_SHARE)), not is_unclear)
 
 
-def _check_rank(numeric: NumericModel, part: Part) -> Checks:
+def _check_rank(model: NumericModel, part: Part) -> Checks:
     """Check a rank by the singular values of J; each must be either clearly zero or clearly not zero."""
-    part.answer_as(Number)
+    part.answer_as(Number)  # raises TypeError for an answer of another type
     configuration = part.details_as(ConfigurationDetails).configuration
-    rank, is_clear = find_rank(numeric.exponential_jacobian_at(configuration)[numeric.task_rows])
+    rank, is_clear = find_rank(model.exponential_jacobian_at(configuration)[model.task_rows])
     yield check_agreement("rank", list_reference_numbers(part), np.array([[[float(rank)]]]), EXACT_TOLERANCE)
     yield Check("clear", is_clear, "every singular value is clearly zero or clearly not")
 
@@ -73,18 +73,18 @@ def _check_rank(numeric: NumericModel, part: Part) -> Checks:
 # --- lost direction ---
 
 
-def _check_direction(numeric: NumericModel, part: Part) -> Checks:
+def _check_direction(model: NumericModel, part: Part) -> Checks:
     """Check that a lost direction u, given by formulas or as a numeric unit vector, satisfies u^T J = 0."""
     answer = part.answer_as(Direction)
-    m = len(numeric.task_rows)
+    m = len(model.task_rows)
     if answer.reference.shape != (m, 1):
         yield Check("shape", False, f"the reference is {answer.reference.shape}, expected ({m}, 1)")
         return
     yield _check_written_form(part)
     if isinstance(part.details, LostDirectionDetails):
-        yield from _check_formula(numeric, part, part.details.jacobian_on_branch)
+        yield from _check_direction_formula(model, part, part.details.jacobian_on_branch)
         return
-    jacobian = numeric.exponential_jacobian_at(part.details_as(ConfigurationDetails).configuration)[numeric.task_rows]
+    jacobian = model.exponential_jacobian_at(part.details_as(ConfigurationDetails).configuration)[model.task_rows]
     direction = list_reference_numbers(part)
     length = np.linalg.norm(direction)
     yield Check("unit length", bool(abs(length - 1) < 1e-8), f"length {length:.10f}")
@@ -102,16 +102,16 @@ def _check_written_form(part: Part) -> Check:
     return Check("short", is_short, f"{len(entries)} entries, {len(terms)} terms")
 
 
-def _check_formula(numeric: NumericModel, part: Part, branch: JacobianOnBranch) -> Checks:
+def _check_direction_formula(model: NumericModel, part: Part, branch: JacobianOnBranch) -> Checks:
     """Check that a formula for the lost direction u satisfies u^T J = 0 at random singular configurations."""
-    fixed_joints = part.answer.as_matrix().free_symbols & {q for q, _ in branch.values}
-    detail = f"{', '.join(sorted(map(str, fixed_joints)))} occurs" if fixed_joints else "no other"
-    yield Check("free joints only", not fixed_joints, detail)
-    q = numeric.configurations.copy()
+    given_joints = part.answer.as_matrix().free_symbols & {q for q, _ in branch.values}
+    detail = f"{', '.join(sorted(map(str, given_joints)))} occurs" if given_joints else "no other"
+    yield Check("free joints only", not given_joints, detail)
+    q = model.configurations.copy()
     for symbol, value in branch.values:
-        q[:, numeric.chain.q.index(symbol)] = numeric.evaluate_constants(sp.Matrix([value]))[:, 0]
-    jacobians = numeric.evaluate_for_each_arm(compute_exponential_jacobian, q)[:, numeric.task_rows]
-    yield _check_perpendicular(numeric.evaluate_printed_formulas(part.answer.as_matrix()), jacobians)
+        q[:, model.chain.q.index(symbol)] = model.evaluate_constants(sp.Matrix([value]))[:, 0]
+    jacobians = model.evaluate_for_each_arm(compute_exponential_jacobian, q)[:, model.task_rows]
+    yield _check_perpendicular(model.evaluate_printed_formulas(part.answer.as_matrix()), jacobians)
 
 
 def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
@@ -130,7 +130,7 @@ def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
 
 
 def sample_at_values(
-    numeric: NumericModel, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None,
+    model: NumericModel, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None,
     samples_per_arm: int = 2,
 ) -> Sequence[Sample]:  # fmt: skip
     """Return configurations at which some joints have the given values or, if there is a condition, it is zero.
@@ -138,16 +138,16 @@ def sample_at_values(
     There are `samples_per_arm` configurations for each of several choices of the symbolic lengths.
     """
     if condition is not None:
-        return numeric.sample_on_condition(condition, arm_count=4, samples_per_arm=samples_per_arm)
+        return model.sample_on_condition(condition, arm_count=4, samples_per_arm=samples_per_arm)
     samples: list[Sample] = []
-    for arm_index, (arm, lengths) in enumerate(_generate_arms(numeric)):
+    for arm_index, (arm, lengths) in enumerate(_generate_arms(model)):
         if arm_index >= MIN_ARMS_TRIED and samples:
             break
         substitutions = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
-        fixed_values = {numeric.chain.q.index(q): complex(sp.N(value.xreplace(substitutions))) for q, value in values}
+        fixed_values = {model.chain.q.index(q): complex(sp.N(value.xreplace(substitutions))) for q, value in values}
         if any(abs(value.imag) > 1e-12 for value in fixed_values.values()):
             continue
-        for q in choose_random_configurations(numeric.chain, numeric.rng, samples_per_arm):
+        for q in choose_random_configurations(model.chain, model.rng, samples_per_arm):
             q[list(fixed_values)] = [value.real for value in fixed_values.values()]
             samples.append(Sample(arm, q))
     return samples
@@ -157,20 +157,20 @@ MIN_ARMS_TRIED, MAX_ARMS_TRIED = 6, 100
 """Number of choices of the symbolic lengths, and the maximum number if few choices give real joint values."""
 
 
-def _generate_arms(numeric: NumericModel) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
+def _generate_arms(model: NumericModel) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
     """Yield the numeric arms of the reference with their lengths, and then arms with other lengths."""
-    yield from zip(numeric.arms, numeric.lengths, strict=True)
+    yield from zip(model.arms, model.lengths, strict=True)
     for _ in range(MAX_ARMS_TRIED):
         lengths = sample_distinct_lengths(
-            numeric.chain, lambda: {n: v * 3 ** numeric.rng.uniform(-1, 1) for n, v in numeric.lengths[0].items()}
+            model.chain, lambda: {n: v * 3 ** model.rng.uniform(-1, 1) for n, v in model.lengths[0].items()}
         )
-        yield NumericChain(numeric.chain, lengths), lengths
+        yield NumericChain(model.chain, lengths), lengths
 
 
 # --- lost motion ---
 
 
-def _check_motion(numeric: NumericModel, part: Part) -> Checks:
+def _check_motion(model: NumericModel, part: Part) -> Checks:
     """Check that no possible velocity has a component along the correct line.
 
     Along each of the other lines, some possible velocity must have a component.
@@ -178,12 +178,12 @@ def _check_motion(numeric: NumericModel, part: Part) -> Checks:
     answer, motion = part.answer_as(Choice), part.details_as(LostMotionDetails)
     texts = tuple(line.description for line in motion.lines)
     yield Check("options", texts == answer.options and len(set(texts)) == len(texts), f"{len(texts)} options")
-    samples = sample_at_values(numeric, motion.configurations.values, motion.configurations.condition)
+    samples = sample_at_values(model, motion.configurations.values, motion.configurations.condition)
     yield Check("configurations", bool(samples), f"{len(samples)} at which the direction is lost")
     if not samples:
         return
     velocities = [
-        _list_possible_velocities(sample, numeric.task_rows, motion.moving_part, motion.holds_other_motion)
+        _list_possible_velocities(sample, model.task_rows, motion.moving_part, motion.holds_other_motion)
         for sample in samples
     ]
     scale = np.maximum([float(np.abs(v).max()) for v in velocities], 1e-12)
@@ -196,16 +196,18 @@ def _check_motion(numeric: NumericModel, part: Part) -> Checks:
             yield Check("something along it", is_clear, f"{text}: {np.median(share):.2f}")
 
 
-def _list_possible_velocities(sample: Sample, task: Sequence[int], body: str, others_at_rest: bool) -> np.ndarray:
+def _list_possible_velocities(
+    sample: Sample, task_rows: Sequence[int], moving_part: str, holds_other_motion: bool
+) -> np.ndarray:
     """Return vectors (3 x k) that span the possible linear velocities of P, or angular velocities of the last link.
 
-    `body` is "P" for linear velocities. If `others_at_rest`, a velocity is possible only if the other half of the
-    task's rows (angular or linear) can stay at zero.
+    `moving_part` is "P" for linear velocities. If `holds_other_motion`, a velocity is possible only if the other half
+    of the task's rows (angular or linear) can stay at zero.
     """
     jacobian = compute_exponential_jacobian(sample.arm, sample.q[None])[0]
-    moving_rows = jacobian[:3] if body == "P" else jacobian[3:]
-    held_rows = [row for row in task if (row > 2) == (body == "P")]
-    if not others_at_rest or not held_rows:
+    moving_rows = jacobian[:3] if moving_part == "P" else jacobian[3:]
+    held_rows = [row for row in task_rows if (row > 2) == (moving_part == "P")]
+    if not holds_other_motion or not held_rows:
         return np.asarray(moving_rows)
     _, sigma, motions = np.linalg.svd(jacobian[held_rows])
     rank = int(np.sum(sigma > ZERO_SHARE * sigma[0]))
@@ -215,27 +217,27 @@ def _list_possible_velocities(sample: Sample, task: Sequence[int], body: str, ot
 # --- meaning ---
 
 
-def _check_geometric_cause(numeric: NumericModel, part: Part) -> Checks:
+def _check_geometric_cause(model: NumericModel, part: Part) -> Checks:
     """Check that only the correct one of the offered statements on the cause of a singularity is true."""
-    answer, choice = part.answer_as(Choice), part.details_as(MeaningDetails)
-    samples = sample_at_values(numeric, choice.values, choice.condition)
-    options = zip(answer.options, choice.options, strict=True)
+    answer, details = part.answer_as(Choice), part.details_as(MeaningDetails)
+    samples = sample_at_values(model, details.values, details.condition)
+    options = zip(answer.options, details.options, strict=True)
     has_same_texts = all(text.startswith(option.meaning.words) for text, option in options)
     yield Check("options", has_same_texts and len(set(answer.options)) == len(answer.options), "as offered")
-    kinds = set(map(str, classify_samples(numeric.chain, samples)))
+    kinds = set(map(str, classify_samples(model.chain, samples)))
 
     def holds_everywhere(meaning: Meaning, kind: str | None) -> bool:
-        is_true = bool(samples) and all(_meaning_holds(numeric.chain, meaning, sample) for sample in samples)
+        is_true = bool(samples) and all(_meaning_holds(model.chain, meaning, sample) for sample in samples)
         return is_true and (kind is None or kinds == {kind})
 
-    holds = [holds_everywhere(meaning, kind) for meaning, kind in choice.options]
+    holds = [holds_everywhere(meaning, kind) for meaning, kind in details.options]
     expected = [index == answer.correct for index in range(len(holds))]
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {holds}"
     yield Check("only the right one holds", holds == expected, detail)
-    if choice.options[answer.correct].kind == "boundary":
-        yield check_side_of_lost_direction(numeric.chain, choice.condition, choice.values, samples)
-    concerns_directions = {option.meaning.kind for option in choice.options} <= _AXIS_DIRECTION_KINDS
-    has_reason = concerns_directions or bool(numeric.chain.linear_axes)
+    if details.options[answer.correct].kind == "boundary":
+        yield check_side_of_lost_direction(model.chain, details.condition, details.values, samples)
+    concerns_directions = {option.meaning.kind for option in details.options} <= _AXIS_DIRECTION_KINDS
+    has_reason = concerns_directions or bool(model.chain.linear_axes)
     yield Check("a reason", has_reason, "in a task without linear rows, only the directions of axes can be a reason")
 
 
@@ -250,7 +252,7 @@ def _meaning_holds(chain: Chain, meaning: Meaning, sample: Sample) -> bool:
         sigma = np.linalg.svd(frames[[joint - 1 for joint in meaning.joints], :3, 2], compute_uv=False)
         return bool(sigma[0] - sigma[-1] < 1e-6)
     if meaning.kind == "level":  # P and all axes, which are parallel, lie in one plane
-        points = np.vstack([frames[: meaning.joints[-1], :3, 3], sample.arm.point(sample.q)])
+        points = np.vstack([frames[: meaning.joints[-1], :3, 3], sample.arm.compute_point(sample.q)])
         return bool(np.linalg.svd(np.vstack([points[1:] - points[0], frames[0, :3, 2]]), compute_uv=False)[-1] < 1e-6)
     if meaning.kind in ("straight", "doubled"):  # three origins are collinear, with b between a and c or not
         a, b, c = frames[first_joint : first_joint + 3, :3, 3]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from qdot.exercises.arm.standard_table import home_geometry_of
+from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.screws import DECIMALS, NumericTwistDetails
 from qdot.exercises.verify.formulas import (
@@ -26,7 +26,7 @@ from qdot.exercises.verify.formulas import (
     make_formula_check,
 )
 from qdot.exercises.verify.numbers import check_three_digits, list_reference_numbers
-from qdot.exercises.verify.numeric_reference import (
+from qdot.exercises.verify.numeric_model import (
     Check,
     Checks,
     NumericModel,
@@ -35,21 +35,21 @@ from qdot.exercises.verify.numeric_reference import (
 )
 
 
-def _is_linear_first(numeric: NumericModel) -> bool:
+def _is_linear_first(model: NumericModel) -> bool:
     """Return whether the arm's twists have the order (v, omega)."""
-    return numeric.chain.twist_order == "v-omega"
+    return model.chain.twist_order == "v-omega"
 
 
-def _stack_twist(numeric: NumericModel, omega: np.ndarray, v: np.ndarray, axis: int = -1) -> np.ndarray:
+def _stack_twist(model: NumericModel, omega: np.ndarray, v: np.ndarray, axis: int = -1) -> np.ndarray:
     """Return the twist of an angular and a linear velocity, in the arm's order."""
-    return np.concatenate([v, omega] if _is_linear_first(numeric) else [omega, v], axis=axis)
+    return np.concatenate([v, omega] if _is_linear_first(model) else [omega, v], axis=axis)
 
 
-def _make_adjoint(numeric: NumericModel, pose: np.ndarray) -> np.ndarray:
+def _make_adjoint(model: NumericModel, pose: np.ndarray) -> np.ndarray:
     """Return [Ad T] of poses (…, 4, 4) for twists in the arm's order, (…, 6, 6)."""
     rotation, zero = pose[..., :3, :3], np.zeros_like(pose[..., :3, :3])
     cross_rotation = make_skew_matrix(pose[..., :3, 3]) @ rotation
-    upper_right, lower_left = (cross_rotation, zero) if _is_linear_first(numeric) else (zero, cross_rotation)
+    upper_right, lower_left = (cross_rotation, zero) if _is_linear_first(model) else (zero, cross_rotation)
     blocks = [[rotation, upper_right], [lower_left, rotation]]
     return np.concatenate([np.concatenate(row, -1) for row in blocks], -2)
 
@@ -61,112 +61,112 @@ class _BodyKinematics(NamedTuple):
     space_jacobian: np.ndarray
 
 
-def _compute_body_kinematics(numeric: NumericModel) -> _BodyKinematics:
+def _compute_body_kinematics(model: NumericModel) -> _BodyKinematics:
     """Return the kinematics by exponentials of the screws of the axes in the problem statement."""
-    axes, point = home_geometry_of(numeric.chain)
-    motion, columns = np.broadcast_to(np.eye(4), (numeric.sample_count, 4, 4)), []
+    axes, point = compute_home_geometry(model.chain)
+    motion, columns = np.broadcast_to(np.eye(4), (model.sample_count, 4, 4)), []
     for i, axis in enumerate(axes):
-        u, o = numeric.evaluate_constants(axis.direction), numeric.evaluate_constants(axis.point)
+        u, o = model.evaluate_constants(axis.direction), model.evaluate_constants(axis.point)
         omega, v = (u, np.cross(o, u)) if axis.is_revolute else (0 * u, u)
-        columns.append((_make_adjoint(numeric, motion) @ _stack_twist(numeric, omega, v)[..., None])[..., 0])
-        motion = motion @ compute_screw_exponential(omega, v, numeric.configurations[:, i])
+        columns.append((_make_adjoint(model, motion) @ _stack_twist(model, omega, v)[..., None])[..., 0])
+        motion = motion @ compute_screw_exponential(omega, v, model.configurations[:, i])
     home = np.broadcast_to(np.eye(4), motion.shape).copy()
-    home[:, :3, 3] = numeric.evaluate_constants(point)
+    home[:, :3, 3] = model.evaluate_constants(point)
     return _BodyKinematics(motion @ home, np.stack(columns, axis=2))
 
 
-def _compute_home_screws(numeric: NumericModel, _: Part) -> ExpectedValues:
+def _compute_home_screws(model: NumericModel, _: Part) -> ExpectedValues:
     """Return the screws at home, from the link frames: z, and o x z for the origin o of a frame on the axis."""
-    z, o = numeric.home_frames[:, :-1, :3, 2], numeric.home_frames[:, :-1, :3, 3]
-    is_revolute = np.array([joint.is_revolute for joint in numeric.chain.joints])[:, None]
-    screws = np.where(is_revolute, _stack_twist(numeric, z, np.cross(o, z)), _stack_twist(numeric, 0 * z, z))
+    z, o = model.home_frames[:, :-1, :3, 2], model.home_frames[:, :-1, :3, 3]
+    is_revolute = np.array([joint.is_revolute for joint in model.chain.joints])[:, None]
+    screws = np.where(is_revolute, _stack_twist(model, z, np.cross(o, z)), _stack_twist(model, 0 * z, z))
     return {"frames at home": (screws.swapaxes(1, 2), EXACT_TOLERANCE)}
 
 
-def _compute_body_pose(numeric: NumericModel, _: Part) -> ExpectedValues:
+def _compute_body_pose(model: NumericModel, _: Part) -> ExpectedValues:
     """Return the pose of the body frame, computed from exponentials and from the last frame."""
     return {
-        "product of exponentials": (_compute_body_kinematics(numeric).pose, EXACT_TOLERANCE),
-        "frames": (_compute_frame_pose(numeric), EXACT_TOLERANCE),
+        "product of exponentials": (_compute_body_kinematics(model).pose, EXACT_TOLERANCE),
+        "frames": (_compute_frame_pose(model), EXACT_TOLERANCE),
     }
 
 
-def _transform_twists(numeric: NumericModel, pose: np.ndarray, twists: np.ndarray) -> np.ndarray:
+def _transform_twists(model: NumericModel, pose: np.ndarray, twists: np.ndarray) -> np.ndarray:
     """Transform twists (…, 6, k) to another frame by their 4 x 4 matrices: T [V] T^-1."""
     columns = []
     for k in range(twists.shape[-1]):
         upper, lower = twists[..., :3, k], twists[..., 3:, k]
-        omega, v = (lower, upper) if _is_linear_first(numeric) else (upper, lower)
+        omega, v = (lower, upper) if _is_linear_first(model) else (upper, lower)
         matrix = np.zeros((*omega.shape[:-1], 4, 4))
         matrix[..., :3, :3], matrix[..., :3, 3] = make_skew_matrix(omega), v
         new_matrix = pose @ matrix @ np.linalg.inv(pose)
         angular = np.stack([new_matrix[..., 2, 1], new_matrix[..., 0, 2], new_matrix[..., 1, 0]], -1)
-        columns.append(_stack_twist(numeric, angular, new_matrix[..., :3, 3]))
+        columns.append(_stack_twist(model, angular, new_matrix[..., :3, 3]))
     return np.stack(columns, axis=-1)
 
 
-def _compute_body_adjoint(numeric: NumericModel, _: Part) -> ExpectedValues:
+def _compute_body_adjoint(model: NumericModel, _: Part) -> ExpectedValues:
     """Return the adjoint of the body pose, from exponentials, and from the matrices T [V] T^-1 of unit twists V."""
-    unit_twists = np.broadcast_to(np.eye(6), (numeric.sample_count, 6, 6))
-    transformed_twists = _transform_twists(numeric, _compute_frame_pose(numeric), unit_twists)
+    unit_twists = np.broadcast_to(np.eye(6), (model.sample_count, 6, 6))
+    transformed_twists = _transform_twists(model, _compute_frame_pose(model), unit_twists)
     return {
-        "product of exponentials": (_make_adjoint(numeric, _compute_body_kinematics(numeric).pose), EXACT_TOLERANCE),
+        "product of exponentials": (_make_adjoint(model, _compute_body_kinematics(model).pose), EXACT_TOLERANCE),
         "frames": (transformed_twists, EXACT_TOLERANCE),
     }
 
 
-def _check_changed_twist(numeric: NumericModel, part: Part) -> Checks:
+def _check_changed_twist(model: NumericModel, part: Part) -> Checks:
     """Check the coordinates of a twist V in another frame, and check that the stated joint rates give the twist.
 
     The coordinates are checked with the matrix of the twist: T [V] T^-1. The pose T is computed from the last frame at
     the configuration and at home.
     """
-    details, chain = part.details_as(NumericTwistDetails), numeric.chain
-    sample = numeric.sample_at(details.configuration)
+    details, chain = part.details_as(NumericTwistDetails), model.chain
+    sample = model.sample_at(details.configuration)
     arm, q = sample.arm, sample.q
-    frames, home_frames = arm.frames(q), arm.frames(0 * q)
+    frames, home_frames = arm.compute_frames(q), arm.compute_frames(0 * q)
     pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = frames[-1, :3, :3] @ home_frames[-1, :3, :3].T, arm.point_of(frames)
+    pose[:3, :3], pose[:3, 3] = frames[-1, :3, :3] @ home_frames[-1, :3, :3].T, arm.compute_point_of(frames)
     omega, v = np.split(np.array(details.twist.tolist(), dtype=float), 2)
-    twist = _stack_twist(numeric, omega, v, axis=0)
-    expected = _transform_twists(numeric, pose, twist)[None]
+    twist = _stack_twist(model, omega, v, axis=0)
+    expected = _transform_twists(model, pose, twist)[None]
     yield check_agreement("matrix of the twist", list_reference_numbers(part), expected, 1e-8)
-    jacobian = arm.jacobian(q)
+    jacobian = arm.compute_jacobian(q)
     rates = np.array([float(details.rates[rate]) for rate in chain.rates])
     velocity, angular = (pose[:3, :3].T @ (rows @ rates) for rows in (jacobian[:3], jacobian[3:]))
-    error = np.abs(_stack_twist(numeric, angular, velocity) - twist[:, 0]).max()
+    error = np.abs(_stack_twist(model, angular, velocity) - twist[:, 0]).max()
     is_only_rounded = bool(error <= 0.51 * 10.0**-DECIMALS)  # slightly more than half of the last decimal
     yield Check("the arm can", is_only_rounded, f"its rates give the twist but for {error:.1e}")
     yield check_three_digits(part)
 
 
-def _compute_frame_pose(numeric: NumericModel) -> np.ndarray:
+def _compute_frame_pose(model: NumericModel) -> np.ndarray:
     """Return the pose of the body frame from the last frame: the frame's rotation since home, and P, (…, 4, 4)."""
-    pose = np.broadcast_to(np.eye(4), (numeric.sample_count, 4, 4)).copy()
-    pose[:, :3, :3] = numeric.frames[:, -1, :3, :3] @ numeric.home_frames[:, -1, :3, :3].swapaxes(1, 2)
-    pose[:, :3, 3] = numeric.point
+    pose = np.broadcast_to(np.eye(4), (model.sample_count, 4, 4)).copy()
+    pose[:, :3, :3] = model.frames[:, -1, :3, :3] @ model.home_frames[:, -1, :3, :3].swapaxes(1, 2)
+    pose[:, :3, 3] = model.point
     return pose
 
 
-def _compute_space_jacobian(numeric: NumericModel) -> ExpectedValues:
+def _compute_space_jacobian(model: NumericModel) -> ExpectedValues:
     """Return the space Jacobian, computed from exponentials, and from finite differences of the last frame."""
-    frame_velocities = numeric.frame_velocities[:, :, numeric.chain.n]
+    frame_velocities = model.frame_velocities[:, :, model.chain.n]
     angular, velocity = frame_velocities[..., 3:], frame_velocities[..., :3]
-    velocity_at_origin = velocity - np.cross(angular, numeric.frames[:, None, -1, :3, 3])
-    jacobian = _stack_twist(numeric, angular, velocity_at_origin).swapaxes(1, 2)
+    velocity_at_origin = velocity - np.cross(angular, model.frames[:, None, -1, :3, 3])
+    jacobian = _stack_twist(model, angular, velocity_at_origin).swapaxes(1, 2)
     return {
-        "product of exponentials": (_compute_body_kinematics(numeric).space_jacobian, EXACT_TOLERANCE),
+        "product of exponentials": (_compute_body_kinematics(model).space_jacobian, EXACT_TOLERANCE),
         "finite differences": (jacobian, DIFFERENCE_TOLERANCE),
     }
 
 
-def _compute_body_jacobian(numeric: NumericModel) -> ExpectedValues:
+def _compute_body_jacobian(model: NumericModel) -> ExpectedValues:
     """Return the body Jacobian, computed from exponentials, and from the geometric Jacobian in the body frame."""
-    pose, space_jacobian = _compute_body_kinematics(numeric)
+    pose, space_jacobian = _compute_body_kinematics(model)
     rotation = pose[:, :3, :3].swapaxes(1, 2)
-    jacobian = _stack_twist(numeric, rotation @ numeric.jacobian[:, 3:], rotation @ numeric.jacobian[:, :3], axis=1)
+    jacobian = _stack_twist(model, rotation @ model.jacobian[:, 3:], rotation @ model.jacobian[:, :3], axis=1)
     return {
-        "product of exponentials": (_make_adjoint(numeric, np.linalg.inv(pose)) @ space_jacobian, EXACT_TOLERANCE),
+        "product of exponentials": (_make_adjoint(model, np.linalg.inv(pose)) @ space_jacobian, EXACT_TOLERANCE),
         "frames": (jacobian, EXACT_TOLERANCE),
     }
 
@@ -174,9 +174,9 @@ def _compute_body_jacobian(numeric: NumericModel) -> ExpectedValues:
 def _make_twist_check(compute_jacobians: Callable[[NumericModel], ExpectedValues]) -> PartCheck:
     """Return a function that checks a twist: the Jacobian that each method computes, times the joint rates."""
     return make_formula_check(
-        lambda numeric, _: {
-            name: (jacobian @ numeric.rates, tolerance)
-            for name, (jacobian, tolerance) in compute_jacobians(numeric).items()
+        lambda model, _: {
+            name: (jacobian @ model.rates, tolerance)
+            for name, (jacobian, tolerance) in compute_jacobians(model).items()
         }
     )
 
@@ -186,8 +186,8 @@ CHECKS: dict[str, PartCheck] = {
     "body-pose": make_formula_check(_compute_body_pose),
     "body-adjoint": make_formula_check(_compute_body_adjoint),
     "changed-twist": _check_changed_twist,
-    "space-jacobian": make_formula_check(lambda numeric, _: _compute_space_jacobian(numeric)),
-    "body-jacobian": make_formula_check(lambda numeric, _: _compute_body_jacobian(numeric)),
+    "space-jacobian": make_formula_check(lambda model, _: _compute_space_jacobian(model)),
+    "body-jacobian": make_formula_check(lambda model, _: _compute_body_jacobian(model)),
     "space-twist": _make_twist_check(_compute_space_jacobian),
     "body-twist": _make_twist_check(_compute_body_jacobian),
 }

@@ -27,11 +27,11 @@ from qdot.exercises.questions.singular import (
 )
 from qdot.exercises.reference_answers import Choice, ConditionSet
 from qdot.exercises.singularities.axes import Sample
-from qdot.exercises.singularities.classification import domain_of
+from qdot.exercises.singularities.classification import make_domain
 from qdot.exercises.singularities.normalized_arm import normalize_arm
 from qdot.exercises.singularities.singularity_kinds import RANK_TOLERANCE, classify_samples
 from qdot.exercises.verify.formulas import PartCheck
-from qdot.exercises.verify.numeric_reference import (
+from qdot.exercises.verify.numeric_model import (
     ARM_COUNT,
     Check,
     Checks,
@@ -70,64 +70,67 @@ Near an intersection of components, sigma_min is a product of distances. It is t
 distance from the set. If a configuration there is not in the set, further searches near it decide."""
 
 
-def _check_singular_set(numeric: NumericModel, part: Part) -> Checks:
+def _check_singular_set(model: NumericModel, part: Part) -> Checks:
     """Check a singular set in both directions, and what the worked solution says about it."""
-    joints, texts = [q.name for q in numeric.chain.q], part.answer_as(ConditionSet).list_pieces()
-    pieces = [piece for text in texts for piece in parse_pieces(parse_formula(text, numeric.symbol_names), joints)]
-    yield from _check_soundness(numeric, texts, pieces)
-    yield _check_completeness(numeric, pieces)
-    yield from check_singularity_statements(numeric)
+    joints, texts = [q.name for q in model.chain.q], part.answer_as(ConditionSet).list_pieces()
+    pieces = [piece for text in texts for piece in parse_pieces(parse_formula(text, model.symbol_names), joints)]
+    yield from _check_soundness(model, texts, pieces)
+    yield _check_completeness(model, pieces)
+    yield from check_singularity_statements(model)
 
 
-def _make_space(numeric: NumericModel, lengths: dict[str, float]) -> ConfigurationSpace:
+def _make_space(model: NumericModel, lengths: dict[str, float]) -> ConfigurationSpace:
     """Return the configurations of the arm with the given lengths."""
-    return ConfigurationSpace([q.name for q in numeric.chain.q], domain_of(numeric.chain, lengths))
+    return ConfigurationSpace([q.name for q in model.chain.q], make_domain(model.chain, lengths))
 
 
-def _check_soundness(numeric: NumericModel, texts: Sequence[str], pieces: Sequence[Piece]) -> Checks:
+def _check_soundness(model: NumericModel, texts: Sequence[str], pieces: Sequence[Piece]) -> Checks:
     """Check that every piece of the set contains configurations, and that the Jacobian loses rank there.
 
     A piece such as theta3 = acos(-a2/a3) exists only for some lengths. If it does not exist for the reference's
     lengths, the first of several arms on which it exists is used.
     """
     for text, piece in zip(texts, pieces, strict=True):
-        ratios = [ratio for lengths in numeric.lengths for ratio in _compute_ratios_on_piece(numeric, piece, lengths)]
+        ratios = [ratio for lengths in model.lengths for ratio in _compute_ratios_on_piece(model, piece, lengths)]
         for _ in range(0 if ratios else MAX_FURTHER_ARMS):
-            ratios = _compute_ratios_on_piece(numeric, piece, choose_random_lengths(numeric.chain, numeric.rng))
+            ratios = _compute_ratios_on_piece(model, piece, choose_random_lengths(model.chain, model.rng))
             if ratios:
                 break
         detail = f"{len(ratios)} configurations, sigma_min/sigma_max at most {max(ratios, default=0.0):.1e}"
         yield Check(f"rank at {text}", bool(ratios) and max(ratios) < RANK_TOLERANCE, detail)
 
 
-def _compute_ratios_on_piece(numeric: NumericModel, piece: Piece, lengths: dict[str, float]) -> list[float]:
+def _compute_ratios_on_piece(model: NumericModel, piece: Piece, lengths: dict[str, float]) -> list[float]:
     """Return sigma_min/sigma_max of J at configurations on a piece, for an arm with the given lengths."""
-    space = _make_space(numeric, lengths)
-    values = space.sample_piece(piece, space.collect_names([[piece]]), numeric.rng, count=8)
-    q = np.stack([values[q.name] for q in numeric.chain.q], axis=1)
-    jacobians = NumericChain(numeric.chain, lengths).jacobian(q)[:, numeric.task_rows]
+    space = _make_space(model, lengths)
+    values = space.sample_piece(piece, space.collect_names([[piece]]), model.rng, count=8)
+    q = np.stack([values[q.name] for q in model.chain.q], axis=1)
+    jacobians = NumericChain(model.chain, lengths).compute_jacobian(q)[:, model.task_rows]
     return [float(ratio) for ratio in compute_conditioning_ratios(jacobians)]
 
 
-def _check_completeness(numeric: NumericModel, pieces: Sequence[Piece]) -> Check:
+def _check_completeness(model: NumericModel, pieces: Sequence[Piece]) -> Check:
     """Check that the set contains the singular configurations that a search from random starts finds.
 
     The search runs on the normalized arm, once for all arms that share the normalized arm. Therefore its results are
     first checked to be singular for this arm, too.
     """
-    chain = numeric.chain
+    chain = model.chain
     count = 0
     for result in _search_on_arms(normalize_arm(chain)):
-        lengths = choose_random_lengths(chain, numeric.rng) | dict(result.lengths)
+        lengths = choose_random_lengths(chain, model.rng) | dict(result.lengths)
         arm = NumericChain(chain, lengths)
         q = result.configurations - np.array(arm.joint_offsets)
-        if len(q) and compute_conditioning_ratios(arm.jacobian(q)[:, numeric.task_rows]).max() > MAX_SHIFTED_RATIO:
+        if (
+            len(q)
+            and compute_conditioning_ratios(arm.compute_jacobian(q)[:, model.task_rows]).max() > MAX_SHIFTED_RATIO
+        ):
             return Check("complete", False, "J has full rank at a singular configuration of the normalized arm")
         count += len(q)
-        for configuration in _find_uncovered_configurations(numeric, pieces, lengths, q):
-            starts = configuration + SEARCH_RADIUS * choose_random_configurations(chain, numeric.rng, START_COUNT)
-            nearby_results = find_singular_configurations(arm, starts, numeric.task_rows)
-            if 2 * len(_find_uncovered_configurations(numeric, pieces, lengths, nearby_results)) >= len(nearby_results):
+        for configuration in _find_uncovered_configurations(model, pieces, lengths, q):
+            starts = configuration + SEARCH_RADIUS * choose_random_configurations(chain, model.rng, START_COUNT)
+            nearby_results = find_singular_configurations(arm, starts, model.task_rows)
+            if 2 * len(_find_uncovered_configurations(model, pieces, lengths, nearby_results)) >= len(nearby_results):
                 pairs = [*zip(chain.q, configuration, strict=True), *lengths.items()]
                 location = ", ".join(f"{name} = {value:.4g}" for name, value in pairs)
                 return Check("complete", False, f"J loses rank at {location}, which no condition covers")
@@ -135,12 +138,12 @@ def _check_completeness(numeric: NumericModel, pieces: Sequence[Piece]) -> Check
 
 
 def _find_uncovered_configurations(
-    numeric: NumericModel, pieces: Sequence[Piece], lengths: dict[str, float], q: np.ndarray
+    model: NumericModel, pieces: Sequence[Piece], lengths: dict[str, float], q: np.ndarray
 ) -> np.ndarray:
     """Return the configurations (k x n) of those in `q` that no piece contains."""
-    values = {symbol.name: column for symbol, column in zip(numeric.chain.q, q.T, strict=True)}
+    values = {symbol.name: column for symbol, column in zip(model.chain.q, q.T, strict=True)}
     values |= {name: np.full(len(q), length) for name, length in lengths.items()}
-    return np.asarray(q[~_make_space(numeric, lengths).contains(pieces, values, len(q), SET_TOLERANCE)])
+    return np.asarray(q[~_make_space(model, lengths).contains(pieces, values, len(q), SET_TOLERANCE)])
 
 
 class _SearchResult(NamedTuple):
@@ -176,7 +179,7 @@ def find_singular_configurations(arm: NumericChain, starts: np.ndarray, task_row
     count, n = q.shape
 
     def compute_matrix(q: np.ndarray) -> np.ndarray:
-        jacobian = arm.jacobian(q)[..., task_rows, :]
+        jacobian = arm.compute_jacobian(q)[..., task_rows, :]
         return np.asarray(jacobian if len(task_rows) <= n else jacobian.swapaxes(-1, -2))
 
     u = np.linalg.svd(compute_matrix(q))[0][..., -1]
@@ -195,50 +198,51 @@ def find_singular_configurations(arm: NumericChain, starts: np.ndarray, task_row
         u /= np.linalg.norm(u, axis=1, keepdims=True)
         if np.abs(step).max() < MIN_STEP:  # quadratic convergence: usually after 7 of the 40 steps
             break
-    return np.asarray(q[compute_conditioning_ratios(arm.jacobian(q)[:, task_rows]) < MAX_SINGULAR_RATIO])
+    return np.asarray(q[compute_conditioning_ratios(arm.compute_jacobian(q)[:, task_rows]) < MAX_SINGULAR_RATIO])
 
 
-def _check_kind(numeric: NumericModel, part: Part) -> Checks:
+def _check_kind(model: NumericModel, part: Part) -> Checks:
     """Check the kind of a singularity by determining it again, for lengths that the question did not use."""
     answer, details = part.answer_as(Choice), part.details_as(KindDetails)
-    kind, configuration, options = details.singularity_kind, details.configurations, answer.options
+    kind, configurations, options = details.singularity_kind, details.configurations, answer.options
     is_correct_option = len(set(options)) == len(options) and options[answer.correct] == KIND_OPTIONS[kind]
     yield Check("option", is_correct_option, f"{answer.letters} is {options[answer.correct]}")
-    samples = _sample_configuration(numeric, configuration)
-    kinds = set(map(str, classify_samples(numeric.chain, samples)))
+    samples = _sample_configurations(model, configurations)
+    kinds = set(map(str, classify_samples(model.chain, samples)))
     detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations"
     yield Check("kind", bool(samples) and kinds == {kind}, detail)
-    for component in find_components_containing(numeric.chain, configuration):
-        yield check_component_statement(numeric.chain, component)
+    for component in find_components_containing(model.chain, configurations):
+        yield check_component_statement(model.chain, component)
     if kind == "boundary":
-        yield check_side_of_lost_direction(numeric.chain, configuration.condition, configuration.values, samples)
-    if kind == "regular" and configuration.condition is None and len(numeric.task_rows) == numeric.chain.n:
-        yield _check_regular(numeric, configuration)
+        yield check_side_of_lost_direction(model.chain, configurations.condition, configurations.values, samples)
+    if kind == "regular" and configurations.condition is None and len(model.task_rows) == model.chain.n:
+        yield _check_regular(model, configurations)
 
 
-def _check_regular(numeric: NumericModel, configuration: ConfigurationsOfOneKind) -> Check:
+def _check_regular(model: NumericModel, configurations: ConfigurationsOfOneKind) -> Check:
     """Check that det J has the same sign for short and long lengths, and so is zero for none of them."""
     signs = set()
     for _ in range(40):
-        lengths = {name: value * 4 ** numeric.rng.uniform(-1, 1) for name, value in numeric.lengths[0].items()}
-        q = _compute_joint_values(numeric.chain, configuration, lengths)
-        jacobian = NumericChain(numeric.chain, lengths).jacobian(q)[numeric.task_rows]
+        # from a quarter to four times the length
+        lengths = {name: value * 4 ** model.rng.uniform(-1, 1) for name, value in model.lengths[0].items()}
+        q = _compute_joint_values(model.chain, configurations, lengths)
+        jacobian = NumericChain(model.chain, lengths).compute_jacobian(q)[model.task_rows]
         signs.add(float(np.sign(np.linalg.det(jacobian))))
     return Check("regular for all lengths", len(signs) == 1, f"signs of det J: {sorted(signs)}")
 
 
-def _sample_configuration(numeric: NumericModel, configuration: ConfigurationsOfOneKind) -> Sequence[Sample]:
-    if configuration.condition is not None:
-        return numeric.sample_on_condition(configuration.condition, arm_count=ARM_COUNT, samples_per_arm=1)
-    pairs = zip(numeric.arms, numeric.lengths, strict=True)
-    return [Sample(arm, _compute_joint_values(numeric.chain, configuration, lengths)) for arm, lengths in pairs]
+def _sample_configurations(model: NumericModel, configurations: ConfigurationsOfOneKind) -> Sequence[Sample]:
+    if configurations.condition is not None:
+        return model.sample_on_condition(configurations.condition, arm_count=ARM_COUNT, samples_per_arm=1)
+    pairs = zip(model.arms, model.lengths, strict=True)
+    return [Sample(arm, _compute_joint_values(model.chain, configurations, lengths)) for arm, lengths in pairs]
 
 
 def _compute_joint_values(
-    chain: Chain, configuration: ConfigurationsOfOneKind, lengths: dict[str, float]
+    chain: Chain, configurations: ConfigurationsOfOneKind, lengths: dict[str, float]
 ) -> np.ndarray:
     numbers = {sp.Symbol(name): sp.Float(value) for name, value in lengths.items()}
-    return np.array([float(sp.N(configuration.joints[q].xreplace(numbers))) for q in chain.q])
+    return np.array([float(sp.N(configurations.joints[q].xreplace(numbers))) for q in chain.q])
 
 
 CHECKS: dict[str, PartCheck] = {"singular-angles": _check_singular_set, "singularity-type": _check_kind}

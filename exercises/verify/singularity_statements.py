@@ -26,7 +26,7 @@ from qdot.exercises.singularities.classification import (
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
 from qdot.exercises.singularities.singular_set import Component, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import are_one_sided, classify_samples
-from qdot.exercises.verify.numeric_reference import Check, Checks, NumericModel
+from qdot.exercises.verify.numeric_model import Check, Checks, NumericModel
 
 ARM_COUNTS, SAMPLES_PER_PIECE = (4, 20, 80), 8
 """Numbers of choices of lengths, and number of configurations that are tested on a piece of the singular set.
@@ -40,12 +40,12 @@ PositionFunction = Callable[[np.ndarray], np.ndarray]
 """Returns the position (..., 3), in m, of the subject of a statement, at configurations (..., n)."""
 
 
-def check_singularity_statements(numeric: NumericModel) -> Checks:
+def check_singularity_statements(model: NumericModel) -> Checks:
     """Check what the worked solution says about each component of the singular set.
 
     If the solution has one sentence for each joint value of a component, each sentence is checked.
     """
-    chain = numeric.chain
+    chain = model.chain
     for component in find_singular_set(chain) or ():
         parts_with_one_value = [part for _, part in split_by_value(component, classify(chain, component))]
         for part in parts_with_one_value or [component]:
@@ -108,7 +108,7 @@ def _sample_piece(chain: Chain, piece: str) -> tuple[Sample, ...]:
 def all_have_kind(chain: Chain, classification: Classification, samples: Sequence[Sample]) -> bool:
     """Return whether all configurations have the kind that the solution states; True if no common kind is stated."""
     kind = classification.kind
-    return not kind or not classification.uniform or set(classify_samples(chain, samples)) <= {kind}
+    return not kind or not classification.is_uniform or set(classify_samples(chain, samples)) <= {kind}
 
 
 @dataclass(frozen=True)
@@ -143,12 +143,12 @@ def _make_position_function(sample: Sample, subject: str) -> PositionFunction:
     The subject is the tool point, the origin of a frame, a point on a joint's axis, or the wrist centre.
     """
     if subject == "the point":
-        return sample.arm.point
+        return sample.arm.compute_point
     if subject == "the wrist centre":
-        return lambda q: _find_nearest_point(sample.arm.frames(q)[..., -4:-1, :, :])
+        return lambda q: _find_nearest_point(sample.arm.compute_frames(q)[..., -4:-1, :, :])
     (number,) = map(int, re.findall(r"\d+", subject))
     frame = number if subject.startswith("the origin") else number - 1
-    return lambda q: sample.arm.frames(q)[..., frame, :3, 3]
+    return lambda q: sample.arm.compute_frames(q)[..., frame, :3, 3]
 
 
 def _find_nearest_point(frames: np.ndarray) -> np.ndarray:
@@ -192,11 +192,11 @@ def _is_on_axes(clause: _Clause) -> bool:
     The tool point must not move if a revolute joint rotates, here by 0.7 rad.
     """
     sample = clause.sample
-    position = _make_position_function(sample, clause.match["what"])
+    position = _make_position_function(sample, clause.match["subject"])
     point = position(sample.q)
     return all(
         np.linalg.norm(position(sample.q + 0.7 * np.eye(len(sample.q))[joint]) - point) < TOLERANCE
-        if sample.arm.is_revolute[joint] and clause.match["what"] == "the point"
+        if sample.arm.is_revolute[joint] and clause.match["subject"] == "the point"
         else compute_distances_from_axis(sample, point[None], joint)[0] < TOLERANCE
         for joint in clause.joints
     )
@@ -213,10 +213,10 @@ def _are_collinear(clause: _Clause) -> bool:
 def _is_extreme(clause: _Clause) -> bool:
     """Return whether moving one joint cannot bring the subject farther from (or nearer to) an axis."""
     sample = clause.sample
-    configurations = _move_joint(sample, int(clause.match["by"]) - 1)
-    positions = _make_position_function(sample, clause.match["what"])(configurations)
+    configurations = _move_joint(sample, int(clause.match["moving_joint"]) - 1)
+    positions = _make_position_function(sample, clause.match["subject"])(configurations)
     distances = compute_distances_from_axis(sample, positions, int(clause.match["axis"]) - 1)
-    return _name_extreme(distances) in re.findall("far|near", clause.match["how"])
+    return _name_extreme(distances) in re.findall("far|near", clause.match["extreme"])
 
 
 def _is_extreme_sideways(clause: _Clause) -> bool:
@@ -228,9 +228,9 @@ def _is_extreme_sideways(clause: _Clause) -> bool:
     sample, prismatic_joint = clause.sample, int(clause.match["prismatic"]) - 1
     if clause.chain.joints[prismatic_joint].is_revolute:
         return False
-    configurations = _move_joint(sample, int(clause.match["by"]) - 1)
+    configurations = _move_joint(sample, int(clause.match["moving_joint"]) - 1)
     z, origin = _locate_axis(sample, prismatic_joint)
-    offsets = _make_position_function(sample, clause.match["what"])(configurations) - origin
+    offsets = _make_position_function(sample, clause.match["subject"])(configurations) - origin
     projections = offsets - (offsets @ z)[:, None] * z
     side_direction = projections[0] / max(float(np.linalg.norm(projections[0])), 1e-12)
     deviations = projections - projections.mean(axis=0)
@@ -309,7 +309,7 @@ def _has_stated_direction(clause: _Clause) -> bool:
     if np.linalg.norm(line) < TOLERANCE:
         return False
     line /= np.linalg.norm(line)
-    deviation = np.cross(direction, line) if clause.match["how"] == "along" else direction @ line
+    deviation = np.cross(direction, line) if clause.match["direction"] == "along" else direction @ line
     return bool(np.linalg.norm(deviation) < TOLERANCE)
 
 
@@ -317,7 +317,7 @@ def _move_along_one_line(clause: _Clause) -> bool:
     """Return whether two joints move the point in parallel directions, by finite differences."""
     sample = clause.sample
     nudges = 1e-5 * np.eye(len(sample.q))[clause.joints]
-    a, b = (sample.arm.point(sample.q + nudges) - sample.arm.point(sample.q - nudges)) / 2e-5
+    a, b = (sample.arm.compute_point(sample.q + nudges) - sample.arm.compute_point(sample.q - nudges)) / 2e-5
     return bool(np.linalg.norm(np.cross(a, b)) < 10 * TOLERANCE * np.linalg.norm(a) * np.linalg.norm(b))
 
 
@@ -325,61 +325,61 @@ def _have_no_effect(clause: _Clause) -> bool:
     """Return whether the joints can move while the stated point or link, or everything in the task, stays at rest."""
     sample, rows = clause.sample, clause.chain.task_rows
     joints = clause.joints or list(range(len(sample.q)))
-    jacobian = sample.arm.jacobian(sample.q)[:, joints]
+    jacobian = sample.arm.compute_jacobian(sample.q)[:, joints]
     _, sigma, motions = np.linalg.svd(jacobian[rows])
     full_rank = min(len(rows), len(joints))
     if len(joints) <= len(rows) and sigma[full_rank - 1] > TOLERANCE * max(float(sigma[0]), 1e-3):
         return False
     velocities = np.abs(jacobian @ motions[-1])
     stated_velocities = {"leave the point at rest": velocities[:3], f"leave link {len(sample.q)} at rest": velocities}
-    return bool(stated_velocities.get(clause.match["rests"] or "", velocities[rows]).max() < TOLERANCE)
+    return bool(stated_velocities.get(clause.match["rest_clause"] or "", velocities[rows]).max() < TOLERANCE)
 
 
 def _move_point_in_line_or_plane(clause: _Clause) -> bool:
     """Return whether all joints together move the point only along one line, or only in one plane."""
-    sigma = np.linalg.svd(clause.sample.arm.jacobian(clause.sample.q)[:3], compute_uv=False)
-    return bool(sigma[1 if clause.match["where"] == "along one line" else 2] < TOLERANCE)
+    sigma = np.linalg.svd(clause.sample.arm.compute_jacobian(clause.sample.q)[:3], compute_uv=False)
+    return bool(sigma[1 if clause.match["line_or_plane"] == "along one line" else 2] < TOLERANCE)
 
 
 def _move_point_in_line_as_seen(clause: _Clause) -> bool:
     """Return whether all joints move the point along one line, as seen along an axis of the world frame."""
     axis_index = "xyz".index(clause.match["axis"])
-    projections = np.delete(clause.sample.arm.jacobian(clause.sample.q)[:3], axis_index, axis=0)
+    projections = np.delete(clause.sample.arm.compute_jacobian(clause.sample.q)[:3], axis_index, axis=0)
     return bool(np.linalg.svd(projections, compute_uv=False)[1] < TOLERANCE)
 
 
 def _no_joint_moves(clause: _Clause) -> bool:
     """Return whether no joint moves the point along, or rotates the last link about, the stated world axes."""
     rows = ["xyz".index(axis) + 3 * ("about" in clause.match[0]) for axis in re.findall("[xyz]", clause.match["axes"])]
-    return bool(np.abs(clause.sample.arm.jacobian(clause.sample.q)[rows]).max() < TOLERANCE)
+    return bool(np.abs(clause.sample.arm.compute_jacobian(clause.sample.q)[rows]).max() < TOLERANCE)
 
 
 def _are_dependent(clause: _Clause) -> bool:
     """Return whether the task Jacobian has less than full rank."""
-    sigma = np.linalg.svd(clause.sample.arm.jacobian(clause.sample.q)[clause.chain.task_rows], compute_uv=False)
+    sigma = np.linalg.svd(clause.sample.arm.compute_jacobian(clause.sample.q)[clause.chain.task_rows], compute_uv=False)
     return bool(sigma[-1] < TOLERANCE * max(float(sigma[0]), 1e-3))
 
 
-_SUBJECT_PATTERN = r"(?P<what>the point|the wrist centre|the origin O\d+|the axis of joint \d+)"
+_SUBJECT_PATTERN = r"(?P<subject>the point|the wrist centre|the origin O\d+|the axis of joint \d+)"
 _JOINTS_PATTERN = r"(?P<joints>[\d, and]+)"
 _TESTS: dict[str, Callable[[_Clause], bool]] = {
     rf"{_SUBJECT_PATTERN} lies on the ax[ie]s of joints? {_JOINTS_PATTERN}"
     r"(, which then do(es)? not move it)?": _is_on_axes,
     rf"the axes of joints {_JOINTS_PATTERN} coincide": _are_collinear,
     r"arm (stretched out|folded back)( or folded back)?": _is_stretched,
-    rf"(arm drawn in: )?{_SUBJECT_PATTERN} is (?P<how>as far from|as near to|as far from or as near to) the axis of"
-    r" joint (?P<axis>\d+) as joint (?P<by>\d+) can bring it": _is_extreme,
+    rf"(arm drawn in: )?{_SUBJECT_PATTERN} is (?P<extreme>as far from|as near to|as far from or as near to) the axis of"
+    r" joint (?P<axis>\d+) as joint (?P<moving_joint>\d+) can bring it": _is_extreme,
     rf"{_SUBJECT_PATTERN} is as far to one side of prismatic joint (?P<prismatic>\d+)"
-    r" as joint (?P<by>\d+) can bring it": _is_extreme_sideways,
+    r" as joint (?P<moving_joint>\d+) can bring it": _is_extreme_sideways,
     rf"the axes of (prismatic )?joints {_JOINTS_PATTERN} are parallel": _are_parallel,
     rf"the axes of joints {_JOINTS_PATTERN} are all parallel to one plane": _are_parallel_to_plane,
     rf"the parallel axes of joints {_JOINTS_PATTERN} lie in one plane": _are_coplanar,
-    r"prismatic joint (?P<prismatic>\d+) moves (?P<how>along|at right angles to) the line"
+    r"prismatic joint (?P<prismatic>\d+) moves (?P<direction>along|at right angles to) the line"
     r" from the axis of joint (?P<first>\d+) to that of joint (?P<second>\d+)": _has_stated_direction,
     rf"joints {_JOINTS_PATTERN} move the point along the same line": _move_along_one_line,
-    r"joint (?P<joints>\d+) has no effect(?P<rests>) on the task": _have_no_effect,
-    rf"(all joints|joints {_JOINTS_PATTERN}) can move together and (?P<rests>.*)": _have_no_effect,
-    r"all joints move the point (?P<where>along one line|in one plane)": _move_point_in_line_or_plane,
+    r"joint (?P<joints>\d+) has no effect(?P<rest_clause>) on the task": _have_no_effect,
+    rf"(all joints|joints {_JOINTS_PATTERN}) can move together and (?P<rest_clause>.*)": _have_no_effect,
+    r"all joints move the point (?P<line_or_plane>along one line|in one plane)": _move_point_in_line_or_plane,
     r"seen along (?P<axis>[xyz]), all joints move the point along one line": _move_point_in_line_as_seen,
     r"no joint (moves the point along|rotates link \d+ about) (?P<axes>[xyz, and]+)": _no_joint_moves,
     r"the (columns|rows) of J are linearly dependent": _are_dependent,

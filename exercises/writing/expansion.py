@@ -13,7 +13,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive, shorten_jacobian
-from qdot.exercises.arm.trigonometry import textbook_form
+from qdot.exercises.arm.trigonometry import to_textbook_form
 
 Substitution = Callable[[sp.Expr], sp.Expr]
 """A function that substitutes an arm's numbers in an expression of its structure."""
@@ -76,7 +76,7 @@ def _remove_signs(product: sp.Expr) -> sp.Expr:
 def _simplify_entry(entry: sp.Expr) -> sp.Expr:
     """Return an entry multiplied out, and in the textbook's form unless it contains roots of numbers."""
     new_entry = sp.expand(entry)
-    return new_entry if any(power.is_number for power in new_entry.atoms(sp.Pow)) else textbook_form(new_entry)
+    return new_entry if any(power.is_number for power in new_entry.atoms(sp.Pow)) else to_textbook_form(new_entry)
 
 
 def find_joint_1_value(chain: Chain) -> sp.Expr:
@@ -123,7 +123,7 @@ def expand_determinant(matrix: sp.Matrix, steps: tuple[ExpansionStep, ...] = ())
         return Expansion(steps, "", (factor * total,))
     products = []
     for position in positions:
-        minor = textbook_form(sp.expand(matrix.minor_submatrix(*position).det(method="berkowitz")))
+        minor = to_textbook_form(sp.expand(matrix.minor_submatrix(*position).det(method="berkowitz")))
         products.append((-1) ** sum(position) * matrix[position] * minor)
     return Expansion(steps, line, (factor * sp.Add(*products),))
 

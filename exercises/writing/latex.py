@@ -21,9 +21,9 @@ from qdot.exercises.writing.line_breaking import fill_lines
 from qdot.exercises.writing.shortening import multiply_numbers
 
 _FUNCTIONS = {
-    **{getattr(sp, name): Layout("word", name) for name in ("sin", "cos", "tan", "exp")},
-    **{getattr(sp, f"a{name}"): Layout("word", f"arc{name}") for name in ("sin", "cos", "tan")},
-    **{getattr(sp, name): Layout("text", name) for name in ("atan2", "sign")}, sp.log: Layout("word", "ln"),
+    **{getattr(sp, name): Layout("function", name) for name in ("sin", "cos", "tan", "exp")},
+    **{getattr(sp, f"a{name}"): Layout("function", f"arc{name}") for name in ("sin", "cos", "tan")},
+    **{getattr(sp, name): Layout("text", name) for name in ("atan2", "sign")}, sp.log: Layout("function", "ln"),
 }  # fmt: skip
 _TALL = frozenset(("frac", "root"))
 """Kinds of pieces around which brackets grow; a small fraction fits into brackets of normal height."""
@@ -33,8 +33,8 @@ _SYMBOL_PATTERN = re.compile(r"(theta|alpha|beta|qdd?|[a-zA-Z])(\d*)")
 
 
 @cache
-def write_symbol(name: str, prismatic: tuple[str, ...] = ()) -> str:
-    r"""Return a symbol's LaTeX. `prismatic` has the numbers of the prismatic joints, whose rates are written \dot d.
+def write_symbol(name: str, prismatic_numbers: tuple[str, ...] = ()) -> str:
+    r"""Return a symbol's LaTeX. `prismatic_numbers` are those of the prismatic joints, whose rates are written \dot d.
 
     >>> write_symbol("theta12"), write_symbol("qd2", ("2",)), write_symbol("qdd1"), write_symbol("wx")
     ('\\theta_{12}', '\\dot{d}_{2}', '\\ddot{\\theta}_{1}', '\\omega_{x}')
@@ -46,7 +46,7 @@ def write_symbol(name: str, prismatic: tuple[str, ...] = ()) -> str:
         return str(sp.latex(sp.Symbol(name)))
     letter, index = match.groups()
     if letter in ("qd", "qdd"):
-        letter = ("\\dot" if letter == "qd" else "\\ddot") + ("{d}" if index in prismatic else r"{\theta}")
+        letter = ("\\dot" if letter == "qd" else "\\ddot") + ("{d}" if index in prismatic_numbers else r"{\theta}")
     elif letter in ("theta", "alpha", "beta"):
         letter = "\\" + letter
     return f"{letter}_{{{index}}}" if index else letter
@@ -71,8 +71,8 @@ def _join_terms(signed_terms: Sequence[_SignedTerm]) -> Pieces:
 class _ExpressionLayout:
     """Lays out SymPy expressions. A term is a sign and an absolute value, so that signs can move out of brackets."""
 
-    def __init__(self, prismatic: tuple[str, ...], lengths: tuple[sp.Rational, ...] = ()) -> None:
-        self.prismatic, self.lengths = prismatic, lengths
+    def __init__(self, prismatic_numbers: tuple[str, ...], lengths: tuple[sp.Rational, ...] = ()) -> None:
+        self.prismatic_numbers, self.lengths = prismatic_numbers, lengths
         self.cached_product = lru_cache(maxsize=2048)(self.lay_out_product)  # several results share terms
 
     def lay_out(self, expression: sp.Expr) -> Pieces:
@@ -117,7 +117,7 @@ class _ExpressionLayout:
         if factor.is_Pow:
             return self.lay_out_power(factor.base, factor.exp)
         if factor.is_Symbol:
-            return parse_latex(write_symbol(factor.name, self.prismatic)).inner
+            return parse_latex(write_symbol(factor.name, self.prismatic_numbers)).inner
         if factor.is_number and factor.is_Rational:
             return self.lay_out_number(factor).pieces
         if isinstance(factor, sp.Abs):
@@ -283,10 +283,14 @@ def list_lengths(chain: Chain) -> list[sp.Expr]:
 
 @lru_cache(maxsize=1024)
 def _lay_out_scalar(
-    expression: sp.Expr, prismatic: tuple[str, ...], angles: tuple[sp.Expr, ...], lengths: tuple[sp.Rational, ...]
+    expression: sp.Expr,
+    prismatic_numbers: tuple[str, ...],
+    angles: tuple[sp.Expr, ...],
+    lengths: tuple[sp.Rational, ...],
 ) -> Pieces:
     """Lay out an expression; cached, because steps, results and other parts show the same expressions."""
-    return _get_expression_layout(prismatic, lengths).lay_out(use_constant_angles(multiply_numbers(expression), angles))
+    rewritten_expression = use_constant_angles(multiply_numbers(expression), angles)
+    return _get_expression_layout(prismatic_numbers, lengths).lay_out(rewritten_expression)
 
 
 _get_expression_layout = lru_cache(maxsize=16)(_ExpressionLayout)

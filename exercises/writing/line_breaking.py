@@ -20,7 +20,7 @@ OPERATOR_WIDTHS = {"=": 1.05, "+": 0.95, "−": 0.95, "×": 0.95, "≠": 1.05, "
 """Widths of operators, including the space around them; all widths are in em."""
 LETTER_WIDTHS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]", 0.33), ",": 0.45}
 LETTER_WIDTH, SIGN_WIDTH, SCRIPT_SCALE, COLUMN_GAP = 0.54, 0.4, 0.71, 0.85
-FRACTION_MARGIN, ROOT_WIDTH, WORD_MARGIN = 0.2, 0.9, 0.17
+FRACTION_MARGIN, ROOT_WIDTH, FUNCTION_MARGIN = 0.2, 0.9, 0.17
 """Widths that the bar adds to a fraction, the sign to a root, and the space around it to a function's name."""
 INDENT_WIDTH = 1.0
 """Width of the space, or of the equals sign, before a broken line."""
@@ -82,7 +82,7 @@ def _estimate_leaf_width(kind: str, text: str) -> float:
         return layout.SPACES[text]
     if kind == "sign" or text in OPERATOR_WIDTHS:
         return OPERATOR_WIDTHS.get(text, SIGN_WIDTH)
-    margin = WORD_MARGIN if kind == "word" else 0.0
+    margin = FUNCTION_MARGIN if kind == "function" else 0.0
     return margin + sum(LETTER_WIDTHS.get(letter, LETTER_WIDTH) for letter in text)
 
 

@@ -161,7 +161,7 @@ def to_html_for_mathjax(text: str) -> str:
 # --- LaTeX ---
 
 _BEGIN_TABLE = "\n\\begin{{center}}\n\\begin{{tabular}}{{{}}}\n\\toprule\n"
-_ALIGNED = r"\begin{aligned}", r"\end{aligned}"
+_BEGIN_ALIGNED, _END_ALIGNED = r"\begin{aligned}", r"\end{aligned}"
 MAX_UNBROKEN_LINES = 8
 """Maximum number of lines of a formula between which a page is not broken."""
 _TABLE_PATTERN = re.compile(r"(\n\\begin\{tabular\}.*?\\end\{tabular\}\n)", re.DOTALL)
@@ -218,7 +218,7 @@ def _write_display(latex: str, max_width: float, punctuation: str = "") -> str:
     layout = parse_latex(fitted_latex)
     is_aligned = [piece.kind for piece in layout.inner] == ["aligned"]
     if is_aligned and len(layout.inner[0].inner) > MAX_UNBROKEN_LINES:
-        rows = fitted_latex.removeprefix(_ALIGNED[0]).removesuffix(_ALIGNED[1])
+        rows = fitted_latex.removeprefix(_BEGIN_ALIGNED).removesuffix(_END_ALIGNED)
         return f"{{\\allowdisplaybreaks\n\\begin{{align*}}\n{rows.strip()}{punctuation}\n\\end{{align*}}\n}}"
     if estimate_width(layout) <= max_width:
         return f"\\[\n{fitted_latex}{punctuation}\n\\]"

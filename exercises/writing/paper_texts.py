@@ -7,16 +7,19 @@ from qdot.exercises.writing.latex import tex, write_symbol
 
 _CODE_EXAMPLES = r"`[^`]+`(?:, `[^`]+`)*"
 _REMARKS_ON_TYPING = (
-    (r"the letter, typed in quotes, as in `[^`]+`\.", "tick the one that is right."),
-    (r"the letters of all correct options, typed in quotes, as in `[^`]+`\.", "tick all correct options."),
+    (r"the letter, typed in quotes, for example `[^`]+`\.", "tick the correct one."),
+    (r"the letters of all correct options, typed in quotes, for example `[^`]+`\.", "tick all correct options."),
     (r'`"true"` or `"false"`, typed in quotes', "tick one"),
     (rf" \(typed {_CODE_EXAMPLES}\)", ""),
     (rf"(?:[;,]| and) (?:the joint rates|the components) are typed {_CODE_EXAMPLES}", ""),
     (rf"\. The components are typed {_CODE_EXAMPLES}; ", "; "),
-    (r",? typed in quotes(?:, as in `[^`]+`)?", ""),
-    (r" letters in quotes in the order of the joints, as in `[^`]+`", " letters in the order of the joints"),
+    (r",? typed in quotes(?:, for example `[^`]+`)?", ""),
+    (r" letters in quotes in the order of the joints, for example `[^`]+`", " letters in the order of the joints"),
     (r"These examples, for another arm, show the accepted forms: .*?(?=Conditions in a list)", ""),
-    (r"Conditions in a list are alternatives", "Write down together what must hold together; list alternatives apart"),
+    (
+        r"Conditions in a list are alternatives",
+        "Join conditions that must hold together with “and”; write each alternative on a line of its own",
+    ),
     (r"a text in your own words\. A person marks it\.", "a text in your own words."),
     (r"in your answers, use radians", "in answers that are formulas, use radians"),
 )

@@ -143,11 +143,13 @@ def _list_named_angles(steps: SolutionSteps, text: str) -> list[tuple[str, str]]
 
 def _make_legend(steps: SolutionSteps, text: str) -> list[tuple[str, str]]:
     """Return the names of angles and the abbreviations of sines and cosines in a text, each with its meaning."""
-    joints = re.findall(r"(?<![A-Za-z\\])[cs]_\{?([1-9]{1,7})\}?", text)
-    single_angles = [(r"c_i", r"\cos\theta_i"), (r"s_i", r"\sin\theta_i")]
-    angle_sums = [(r"c_{ij \dots}", r"\cos(\theta_i + \theta_j + \dots)")]
-    has_single, has_sums = (any((len(digits) > 1) is is_sum for digits in joints) for is_sum in (False, True))
-    return [*_list_named_angles(steps, text), *single_angles * has_single, *angle_sums * has_sums]
+    joint_digits = re.findall(r"(?<![A-Za-z\\])[cs]_\{?([1-9]{1,7})\}?", text)
+    legend = _list_named_angles(steps, text)
+    if any(len(digits) == 1 for digits in joint_digits):
+        legend += [(r"c_i", r"\cos\theta_i"), (r"s_i", r"\sin\theta_i")]
+    if any(len(digits) > 1 for digits in joint_digits):
+        legend.append((r"c_{ij \dots}", r"\cos(\theta_i + \theta_j + \dots)"))
+    return legend
 
 
 def _add_legend(legend: list[tuple[str, str]], text: str, language: str, is_for_several: bool = False) -> str:

@@ -14,11 +14,11 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain, Point
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.derivation import Derivation, TooLong, derive, make_task_velocity, symbolic_arm_of
-from qdot.exercises.arm.kinematics import compute_frame_after, link_frames
+from qdot.exercises.arm.derivation import Derivation, TooLong, derive, make_symbolic_arm, make_task_velocity
+from qdot.exercises.arm.kinematics import compute_frame_after, compute_link_frames
 from qdot.exercises.arm.mpmath_kinematics import determinant, inverse, round_matrix, round_to_four_digits
-from qdot.exercises.arm.standard_table import home_geometry_of
-from qdot.exercises.arm.trigonometry import remove_brackets, textbook_form
+from qdot.exercises.arm.standard_table import compute_home_geometry
+from qdot.exercises.arm.trigonometry import remove_brackets, to_textbook_form
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import rank, screws
 from qdot.exercises.questions.inversion import Configuration, ConfigurationAndVelocity, evaluate_jacobian_precisely
@@ -63,15 +63,15 @@ class RecursionStep:
 class SingularComponent:
     """A component of the singular set: configurations that satisfy all `conditions` (each expression is zero).
 
-    `solutions` are pairs (joint variable, values), or None if a condition depends on several joints. `kind` is the
-    classification of all these configurations. If a joint has several values whose kinds differ, `cases` has the kind
-    for each choice of values. If only some lengths allow the conditions, `existence_condition` is the inequality for
-    the lengths.
+    `solutions` are pairs (joint variable, values), or None if a condition depends on several joints. `classification`
+    applies to all these configurations. If a joint has several values whose classifications differ, `cases` has one for
+    each choice of values. If only some lengths allow the conditions, `existence_condition` is the inequality for the
+    lengths.
     """
 
     conditions: tuple[sp.Expr, ...]
     solutions: tuple[tuple[sp.Symbol, tuple[sp.Expr, ...]], ...] | None
-    kind: Classification
+    classification: Classification
     cases: tuple[tuple[ValueCombination, Classification], ...] = ()
     existence_condition: ExistenceCondition | None = None
 
@@ -91,7 +91,7 @@ class SolutionSteps:
     def __init__(self, chain: Chain) -> None:
         self.chain, self.convention = chain, convention_of(chain)
         self.derivation: Derivation = derive(chain)
-        symbolic_arm = symbolic_arm_of(chain)
+        symbolic_arm = make_symbolic_arm(chain)
         self._structure, self._values = symbolic_arm.chain, dict(symbolic_arm.values)
         self.kinds = [joint.kind for joint in chain.joints]
         """For each joint, R (revolute) or P (prismatic)."""
@@ -136,7 +136,7 @@ class SolutionSteps:
 
     def _substitute_numbers(self, matrix: sp.Matrix) -> sp.Matrix:
         """Return a matrix of the structure in the textbook's form, with this arm's numbers."""
-        return matrix.applyfunc(lambda entry: textbook_form(sp.expand(entry)).xreplace(self._values))
+        return matrix.applyfunc(lambda entry: to_textbook_form(sp.expand(entry)).xreplace(self._values))
 
     @cached_property
     def transforms(self) -> list[sp.Matrix]:
@@ -147,7 +147,7 @@ class SolutionSteps:
     @cached_property
     def origins(self) -> list[sp.Matrix]:
         """The origins O_0 ... O_k (3 x 1, m), where P is fixed in frame k."""
-        frames = link_frames(self._structure)
+        frames = compute_link_frames(self._structure)
         return [self._substitute_numbers(frame.origin) for frame in frames[: self.chain.point.frame + 1]]
 
     @property
@@ -183,12 +183,12 @@ class SolutionSteps:
     @property
     def point_at_home(self) -> sp.Matrix:
         """The position of P at home (3 x 1, m)."""
-        return home_geometry_of(self.chain).point
+        return compute_home_geometry(self.chain).point
 
     @property
     def exponentials(self) -> list[tuple[str, sp.Matrix]]:
         """For each joint the LaTeX name of its exponential, and the exponential itself (4 x 4)."""
-        axes = home_geometry_of(self.chain).axes
+        axes = compute_home_geometry(self.chain).axes
         pairs = enumerate(zip(self.chain.q, axes, strict=True), 1)
         return [(f"e^{{[S_{{{i}}}]{tex(q)}}}", screws.compute_exponential(axis, q)) for i, (q, axis) in pairs]
 
@@ -299,7 +299,7 @@ class SolutionSteps:
         chain = self._structure
         wrist_frame = compute_frame_after(chain.joints[3 : chain.point.frame])
         wrist_centre = wrist_frame.origin + wrist_frame.rotation * sp.Matrix(chain.point.offset)
-        point = Point(3, tuple(wrist_centre.applyfunc(textbook_form)))
+        point = Point(3, tuple(wrist_centre.applyfunc(to_textbook_form)))
         first_joints = Chain("arm", chain.joints[:3], VELOCITY_NAMES[:3], chain.base, point)
         determinant = derive_block_determinants(self.chain)[0]
         return expand_jacobian(first_joints).with_numbers(self.derivation.substitute_values, determinant)
@@ -373,8 +373,8 @@ class SolutionSteps:
     @property
     def has_only_boundary_singularities(self) -> bool:
         """Whether all singular configurations are on the workspace boundary."""
-        kinds = (component.kind for component in self.singular_components)
-        return all(kind.kind == "boundary" and kind.uniform for kind in kinds)
+        classifications = (component.classification for component in self.singular_components)
+        return all(c.kind == "boundary" and c.is_uniform for c in classifications)
 
     @cached_property
     def singular_components(self) -> list[SingularComponent]:
@@ -384,10 +384,11 @@ class SolutionSteps:
     def classify_component(self, component: Component) -> SingularComponent:
         """Return a component of the singular set with its geometric meaning and its kind."""
         conditions = self._simplify_conditions(component)
-        kind = classify(self.chain, component)
+        classification = classify(self.chain, component)
+        cases = self._find_cases(component, classification)
         inequalities = (find_existence_condition(condition, self.chain) for condition in conditions)
         inequality = next(filter(None, inequalities), None)
-        return SingularComponent(conditions, component.solutions, kind, self._find_cases(component, kind), inequality)
+        return SingularComponent(conditions, component.solutions, classification, cases, inequality)
 
     def simplify_condition(self, condition: sp.Expr) -> sp.Expr:
         """Return a condition without its numeric factor; a sum has the same signs as in the det J that is shown."""
@@ -399,9 +400,9 @@ class SolutionSteps:
         return -without_number if is_opposite_shown else without_number
 
     def _find_cases(
-        self, component: Component, kind: Classification
+        self, component: Component, classification: Classification
     ) -> tuple[tuple[ValueCombination, Classification], ...]:
-        cases = [(values, classify(self.chain, part)) for values, part in split_by_value(component, kind)]
+        cases = [(values, classify(self.chain, part)) for values, part in split_by_value(component, classification)]
         return tuple(cases) if len({case for _, case in cases}) > 1 else ()
 
     def find_components(self, configuration: ConfigurationsOfOneKind) -> list[SingularComponent]:

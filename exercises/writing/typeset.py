@@ -24,11 +24,12 @@ MAX_DEPTH = 30
 _RELATION, _SUM, _PRODUCT, _FACTOR, _ATOM = range(5)
 """How strongly an operand binds, from weak to strong. Only an atom needs no brackets as the base of a power."""
 
-_FUNCTIONS = {
-    "asin": Layout("word", "arcsin"), "acos": Layout("word", "arccos"), "atan": Layout("word", "arctan"),
-    "acot": Layout("text", "arccot"), "log": Layout("word", "ln"), "atan2": Layout("text", "atan2"),
+_FUNCTION_NAMES = {
+    "asin": Layout("function", "arcsin"), "acos": Layout("function", "arccos"), "atan": Layout("function", "arctan"),
+    "acot": Layout("text", "arccot"), "log": Layout("function", "ln"), "atan2": Layout("text", "atan2"),
     "sign": Layout("text", "sign"),
 }  # fmt: skip
+"""The names of functions that are not shown as typed; LaTeX has no commands for those that are texts."""
 _CONSTANTS = {"pi": "π", "E": "e", "I": "i"}
 _TALL = frozenset(("fraction", "root", "matrix"))
 _ELEMENT_SIGN = Layout("sign", "∈")
@@ -50,11 +51,11 @@ class _Operand(NamedTuple):
 
 
 def typeset(
-    node: Node, prismatic: tuple[str, ...] = (), are_alternatives: bool = False, units: Sequence[str] = ()
+    node: Node, prismatic_numbers: tuple[str, ...] = (), are_alternatives: bool = False, units: Sequence[str] = ()
 ) -> Layout:
     r"""Return the layout of an answer. Raises TooDeep.
 
-    `prismatic` has the numbers of the prismatic joints, whose rates are written \dot d. If `are_alternatives`, the
+    `prismatic_numbers` are those of the prismatic joints, whose rates are written \dot d. If `are_alternatives`, the
     conditions in a list are alternatives; otherwise, all hold. `units` has the unit of each entry of a numeric vector.
 
     >>> from qdot.exercises.formula.parser import parse_formula
@@ -62,14 +63,14 @@ def typeset(
     >>> print_latex(typeset(parse_formula("-a1*sin(theta1 + theta2)/2 + x_long^2")))
     '-\\tfrac{1}{2}\\, a_{1} s_{12} + \\text{x_long}^{2}'
     """
-    return row(*_Typesetter(prismatic, are_alternatives, units).typeset_answer(node))
+    return row(*_Typesetter(prismatic_numbers, are_alternatives, units).typeset_answer(node))
 
 
 class _Typesetter:
     """Typesets trees by recursion. A loop handles the left operands of sums and products, which may be many."""
 
-    def __init__(self, prismatic: tuple[str, ...], are_alternatives: bool, units: Sequence[str]) -> None:
-        self.prismatic, self.units, self.depth = prismatic, units, 0
+    def __init__(self, prismatic_numbers: tuple[str, ...], are_alternatives: bool, units: Sequence[str]) -> None:
+        self.prismatic_numbers, self.units, self.depth = prismatic_numbers, units, 0
         self.separator = _OR if are_alternatives else (layout.COMMA, layout.QQUAD)
 
     def typeset_answer(self, node: Node) -> Pieces:
@@ -98,8 +99,8 @@ class _Typesetter:
         if name in _CONSTANTS:
             return _Operand((Layout("letter", _CONSTANTS[name]),), _ATOM)
         if _SYMBOL_PATTERN.fullmatch(name):
-            return _Operand(parse_latex(write_symbol(name, self.prismatic)).inner, _ATOM)
-        # A name may contain characters that normalize to others, such as Unicode's digits in brackets.
+            return _Operand(parse_latex(write_symbol(name, self.prismatic_numbers)).inner, _ATOM)
+        # A name may contain characters such as ⑴, which normalization turns into (1), so that brackets would appear.
         text = "".join(ch if ch.isalnum() or ch in "._" else "?" for ch in name)
         return _Operand((Layout("text", text),), _ATOM)
 
@@ -137,8 +138,8 @@ class _Typesetter:
             return self.typeset_node(factors[0]).pieces
         factor_pieces = [self.typeset_operand(factor, _FACTOR) for factor in factors]
         pieces = list(factor_pieces[0])
-        for previous_factor, factor in pairwise(factor_pieces):
-            pieces += (*_choose_separator(previous_factor, factor[0]), *factor)
+        for left_factor, factor in pairwise(factor_pieces):
+            pieces += (*_choose_separator(left_factor, factor[0]), *factor)
         return tuple(pieces)
 
     def typeset_power(self, node: Node) -> _Operand:
@@ -161,7 +162,7 @@ class _Typesetter:
             return _Operand((Layout("root", "sqrt", (row(*arguments),)),), _FACTOR)
         if word == "abs":
             return _Operand((layout.fence("||", arguments),), _ATOM)
-        function_name = _FUNCTIONS.get(word) or Layout("word", word)
+        function_name = _FUNCTION_NAMES.get(word) or Layout("function", word)
         function_name = script(function_name, layout.EMPTY, superscript) if superscript.inner else function_name
         return _Operand((function_name, *layout.bracket(arguments, _TALL)), _FACTOR)
 
@@ -204,13 +205,16 @@ _TYPESETTERS: dict[str, Callable[[_Typesetter, Node], _Operand]] = {
 """For each kind of node, the function that typesets it."""
 
 
-def _choose_separator(previous_factor: Pieces, next_start: Layout) -> Pieces:
-    """Return the separator of two factors: a dot before a number; a space beside a name and after tall brackets."""
-    previous_piece, next_piece = previous_factor[-1], layout.get_script_base(next_start)
-    previous_start = layout.get_script_base(previous_factor[0])
-    if next_piece.kind == "number" or (next_start.kind == "fraction" and previous_piece.kind == "number"):
+def _choose_separator(left_factor: Pieces, right_start: Layout) -> Pieces:
+    """Return the separator of two factors: a dot before a number; a space beside a name and after tall brackets.
+
+    `right_start` is the first piece of the right factor.
+    """
+    left_base, left_end = layout.get_script_base(left_factor[0]), left_factor[-1]
+    right_base = layout.get_script_base(right_start)
+    if right_base.kind == "number" or (right_start.kind == "fraction" and left_end.kind == "number"):
         return (layout.DOT,)
-    return (layout.THIN,) if "text" in (previous_start.kind, next_piece.kind) or previous_piece.text == "()" else ()
+    return (layout.THIN,) if "text" in (left_base.kind, right_base.kind) or left_end.text == "()" else ()
 
 
 def _split_factors(node: Node) -> tuple[list[Node], list[Node]]:

@@ -10,7 +10,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES, Convention
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.standard_table import home_geometry_of
+from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.questions.base import name_velocity_components
 from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.singular_set import ValueCombination
@@ -24,8 +24,8 @@ from qdot.exercises.writing.translatable_phrases import NUMBER_WORDS
 class Wording:
     """What templates say about an arm (`chain`) in a language (`messages`); formulas are LaTeX without dollar signs.
 
-    `solved_kinds` has the kinds of the questions that are already solved in the same text, which does not repeat their
-    results.
+    `solved_kinds` has the kinds of the questions whose solutions come earlier in the same text. Templates do not repeat
+    their results.
     """
 
     chain: Chain
@@ -126,7 +126,10 @@ class Wording:
         return d.is_square and d.determinant != 0 and not d.determinant.free_symbols & set(self.chain.q)
 
     def moves_outside_task(self, rows: int = len(VELOCITY_NAMES)) -> bool:
-        """Return whether a component outside the task can be nonzero, among the first `rows` of (vx, ..., wz)."""
+        """Return whether the arm can move in a direction outside its task.
+
+        Only the first `rows` of the velocity components (vx, ..., wz) are considered.
+        """
         geometric = derive(self.chain).geometric_jacobian
         outside_task = (i for i, row in enumerate(VELOCITY_NAMES[:rows]) if row not in self.chain.task)
         return any(not geometric[i, :].is_zero_matrix for i in outside_task)
@@ -178,7 +181,7 @@ class Wording:
         pgettext = self.messages.pgettext
         kinds = {"R": pgettext("of a joint", "revolute"), "P": pgettext("of a joint", "prismatic")}
         rows = []
-        for number, axis in enumerate(home_geometry_of(self.chain).axes, 1):
+        for number, axis in enumerate(compute_home_geometry(self.chain).axes, 1):
             name, point = (r"\omega", format_coordinates(axis.point)) if axis.is_revolute else ("v", "")
             direction = ", ".join(map(tex, axis.direction))
             rows.append((kinds[axis.kind], f"{name}_{{{number}}}", f"({direction})", point))
@@ -187,7 +190,7 @@ class Wording:
     @property
     def point_at_home(self) -> str:
         """The position of P at home."""
-        return format_coordinates(home_geometry_of(self.chain).point)
+        return format_coordinates(compute_home_geometry(self.chain).point)
 
     # --- the convention ---
 
@@ -198,14 +201,14 @@ class Wording:
         return r"\, ".join(factors) if len(factors) < 4 else rf"{factors[0]} \cdots {factors[-1]}"
 
     @property
-    def first_twist(self) -> str:
-        """The twist alpha_0 before joint 1 in a modified table, "" if it is zero."""
-        twist, _ = self.convention.step_to_standard_frame(0)
-        return tex_angle(twist) if twist != 0 else ""
+    def first_link_twist(self) -> str:
+        """The link twist alpha_0 before joint 1 in a modified table, "" if it is zero."""
+        link_twist, _ = self.convention.step_to_standard_frame(0)
+        return tex_angle(link_twist) if link_twist != 0 else ""
 
     @property
-    def recursion(self) -> list[int]:
-        """The numbers of the links whose vectors the recursion for p* adds, the last link first."""
+    def links_in_recursion(self) -> list[int]:
+        """The links, from the last to the first, whose vectors are added one by one to get the vectors p*."""
         return list(range(self.chain.n, self.convention.frame_on_axis(1), -1))
 
     def name_origin(self, frame: int) -> str:
@@ -283,7 +286,7 @@ class Wording:
 
     @property
     def max_rank(self) -> int:
-        """The size of the largest square part of the task Jacobian."""
+        """The smaller one of the numbers of rows and columns of the task Jacobian."""
         return min(len(self.chain.task), self.chain.n)
 
     def find_unit(self, symbol: sp.Symbol) -> str:
@@ -296,28 +299,28 @@ class Wording:
         """Return a component of velocity with its unit."""
         return rf"{tex(value)}\,\text{{{self.find_unit(component)}}}"
 
-    def explain_meaning(self, kind: Classification) -> str:
+    def explain_meaning(self, classification: Classification) -> str:
         """Return sentences on the geometric meaning and the kind of a set of singular configurations."""
-        messages, sentence = self.messages, self.write_sentence(kind.meaning)
-        if not self.can_classify_singularities or not kind.kind:
+        messages, sentence = self.messages, self.write_sentence(classification.meaning)
+        if not self.can_classify_singularities or not classification.kind:
             return sentence
         boundary = messages.gettext("This is a boundary singularity.")
         internal = messages.gettext("This is an internal singularity.")
-        kind_sentence = boundary if kind.kind == "boundary" else internal
-        return f"{sentence} {kind_sentence if kind.uniform else self._mixed_kinds_sentence}"
+        kind_sentence = boundary if classification.kind == "boundary" else internal
+        return f"{sentence} {kind_sentence if classification.is_uniform else self._mixed_kinds_sentence}"
 
-    def explain_cases(self, kinds_by_value: Iterable[tuple[ValueCombination, Classification]]) -> str:
+    def explain_cases(self, cases: Iterable[tuple[ValueCombination, Classification]]) -> str:
         """Return sentences on the meaning and kind for each choice of joint values; equal kinds share a sentence."""
-        values_by_kind: dict[Classification, list[ValueCombination]] = {}
-        for values, kind in kinds_by_value:
-            values_by_kind.setdefault(kind, []).append(values)
+        values_by_case: dict[Classification, list[ValueCombination]] = {}
+        for values, classification in cases:
+            values_by_case.setdefault(classification, []).append(values)
         conjunction = ", " + self.messages.gettext("or") + " "
         sentences = []
-        for kind, values_of_kind in values_by_kind.items():
+        for classification, values_of_case in values_by_case.items():
             equations = (
-                [f"${tex(q, self.chain)} = {tex_value(value, q)}$" for q, value in values] for values in values_of_kind
+                [f"${tex(q, self.chain)} = {tex_value(value, q)}$" for q, value in values] for values in values_of_case
             )
-            words, case = conjunction.join(map(self.join, equations)), self.explain_meaning(kind)
+            words, case = conjunction.join(map(self.join, equations)), self.explain_meaning(classification)
             sentences.append(self.messages.gettext("At %(values)s: %(case)s", values=words, case=case))
         return " ".join(sentences)
 

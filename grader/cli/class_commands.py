@@ -1,8 +1,9 @@
-"""The commands for a class other than `qdot grade`: generate, verify, compare, doctor."""
+"""The commands for a class other than `qdot grade`: generate, release, verify, compare, doctor."""
 
 import io
 import json
 import platform
+import re
 import sys
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -15,10 +16,18 @@ import typer
 
 from qdot.exercises.assignment.assignment import check_definition_on_family
 from qdot.exercises.assignment.certified_problems import FailedSlot, describe_replacements, raise_failed_slots
+from qdot.exercises.assignment.handout import (
+    INDEX_FILE,
+    make_index_csv,
+    write_folders,
+    write_links,
+    write_moodle_zip,
+)
 from qdot.exercises.assignment.release import ReleaseResult, notebook_path, release_notebooks
-from qdot.exercises.common.console import note, print_result, show_progress
+from qdot.exercises.common.console import check_choice, note, print_result, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, list_first
 from qdot.exercises.common.extras import find_qdot_version
+from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate as generate_problem
@@ -28,6 +37,7 @@ from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.cli.options import (
     NO_FOLDER_HINT,
     ConventionOption,
+    FolderArgument,
     JobsOption,
     JsonOption,
     TwistOption,
@@ -80,6 +90,7 @@ def generate(
 
         process_count = min(jobs, len(assignment.roster))
         released_assignment = release_notebooks(assignment, CERTIFIER, process_count, report_student)
+    write_atomically(folder / "released" / INDEX_FILE, make_index_csv(released_assignment), 0o600)
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
     next_step = f"distribute {folder / 'released'}, keep {folder / 'solutions'} private"
     print_result(f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; {next_step}")
@@ -92,6 +103,59 @@ def generate(
         names = list_first(former_students, 3)
         note(f"do not distribute the notebooks of students not on the roster ({names}), in {folder / 'released'}")
     raise_failed_slots(released_assignment, failed_slots)
+
+
+HANDOUT_TARGETS = ("folder", "moodle")
+"""The values of `--to`; `--links` is an option of its own."""
+
+
+def release(
+    folder: FolderArgument,
+    worksheet: Annotated[
+        Path | None, typer.Argument(metavar="WORKSHEET", help="With --to moodle: the assignment's grading worksheet.")
+    ] = None,
+    links: Annotated[
+        bool, typer.Option("--links", help="Write a folder for any file server, with one address for each student.")
+    ] = False,
+    to: Annotated[str, name_option("Where the notebooks go: folder or moodle.", names=HANDOUT_TARGETS)] = "",
+    url: Annotated[str, typer.Option(metavar="ADDRESS", help="With --links: the address of the uploaded folder.")] = "",
+    out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Folder. Default: DIR/handout/NAME.")] = None,
+) -> None:
+    """Pack the notebooks of a class for handing them out.
+
+    With --links, writes a folder to upload to any file server. It has one address for each student, which nobody can
+    guess, and mail-merge.csv beside it has the addresses for a mail to each student. With --to moodle, writes a zip
+    that gives each student their notebook as a feedback file of an assignment. With --to folder, writes a folder named
+    after each student, such as "Lovelace, Ada (501)". The notebooks must be up to date (`qdot generate`).
+
+    Examples:
+      qdot release homework --links --url https://files.example.edu/rob101
+          addresses for a mail merge
+      qdot release homework worksheet.csv --to moodle
+          the zip for "Upload multiple feedback files in a zip"
+    """
+    if bool(to) == links:
+        raise QdotError(f"choose one way: --links, or --to {' or --to '.join(HANDOUT_TARGETS)}")
+    if to:
+        check_choice(to, HANDOUT_TARGETS, "--to")
+    if url and not re.match("https?://", url):
+        raise QdotError(f"--url {url}: write the whole address, as in https://files.example.edu/rob101")
+    if (worksheet is not None) != (to == "moodle"):
+        advice = "give the grading worksheet, as in: qdot release homework worksheet.csv --to moodle"
+        raise QdotError(advice if worksheet is None else "a worksheet belongs to --to moodle")
+    assignment = load_class(folder)
+    target = out or folder / "handout" / (to or "links")
+    if worksheet is not None:
+        handout = write_moodle_zip(assignment, target, worksheet)
+        next_step = "upload it in the assignment, Submissions > Actions > Upload multiple feedback files in a zip"
+    elif to:
+        handout, next_step = write_folders(assignment, target), f"{target / INDEX_FILE} lists them"
+    else:
+        handout = write_links(assignment, target, url)
+        next_step = f"upload it; {handout.table_path} has the links, keep it private"
+        if not url:
+            note(f"{handout.table_path} has only paths; --url ADDRESS puts the address of the folder before them")
+    print_result(f"{count_noun(len(assignment.roster), 'notebook')}: {handout.path}; {next_step}")
 
 
 def verify(

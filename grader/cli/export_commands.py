@@ -1,4 +1,4 @@
-"""The commands that write problems and results for other programs and for people: export, report."""
+"""The commands that write problems and results for other programs and for people: export, report, return."""
 
 import contextlib
 from collections.abc import Mapping, Sequence
@@ -22,6 +22,8 @@ from qdot.grader.cli.options import BankVariationOption, FolderArgument, JobsOpt
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.class_check import load_class
 from qdot.grader.marking.marking import compute_earned_share
+from qdot.grader.reports.gradebooks import describe_unmarked_students
+from qdot.grader.reports.returned_feedback import FOLDER, TARGETS, return_feedback
 
 SHEET_HELP = f"Paper and HTML: kind of sheet, {', '.join(SHEET_KINDS)} (docs/paper.md)."
 PASSING_HELP = "this percentage of the points; without it, the package does not report pass or fail"
@@ -136,6 +138,46 @@ def report(
     if all(path != STDOUT for _, path in reports):
         for name, path in reports:
             print_result(f"{name}: {path}, {count_noun(len(results), 'student')}")
+
+
+def return_pages(
+    folder: FolderArgument,
+    submissions: Annotated[
+        Path | None, typer.Argument(metavar="SUBMISSIONS", help="What was graded. Default: DIR/submitted.")
+    ] = None,
+    to: Annotated[
+        str, name_option(f"Where the pages go: {', '.join((*TARGETS, FOLDER))}.", names=(*TARGETS, FOLDER))
+    ] = "",
+    out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Folder. Default: DIR/returned/NAME.")] = None,
+) -> None:
+    """Pack the feedback pages as a platform takes them back.
+
+    For Moodle, Canvas and Brightspace, writes a zip that gives each student their page, named as in the platform's
+    download of the submissions, and the table of marks that the platform imports. Give the same download that was
+    graded. For a folder, writes a page named after each student, such as "Lovelace, Ada (501).html". Nothing is
+    written if a page is out of date, or has no place on the platform. docs/hand-out-and-return.md says where to upload
+    the files.
+
+    Examples:
+      qdot return homework moodle.zip --to moodle
+          the zip for "Upload multiple feedback files in a zip"
+      qdot return homework --to folder
+          a folder of pages to send by mail
+    """
+    from qdot.grader.grading.history import read_results_to_report
+    from qdot.grader.submissions.submission import open_submissions
+
+    if not to:
+        raise QdotError(f"say where the pages go, as in --to moodle; known: {', '.join((*TARGETS, FOLDER))}")
+    check_choice(to, (*TARGETS, FOLDER), "--to")
+    assignment, results = read_results_to_report(load_class(folder))
+    with open_submissions(submissions or folder / "submitted") as root:
+        returned = return_feedback(assignment, results, to, root, out or folder / "returned" / to)
+    for message in (*returned.notes, *describe_unmarked_students(assignment, results)):
+        note(message)
+    upload_words = "" if to == FOLDER else f"; upload it {TARGETS[to].upload_words}"
+    print_result(f"{count_noun(returned.page_count, 'page')}: {returned.pages_path}{upload_words}")
+    print_result(f"marks: {returned.marks_path}")
 
 
 def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) -> None:

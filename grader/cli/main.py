@@ -36,14 +36,16 @@ STOP_MESSAGES = {
 
 COMMANDS = {
     **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "qdot.grader.cli.problem_commands"),
-    **dict.fromkeys(("verify", "generate", "compare", "doctor"), "qdot.grader.cli.class_commands"),
+    **dict.fromkeys(("verify", "generate", "release", "compare", "doctor"), "qdot.grader.cli.class_commands"),
     "grade": "qdot.grader.cli.grade_command",
     "check": "qdot.grader.cli.student_command",
-    **dict.fromkeys(("export", "report"), "qdot.grader.cli.export_commands"),
+    **dict.fromkeys(("export", "report", "return"), "qdot.grader.cli.export_commands"),
     "forget": "qdot.grader.cli.forget_command",
     "demo": "qdot.grader.cli.demo",
 }
-"""For each command, the module that defines the command as a function of the same name."""
+"""For each command, the module that defines the command as a function of the same name (`FUNCTION_NAMES`)."""
+FUNCTION_NAMES = {"return": "return_pages"}
+"""The names of the functions of commands whose own names are words of Python."""
 
 ENDING_SIGNALS = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
 """The signals that end the program like Ctrl-C: a request to terminate, and a closed terminal."""
@@ -92,7 +94,7 @@ def make_program(needed_part: str = "") -> "typer.Typer":
 
     for name, module in COMMANDS.items():
         if needed_part not in COMMANDS or name == needed_part:
-            add_command(app, name, module, name)
+            add_command(app, name, module, FUNCTION_NAMES.get(name, name))
     if needed_part not in COMMANDS:
         site = typer.Typer(no_args_is_help=True, help="Build the web site, or serve it on this machine.")
         for name, function in SITE_COMMANDS.items():

@@ -3,7 +3,7 @@
 import textwrap
 from typing import Any
 
-from qdot.exercises.arm.library import robots
+from qdot.exercises.arm.library import list_robots
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.families import FAMILIES, Family
 from qdot.exercises.generation import find_listing, sample_chain
@@ -51,7 +51,7 @@ def describe_families() -> str:
 def describe_robots() -> str:
     """Return a text that lists the robots of the library: name, joints, convention, description and source."""
     lines = ["Real robots: name, joints, convention, title and source of the data:", ""]
-    for robot in robots().values():
+    for robot in list_robots().values():
         prefix = f"  {robot.name:<16}{robot.joints:<9}{robot.convention:<13}"
         lines += _wrap(prefix, f"{robot.title}; {robot.source}")
     lines += ["", "Everything about one of them: qdot solve NAME. As a file: qdot solve NAME --convert dh > arm.toml"]

@@ -14,9 +14,9 @@ from qdot import generate as make_problem
 from qdot import show as show_problem
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.arm.library import FILE_EXTENSIONS, find_robot_path, is_in_library
-from qdot.exercises.arm.library import robots as library
+from qdot.exercises.arm.library import list_robots as library
 from qdot.exercises.arm.robot_file import read_robot_file
-from qdot.exercises.arm.robot_text import robot_text
+from qdot.exercises.arm.robot_text import write_robot_text
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, find_set
 from qdot.exercises.common.console import check_choice, note, print_result, show_status
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS as SECONDS
@@ -332,6 +332,6 @@ def solve(
         check_choice(convert, CONVENTIONS, "--convert")
         if format != "text":
             raise QdotError("--convert writes a ROBOT.toml and --format writes what is derived; give only one of them")
-        print_result(robot_text(parsed_robot, convert).rstrip())
+        print_result(write_robot_text(parsed_robot, convert).rstrip())
         return
     write_solution(parsed_robot, format, seconds, print_result, show_status)

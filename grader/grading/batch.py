@@ -27,7 +27,7 @@ from qdot.exercises.common.files import (
     sync_disks_after,
     write_atomically,
 )
-from qdot.exercises.common.input_file import csv_text
+from qdot.exercises.common.input_file import format_csv
 from qdot.exercises.common.json_form import parse_dataclass, to_jsonable
 from qdot.exercises.common.parallel import map_in_order
 from qdot.grader.grading.attempt import (
@@ -93,7 +93,7 @@ def grade_class(
                 costs.append((student.id, *_format_cost(notebooks)))
                 on_result(result)
     if students is None:
-        write_atomically(assignment.folder / "graded" / "costs.csv", csv_text(costs), 0o600)
+        write_atomically(assignment.folder / "graded" / "costs.csv", format_csv(costs), 0o600)
     return results
 
 

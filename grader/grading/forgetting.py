@@ -14,6 +14,7 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Student, read_roster, read_roster_table
 from qdot.exercises.assignment.gradebook import normalize_identifier
+from qdot.exercises.assignment.handout import INDEX_FILE
 from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE
 from qdot.exercises.assignment.store import store_path
 from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
@@ -126,8 +127,9 @@ def _plan_for_assignment(folder: Path, roster: Sequence[Student], student: Stude
     new_contents = dict(_shorten_tables(folder, student.id))
     if not removed_paths and not new_contents:
         return None
-    # Files in the cache don't name their student, so all are removed; qdot can make the cache and the report again.
-    removed_paths += [path for name in (".cache", "report.html") if (path := folder / "graded" / name).exists()]
+    # Files in the cache don't name their student, so all are removed. qdot can make all these files again.
+    names = ("graded/.cache", "graded/report.html", "handout", "returned")
+    removed_paths += [path for name in names if (path := folder / name).exists()]
     contained_paths = {path for parent in removed_paths if parent.is_dir() for path in parent.rglob("*")}
     advice = "it may belong to this student or to another one"
     mentions = [(path.relative_to(folder).as_posix(), advice) for path in doubtful_paths]
@@ -156,6 +158,7 @@ def _shorten_tables(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
     not_fetched_name = f"submitted/{NOT_FETCHED_FILE}"
     names = (
         "graded/grades.csv",
+        f"released/{INDEX_FILE}",
         "graded/to-mark.csv",
         "graded/costs.csv",
         OVERRIDES_FILE,

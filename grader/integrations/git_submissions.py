@@ -29,7 +29,7 @@ from qdot.exercises.assignment.late_rule import add_time_zone
 from qdot.exercises.common.console import escape_controls, note, print_result
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.common.input_file import csv_text
+from qdot.exercises.common.input_file import format_csv
 from qdot.grader.grading.batch import find_student
 from qdot.grader.grading.history import read_results_to_report
 from qdot.grader.integrations.git_hosts import Host, Push, find_host
@@ -113,13 +113,13 @@ def collect(assignment: Assignment, host: Host) -> list[CollectedRepository]:
         if len(unreached_students) == len(rows):
             raise QdotError("no repository could be fetched; check the names in repositories.csv and the token")
         if unreached_students:
-            table = csv_text([("student", "why"), *unreached_students])
+            table = format_csv([("student", "why"), *unreached_students])
             (fetched_folder / NOT_FETCHED_FILE).write_text(table, encoding="utf-8")
         submitted_folder = assignment.folder / "submitted"
         if submitted_folder.exists():
             submitted_folder.rename(Path(work_folder, "before"))
         fetched_folder.rename(submitted_folder)
-    table = csv_text([[column.name for column in fields(CollectedRepository)], *map(astuple, rows)])
+    table = format_csv([[column.name for column in fields(CollectedRepository)], *map(astuple, rows)])
     write_atomically(assignment.folder / "graded" / "collected.csv", table)
     return rows
 

@@ -43,10 +43,10 @@ class Judgement:
 class Diagnosis:
     """The names of the mistakes that together explain a wrong answer, and the `feedback` for the student.
 
-    If no mistake is named, the feedback says what the student should look at. `cause` is a single mistake that explains
-    the whole answer: the name of the mistake and the values in the message about it. If the mistake was already found
-    in an earlier part, `inherited` is that part, and the mistake is not named again. `signature` lists the mistakes and
-    their locations, including an inherited mistake.
+    If no mistake is named, the feedback says what the student should look at. If a single mistake explains the whole
+    answer, `cause` contains its name and the values in its message. If this mistake was already found in an earlier
+    part, `inherited` is that part, and the mistake is not named again. `signature` lists the mistakes and their
+    locations, including an inherited mistake.
     """
 
     mistakes: tuple[str, ...]

@@ -271,7 +271,7 @@ class _Context:
                 numeric_rows = {name: _evaluate_at(rows, values) for name, rows in rows_by_part.items()}
                 stages = _substitute(compute_numeric_stages(self.problem.chain, values), numeric_rows)
                 return compute_rows(stages, part.details)[..., 0].ravel().astype(float)
-            tree_rows = {name: TreeArithmetic.matrix(rows) for name, rows in rows_by_part.items()}
+            tree_rows = {name: TreeArithmetic.stack_rows(rows) for name, rows in rows_by_part.items()}
             stages = _substitute(compute_tree_stages(self.problem.chain), tree_rows)
             rows = list_rows(compute_rows(stages, part.details))
             return rows if sum(count_nodes(entry) for row in rows for entry in row) <= 20 * MAX_NODES else None
@@ -339,7 +339,7 @@ def _evaluate_at(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:
 
 def _compute_determinant(rows: Rows) -> Rows:
     """Return the determinant of a small matrix as a matrix with one entry."""
-    return list_rows(determinant(TreeArithmetic.matrix(rows)))
+    return list_rows(determinant(TreeArithmetic.stack_rows(rows)))
 
 
 @dataclass(frozen=True)

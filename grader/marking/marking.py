@@ -59,18 +59,12 @@ def mark(
     the reason why there is no answer.
 
     A part that follows from the student's own wrong answer to an earlier part earns `rules.follow_through_share` of its
-    points. It earns nothing if the earlier answer was copied or was not a real attempt at this arm. An answer is a real
-    attempt in these cases:
+    points, unless the earlier answer was copied or is no attempt at this arm (docs/judging.md).
 
-    - half of the entries, or half of the solution's terms, are correct
-    - a single known mistake explains the answer
-    - the answer follows from a real attempt; if it follows from an answer that is no real attempt, it is none either
-
-    If qdot's own code fails, the part is UNGRADED. `secret` and the answer determine the configurations at which
+    If qdot's own code fails, or judging takes longer than the `allowance`, the part is UNGRADED. If only the search for
+    the mistake takes too long, no mistake is named. `secret` and the answer determine the configurations at which
     answers are compared; `functions_seed` determines those at which Python functions were called. If `secret` is None,
-    a secret is chosen at random, and equal wrong answers are not grouped, because the keys of the groups depend on the
-    secret. An answer that takes longer to judge than the `allowance` is UNGRADED. If only the search for the mistake
-    takes too long, no mistake is named.
+    a secret is chosen at random, and equal wrong answers are not grouped, because the keys of groups depend on it.
 
     >>> from qdot import generate
     >>> mark(generate("polar-rp/1", ["determinant"]), {"determinant": "d2 + 0.7"}, secret="s")

@@ -11,5 +11,6 @@
     counterexample_figure           draw the arm where an answer is wrong
     feedback                        write a student's feedback page
     graded_folder                   write the files in graded/ that are not up to date
+    returned_feedback               pack the feedback pages as a platform takes them back
     formats                         list the export formats by name
 """

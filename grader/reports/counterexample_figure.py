@@ -91,7 +91,7 @@ def _mark_answer_point(problem: Problem, part: Part, symbol_values: Mapping[str,
     if len(entries) != len(axis_indices) or not np.isfinite(values).all() or np.abs(values.imag).max() > 1e-9:
         return None
     arm = NumericChain(posed_arm.chain, {})
-    correct_point = arm.point(np.array([posed_arm.pose[q.name] for q in posed_arm.chain.q]))
+    correct_point = arm.compute_point(np.array([posed_arm.pose[q.name] for q in posed_arm.chain.q]))
     answer_point = correct_point.copy()
     answer_point[axis_indices] = values[:, 0].real
     base = arm.base[:3, 3]

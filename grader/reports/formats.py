@@ -16,7 +16,12 @@ from qdot.grader.grading.result import Result
 from qdot.grader.reports import charts, github, gradescope, junit
 from qdot.grader.reports.class_page import make_class_page
 from qdot.grader.reports.excel import make_workbook
-from qdot.grader.reports.gradebooks import describe_unmarked_students, make_canvas_csv, make_moodle_csv
+from qdot.grader.reports.gradebooks import (
+    describe_unmarked_students,
+    make_brightspace_csv,
+    make_canvas_csv,
+    make_moodle_csv,
+)
 from qdot.grader.reports.grades_table import make_grades_csv
 
 
@@ -65,6 +70,9 @@ FORMATS = {
         ReportFormat("canvas", "A file to import into Canvas's gradebook", "Canvas", IMPORTER_RULES, make_canvas_csv,
                      make_notes=describe_unmarked_students),
         ReportFormat("moodle", "A file to import into Moodle's gradebook", "Moodle", IMPORTER_RULES, make_moodle_csv,
+                     make_notes=describe_unmarked_students),
+        ReportFormat("brightspace", "A file to import into Brightspace's grades", "Brightspace",
+                     "the form in Brightspace's documentation", make_brightspace_csv,
                      make_notes=describe_unmarked_students),
         ReportFormat("xlsx", "A workbook: grades, and the outcomes of each part", "Excel, LibreOffice", "openpyxl",
                      make_workbook, check_library=lambda: require_extra("report", "--report xlsx", "xlsxwriter")),

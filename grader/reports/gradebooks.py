@@ -1,9 +1,9 @@
-"""Write gradebooks for Canvas and Moodle, in the form that the code of their importers requires.
+"""Write gradebooks for Canvas, Moodle and Brightspace, in the form that their importers require.
 
 The platform's columns identify the students if roster.csv is the platform's export or has such columns; otherwise, the
 roster's identifiers do. A cell contains only a mark that qdot or a person gave. The cell is empty if the work is
 missing, unreadable or ungraded. Sources: Canvas's lib/gradebook_importer.rb, Moodle's
-grade/import/csv/classes/load_data.php.
+grade/import/csv/classes/load_data.php, Brightspace's "Importing grades".
 """
 
 import re
@@ -14,7 +14,7 @@ from qdot.exercises.assignment import gradebook
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.gradebook import MOODLE_COLUMNS, MOODLE_KEYS, POINTS_ROW_MARKER, Gradebook
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.input_file import csv_text
+from qdot.exercises.common.input_file import format_csv
 from qdot.grader.grading.result import Result
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.grades_table import escape_formula, find_work_status, is_marked
@@ -73,7 +73,7 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
         is_excused = student.previous_mark.strip().upper() == EXCUSED
         mark = format_points(result.score) if is_marked(result) else ""
         rows.append([*_escape_cells(student.identity_cells), EXCUSED if is_excused else mark])
-    return csv_text(rows)
+    return format_csv(rows)
 
 
 class CanvasStudent(NamedTuple):
@@ -155,7 +155,7 @@ def make_moodle_csv(assignment: Assignment, results: Sequence[Result]) -> str:
         if is_marked(result):
             marks = [format_points(result.score), format_points(result.percent)]
         rows.append([*_escape_cells([cells[index] for _, cells in columns]), *marks[-len(mark_titles) :]])
-    return csv_text(rows)
+    return format_csv(rows)
 
 
 def _list_identifying_columns(assignment: Assignment) -> list[tuple[str, list[str]]]:
@@ -189,7 +189,31 @@ def _identifies_everybody(values: Sequence[str]) -> bool:
     return all(value not in ("", "0") for value in texts) and len({value.lower() for value in texts}) == len(texts)
 
 
-# --- both ---
+# --- Brightspace ---
+
+BRIGHTSPACE_COLUMNS = {"OrgDefinedId": ("orgdefinedid", "org defined id"), "Username": ("username", "user name")}
+"""Brightspace's columns that identify students, with their names in a roster."""
+
+
+def make_brightspace_csv(assignment: Assignment, results: Sequence[Result]) -> str:
+    """Return the CSV that Brightspace imports, with only the students who have a mark.
+
+    Brightspace identifies students by its columns, if the roster has one of them, else by the roster's identifiers as
+    user names.
+    """
+    cells_by_student = {student.id: dict(student.other_cells) for student in assignment.roster}
+    known_names = {name for cells in cells_by_student.values() for name, cell in cells.items() if cell.strip()}
+    columns = {title: next((name for name in names if name in known_names), "") for title, names in
+               BRIGHTSPACE_COLUMNS.items()}  # fmt: skip
+    columns = {title: name for title, name in columns.items() if name}
+    rows = [[*(columns or ["Username"]), f"{_write_column_title(assignment)} Points Grade", "End-of-Line Indicator"]]
+    for result in filter(is_marked, results):
+        identity = [cells_by_student[result.student].get(name, "") for name in columns.values()] or [result.student]
+        rows.append([*_escape_cells(identity), format_points(result.score), "#"])
+    return format_csv(rows)
+
+
+# --- all ---
 
 
 def _write_column_title(assignment: Assignment) -> str:

@@ -102,6 +102,15 @@ def _write_or_mark_ungraded(assignment: Assignment, student_and_result: tuple[St
     return result
 
 
+def read_current_page(assignment: Assignment, student: Student, result: Result) -> bytes:
+    """Return a student's feedback page. Raises QdotError if the page is missing or was made from another result."""
+    path = _find_page_path(assignment.folder / "graded", student)
+    if not _is_up_to_date(assignment, student, result):
+        state = "is older than the results" if path.exists() else "does not exist"
+        raise QdotError(f"{path} {state}; run: qdot grade {assignment.folder}")
+    return path.read_bytes()
+
+
 def _find_page_path(folder: Path, student: Student) -> Path:
     return folder / "feedback" / f"{student.id}.html"
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common.console import escape_controls
-from qdot.exercises.common.input_file import csv_text
+from qdot.exercises.common.input_file import format_csv
 from qdot.exercises.common.json_form import to_jsonable
 from qdot.grader.grading.overrides import write_in_one_line
 from qdot.grader.grading.result import Result
@@ -40,7 +40,7 @@ def make_grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str
     """
     header, rows = make_grades_table(results, roster)
     texts = ([_format_cell(name, cell) for name, cell in zip(header, row, strict=True)] for row in rows)
-    return csv_text([header, *texts])
+    return format_csv([header, *texts])
 
 
 def make_grades_table(results: Sequence[Result], roster: Sequence[Student]) -> tuple[list[str], list[list[Cell]]]:
@@ -77,7 +77,7 @@ def make_to_mark_csv(results: Sequence[Result]) -> str | None:
         for name, part in result.parts.items()
         if part.points is None and part.reason == AWAITS_PERSON
     ]
-    return csv_text([["student", "part", "points", "comment", "answer"], *rows]) if rows else None
+    return format_csv([["student", "part", "points", "comment", "answer"], *rows]) if rows else None
 
 
 def _format_cell(column: str, cell: Cell) -> str:

@@ -13,7 +13,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.standard_table import home_geometry_of
+from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.singularities.difficulty import rate_difficulty_band
 from qdot.grader.statistics.class_statistics import compute_permutation_p_value, correct_by_holm
@@ -66,14 +66,14 @@ def _describe_point(chain: Chain) -> str:
 
 def _describe_axis_directions(chain: Chain) -> str:
     """Return how many axes are oblique when the arm is at home."""
-    axes = home_geometry_of(chain).axes
+    axes = compute_home_geometry(chain).axes
     oblique_count = sum(sum(entry != 0 for entry in axis.direction) > 1 for axis in axes)
     return f"{oblique_count} of {chain.n} axes at home not parallel to a coordinate axis"
 
 
 def _describe_axis_senses(chain: Chain) -> str:
     """Return how many axes have a direction with a negative component when the arm is at home."""
-    axes = home_geometry_of(chain).axes
+    axes = compute_home_geometry(chain).axes
     count = sum(any(bool(entry < 0) for entry in axis.direction if entry.is_number) for axis in axes)
     return f"{count} of {chain.n} axes at home with a negative component"
 

@@ -166,6 +166,18 @@ def _find_root(students: "Sequence[Student]", root: Path) -> tuple[Path, Roster]
     return root, roster
 
 
+def find_certain_paths(students: "Sequence[Student]", root: Path) -> dict[str, list[SubmittedPath]]:
+    """Return the submitted files and folders that certainly belong to each student."""
+    inner_root, roster = _find_root(students, root)
+    paths = defaultdict[str, list[SubmittedPath]](list)
+    for submitted_path in find_submitted_paths(inner_root):
+        with contextlib.suppress(Exception):  # as in find_submissions, the submission then has no owner
+            owner = roster.find_owner(submitted_path)
+            if owner.is_certain:
+                paths[owner.students[0]].append(submitted_path)
+    return paths
+
+
 def find_paths_of_student(students: "Sequence[Student]", root: Path, student: str) -> tuple[list[Path], list[Path]]:
     """Return the files and folders that certainly belong to a student, and those that may belong to this student."""
     inner_root, roster = _find_root(students, root)

@@ -116,8 +116,13 @@ export interface Robot {
 /** A row of the table, for a revolute (R) or prismatic (P) joint. */
 export type JointRow = { readonly kind: "R" | "P" } & Readonly<Record<"theta" | "d" | "a" | "alpha", string>>;
 
-/** A row of J: a component of the linear velocity (v) or of the angular velocity (w), in the world frame. */
-export type TaskRow = "vx" | "vy" | "vz" | "wx" | "wy" | "wz";
+/** Return the name of the variable of a joint, given its index (from 0): theta1 or d1. */
+export const nameJoint = ({ kind }: Pick<JointRow, "kind">, index: number): string =>
+  `${kind === "R" ? "theta" : "d"}${index + 1}`;
+
+/** The rows of J: the components of the linear velocity (v) and of the angular velocity (w), in the world frame. */
+export const ROWS = ["vx", "vy", "vz", "wx", "wy", "wz"] as const;
+export type TaskRow = (typeof ROWS)[number];
 
 /** A question of a problem, with its answer key. */
 export interface Part {

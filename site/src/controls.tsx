@@ -21,8 +21,8 @@ export const Button = ({ style = "quiet", text, disabled = false, onClick }: But
 /** An option of a menu: its value, its text, and the language of the text if it is not the page's. */
 export type Option = readonly [value: string | number, text: string, lang?: string];
 
-export const optionsOf = (all: readonly Option[]): JSX.Element[] =>
-  all.map(([value, text, lang]) => (
+export const optionsOf = (options: readonly Option[]): JSX.Element[] =>
+  options.map(([value, text, lang]) => (
     <option key={value} value={value} lang={lang}>
       {text}
     </option>

@@ -14,6 +14,10 @@ export function listen<E extends Event>(target: EventTarget, name: string, liste
   return () => target.removeEventListener(name, listener as (event: Event) => void);
 }
 
+/** Return whether the system asks for reduced motion, also if it can't be asked. */
+export const prefersReducedMotion = (): boolean =>
+  window.matchMedia?.("(prefers-reduced-motion: reduce)").matches ?? true;
+
 /** Return how often a component was painted, up to `last`. It shows its parts step by step, so no step takes long. */
 export function useSteps(last: number): number {
   const [step, setStep] = useState(0);

@@ -8,7 +8,7 @@ const part = (prompt: string, options: string[] | null): Part => ({ prompt, opti
 const LIST = "<ul>\n<li><strong>A.</strong> one</li>\n<li><strong>B.</strong> two</li>\n</ul>\n";
 
 test.each([
-  ["<p><strong>Answer:</strong> the letter, typed in quotes, as in <code>&quot;A&quot;</code>.</p>"],
+  ["<p><strong>Answer:</strong> the letter, typed in quotes, for example <code>&quot;A&quot;</code>.</p>"],
   ["<p><strong>Antwort:</strong> <code>&quot;true&quot;</code> oder <code>&quot;false&quot;</code>.</p>"],
   ['<p><strong>Answer:</strong> three letters in quotes, as in <code>"ABC"</code>.</p>'],
 ])("%s is removed", (said) => {

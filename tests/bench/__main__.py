@@ -81,7 +81,7 @@ def graded(assignment: Assignment, submissions: Path, *more: str, anew: bool = T
 
 
 def grading(single: Assignment, assignment: Assignment, folder: Path) -> Iterator[Figure]:
-    """Yield what grading a class takes: start-up, each notebook more, and a notebook that changed."""
+    """Yield what grading a class takes: start-up, each additional notebook, and a notebook that changed."""
     one, many = folder / "one", folder / "many"
     graded(single, one)
     start = min(graded(single, one) for _ in range(2))
@@ -90,20 +90,22 @@ def grading(single: Assignment, assignment: Assignment, folder: Path) -> Iterato
     whole = graded(assignment, many)
     each = (whole - start) / (STUDENTS - 1)
     cells = sum(processor for _, processor in floors) / len(floors)
-    yield Figure("each notebook more, mixed answers", each, "its cells, in a fork of a warm process", cells, 1.5)
+    yield Figure(
+        "each additional notebook, mixed answers", each, "running its cells in a fork of a warm process", cells, 1.5
+    )
     run = sum(processor for _, processor in floor(assignment, many, checked=False)) / len(floors)
-    yield Figure("the same", each, "those of its cells that are run, without its checks of itself", run, 1.5)
+    yield Figure("the same", each, "running its cells without the self-checks", run, 1.5)
     hand_in(replace(assignment, roster=assignment.roster[:1]), folder / "changed", ("wrong sign throughout",))
     (many / "s00000.ipynb").write_bytes((folder / "changed" / "s00000.ipynb").read_bytes())
     again = graded(assignment, many, anew=False)
-    yield Figure(f"{STUDENTS} notebooks graded again, one of them changed", again, "a class of one", start, 1.3)
+    yield Figure(f"{STUDENTS} notebooks graded again after one changed", again, "a class of one", start, 1.3)
     hand_in(assignment, folder / "right", ("right",))
     yield from beside_nbgrader((graded(assignment, folder / "right") - start) / (STUDENTS - 1), folder)
 
 
 def beside_nbgrader(each: float, folder: Path) -> Iterator[Figure]:
     """Yield how often qdot grades a notebook while nbgrader grades one."""
-    what, beside, goal = "each notebook more, right answers", "nbgrader, each notebook more", 50
+    what, beside, goal = "each additional notebook, right answers", "nbgrader, each additional notebook", 50
     if not PYTHON_OF_NBGRADER.exists():
         why = "nbgrader is not installed: `make .venvs/readers/.installed`"
         yield Figure(what, each, beside, 1, goal, is_least=True, why=why)
@@ -122,12 +124,12 @@ def beside_nbgrader(each: float, folder: Path) -> Iterator[Figure]:
 def generation(folder: Path) -> Iterator[Figure]:
     """Yield what problems and the site's records take."""
     each = generating(folder / "classes", 8)
-    problem = "a problem of five questions, of a class's mixed families"
+    problem = "a problem with five questions, mixed families"
     yield Figure(problem, each / len(MIXED), LOADED, loading(), 0.05, of_seconds=True)
     custom = generating(folder / "custom", 8, is_custom=True)
     yield Figure("five questions of an instructor's own", custom, "five built-in ones", each, 1.2)
     slowest, seconds = first_problems()
-    yield Figure(f"first problem of a family never seen ({slowest})", seconds, LOADED, loading(), 1, of_seconds=True)
+    yield Figure(f"first problem of a new family ({slowest})", seconds, LOADED, loading(), 1, of_seconds=True)
     record = records(1)
     yield Figure("a site of 1,000 arms, on two cores", record * 1000 / 2, "one record", record, 600, of_seconds=True)
 

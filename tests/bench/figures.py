@@ -58,7 +58,7 @@ def _seconds(number: float) -> str:
     return f"{1000 * number:.0f} ms" if number < 1 else f"{number:.1f} s" if number < 20 else f"{number:.0f} s"
 
 
-HEAD = ("what", "processor time", "beside", "ratio", "goal", "met")
+HEAD = ("what", "processor time", "reference", "ratio", "goal", "met")
 
 
 def table(measured: dict[str, Any]) -> str:

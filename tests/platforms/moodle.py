@@ -1,7 +1,7 @@
 """Moodle: its own importers import our exports, and its question engine shows and marks the questions.
 
 `MOODLE` is the folder of an installed copy with a running database. Each run adds a course and leaves it there.
-moodle.php does the work inside Moodle.
+moodle.php and moodle_feedback.php do the work inside Moodle.
 """
 
 import csv
@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Student
+from qdot.exercises.common.input_file import format_csv
 from qdot.exercises.exports.export_format import ExportedFile
 from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberField, NumberForm, QuizItem, make_items
 from qdot.exercises.exports.moodle import NONZERO_WEIGHT, ZERO_WEIGHT, export_moodle
@@ -27,7 +28,8 @@ from tests.support.submitting import make_class, make_correct_notebook, submit
 
 Json = dict[str, Any]
 
-PHP = ("php", "-d", "max_input_vars=5000", str(Path(__file__).with_suffix(".php")))
+PHP = ("php", "-d", "max_input_vars=5000")
+QUIZ_SCRIPT, FEEDBACK_SCRIPT = (Path(__file__).with_name(name) for name in ("moodle.php", "moodle_feedback.php"))
 VARIANTS = {PLAIN: 2, EVERYTHING: 1}
 POINT, COMMA = "en", "de"
 """Languages with a decimal point (0.5) and with a decimal comma (0,5)."""
@@ -75,6 +77,7 @@ def run(software: Path, work: Path) -> Record:
             _check_questions(counts, check, items, response[file_kind], answers)
         _check_slots(counts, items, response["quiz"])
     _check_gradebook(counts, software, work / "graded")
+    _check_handing_out_and_return(counts, software, work / "returned")
     return Record("moodle", software_name, today(), counts.freeze())
 
 
@@ -84,13 +87,13 @@ def _write_file(work: Path, file: ExportedFile) -> Path:
     return path
 
 
-def call_moodle(software: Path, **request: object) -> Json:
-    """Send a request to moodle.php, and return its response."""
+def call_moodle(software: Path, script: Path = QUIZ_SCRIPT, **request: object) -> Json:
+    """Send a request to a script that runs in Moodle, and return its response."""
     text = json.dumps({"config": str(software / "config.php"), **request})
-    done = subprocess.run(PHP, input=text, capture_output=True, text=True, check=False)
+    done = subprocess.run((*PHP, str(script)), input=text, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(done.stderr + done.stdout[-3000:])
-    response: Json = json.loads(done.stdout[done.stdout.index("{") :])
+    response: Json = json.JSONDecoder().raw_decode(done.stdout, done.stdout.index("{"))[0]  # Moodle may print more
     return response
 
 
@@ -232,15 +235,7 @@ def _check_gradebook(counts: Counts, software: Path, folder: Path) -> None:
     submit(assignment, "ada.ipynb", make_correct_notebook(assignment, "ada"))
     submit(assignment, "henri.ipynb", make_correct_notebook(assignment, "henri", lambda cells: cells.pop()))
     book = folder / "moodle.csv"
-    command = [
-        str(Path(sys.executable).with_name("qdot")),
-        "grade",
-        str(folder),
-        str(folder / "submitted"),
-        "--report",
-        f"moodle={book}",
-    ]
-    subprocess.run(command, check=False, capture_output=True)
+    _run_qdot("grade", folder, folder / "submitted", "--report", f"moodle={book}")
     rows = list(csv.DictReader(io.StringIO(book.read_text(encoding="utf-8"))))
     (column,) = [name for name in rows[0] if name.endswith("(percent)")]
     student_rows = [{"id": student.id, "name": student.name, "email": student.email} for student in students]
@@ -251,3 +246,47 @@ def _check_gradebook(counts: Counts, software: Path, folder: Path) -> None:
         mark = gradebook["grades"].get(row["Email address"])
         same = mark is None if row[column] == "-" else mark is not None and abs(float(mark) - float(row[column])) < 1e-3
         counts.add("marks in its gradebook", same, f"{row} {mark}")
+
+
+NAMES_IN_MOODLE = ("Ada Lovelace", "Wei Li", "Wei Li", "Zoë Núñez O'Brien", "Jean_Luc Dupont-Martin")
+"""Two equal names, and names with accents, an apostrophe, an underscore and a hyphen."""
+
+
+def _check_handing_out_and_return(counts: Counts, software: Path, folder: Path) -> None:
+    """Hand out notebooks as feedback files; then submit them, grade Moodle's download, and return the pages."""
+    students = [Student(f"s{number}", name, f"s{number}@example.org") for number, name in enumerate(NAMES_IN_MOODLE)]
+    assignment = make_class(folder, students)
+    _run_qdot("generate", folder)
+    people = [{"id": s.id, "name": s.name, "email": s.email, "notebook": ""} for s in students]
+    course = call_moodle(software, FEEDBACK_SCRIPT, students=people, download="")
+    rows = [[f"Participant {course['numbers'][s.email]}", s.name, s.email, "No submission"] for s in students]
+    worksheet = folder / "worksheet.csv"
+    worksheet.write_text(format_csv([["Identifier", "Full name", "Email address", "Status"], *rows]), encoding="utf-8")
+    _run_qdot("release", folder, worksheet, "--to", "moodle")
+    notebooks_zip = folder / "handout" / "moodle" / "moodle-notebooks.zip"
+    uploaded = call_moodle(software, FEEDBACK_SCRIPT, module=course["module"], feedback=str(notebooks_zip))
+    for student in students:
+        notebook = (folder / "released" / student.id / "hw.ipynb").read_text(encoding="utf-8")
+        files = uploaded["feedback"].get(student.email, {})
+        counts.add("notebooks handed out", files == {"hw.ipynb": notebook}, f"{student.id} {[*files]}")
+
+    for person, student in zip(people, students, strict=True):
+        person["notebook"] = str(
+            submit(assignment, f"{student.id}.ipynb", make_correct_notebook(assignment, student.id))
+        )
+    download = folder / "download.zip"
+    course = call_moodle(software, FEEDBACK_SCRIPT, students=people, download=str(download))
+    lines = [f"{s.id},{s.name},{s.email},{course['numbers'][s.email]}" for s in students]
+    (folder / "roster.csv").write_text("\n".join(("student,name,email,moodle id", *lines)) + "\n", encoding="utf-8")
+    _run_qdot("grade", folder, download)
+    _run_qdot("return", folder, download, "--to", "moodle")
+    pages_zip = folder / "returned" / "moodle" / "moodle-feedback.zip"
+    uploaded = call_moodle(software, FEEDBACK_SCRIPT, module=course["module"], feedback=str(pages_zip))
+    for student in students:
+        page = (folder / "graded" / "feedback" / f"{student.id}.html").read_text(encoding="utf-8")
+        files = uploaded["feedback"].get(student.email, {})
+        counts.add("feedback pages returned", files == {"hw-feedback.html": page}, f"{student.id} {[*files]}")
+
+
+def _run_qdot(*arguments: str | Path) -> None:
+    subprocess.run((str(Path(sys.executable).with_name("qdot")), *map(str, arguments)), check=True, capture_output=True)

@@ -22,7 +22,7 @@ from typing import Any
 import qdot
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.arm.conventions import REGISTRY
-from qdot.exercises.arm.library import robots
+from qdot.exercises.arm.library import list_robots
 from qdot.exercises.arm.robot_file import TOP_KEYS
 from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, notebook_path, release_notebooks
@@ -129,7 +129,7 @@ def list_public_names() -> dict[str, Any]:
         "library": sorted(qdot.__all__),
         "conventions": sorted(CONVENTIONS), "variation": sorted((*VARIATION_STEPS, *VARIATION_AXES)),
         "sets": sorted(SETS), "families": sorted(FAMILIES), "questions": sorted(ALL_QUESTIONS),
-        "robots": sorted(robots()),
+        "robots": sorted(list_robots()),
         "export_formats": sorted(EXPORT_FORMATS), "reports": sorted(FORMATS),
     }  # fmt: skip
 

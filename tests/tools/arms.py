@@ -30,7 +30,7 @@ from qdot.exercises.arm.entry import to_sympy
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.arm.robot_file import Robot, choose_default_task
-from qdot.exercises.arm.robot_text import robot_text
+from qdot.exercises.arm.robot_text import write_robot_text
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.generation import sample_chain
@@ -139,8 +139,8 @@ def _find_false_formulas(chain: Chain, content: Mapping[str, Any], missing: Sequ
         joints = {q.name: draws.uniform(-3, 3) for q in chain.q}
         arm, q = NumericChain(chain, values), np.array([joints[s.name] for s in chain.q])
         known = {**values, **joints}
-        jacobian = arm.jacobian(q)
-        yield from _compare("the position", content["position"], arm.point(q), known)
+        jacobian = arm.compute_jacobian(q)
+        yield from _compare("the position", content["position"], arm.compute_point(q), known)
         yield from _compare("the Jacobian of the point", content["jacobian"], jacobian[:3], known)
         yield from _compare("the geometric Jacobian", content["geometric_jacobian"], jacobian, known)
         rows = [VELOCITY_NAMES.index(row) for row in chain.task]
@@ -196,7 +196,7 @@ def _find_false_descriptions(
 ) -> Iterator[str]:
     """Yield false descriptions and kinds of singular configurations, tested at configurations found by a search."""
     for component in singular:
-        yield from _find_false_looks(chain, component.conditions, component.kind)
+        yield from _find_false_looks(chain, component.conditions, component.classification)
         for values, kind in component.cases:
             equations = [equation for joint, value in values for equation in _equations(joint, value)]
             yield from _find_false_looks(chain, equations, kind)
@@ -234,7 +234,7 @@ def _loses_rank_everywhere(chain: Chain) -> bool:
     rows = [VELOCITY_NAMES.index(row) for row in chain.task]
     arm = NumericChain(chain, {s.name: draws.uniform(0.3, 1.2) for s in chain.parameters})
     q = np.array([[draws.uniform(-3, 3) for _ in chain.q] for _ in range(5)])
-    return bool(np.all(np.linalg.matrix_rank(arm.jacobian(q)[:, rows], tol=1e-9) < min(len(rows), chain.n)))
+    return bool(np.all(np.linalg.matrix_rank(arm.compute_jacobian(q)[:, rows], tol=1e-9) < min(len(rows), chain.n)))
 
 
 def _find_false_solutions(chain: Chain, part: Mapping[str, Any], conditions: Sequence[sp.Expr]) -> Iterator[str]:
@@ -284,7 +284,7 @@ def main() -> int:
         print(f"{name}: {result.seconds:.1f} s{missing}", flush=True)
         if result.false:
             false_arm_count += 1
-            print(*result.false, robot_text(robot, "dh"), sep="\n  ", flush=True)
+            print(*result.false, write_robot_text(robot, "dh"), sep="\n  ", flush=True)
     print(f"{false_arm_count} arms have false statements")
     return 1 if false_arm_count else 0
 

@@ -25,7 +25,7 @@ from qdot.exercises.arm.derivation_graph import (
     compute_symbolic_stages,
     to_sympy_matrix,
 )
-from qdot.exercises.arm.trigonometry import textbook_form
+from qdot.exercises.arm.trigonometry import to_textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.sympy_text import format_expression
@@ -174,7 +174,7 @@ def _short_determinant(wrong: PredictedAnswer) -> sp.Matrix:
 
 def _shorten(entry: sp.Expr) -> sp.Expr:
     try:
-        return textbook_form(sp.expand(entry))
+        return to_textbook_form(sp.expand(entry))
     except ValueError:  # angles in degrees or with an offset
         return sp.expand(entry)
 

@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain
 from qdot.exercises.arm.conventions import REGISTRY
-from qdot.exercises.arm.library import robots
+from qdot.exercises.arm.library import list_robots
 from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry
 from qdot.exercises.assignment.expected_forms import ATTEMPT_FORMS, EXPECTED_FORMS, LATE_FORMS, PAPER_FORMS
 from qdot.exercises.chapter import read_errata
@@ -75,10 +75,15 @@ def write(folder: Path) -> list[Path]:
 
 def families_page() -> str:
     """Return docs/families.md."""
+    listed = list_families()
+    first_with: dict[tuple[str, ...], str] = {}
+    for name, family in listed.items():
+        first_with.setdefault(tuple(family.questions), name)
     return render(
         "docs/families.md.j2",
         families=FAMILIES,
-        listed=list_families(),
+        listed=listed,
+        alike={name: first for name, f in listed.items() if (first := first_with[tuple(f.questions)]) != name},
         tasks={name: Wording(_first_arm(name)).task for name in FAMILIES},
         questions=[question.name for question in QUESTIONS.values() if CONVENTIONS[0] in question.conventions],
     )
@@ -119,6 +124,13 @@ def variation_page() -> str:
     """Return docs/variation.md, of what was measured (`sharing.json`) and listed."""
     measured = load_measurements()
     asked = {name for steps in measured["asked"]["families"].values() for counts in steps.values() for name in counts}
+    unshared = asked - {
+        name
+        for steps in measured["asked"]["families"].values()
+        for counts in steps.values()
+        for name, count in counts.items()
+        if count
+    }
     return render(
         "docs/variation.md.j2",
         axes=AXES_IN_WORDS,
@@ -131,7 +143,7 @@ def variation_page() -> str:
         sharing=measured["formulas"],
         sharing_step=DEFAULT_VARIATION,
         varied=[name for name, family in FAMILIES.items() if family.has_varied_structure],
-        asked=measured["asked"] | {"questions": [name for name in QUESTIONS if name in asked]},
+        asked=measured["asked"] | {"questions": [name for name in QUESTIONS if name in asked], "unshared": unshared},
     )
 
 
@@ -234,7 +246,7 @@ def robots_page() -> str:
     groups: dict[tuple[str, ...], list[str]] = {}
     for name, words in load_singular_words().items():
         groups.setdefault(words, []).append(name)
-    section = render("docs/robots.md.j2", robots=robots().values(), conventions=REGISTRY, groups=groups)
+    section = render("docs/robots.md.j2", robots=list_robots().values(), conventions=REGISTRY, groups=groups)
     return f"{before}{SECTION}{section.rstrip()}\n{end}{rest}"
 
 

@@ -67,7 +67,7 @@ def compatibility_page() -> str:
     paths_and_schemas = [
         (path, json.loads(path.read_text(encoding="utf-8"))) for path in sorted(SCHEMAS.glob("*.json"))
     ]
-    schemas = [{"name": path.stem, "id": schema["$id"], **schema} for path, schema in paths_and_schemas]
+    schemas = [{"name": path.stem, **schema} for path, schema in paths_and_schemas]
     return render("docs/compatibility.md.j2", schemas=schemas, engine=ENGINE)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import symbolic_arm_of
+from qdot.exercises.arm.derivation import make_symbolic_arm
 from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
 from qdot.exercises.common.console import print_result
 from qdot.exercises.common.files import write_atomically
@@ -87,7 +87,7 @@ def make_formula_keys(arms: Sequence[Chain], groups: Sequence[str]) -> dict[str,
     factor.
     """
     keys: dict[str, list[Key]] = {group: [()] * len(arms) for group in groups}
-    symbolic_arms = [symbolic_arm_of(arm) for arm in arms]
+    symbolic_arms = [make_symbolic_arm(arm) for arm in arms]
     by_structure: dict[Chain, list[int]] = {}
     for index, arm in enumerate(symbolic_arms):
         by_structure.setdefault(arm.chain, []).append(index)

@@ -45,7 +45,7 @@ def _case(table: Table, name: str) -> dict[str, Any]:
     chain, stream = robot.chain, Stream(name)
     q = [round(stream.uniform(-3, 3) if joint.is_revolute else stream.uniform(0.1, 1), 3) for joint in chain.joints]
     jacobian = compute_jacobian(stored, q)
-    error = np.abs(jacobian - NumericChain(chain, {}).jacobian(np.array(q))).max()
+    error = np.abs(jacobian - NumericChain(chain, {}).compute_jacobian(np.array(q))).max()
     if error > (1e-8 if robot.is_table_rounded else 1e-12):
         raise AssertionError(f"{name}: the arm read from the file differs from the table by {error}")
     task_rows = jacobian[[VELOCITY_NAMES.index(row) for row in chain.task]]

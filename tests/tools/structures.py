@@ -86,7 +86,7 @@ def _find_nonzero_rows(rows: tuple[StructureRow, ...]) -> tuple[np.ndarray, tupl
     """Return Jacobians at random configurations (k x 6 x n), and the names of the rows that are not always zero."""
     chain, stream = build_arm(rows, ("vx",)), Stream("structures")
     arm = NumericChain(chain, {symbol.name: stream.uniform(0.4, 1.2) for symbol in chain.parameters})
-    jacobians = arm.jacobian(np.array([[stream.uniform(-3, 3) for _ in rows] for _ in range(6)]))
+    jacobians = arm.compute_jacobian(np.array([[stream.uniform(-3, 3) for _ in rows] for _ in range(6)]))
     moving = np.abs(jacobians).max(axis=(0, 2)) > 1e-9
     return jacobians, tuple(row for row, moves in zip(VELOCITY_NAMES, moving, strict=True) if moves)
 

@@ -3,7 +3,6 @@ r"""Print formulas as LaTeX that people can read: with spaces as in c_{1} (a_{1}
 from functools import lru_cache
 from itertools import pairwise
 
-from qdot.exercises.formula import layout
 from qdot.exercises.formula.latex import LETTERS, PRIMES, SIGNS
 from qdot.exercises.formula.layout import (
     EMPTY,
@@ -13,19 +12,23 @@ from qdot.exercises.formula.layout import (
     THIN,
     Layout,
     Pieces,
+    can_end_term,
     get_script_base,
-    is_binary,
     row,
+    row_pieces,
 )
 from qdot.exercises.formula.styles import STYLED_LETTERS
 
-_SYMBOLS = [*reversed(SIGNS.items()), *reversed(LETTERS.items())]
-_COMMANDS = {char: f"\\{name}" for name, char in _SYMBOLS if not char.isascii() or char in "{}%"} | {"−": "-"}
+_NAMES_AND_CHARACTERS = [*reversed(SIGNS.items()), *reversed(LETTERS.items())]
+_COMMANDS = {char: f"\\{name}" for name, char in _NAMES_AND_CHARACTERS if not char.isascii() or char in "{}%"}
+_COMMANDS |= {"−": "-"}
 _COMMANDS |= {
     char: f"\\{command}{{{_COMMANDS.get(plain, plain)}}}" for char, (command, plain) in STYLED_LETTERS.items()
 }
+"""The LaTeX of each character that is not printed as it is."""
 _TABLES = {brackets: name for name, brackets in SYMBOLS["tables"].items()}
 _SPACED_SIGNS, _NO_SPACE_AFTER, _NO_SPACE_BEFORE = "=≠<>≤≥≈∈→⋅×±", "([{/+−", ")]},;/."
+"""Signs with a space on both sides, signs without a space after them, and signs without a space before them."""
 _STAR = Layout("sign", "*")
 
 
@@ -42,13 +45,13 @@ def print_latex(formula: Layout) -> str:
 
 def _print_row(pieces: Pieces) -> str:
     """Return pieces side by side, with spaces between factors and around signs."""
-    text, previous, has_space = "", None, False
+    text, previous_piece, has_space = "", None, False
     for piece in pieces:
-        is_binary_sign = piece in (MINUS, PLUS) and is_binary(previous)
-        if previous is not None:
-            text += " " * (has_space or is_binary_sign or not _are_joined(previous, piece))
+        is_binary_sign = piece in (MINUS, PLUS) and can_end_term(previous_piece)
+        if previous_piece is not None:
+            text += " " * (has_space or is_binary_sign or not _are_joined(previous_piece, piece))
         text += _print_piece(piece)
-        previous, has_space = piece, is_binary_sign
+        previous_piece, has_space = piece, is_binary_sign
     return text
 
 
@@ -57,23 +60,23 @@ def _print_index(script_piece: Layout) -> str:
     if script_piece.kind != "row":
         return _print_piece(script_piece)
     text = _print_piece(script_piece.inner[0])
-    for previous, piece in pairwise(script_piece.inner):
-        text += ("" if "sign" in (previous.kind, piece.kind) else " ") + _print_piece(piece)
+    for previous_piece, piece in pairwise(script_piece.inner):
+        text += ("" if "sign" in (previous_piece.kind, piece.kind) else " ") + _print_piece(piece)
     return f"{{{text}}}"
 
 
-def _are_joined(previous: Layout, piece: Layout) -> bool:
+def _are_joined(previous_piece: Layout, piece: Layout) -> bool:
     """Return whether two pieces have no space between them."""
-    if _is_sign(previous, _SPACED_SIGNS) or _is_sign(piece, _SPACED_SIGNS):
+    if _is_sign(previous_piece, _SPACED_SIGNS) or _is_sign(piece, _SPACED_SIGNS):
         return False
-    if _is_sign(previous, _NO_SPACE_AFTER) or _is_sign(get_script_base(piece), _NO_SPACE_BEFORE) or piece == THIN:
+    if _is_sign(previous_piece, _NO_SPACE_AFTER) or _is_sign(get_script_base(piece), _NO_SPACE_BEFORE) or piece == THIN:
         return True
-    if previous == THIN:
+    if previous_piece == THIN:
         return piece.kind == "text"
-    if previous.kind == "script" and previous.inner[0] == EMPTY:  # {}^{0}z_{1}
+    if previous_piece.kind == "script" and previous_piece.inner[0] == EMPTY:  # {}^{0}z_{1}
         return True
     base = get_script_base(piece)
-    return (base.kind == "fenced" or base.text == "(") and get_script_base(previous).kind in ("word", "text")
+    return (base.kind == "fenced" or base.text == "(") and get_script_base(previous_piece).kind in ("function", "text")
 
 
 def _is_sign(piece: Layout, signs: str) -> bool:
@@ -90,9 +93,9 @@ def _print_piece(piece: Layout) -> str:
         return _print_script(*inner)
     if kind == "row":
         return f"{{{_print_row(inner)}}}"
-    if kind == "word" and text not in SYMBOLS["words"]:
+    if kind == "function" and text not in SYMBOLS["functions"]:
         return rf"\operatorname{{{text}}}"
-    if kind in ("word", "space"):
+    if kind in ("function", "space"):
         return f"\\{text}"
     if kind == "text":
         return rf"\text{{{text}}}"
@@ -109,10 +112,10 @@ def _print_piece(piece: Layout) -> str:
 
 @lru_cache(maxsize=2048)
 def _print_script(base_piece: Layout, subscript: Layout, superscript: Layout) -> str:
-    first_piece, *other_pieces = *layout.row_pieces(superscript), EMPTY
-    primes = PRIMES.find(first_piece.text) + 1 if first_piece.text else 0
-    superscript = row(*other_pieces[:-1]) if primes else superscript
-    text = f"{_print_piece(base_piece)}{chr(39) * primes}"
+    first_piece, *other_pieces = *row_pieces(superscript), EMPTY
+    prime_marks = "'" * (PRIMES.find(first_piece.text) + 1) if first_piece.text else ""
+    superscript = row(*other_pieces[:-1]) if prime_marks else superscript
+    text = _print_piece(base_piece) + prime_marks
     scripts = ("_", subscript), ("^", superscript)
     for mark, part in reversed(scripts) if superscript == _STAR else scripts:  # p^*_{1}
         text += f"{mark}{_print_index(part)}" if part.inner or part.text else ""

@@ -21,17 +21,19 @@ _BRACKET_STYLES = {
     "‖‖": "border: double currentColor; border-width: 0 5px; padding: 0.15em 0.2em",
 }
 _NAMESPACE = 'xmlns="http://www.w3.org/1998/Math/MathML"'
-_SMALL, _LARGE = (f'<mstyle displaystyle="{size}" scriptlevel="0">' for size in ("false", "true"))
+_SMALL_STYLE, _LARGE_STYLE = (f'<mstyle displaystyle="{size}" scriptlevel="0">' for size in ("false", "true"))
 _BRACKET_TAG = '<mo stretchy="false">'
-_THIN = '<mspace width="0.17em" />'
+_THIN_SPACE = '<mspace width="0.17em" />'
 _FENCE_TAG = '<mo stretchy="true" fence="true" form="{}fix"'
 _NO_BREAK_SPACE = "&#x000A0;"
 _TEXT_SPACE = f"<mtext>{_NO_BREAK_SPACE}</mtext>"
 _FIXED_SIZE_BRACKETS = frozenset("(){}[]|‖⟨⟩⌊⌋⌈⌉")
 """Brackets whose size doesn't depend on what they enclose."""
-_CHARS = {"⋅": "·", "□": "◻"}
-_FUNCTIONS_WITH_BARE_ARGUMENT = tuple(Layout("word", name) for name in ("sin", "cos", "tan"))
-_SPACED_FUNCTIONS = (*_FUNCTIONS_WITH_BARE_ARGUMENT, *(Layout("word", f"arc{name}") for name in ("sin", "cos", "tan")))
+_REPLACEMENTS = {"⋅": "·", "□": "◻"}
+"""Characters of a layout that are other characters in MathML."""
+_FUNCTIONS_WITH_BARE_ARGUMENT = tuple(Layout("function", name) for name in ("sin", "cos", "tan"))
+_INVERSE_FUNCTIONS = tuple(Layout("function", name) for name in ("arcsin", "arccos", "arctan"))
+_SPACED_FUNCTIONS = _FUNCTIONS_WITH_BARE_ARGUMENT + _INVERSE_FUNCTIONS
 _FACTOR_ENDS, _BARE_ARGUMENT_STARTS = ("</mn>", "</mi>", "</msub>", "&#x00029;</mo>"), ("<mi>", "<msub>")
 """The MathML with which a factor ends, and with which an argument without brackets begins.
 
@@ -51,22 +53,22 @@ def print_mathml(formula: Layout, is_displayed: bool = False, percent: int = 100
     '<math xmlns="http://www.w3.org/1998/Math/MathML" display="inline"><mrow><msub>...</msub></mrow></math>'
     """
     style = f' style="font-size: {percent}%"' if percent < 100 else ""
-    return _get_writer(True, is_displayed).print_element(formula, style)
+    return _get_printer(True, is_displayed).print_element(formula, style)
 
 
 def print_plain_mathml(formula: Layout, is_displayed: bool = False) -> str:
     """Return a formula as MathML without the workarounds for browsers."""
-    return _get_writer(False, is_displayed).print_element(formula)
+    return _get_printer(False, is_displayed).print_element(formula)
 
 
 def _escape_char(char: str) -> str:
     """Return a character in MathML."""
-    char = _CHARS.get(char, char)
+    char = _REPLACEMENTS.get(char, char)
     return char if char.isascii() and (char.isalnum() or char in "[];") else f"&#x{ord(char):05X};"
 
 
-class _Writer:
-    """Prints layouts, with workarounds for browsers if `is_for_browser`; printed pieces are cached.
+class _Printer:
+    """Prints layouts, with workarounds for browsers if `is_for_browser`; caches printed pieces.
 
     If `is_displayed`, a formula has a line of its own.
     """
@@ -82,7 +84,7 @@ class _Writer:
     def print_row(self, pieces: Pieces, opening: Layout = EMPTY) -> str:
         """Return pieces side by side; `opening` is the bracket before them."""
         printed_pieces = [self.print_piece(piece) for piece in pieces]
-        if self.is_for_browser and any(piece.kind == "word" or piece in (PLUS, MINUS) for piece in pieces):
+        if self.is_for_browser and any(piece.kind == "function" or piece in (PLUS, MINUS) for piece in pieces):
             printed_pieces = _add_spaces_and_signs((opening, *pieces, EMPTY), ["", *printed_pieces, ""])
         return "".join(printed_pieces)
 
@@ -110,7 +112,7 @@ class _Writer:
 
     def print_script(self, base: Layout, *scripts: Layout) -> str:
         subscript, superscript = ("" if part == EMPTY else self.print_group(part) for part in scripts)
-        names = ("under", "over") if self.is_displayed and base.text in _WITH_LIMITS else ("sub", "sup")
+        names = ("under", "over") if self.is_displayed and base.text in _SIGNS_WITH_LIMITS else ("sub", "sup")
         tag = f"m{names[0] if subscript else ''}{names[1] if superscript else ''}"
         return f"<{tag}>{self.print_group(base)}{subscript}{superscript}</{tag}>"
 
@@ -146,22 +148,22 @@ class _Writer:
 
 
 def _print_letters(text: str) -> str:
-    if text == "det" or text in SYMBOLS["words_with_limits"]:
+    if text == "det" or text in SYMBOLS["functions_with_limits"]:
         return f'<mo movablelimits="true">{text}</mo>'
     return f"<mi>{''.join(map(_escape_char, text))}</mi>"
 
 
 _LEAVES: dict[str, Callable[[str], str]] = {
-    **dict.fromkeys(("letter", "word"), _print_letters),
+    **dict.fromkeys(("letter", "function"), _print_letters),
     "number": lambda text: f"<mn>{text}</mn>",
     "sign": lambda text: f"{_BRACKET_TAG if text in _FIXED_SIZE_BRACKETS else '<mo>'}{_escape_char(text)}</mo>",
     "text": lambda text: f"<mtext>{escape(text, quote=False).replace(' ', _NO_BREAK_SPACE)}</mtext>",
     "space": lambda text: f'<mspace width="{SPACES[text]:g}em" />' if text != " " else _TEXT_SPACE,
 }
 _TEMPLATES = {
-    "frac": "<mfrac>{}{}</mfrac>", "tfrac": f"{_SMALL}<mfrac>{{}}{{}}</mfrac></mstyle>",
-    "dfrac": f"{_LARGE}<mfrac>{{}}{{}}</mfrac></mstyle>", "sqrt": "<msqrt>{}</msqrt>",
-    **{name: f"<mover>{{}}<mo>{_escape_char(accent[1])}</mo></mover>" for name, accent in ACCENTS.items()},
+    "frac": "<mfrac>{}{}</mfrac>", "tfrac": f"{_SMALL_STYLE}<mfrac>{{}}{{}}</mfrac></mstyle>",
+    "dfrac": f"{_LARGE_STYLE}<mfrac>{{}}{{}}</mfrac></mstyle>", "sqrt": "<msqrt>{}</msqrt>",
+    **{name: f"<mover>{{}}<mo>{_escape_char(accent.sign)}</mo></mover>" for name, accent in ACCENTS.items()},
     "underline": "<munder>{}<mo>_</mo></munder>",
 }  # fmt: skip
 """Fractions, roots and accents by their LaTeX command."""
@@ -170,7 +172,7 @@ _LINE_TEMPLATES = {
     for name, side in (("overline", "top"), ("underline", "bottom"))
 }
 """Lines above and below letters for browsers, in whose fonts they would not stretch."""
-_WITH_LIMITS = frozenset(("∑", "∏", *SYMBOLS["words_with_limits"]))
+_SIGNS_WITH_LIMITS = frozenset(("∑", "∏", *SYMBOLS["functions_with_limits"]))
 """Signs and functions whose scripts stand below and above them in a displayed formula."""
 
 
@@ -181,9 +183,10 @@ def _add_spaces_and_signs(pieces: Pieces, printed_pieces: Sequence[str]) -> list
         if piece in (PLUS, MINUS) and pieces[k - 1] in _PIECES_BEFORE_TERM:
             texts[k] = printed_pieces[k].replace("<mo>", '<mo form="prefix">')
         elif piece in _SPACED_FUNCTIONS:
-            is_bare = piece in _FUNCTIONS_WITH_BARE_ARGUMENT and pieces[k + 1] not in _SPACED_FUNCTIONS
-            is_bare = is_bare and printed_pieces[k + 1].startswith(_BARE_ARGUMENT_STARTS)
-            texts[k] = f"{_THIN * printed_pieces[k - 1].endswith(_FACTOR_ENDS)}{printed_pieces[k]}{_THIN * is_bare}"
+            may_have_bare_argument = piece in _FUNCTIONS_WITH_BARE_ARGUMENT and pieces[k + 1] not in _SPACED_FUNCTIONS
+            has_bare_argument = may_have_bare_argument and printed_pieces[k + 1].startswith(_BARE_ARGUMENT_STARTS)
+            space_before = _THIN_SPACE * printed_pieces[k - 1].endswith(_FACTOR_ENDS)
+            texts[k] = space_before + printed_pieces[k] + _THIN_SPACE * has_bare_argument
     return texts
 
 
@@ -191,4 +194,4 @@ def _make_cell(content: str, style: str = "") -> str:
     return f"<mtd{style}>{content}</mtd>" if content else f"<mtd{style} />"
 
 
-_get_writer = cache(_Writer)
+_get_printer = cache(_Printer)

@@ -12,7 +12,9 @@ from qdot.exercises.formula.order import write_decimal
 
 MAX_CODE_WIDTH = 88
 """Maximum length of a line of code in a notebook, if it can be broken."""
-
+_MAX_SHORT_BRACKET = 24
+"""Maximum number of characters inside brackets in which no line is broken."""
+_INDENT = "    "
 
 FormulaToCode = Callable[[sp.Expr], str]
 """A function that converts a formula to code."""
@@ -92,7 +94,7 @@ def write_matrix_code(rows: Sequence[Sequence[str]], prefix_width: int) -> str:
     inner_width = prefix_width + len("Matrix()")
     if all(len(row) == 1 for row in rows):
         return f"Matrix({write_list_code([row[0] for row in rows], inner_width)})"
-    return f"Matrix({write_list_code([write_list_code(row, len('    ,'), 1) for row in rows], inner_width)})"
+    return f"Matrix({write_list_code([write_list_code(row, len(_INDENT + ','), 1) for row in rows], inner_width)})"
 
 
 def write_list_code(items: Sequence[str], prefix_width: int, depth: int = 0) -> str:
@@ -100,7 +102,7 @@ def write_list_code(items: Sequence[str], prefix_width: int, depth: int = 0) -> 
     line = f"[{', '.join(items)}]"
     if prefix_width + len(line) <= MAX_CODE_WIDTH and "\n" not in line:
         return line
-    indent = "    " * depth
+    indent = _INDENT * depth
     lines = "".join(f"{_wrap(item + ',', depth + 1)}\n" for item in items)
     return f"[\n{lines}{indent}]"
 
@@ -115,15 +117,15 @@ def _wrap(text: str, depth: int) -> str:
 
     Lines are never broken inside cos(...) or inside short brackets, as in (d3 + 0.39).
     """
-    indent = "    " * depth
+    indent = _INDENT * depth
     if "\n" in text:  # broken already
         return indent + text
-    bracket_pattern = r"(?<=[a-z]\()[^()]*(?=\))|\([^()]{,24}\)"
+    bracket_pattern = rf"(?<=[a-z]\()[^()]*(?=\))|\([^()]{{,{_MAX_SHORT_BRACKET}}}\)"
     unbreakable = re.sub(bracket_pattern, lambda match: match.group().replace(" ", "\0"), text)
     unbreakable = re.sub(r" ([-+]) ", " \\1\0", unbreakable)
     longest_piece = max(map(len, unbreakable.split(" ")))
-    if longest_piece > MAX_CODE_WIDTH - len(indent) - 4:  # a long product is broken before its factors too
+    if longest_piece > MAX_CODE_WIDTH - len(indent + _INDENT):  # a long product is broken before its factors too
         unbreakable = re.sub(r"(?<=\))(\*|/)(?=[(a-z])", " \\1\0", unbreakable)
-    wrapper = textwrap.TextWrapper(MAX_CODE_WIDTH, indent, f"{indent}    ", break_long_words=False)
+    wrapper = textwrap.TextWrapper(MAX_CODE_WIDTH, indent, indent + _INDENT, break_long_words=False)
     wrapper.break_on_hyphens = False
     return wrapper.fill(unbreakable).replace("\0", " ")

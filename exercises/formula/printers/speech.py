@@ -13,7 +13,7 @@ _LETTER_NAMES |= {
     char: " ".join(filter(None, (_STYLE_NAMES.get(command), _LETTER_NAMES.get(plain, plain))))
     for char, (command, plain) in STYLED_LETTERS.items()
 }
-_WITH_BOUNDS = frozenset("∑∏∫")
+_SIGNS_WITH_BOUNDS = frozenset("∑∏∫")
 _POWER_WORDS = {"2": "squared", "3": "cubed", "T": "transposed", "minus 1": "inverse"}
 _POWER_WORDS |= {word: word for word in ("prime", "degrees", "star")}
 
@@ -31,7 +31,7 @@ def print_speech(formula: Layout) -> str:
 
 
 def _speak_script(piece: Layout, base: str, subscript: str, superscript: str) -> str:
-    if subscript and superscript and piece.inner[0].text in _WITH_BOUNDS:
+    if subscript and superscript and piece.inner[0].text in _SIGNS_WITH_BOUNDS:
         return f"{base} from {subscript} to {superscript} of"
     power = _POWER_WORDS.get(superscript, f"to the power {superscript}") if superscript else ""
     return " ".join(filter(None, (base, subscript, power)))
@@ -44,7 +44,7 @@ def _bracket_words(words: str) -> str:
 
 def _speak_accent(piece: Layout, inside: str) -> str:
     is_long = len(piece.inner[0].inner) > 1
-    return f"{_bracket_words(inside) if is_long else inside} {ACCENTS[piece.text][3]}"
+    return f"{_bracket_words(inside) if is_long else inside} {ACCENTS[piece.text].words}"
 
 
 def _speak_bracket(sign: str) -> str:
@@ -64,7 +64,7 @@ def _speak_matrix(piece: Layout, *rows: list[str]) -> str:
 
 _PRINTERS: dict[str, Callable[..., str]] = {
     "letter": lambda piece: _LETTER_NAMES.get(piece.text, piece.text),
-    "word": lambda piece: SYMBOLS["spoken_functions"].get(piece.text, piece.text),
+    "function": lambda piece: SYMBOLS["spoken_functions"].get(piece.text, piece.text),
     "sign": lambda piece: SYMBOLS["spoken_signs"].get(piece.text, piece.text),
     **dict.fromkeys(("number", "text"), lambda piece: piece.text),
     "space": lambda piece: ", " if SPACES[piece.text] >= 1 else " ",

@@ -7,7 +7,7 @@ from qdot.exercises.formula.layout import ACCENTS, DEGREE, SPACES, SYMBOLS, Layo
 _MATRIX_DELIMITERS = {"[]": '"["', "()": '"("', "||": '"|"', "‖‖": '"||"', "{}": '"{"', "..": "#none"}
 _CLASSES = {"|": "normal", "‖": "normal", "⊥": "relation"}
 """The classes of signs around which Typst would set other spaces than LaTeX."""
-_LIMITS = ", limits: #true"
+_LIMITS_OPTION = ", limits: #true"
 _FRACTION_TEMPLATES = {"frac": "frac({}, {})", "tfrac": "inline(frac({}, {}))", "dfrac": "display(frac({}, {}))"}
 
 
@@ -35,8 +35,8 @@ def _print_sign(piece: Layout) -> str:
     """Return a letter, a number or a sign."""
     if piece.text in _CLASSES:
         return f'class("{_CLASSES[piece.text]}", {_escape_sign(piece.text)})'
-    is_list = "," in piece.text.strip(",")  # Typst would take a decimal comma for a separator
-    return quote_for_typst(piece.text) if is_list else _escape_sign(piece.text)
+    has_decimal_comma = "," in piece.text.strip(",")  # Typst would take this comma for a separator
+    return quote_for_typst(piece.text) if has_decimal_comma else _escape_sign(piece.text)
 
 
 def _print_script(piece: Layout, base: str, *scripts: str) -> str:
@@ -69,13 +69,13 @@ def _escape_sign(text: str) -> str:
 _PRINTERS: dict[str, Callable[..., str]] = {
     **dict.fromkeys(("letter", "number", "sign"), _print_sign),
     "text": lambda piece: quote_for_typst(piece.text),
-    "word": lambda piece: f'op("{piece.text}"{_LIMITS * (piece.text in SYMBOLS["words_with_limits"])})',
+    "function": lambda piece: f'op("{piece.text}"{_LIMITS_OPTION * (piece.text in SYMBOLS["functions_with_limits"])})',
     "space": lambda piece: f"#h({round(SPACES[piece.text], 2)}em)",
     "row": lambda _, *pieces: " ".join(pieces) or '""',
     "script": _print_script,
     "fraction": lambda piece, *operands: _FRACTION_TEMPLATES[piece.text].format(*operands),
     "root": lambda _, inside: f"sqrt({inside})",
-    "accent": lambda piece, inside: f"{ACCENTS[piece.text][2]}({inside})",
+    "accent": lambda piece, inside: f"{ACCENTS[piece.text].typst_name}({inside})",
     "fenced": _print_fenced,
     **dict.fromkeys(("matrix", "aligned"), _print_table),
 }

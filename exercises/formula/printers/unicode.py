@@ -38,7 +38,7 @@ def _make_grid(rows: Sequence[Sequence[stringPict]], is_aligned: bool) -> string
     columns = max(map(len, rows))
     widths = [max((row[c].width() for row in rows if c < len(row)), default=0) for c in range(columns)]
     lines: list[str] = []
-    was_flat = True
+    is_previous_flat = True
     for row in rows:
         padded_boxes: list[stringPict | str] = []
         for c, box in enumerate(row):
@@ -49,10 +49,10 @@ def _make_grid(rows: Sequence[Sequence[stringPict]], is_aligned: bool) -> string
                 padded_boxes.append("  ")
         row_box = _join(*padded_boxes)
         is_flat = row_box.height() == 1
-        if is_aligned and lines and not (is_flat and was_flat):  # an empty line around tall equations
+        if is_aligned and lines and not (is_flat and is_previous_flat):  # an empty line around tall equations
             lines.append("")
         lines += row_box.picture
-        was_flat = is_flat
+        is_previous_flat = is_flat
     width = max(map(line_width, lines))
     padded_lines = (line + " " * (width - line_width(line)) for line in lines)
     return stringPict("\n".join(padded_lines), (len(lines) - 1) // 2)
@@ -97,9 +97,10 @@ def _print_root(_: Layout, inside: stringPict) -> stringPict:
 
 
 def _print_accent(piece: Layout, inside: stringPict) -> stringPict:
-    mark, text = ACCENTS[piece.text][0], inside.picture[0]
+    accent, text = ACCENTS[piece.text], inside.picture[0]
     if inside.height() > 1:
-        return _join(f"{ACCENTS[piece.text][3]}(", inside, ")")
+        return _join(f"{accent.words}(", inside, ")")
+    mark = accent.combining_character
     return stringPict(re.sub(r"(\S)", rf"\1{mark}", text) if piece.text in _LINES else text + mark)
 
 
@@ -123,35 +124,38 @@ def _print_table(piece: Layout, *rows: list[stringPict]) -> stringPict:
 def _print_row(row: Layout, *parts: stringPict) -> stringPict:
     """Join the parts of a row, with spaces around signs and between factors, and with brackets of full height."""
     boxes: list[stringPict | str] = []
-    previous, is_function = "", False
+    char_before, is_function = "", False
     for index, (piece, box) in enumerate(zip(row.inner, parts, strict=True)):
         text = box.picture[0]
         is_sign = piece.kind == "sign"
         may_need_space = piece.kind != "matrix" and (not is_sign or (text == "(" and not is_function))
-        if boxes and may_need_space and previous not in _NO_SPACE_AFTER and not text.startswith(_NO_SPACE_BEFORE):
+        if boxes and may_need_space and char_before not in _NO_SPACE_AFTER and not text.startswith(_NO_SPACE_BEFORE):
             boxes.append(" ")
         if index == 1 and row.inner[0].kind == "space" and text in "+−":  # a sum that continues on a new line
             boxes.append(f"{text} ")
         else:
-            boxes.append(_print_sign(parts, index, previous) if is_sign else box)
+            boxes.append(_print_sign(parts, index, char_before) if is_sign else box)
         is_function = re.fullmatch(r"[a-z]{3,}2?|[A-Z]_.|[A-Z][ₐ-ₜ]", text) is not None
         is_index_before = piece.kind == "script" and not piece.inner[0].inner and not piece.inner[0].text  # as in ³J
-        previous = "]" if box.height() > 1 and not is_sign else "" if is_index_before else text.strip()[-1:]
         if piece.kind == "text" and text.endswith(" "):
-            previous = " "
+            char_before = " "
+        elif box.height() > 1 and not is_sign:
+            char_before = "]"
+        else:
+            char_before = "" if is_index_before else text.strip()[-1:]
     return _join(*boxes)
 
 
-def _print_sign(parts: Sequence[stringPict], index: int, previous: str) -> stringPict | str:
+def _print_sign(parts: Sequence[stringPict], index: int, char_before: str) -> stringPict | str:
     """Return a sign with the spaces around it, or a bracket with the height of what it encloses.
 
-    The sign is number `index` of the parts of a row, and `previous` is the last character before it.
+    The sign has the index `index` among the parts of a row, and `char_before` is the last character before it.
     """
     text = parts[index].picture[0]
     if text in "()[]":
         inside = index + 1 if text in "([" else index - 1
         return _make_bracket(text, parts[inside].height() if 0 <= inside < len(parts) else 1)
-    if text in _SPACED_SIGNS and not (text in "-−+" and previous in _SIGNS_BEFORE_NUMBER_SIGN):
+    if text in _SPACED_SIGNS and not (text in "-−+" and char_before in _SIGNS_BEFORE_NUMBER_SIGN):
         return f" {text} "
     return ", " if text == "," and index < len(parts) - 1 else text
 
@@ -168,7 +172,7 @@ def print_unicode(formula: Layout) -> str:
 
 
 _PRINTERS: dict[str, Callable[..., stringPict]] = {
-    **dict.fromkeys(("letter", "number", "sign", "word", "text"), lambda piece: stringPict(piece.text)),
+    **dict.fromkeys(("letter", "number", "sign", "function", "text"), lambda piece: stringPict(piece.text)),
     "space": lambda piece: stringPict("" if piece.text == "!" else " "),
     "row": _print_row,
     "script": _print_script,

@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import TooLong, derive, symbolic_arm_of
+from qdot.exercises.arm.derivation import TooLong, derive, make_symbolic_arm
 from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.arm.lengths import replace_lengths_by_symbols
 from qdot.exercises.arm.trigonometry import write_in_textbook_form
@@ -203,7 +203,7 @@ class QuestionMaker:
         If possible, it is derived for the symbolic arm, and the arm's numbers are substituted at the end. A formula
         that names joint variables or lengths is derived for the arm itself, because the symbolic arm has other ones.
         """
-        derived_chain = chain if names_symbols else symbolic_arm_of(chain).chain
+        derived_chain = chain if names_symbols else make_symbolic_arm(chain).chain
         value = self._compute(formula, derive_reference(derived_chain, {}))
         matrix = to_sympy_matrix(value).applyfunc(_simplify)
         return matrix if names_symbols else derive(chain).substitute_matrix(matrix)
@@ -283,7 +283,7 @@ class QuestionMaker:
     def derive_zeros(self, chain: Chain) -> tuple[Component, ...] | None:
         """Return the components of the set; None if the formulas are zero everywhere."""
         names_symbols = self.names_arm_symbols(chain)
-        stages = derive_reference(chain if names_symbols else symbolic_arm_of(chain).chain, {})
+        stages = derive_reference(chain if names_symbols else make_symbolic_arm(chain).chain, {})
         values = [self._compute(formula, stages) for formula in self.formulas]
         if any(value.ndim > 1 for value in values):
             raise FormulaError("zeros needs numbers, not vectors: write zeros(p.x), for example")
@@ -328,7 +328,7 @@ class QuestionMaker:
             return objection
         is_random = bool(given) and all(value.kind or value.name in GIVEN_GROUPS for value in given)
         if is_random and self.formulas and not self.names_arm_symbols(chain):
-            return _find_objection(self.definition, symbolic_arm_of(chain).chain)
+            return _find_objection(self.definition, make_symbolic_arm(chain).chain)
         return _find_objection(self.definition, chain)
 
     def _find_objection_to_given_values(self, chain: Chain) -> str | None:
@@ -438,7 +438,7 @@ def _derive_answer(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
     if maker.names_arm_symbols(chain):
         return _derive_for_symbolic_arm(definition, chain)
     return sp.ImmutableMatrix(
-        derive(chain).substitute_matrix(_derive_for_symbolic_arm(definition, symbolic_arm_of(chain).chain))
+        derive(chain).substitute_matrix(_derive_for_symbolic_arm(definition, make_symbolic_arm(chain).chain))
     )
 
 

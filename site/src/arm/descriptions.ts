@@ -22,17 +22,17 @@ export function kindOfSingularity(arm: Arm, state: State): Exclude<SingularityKi
 }
 
 /** Return pose, position, determinant and nearness in sentences. */
-export function describeArm(arm: Arm, state: State, radians: boolean): string {
-  return `${describePose(arm, state, radians)} ${describeSingularity(arm, state)}`;
+export function describeArm(arm: Arm, state: State, inRadians: boolean): string {
+  return `${describePose(arm, state, inRadians)} ${describeSingularity(arm, state)}`;
 }
 
 /** Return the pose and the position of P in sentences. */
-export function describePose(arm: Arm, { pose, point }: State, radians: boolean): string {
-  const rotatedKey = radians ? "arm.words.turned-radians" : "arm.words.turned";
+export function describePose(arm: Arm, { pose, point }: State, inRadians: boolean): string {
+  const rotatedKey = inRadians ? "arm.words.turned-radians" : "arm.words.turned";
   const joints = arm.joints.map(({ kind, name }, i) =>
     say(kind === "R" ? rotatedKey : "arm.words.slid", {
       joint: plainLetters(name),
-      value: kind === "R" ? convertAngle(radians, pose[i]!) : roundToDecimals(pose[i]!, 3),
+      value: kind === "R" ? convertAngle(inRadians, pose[i]!) : roundToDecimals(pose[i]!, 3),
     }),
   );
   const [x, y, z] = point.map((value) => roundToDecimals(value, 3)) as [number, number, number];

@@ -174,7 +174,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
           {props.overlay?.(view)}
           <Marks
             {...props}
-            {...{ view, flat: isFlat, covered }}
+            {...{ view, isFlat, covered }}
             ends={target ? { A: target.start, B: target.end } : NO_ENDS}
           />
           {links.map((line, i) => (
@@ -193,7 +193,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
           ))}
           <Point
             place={toPixel(view, state.point)}
-            chosen={chosen < 0}
+            isChosen={chosen < 0}
             onDown={(event) => {
               choose(-1);
               startDrag(event, () => "point");
@@ -372,9 +372,9 @@ const ViewButtons = memo(({ onKey }: { readonly onKey: (key: string) => void }):
 
 type GripProps = { readonly place: Pixel; readonly onDown: (event: PointerEvent) => void };
 
-function Point({ place: [x, y], chosen, onDown }: GripProps & { readonly chosen: boolean }): JSX.Element {
+function Point({ place: [x, y], isChosen, onDown }: GripProps & { readonly isChosen: boolean }): JSX.Element {
   return (
-    <g class={`arm-point${chosen ? " arm-chosen" : ""}`} transform={`translate(${x} ${y})`} onPointerDown={onDown}>
+    <g class={`arm-point${isChosen ? " arm-chosen" : ""}`} transform={`translate(${x} ${y})`} onPointerDown={onDown}>
       <circle class="arm-point-grip" r={18} />
       <circle class="arm-point-ring" r={7} />
       <circle class="arm-point-dot" r={2.8} />

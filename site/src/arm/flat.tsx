@@ -26,12 +26,9 @@ export function Body({ arm, state, view, reach }: BodyProps): JSX.Element {
         );
       })}
       {arm.joints.map((joint, i) => {
-        const { z } = state.frames[i]!;
-        return joint.kind === "R" ? (
-          <RevoluteGlyph key={joint.name} i={i} place={toPixel(view, jointCentres[i]!)} z={z} view={view} />
-        ) : (
-          <PrismaticGlyph key={joint.name} i={i} place={toPixel(view, jointCentres[i]!)} z={z} view={view} />
-        );
+        const Glyph = joint.kind === "R" ? RevoluteGlyph : PrismaticGlyph;
+        const place = toPixel(view, jointCentres[i]!);
+        return <Glyph key={joint.name} i={i} place={place} z={state.frames[i]!.z} view={view} />;
       })}
     </g>
   );
@@ -85,14 +82,14 @@ export const polylineText = (view: View, points: readonly Vec3[]): string =>
   pointsText((points.length === 1 ? [points[0]!, points[0]!] : points).map((point) => toPixel(view, point)));
 
 /** An arrow in space: its start and its vector. */
-type ArrowSpan = Pick<NamedArrow, "from" | "vector">;
+type ArrowSpan = Pick<NamedArrow, "start" | "vector">;
 
 /** An arrow with the name at its head. */
-export type NamedArrow = { readonly name: string; readonly style: string; readonly from: Vec3; readonly vector: Vec3 };
+export type NamedArrow = { readonly name: string; readonly style: string; readonly start: Vec3; readonly vector: Vec3 };
 
 /** Return the label at the head of an arrow. */
-export function headLabel(view: View, { name, style, from, vector }: NamedArrow): WantedLabel {
-  return { name, style, at: toPixel(view, add(from, vector)), direction: vectorInPixels(view, vector) };
+export function headLabel(view: View, { name, style, start, vector }: NamedArrow): WantedLabel {
+  return { name, style, place: toPixel(view, add(start, vector)), direction: vectorInPixels(view, vector) };
 }
 
 /** Return the length of an arrow on the page (pixels). */
@@ -102,10 +99,10 @@ export const lengthInPixels = (view: View, { vector }: NamedArrow): number =>
 /** Return an arrow's shaft and heads in pixels; `hasTwinHead` adds a second head, as for angular velocities. */
 function shapeOfArrow(
   view: View,
-  { from, vector }: ArrowSpan,
+  { start, vector }: ArrowSpan,
   hasTwinHead = false,
 ): [shaft: Pixel[], heads: Pixel[][]] | null {
-  const [x, y] = toPixel(view, from);
+  const [x, y] = toPixel(view, start);
   const [dx, dy] = vectorInPixels(view, vector);
   const length = Math.hypot(dx, dy);
   if (length < 3) return null;
@@ -132,8 +129,8 @@ type ArrowStyle = { readonly view: View; readonly style: string };
 type ArrowProps = ArrowStyle & ArrowSpan & { readonly hasTwinHead?: boolean };
 
 /** A thin arrow. It uses points, because browsers redraw them faster than the `d` of a path. */
-export function Arrow({ view, from, vector, style, hasTwinHead = false }: ArrowProps): JSX.Element | null {
-  const arrow = shapeOfArrow(view, { from, vector }, hasTwinHead);
+export function Arrow({ view, start, vector, style, hasTwinHead = false }: ArrowProps): JSX.Element | null {
+  const arrow = shapeOfArrow(view, { start, vector }, hasTwinHead);
   if (!arrow) return null;
   const [shaft, heads] = arrow;
   return (

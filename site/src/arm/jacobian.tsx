@@ -2,10 +2,11 @@
 
 import type { JSX } from "preact";
 
+import { ROWS } from "../bank.js";
 import { withPace } from "../pace.js";
 import { decimalSign, inDigits, say } from "../text/text.js";
 import { jointClass, Letters } from "./letters.js";
-import { type Arm, ROWS, type State } from "./model.js";
+import type { Arm, State } from "./model.js";
 import { roundToDecimals, roundToDigits } from "./number-format.js";
 import type { Stage } from "./stage.js";
 import { classifyNearness, sizeKey } from "./descriptions.js";

@@ -4,15 +4,15 @@
 import { splitName } from "./letters.js";
 import type { Pixel } from "./view.js";
 
-/** A label wanted near the point `at` (pixels), preferably in a direction from there (in pixels, y down). */
+/** A label wanted near `place` (pixels), preferably in a direction from there (in pixels, y down). */
 export interface WantedLabel {
   readonly name: string;
   readonly style: string;
-  readonly at: Pixel;
+  readonly place: Pixel;
   readonly direction: Pixel;
-  /** Distance from `at` to be left free (pixels), such as half the width of a joint's body. */
+  /** Distance from `place` to be left free (pixels), such as half the width of a joint's body. */
   readonly gap?: number;
-  /** Whether the label must be just beside `at`, or is omitted: nobody looks for a leader line at an arrow's head. */
+  /** Whether the label must be just beside `place`, or is omitted: nobody looks for a leader line at an arrow's head. */
   readonly isClose?: boolean;
 }
 
@@ -28,7 +28,7 @@ interface PlacedLabel {
   readonly x: number;
   readonly y: number;
   /** Where a leader line starts, if the label is far from what it names; else null. */
-  readonly from: Pixel | null;
+  readonly leaderStart: Pixel | null;
 }
 
 /** Half the width and height of a box, in pixels. */
@@ -51,14 +51,14 @@ export function placeLabels(
   lines: readonly (readonly Pixel[])[],
   room: LabelRoom,
 ): PlacedLabel[] {
-  const placedBoxes: { at: Pixel; half: HalfSize }[] = [];
+  const placedBoxes: { place: Pixel; half: HalfSize }[] = [];
   const obstacles = lines.flatMap(samplePoints);
   const labels: PlacedLabel[] = [];
   const byRank = [...wantedLabels].sort((a, b) => rankOf(a) - rankOf(b));
-  for (const { name, style, at, direction, gap = 0, isClose = false } of byRank) {
+  for (const { name, style, place: wantedPlace, direction, gap = 0, isClose = false } of byRank) {
     const half = halfOf(name);
     const heading = Math.hypot(...direction) > 1e-6 ? Math.atan2(direction[1], direction[0]) : -Math.PI / 4;
-    let bestPlace: Pixel = at;
+    let bestPlace: Pixel = wantedPlace;
     let leastCost = Infinity;
     (isClose ? RINGS.slice(0, CLOSE_RINGS) : RINGS).forEach((distance, ring) => {
       if (leastCost < FURTHER_RING * ring) return; // nothing further out is better
@@ -66,10 +66,10 @@ export function placeLabels(
         const angle = heading + turn;
         const distanceToEdge = half.width * Math.abs(Math.cos(angle)) + 0.8 * HALF_HEIGHT * Math.abs(Math.sin(angle));
         const distanceToCentre = distance + gap + distanceToEdge;
-        const place: Pixel = [at[0] + distanceToCentre * Math.cos(angle), at[1] + distanceToCentre * Math.sin(angle)];
+        const place: Pixel = addPolar(wantedPlace, distanceToCentre, angle);
         let cost = FURTHER_RING * ring + 0.4 * k + (isInside(place, half, room) ? 0 : OVER_EDGE);
         if (cost >= leastCost) return;
-        for (const box of placedBoxes) if (overlap(place, half, box.at, box.half)) cost += OVER_LABEL;
+        for (const box of placedBoxes) if (overlap(place, half, box.place, box.half)) cost += OVER_LABEL;
         for (const obstacle of obstacles) {
           if (cost >= leastCost) return;
           if (overlap(place, half, obstacle, POINT)) cost += OVER_ARM;
@@ -78,12 +78,19 @@ export function placeLabels(
       });
     });
     if (leastCost >= OVER_EDGE) continue;
-    placedBoxes.push({ at: bestPlace, half });
-    const isFar = Math.hypot(bestPlace[0] - at[0], bestPlace[1] - at[1]) > LEADER_FROM + gap + half.width;
-    labels.push({ name, style, x: bestPlace[0], y: bestPlace[1], from: isFar ? at : null });
+    placedBoxes.push({ place: bestPlace, half });
+    const isFar =
+      Math.hypot(bestPlace[0] - wantedPlace[0], bestPlace[1] - wantedPlace[1]) > LEADER_FROM + gap + half.width;
+    labels.push({ name, style, x: bestPlace[0], y: bestPlace[1], leaderStart: isFar ? wantedPlace : null });
   }
   return labels;
 }
+
+/** Return the place at a distance from another one, at an angle (y down). */
+const addPolar = ([x, y]: Pixel, distance: number, angle: number): Pixel => [
+  x + distance * Math.cos(angle),
+  y + distance * Math.sin(angle),
+];
 
 const POINT: HalfSize = { width: 2, height: 2 };
 

@@ -5,7 +5,7 @@ import { memo, withPace } from "../pace.js";
 import { useCallback, useContext, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Choice, optionsOf } from "../controls.js";
-import { inDigits, say, type TextKey } from "../text/text.js";
+import { inDigits, say } from "../text/text.js";
 import { plainLetters } from "./letters.js";
 import type { Arm } from "./model.js";
 import { rangeOf, limitToRange } from "./ranges.js";
@@ -26,7 +26,7 @@ const NO_STRETCHES: readonly Stretch[] = [];
 
 export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "move">): JSX.Element {
   const { arm, pose, measures, move } = props;
-  const radians = useContext(InRadians);
+  const inRadians = useContext(InRadians);
   const [pair, setPair] = useState<JointPair>(() => findMostSensitivePair(arm));
   const [shownValue, setShown] = useState<ShownValue>("det");
   const frame = useRef<HTMLDivElement>(null);
@@ -35,14 +35,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   const [width, height] = useSize(frame, [420, 380]);
 
   useEffect(() => setPair(findMostSensitivePair(arm)), [arm]);
-  const pickAcross = useCallback(
-    (joint: number) => setPair((previousPair) => withDistinctJoints([joint, previousPair[1]], previousPair)),
-    [],
-  );
-  const pickUp = useCallback(
-    (joint: number) => setPair((previousPair) => withDistinctJoints([previousPair[0], joint], previousPair)),
-    [],
-  );
+  const pick = useCallback((axis: 0 | 1, joint: number) => setPair((current) => withJoint(current, axis, joint)), []);
 
   // Only the joints that are not on the map change the map.
   const otherJoints = pose.map((value, i) => (pair.includes(i) ? 0 : value));
@@ -50,7 +43,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   const settledKey = useDebounced(otherJointsKey, 120);
   const map = useMap(arm, otherJoints, pair, shownValue, settledKey);
   const terrain = map?.terrain ?? null;
-  const stretches = map?.kinds ?? NO_STRETCHES;
+  const stretches = map?.stretches ?? NO_STRETCHES;
 
   const [acrossRange, upRange] = [rangeOf(arm, pair[0]), rangeOf(arm, pair[1])];
   const [plotWidth, plotHeight] = [width - LEFT_MARGIN - EDGE_MARGIN, height - BOTTOM_MARGIN - EDGE_MARGIN];
@@ -108,7 +101,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   const ticks = useMemo(
     () => (
       <>
-        {ticksOf(arm, pair[0], radians).map(([value, text]) => (
+        {ticksOf(arm, pair[0], inRadians).map(([value, text]) => (
           <g key={text} class="arm-tick">
             <path d={`M${pixelOf([value, upRange.low])[0]} ${EDGE_MARGIN + plotHeight}v4`} />
             <text x={pixelOf([value, upRange.low])[0]} y={EDGE_MARGIN + plotHeight + 16}>
@@ -116,7 +109,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
             </text>
           </g>
         ))}
-        {ticksOf(arm, pair[1], radians).map(([value, text]) => (
+        {ticksOf(arm, pair[1], inRadians).map(([value, text]) => (
           <g key={text} class="arm-tick arm-tick-left">
             <path d={`M${LEFT_MARGIN} ${pixelOf([acrossRange.low, value])[1]}h-4`} />
             <text x={LEFT_MARGIN - 7} y={pixelOf([acrossRange.low, value])[1] + 4}>
@@ -126,10 +119,10 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
         ))}
       </>
     ),
-    [arm, pair, radians, ...plotBounds],
+    [arm, pair, inRadians, ...plotBounds],
   );
   const legend = useMemo(
-    () => (terrain ? <Legend kinds={stretches} lost={terrain.max === 0} /> : null),
+    () => (terrain ? <Legend stretches={stretches} isEverywhere={terrain.max === 0} /> : null),
     [terrain, stretches],
   );
   const [x, y] = pixelOf(currentSpot);
@@ -138,8 +131,8 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   return (
     <section class="arm-map" aria-label={say("arm.map.title")}>
       <div class="arm-row">
-        <Axis arm={arm} label="arm.map.across" value={pair[0]} onPick={pickAcross} />
-        <Axis arm={arm} label="arm.map.up" value={pair[1]} onPick={pickUp} />
+        <Axis arm={arm} axis={0} joint={pair[0]} onPick={pick} />
+        <Axis arm={arm} axis={1} joint={pair[1]} onPick={pick} />
         <label>
           <span class="arm-unseen">{say("arm.map.shown")}</span>
           <select value={shownValue} onChange={(event) => setShown(event.currentTarget.value as ShownValue)}>
@@ -257,30 +250,37 @@ function snapToLine([u, v]: Spot, stretches: readonly Stretch[], [pixelsPerU, pi
   return nearestSpot;
 }
 
-/** Return the pair with two different joints: if both axes have the same joint, the axes are exchanged. */
-const withDistinctJoints = (chosenPair: JointPair, previousPair: JointPair): JointPair =>
-  chosenPair[0] === chosenPair[1] ? [previousPair[1], previousPair[0]] : chosenPair;
+/** Return the pair with a joint on an axis; if the joint is on the other axis, the axes are exchanged. */
+function withJoint([across, up]: JointPair, axis: 0 | 1, joint: number): JointPair {
+  if (joint === (axis === 0 ? up : across)) return [up, across];
+  return axis === 0 ? [joint, up] : [across, joint];
+}
 
 interface AxisProps {
   readonly arm: Arm;
-  readonly label: TextKey;
-  readonly value: number;
-  readonly onPick: (joint: number) => void;
+  /** 0 for the axis across, 1 for the axis upward. */
+  readonly axis: 0 | 1;
+  readonly joint: number;
+  readonly onPick: (axis: 0 | 1, joint: number) => void;
 }
 
-const Axis = memo(({ arm, label, value, onPick }: AxisProps): JSX.Element => (
-  <Choice label={label} value={value} onValue={(joint) => onPick(Number(joint))}>
+const Axis = memo(({ arm, axis, joint, onPick }: AxisProps): JSX.Element => (
+  <Choice
+    label={axis === 0 ? "arm.map.across" : "arm.map.up"}
+    value={joint}
+    onValue={(text) => onPick(axis, Number(text))}
+  >
     {optionsOf(arm.joints.map(({ name }, i) => [i, plainLetters(name)]))}
   </Choice>
 ));
 
 /** Return the ticks of an axis: every quarter turn of a revolute joint, or five places along a prismatic one. */
-function ticksOf(arm: Arm, joint: number, radians: boolean): (readonly [number, string])[] {
+function ticksOf(arm: Arm, joint: number, inRadians: boolean): (readonly [number, string])[] {
   const { low, high } = rangeOf(arm, joint);
   const isRevolute = arm.joints[joint]!.kind === "R";
   return [0, 1, 2, 3, 4].map((k) => {
     const value = low + (k * (high - low)) / 4;
-    if (isRevolute && radians) return [value, asMultipleOfPi(value)];
+    if (isRevolute && inRadians) return [value, asMultipleOfPi(value)];
     const number = isRevolute ? toDegrees(value) : roundToDecimals(value, 2);
     return [value, `${inDigits(number)}${isRevolute ? "°" : ""}`];
   });
@@ -293,16 +293,19 @@ function asMultipleOfPi(angle: number): string {
   return ["−π", "−π/2", "0", "π/2", "π"][Math.round(quarterTurns) + 2] ?? inDigits(roundToDecimals(angle, 2));
 }
 
-function Legend({ kinds, lost: isEverywhere }: { kinds: readonly Stretch[]; lost: boolean }): JSX.Element {
+type LegendProps = { readonly stretches: readonly Stretch[]; readonly isEverywhere: boolean };
+
+/** The kinds of lines and spots on the map; `isEverywhere`: J has lost rank on the whole map. */
+function Legend({ stretches, isEverywhere }: LegendProps): JSX.Element {
   const presentKinds = (["boundary", "internal", "unknown"] as const).filter((kind) =>
-    kinds.some((stretch) => stretch.kind === kind),
+    stretches.some((stretch) => stretch.kind === kind),
   );
   return (
     <ul class="arm-legend">
       {presentKinds.map((kind) => (
         <li key={kind}>
           <svg viewBox="0 0 34 12" width={34} height={12} aria-hidden="true">
-            {kinds.some((stretch) => stretch.kind === kind && stretch.spots.length > 1) ? (
+            {stretches.some((stretch) => stretch.kind === kind && stretch.spots.length > 1) ? (
               <path class={`arm-zero arm-${kind}`} d="M1 6h32" />
             ) : (
               <circle class={`arm-zero-spot arm-${kind}`} cx={17} cy={6} r={4.5} />
@@ -312,7 +315,7 @@ function Legend({ kinds, lost: isEverywhere }: { kinds: readonly Stretch[]; lost
         </li>
       ))}
       {isEverywhere && <li>{say("arm.map.always")}</li>}
-      {!isEverywhere && kinds.length === 0 && <li>{say("arm.map.none")}</li>}
+      {!isEverywhere && stretches.length === 0 && <li>{say("arm.map.none")}</li>}
     </ul>
   );
 }

@@ -9,16 +9,16 @@ export type MapRequest = {
   readonly arm: Arm;
   readonly pose: Pose;
   readonly pair: JointPair;
-  readonly shown: ShownValue;
+  readonly shownValue: ShownValue;
 };
 
 /** A response: the map, or its lines by kind. */
-export type MapResponse = { readonly terrain: Terrain } | { readonly kinds: readonly Stretch[] };
+export type MapResponse = { readonly terrain: Terrain } | { readonly stretches: readonly Stretch[] };
 
 const respond = (response: MapResponse): void => globalThis.postMessage(response);
 
-globalThis.addEventListener("message", ({ data: { arm, pose, pair, shown } }: MessageEvent<MapRequest>) => {
-  const terrain = terrainOf(arm, pose, pair, shown);
+globalThis.addEventListener("message", ({ data: { arm, pose, pair, shownValue } }: MessageEvent<MapRequest>) => {
+  const terrain = terrainOf(arm, pose, pair, shownValue);
   respond({ terrain });
-  respond({ kinds: stretchesWithKinds(arm, pose, pair, terrain) });
+  respond({ stretches: stretchesWithKinds(arm, pose, pair, terrain) });
 });

@@ -21,8 +21,8 @@ export type Layers = Readonly<Record<(typeof LAYERS)[number], boolean>>;
 /** Drawn length (m) of a velocity of 1 m/s, if the arm is not smaller than 1 m. */
 const LENGTH_OF_UNIT_SPEED = 0.4;
 /** Return the length of a frame's axes in pixels; in space they must reach out of the bodies of joints. */
-function axisLength({ width, height }: View, flat: boolean): number {
-  return Math.min(flat ? 44 : 58, (flat ? 0.12 : 0.16) * Math.min(width, height));
+function axisLength({ width, height }: View, isFlat: boolean): number {
+  return Math.min(isFlat ? 44 : 58, (isFlat ? 0.12 : 0.16) * Math.min(width, height));
 }
 
 /** Half the size of a joint's symbol in a flat drawing (pixels), which letters leave free. */
@@ -61,7 +61,7 @@ function arrowStart(view: View, point: Vec3, column: Vec3): Vec3 {
 
 interface MarksProps extends BodyProps {
   readonly layers: Layers;
-  readonly flat: boolean;
+  readonly isFlat: boolean;
   readonly measures: Measures;
   /** Whether the line along which P can't move would reveal the answer to the question. */
   readonly isConcealed: boolean;
@@ -74,7 +74,7 @@ interface MarksProps extends BodyProps {
 }
 
 export function Marks(props: MarksProps): JSX.Element {
-  const { arm, state, view, reach, layers, flat, measures, isConcealed, highlighted } = props;
+  const { arm, state, view, reach, layers, isFlat, measures, isConcealed, highlighted } = props;
   const columns = drawnColumns(arm, state, reach);
   const arrows = namedArrows(props, columns);
   const { isAngular } = arrowsOf(arm, state);
@@ -84,11 +84,11 @@ export function Marks(props: MarksProps): JSX.Element {
   const [dx, dy] = vectorInPixels(view, vectorOfLength(view, lostVector ?? ZERO, 90));
   return (
     <g class="arm-marks">
-      <World arm={arm} view={view} flat={flat} />
-      {layers.frames && flat && <Angles arm={arm} state={state} view={view} />}
+      <World arm={arm} view={view} isFlat={isFlat} />
+      {layers.frames && isFlat && <Angles arm={arm} state={state} view={view} />}
       {layers.ellipse && (
         <ellipse
-          class={flat ? "arm-ellipse" : "arm-ellipse arm-ellipse-space"}
+          class={isFlat ? "arm-ellipse" : "arm-ellipse arm-ellipse-space"}
           rx={Math.max(ellipse.major, 0.6)}
           ry={Math.max(ellipse.minor, 0.6)}
           transform={`translate(${P[0]} ${P[1]}) rotate(${ellipse.rotation})`}
@@ -118,16 +118,16 @@ export function Marks(props: MarksProps): JSX.Element {
           wantedLabels(props, arrows),
           [
             ...arm.joints.map((_, i) => linkOf(arm, state, i + 1).map((point) => toPixel(view, point))),
-            ...(flat ? [groundAt(toPixel(view, state.frames[0]!.o))] : []),
-            ...[...arrows.axes, ...arrows.columns].map(({ from, vector }) => [
-              toPixel(view, from),
-              toPixel(view, add(from, vector)),
+            ...(isFlat ? [groundAt(toPixel(view, state.frames[0]!.o))] : []),
+            ...[...arrows.axes, ...arrows.columns].map(({ start, vector }) => [
+              toPixel(view, start),
+              toPixel(view, add(start, vector)),
             ]),
           ],
           { width: view.width, height: view.height, covered: props.covered },
-        ).map(({ name, style, x, y, from }, k, placedLabels) => (
+        ).map(({ name, style, x, y, leaderStart }, k, placedLabels) => (
           <g key={`${name} ${placedLabels.slice(0, k).filter((other) => other.name === name).length}`} class={style}>
-            {from ? <path class="arm-leader" d={`M${from[0]} ${from[1]}L${x} ${y}`} /> : null}
+            {leaderStart ? <path class="arm-leader" d={`M${leaderStart[0]} ${leaderStart[1]}L${x} ${y}`} /> : null}
             <g transform={`translate(${x} ${y})`}>
               <text y={5}>
                 <DrawnLetters name={name} />
@@ -147,21 +147,21 @@ const GREY = "arm-x";
 type NamedArrows = Readonly<Record<"axes" | "columns" | "vectors", readonly NamedArrow[]>>;
 
 function namedArrows(props: MarksProps, columns: readonly Vec3[]): NamedArrows {
-  const { arm, state, view, layers, flat } = props;
+  const { arm, state, view, layers, isFlat } = props;
   const { frames, point } = state;
-  const axes = frames.flatMap(({ x, y, z, o: from }, i): NamedArrow[] => {
-    const vectorOf = (axis: Vec3): Vec3 => vectorOfLength(view, axis, axisLength(view, flat));
-    const xAxis = { name: `x${i}`, style: GREY, from, vector: vectorOf(x) };
+  const axes = frames.flatMap(({ x, y, z, o: start }, i): NamedArrow[] => {
+    const vectorOf = (axis: Vec3): Vec3 => vectorOfLength(view, axis, axisLength(view, isFlat));
+    const xAxis = { name: `x${i}`, style: GREY, start, vector: vectorOf(x) };
     const style = i < arm.joints.length ? jointClass(i) : "arm-last";
-    return flat
+    return isFlat
       ? [xAxis, { ...xAxis, name: `y${i}`, vector: vectorOf(y) }]
-      : [xAxis, { name: `z${i}`, style, from, vector: vectorOf(z) }];
+      : [xAxis, { name: `z${i}`, style, start, vector: vectorOf(z) }];
   });
   const columnArrow = (vector: Vec3, i: number): NamedArrow => {
-    return { name: `J${i + 1}`, style: jointClass(i), from: arrowStart(view, point, vector), vector };
+    return { name: `J${i + 1}`, style: jointClass(i), start: arrowStart(view, point, vector), vector };
   };
   const vectorArrow = (vector: Vec3, i: number): NamedArrow => {
-    return { name: `p*${i}`, style: jointClass(i), from: frames[i]!.o, vector };
+    return { name: `p*${i}`, style: jointClass(i), start: frames[i]!.o, vector };
   };
   return {
     axes: layers.frames ? axes : [],
@@ -180,11 +180,14 @@ function groundAt([x, y]: Pixel): Pixel[] {
   ];
 }
 
-function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProps, arrows: NamedArrows): WantedLabel[] {
+function wantedLabels(
+  { arm, state, view, reach, layers, isFlat, ends }: MarksProps,
+  arrows: NamedArrows,
+): WantedLabel[] {
   const { point, frames } = state;
   const labels: WantedLabel[] = [];
   const hasRoomForNames = layers.frames && Math.min(view.width, view.height) >= MIN_SIZE_FOR_NAMES;
-  const labelledPoints: [name: string, at: Pixel][] = [["P", toPixel(view, point)]];
+  const labelledPoints: [name: string, place: Pixel][] = [["P", toPixel(view, point)]];
   if (hasRoomForNames)
     frames.forEach(({ o }, i) => {
       const place = toPixel(view, o);
@@ -192,45 +195,47 @@ function wantedLabels({ arm, state, view, reach, layers, flat, ends }: MarksProp
       if (sameOrigin) sameOrigin[0] += `=O${i}`;
       else labelledPoints.push([`O${i}`, place]);
     });
-  labelledPoints.forEach(([name, at], k) =>
+  labelledPoints.forEach(([name, place], k) =>
     labels.push({
       name,
       style: "arm-label-p",
-      at,
+      place,
       direction: [0.7, k === 0 ? -0.7 : 0.7],
-      gap: flat ? HALF_SYMBOL : 4,
+      gap: isFlat ? HALF_SYMBOL : 4,
     }),
   );
   for (const [name, place] of Object.entries(ends))
-    labels.push({ name, style: "arm-end", at: toPixel(view, place), direction: [-0.7, 0.7], gap: HALF_SYMBOL });
-  labels.push(...worldLabels(arm, view, flat));
+    labels.push({ name, style: "arm-end", place: toPixel(view, place), direction: [-0.7, 0.7], gap: HALF_SYMBOL });
+  labels.push(...worldLabels(arm, view, isFlat));
   if (layers.lengths) labels.push(...lengthLabels(arm, state, view));
   for (const column of arrows.columns)
     if (lengthInPixels(view, column) > MIN_ARROW_LENGTH) labels.push(headLabel(view, column));
   for (const axis of hasRoomForNames ? arrows.axes : [])
-    if (lengthInPixels(view, axis) > 14 && (flat || axis.style !== GREY))
+    if (lengthInPixels(view, axis) > 14 && (isFlat || axis.style !== GREY))
       labels.push({ ...headLabel(view, axis), isClose: true });
   const places = jointCentresOf(arm, state, reach);
   places.forEach((place, i) => {
     const label = { name: arm.joints[i]!.name, style: jointClass(i) };
-    const arc = flat && layers.frames ? arcOf(arm, state, view, i) : null;
-    const direction = flat ? sideOf(arm, state, view, i) : besideAxis(state, view, i);
-    const gap = flat ? HALF_SYMBOL : thicknessOf(arm) * view.scale;
+    const arc = isFlat && layers.frames ? arcOf(arm, state, view, i) : null;
+    const direction = isFlat ? sideOf(arm, state, view, i) : besideAxis(state, view, i);
+    const gap = isFlat ? HALF_SYMBOL : thicknessOf(arm) * view.scale;
     labels.push({
       ...label,
-      ...(arc ? { at: arc.labelPlace, direction: arc.labelDirection } : { at: toPixel(view, place), direction, gap }),
+      ...(arc
+        ? { place: arc.labelPlace, direction: arc.labelDirection }
+        : { place: toPixel(view, place), direction, gap }),
     });
   });
-  for (const { from, vector, ...named } of arrows.vectors) {
+  for (const { start, vector, ...named } of arrows.vectors) {
     const [x, y] = vectorInPixels(view, vector);
     if (Math.hypot(x, y) > 40)
-      labels.push({ ...named, at: toPixel(view, addScaled(from, vector, 0.55)), direction: [-y, x] });
+      labels.push({ ...named, place: toPixel(view, addScaled(start, vector, 0.55)), direction: [-y, x] });
   }
   return labels;
 }
 
 /** A length of the arm: its label in the table, its value (m), and the points between which it is drawn. */
-type DrawnLength = readonly [label: string, value: number, from: Vec3, to: Vec3];
+type DrawnLength = readonly [label: string, value: number, start: Vec3, end: Vec3];
 
 /** Return the lengths of the table, of the way to P, and of the base's position in the world. */
 function lengthsOf(arm: Arm, state: State): DrawnLength[] {
@@ -252,13 +257,13 @@ function lengthsOf(arm: Arm, state: State): DrawnLength[] {
 
 /** Return labels beside the middles of lengths: a symbol as in the table, a number as the page writes it. */
 function lengthLabels(arm: Arm, state: State, view: View): WantedLabel[] {
-  return lengthsOf(arm, state).flatMap(([label, value, from, to]): WantedLabel[] => {
-    const [p, q] = [toPixel(view, from), toPixel(view, to)];
+  return lengthsOf(arm, state).flatMap(([label, value, start, end]): WantedLabel[] => {
+    const [p, q] = [toPixel(view, start), toPixel(view, end)];
     const [x, y] = [q[0] - p[0], q[1] - p[1]];
     if (Math.hypot(x, y) < MIN_LABELLED_LENGTH) return [];
     const size = inDigits(Math.abs(Number(value.toFixed(3))));
     const name = /^-?[a-z]\d*$/i.test(label) ? label.replace("-", "") : size;
-    return [{ name, style: "arm-length", at: [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2], direction: [y, -x] }];
+    return [{ name, style: "arm-length", place: [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2], direction: [y, -x] }];
   });
 }
 

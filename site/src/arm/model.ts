@@ -4,17 +4,16 @@
 // about x. z_{i-1} is the axis of joint i; p*_{i-1} points from O_{i-1} to the point of interest P. World frame; the
 // rows of the 6 x n Jacobian are vx vy vz wx wy wz. Follows ../../../exercises/arm/kinematics.py (NumericChain).
 
-import type { NamedPose, Robot } from "../bank.js";
+import { nameJoint, type NamedPose, type Robot, ROWS } from "../bank.js";
 import { parse } from "../read/reader.js";
 import { realValue } from "../read/real.js";
 import { singularValues } from "./svd.js";
 import { add, addScaled, cross, determinant, type Matrix, norm, subtract, type Vec3, ZERO } from "./vector.js";
 
-export const ROWS = ["vx", "vy", "vz", "wx", "wy", "wz"] as const;
-
 /** A pose: as on the page, the values of all joint variables theta_i (rad) or d_i (m), without the table's offsets. */
 export type Pose = readonly number[];
 
+/** The axes of a frame (unit vectors), and its origin (m), in the world frame. */
 export type Frame = { readonly x: Vec3; readonly y: Vec3; readonly z: Vec3; readonly o: Vec3 };
 
 /** A joint's row of the table (m, rad). */
@@ -70,7 +69,7 @@ const WORLD: Frame = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1], o: ZERO };
 
 /** Return the arm of a robot's table. Throws ParseError for an entry that can't be parsed. */
 export function armOf(robot: Robot): Arm {
-  const names = robot.joints.map((row, i) => `${row.kind === "R" ? "theta" : "d"}${i + 1}`);
+  const names = robot.joints.map(nameJoint);
   const knownNames = new Set([...names, ...Object.keys(robot.values)]);
   const zeros = Object.fromEntries(names.map((name) => [name, 0]));
   const number = (text: string): number => realValue(parse(text, knownNames), { ...zeros, ...robot.values });
@@ -94,7 +93,7 @@ export function armOf(robot: Robot): Arm {
   };
 }
 
-/** Return a pose by the names of the joints. */
+/** Return the values of a pose by the names of the joints. */
 export function namedPose(arm: Arm, pose: Pose): NamedPose {
   return Object.fromEntries(arm.joints.map(({ name }, i) => [name, pose[i]!]));
 }

@@ -27,6 +27,7 @@ export type Journey = { readonly path: Path; readonly stations: readonly Station
 const MIN_RATIO = 2e-3;
 /** Number of strides along a path, and along a path that is only scored. */
 const [STRIDE_COUNT, SCORED_STRIDE_COUNT] = [160, 16];
+const MAX_NEWTON_STEPS = 12;
 /** A joint that deviates more (rad or m) from where its rate leads has jumped to another branch. */
 const MAX_DEVIATION = 0.15;
 /** Minimum stride, as a share of the usual one. */
@@ -56,19 +57,18 @@ function slopesAt(arm: Arm, path: Path, state: State): number[] {
   );
 }
 
-/** Return the pose at distance s that Newton's method finds from a nearby pose, or null. */
+/** Return the pose at distance s that Newton's method finds from a nearby pose; null if it finds none. */
 function poseAt(arm: Arm, path: Path, s: number, startPose: Pose, firstState: State): Pose | null {
   const goal = { point: pointOn(path, s), frames: firstState.frames };
   let pose = startPose;
-  for (let k = 0; k <= 12; k += 1) {
+  for (let stepsLeft = MAX_NEWTON_STEPS; ; stepsLeft -= 1) {
     const state = stateAt(arm, pose);
     const error = taskError(arm, goal, state);
     const largest = Math.max(...error.map(Math.abs));
-    if (largest < 1e-12 || k === 12) return largest < 1e-9 ? pose : null;
+    if (largest < 1e-12 || stepsLeft === 0) return largest < 1e-9 ? pose : null;
     const change = solveDamped(state.taskJacobian, error, 0);
     pose = pose.map((value, i) => value + change[i]!);
   }
-  return null;
 }
 
 function stationAt(arm: Arm, path: Path, s: number, pose: Pose): Station {
@@ -120,7 +120,7 @@ export function stationOn({ stations }: Journey, s: number): Station {
   };
 }
 
-/** Return where each joint's speed first exceeds its limit (m from A), or null. */
+/** Return where each joint's speed first exceeds its limit (m from A); null for a joint that keeps its limit. */
 export function limitCrossings(journey: Journey, speed: number, limits: readonly number[]): (number | null)[] {
   return limits.map((limit, i) => {
     const firstIndex = journey.stations.findIndex(({ slopes }) => Math.abs(slopes[i]!) * speed > limit);

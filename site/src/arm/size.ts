@@ -1,8 +1,6 @@
-// The size of an element in pixels, kept up to date, and whether the system asks for reduced motion.
+// The size of an element in pixels, kept up to date.
 
 import { useEffect, useLayoutEffect, useState } from "preact/hooks";
-
-import { listen } from "../scheduling.js";
 
 type Size = readonly [width: number, height: number];
 
@@ -25,16 +23,4 @@ export function useSize(element: { readonly current: Element | null }, firstSize
     return () => observer.disconnect();
   }, []);
   return size;
-}
-
-/** Return whether the system asks for reduced motion. */
-export function useReducedMotion(): boolean {
-  const [isReduced, setReduced] = useState(false);
-  useEffect(() => {
-    const query = matchMedia("(prefers-reduced-motion: reduce)");
-    const update = (): void => setReduced(query.matches);
-    update();
-    return listen(query, "change", update);
-  }, []);
-  return isReduced;
 }

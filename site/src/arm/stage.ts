@@ -128,7 +128,7 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
   const state = useMemo(() => stateAt(arm, pose), [arm, pose]);
   const measures = useMemo(() => measuresOf(state), [state]);
   const settledState = useDebounced(state, 700);
-  const journey = useMemo(() => (weld ? journeyOf(arm, weld) : null), [arm, weld?.from, weld?.target]);
+  const journey = useMemo(() => (weld ? journeyOf(arm, weld) : null), [arm, weld?.startPose, weld?.target]);
 
   // These functions stay the same between renderings, so that what receives them is not drawn again.
   const move = useCallback(
@@ -149,7 +149,7 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
   const changeWeld = (next: Weld): void => {
     setWeld(next);
     setPlace(0);
-    move(limitPose(arm, next.from));
+    move(limitPose(arm, next.startPose));
   };
   const goTo = (s: number): void => {
     setPlace(s);

@@ -11,9 +11,9 @@ import type { Stretch } from "./zeros.js";
 interface ComputedMap {
   readonly arm: Arm;
   readonly pair: JointPair;
-  readonly shown: ShownValue;
+  readonly shownValue: ShownValue;
   readonly terrain: Terrain;
-  readonly kinds: readonly Stretch[];
+  readonly stretches: readonly Stretch[];
 }
 
 /** Return the map over two joints, computed when `settledKey` changes; until then the last such map, or null. */
@@ -21,7 +21,7 @@ export function useMap(
   arm: Arm,
   pose: Pose,
   pair: JointPair,
-  shown: ShownValue,
+  shownValue: ShownValue,
   settledKey: string,
 ): ComputedMap | null {
   const [map, setMap] = useState<ComputedMap | null>(null);
@@ -30,15 +30,15 @@ export function useMap(
     const worker = new Worker(new URL("./map.worker.ts", import.meta.url), { type: "module" });
     worker.addEventListener("message", ({ data }: MessageEvent<MapResponse>) => {
       if ("terrain" in data) {
-        setMap({ arm, pair, shown, terrain: data.terrain, kinds: stretchesWithoutKinds(data.terrain) });
+        setMap({ arm, pair, shownValue, terrain: data.terrain, stretches: stretchesWithoutKinds(data.terrain) });
         return;
       }
-      setMap((previous) => previous && { ...previous, kinds: data.kinds });
+      setMap((previous) => previous && { ...previous, stretches: data.stretches });
       worker.terminate();
     });
-    worker.postMessage({ arm, pose, pair, shown } satisfies MapRequest);
+    worker.postMessage({ arm, pose, pair, shownValue } satisfies MapRequest);
     return () => worker.terminate();
-  }, [arm, pair.join(), shown, settledKey]);
-  const isCurrent = map?.arm === arm && map.shown === shown && map.pair.join() === pair.join();
+  }, [arm, pair.join(), shownValue, settledKey]);
+  const isCurrent = map?.arm === arm && map.shownValue === shownValue && map.pair.join() === pair.join();
   return isCurrent ? map : null;
 }

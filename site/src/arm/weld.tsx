@@ -4,12 +4,12 @@ import type { ComponentChildren, JSX } from "preact";
 import { startAnimation } from "../pace.js";
 import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
+import { prefersReducedMotion } from "../scheduling.js";
 import { say } from "../text/text.js";
 import { Chart } from "./chart.js";
 import { Dotted, jointClass, Letters, plainLetters } from "./letters.js";
 import { type Arm, type Pose } from "./model.js";
 import { limitCrossings, follow, type Journey, pathTo, pointOn, stationOn, suggestTarget } from "./path.js";
-import { useReducedMotion } from "./size.js";
 import { roundToDecimals, roundToDigits } from "./number-format.js";
 import type { Stage, Welding as Welded } from "./stage.js";
 import type { Vec3 } from "./vector.js";
@@ -17,7 +17,7 @@ import { toPixel, type Pixel, type View } from "./view.js";
 
 /** A weld from the pose at A to point B, its speed (m/s), and limits of revolute (rad/s) and prismatic joints (m/s). */
 export interface Weld {
-  readonly from: Pose;
+  readonly startPose: Pose;
   readonly target: Vec3;
   readonly speed: number;
   readonly revoluteLimit: number;
@@ -26,7 +26,7 @@ export interface Weld {
 
 export function firstWeld(arm: Arm, pose: Pose, reach: number): Weld {
   return {
-    from: pose,
+    startPose: pose,
     target: suggestTarget(arm, pose, reach, false),
     speed: 0.1,
     revoluteLimit: 0.6,
@@ -53,7 +53,7 @@ const FIELDS = [
 
 export function Welding(props: WeldProps): JSX.Element {
   const { arm, weld, journey, place, changeWeld, goTo } = props;
-  const prefersReducedMotion = useReducedMotion();
+  const movesStepwise = prefersReducedMotion();
   const end = journey.stations.at(-1)!.s;
   const [isPlaying, setPlaying] = useClock(place, end, weld.speed, goTo);
   const limits = limitsOf(arm, weld);
@@ -74,8 +74,8 @@ export function Welding(props: WeldProps): JSX.Element {
   return (
     <section class="arm-weld" data-part={tab} aria-label={say("arm.weld.title")}>
       <div class="arm-play">
-        <button type="button" class="arm-main" disabled={end <= 0} onClick={prefersReducedMotion ? stepForward : play}>
-          {say(prefersReducedMotion ? "arm.weld.step" : isPlaying ? "arm.weld.pause" : "arm.weld.play")}
+        <button type="button" class="arm-main" disabled={end <= 0} onClick={movesStepwise ? stepForward : play}>
+          {say(movesStepwise ? "arm.weld.step" : isPlaying ? "arm.weld.pause" : "arm.weld.play")}
         </button>
         <input
           type="range"
@@ -146,9 +146,9 @@ function Rates(props: Pick<WeldProps, "arm"> & Readonly<Record<"rates" | "limits
 function SetUp(props: WeldProps & { readonly onSet: (changes: Partial<Weld>) => void }): JSX.Element {
   const { arm, pose, reach, weld, onSet } = props;
   const suggest = (isRegular: boolean) => (): void =>
-    onSet({ from: pose, target: suggestTarget(arm, pose, reach, isRegular) });
+    onSet({ startPose: pose, target: suggestTarget(arm, pose, reach, isRegular) });
   const startButtons = [
-    ["arm.weld.here", () => onSet({ from: pose })],
+    ["arm.weld.here", () => onSet({ startPose: pose })],
     ["arm.weld.regular", suggest(true)],
     ["arm.weld.singular", suggest(false)],
   ] as const;
@@ -310,7 +310,8 @@ function useClock(place: number, end: number, speed: number, onPlace: (s: number
   return [isPlaying, setPlaying];
 }
 
-export const journeyOf = (arm: Arm, weld: Weld): Journey => follow(arm, weld.from, pathTo(arm, weld.from, weld.target));
+export const journeyOf = (arm: Arm, weld: Weld): Journey =>
+  follow(arm, weld.startPose, pathTo(arm, weld.startPose, weld.target));
 
 /** The path in the drawing: the part that the arm can follow, and the rest. */
 export function Route({ journey, view, place }: { journey: Journey; view: View; place: number }): JSX.Element {

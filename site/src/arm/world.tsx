@@ -24,24 +24,24 @@ function isBaseMoved({ base }: Arm): boolean {
 export const wayToBase = ({ base: { o } }: Arm): readonly Vec3[] => [ZERO, [o[0], 0, 0], [o[0], o[1], 0], o];
 
 /** Return the axes of the world frame that are visible. */
-function worldAxes(view: View, flat: boolean): NamedArrow[] {
+function worldAxes(view: View, isFlat: boolean): NamedArrow[] {
   return AXES.map((axis, k) => ({
     name: `${"xyz"[k]}_w`,
     style: "arm-w",
-    from: ZERO,
+    start: ZERO,
     vector: vectorOfLength(view, axis, AXIS_LENGTH),
-  })).filter((arrow) => !flat || lengthInPixels(view, arrow) >= 1);
+  })).filter((arrow) => !isFlat || lengthInPixels(view, arrow) >= 1);
 }
 
-type WorldProps = { readonly arm: Arm; readonly view: View; readonly flat: boolean };
+type WorldProps = { readonly arm: Arm; readonly view: View; readonly isFlat: boolean };
 
-export function World({ arm, view, flat }: WorldProps): JSX.Element | null {
+export function World({ arm, view, isFlat }: WorldProps): JSX.Element | null {
   if (!isBaseMoved(arm)) return null;
   const corners = wayToBase(arm);
   return (
     <g class="arm-world">
       <path class="arm-dashed" d={`M${corners.map((corner) => toPixel(view, corner).join(" ")).join("L")}`} />
-      {worldAxes(view, flat).map(({ name, ...arrow }) => (
+      {worldAxes(view, isFlat).map(({ name, ...arrow }) => (
         <Arrow key={name} view={view} {...arrow} />
       ))}
     </g>
@@ -49,10 +49,10 @@ export function World({ arm, view, flat }: WorldProps): JSX.Element | null {
 }
 
 /** Return the labels of the world frame: its axes, and its origin if the base is elsewhere. */
-export function worldLabels(arm: Arm, view: View, flat: boolean): WantedLabel[] {
+export function worldLabels(arm: Arm, view: View, isFlat: boolean): WantedLabel[] {
   if (!isBaseMoved(arm)) return [];
-  const labels = worldAxes(view, flat).map((axis) => headLabel(view, axis));
+  const labels = worldAxes(view, isFlat).map((axis) => headLabel(view, axis));
   if (norm(arm.base.o) > 1e-9)
-    labels.push({ name: "O_w", style: "arm-w", at: toPixel(view, ZERO), direction: [-0.7, 0.7] });
+    labels.push({ name: "O_w", style: "arm-w", place: toPixel(view, ZERO), direction: [-0.7, 0.7] });
   return labels;
 }

@@ -25,7 +25,7 @@ export function gridOf([u0, u1]: Spot, [v0, v1]: Spot, count: number, value: Val
 type Value = (u: number, v: number) => number;
 
 /** Return where a line crosses the edge from grid point (i, j) to the next one across or up; null if none does. */
-type Crossing = (i: number, j: number, across: boolean) => Spot | null;
+type Crossing = (i: number, j: number, isAcross: boolean) => Spot | null;
 
 /** Steps of the fine grid in a step of the coarse grid. The fine grid separates lines that are close to each other. */
 const FINE_STEPS = 4;
@@ -41,8 +41,8 @@ export function findZeroLines(grid: Grid, value: Value): Spot[][] {
     knownValues.set(key, computedValue);
     return computedValue;
   };
-  const findCrossing: Crossing = (i, j, across) => {
-    const [k, l] = across ? [i + 1, j] : [i, j + 1];
+  const findCrossing: Crossing = (i, j, isAcross) => {
+    const [k, l] = isAcross ? [i + 1, j] : [i, j + 1];
     if (valueAt(i, j) >= 0 === valueAt(k, l) >= 0) return null;
     return bisect(value, [fineGrid.us[i]!, fineGrid.vs[j]!], [fineGrid.us[k]!, fineGrid.vs[l]!]);
   };
@@ -60,11 +60,11 @@ export function findZeroLines(grid: Grid, value: Value): Spot[][] {
 
 /** Return the lines on which a value is zero without changing its sign: minima of its size below `zeroTolerance`. */
 export function findZeroMinimumLines({ us, vs, values }: Grid, value: Value, zeroTolerance: number): Spot[][] {
-  const findCrossing: Crossing = (i, j, across) => {
+  const findCrossing: Crossing = (i, j, isAcross) => {
     const valueAt = (step: number): number =>
-      Math.abs((across ? values[j]?.[i + step] : values[j + step]?.[i]) ?? Infinity);
+      Math.abs((isAcross ? values[j]?.[i + step] : values[j + step]?.[i]) ?? Infinity);
     if (valueAt(-1) <= valueAt(0) || valueAt(2) <= valueAt(1)) return null;
-    const [k, l] = across ? [i + 1, j] : [i, j + 1];
+    const [k, l] = isAcross ? [i + 1, j] : [i, j + 1];
     if (values[j]![i]! >= 0 !== values[l]![k]! >= 0) return null;
     const spot = findMinimumBetween(value, [us[i]!, vs[j]!], [us[k]!, vs[l]!]);
     return Math.abs(value(...spot)) < zeroTolerance ? spot : null;
@@ -73,7 +73,7 @@ export function findZeroMinimumLines({ us, vs, values }: Grid, value: Value, zer
   return linkCrossings(cells, findCrossing, null);
 }
 
-/** Return places with `FINER` steps between neighbours. */
+/** Return places with `FINE_STEPS` steps between neighbours. */
 function refine(places: readonly number[]): number[] {
   const [first, ...others] = places;
   const steps = others.flatMap((place, i) =>
@@ -105,9 +105,9 @@ function linkCrossings(
 ): Spot[][] {
   const spots = new Map<string, Spot | null>();
   const links = new Map<string, string[]>();
-  const keyOfCrossing = (i: number, j: number, across: boolean): string | null => {
-    const key = `${i},${j},${across ? "u" : "v"}`;
-    if (!spots.has(key)) spots.set(key, findCrossing(i, j, across));
+  const keyOfCrossing = (i: number, j: number, isAcross: boolean): string | null => {
+    const key = `${i},${j},${isAcross ? "u" : "v"}`;
+    if (!spots.has(key)) spots.set(key, findCrossing(i, j, isAcross));
     return spots.get(key) ? key : null;
   };
   const link = (a: string, b: string): void => {

@@ -51,31 +51,31 @@ export const isLastTry = ({ tries }: Round, state: QuestionState): boolean => tr
 /** Return the standing after an answer with this share (0 to 1); unchanged if no points were left to gain. */
 export function addAnswer(round: Round, standing: Standing, place: number, share: number): Standing {
   const state = standing[place];
-  const asked = round.questions[place];
-  if (!state || !asked || isDone(round, state)) return standing;
-  const earned = share >= 1 ? 1 : Math.round(share * asked.credit * SHARE_STEPS) / SHARE_STEPS;
+  const question = round.questions[place];
+  if (!state || !question || isDone(round, state)) return standing;
+  const earnedShare = share >= 1 ? 1 : Math.round(share * question.credit * SHARE_STEPS) / SHARE_STEPS;
   return standing.with(place, {
     ...state,
     tries: Math.min(state.tries + 1, MAX_TRIES),
-    share: Math.max(state.share, earned),
+    share: Math.max(state.share, earnedShare),
   });
 }
 
 /** Return the standing after the solution was shown; the question keeps the points earned before. */
 export function closeQuestion(standing: Standing, place: number): Standing {
-  const tried = standing[place];
-  return tried ? standing.with(place, { ...tried, shown: true }) : standing;
+  const state = standing[place];
+  return state ? standing.with(place, { ...state, shown: true }) : standing;
 }
 
 export function computeScore(round: Round, standing: Standing): Score {
   const max = addExactly(round.questions.map(({ points }) => points));
-  const points = addExactly(round.questions.map((asked, i) => asked.points * (standing[i]?.share ?? 0)));
+  const points = addExactly(round.questions.map((question, i) => question.points * (standing[i]?.share ?? 0)));
   return {
     points,
     max,
     share: max > 0 ? points / max : 0,
     answered: standing.filter(({ tries, shown }) => tries > 0 || shown).length,
-    done: standing.filter((tried) => isDone(round, tried)).length,
+    done: standing.filter((state) => isDone(round, state)).length,
     count: round.questions.length,
   };
 }
@@ -118,10 +118,10 @@ export function writeStanding(round: Round, standing: Standing): string {
 
 /** Return the standing that a text describes; a fresh one if the text is invalid or describes other questions. */
 export function parseStanding(round: Round, text: string): Standing {
-  const [format, print, codes = "", ...extraParts] = text.split(".");
+  const [format, fingerprint, codes = "", ...extraParts] = text.split(".");
   const isValid =
     format === FORMAT &&
-    print === computeFingerprint(round) &&
+    fingerprint === computeFingerprint(round) &&
     extraParts.length === 0 &&
     codes.length % DIGITS_PER_QUESTION === 0 &&
     codes.length <= DIGITS_PER_QUESTION * round.questions.length;
@@ -130,7 +130,7 @@ export function parseStanding(round: Round, text: string): Standing {
         parseQuestionState(codes.slice(i * DIGITS_PER_QUESTION, (i + 1) * DIGITS_PER_QUESTION)),
       )
     : [];
-  return isValid && states.every((tried) => tried !== null) ? states : makeNewStanding(round);
+  return isValid && states.every((state) => state !== null) ? states : makeNewStanding(round);
 }
 
 function parseQuestionState(code: string): QuestionState | null {

@@ -137,10 +137,9 @@ export const formatDecimal = (value: number, places: number): string => value.to
 /** Format hours, minutes and seconds for SCORM 1.2. */
 export function formatClock(seconds: number): string {
   const hundredths = Math.min(Math.round(seconds * 100), 3_599_999_999); // 9999:59:59.99
-  const two = (value: number): string => String(value).padStart(2, "0");
-  const total = Math.floor(hundredths / 100);
-  const hours = String(Math.floor(total / 3600)).padStart(2, "0");
-  return `${hours}:${two(Math.floor(total / 60) % 60)}:${two(total % 60)}.${two(hundredths % 100)}`;
+  const inTwoDigits = (value: number): string => String(Math.floor(value)).padStart(2, "0");
+  const [hours, minutes, wholeSeconds] = [hundredths / 360_000, (hundredths / 6000) % 60, (hundredths / 100) % 60];
+  return `${[hours, minutes, wholeSeconds].map(inTwoDigits).join(":")}.${inTwoDigits(hundredths % 100)}`;
 }
 
 /** Maximum number of nested windows that are searched. */

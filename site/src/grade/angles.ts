@@ -1,7 +1,7 @@
 // Sines and cosines of a formula, and the angles that may be correct instead of those in them.
 
 import { evaluate } from "../read/evaluate.js";
-import { anyNode, decimal, namesIn, type Node, node } from "../read/tree.js";
+import { anyNode, decimal, isConstant, type Node, node, visitNodes } from "../read/tree.js";
 
 const JOINT = /^theta\d+$/;
 const FULL_TURN = 2 * Math.PI;
@@ -26,7 +26,7 @@ function sumOfAngles(angle: Node): AngleSum | null {
   const visit = (tree: Node, sign: number): boolean => {
     const { kind, args, text } = tree;
     if (kind === "name" && JOINT.test(text)) return (joints.set(text, (joints.get(text) ?? 0) + sign), true);
-    if (namesIn(tree).size === 0) {
+    if (isConstant(tree)) {
       constant += sign * evaluate(tree, {}).re;
       return true;
     }
@@ -52,10 +52,9 @@ export function angleText(angle: Node): string {
 export function anglesIn(entries: readonly Node[]): Node[] {
   const angles = new Map<string, Node>();
   for (const entry of entries)
-    anyNode(entry, (node) => {
+    visitNodes(entry, (node) => {
       const [angle] = node.args;
       if (isWave(node) && angle && angleText(angle)) angles.set(angleText(angle), angle);
-      return false;
     });
   return [...angles.values()];
 }

@@ -1,7 +1,10 @@
 // Parse conditions on the joints as a union of claims, by the rules of ../../../exercises/formula/set_parser.py.
 
 import { evaluate } from "../read/evaluate.js";
-import { anyNode, call, decimal, integer, namesIn, type Node, node, ParseError, replaceName } from "../read/tree.js";
+import { countNodes } from "../read/products.js";
+import type { Node } from "../read/tree.js";
+import { call, decimal, hasNameOf, integer, isConstant, isListOrSet, namesIn } from "../read/tree.js";
+import { node, ParseError, replaceName } from "../read/tree.js";
 import { VOCABULARY } from "../read/vocabulary.js";
 
 /** A condition: `joint` has the value of `expression`; or, if `joint` is null, `expression` is zero. */
@@ -10,7 +13,6 @@ export type Atom = { readonly joint: string | null; readonly expression: Node };
 /** Conditions that hold simultaneously: a part of the answer's set. */
 export type Claim = readonly Atom[];
 
-const WHOLE_NUMBERS = VOCABULARY.whole_numbers;
 /** Whole numbers from -6 to 6: for a multiple of pi/6, these give all values modulo full turns. */
 const WHOLE_NUMBER_VALUES = Array.from({ length: 13 }, (_, k) =>
   k < 6 ? node("neg", integer(6 - k)) : integer(k - 6),
@@ -26,8 +28,12 @@ export function parseClaims(tree: Node, joints: ReadonlySet<string>): Claim[] {
   return claimsOf(tree, joints);
 }
 
+/** Return the letters in a tree that stand for any whole number, such as k. */
+const wholeNumbersIn = (tree: Node): string[] => VOCABULARY.whole_numbers.filter((letter) => namesIn(tree).has(letter));
+
+/** Return the number of nodes in the cases for all whole numbers together. */
 function countCaseNodes(tree: Node): number {
-  const isUnion = (kind: string) => kind === "list" || kind === "set" || kind === "or";
+  const isUnion = (kind: string) => ["list", "set", "or"].includes(kind);
   const isCombination = (kind: string) => isUnion(kind) || ["and", "dict", "pair", "in"].includes(kind);
   let count = 0;
   const stack = [tree];
@@ -35,10 +41,8 @@ function countCaseNodes(tree: Node): number {
     if (isCombination(top.kind) || top.args.some(({ kind }) => isUnion(kind))) {
       for (const arg of top.args) stack.push(arg);
     } else {
-      let size = 0;
-      anyNode(top, () => ((size += 1), false));
-      const letters = WHOLE_NUMBERS.filter((letter) => namesIn(top as Node).has(letter));
-      count += (NODES_PER_CASE + size) * WHOLE_NUMBER_VALUES.length ** letters.length;
+      const nodeCount = NODES_PER_CASE + countNodes(top, Infinity);
+      count += nodeCount * WHOLE_NUMBER_VALUES.length ** wholeNumbersIn(top).length;
     }
   }
   return count;
@@ -48,22 +52,18 @@ function countCaseNodes(tree: Node): number {
 function claimsOf(tree: Node, joints: ReadonlySet<string>): Claim[] {
   const [left, right] = tree.args;
   if (["or", "list", "set"].includes(tree.kind)) return claimsOfUnion(tree, joints);
-  if (tree.kind === "and" && !tree.args.some((arg) => [...namesIn(arg)].some((symbol) => joints.has(symbol))))
-    throw new ParseError("read.no-joint");
+  if (tree.kind === "and" && !tree.args.some((arg) => hasNameOf(arg, joints))) throw new ParseError("read.no-joint");
   if (tree.kind === "and") return refuseContradictions(intersect(tree.args.map((arg) => claimsOf(arg, joints))));
-  if (tree.kind === "dict") {
+  if (tree.kind === "dict")
     return intersect(tree.args.map((pair) => claimsOfValues(pair.args[0] as Node, pair.args[1] as Node, joints)));
-  }
   if (tree.kind === "in" && left && right) return claimsOfValues(left, right, joints);
   if (tree.kind === "eq" && left && right) return claimsOfEquation(left, right, joints);
-  if (tree.kind === "name" && joints.has(tree.text)) {
-    throw new ParseError("read.alone", { joint: tree.text });
-  }
+  if (tree.kind === "name" && joints.has(tree.text)) throw new ParseError("read.alone", { joint: tree.text });
   return vanishingClaims(tree);
 }
 
 function claimsOfEquation(left: Node, right: Node, joints: ReadonlySet<string>): Claim[] {
-  if (right.kind === "list" || right.kind === "set") return claimsOfValues(left, right, joints);
+  if (isListOrSet(right)) return claimsOfValues(left, right, joints);
   for (const [side, other] of [[left, right] as const, [right, left] as const]) {
     if (side.kind === "name" && joints.has(side.text) && !namesIn(other).has(side.text))
       return claimsOfValues(side, other, joints);
@@ -96,8 +96,7 @@ function claimsOfUnion(tree: Node, joints: ReadonlySet<string>): Claim[] {
   const union: Claim[] = [];
   let currentJoint: Node | null = null;
   for (const arg of tree.args) {
-    const isStatement =
-      [...namesIn(arg)].some((symbol) => joints.has(symbol)) || /^(eq|in|and|or|dict)$/.test(arg.kind);
+    const isStatement = hasNameOf(arg, joints) || /^(eq|in|and|or|dict)$/.test(arg.kind);
     if (isStatement) {
       let lastStatement = arg;
       while (lastStatement.kind === "or") lastStatement = lastStatement.args.at(-1) as Node;
@@ -110,9 +109,9 @@ function claimsOfUnion(tree: Node, joints: ReadonlySet<string>): Claim[] {
       currentJoint = isSum || (side.kind === "name" && joints.has(side.text)) ? side : null;
       const [, secondArg] = tree.args;
       const isLabel = currentJoint && arg.kind === "name" && tree.args.length === 2 && arg === tree.args[0];
-      const hasJointLater = secondArg !== undefined && [...namesIn(secondArg)].some((symbol) => joints.has(symbol));
+      const hasJointLater = secondArg !== undefined && hasNameOf(secondArg, joints);
       const [first = "", second = ""] = joints;
-      if (isLabel && joints.size === 2 && arg.text === first && !["list", "set"].includes(secondArg?.kind ?? ""))
+      if (isLabel && joints.size === 2 && arg.text === first && !isListOrSet(secondArg))
         throw new ParseError("read.pair", { first, second });
       if (!isLabel || hasJointLater) union.push(...claimsOf(arg, joints));
     } else if (currentJoint) {
@@ -149,13 +148,13 @@ function coefficientsOf(tree: Node, angles: ReadonlySet<string>): ReadonlyMap<st
     const [left, right] = term.args;
     if (term.kind === "name" && angles.has(term.text))
       coefficients.set(term.text, (coefficients.get(term.text) ?? 0) + factor);
-    else if (![...namesIn(term)].some((symbol) => angles.has(symbol))) continue;
+    else if (!hasNameOf(term, angles)) continue;
     else if (term.kind === "neg" && left) pending.push([left, -factor]);
     else if (term.kind === "+" || term.kind === "-")
       pending.push([left as Node, factor], [right as Node, term.kind === "-" ? -factor : factor]);
-    else if (term.kind === "*" && left && namesIn(left).size === 0)
+    else if (term.kind === "*" && left && isConstant(left))
       pending.push([right as Node, factor * evaluate(left, {}).re]);
-    else if ((term.kind === "*" || term.kind === "/") && left && right && namesIn(right).size === 0) {
+    else if ((term.kind === "*" || term.kind === "/") && left && right && isConstant(right)) {
       const value = evaluate(right, {}).re;
       pending.push([left, term.kind === "*" ? factor * value : factor / value]);
     } else return null;
@@ -196,16 +195,16 @@ const vanishingClaims = (tree: Node): Claim[] =>
 function simplifyZero(tree: Node): Node {
   const [first, second] = tree.args;
   if (!first) return tree;
-  const subtractsZero =
-    tree.kind === "-" && second && ["number", "decimal"].includes(second.kind) && second.value === 0;
+  const number = second && ["number", "decimal"].includes(second.kind) ? second.value : NaN;
+  const subtractsZero = tree.kind === "-" && number === 0;
   const isRoot = tree.kind === "call" && ["sqrt", "abs"].includes(tree.text);
-  const isPower = tree.kind === "^" && second && ["number", "decimal"].includes(second.kind) && second.value > 0;
+  const isPower = tree.kind === "^" && number > 0;
   return subtractsZero || isPower || tree.kind === "neg" || isRoot ? simplifyZero(first) : tree;
 }
 
 /** Return an expression for each whole number k in it; values that differ by full turns appear once. */
 function substituteWholeNumbers(tree: Node): Node[] {
-  const letters = WHOLE_NUMBERS.filter((letter) => namesIn(tree).has(letter));
+  const letters = wholeNumbersIn(tree);
   if (letters.length === 0) return [tree];
   let expressions = [tree];
   for (const name of letters)
@@ -219,7 +218,7 @@ function substituteWholeNumbers(tree: Node): Node[] {
 
 /** Return a rational multiple of pi as a text, modulo full turns; null for other expressions. */
 function textModuloTurns(tree: Node): string | null {
-  if (namesIn(tree).size > 0) return null;
+  if (!isConstant(tree)) return null;
   const { re, im } = evaluate(tree, {});
   const steps = (re / Math.PI) * 720;
   if (im !== 0 || !(Math.abs(steps - Math.round(steps)) < 1e-9 * Math.max(1, Math.abs(steps)))) return null;

@@ -1,29 +1,17 @@
 // The forms of an answer: entries in a shape, with or without names, or a formula.
 
-import type { Part, ValuesKey } from "../bank.js";
+import { type Part, ROWS, type ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { parse } from "../read/reader.js";
 import { numbersText, tableText } from "../read/tables.js";
-import {
-  anyNode,
-  asMatrix,
-  CHAIN,
-  chainOf,
-  columnsOf,
-  hasBlank,
-  inRows,
-  listOf,
-  namesIn,
-  type Node,
-  node,
-  ParseError,
-  type Rows,
-} from "../read/tree.js";
-import { table, VOCABULARY, wholePattern } from "../read/vocabulary.js";
+import type { Node, Rows } from "../read/tree.js";
+import { asMatrix, CHAIN, chainOf, columnsOf, hasBlank, hasNameOf, inRows, isConstant } from "../read/tree.js";
+import { isListOrSet, listOf, namesIn, node, ParseError, visitNodes } from "../read/tree.js";
+import { respell, wholePattern } from "../read/vocabulary.js";
 import { parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
 
 type Names = readonly string[];
-type Known = ReadonlySet<string>;
+type Symbols = ReadonlySet<string>;
 /** The expected rows and columns. */
 type Shape = Pick<ValuesKey, "rows" | "columns">;
 
@@ -43,32 +31,37 @@ export function parseRowsOrTable(
 export function entriesOf(
   tree: Node,
   shape: Shape,
-  known: Known,
+  symbols: Symbols,
   labels: Names,
   columnNames: Names = [],
 ): Rows | Verdict {
   if (isBlank(tree)) return missing();
-  const rows = withShape(matrixOf(tree, known, labels, shape, columnNames), shape);
+  const rows = withShape(matrixOf(tree, symbols, labels, shape, columnNames), shape);
   return "outcome" in rows ? rows : requireScalars(rows);
 }
 
 /** Return the rows if no entry is a list or statement; blank entries are allowed. Throws ParseError. */
 export function requireScalars(rows: Rows): Rows {
-  for (const entry of rows.flat()) if (!hasBlank(entry)) anyNode(entry, refuseNonScalar);
+  for (const entry of rows.flat()) if (!hasBlank(entry)) visitNodes(entry, refuseNonScalar);
   return rows;
 }
 
 const SCALAR_KINDS = new Set(["number", "decimal", "name", "call", "neg", "+", "-", "*", "/", "^"]);
 
-function refuseNonScalar(tree: Node): boolean {
+function refuseNonScalar(tree: Node): void {
   if (!SCALAR_KINDS.has(tree.kind)) evaluate(tree, {}); // throws an error that names the kind
-  return false;
 }
 
 /** Return the entries of a matrix; `labels` name entries. Throws ParseError for an unordered set. */
-export function matrixOf(typed: Node, known: Known, labels: Names, shape: Shape, columnNames: Names = []): Node[][] {
+export function matrixOf(
+  typed: Node,
+  symbols: Symbols,
+  labels: Names,
+  shape: Shape,
+  columnNames: Names = [],
+): Node[][] {
   const { rows, columns } = shape;
-  const tree = rightSide(splitChains(typed, [...labels, ...columnNames]), known);
+  const tree = rightSide(splitChains(typed, [...labels, ...columnNames]), symbols);
   const hasOrder = ({ kind }: Node) => ["eq", "pair", "set", "list"].includes(kind);
   if (tree.kind === "set" && tree.args.length > 1 && !tree.args.some(hasOrder)) throw new ParseError("read.no-order");
   return asMatrix(
@@ -156,33 +149,32 @@ export function withShape(rows: Node[][], shape: Shape): Rows | Verdict {
 }
 
 /** Parse an answer as for judging: as a table if the text itself lacks the part's shape. Throws ParseError. */
-export function parseAnswer(text: string, known: ReadonlySet<string>, { key, shape }: Part): Node {
+export function parseAnswer(text: string, symbols: ReadonlySet<string>, { key, shape }: Part): Node {
   const [rows, columns] = shape ?? [1, 1];
-  if (rows * columns === 1 || !["values", "numbers", "direction"].includes(key.type)) return parse(text, known);
+  if (rows * columns === 1 || !["values", "numbers", "direction"].includes(key.type)) return parse(text, symbols);
   const table = key.type === "numbers" ? numbersText(text, rows) : tableText(text, rows, columns);
-  const matrix = parseOrVerdict(() => withShape(asMatrix(rightSide(parse(text, known), known)), { rows, columns }));
-  return parse("outcome" in matrix ? (table ?? text) : text, known);
+  const matrix = parseOrVerdict(() => withShape(asMatrix(rightSide(parse(text, symbols), symbols)), { rows, columns }));
+  return parse("outcome" in matrix ? (table ?? text) : text, symbols);
 }
 
 /** Return the formula in "J = …", "… = J" or "det: …" if the other side is the student's own name or the only label. */
-export function rightSide(typed: Node, known: ReadonlySet<string>, labels: readonly string[] = []): Node {
+export function rightSide(typed: Node, symbols: ReadonlySet<string>, labels: readonly string[] = []): Node {
   const tree = typed.kind === "dict" && typed.args.length === 1 ? (typed.args[0] as Node) : typed;
   const sides = tree.kind === "pair" ? tree.args : chainOf(tree); // det J = J11*J22 - J12*J21 = …
   const [left, right] = [sides[0], sides.at(-1)];
-  const isOfSymbols = (side: Node) => [...namesIn(side)].some((symbol) => known.has(symbol));
+  const isOfSymbols = (side: Node) => hasNameOf(side, symbols);
   // det J = a1*a2*sin(theta2) = 0
-  if (!left || !right || (namesIn(right).size === 0 && sides.slice(1, -1).some(isOfSymbols))) return typed;
-  const isOwnName = (name: Node) =>
-    (isName(name) || isOfEntries(name)) && ![...namesIn(name)].some((symbol) => known.has(symbol));
+  if (!left || !right || (isConstant(right) && sides.slice(1, -1).some(isOfSymbols))) return typed;
+  const isOwnName = (name: Node) => (isName(name) || isOfEntries(name)) && !hasNameOf(name, symbols);
   const isLabel = (name: Node) =>
     name.kind === "name" && labels.length === 1 && labelOf(name.text) === labelOf(labels[0] as string);
   if (isOwnName(left) || isLabel(left)) return right;
   return isOwnName(right) || isLabel(right) ? left : typed;
 }
 
-/** The components of a linear velocity, and of linear and angular velocities. */
-const LINEAR_COMPONENTS = ["vx", "vy", "vz"];
-const COMPONENTS = [...LINEAR_COMPONENTS, "wx", "wy", "wz"];
+/** The components of linear and angular velocities, and of linear ones. */
+const COMPONENTS: readonly string[] = ROWS;
+const LINEAR_COMPONENTS = COMPONENTS.slice(0, 3);
 
 /** Return the name before a formula if the name is a velocity component other than the expected one; else "". */
 export function otherComponent(typed: Node, labels: readonly string[]): string {
@@ -216,7 +208,7 @@ const hasLabel = (tree: Node): boolean =>
 /** Return the entries of {qd1: …}, [qd1 = …] or [(qd1, …)] in the order of the labels; names may be row1 or J12. */
 function orderByLabels(tree: Node, labels: readonly string[], { rows, columns }: Shape): Node {
   const inner = tree.args[0];
-  if (tree.args.length === 1 && inner && (tree.kind === "list" || tree.kind === "set")) {
+  if (tree.args.length === 1 && inner && isListOrSet(tree)) {
     const isOnlyWrapper = tree.kind === "set" || inner.args.every(hasName);
     if (inner.kind === "dict" || (inner.kind === "list" && isOnlyWrapper))
       return orderByLabels(inner, labels, { rows, columns });
@@ -245,20 +237,17 @@ function orderByLabels(tree: Node, labels: readonly string[], { rows, columns }:
   return tree;
 }
 
-const VELOCITIES = table(VOCABULARY.velocities);
 const POINT_OF_ENTRY = wholePattern("point_of_entry");
 
 /** Return the name of an entry for comparison: x for P_x, p_x, px and x; vx for v_x and x_dot; wx for ω_x. */
 export function labelOf(name: string): string {
-  const joined = name.replaceAll("_", "").toLowerCase();
-  let plain = VELOCITIES.get(joined) ?? joined;
-  for (const [spelled, letter] of Object.entries(VOCABULARY.spelled_letters)) plain = plain.replaceAll(spelled, letter);
-  const entry = POINT_OF_ENTRY.exec(plain)?.[1];
-  return entry ?? (plain.length > 1 && plain.startsWith("p") ? plain.slice(1) : plain);
+  const spelling = respell(name.toLowerCase());
+  const entry = POINT_OF_ENTRY.exec(spelling)?.[1];
+  return entry ?? (spelling.length > 1 && spelling.startsWith("p") ? spelling.slice(1) : spelling);
 }
 
 /** Return whether an answer is empty, or a list of blanks. */
 export function isBlank(tree: Node): boolean {
-  if (tree.kind === "list" || tree.kind === "set") return tree.args.length > 0 && tree.args.every(isBlank);
+  if (isListOrSet(tree)) return tree.args.length > 0 && tree.args.every(isBlank);
   return tree.kind === "blank";
 }

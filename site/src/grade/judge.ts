@@ -1,6 +1,6 @@
 // Judge an answer to a part of a problem by its key.
 
-import type { Part, Problem, Robot } from "../bank.js";
+import { nameJoint, type Part, type Problem, type Robot } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
@@ -40,8 +40,7 @@ function judgeByKey(problem: Problem, part: Part, answer: string, isSingular: Is
   if ("option_mistakes" in key) return judgeLetters(answer, key);
   if (key.type === "numbers") return judgeNumbers(answer, key, labels);
   if (key.type === "configurations") {
-    const revolute = problem.robot.joints.flatMap((joint, i) => (joint.kind === "R" ? [`theta${i + 1}`] : []));
-    const angles = new Set(revolute);
+    const angles = new Set(problem.robot.joints.flatMap((row, i) => (row.kind === "R" ? [nameJoint(row, i)] : [])));
     const offsets = offsetsOf(problem.robot, angles);
     return suggestAnd(answer, (text) => judgeSet(text, key, angles, isSingular, offsets));
   }
@@ -53,10 +52,10 @@ function judgeByKey(problem: Problem, part: Part, answer: string, isSingular: Is
 
 /** Return the constants that a standard table adds to variables of revolute joints. */
 function offsetsOf({ joints, convention }: Robot, angles: ReadonlySet<string>): Map<string, number> {
-  const offsets = joints.map(({ theta }, i): [string, number] => {
-    const joint = `theta${i + 1}`;
-    const isAngle = convention === undefined && angles.has(joint);
-    return [joint, isAngle ? evaluate(parse(theta, angles), { [joint]: 0 }).re : 0];
+  const offsets = joints.map((row, i): [string, number] => {
+    const joint = nameJoint(row, i);
+    const isAngle = convention === undefined && row.kind === "R";
+    return [joint, isAngle ? evaluate(parse(row.theta, angles), { [joint]: 0 }).re : 0];
   });
   return new Map(offsets.filter(([, offset]) => Number.isFinite(offset) && offset !== 0));
 }

@@ -11,7 +11,7 @@ import { parseUnit, unitsOfNumbers, withoutUnitsOfNumbers, withPlainUnits } from
 import { message } from "../text/text.js";
 import { shareUpToDeviations, shareOfEntries } from "./credit.js";
 import { EXACT_TOLERANCE, slipsInNumbers } from "./number-slips.js";
-import { correct, verdictOf, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
+import { correct, listNames, missing, parseOrVerdict, type Verdict, verdictOf, wrong } from "./verdict.js";
 import { entriesOf, labelOf, parseRowsOrTable } from "./forms.js";
 import {
   verdictOnAgreement,
@@ -65,8 +65,8 @@ function findWrongUnit(text: string, labels: readonly string[], units: readonly 
 }
 
 function judgeEntries(entries: readonly Node[], key: NumbersKey, text: string): Verdict {
-  const symbols = new Set(entries.flatMap((entry) => [...namesIn(entry)]));
-  if (symbols.size > 0) return wrong("read.numbers", { names: [...symbols].sort().slice(0, 5).join(", ") });
+  const symbols = namesIn(...entries);
+  if (symbols.size > 0) return wrong("read.numbers", { names: listNames(symbols) });
   const values = entries.map((entry) => (hasBlank(entry) ? NaN : realOrNaN(entry)));
   const isNear = (value: number, expected: number) =>
     Math.abs(value - expected) <= Math.max(key.tolerance * Math.abs(expected), key.floor);
@@ -103,15 +103,15 @@ function realOrNaN(entry: Node): number {
 /** Judge a vector that is right if it is the reference times any nonzero factor. */
 export function judgeDirection(answer: string, key: ValuesKey, labels: readonly string[] = []): Verdict {
   if (!answer.trim()) return missing();
-  const known = new Set(key.symbols);
-  const entriesIn = (text: string) => entriesOf(parse(text, known), key, known, labels);
+  const symbols = new Set(key.symbols);
+  const entriesIn = (text: string) => entriesOf(parse(text, symbols), key, symbols, labels);
   const rows = parseRowsOrTable(entriesIn, answer, () => tableText(answer, key.rows, 1));
   if ("outcome" in rows) return rows;
   return rows.flat().some(hasBlank) ? missing() : parseOrVerdict(() => judgeVector(rows.flat(), key));
 }
 
 function judgeVector(entries: readonly Node[], key: ValuesKey): Verdict {
-  const names = new Set(entries.flatMap((entry) => [...namesIn(entry)]));
+  const names = namesIn(...entries);
   if (typeof key.tolerance === "number") return judgeNumericVector(entries, names, key, key.tolerance);
   const vectorValues = key.points.map((_, k) => {
     const values = configurationOf(key, k, names);
@@ -162,7 +162,7 @@ function judgeNumericVector(
   key: ValuesKey,
   tolerance: number,
 ): Verdict {
-  if (names.size > 0) return wrong("read.numbers", { names: [...names].sort().slice(0, 5).join(", ") });
+  if (names.size > 0) return wrong("read.numbers", { names: listNames(names) });
   const values = entries.map((entry) => evaluate(entry, {}));
   const expected = key.right.map((values) => values[0] ?? NaN);
   const isReal = values.every(

@@ -2,7 +2,7 @@
 // are too wide or too narrow, and missing conditions.
 
 import { evaluate } from "../read/evaluate.js";
-import { decimal, name, namesIn, type Node, node } from "../read/tree.js";
+import { decimal, isConstant, name, namesIn, type Node, node } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
 import { type Kind, KINDS, repairsFor, singleChanges } from "./single-changes.js";
 import type { Atom, Claim } from "./claims.js";
@@ -119,7 +119,7 @@ function scaleAngle(
   isInRange: (size: number) => boolean,
 ): Atom {
   const { joint, expression } = atom;
-  if (joint === null || !angles.has(joint) || namesIn(expression).size > 0) return atom;
+  if (joint === null || !angles.has(joint) || !isConstant(expression)) return atom;
   const value = evaluate(expression, {}).re;
   if (!isInRange(Math.abs(value))) return atom;
   return { joint, expression: decimal(value * factor) };
@@ -162,7 +162,7 @@ function findValueSlip(set: ClaimedSet, claim: Claim): Message | null {
 /** Report a joint that is claimed to be singular at some value, but is singular at none. */
 function findFreeJoint({ pieces, angles }: ClaimedSet, claim: Claim): Message | null {
   const [atom, ...others] = claim;
-  if (!atom || atom.joint === null || others.length > 0 || namesIn(atom.expression).size > 0) return null;
+  if (!atom || atom.joint === null || others.length > 0 || !isConstant(atom.expression)) return null;
   const { joint } = atom;
   const isFree = pieces.every((piece) => !isFixed(piece, joint, angles));
   return isFree ? message("slip.called-singular", { joint: displayName(joint) }) : null;

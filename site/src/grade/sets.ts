@@ -11,26 +11,15 @@ import { withPointsOfLengths } from "../read/notation.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
 import { countNodes } from "../read/products.js";
-import {
-  anyNode,
-  CHAIN,
-  chainOf,
-  decimal,
-  hasBlank,
-  integer,
-  name,
-  namesIn,
-  type Node,
-  node,
-  ParseError,
-  replaceName,
-} from "../read/tree.js";
+import { anyNode, CHAIN, chainOf, decimal, hasBlank, hasNameOf, integer, isConstant } from "../read/tree.js";
+import { isListOrSet, name, namesIn, type Node, node, ParseError, replaceName } from "../read/tree.js";
 import { LIMITS, VOCABULARY } from "../read/vocabulary.js";
 import { message, type Message } from "../text/text.js";
 import { type Atom, parseClaims, type Claim, vanishingModuloTurns } from "./claims.js";
 import { countFalseConditions, shareOfSet } from "./credit.js";
 import { slipsInSet } from "./set-slips.js";
-import { type SymbolValues, correct, verdictOf, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
+import type { SymbolValues, Verdict } from "./verdict.js";
+import { correct, listNames, missing, parseOrVerdict, verdictOf, wrong } from "./verdict.js";
 import { isBlank } from "./forms.js";
 import { arbitraryNumber, configurationText } from "./values.js";
 
@@ -84,8 +73,10 @@ export function judgeSet(
   });
 }
 
-/** For each condition of the reference: for each of its pieces, some poses on it. */
-type Conditions = readonly (readonly SymbolValues[])[][];
+/** For each piece of a set: some poses on it. */
+type Pieces = readonly (readonly SymbolValues[])[];
+/** The pieces of each condition of the reference. */
+type Conditions = readonly Pieces[];
 
 /** Return the poses of each nonempty piece; names that the problem does not have get arbitrary numbers. */
 function posesOf(key: ConfigurationsKey, tree: Node): Conditions {
@@ -110,7 +101,7 @@ function substituteIntegers(tree: Node): Node {
   const isStatement = ({ kind }: Node): boolean => ["eq", "in", "and", "or", "dict", "list"].includes(kind);
   if (equationIndex <= 0 || following.some(isStatement)) return tree;
   const [integerName, listed] = (tree.args[equationIndex] as Node).args as readonly [Node, Node];
-  const values = [...(listed.kind === "list" || listed.kind === "set" ? listed.args : [listed]), ...following];
+  const values = [...(isListOrSet(listed) ? listed.args : [listed]), ...following];
   const conditions = node("list", ...tree.args.slice(0, equationIndex));
   if (values.some(hasBlank)) return conditions;
   const allValues = values.flatMap((value) => (value.kind === "set" ? value.args : [value]));
@@ -129,13 +120,12 @@ function listsWholeNumbers({ kind, args: [left, right] }: Node): boolean {
 /** Return conditions without parts that state nothing: blanks, the dots in 0, pi, 2*pi, …, det J = 0, and k in Z. */
 function withoutBlanks(tree: Node): Node {
   const [left, right] = tree.args;
-  const isList = ({ kind }: Node) => kind === "list" || kind === "set";
-  if (["eq", "in", "pair"].includes(tree.kind) && left && right && isList(right))
+  if (["eq", "in", "pair"].includes(tree.kind) && left && right && isListOrSet(right))
     return node(tree.kind, left, withoutBlanks(right));
   if (!["and", "or", "list", "set"].includes(tree.kind)) return tree;
   const statements = tree.args.filter((arg) => !isEmptyStatement(arg));
   const remaining = statements.length > 0 ? statements : tree.args;
-  if (!isList(tree) && remaining.length === 1) return withoutBlanks(remaining[0] as Node);
+  if (!isListOrSet(tree) && remaining.length === 1) return withoutBlanks(remaining[0] as Node);
   return { ...tree, args: tree.kind === "and" ? remaining : remaining.map(withoutBlanks) };
 }
 
@@ -147,28 +137,21 @@ function isEmptyStatement(tree: Node): boolean {
   if (tree.kind === "in" && VOCABULARY.number_sets.includes(right?.text ?? "")) return true;
   if (tree.kind === "in" && VOCABULARY.whole_numbers.includes(left?.text ?? ""))
     return VOCABULARY.whole_number_sets.includes(right?.text ?? "");
-  const hasSeveralValues =
-    ["eq", "in", "pair"].includes(tree.kind) && (right?.kind === "list" || right?.kind === "set");
+  const hasSeveralValues = ["eq", "in", "pair"].includes(tree.kind) && isListOrSet(right);
   return hasBlank(tree) && !hasSeveralValues;
 }
 
 /** Return the verdict if a condition is ambiguous or is no condition; else null. */
 function ambiguityIn(answer: string, tree: Node, key: ConfigurationsKey): Verdict | null {
-  const joint = key.joints.at(-1) ?? "";
-  const used = [...namesIn(tree)];
-  const unknown = used.filter(
-    (symbol) =>
-      !key.symbols.includes(symbol) && !key.joints.includes(symbol) && !VOCABULARY.whole_numbers.includes(symbol),
-  );
-  if (unknown.length > 0)
-    return wrong("read.unknown", { names: unknown.sort().slice(0, 5).join(", "), known: key.symbols.join(", ") });
+  const known = [...key.symbols, ...VOCABULARY.whole_numbers];
+  const unknown = [...namesIn(tree)].filter((symbol) => !known.includes(symbol));
+  if (unknown.length > 0) return wrong("read.unknown", { names: listNames(unknown), known: key.symbols.join(", ") });
   if (readCommasAsPoints(answer) !== answer) return wrong("read.comma");
   if (hasProductInChain(tree, key.joints)) return wrong("read.chain");
   const conditions = ["list", "set", "or"].includes(tree.kind) ? tree.args : [tree];
   const isBare = (condition: Node) =>
-    ["+", "-", "*", "/", "^", "neg", "call"].includes(condition.kind) &&
-    key.joints.some((joint) => namesIn(condition).has(joint));
-  return conditions.some(isBare) ? wrong("read.bare-condition", { joint }) : null;
+    ["+", "-", "*", "/", "^", "neg", "call"].includes(condition.kind) && hasNameOf(condition, new Set(key.joints));
+  return conditions.some(isBare) ? wrong("read.bare-condition", { joint: key.joints.at(-1) ?? "" }) : null;
 }
 
 /** Return whether a product with a joint is between two equals signs: the joint might begin another condition. */
@@ -184,10 +167,9 @@ function hasProductInChain(tree: Node, joints: readonly string[]): boolean {
 
 /** Assign bare values, as in {0, pi}, to the only joint. Throws ParseError if there are several joints. */
 function assignJoint(tree: Node, { joints }: JointSpace): Node {
-  const values = tree.kind === "list" || tree.kind === "set" ? tree.args : [tree];
+  const values = isListOrSet(tree) ? tree.args : [tree];
   const isStatement = (arg: Node) =>
-    ["eq", "in", "dict", "and", "or", "list", "set"].includes(arg.kind) ||
-    joints.some((joint) => namesIn(arg).has(joint));
+    ["eq", "in", "dict", "and", "or", "list", "set"].includes(arg.kind) || hasNameOf(arg, new Set(joints));
   if (values.length === 0 || values.some(isStatement)) return tree;
   const [joint] = joints;
   if (joint === undefined || joints.length > 1) throw new ParseError("read.no-joint"); // it is unclear which one
@@ -257,7 +239,7 @@ function judgeClaims(
       missedPose,
     );
   if (roundedClaim) {
-    const constants = roundedClaim.filter(({ joint, expression }) => joint !== null && namesIn(expression).size === 0);
+    const constants = roundedClaim.filter(({ joint, expression }) => joint !== null && isConstant(expression));
     const values = constants.map(({ joint, expression }) => [joint, evaluate(expression, {}).re]);
     return verdictWith([], { ...pieces[0]?.[0], ...Object.fromEntries(values) });
   }
@@ -280,10 +262,10 @@ function holdsAt(claim: Claim, pose: SymbolValues, space: JointSpace): boolean {
   return claim.every((atom) => {
     const difference = vanishingExpression(atom);
     const moduloTurns = vanishingModuloTurns(difference, space.angles);
-    const isConstant = namesIn(atom.expression).size === 0;
-    if (atom.joint !== null && (isConstant || moduloTurns === difference)) {
+    const isNumber = isConstant(atom.expression);
+    if (atom.joint !== null && (isNumber || moduloTurns === difference)) {
       const { re, im } = evaluate(atom.expression, pose);
-      const tolerance = isConstant ? VALUE_TOLERANCE : CONDITION_TOLERANCE;
+      const tolerance = isNumber ? VALUE_TOLERANCE : CONDITION_TOLERANCE;
       return Math.abs(im) < tolerance && jointDistance(atom.joint, pose[atom.joint] as number, re, space) < tolerance;
     }
     const { re, im, size } = evaluate(moduloTurns, pose);
@@ -320,7 +302,7 @@ function findCounterexample(
   const random = makeRandomNumbers((seed + 1) * 0x9e3779b9);
   const lengthsFor = (k: number): SymbolValues => knownPoses[k % Math.max(knownPoses.length, 1)] ?? {};
   const expressions = vanishingExpressions(claim, space);
-  const constrainedJoints = space.joints.filter((joint) => expressions.some((zero) => namesIn(zero).has(joint)));
+  const constrainedJoints = space.joints.filter((joint) => namesIn(...expressions).has(joint));
   let foundCount = 0;
   for (let start = 0; start < START_COUNT; start += 1) {
     const pose = moveOntoClaim(claim, expressions, constrainedJoints, randomPose(lengthsFor(start), space, random));
@@ -347,35 +329,30 @@ function residualOf(expressions: readonly Node[], pose: SymbolValues): number {
 }
 
 /** Return a claim with rounded values of joints replaced by exact ones: pi for 3.14 or 355/113. */
-function withExactValues(claim: Claim, pieces: readonly (readonly SymbolValues[])[], space: JointSpace): Claim {
+function withExactValues(claim: Claim, pieces: Pieces, space: JointSpace): Claim {
   const atoms = claim.map((atom) => {
-    if (atom.joint === null || namesIn(atom.expression).size > 0) return withExactSum(atom, pieces, space);
-    const exact = exactValueOf(atom, pieces, space);
+    if (atom.joint === null || !isConstant(atom.expression)) return withExactSum(atom, pieces, space);
+    const exact = exactValueOf(atom.joint, atom.expression, pieces, space);
     return exact === null ? atom : { ...atom, expression: integer(exact) };
   });
   return atoms.every((atom, i) => atom === claim[i]) ? claim : atoms;
 }
 
 /** Return a condition on a sum of angles with its rounded value replaced by the exact one: theta1 + theta2 = 3.14. */
-function withExactSum(atom: Atom, pieces: readonly (readonly SymbolValues[])[], { angles }: JointSpace): Atom {
+function withExactSum(atom: Atom, pieces: Pieces, { angles }: JointSpace): Atom {
   const difference = vanishingExpression(atom);
   if (vanishingModuloTurns(difference, angles) === difference) return atom;
   const exact = pieces
     .map((piece) => piece.map((pose) => Math.asin(Math.sin(evaluate(difference, pose).re / 2)) * 2))
     .find(([firstDifference = NaN, ...otherDifferences]) => {
-      const isConstant = otherDifferences.every((other) => Math.abs(other - firstDifference) < 1e-8); // poses have nine decimals
-      return isConstant && Math.abs(firstDifference) < MAX_ROUNDING && Math.abs(firstDifference) > 1e-8;
+      const isEqual = otherDifferences.every((other) => Math.abs(other - firstDifference) < 1e-8); // poses have nine decimals
+      return isEqual && Math.abs(firstDifference) < MAX_ROUNDING && Math.abs(firstDifference) > 1e-8;
     });
   return exact ? { joint: null, expression: node("-", difference, decimal(exact[0] as number)) } : atom;
 }
 
 /** Return the exact value of a joint on a piece if the condition states it rounded; else null. */
-function exactValueOf(
-  { joint, expression }: Atom,
-  pieces: readonly (readonly SymbolValues[])[],
-  space: JointSpace,
-): number | null {
-  if (joint === null || namesIn(expression).size > 0) return null;
+function exactValueOf(joint: string, expression: Node, pieces: Pieces, space: JointSpace): number | null {
   const value = evaluate(expression, {}).re;
   const nearest = pieces
     .map((piece) => piece.map((pose) => pose[joint] as number))
@@ -401,7 +378,7 @@ function randomPose(fixedValues: SymbolValues, { joints, angles }: JointSpace, r
 /** Return the expressions that vanish if the conditions of a claim hold. */
 const vanishingExpressions = (claim: Claim, { angles }: JointSpace): Node[] =>
   claim.map((atom) => {
-    const isValue = atom.joint !== null && namesIn(atom.expression).size === 0;
+    const isValue = atom.joint !== null && isConstant(atom.expression);
     return isValue ? vanishingExpression(atom) : vanishingModuloTurns(vanishingExpression(atom), angles);
   });
 

@@ -6,7 +6,7 @@
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { countNodes } from "../read/products.js";
-import { namesIn, type Node } from "../read/tree.js";
+import { namesIn, type Node, placeOfEntry } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
 import type { Change, Kind, Repairs } from "./single-changes.js";
 import { KINDS, repairsFor, singleChanges, withTwoTerms } from "./single-changes.js";
@@ -223,14 +223,14 @@ function findMistakes({ wrongIndices, findMistakeIn }: Answer, { columns }: Valu
 /** Describe the place of entries: one entry, a column's `wrong` entries, or a list. */
 function describePlaces(entries: readonly number[], wrongIndices: readonly number[], key: ValuesKey): Message {
   const { rows, columns } = key;
-  const rowAndColumn = (i: number) => ({ row: Math.floor(i / columns) + 1, column: (i % columns) + 1 });
-  const [firstPlace] = entries.map(rowAndColumn) as [ReturnType<typeof rowAndColumn>];
+  const places = entries.map((i) => placeOfEntry(i, columns));
+  const firstPlace = places[0]!;
   if (rows * columns === 1) return message("slip.answer");
   if (entries.length === 1) return columns === 1 ? message("slip.row", firstPlace) : message("slip.entry", firstPlace);
-  const inColumn = wrongIndices.filter((i) => rowAndColumn(i).column === firstPlace.column);
+  const inColumn = wrongIndices.filter((i) => placeOfEntry(i, columns).column === firstPlace.column);
   if (columns > 1 && inColumn.join() === entries.join()) return message("slip.column", firstPlace);
-  const places = entries.map(rowAndColumn).map(({ row, column }) => (columns === 1 ? `${row}` : `(${row}, ${column})`));
-  return message("slip.entries", { entries: places.join(", ") });
+  const placeTexts = places.map(({ row, column }) => (columns === 1 ? `${row}` : `(${row}, ${column})`));
+  return message("slip.entries", { entries: placeTexts.join(", ") });
 }
 
 /** Return slips in an entry: the entry is right if any one of them is undone. The keys are kind and missing part. */

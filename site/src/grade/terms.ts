@@ -1,6 +1,6 @@
 // The terms and factors that answers consist of: lengths, rates, and sines and cosines of sums of joint angles.
 
-import { anyNode, call, integer, name, namesIn, type Node, node } from "../read/tree.js";
+import { call, integer, name, namesIn, type Node, node, visitNodes } from "../read/tree.js";
 import { evaluate } from "../read/evaluate.js";
 import { anglesIn, angleText } from "./angles.js";
 import type { SymbolValues } from "./verdict.js";
@@ -34,10 +34,9 @@ export type ValuedTree = { readonly tree: Node; readonly value: number };
 
 /** Return what terms may consist of: symbols of the problem, and decimals of the answer, which count as lengths. */
 export function libraryOf(symbols: readonly string[], entries: readonly Node[]): Library {
-  const used = new Set(entries.flatMap((entry) => [...namesIn(entry)]));
+  const used = namesIn(...entries);
   const decimals = new Map<number, Node>();
-  for (const entry of entries)
-    anyNode(entry, (term) => (term.kind === "decimal" && decimals.set(term.value, term), false));
+  for (const entry of entries) visitNodes(entry, (term) => term.kind === "decimal" && decimals.set(term.value, term));
   decimals.delete(0);
   const symbolsOf = (kind: RegExp) =>
     symbols

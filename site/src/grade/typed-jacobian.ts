@@ -1,6 +1,6 @@
 // A typed Jacobian as numbers at any pose: its columns are drawn beside the true ones.
 
-import type { Part, Problem, TaskRow } from "../bank.js";
+import { type Part, type Problem, ROWS } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { parse } from "../read/reader.js";
 import { catchParseError, hasBlank } from "../read/tree.js";
@@ -9,19 +9,18 @@ import { matrixOf, withShape } from "./forms.js";
 /** A function that returns vx, vy, vz of each column of J at a pose (m/s at unit joint rate); null if undefined. */
 export type ColumnsAt = (pose: Readonly<Record<string, number>>) => readonly (readonly number[])[] | null;
 
-const LINEAR_ROWS: readonly TaskRow[] = ["vx", "vy", "vz"];
-const ALL_ROWS: readonly TaskRow[] = [...LINEAR_ROWS, "wx", "wy", "wz"];
+const LINEAR_ROWS = ROWS.slice(0, 3);
 
 /** Return an answer to a question for J as a function of the pose; null for other questions or invalid answers. */
 export function typedColumns(problem: Problem, part: Part, answer: string): ColumnsAt | null {
   const { robot, symbols } = problem;
   const { key } = part;
-  const rows = { jacobian: robot.task, "geometric-jacobian": ALL_ROWS }[part.kind];
+  const rows = { jacobian: robot.task, "geometric-jacobian": ROWS }[part.kind];
   if (!rows || key.type !== "values" || !answer.trim()) return null;
-  const known = new Set(Object.keys(symbols));
+  const symbolNames = new Set(Object.keys(symbols));
   return catchParseError(
     () => {
-      const matrix = withShape(matrixOf(parse(answer, known), known, part.labels, key), key);
+      const matrix = withShape(matrixOf(parse(answer, symbolNames), symbolNames, part.labels, key), key);
       if ("outcome" in matrix || matrix.length !== rows.length || matrix.flat().some(hasBlank)) return null;
       const symbolValues = Object.fromEntries(
         Object.entries(symbols).flatMap(([name, { value }]) => (value === undefined ? [] : [[name, value]])),

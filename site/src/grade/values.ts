@@ -5,22 +5,25 @@ import { evaluate, type Value } from "../read/evaluate.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
 import { tableText } from "../read/tables.js";
-import { anyNode, columnsOf, digitsOfDecimals, hasBlank, namesIn, type Node, type Rows } from "../read/tree.js";
-import { table, VOCABULARY } from "../read/vocabulary.js";
+import type { Node, Rows } from "../read/tree.js";
+import {
+  anyNode,
+  columnsOf,
+  digitsOfDecimals,
+  hasBlank,
+  isConstant,
+  namesIn,
+  placeOfEntry,
+  visitNodes,
+} from "../read/tree.js";
+import { UNITS } from "../read/vocabulary.js";
 import { inDigits, message, type Message, numberSeparator, say, type TextKey } from "../text/text.js";
 import { shareUpToDeviations, shareOfEntries } from "./credit.js";
-import {
-  entriesOf,
-  isBlank,
-  matrixOf,
-  requireScalars,
-  otherComponent,
-  parseRowsOrTable,
-  rightSide,
-  withShape,
-} from "./forms.js";
+import { entriesOf, isBlank, matrixOf, otherComponent } from "./forms.js";
+import { parseRowsOrTable, requireScalars, rightSide, withShape } from "./forms.js";
 import { findSlips } from "./slips.js";
-import { type SymbolValues, correct, verdictOf, parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
+import type { SymbolValues, Verdict } from "./verdict.js";
+import { correct, listNames, missing, parseOrVerdict, verdictOf, wrong } from "./verdict.js";
 
 /** Tolerance for rounding errors, relative to the size of the terms. */
 const TOLERANCE = 1e-9;
@@ -32,7 +35,6 @@ const FINGERPRINT_COUNT = 3;
 const NOTICEABLE = 100;
 /** If terms are at most this many times as large as the entry, rounding errors are far below the entry. */
 const MAX_CANCELLATION = 1e4;
-const UNITS = table(VOCABULARY.units);
 const GOLDEN_RATIO = 0.6180339887498949;
 /** Functions with branches: two formulas with them may be equal in one region and differ in another. */
 const BRANCHING = new Set(["sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log"]);
@@ -46,17 +48,17 @@ type ValuesAt = (k: number) => EntryValues;
 /** Judge a formula, vector or matrix; `labels` name the entries of a vector. */
 export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], columnNames: Names = []): Verdict {
   if (!answer.trim()) return missing();
-  const known = new Set(key.symbols);
+  const symbols = new Set(key.symbols);
   const answerRows =
     key.rows * key.columns === 1
-      ? parseOrVerdict(() => parseFormula(answer, known, labels))
+      ? parseOrVerdict(() => parseFormula(answer, symbols, labels))
       : parseRowsOrTable(
           (text) => {
-            const tree = parse(text, known);
-            const rows = isBlank(tree) ? null : matrixOf(tree, known, labels, key, columnNames);
+            const tree = parse(text, symbols);
+            const rows = isBlank(tree) ? null : matrixOf(tree, symbols, labels, key, columnNames);
             return rows && isTransposed(rows, key)
               ? judgeTransposed(rows, key)
-              : entriesOf(tree, key, known, labels, columnNames);
+              : entriesOf(tree, key, symbols, labels, columnNames);
           },
           answer,
           () => tableText(answer, key.rows, key.columns),
@@ -65,15 +67,15 @@ export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], 
 }
 
 /** Parse an answer of one entry; if a decimal comma makes it a list, as in 0,5, commas are read as points. */
-function parseFormula(answer: string, known: ReadonlySet<string>, labels: readonly string[]): Rows | Verdict {
-  const typed = parse(answer, known);
+function parseFormula(answer: string, symbols: ReadonlySet<string>, labels: readonly string[]): Rows | Verdict {
+  const typed = parse(answer, symbols);
   if (isBlank(typed)) return missing();
   const otherName = otherComponent(typed, labels);
   if (otherName) return wrong("read.component", { other: otherName, asked: labels[0] as string });
-  const tree = rightSide(onlyEntry(rightSide(typed, known, labels)), known, labels);
+  const tree = rightSide(onlyEntry(rightSide(typed, symbols, labels)), symbols, labels);
   const withDecimalPoints = readCommasAsPoints(answer);
   if (tree.kind === "list" && withDecimalPoints !== answer)
-    return parseOrVerdict(() => parseFormula(withDecimalPoints, known, labels));
+    return parseOrVerdict(() => parseFormula(withDecimalPoints, symbols, labels));
   return ["list", "set", "dict"].includes(tree.kind) ? wrong("read.list") : [[tree]];
 }
 
@@ -101,7 +103,7 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
   if (key.points.length === 0) throw new Error("a key without configurations"); // else every answer would be right
   const entries = rows.flat();
   const isBlankEntry = entries.map(hasBlank);
-  const names = new Set(entries.flatMap((entry) => [...namesIn(entry)]));
+  const names = namesIn(...entries);
   const valuesByPoint: EntryValues[] = [];
   // a wrong answer differs at one of the first configurations, so later values are computed only when needed
   const evaluateEntries = (configuration: SymbolValues) =>
@@ -176,11 +178,7 @@ export function verdictOnAgreement(
 ): Verdict {
   const points = values.length;
   const functions = new Set<string>();
-  for (const entry of entries)
-    anyNode(entry, ({ text }) => {
-      if (BRANCHING.has(text)) functions.add(text);
-      return false;
-    });
+  for (const entry of entries) visitNodes(entry, ({ text }) => BRANCHING.has(text) && functions.add(text));
   const digits = Math.max(...entries.map(digitsOfDecimals));
   if (digits > 8 && digits < 16) return correct(message("verdict.decimals", { points, digits }), false);
   const hidingNumber = entries.map(extremeNumber).find((number) => number !== null) ?? cancellationSize(values);
@@ -194,7 +192,7 @@ function extremeNumber(tree: Node): string | null {
   let text: string | null = null;
   anyNode(tree, (node) => {
     const isNumber = node.kind === "number" || node.kind === "decimal";
-    if (!isNumber && !(node.kind === "^" && namesIn(node).size === 0)) return false;
+    if (!isNumber && !(node.kind === "^" && isConstant(node))) return false;
     const { size } = evaluate(node, {});
     const isZero = isNumber ? !/[1-9]/.test(node.text) : size === 0;
     if (!isZero && !(size >= 1e-6 && size <= 1e6)) text = isNumber ? node.text : size.toExponential(0);
@@ -290,7 +288,7 @@ function describeDifference(
   key: ValuesKey,
   k: number,
 ): Message {
-  const place = { row: Math.floor(i / key.columns) + 1, column: (i % key.columns) + 1 };
+  const place = placeOfEntry(i, key.columns);
   if (!value) return message("verdict.blank", place);
   const expected = key.right[i]?.[k] ?? null;
   const values = {
@@ -386,14 +384,14 @@ export const displayName = (symbol: string): string => symbol.replace(/^theta(?=
 /** Return a message on names in an answer that are no symbols of the problem; null if there are none. */
 export function findUnknownSymbols(names: ReadonlySet<string>, key: ValuesKey): Message | null {
   const { symbols, constants, mentioned = [] } = key;
-  const unknown = [...names].filter((name) => !symbols.includes(name)).sort();
+  const unknown = [...names].filter((name) => !symbols.includes(name));
   if (unknown.length === 0) return null;
-  if (unknown.every((name) => UNITS.has(name))) return message("read.unit-left", { unit: unknown[0] as string });
+  if (unknown.every((name) => UNITS.has(name))) return message("read.unit-left", { unit: unknown.sort()[0]! });
   // of rates, velocities and forces, list only those that the question mentions
   const isUsed = (symbol: string): boolean =>
     !constants || isJoint(symbol) || constants.includes(symbol) || mentioned.includes(symbol);
   const knownSymbols = symbols.filter(isUsed).join(", ");
-  return message("read.unknown", { names: unknown.slice(0, 5).join(", "), known: knownSymbols });
+  return message("read.unknown", { names: listNames(unknown), known: knownSymbols });
 }
 
 function numberText(value: number | null): string {

@@ -38,6 +38,9 @@ export function wrong(key: TextKey, values: Values = {}): Verdict {
   return { outcome: "wrong", share: 0, reasons: [message(key, values)], isSure: true };
 }
 
+/** Return the first five of some names, in alphabetical order, as text. */
+export const listNames = (names: Iterable<string>): string => [...names].sort().slice(0, 5).join(", ");
+
 /** Return whether the answer could be parsed; an answer that could not be parsed does not count as a try. */
 export const isParsed = ({ reasons }: Verdict): boolean => !reasons.some(({ key }) => key.startsWith("read."));
 

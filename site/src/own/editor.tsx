@@ -1,12 +1,12 @@
 // Edit a Denavit-Hartenberg table; errors appear below the row of their cell.
 
 import type { JSX } from "preact";
+import { ROWS, type TaskRow } from "../bank.js";
 import { Button, LITERAL } from "../controls.js";
 import { memo } from "../pace.js";
 import { useId } from "preact/hooks";
 
 import { rowName } from "../arm/jacobian.js";
-import { ROWS } from "../arm/model.js";
 import { jointClass, Letters } from "../arm/letters.js";
 import { textOf, say } from "../text/text.js";
 import { convertAngles } from "./angles.js";
@@ -277,7 +277,7 @@ function VectorsAndTask({ table, faults, defaultTask, onTable }: EditorProps): J
 /** The rows of J that the task counts; by default those in which the arm moves. */
 function Task({ table, defaultTask, onTable }: Pick<EditorProps, "table" | "defaultTask" | "onTable">): JSX.Element {
   const chosenRows: readonly string[] = table.task ?? defaultTask;
-  const toggleRow = (row: (typeof ROWS)[number]): void => {
+  const toggleRow = (row: TaskRow): void => {
     const newRows = ROWS.filter((name) => (name === row ? !chosenRows.includes(name) : chosenRows.includes(name)));
     if (newRows.length > 0) onTable({ ...table, task: newRows.join() === defaultTask.join() ? null : newRows });
   };

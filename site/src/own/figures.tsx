@@ -4,9 +4,9 @@ import type { JSX } from "preact";
 
 import { JacobianTable } from "../arm/jacobian.js";
 import { Letters } from "../arm/letters.js";
-import { ROWS } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
 import { sizeKey } from "../arm/descriptions.js";
+import { ROWS } from "../bank.js";
 import { CopyButton } from "../pages/copied.js";
 import { inDigits, numberSeparator, say } from "../text/text.js";
 

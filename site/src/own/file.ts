@@ -18,10 +18,10 @@ export function writeToml(table: Table): string {
     ...(base.length > 0 ? [`base = {${base.join(", ")}}`] : []),
   ];
   table.rows.forEach((row, i) => {
-    const moving = findMovingEntry(row.kind);
+    const movingEntry = findMovingEntry(row.kind);
     lines.push("", "[[joint]]", `kind = "${row.kind}"`);
     for (const entry of ENTRIES) {
-      const cell = entry === moving ? addVariableName(row[entry], row.kind, i) : normalizeCell(row[entry]);
+      const cell = entry === movingEntry ? addVariableName(row[entry], row.kind, i) : normalizeCell(row[entry]);
       lines.push(`${entry} = ${quoteForToml(cell)}`);
     }
   });

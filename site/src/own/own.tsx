@@ -9,7 +9,7 @@ import { useCallback, useEffect, useMemo, useRef, useState } from "preact/hooks"
 import { Arm } from "../arm/panel.js";
 import { armOf, namedPose } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
-import type { NamedPose, Robot } from "../bank.js";
+import { nameJoint, type NamedPose, type Robot } from "../bank.js";
 import { CopyButton, saveFile } from "../pages/copied.js";
 import { listen } from "../scheduling.js";
 import { getLanguage, textOf, say } from "../text/text.js";
@@ -165,9 +165,7 @@ function keepFittingPose(robot: Robot | null, pose: NamedPose | undefined): Name
 function findLinkedPose({ pose, table }: OwnState): NamedPose | undefined {
   if (pose?.length !== table.rows.length) return undefined;
   return Object.fromEntries(
-    table.rows.map(({ kind }, i) =>
-      kind === "R" ? [`theta${i + 1}`, (pose[i]! * Math.PI) / 180] : [`d${i + 1}`, pose[i]!],
-    ),
+    table.rows.map((row, i) => [nameJoint(row, i), row.kind === "R" ? (pose[i]! * Math.PI) / 180 : pose[i]!]),
   );
 }
 

@@ -3,9 +3,9 @@
 // The rules of ../../../exercises/arm/standard_table.py: Rx and Tx of a modified row join the row before. A joint that
 // counts in the other direction is a joint about the reversed axis, Rz(-q) = Rx(pi) Rz(q) Rx(-pi).
 
-import type { Robot, TaskRow } from "../bank.js";
+import { nameJoint, type Robot, ROWS, type TaskRow } from "../bank.js";
 import { makeRandomPoses } from "../random.js";
-import { type Arm, armOf, ROWS, stateAt } from "../arm/model.js";
+import { type Arm, armOf, stateAt } from "../arm/model.js";
 import { add, type Matrix, multiply, type Vec3 } from "../arm/vector.js";
 import type { Numbers, Row, Table, Triple } from "./table.js";
 
@@ -27,7 +27,7 @@ export function makeRobot(table: Table, numbers: Numbers): Robot {
   const [yaw, tilt, spin] = computeBaseAngles(base.rotation);
   const joints = rows.map((row, i): Robot["joints"][number] => {
     const theta = row.theta + (i === 0 ? spin : 0);
-    const variable = `${row.kind === "R" ? "theta" : "d"}${i + 1}`;
+    const variable = nameJoint(row, i);
     const addToVariable = (value: number): string => (value === 0 ? variable : `${variable} + (${value})`);
     return {
       kind: row.kind,

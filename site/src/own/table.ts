@@ -2,8 +2,7 @@
 //
 // The rules of ../../../exercises/arm/robot_file.py, but without symbolic lengths.
 
-import type { TaskRow } from "../bank.js";
-import { ROWS } from "../arm/model.js";
+import { nameJoint, ROWS, type TaskRow } from "../bank.js";
 import { parse } from "../read/reader.js";
 import { realValue } from "../read/real.js";
 import { anyNode, catchParseError, namesIn, type Node, ParseError } from "../read/tree.js";
@@ -90,10 +89,10 @@ export function removeRow(rows: readonly TypedRow[], index: number): TypedRow[] 
   return rows.filter((_, i) => i !== index).map((row, i) => (i < index ? row : renumber(row, i + 1, i)));
 }
 
-function renumber(row: TypedRow, from: number, to: number): TypedRow {
-  const moving = findMovingEntry(row.kind);
-  const variable = new RegExp(`\\b(q|theta|θ|d)_?${from + 1}\\b`, "gu");
-  return { ...row, [moving]: row[moving].replace(variable, `$1${to + 1}`) };
+function renumber(row: TypedRow, oldIndex: number, newIndex: number): TypedRow {
+  const movingEntry = findMovingEntry(row.kind);
+  const variable = new RegExp(`\\b(q|theta|θ|d)_?${oldIndex + 1}\\b`, "gu");
+  return { ...row, [movingEntry]: row[movingEntry].replace(variable, `$1${newIndex + 1}`) };
 }
 
 /** Return the numbers of a table, or its errors cell by cell. */
@@ -118,19 +117,15 @@ export function parseTable(table: Table): Numbers | Faults {
 type CellParser = <T>(cell: Cell, parse: () => T, fallback: T) => T;
 
 function parseRow(row: TypedRow, index: number, angles: Angles, parseOrFault: CellParser): Row {
-  const moving = findMovingEntry(row.kind);
+  const movingEntry = findMovingEntry(row.kind);
   const numbers = { kind: row.kind, theta: 0, d: 0, a: 0, alpha: 0, isReversed: false };
   for (const entry of ENTRIES) {
     const unit = entry === "theta" || entry === "alpha" ? angles : null;
     const cell = nameRowCell(index, entry);
-    if (entry !== moving) numbers[entry] = parseOrFault(cell, () => parseConstant(row[entry], unit), 0);
+    if (entry !== movingEntry) numbers[entry] = parseOrFault(cell, () => parseConstant(row[entry], unit), 0);
     else {
-      const [constantPart, isReversed] = parseOrFault(cell, () => parseVariable(row[entry], row.kind, index, unit), [
-        0,
-        false,
-      ]);
-      numbers[entry] = constantPart;
-      numbers.isReversed = isReversed;
+      const parseEntry = (): VariableEntry => parseVariable(row[entry], row.kind, index, unit);
+      [numbers[entry], numbers.isReversed] = parseOrFault(cell, parseEntry, [0, false]);
     }
   }
   return numbers;
@@ -140,9 +135,9 @@ function parseRow(row: TypedRow, index: number, angles: Angles, parseOrFault: Ce
 const DECIMAL_COMMA = /^\s*[-+−]?\d*,\d+\s*$/u;
 
 /** Parse a cell; an empty cell is zero. Throws ParseError. */
-function parseCell(text: string, known: ReadonlySet<string>): Node {
+function parseCell(text: string, symbols: ReadonlySet<string>): Node {
   if (text.length > MAX_CHARACTERS) throw new ParseError("read.long", { length: text.length, most: MAX_CHARACTERS });
-  return parse(DECIMAL_COMMA.test(text) ? text.replace(",", ".") : text.trim() || "0", known);
+  return parse(DECIMAL_COMMA.test(text) ? text.replace(",", ".") : text.trim() || "0", symbols);
 }
 
 /** Return a cell's number (rad or m); `angles` is null for a length. Throws ParseError. */
@@ -157,15 +152,12 @@ type VariableEntry = readonly [constant: number, isReversed: boolean];
 
 /** Parse the cell with a row's joint variable: the variable or its negative, plus a constant. Throws ParseError. */
 export function parseVariable(text: string, kind: Kind, index: number, angles: Angles | null): VariableEntry {
-  const names = [nameVariable(index), `${kind === "R" ? "theta" : "d"}${index + 1}`];
+  const names = [nameVariable(index), nameJoint({ kind }, index)];
   const tree = parseCell(text, new Set(names));
   refuseOtherNames(tree, new Set(names));
   const usedNames = [...namesIn(tree)].filter((name) => names.includes(name));
   if (usedNames.length === 0) return [evaluateInUnit(tree, {}, angles), false];
-  const evaluateAt = (value: number): number => {
-    const values = Object.fromEntries(names.map((name) => [name, value]));
-    return realValue(tree, values);
-  };
+  const evaluateAt = (value: number): number => realValue(tree, Object.fromEntries(names.map((name) => [name, value])));
   const [constantPart, valueAtOne, atTwo, distant] = [evaluateAt(0), evaluateAt(1), evaluateAt(2), evaluateAt(-7.5)];
   const slope = valueAtOne - constantPart;
   const isLinear = [atTwo - constantPart - 2 * slope, distant - constantPart + 7.5 * slope].every(
@@ -180,8 +172,8 @@ export function parseVariable(text: string, kind: Kind, index: number, angles: A
 /** Examples of a constant that may be added to a joint variable. */
 const EXAMPLES = { length: "0.2", degrees: "90", radians: "pi/2" } as const;
 
-function refuseOtherNames(tree: Node, known: ReadonlySet<string>): void {
-  const unknownNames = [...namesIn(tree)].filter((name) => !known.has(name));
+function refuseOtherNames(tree: Node, symbols: ReadonlySet<string>): void {
+  const unknownNames = [...namesIn(tree)].filter((name) => !symbols.has(name));
   if (unknownNames.length > 0) throw new ParseError("own.letters", { names: unknownNames.join(", ") });
 }
 
@@ -194,9 +186,8 @@ function evaluateInUnit(tree: Node, values: Readonly<Record<string, number>>, an
   return convertToRadians(value, angles);
 }
 
-function convertToRadians(value: number, angles: Angles | null): number {
-  return angles === "degrees" ? (value * Math.PI) / 180 : value;
-}
+const convertToRadians = (value: number, angles: Angles | null): number =>
+  angles === "degrees" ? (value * Math.PI) / 180 : value;
 
 function requireFinite(value: number): number {
   if (!Number.isFinite(value)) throw new ParseError("own.not-real");

@@ -8,7 +8,7 @@ import type { Part, Problem } from "../bank.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parseAnswer } from "../grade/forms.js";
 import { parse } from "../read/reader.js";
-import { catchParseError } from "../read/tree.js";
+import { catchParseError, placeOfEntry } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
 import { useDebounced } from "../scheduling.js";
 import { textOf, say } from "../text/text.js";
@@ -78,7 +78,7 @@ function Single({ problem, part, onAnswer, onCheck, initialText = "", shape }: S
 
 function Entries({ problem, part, onAnswer, onCheck, rows, columns }: AnswerProps & { rows: number; columns: number }) {
   const [isText, setIsText] = useState(false);
-  const [math, setMath] = useState(false);
+  const [isMath, setMath] = useState(false);
   const lastText = useRef("");
   const [entries, setEntries] = useState<readonly string[]>(() => Array<string>(rows * columns).fill(""));
   const units = part.key.type === "numbers" ? part.key.units : [];
@@ -116,19 +116,17 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: AnswerProp
     setIsText(true);
   };
   const toggle = () => {
-    if (!math) changeEntries(entries.map((entry) => writeLatex(entry, problem)));
-    setMath(!math);
+    if (!isMath) changeEntries(entries.map((entry) => writeLatex(entry, problem)));
+    setMath(!isMath);
   };
   const pasteMatrix = (event: ClipboardEvent) => {
     const pasted = parseEntries(event.clipboardData?.getData("text") ?? "", rows, columns);
-    if (!pasted || math) return;
+    if (!pasted || isMath) return;
     event.preventDefault(); // a matrix that is pasted into an entry fills them all
     changeEntries(pasted);
   };
   const describeEntry = (i: number) =>
-    columns === 1
-      ? say("answer.component", { row: i + 1 })
-      : say("answer.entry", { row: Math.floor(i / columns) + 1, column: (i % columns) + 1 });
+    say(columns === 1 ? "answer.component" : "answer.entry", placeOfEntry(i, columns));
   return (
     <Fields problem={problem} part={part} hasSymbols={part.key.type !== "numbers"}>
       <Grid rows={rows} columns={columns} labels={part.grid} onPaste={pasteMatrix}>
@@ -139,14 +137,14 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: AnswerProp
               value={entry}
               onValue={(value) => changeEntry(i, value)}
               onEnter={onCheck}
-              isMath={math}
+              isMath={isMath}
             />
             {units[i] ? <span class="unit">{units[i]}</span> : null}
           </span>
         ))}
       </Grid>
       <Button text={say("answer.as-text")} onClick={showText} />
-      <Button text={say(math ? "answer.plain" : "answer.math")} onClick={toggle} />
+      <Button text={say(isMath ? "answer.plain" : "answer.math")} onClick={toggle} />
     </Fields>
   );
 }

@@ -43,7 +43,7 @@ export interface ItemState {
 export type Progress = Readonly<Record<string, ItemState>>;
 
 /** In milliseconds. */
-const DAY = 24 * 3600 * 1000;
+export const DAY = 24 * 3600 * 1000;
 /** For each box, the time until its items are due (ms). */
 export const BOX_DELAYS: readonly number[] = [2 * 60 * 1000, DAY, 3 * DAY, 7 * DAY, 30 * DAY];
 

@@ -1,7 +1,7 @@
 // The feedback on an answer: the verdict, where the answer differs, the likely mistakes, and a pose to look at.
 
 import type { JSX } from "preact";
-import type { Problem, JointRow } from "../bank.js";
+import { nameJoint, type Problem } from "../bank.js";
 import { type SymbolValues, isParsed, type Slip, type Verdict } from "../grade/verdict.js";
 import { type Message, message, textOf, say } from "../text/text.js";
 
@@ -71,9 +71,9 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
 }
 
 /** Return the message on a missing factor with these symbols; a factor of det J with joints has singularities. */
-export function describeMissingFactor(symbols: string, ofDeterminant: boolean): Message {
+export function describeMissingFactor(symbols: string, isOfDeterminant: boolean): Message {
   const what = symbols.replaceAll("theta", "θ");
-  const isMoving = ofDeterminant && /theta|d\d/.test(symbols);
+  const isMoving = isOfDeterminant && /theta|d\d/.test(symbols);
   return message(isMoving ? "practice.lost-with-factor" : "practice.missing-in", { what });
 }
 
@@ -112,14 +112,10 @@ function Marks({ entries }: { entries: readonly (readonly boolean[])[] }) {
   );
 }
 
-/** Return the name of a joint variable. */
-export const nameJointVariable = ({ kind }: JointRow, index: number): string =>
-  `${kind === "R" ? "theta" : "d"}${index + 1}`;
-
 /** Return the pose at which an answer differs; undefined if the verdict has no complete pose. */
 export function findPose(problem: Problem, verdict: Verdict): SymbolValues | undefined {
   const { counterexample } = verdict;
   if (!isParsed(verdict)) return undefined;
-  const joints = problem.robot.joints.map(nameJointVariable);
+  const joints = problem.robot.joints.map(nameJoint);
   return counterexample && joints.every((joint) => counterexample[joint] !== undefined) ? counterexample : undefined;
 }

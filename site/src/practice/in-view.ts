@@ -1,5 +1,7 @@
 // Scroll new content into view, as far as needed, and without animation if the system asks for reduced motion.
 
+import { prefersReducedMotion } from "../scheduling.js";
+
 /** Milliseconds in which content above may still grow, such as an answer that is being typeset. */
 const SETTLING_TIME = 700;
 /** Events that show that the reader scrolls or types, after which the page must not scroll by itself. */
@@ -23,6 +25,6 @@ function scrollTo(element: Element): void {
   const coveredHeight = parseFloat(getComputedStyle(document.documentElement).scrollPaddingTop) || 0; // by the stage
   const isTall = bottom - top > window.innerHeight - coveredHeight;
   if (top >= coveredHeight - 1 && (isTall ? top <= coveredHeight + 1 : bottom <= window.innerHeight + 1)) return;
-  const isStill = window.matchMedia?.("(prefers-reduced-motion: reduce)").matches ?? true;
-  element.scrollIntoView({ block: isTall ? "start" : "nearest", behavior: isStill ? "auto" : "smooth" });
+  const behavior = prefersReducedMotion() ? "auto" : "smooth";
+  element.scrollIntoView({ block: isTall ? "start" : "nearest", behavior });
 }

@@ -85,7 +85,7 @@ export function listDueClasses(skills: Skills, now: number, findClasses: ClassFi
   });
 }
 
-/** Choose a question about an arm of a class, if possible none of those in `asked`. */
+/** Choose a question about an arm of a class, if possible none of those asked before. */
 export function chooseFromClass(
   topicClass: TopicClass,
   skills: Skills,

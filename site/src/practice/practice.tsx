@@ -169,7 +169,7 @@ function suggestWishes(index: Index, wish: Wish): [TextKey, Wish][] {
 /** A question, and its place in a set. */
 type Chosen = { readonly place: number; readonly item: Item | null };
 
-/** Choose a question: at the place `from` of a set, else the set's first new one; without a set, the next one. */
+/** Choose a question: at the wished place of a set, or the set's first new one; without a set, the next one. */
 function chooseQuestion(
   index: Index,
   wish: Wish,

@@ -3,7 +3,7 @@
 import type { Part } from "../bank.js";
 
 const OPTIONS = /<ul>\s*<li>\s*(?:<p>)?<strong>A\.<\/strong>[\s\S]*?<\/ul>/;
-/** The paragraph of a prompt that says how letters are typed: "the letter, typed in quotes, as in …". */
+/** The paragraph of a prompt that says how letters are typed: "the letter, typed in quotes, for example …". */
 const LETTER_INSTRUCTIONS =
   /<p><strong>[^<]*<\/strong>(?:(?!<\/p>)[\s\S])*<code>(?:&quot;|")(?:[A-H]+|true)(?:&quot;|")<\/code>[\s\S]*?<\/p>/;
 

@@ -2,13 +2,11 @@
 // another arm; mastered after one more a day later.
 
 import type { Index } from "../bank.js";
-import { ANY_WISH, type Item, listItems, nameItem, makeProblemFinder, findVariationStep } from "./choice.js";
+import { ANY_WISH, DAY, type Item, listItems, nameItem, makeProblemFinder, findVariationStep } from "./choice.js";
 import { message, type Message } from "../text/text.js";
 
 /** The number of arms with right answers in a row that make a class learned. */
 export const NEEDED_ARMS = 3;
-/** In milliseconds. */
-const DAY = 24 * 3600 * 1000;
 
 /**
  * Progress in a class of arms, as it is stored: `row` has the arms ("FAMILY/KEY") answered rightly in a row; `learned`
@@ -127,17 +125,8 @@ export function checkSkills(content: unknown): Skills {
   return Object.fromEntries(Object.entries(content ?? {}).filter(([, skill]) => isSkill(skill)));
 }
 
-/** Merge two sets of skills: all goals reached, and of each class the better streak. */
-export function mergeSkills(mine: Skills, other: Skills): Skills {
-  const merged: Record<string, Skill> = { ...mine };
-  for (const [name, skill] of Object.entries(other)) {
-    const mySkill = merged[name];
-    merged[name] = mySkill ? mergeSkill(mySkill, skill) : skill;
-  }
-  return merged;
-}
-
-function mergeSkill(mine: Skill, other: Skill): Skill {
+/** Merge the skills of a lesson: all goals reached, and of each class the better streak. */
+export function mergeSkill(mine: Skill, other: Skill): Skill {
   const goals = [...new Set([...mine.goals, ...other.goals])];
   const streakOf = ({ beyond }: Skill, name: string): Streak => beyond?.[name] ?? NO_STREAK;
   const classes = Object.keys({ ...mine.beyond, ...other.beyond });

@@ -3,9 +3,8 @@
 import { useState } from "preact/hooks";
 
 import { resultOrNull, storage, loadJson, storeText } from "../storage.js";
-import type { Progress } from "./choice.js";
-import { checkProgress, mergeProgress } from "./progress.js";
-import { checkSkills, mergeSkills, type Skills } from "./skills.js";
+import { BOX_DELAYS, type ItemState, type Progress } from "./choice.js";
+import { checkSkills, mergeSkill, type Skills } from "./skills.js";
 
 export type StoredState = { readonly progress: Progress; readonly lessons: Skills };
 
@@ -49,5 +48,39 @@ export function parseFile(text: string): StoredState | null {
 
 /** Merge two states; of each item and lesson, the one with more progress is kept. */
 export function mergeStates(mine: StoredState, other: StoredState): StoredState {
-  return { progress: mergeProgress(mine.progress, other.progress), lessons: mergeSkills(mine.lessons, other.lessons) };
+  const higherBox = (myState: ItemState, state: ItemState): ItemState => (state.box > myState.box ? state : myState);
+  return {
+    progress: mergeRecords(mine.progress, other.progress, higherBox),
+    lessons: mergeRecords(mine.lessons, other.lessons, mergeSkill),
+  };
+}
+
+/** Merge two records; if both have an entry, `mergeEntries` returns the merged one. */
+function mergeRecords<T>(
+  mine: Readonly<Record<string, T>>,
+  other: Readonly<Record<string, T>>,
+  mergeEntries: (mine: T, other: T) => T,
+): Record<string, T> {
+  const merged: Record<string, T> = { ...mine };
+  for (const [name, entry] of Object.entries(other))
+    merged[name] = Object.hasOwn(mine, name) ? mergeEntries(mine[name]!, entry) : entry;
+  return merged;
+}
+
+/** Return the valid item states in parsed JSON. */
+export function checkProgress(content: unknown): Progress {
+  const validStates: Record<string, ItemState> = {};
+  for (const [name, entry] of Object.entries(content ?? {})) {
+    if (isItemState(entry)) {
+      const missed = entry.missed === true ? { missed: true } : {};
+      validStates[name] = { right: entry.right, ...missed, box: entry.box, due: entry.due };
+    }
+  }
+  return validStates;
+}
+
+function isItemState(entry: unknown): entry is ItemState {
+  if (typeof entry !== "object" || entry === null) return false;
+  const { right, box, due } = entry as Partial<Record<keyof ItemState, unknown>>;
+  return typeof right === "boolean" && BOX_DELAYS[box as number] !== undefined && Number.isFinite(due);
 }

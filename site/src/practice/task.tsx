@@ -8,7 +8,7 @@ import type * as Panel from "../arm/panel.js";
 import { createSingularityTest } from "../arm/is-singular.js";
 import type { Stage } from "../arm/stage.js";
 import type { View } from "../arm/view.js";
-import type { Factor, Part, Problem, Solutions } from "../bank.js";
+import { type Factor, nameJoint, type Part, type Problem, type Solutions } from "../bank.js";
 import { atLeast, lowerLevel, type Level, limitVerdict } from "../grade/levels.js";
 import type { ColumnsAt } from "../grade/typed-jacobian.js";
 import { type SymbolValues, isParsed, type Verdict } from "../grade/verdict.js";
@@ -18,7 +18,7 @@ import { afterPaint, useSteps } from "../scheduling.js";
 import { bringIntoView } from "./in-view.js";
 import { Answer, Preview } from "./answer.js";
 import { type Item, nameItem } from "./choice.js";
-import { Feedback, nameJointVariable, findPose } from "./feedback.js";
+import { Feedback, findPose } from "./feedback.js";
 import { Html } from "./math.js";
 import { TypedColumns } from "./typed-columns.js";
 import { removeOptions } from "./prompt.js";
@@ -91,7 +91,7 @@ export function Task(props: TaskProps): JSX.Element {
   const verdictPlace = useRef<HTMLDivElement>(null);
   const step = useSteps(3); // the question comes first, because a phone shows little else
   const Arm = useArm(step > 2);
-  const isPosed = problem.robot.joints.every((joint, i) => part.pose?.[nameJointVariable(joint, i)] !== undefined);
+  const isPosed = problem.robot.joints.every((joint, i) => part.pose?.[nameJoint(joint, i)] !== undefined);
   const initialPose = useMemo(() => ({ ...problem.pose, ...part.pose }), [problem, part]);
   const figure = (isPosed && part.figure) || problem.figure; // until the movable arm is loaded
   const isOpen = !isClosed && verdict?.outcome !== "correct" && !isSolutionShown; // still to be answered
@@ -123,14 +123,14 @@ export function Task(props: TaskProps): JSX.Element {
   const check = async () => {
     if (isClosed) return;
     setLoadError("");
-    const loaded = await loadGrading().catch((error: unknown) => setLoadError(String(error)));
-    if (!loaded) return;
-    const fullVerdict = loaded.judge(problem, part, answer, isSingular);
+    const grading = await loadGrading().catch((error: unknown) => setLoadError(String(error)));
+    if (!grading) return;
+    const fullVerdict = grading.judge(problem, part, answer, isSingular);
     const shownVerdict = limitVerdict(fullVerdict, lowerLevel(level, maxLevel));
     setVerdict(shownVerdict);
     const isDrawn =
       fullVerdict.outcome !== "correct" && fullVerdict.outcome !== "missing" && atLeast(level, "counterexample");
-    const columns = isDrawn ? loaded.ownColumns(problem, part, answer) : null;
+    const columns = isDrawn ? grading.ownColumns(problem, part, answer) : null;
     setOwnColumns(() => columns);
     const isNew = answer !== lastJudged.current && !(isSolutionShown && fullVerdict.outcome === "correct");
     lastJudged.current = answer;

@@ -23,7 +23,7 @@ export function TypedColumns({ stage: { arm, state }, view, columns }: TypedColu
         <Arrow
           key={i}
           view={view}
-          from={state.point}
+          start={state.point}
           vector={scaleVector(column as unknown as Vec3, scale)}
           style={jointClass(i)}
         />

@@ -2,7 +2,7 @@
 
 import type { JSX } from "preact";
 
-import type { Index } from "../bank.js";
+import type { Index, Question } from "../bank.js";
 import { Choice, type Option, optionsOf } from "../controls.js";
 import { say } from "../text/text.js";
 import { ANY_WISH, listItems, VARIATION_STEPS, listVariations, type Wish } from "./choice.js";
@@ -26,9 +26,9 @@ export function WishChoices({ index, wish, lesson, onWish }: WishChoicesProps): 
     ({ name }) => offeredNames.has(name) && (!lesson || lesson.questions.includes(name)),
   );
   const groups = [
-    { label: say("practice.long"), all: questions.filter(({ form }) => !form) },
-    { label: say("practice.short"), all: questions.filter(({ form }) => form) },
-  ].filter(({ all }) => all.length > 0);
+    { label: say("practice.long"), members: questions.filter(({ form }) => !form) },
+    { label: say("practice.short"), members: questions.filter(({ form }) => form) },
+  ].filter(({ members }) => members.length > 0);
   const variations = listVariations(index);
   const change = (changed: Partial<Wish>): void => onWish({ ...wish, ...changed });
   return (
@@ -47,9 +47,9 @@ export function WishChoices({ index, wish, lesson, onWish }: WishChoicesProps): 
         any={lesson ? "maker.lesson-questions" : "practice.any-question"}
         onValue={(question) => change({ question })}
       >
-        {groups.map(({ label, all }) => (
+        {groups.map(({ label, members }) => (
           <optgroup key={label} label={label}>
-            {optionsOf(all.map(makeOption))}
+            {optionsOf(members.map(makeOption))}
           </optgroup>
         ))}
       </Choice>
@@ -75,11 +75,7 @@ export function WishChoices({ index, wish, lesson, onWish }: WishChoicesProps): 
   );
 }
 
-const makeOption = ({
-  name,
-  title,
-  lang = "en",
-}: Readonly<Record<"name" | "title", string>> & { lang?: string }): Option => [name, title, lang];
+const makeOption = ({ name, title, lang = "en" }: Omit<Question, "form" | "source">): Option => [name, title, lang];
 
 /** Return the name of a variation step; an instructor's own axes as they are. */
 export function nameVariation(name: string): string {

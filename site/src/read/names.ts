@@ -1,7 +1,7 @@
 // Find what a name in an answer means: a symbol, a function, a sine written as s1, or a product of these.
 // The rules of ../../../exercises/formula/names.py; ../../tests/readers.test.ts compares both.
 
-import { compile, LIMITS, escapeSigns, table, VOCABULARY, wholePattern } from "./vocabulary.js";
+import { anyOf, compile, LIMITS, respell, table, VOCABULARY, wholePattern } from "./vocabulary.js";
 
 /** Every function that an expression may call, under each of its names. */
 export const FUNCTIONS = table(VOCABULARY.functions);
@@ -18,7 +18,6 @@ export const MAX_NAME_LENGTH = LIMITS.name;
 const CONSTANTS = table(VOCABULARY.constants);
 const CONSTANT_NAMES = new Set(CONSTANTS.values());
 const LETTERS = table(VOCABULARY.letters);
-const VELOCITIES = table<string>(VOCABULARY.velocities);
 const RATE = wholePattern("rate");
 const SHORTHAND_NAME = wholePattern("shorthand_name");
 /** The symbols that q1, th1 and t1 may mean; the first one that the problem has is used. */
@@ -41,90 +40,86 @@ export function plainName(name: string): string {
     .replace(/_(?=[0-9])/g, "");
 }
 
-/** Return the meaning of a name; `known` are the symbols of the problem, which have precedence. */
-export function piecesOf(raw: string, known: ReadonlySet<string>): readonly Piece[] {
-  const plain = plainName(raw);
-  const name = known.has(plain) || !known.has(plain.toLowerCase()) ? plain : plain.toLowerCase();
-  if (known.has(name)) return [namePiece(name)];
+/** Return the meaning of a name; `symbols` are the names of the problem's symbols, which have precedence. */
+export function piecesOf(typedName: string, symbols: ReadonlySet<string>): readonly Piece[] {
+  const plain = plainName(typedName);
+  const name = symbols.has(plain) || !symbols.has(plain.toLowerCase()) ? plain : plain.toLowerCase();
+  if (symbols.has(name)) return [namePiece(name)];
   const functionName = FUNCTIONS.get(name) ?? FUNCTIONS.get(name.toLowerCase());
   if (functionName !== undefined) return [{ kind: "function", parts: [functionName] }];
-  const conventional = conventionalPiece(name, known);
+  const conventional = conventionalPiece(name, symbols);
   if (conventional) return [conventional];
   for (const letter of VOCABULARY.whole_numbers) {
     if (name === `${letter}pi` || name === `pi${letter}`) return [namePiece(letter), namePiece("pi")]; // kπ
   }
-  if (/^[ij]/.test(name) && known.has(name.slice(1))) return [namePiece("I"), namePiece(name.slice(1))]; // e^(iθ1)
-  const product = splitProduct(name, known);
+  if (/^[ij]/.test(name) && symbols.has(name.slice(1))) return [namePiece("I"), namePiece(name.slice(1))]; // e^(iθ1)
+  const product = splitProduct(name, symbols);
   return product.length > 0 ? product : [namePiece(name)];
 }
 
 /** Return the names in a product with dots, as in a1.a2.sin; an empty list if one is unknown, as in a1.subs. */
-export function splitAtDots(raw: string, known: ReadonlySet<string>): readonly string[] {
-  if (!plainName(raw).includes(".")) return [];
-  const names = raw.split(".");
+export function splitAtDots(typedName: string, symbols: ReadonlySet<string>): readonly string[] {
+  if (!plainName(typedName).includes(".")) return [];
+  const names = typedName.split(".");
   const isKnown = ({ kind, parts: [symbol = ""] }: Piece) =>
-    kind !== "name" || CONSTANT_NAMES.has(symbol) || (known.size > 0 ? known.has(symbol) : /[0-9]$/.test(symbol));
-  return names.flatMap((name) => piecesOf(name, known)).every(isKnown) ? names : [];
+    kind !== "name" || CONSTANT_NAMES.has(symbol) || (symbols.size > 0 ? symbols.has(symbol) : /[0-9]$/.test(symbol));
+  return names.flatMap((name) => piecesOf(name, symbols)).every(isKnown) ? names : [];
 }
 
 /** Return what a name that is no symbol of the problem means by convention; null if it means nothing. */
-function conventionalPiece(name: string, known: ReadonlySet<string>): Piece | null {
+function conventionalPiece(name: string, symbols: ReadonlySet<string>): Piece | null {
   const shorthand = SHORTHAND_NAME.exec(name);
-  const anglesInSum = shorthand ? anglesOf(shorthand[3] as string, known, shorthand[2]) : [];
+  const anglesInSum = shorthand ? anglesOf(shorthand[3] as string, symbols, shorthand[2]) : [];
   if (shorthand && anglesInSum.length > 0)
     return { kind: SHORTHAND.get(shorthand[1] as string) as "sin" | "cos", parts: anglesInSum };
   const rate = RATE.exec(name);
   if (rate) {
     const symbol = `qd${rate.slice(1).find((digit) => digit)}`;
-    return known.has(symbol) || known.size === 0 ? namePiece(symbol) : null;
+    return symbols.has(symbol) || symbols.size === 0 ? namePiece(symbol) : null;
   }
   const constant = CONSTANTS.get(name);
   if (constant !== undefined) return namePiece(constant);
-  return known.size === 0 ? null : symbolPiece(name, known);
+  return symbols.size === 0 ? null : symbolPiece(name, symbols);
 }
 
 /** Return the symbol that a name means in another spelling, or the sum of angles that theta12 means; else null. */
-function symbolPiece(name: string, known: ReadonlySet<string>): Piece | null {
-  let spelling = name.replaceAll("_", "");
-  for (const [spelled, letter] of Object.entries(VOCABULARY.spelled_letters))
-    spelling = spelling.replaceAll(spelled, letter);
-  spelling = VELOCITIES.get(spelling) ?? spelling;
-  const symbolName = [spelling, spelling.toLowerCase()].find((spelling) => known.has(spelling));
+function symbolPiece(name: string, symbols: ReadonlySet<string>): Piece | null {
+  const spelling = respell(name);
+  const symbolName = [spelling, spelling.toLowerCase()].find((candidate) => symbols.has(candidate));
   if (symbolName !== undefined) return namePiece(symbolName);
   const [, jointName = "", digits = ""] = INDEXED_JOINT.exec(spelling.toLowerCase()) ?? [];
   if (!digits) return null;
   if (digits.length === 1) {
     const candidates = JOINT_SYMBOLS.get(jointName)?.map((symbol) => symbol + digits);
-    const symbol = candidates?.find((candidate) => known.has(candidate));
+    const symbol = candidates?.find((candidate) => symbols.has(candidate));
     return symbol === undefined ? null : namePiece(symbol);
   }
-  const anglesInSum = VOCABULARY.sums_of_angles.includes(jointName) ? anglesOf(digits, known) : [];
+  const anglesInSum = VOCABULARY.sums_of_angles.includes(jointName) ? anglesOf(digits, symbols) : [];
   return anglesInSum.length > 0 ? { kind: "sum", parts: anglesInSum } : null;
 }
 
 /** Return the angles whose sum c12 or theta12 means; an empty list if the problem lacks one of them. */
-function anglesOf(digits: string, known: ReadonlySet<string>, letter = "theta"): string[] {
+function anglesOf(digits: string, symbols: ReadonlySet<string>, letter = "theta"): string[] {
   const names = [...digits].map((digit) => letter + digit);
-  return known.size === 0 || names.every((angle) => known.has(angle)) ? names : [];
+  return symbols.size === 0 || names.every((angle) => symbols.has(angle)) ? names : [];
 }
 
 /** Return the factors of a name without spaces, as a1c12, costheta1 or a1c; an empty list if a part is unknown. */
-function splitProduct(name: string, known: ReadonlySet<string>): Piece[] {
-  if (known.size === 0) return [];
-  const words = [...new Set([...known, ...FUNCTIONS.keys(), "pi"])];
-  words.sort((a, b) => b.length - a.length || (a < b ? -1 : 1));
-  const pattern = compile([...words.map(escapeSigns), VOCABULARY.patterns.shorthand_without_space].join("|"), "gy");
+function splitProduct(name: string, symbols: ReadonlySet<string>): Piece[] {
+  if (symbols.size === 0) return [];
+  const words = anyOf(new Set([...symbols, ...FUNCTIONS.keys(), "pi"]));
+  const pattern = compile(`${words}|${VOCABULARY.patterns.shorthand_without_space}`, "gy");
   const factors: Piece[] = [];
   let end = 0;
   for (let match = pattern.exec(name); match; match = pattern.exec(name)) {
     const word = match[0];
     const functionName = FUNCTIONS.get(word) ?? SHORTHAND.get(word);
     const piece: Piece | null =
-      known.has(word) || word === "pi"
+      symbols.has(word) || word === "pi"
         ? namePiece(word)
         : functionName !== undefined
           ? { kind: "function", parts: [functionName] }
-          : conventionalPiece(word, known);
+          : conventionalPiece(word, symbols);
     if (!piece) return [];
     factors.push(piece);
     end = pattern.lastIndex;

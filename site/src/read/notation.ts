@@ -3,19 +3,9 @@
 
 import { latexAsText } from "./latex.js";
 import { unitOf } from "./units.js";
-import {
-  compile,
-  lengthOf,
-  LIMITS,
-  escapeSigns,
-  pattern,
-  table,
-  VOCABULARY,
-  wholePattern,
-  withoutSpacesAtEnd,
-} from "./vocabulary.js";
+import { anyOf, compile, escapeSigns, lengthOf, LIMITS, pattern, SUPERSCRIPTS, table } from "./vocabulary.js";
+import { UNITS, VOCABULARY, wholePattern, withoutSpacesAtEnd } from "./vocabulary.js";
 
-const SUPERSCRIPTS = table(VOCABULARY.superscripts);
 const SUPERSCRIPT = compile(`[${[...SUPERSCRIPTS.keys()].join("")}]+`, "g");
 const SIGNS = table(VOCABULARY.signs);
 const RATE_WITH_DOT = pattern("rate_with_dot", "g");
@@ -24,14 +14,10 @@ const DOLLARS = wholePattern("dollars");
 const END_OF_TEXT = pattern("end_of_text");
 
 const { whole_numbers: WHOLE_NUMBERS, before_whole_numbers: BEFORE_WHOLE_NUMBERS } = VOCABULARY;
-const UNITS = table(VOCABULARY.units);
 /** Return a pattern for any of these units, also with spaces around the slash, as in rad / s. */
-const unitsPattern = (units: readonly string[]): string =>
-  [...units]
-    .sort((a, b) => b.length - a.length)
-    .map((unit) => escapeSigns(unit).replace("\\/", " ?/ ?"))
-    .join("|");
-const UNIT_NAMES = unitsPattern([...UNITS.keys()]);
+const unitsPattern = (units: Iterable<string>): string =>
+  anyOf(units, (unit) => escapeSigns(unit).replace("\\/", " ?/ ?"));
+const UNIT_NAMES = unitsPattern(UNITS.keys());
 const UNIT_AT_END = compile(`${VOCABULARY.patterns.before_unit}(${UNIT_NAMES})$`);
 
 /**
@@ -65,12 +51,12 @@ const SYMBOLS_IN_A_ROW = pattern("symbols_in_a_row", "g");
 const SIGNED_SYMBOL = pattern("signed_symbol", "g");
 
 /** Shorten + a1 - a1 + a1 … by counting equal terms; the first and last may belong to their neighbours, and stay. */
-function countTerms(row: string, known: ReadonlySet<string>): string {
+function countTerms(row: string, symbols: ReadonlySet<string>): string {
   const terms = [...row.matchAll(SIGNED_SYMBOL)].map(([, sign = "", symbol = ""]) => ({ sign, symbol }));
   const inner = terms.slice(1, -1);
   const first = terms[0];
   const last = terms.at(-1);
-  if (terms.length < LIMITS.counted_terms || !first || !last || inner.some(({ symbol }) => !known.has(symbol)))
+  if (terms.length < LIMITS.counted_terms || !first || !last || inner.some(({ symbol }) => !symbols.has(symbol)))
     return row;
   const counts = new Map<string, number>();
   for (const { sign, symbol } of inner) counts.set(sign + symbol, (counts.get(sign + symbol) ?? 0) + 1);
@@ -81,25 +67,25 @@ function countTerms(row: string, known: ReadonlySet<string>): string {
 // eslint-disable-next-line no-control-regex
 const isAscii = (text: string): boolean => /^[\x00-\x7f]*$/.test(text);
 
-/** Return an answer as plain text; the names in `known` are never read as units. */
-export function plainText(answer: string, known: ReadonlySet<string>): string {
+/** Return an answer as plain text; the names in `symbols` are never read as units. */
+export function plainText(answer: string, symbols: ReadonlySet<string>): string {
   let text = withoutSpacesAtEnd(isAscii(answer) ? answer : withoutLookAlikes(answer));
   if (lengthOf(text, LIMITS.long_text) > LIMITS.long_text)
-    text = text.replace(SYMBOLS_IN_A_ROW, (row) => countTerms(row, known));
+    text = text.replace(SYMBOLS_IN_A_ROW, (row) => countTerms(row, symbols));
   for (const habit of HABITS) if (text.includes(habit.mark)) text = text.replace(habit.pattern, habit.replacement);
-  text = withoutUnits(text, known);
+  text = withoutUnits(text, symbols);
   const isShort = lengthOf(text, LIMITS.latex_characters) <= LIMITS.latex_characters;
   const isLatex = isShort && ["\\", "_{", "^{"].some((mark) => text.includes(mark));
   const last = text.at(-1) ?? "";
   const isPlain = isAscii(text) && !isLatex && !".;$".includes(last) && !/[A-Za-z]/.test(last);
-  if (isPlain && !text.slice(-5).includes("^")) return withJointNames(text, known);
+  if (isPlain && !text.slice(-5).includes("^")) return withJointNames(text, symbols);
   const exponentOf = (superscripts: string): string => [...superscripts].map((sign) => SUPERSCRIPTS.get(sign)).join("");
   text = text.replace(SUPERSCRIPT, (superscripts) => `^(${exponentOf(superscripts)})`).replace(RATE_WITH_DOT, "qd");
   text = [...text].map((sign) => SIGNS.get(sign) ?? sign).join("");
   text = DOLLARS.exec(text)?.[2] ?? text;
   if (isLatex) text = latexAsText(text);
-  text = withJointNames(withoutSpacesAtEnd(text).replace(END_OF_TEXT, ""), known);
-  return withoutUnit(withoutUnits(text, known), known);
+  text = withJointNames(withoutSpacesAtEnd(text).replace(END_OF_TEXT, ""), symbols);
+  return withoutUnit(withoutUnits(text, symbols), symbols);
 }
 
 const NUMBER_WITH_UNIT = compile(
@@ -108,10 +94,10 @@ const NUMBER_WITH_UNIT = compile(
 );
 
 /** Remove the units of numbers, as in 0.5 rad/s or 30 cm; the parser handles m. */
-export function withoutUnits(text: string, known: ReadonlySet<string>): string {
+export function withoutUnits(text: string, symbols: ReadonlySet<string>): string {
   return text.replace(NUMBER_WITH_UNIT, (match: string, number: string, typedUnit: string) => {
     const unit = unitOf(typedUnit);
-    return known.has(unit) || WHOLE_NUMBERS.includes(unit) ? match : number + (UNITS.get(unit) ?? "");
+    return symbols.has(unit) || WHOLE_NUMBERS.includes(unit) ? match : number + (UNITS.get(unit) ?? "");
   });
 }
 
@@ -131,7 +117,7 @@ const ENTRIES_OF_VECTORS = pattern("entry_of_vector", "g");
  * square brackets, the first joint has index 0, as in Python. It has index 1, as in Maple, if index 0 is missing and
  * the last joint would otherwise be unknown. In parentheses, it has index 1, as in Matlab.
  */
-function withJointNames(answer: string, known: ReadonlySet<string>): string {
+function withJointNames(answer: string, symbols: ReadonlySet<string>): string {
   let text = answer;
   if (text.includes("'") || (text.includes("/") && text.includes("t"))) {
     text = text.replace(
@@ -144,8 +130,8 @@ function withJointNames(answer: string, known: ReadonlySet<string>): string {
     ? [...text.matchAll(ENTRIES_OF_VECTORS)].flatMap(([, , index]) => (index === undefined ? [] : [Number(index)]))
     : [];
   const jointAfterLast = Math.max(0, ...indices) + 1;
-  const isKnownJoint = known.has(`theta${jointAfterLast}`) || known.has(`d${jointAfterLast}`);
-  const indexOffset = indices.length > 0 && !indices.includes(0) && known.size > 0 && !isKnownJoint ? 0 : 1;
+  const isKnownJoint = symbols.has(`theta${jointAfterLast}`) || symbols.has(`d${jointAfterLast}`);
+  const indexOffset = indices.length > 0 && !indices.includes(0) && symbols.size > 0 && !isKnownJoint ? 0 : 1;
   return text.replace(ENTRIES_OF_VECTORS, (_, joint?: string, index?: string, fromOne?: string) => {
     const number = index === undefined ? fromOne : Number(index) + indexOffset;
     return `${joint ? "q" : "qd"}${number}`;
@@ -153,10 +139,10 @@ function withJointNames(answer: string, known: ReadonlySet<string>): string {
 }
 
 /** Remove or convert the unit at the end of a text. */
-function withoutUnit(text: string, known: ReadonlySet<string>): string {
+function withoutUnit(text: string, symbols: ReadonlySet<string>): string {
   const match = UNIT_AT_END.exec(text);
   const unit = unitOf(match?.[1] ?? "");
-  if (!match || known.has(unit)) return text;
+  if (!match || symbols.has(unit)) return text;
   const factor = UNITS.get(unit) ?? "";
   const value = text.slice(0, match.index);
   // a list can't be scaled, and in theta2 = pi*m the m is an integer

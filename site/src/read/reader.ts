@@ -21,11 +21,13 @@ import {
   type Node,
   node,
   errorAt,
+  hasNameOf,
+  isListOrSet,
   ParseError,
   rebuild,
   replaceName,
 } from "./tree.js";
-import { lengthOf, LIMITS, pattern, table, VOCABULARY, wholePattern } from "./vocabulary.js";
+import { lengthOf, LIMITS, pattern, table, UNITS, VOCABULARY, wholePattern } from "./vocabulary.js";
 
 /** Calls of SymPy, NumPy or Python that are no functions of numbers, with their meanings, such as "set" or "matrix". */
 const CALL_MEANINGS = table(VOCABULARY.call_meanings);
@@ -42,7 +44,6 @@ const SYNONYMS = table<string>(VOCABULARY.synonyms);
 /** Names that a bracket after them multiplies, because nobody defines functions with these names. */
 const BEFORE_BRACKETS = new Set(["pi", "I", ...VOCABULARY.whole_numbers]);
 const MODULO_WORDS = new Set(VOCABULARY.modulo);
-const UNITS = table(VOCABULARY.units);
 const UNIT_OPERATORS = new Set(["/", "^", "**"]);
 /** Before these tokens, a name is a symbol that is a factor, and not a unit at the end of a product. */
 const AFTER_SYMBOL = new Set(["*", "(", ...UNIT_OPERATORS]);
@@ -55,11 +56,11 @@ const BEFORE_STATEMENT = new Set([",", ";", "and", "&", "or", "[", "(", "{"]);
 const WORDS_BETWEEN_ENTRIES = new Set(["and", "&"]);
 const WORDS_BETWEEN_CONDITIONS = new Set(["and", "&", "or", "|"]);
 
-/** Parse a text; `known` are the names of the problem's symbols, which have precedence over shorthand. */
-export function parse(text: string, known: ReadonlySet<string>): Node {
+/** Parse a text; `symbols` are the names of the problem's symbols, which have precedence over shorthand. */
+export function parse(text: string, symbols: ReadonlySet<string>): Node {
   const length = lengthOf(text, LIMITS.characters);
   if (length > LIMITS.characters) throw new ParseError("read.long", { length, most: LIMITS.characters });
-  return new Parser(plainText(text, known), known).parse();
+  return new Parser(plainText(text, symbols), symbols).parse();
 }
 
 /**
@@ -86,7 +87,7 @@ class Parser {
 
   constructor(
     private readonly text: string,
-    private readonly known: ReadonlySet<string>,
+    private readonly symbols: ReadonlySet<string>,
   ) {
     this.tokens = tokensOf(text).flatMap((token) => this.translate(token));
     const count = this.tokens.filter((token) => token.text === "±").length;
@@ -96,14 +97,14 @@ class Parser {
   /** Return a token, or the tokens that a word means, such as `or` for the German word oder. */
   private translate(token: Token): readonly Token[] {
     if (token.kind !== "name") return [token];
-    const text = this.known.has(token.text) ? undefined : SYNONYMS.get(token.text);
+    const text = this.symbols.has(token.text) ? undefined : SYNONYMS.get(token.text);
     if (text === "") return [];
     if (text !== undefined) {
       const kind = /^[0-9]+$/.test(text) ? "number" : /^[a-z]+$/.test(text) ? "name" : "op";
       return [{ ...token, kind, text }];
     }
     let { start } = token;
-    const factors = splitAtDots(token.text, this.known).flatMap((name): readonly Token[] => {
+    const factors = splitAtDots(token.text, this.symbols).flatMap((name): readonly Token[] => {
       const times: Token = { kind: "op", text: "*", start };
       const factor: Token = { kind: "name", text: name, start };
       start += name.length + 1;
@@ -116,13 +117,11 @@ class Parser {
     if (this.currentToken().kind === "end") throw new ParseError("read.nothing");
     this.skipLambda();
     const parsed = this.parseAnswer();
-    const asList = (top: Node, args: readonly Node[]): Node => ({
-      ...top,
-      args,
-      kind: top.kind === "set" ? "list" : top.kind,
-    });
+    const asList = (top: Node, args: readonly Node[]): Node => {
+      return { ...top, args, kind: top.kind === "set" ? "list" : top.kind };
+    };
     const tree = this.bracesAreLists ? rebuild(parsed, asList) : parsed;
-    const isMetre = !this.known.has(METRE) && this.tokens.some(({ text }) => text === METRE);
+    const isMetre = !this.symbols.has(METRE) && this.tokens.some(({ text }) => text === METRE);
     return carryOutProducts(isMetre ? withoutMetres(tree) : tree);
   }
 
@@ -255,7 +254,7 @@ class Parser {
   /** Return whether a term is a condition on a symbol of the problem; x = 1 only names an entry. */
   private isCondition({ kind, args }: Node): boolean {
     if (kind === "and" || kind === "or") return args.every((arg) => this.isCondition(arg));
-    return (kind === "eq" || kind === "in") && [...namesIn(args[0] as Node)].some((symbol) => this.known.has(symbol));
+    return (kind === "eq" || kind === "in") && hasNameOf(args[0] as Node, this.symbols);
   }
 
   /** Parse "A, and B" as "A and B" if B is a condition; other commas make it ambiguous. */
@@ -334,8 +333,9 @@ class Parser {
     if (this.textAhead(-1) === "%" && isNumber) throw this.errorHere("read.percent");
     const step = node("*", name(VOCABULARY.whole_numbers[0] as string), this.parseSum());
     if (hasBracket) this.expect(")");
-    const isCollection = value.kind === "list" || value.kind === "set";
-    return isCollection ? node(value.kind, ...value.args.map((part) => node("+", part, step))) : node("+", value, step);
+    return isListOrSet(value)
+      ? node(value.kind, ...value.args.map((part) => node("+", part, step)))
+      : node("+", value, step);
   }
 
   /** Parse terms with +, - or ± between them. */
@@ -435,14 +435,10 @@ class Parser {
       if (depth < 0 || (depth === 0 && (NEVER_BETWEEN_BARS.has(text) || OPERATOR_WORDS.has(text)))) return false;
       hasSymbol ||= kind === "name" && !beginsWithConstant(text);
     }
-    const [bar, first, last, close] = [
-      this.currentToken(),
-      this.tokens[this.position + 1],
-      this.tokens[end - 1],
-      this.tokens[end],
-    ];
-    if (!first || !last || close?.kind === "end" || !hasSymbol) return false;
-    const isWithoutSpaces = first.start === bar.start + 1 && last.start + last.text.length === close?.start;
+    const [first, last, close] = [this.position + 1, end - 1, end].map((i) => this.tokens[i]) as [Token, Token, Token];
+    if (close.kind === "end" || !hasSymbol) return false;
+    const isWithoutSpaces =
+      first.start === this.currentToken().start + 1 && last.start + last.text.length === close.start;
     const nextToken = this.tokens[end + 1] as Token;
     return isWithoutSpaces || nextToken.kind === "end" || AFTER_BAR.has(nextToken.text);
   }
@@ -477,7 +473,7 @@ class Parser {
   /** Return whether the name here is a unit of the number before, as in 0.25 rad or 25 cm * a1; metres.ts handles m. */
   private isUnit(): boolean {
     const { kind, text } = this.currentToken();
-    const isName = kind === "name" && UNITS.has(text) && !this.known.has(text);
+    const isName = kind === "name" && UNITS.has(text) && !this.symbols.has(text);
     if (!isName || VOCABULARY.whole_numbers.includes(text)) return false;
     const previousToken = this.tokens[this.position - 1];
     if (previousToken?.kind !== "number" && !VOCABULARY.before_whole_numbers.includes(previousToken?.text ?? ""))
@@ -583,7 +579,7 @@ class Parser {
       return this.parseBindingCall("Derivative", this.firstPiece(typedName.slice(0, -".diff".length)));
     const plainTypedName = plainName(typedName);
     if (hasBracket && BINDING_CALLS.has(plainTypedName)) return this.parseBindingCall(plainTypedName, null);
-    const isVariable = this.known.has(plainTypedName) || JOINT.test(plainTypedName);
+    const isVariable = this.symbols.has(plainTypedName) || JOINT.test(plainTypedName);
     if (hasBracket && isVariable && this.textAhead(1) === "t" && this.textAhead(2) === ")") {
       this.position += 3; // theta1(t), as dynamicsymbols prints it
       return this.firstPiece(typedName);
@@ -597,15 +593,15 @@ class Parser {
       throw this.errorHere("read.no-answer", { name: plainTypedName });
     }
     if (BLANK_NAMES.has(plainTypedName)) return node("blank");
-    if (SHORTHAND.has(plainTypedName) && !this.known.has(plainTypedName) && this.isAngleAhead())
+    if (SHORTHAND.has(plainTypedName) && !this.symbols.has(plainTypedName) && this.isAngleAhead())
       return this.parseShorthand(plainTypedName);
     const pieces = this.piecesOf(typedName);
     const symbol = pieces.length === 1 && pieces[0]?.kind === "name" ? pieces[0].parts[0] : undefined;
     if (
       hasBracket &&
       symbol &&
-      !this.known.has(plainTypedName) &&
-      !this.known.has(symbol) &&
+      !this.symbols.has(plainTypedName) &&
+      !this.symbols.has(symbol) &&
       !BEFORE_BRACKETS.has(symbol)
     ) {
       const beginsStatement = this.position === 1 || BEFORE_STATEMENT.has(this.textAhead(-2));
@@ -618,7 +614,7 @@ class Parser {
     }
     const onlyPiece = pieces.length === 1 && plainTypedName === typedName ? pieces[0] : undefined;
     if (onlyPiece?.kind === "function") this.meanings.set(typedName, onlyPiece.parts[0] as string);
-    else if (onlyPiece && this.known.has(plainTypedName)) this.meanings.set(typedName, treeOfPiece(onlyPiece));
+    else if (onlyPiece && this.symbols.has(plainTypedName)) this.meanings.set(typedName, treeOfPiece(onlyPiece));
     const product = this.buildProduct(pieces);
     if (FUNCTIONS.has(pieces.at(-1)?.kind ?? "") && SHORTHAND_OF_ANGLE.test(plainTypedName))
       this.bareArgumentEnd = this.position;
@@ -654,14 +650,14 @@ class Parser {
     throw this.errorHere("read.shorthand", { name: shorthand, function: functionName });
   }
 
-  private piecesOf(raw: string): readonly Piece[] {
-    const pieces = this.piecesOfNames.get(raw) ?? piecesOf(raw, this.known);
-    this.piecesOfNames.set(raw, pieces);
+  private piecesOf(typedName: string): readonly Piece[] {
+    const pieces = this.piecesOfNames.get(typedName) ?? piecesOf(typedName, this.symbols);
+    this.piecesOfNames.set(typedName, pieces);
     return pieces;
   }
 
-  private firstPiece(raw: string): Node {
-    return treeOfPiece(this.piecesOf(raw)[0] as Piece);
+  private firstPiece(typedName: string): Node {
+    return treeOfPiece(this.piecesOf(typedName)[0] as Piece);
   }
 
   /** Return the product that joined names mean, such as a1c2; a function applies to the piece or text after it. */
@@ -829,11 +825,6 @@ function numberOf(text: string): Node {
   }
   const isDecimal = mantissa.includes(".") || exponent !== "";
   const digits = mantissa.replace(".", "").replace(/^0+/, "").replace(/0+$/, "").length;
-  return {
-    kind: isDecimal ? "decimal" : "number",
-    args: [],
-    text,
-    value: Number(text),
-    digits: isDecimal ? digits : 0,
-  };
+  const number = { ...node(isDecimal ? "decimal" : "number"), text, value: Number(text) };
+  return { ...number, digits: isDecimal ? digits : 0 };
 }

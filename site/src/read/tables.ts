@@ -2,7 +2,7 @@
 // of ../../../exercises/formula/tables.py, for texts that otherwise do not have the expected shape.
 
 import { withoutUnits } from "./notation.js";
-import { compile, pattern, strip, VOCABULARY, wholePattern } from "./vocabulary.js";
+import { compile, pattern, strip, UNITS, VOCABULARY, wholePattern } from "./vocabulary.js";
 
 const FRAME_OF_TABLE = pattern("frame_of_table", "g");
 const MARKDOWN_RULE = pattern("rule_of_markdown");
@@ -20,7 +20,7 @@ const DECIMAL_COMMA = pattern("comma_of_number", "g");
 const BETWEEN_NUMBERS = pattern("between_numbers");
 const NUMBER = wholePattern("decimal_with_comma");
 const NAMED_NUMBER = pattern("named_number", "y");
-const UNIT_FACTORS = ["", ...new Set(Object.values(VOCABULARY.units))];
+const UNIT_FACTORS = ["", ...new Set(UNITS.values())];
 /** Maximum number of characters of a table. */
 const MAX_CHARACTERS = 4000;
 

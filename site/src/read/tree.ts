@@ -111,29 +111,40 @@ export function anyNode(tree: Node, passes: (node: Node) => boolean): boolean {
   return false;
 }
 
-/** Return the names in a tree, without constants. */
-export function namesIn(tree: Node): Set<string> {
-  const names = new Set<string>();
-  anyNode(tree, ({ kind, text }) => {
-    if (kind === "name") names.add(text);
+/** Call a function with each node of a tree. */
+export function visitNodes(tree: Node, visit: (node: Node) => void): void {
+  anyNode(tree, (node) => {
+    visit(node);
     return false;
   });
+}
+
+/** Return the names in trees, without constants. */
+export function namesIn(...trees: readonly Node[]): Set<string> {
+  const names = new Set<string>();
+  for (const tree of trees) visitNodes(tree, ({ kind, text }) => kind === "name" && names.add(text));
   for (const constant of CONSTANTS) names.delete(constant);
   return names;
 }
 
+/** Return whether a tree contains no names, or only those of constants. */
+export const isConstant = (tree: Node): boolean => namesIn(tree).size === 0;
+
+/** Return whether a tree contains one of some names. */
+export const hasNameOf = (tree: Node, names: { readonly has: (name: string) => boolean }): boolean =>
+  anyNode(tree, ({ kind, text }) => kind === "name" && names.has(text));
+
 /** Return the number of significant digits of the longest decimal in a tree; 0 without one. */
 export function digitsOfDecimals(tree: Node): number {
   let maxDigits = 0;
-  anyNode(tree, ({ digits }) => {
-    maxDigits = Math.max(maxDigits, digits);
-    return false;
-  });
+  visitNodes(tree, ({ digits }) => (maxDigits = Math.max(maxDigits, digits)));
   return maxDigits;
 }
 
 /** Return whether a tree contains a blank: a placeholder that the student did not replace. */
 export const hasBlank = (tree: Node): boolean => anyNode(tree, ({ kind }) => kind === "blank");
+
+export const isListOrSet = (tree: Node | undefined): boolean => tree?.kind === "list" || tree?.kind === "set";
 
 export type Rows = readonly (readonly Node[])[];
 
@@ -143,6 +154,12 @@ export const listOf = (rows: Rows): Node => node("list", ...rows.map((row) => no
 /** Return entries as rows of a given length. */
 export const inRows = <T>(entries: readonly T[], columns: number): T[][] =>
   Array.from({ length: entries.length / columns }, (_, i) => entries.slice(i * columns, (i + 1) * columns));
+
+/** Return the row and the column (from 1) of an entry, given its index row by row (from 0). */
+export const placeOfEntry = (index: number, columns: number): { readonly row: number; readonly column: number } => ({
+  row: Math.floor(index / columns) + 1,
+  column: (index % columns) + 1,
+});
 
 /** Return the columns of rows of equal length. */
 export const columnsOf = <T>(rows: readonly (readonly T[])[]): T[][] =>

@@ -1,20 +1,15 @@
 // Units of numbers, as in m/s^2: their conversion to SI units, and their dimension.
 // The rules of ../../../exercises/formula/units.py; ../../tests/readers.test.ts compares both.
 
-import { compile, escapeSigns, pattern, table, VOCABULARY } from "./vocabulary.js";
+import { anyOf, compile, pattern, SUPERSCRIPTS, UNITS, VOCABULARY } from "./vocabulary.js";
 
 /** The text after a number that converts it to SI units, as "/100" for cm; and the powers of kg, m and s. */
 export type Unit = { readonly conversion: string; readonly dimension: readonly number[] };
 
-const UNITS = table(VOCABULARY.units);
 const BASE_UNITS = new Map(Object.entries(VOCABULARY.base_units as Record<string, (string | number)[]>));
-const SUPERSCRIPTS = table(VOCABULARY.superscripts);
 const POWER = `(?:${VOCABULARY.patterns.power_of_unit})`;
 const SEPARATOR = `(?:${VOCABULARY.patterns.between_units})`;
-const NAMES = [...BASE_UNITS.keys()]
-  .sort((a, b) => b.length - a.length)
-  .map(escapeSigns)
-  .join("|");
+const NAMES = anyOf(BASE_UNITS.keys());
 const UNIT = `(?:1 ?/ ?)?(?:${NAMES})${POWER}?(?:${SEPARATOR}(?:${NAMES})${POWER}?){0,4}`;
 const WHOLE_UNIT = compile(`^(?:${UNIT})$`);
 const FACTOR = compile(`(${SEPARATOR})(${NAMES})(${POWER}?)`, "g");

@@ -27,6 +27,25 @@ export const wholePattern = (name: keyof typeof vocabulary.patterns): RegExp =>
 /** Escape signs that have a meaning in patterns. */
 export const escapeSigns = (text: string): string => text.replace(/[\\^$.*+?()[\]{}|/]/g, "\\$&");
 
+/** Return a pattern for any of some texts, which tries longer ones first. */
+export const anyOf = (texts: Iterable<string>, escape = escapeSigns): string =>
+  [...texts]
+    .sort((a, b) => b.length - a.length || (a < b ? -1 : 1))
+    .map(escape)
+    .join("|");
+
+export const UNITS = table(vocabulary.units);
+export const SUPERSCRIPTS = table(vocabulary.superscripts);
+const VELOCITIES = table<string>(vocabulary.velocities);
+
+/** Return a name as symbols are spelled: vx for x_dot, and wx for omega_x. */
+export function respell(name: string): string {
+  let spelling = name.replaceAll("_", "");
+  for (const [spelled, letter] of Object.entries(vocabulary.spelled_letters))
+    spelling = spelling.replaceAll(spelled, letter);
+  return VELOCITIES.get(spelling) ?? spelling;
+}
+
 const SPACES = new Set(vocabulary.spaces);
 
 export const isSpace = (sign: string | undefined): boolean => sign !== undefined && SPACES.has(sign);

@@ -4,11 +4,12 @@ import type { Index, Problem, Solutions, TranslatedSolutions, TranslatedTexts, T
 
 /** Return the index with translated titles; titles without a translation stay English. */
 export function translateIndex(lang: string, index: Index, titles: TranslatedTitles | null): Index {
-  const translate = <T extends { name: string; title: string }>(
-    all: readonly T[],
-    by: Readonly<Record<string, string>>,
-  ) => all.map((entry) => (by[entry.name] ? { ...entry, title: by[entry.name] as string, lang } : entry));
   if (!titles) return index;
+  const translate = <T extends { name: string }>(entries: readonly T[], titlesByName: TranslatedTitles["families"]) =>
+    entries.map((entry) => ({
+      ...entry,
+      ...(titlesByName[entry.name] ? { title: titlesByName[entry.name]!, lang } : {}),
+    }));
   return {
     ...index,
     families: translate(index.families, titles.families),

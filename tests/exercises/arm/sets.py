@@ -12,7 +12,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import SEARCH_TOLERANCE, ConfigurationSpace, SetComparison, compare_sets
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import Piece, parse_pieces
-from qdot.exercises.singularities.classification import domain_of
+from qdot.exercises.singularities.classification import make_domain
 from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.exercises.verify.singular import find_singular_configurations
 
@@ -27,7 +27,7 @@ def sample_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
 
 def compute_rank_ratios(arm: NumericChain, chain: Chain, q: np.ndarray) -> np.ndarray:
     """Return the smallest singular value of the task Jacobian divided by the largest, at configurations (..., n)."""
-    sigma = np.linalg.svd(arm.jacobian(q)[..., list_task_rows(chain), :], compute_uv=False)
+    sigma = np.linalg.svd(arm.compute_jacobian(q)[..., list_task_rows(chain), :], compute_uv=False)
     return np.asarray(sigma[..., -1] / np.maximum(sigma[..., 0], 1e-6))
 
 
@@ -46,7 +46,7 @@ def read_singular_set(chain: Chain) -> list[Piece]:
 def compare_with_book(chain: Chain, ours: list[Piece], book: Iterable[str]) -> SetComparison:
     """Compare pieces with the conditions that a book prints, for any lengths."""
     return compare_sets(
-        ours, read_pieces(chain, book), ConfigurationSpace([q.name for q in chain.q], domain_of(chain)), chain.name
+        ours, read_pieces(chain, book), ConfigurationSpace([q.name for q in chain.q], make_domain(chain)), chain.name
     )
 
 
@@ -79,7 +79,7 @@ class Search:
         values = dict(zip(joints, self.reached.T, strict=True)) | {
             k: np.full(count, v) for k, v in self.lengths.items()
         }
-        return ConfigurationSpace(joints, domain_of(self.chain, self.lengths)).contains(
+        return ConfigurationSpace(joints, make_domain(self.chain, self.lengths)).contains(
             claims, values, count, tolerance
         )
 

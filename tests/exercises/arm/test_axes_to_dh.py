@@ -9,7 +9,7 @@ from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes, recognize
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.mpmath_kinematics import PRECISE_CONTEXT, determinant, inverse, solve_linear
-from qdot.exercises.arm.standard_table import convert_axes, home_geometry_of
+from qdot.exercises.arm.standard_table import compute_home_geometry, convert_axes
 from qdot.exercises.common.stream import Stream
 from tests.support.suites import select_for_suite
 
@@ -44,7 +44,7 @@ def test_table_keeps_oblique_axes_exact(seed: int) -> None:
         axes.append(Axis(stream.choice("RRRP"), direction / direction.norm(), sample_point() + open_length))
     point = sample_point() + 2 * open_length + (sp.Matrix([A2, 0, 0]) if seed % 3 == 0 else sp.zeros(3, 1))
     base, joints, tool = convert_axes(axes, point, len(axes))
-    home_axes, home_point = home_geometry_of(Chain("oblique", joints, ("vx",), base, tool))
+    home_axes, home_point = compute_home_geometry(Chain("oblique", joints, ("vx",), base, tool))
     differences = [
         home_point - point,
         *(home.direction - axis.direction for home, axis in zip(home_axes, axes, strict=True)),
@@ -76,7 +76,7 @@ def test_symbolic_points_on_parallel_axes_give_no_roots(seed: int) -> None:
     point = sp.Matrix([A1 + A2, h, A1])
     base, joints, tool = convert_axes(axes, point, len(axes))
     chain = Chain(f"parallel{seed}", joints, ("vx", "vy", "vz"), base, tool, convention="screws")
-    home_axes, home_point = home_geometry_of(chain)
+    home_axes, home_point = compute_home_geometry(chain)
     for home, axis in zip(home_axes, axes, strict=True):
         assert sp.simplify(home.direction - axis.direction).is_zero_matrix
         assert sp.simplify((home.point - axis.point).cross(axis.direction)).is_zero_matrix

@@ -14,10 +14,10 @@ from qdot.exercises.arm.axes_to_dh import Axis
 from qdot.exercises.arm.chain import CONVENTIONS, Base, Chain, Joint, Point
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.library import find_robot_path, robots
+from qdot.exercises.arm.library import find_robot_path, list_robots
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
-from qdot.exercises.arm.robot_text import robot_text
-from qdot.exercises.arm.standard_table import home_geometry_of
+from qdot.exercises.arm.robot_text import write_robot_text
+from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.robot_family import read_robot_family
@@ -58,11 +58,11 @@ SCREWS = HEAD + 'convention = "screws"\n'
 
 def compute_point(chain: Chain, q: Sequence[float], lengths: dict[str, float]) -> Matrix:
     arm = NumericChain(chain, lengths)
-    return arm.point_of(arm.frames(np.array(q)))
+    return arm.compute_point_of(arm.compute_frames(np.array(q)))
 
 
 def compute_jacobian(chain: Chain, q: Sequence[float], lengths: dict[str, float]) -> Matrix:
-    return NumericChain(chain, lengths).jacobian(np.array(q)[None])[0]
+    return NumericChain(chain, lengths).compute_jacobian(np.array(q)[None])[0]
 
 
 def assert_same_arm(first: Chain, second: Chain, seed: str) -> None:
@@ -81,12 +81,12 @@ def assert_same_arm(first: Chain, second: Chain, seed: str) -> None:
 def test_arm_survives_writing_in_every_convention(family: str, step: str, tmp_path: Path) -> None:
     chain = sample_chain(ProblemId(family, 3, variation=step))
     for convention in CONVENTIONS:
-        text = robot_text(Robot(chain), convention)
+        text = write_robot_text(Robot(chain), convention)
         robot = read_robot(tmp_path, text)
         assert not robot.is_table_rounded, convention  # all numbers of the families have short forms
         assert_same_arm(chain, robot.chain, f"{family} {convention}")
         if convention != "screws":  # screws choose new frames
-            assert robot_text(Robot(robot.chain), convention) == text, convention
+            assert write_robot_text(Robot(robot.chain), convention) == text, convention
 
 
 @pytest.mark.parametrize("frame", [0, 1, 2, 3])
@@ -160,7 +160,7 @@ def test_points_on_axes_are_those_of_the_file(tmp_path: Path) -> None:
     assert list(plain.axis_points) == named
     for chain, turn in ((plain, sp.eye(3)), (moved, sp.Matrix([[0, -1, 0], [1, 0, 0], [0, 0, 1]]))):
         origin = sp.zeros(3, 1) if chain is plain else sp.Matrix([R("0.3"), 0, R("0.2")])
-        axes, without = home_geometry_of(chain).axes, home_geometry_of(replace(chain, axis_points=())).axes
+        axes, without = compute_home_geometry(chain).axes, compute_home_geometry(replace(chain, axis_points=())).axes
         for axis, plain_axis, point in zip(axes, without, named, strict=True):
             if point is None:
                 assert axis == plain_axis
@@ -169,17 +169,17 @@ def test_points_on_axes_are_those_of_the_file(tmp_path: Path) -> None:
             aside = axis.direction.cross(axis.point - plain_axis.point).xreplace({a2: R("0.7")})
             assert max(abs(float(entry)) for entry in aside) < 1e-9  # the same axis
         assert any(axis != plain_axis for axis, plain_axis in zip(axes, without, strict=True))
-    reread = read_robot(tmp_path, robot_text(Robot(plain), "screws")).chain
+    reread = read_robot(tmp_path, write_robot_text(Robot(plain), "screws")).chain
     assert reread.axis_points == plain.axis_points
     assert_same_arm(plain, reread, "points on axes")
     # Sampled lengths replace symbols in the points, too; a point that is no longer on its axis is dropped.
     path = tmp_path / "drawn.toml"
     path.write_text(BY_AXES + "[draw]\na2 = [0.3, 0.9]\n")
     sampled = read_robot_family(path).sample(Stream("drawn"), ("lengths",))
-    (length,) = (home_geometry_of(sampled).axes[1].point - sp.Matrix([0, 0, R("0.3")]))[2:]
-    assert R("0.3") <= length <= R("0.9") and home_geometry_of(sampled).axes[3].point[1] == length
+    (length,) = (compute_home_geometry(sampled).axes[1].point - sp.Matrix([0, 0, R("0.3")]))[2:]
+    assert R("0.3") <= length <= R("0.9") and compute_home_geometry(sampled).axes[3].point[1] == length
     elsewhere = replace(plain, base=Base((R(1), R(0), R(0)), sp.S.Zero, sp.S.Zero))
-    assert home_geometry_of(elsewhere).axes[0] == home_geometry_of(replace(elsewhere, axis_points=())).axes[0]
+    assert compute_home_geometry(elsewhere).axes[0] == compute_home_geometry(replace(elsewhere, axis_points=())).axes[0]
 
 
 BASE = 'base = {position = [0, "a1", 0.3], rpy = %s}\n'
@@ -213,7 +213,7 @@ def test_rounded_table_is_detected(text: str, rounded: bool, tmp_path: Path) -> 
 
 
 def test_no_library_robot_has_a_rounded_table() -> None:
-    assert [name for name in robots() if read_robot_file(find_robot_path(name)).is_table_rounded] == []
+    assert [name for name in list_robots() if read_robot_file(find_robot_path(name)).is_table_rounded] == []
 
 
 URDF = """<?xml version="1.0"?>
@@ -349,9 +349,9 @@ def test_point_on_inner_link_is_written_with_its_frame() -> None:
     chain = Chain(
         "m", tuple(Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2, 3)), ("vx", "vy"), Base(), Point(2, (0, 0, 0))
     )
-    assert 'point = "O2"\n' in robot_text(Robot(chain), "dh")
-    assert 'point = {frame = 2, offset = ["a2", 0, 0]}\n' in robot_text(Robot(chain), "modified-dh")
-    assert 'point = {frame = 2, offset = ["a1 + a2", 0, 0]}\n' in robot_text(Robot(chain), "screws")
+    assert 'point = "O2"\n' in write_robot_text(Robot(chain), "dh")
+    assert 'point = {frame = 2, offset = ["a2", 0, 0]}\n' in write_robot_text(Robot(chain), "modified-dh")
+    assert 'point = {frame = 2, offset = ["a1 + a2", 0, 0]}\n' in write_robot_text(Robot(chain), "screws")
 
 
 def test_arms_in_the_docs_are_the_same_in_every_convention(tmp_path: Path) -> None:
@@ -360,7 +360,7 @@ def test_arms_in_the_docs_are_the_same_in_every_convention(tmp_path: Path) -> No
     for block in blocks:
         chain = read_robot(tmp_path, block).chain
         for convention in CONVENTIONS:
-            assert_same_arm(chain, read_robot(tmp_path, robot_text(Robot(chain), convention)).chain, block[:20])
+            assert_same_arm(chain, read_robot(tmp_path, write_robot_text(Robot(chain), convention)).chain, block[:20])
 
 
 def test_length_that_cancels_out_of_the_table_is_accepted(tmp_path: Path) -> None:
@@ -373,7 +373,7 @@ def test_limits_and_length_ranges_survive_conversion(tmp_path: Path) -> None:
     text = f'{HEAD}task = ["vx"]\n{make_row("-theta1 + pi/2")}limits = ["-pi/2", 2.8973]\n[draw]\na1 = [0.3, 0.85]\n'
     robot = read_robot(tmp_path, text)
     for convention in CONVENTIONS:
-        reread = read_robot(tmp_path, robot_text(robot, convention))
+        reread = read_robot(tmp_path, write_robot_text(robot, convention))
         assert (reread.limits, reread.length_ranges) == (robot.limits, robot.length_ranges)
 
 
@@ -381,16 +381,16 @@ def test_skew_axes_stay_exact(tmp_path: Path) -> None:
     text = f'{SCREWS}task = ["vx"]\n{AT}{SCREW}' + make_screw('["1/3", "2/3", "2/3"]', "[1, 0, 0]")
     robot = read_robot(tmp_path, text)
     assert abs(robot.chain.joints[0].alpha) == sp.atan(sp.sqrt(5) / 2)
-    assert 'axis = ["1/3", "2/3", "2/3"]' in robot_text(robot, "screws")
+    assert 'axis = ["1/3", "2/3", "2/3"]' in write_robot_text(robot, "screws")
     axis = robot.written_arm and robot.written_arm.rows[1]
     assert isinstance(axis, Axis) and tuple(axis.direction) == (R(1, 3), R(2, 3), R(2, 3))
 
 
 def test_axis_with_symbolic_twist_is_not_written_as_screw() -> None:
     chain = Chain("m", (Joint("R", "theta1", 0, "a1", "alpha1"), Joint("R", "theta2", 0, "a2", 0)), ("vx",))
-    assert "alpha1" in robot_text(Robot(chain), "modified-dh")
+    assert "alpha1" in write_robot_text(Robot(chain), "modified-dh")
     with pytest.raises(QdotError, match="axis 2 of m is rotated by a symbolic angle"):
-        robot_text(Robot(chain), "screws")
+        write_robot_text(Robot(chain), "screws")
 
 
 def list_macros(name: str) -> dict[str, list[str]]:

@@ -50,19 +50,19 @@ INVERSE = "[[a2*c12/(a1*a2*s2), a2*s12/(a1*a2*s2)], [(-a1*c1 - a2*c12)/(a1*a2*s2
 CHAPTER: dict[str, tuple[Chain, Callable[[Derivation], object], str]] = {
     "6.1 position": (TWO, lambda d: d.position, "[a1*c1 + a2*c12, a1*s1 + a2*s12, 0]"),
     "6.1 rotation": (TWO, lambda d: d.rotations[2], "[[c12, -s12, 0], [s12, c12, 0], [0, 0, 1]]"),
-    "6.1 v_x": (TWO, lambda d: d.twist()[0], "-a1*s1*qd1 - a2*s12*(qd1 + qd2)"),
-    "6.1 v_y": (TWO, lambda d: d.twist()[1], "a1*c1*qd1 + a2*c12*(qd1 + qd2)"),
+    "6.1 v_x": (TWO, lambda d: d.derive_twist()[0], "-a1*s1*qd1 - a2*s12*(qd1 + qd2)"),
+    "6.1 v_y": (TWO, lambda d: d.derive_twist()[1], "a1*c1*qd1 + a2*c12*(qd1 + qd2)"),
     "6.1 J": (TWO, lambda d: d.jacobian, "[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12, a2*c12]]"),
     "6.2 det J": (TWO, lambda d: d.determinant, "a1*a2*s2"),
     "6.2 inverse": (TWO, lambda d: d.inverse, INVERSE),
     "6.2 rates": (
-        TWO, lambda d: d.rate_law(),
+        TWO, lambda d: d.derive_rate_law(),
         "[(c12*vx + s12*vy)/(a1*s2), -((a1*c1 + a2*c12)*vx + (a1*s1 + a2*s12)*vy)/(a1*a2*s2)]",
     ),
     "6.3 position": (SCORBOT, lambda d: d.position, f"[c1*{C}, s1*{C}, d1 - a2*s2 - a3*s23]"),
     "6.3 J": (SCORBOT, lambda d: d.jacobian, J_SCORBOT),
     "6.3 det J": (SCORBOT, lambda d: d.determinant, f"a2*a3*s3*{C}"),
-    "6.3 v_x": (SCORBOT, lambda d: d.twist()[0], f"-s1*{C}*qd1 - c1*{S}*qd2 - a3*c1*s23*qd3"),
+    "6.3 v_x": (SCORBOT, lambda d: d.derive_twist()[0], f"-s1*{C}*qd1 - c1*{S}*qd2 - a3*c1*s23*qd3"),
     "6.4 p*_0": (TWO, lambda d: d.p_star[:, 0], "[a1*c1 + a2*c12, a1*s1 + a2*s12, 0]"),
     "6.4 p*_1": (TWO, lambda d: d.p_star[:, 1], "[a2*c12, a2*s12, 0]"),
     "6.4 z": (TWO, lambda d: d.z, "[[0, 0], [0, 0], [1, 1]]"),
@@ -70,7 +70,7 @@ CHAPTER: dict[str, tuple[Chain, Callable[[Derivation], object], str]] = {
         TWO, lambda d: d.geometric_jacobian,
         "[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12, a2*c12], [0, 0], [0, 0], [0, 0], [1, 1]]",
     ),
-    "6.4 frame 1": (TWO, lambda d: d.twist(d.link_jacobian(1)), "[-a1*s1*qd1, a1*c1*qd1, 0, 0, 0, qd1]"),
+    "6.4 frame 1": (TWO, lambda d: d.derive_twist(d.derive_link_jacobian(1)), "[-a1*s1*qd1, a1*c1*qd1, 0, 0, 0, qd1]"),
 }  # fmt: skip
 
 ERRATA = {

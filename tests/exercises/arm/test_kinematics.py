@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, propagate_linear_rows, to_sympy_matrix
-from qdot.exercises.arm.kinematics import NumericChain, frames_and_point
+from qdot.exercises.arm.kinematics import NumericChain, compute_frames_and_point
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.verify.numeric_reference import choose_random_configurations, compute_exponential_jacobian
+from qdot.exercises.verify.numeric_model import choose_random_configurations, compute_exponential_jacobian
 from tests.support.suites import select_for_suite
 
 T1, T2, A1, A2 = sp.symbols("theta1 theta2 a1 a2")
@@ -105,20 +105,20 @@ def evaluate_matrix(matrix: sp.Matrix, chain: Chain, q: np.ndarray) -> np.ndarra
 def test_symbolic_and_numeric_kinematics_agree(chain: Chain, seed: int) -> None:
     q = np.random.default_rng(seed).uniform(-2, 2, chain.n)
     arm = NumericChain(chain, {"h": 0.37})
-    poses, jacobian = arm.frames(q), arm.jacobian(q)
-    frames, point = frames_and_point(chain)
+    poses, jacobian = arm.compute_frames(q), arm.compute_jacobian(q)
+    frames, point = compute_frames_and_point(chain)
     stages = compute_symbolic_stages(chain)
     for i, (frame, rotation) in enumerate(zip(frames, stages["rotations"], strict=True)):
         np.testing.assert_allclose(evaluate_matrix(frame.rotation, chain, q), poses[i, :3, :3], atol=1e-12)
         np.testing.assert_allclose(evaluate_matrix(to_sympy_matrix(rotation), chain, q), poses[i, :3, :3], atol=1e-12)
         np.testing.assert_allclose(evaluate_matrix(frame.origin, chain, q)[:, 0], poses[i, :3, 3], atol=1e-12)
-    np.testing.assert_allclose(evaluate_matrix(point, chain, q)[:, 0], arm.point(q), atol=1e-12)
+    np.testing.assert_allclose(evaluate_matrix(point, chain, q)[:, 0], arm.compute_point(q), atol=1e-12)
     propagated = to_sympy_matrix(np.concatenate([propagate_linear_rows(stages), stages["angular rows"]]))
     np.testing.assert_allclose(evaluate_matrix(propagated, chain, q), jacobian, atol=1e-12)
     np.testing.assert_allclose(evaluate_matrix(point.jacobian(chain.q), chain, q), jacobian[:3], atol=1e-12)
     for i in range(chain.n):
         p_star = evaluate_matrix(to_sympy_matrix(stages["vectors to point"][i]), chain, q)[:, 0]
-        np.testing.assert_allclose(p_star, arm.point(q) - poses[i, :3, 3], atol=1e-12)
+        np.testing.assert_allclose(p_star, arm.compute_point(q) - poses[i, :3, 3], atol=1e-12)
 
 
 @settings(max_examples=60)
@@ -126,11 +126,11 @@ def test_symbolic_and_numeric_kinematics_agree(chain: Chain, seed: int) -> None:
 def test_jacobian_agrees_with_finite_differences(chain: Chain, seed: int) -> None:
     q = np.random.default_rng(seed).uniform(-2, 2, chain.n)
     arm, h = NumericChain(chain, {"h": 0.37}), 1e-5
-    ahead, behind = (arm.frames(q + side * h * np.eye(chain.n)) for side in (1, -1))
-    linear = (arm.point_of(ahead) - arm.point_of(behind)).T / (2 * h)
-    spin = (ahead - behind)[:, -1, :3, :3] / (2 * h) @ arm.frames(q)[-1, :3, :3].T
+    ahead, behind = (arm.compute_frames(q + side * h * np.eye(chain.n)) for side in (1, -1))
+    linear = (arm.compute_point_of(ahead) - arm.compute_point_of(behind)).T / (2 * h)
+    spin = (ahead - behind)[:, -1, :3, :3] / (2 * h) @ arm.compute_frames(q)[-1, :3, :3].T
     angular = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]])
-    np.testing.assert_allclose(arm.jacobian(q), np.vstack([linear, angular]), atol=1e-8)
+    np.testing.assert_allclose(arm.compute_jacobian(q), np.vstack([linear, angular]), atol=1e-8)
 
 
 @settings(max_examples=25)
@@ -138,4 +138,4 @@ def test_jacobian_agrees_with_finite_differences(chain: Chain, seed: int) -> Non
 def test_jacobian_agrees_with_product_of_exponentials(chain: Chain) -> None:
     numeric = NumericChain(chain, {symbol.name: 0.3 + 0.1 * i for i, symbol in enumerate(chain.parameters)})
     poses = choose_random_configurations(chain, Stream("exponentials"), 6)
-    assert np.allclose(compute_exponential_jacobian(numeric, poses), numeric.jacobian(poses), atol=1e-12)
+    assert np.allclose(compute_exponential_jacobian(numeric, poses), numeric.compute_jacobian(poses), atol=1e-12)

@@ -21,9 +21,9 @@ import sympy as sp
 
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.library import ROBOT_FOLDER, find_robot_path, robots
+from qdot.exercises.arm.library import ROBOT_FOLDER, find_robot_path, list_robots
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
-from qdot.exercises.arm.robot_text import robot_text
+from qdot.exercises.arm.robot_text import write_robot_text
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
@@ -164,11 +164,11 @@ def test_robot_moves_like_its_published_model(name: str, k: int) -> None:
     tolerance, (q, poses, jacobians) = model["tolerance"], compute_model_motion(model, robot)
     assert poses.shape == (COUNT, 4, 4)
     assert jacobians.shape == (COUNT, 6, robot.chain.n)
-    assert np.allclose(arm.frames(q)[:, -1], poses, rtol=0, atol=tolerance)
-    assert np.allclose(arm.jacobian(q), jacobians, rtol=0, atol=5 * tolerance + 1e-8)
+    assert np.allclose(arm.compute_frames(q)[:, -1], poses, rtol=0, atol=tolerance)
+    assert np.allclose(arm.compute_jacobian(q), jacobians, rtol=0, atol=5 * tolerance + 1e-8)
 
 
-@pytest.mark.parametrize("name", list(robots()))
+@pytest.mark.parametrize("name", list(list_robots()))
 def test_derivation_of_robot_agrees_with_its_model(name: str) -> None:
     """Compare the formulas of position and Jacobian at the point of interest with the first model."""
     model, robot = MODELS[name][0], read_robot(name)
@@ -196,7 +196,7 @@ def _evaluate_matrix(matrix: sp.Matrix, values: dict[sp.Symbol, sp.Expr]) -> Mat
 
 
 QUICK = ("cobra600", "kr5")
-FEW = [name if name in QUICK else pytest.param(name, marks=pytest.mark.whole) for name in robots()]
+FEW = [name if name in QUICK else pytest.param(name, marks=pytest.mark.whole) for name in list_robots()]
 
 
 @pytest.mark.parametrize("name", FEW)
@@ -216,11 +216,11 @@ def test_robot_loses_rank_exactly_where_solve_says(name: str) -> None:
 
 
 def test_every_robot_has_a_model_and_a_source() -> None:
-    assert sorted(MODELS) == sorted(robots())
+    assert sorted(MODELS) == sorted(list_robots())
     assert all(model["source"] for models in MODELS.values() for model in models)
     assert all(model["tolerance"] <= 1e-8 or model["why"] for models in MODELS.values() for model in models)
     assert all(any(model["tolerance"] <= 3e-5 for model in models) for models in MODELS.values())
-    for robot in robots().values():
+    for robot in list_robots().values():
         text = robot.path.read_text(encoding="utf-8")
         assert text.startswith("# "), f"{robot.name} does not name its source"
         assert read_robot(robot.name).source == robot.source
@@ -228,7 +228,7 @@ def test_every_robot_has_a_model_and_a_source() -> None:
 
 
 def test_source_of_robot_is_read_and_must_be_text(tmp_path: Path) -> None:
-    text, source = robot_text(read_robot("scorbot"), "modified-dh"), read_robot("scorbot").source
+    text, source = write_robot_text(read_robot("scorbot"), "modified-dh"), read_robot("scorbot").source
     path = tmp_path / "arm.toml"
     for line, expected in ((f'source = "{source}"\n', source), ("", ""), ("source = 12\n", None)):
         path.write_text(text.replace(f'source = "{source}"\n', line), encoding="utf-8")
@@ -240,7 +240,7 @@ def test_source_of_robot_is_read_and_must_be_text(tmp_path: Path) -> None:
 
 
 def test_robots_are_sorted_by_name_and_number() -> None:
-    names = list(robots())
+    names = list(list_robots())
     assert [name for name in names if name.startswith("ur")] == ["ur3", "ur3e", "ur5", "ur5e", "ur10", "ur10e"]
     assert [(a, b) for a, b in pairwise(names) if a[0] > b[0]] == []
 
@@ -276,10 +276,10 @@ def test_unknown_file_or_robot_is_refused(name: str, message: str) -> None:
 
 def test_robots_command_lists_all_robots() -> None:
     listed = json.loads(run("robots", "--json"))
-    assert [robot["name"] for robot in listed] == list(robots())
+    assert [robot["name"] for robot in listed] == list(list_robots())
     assert {"name", "title", "joints", "convention", "source"} == {*listed[0]}
     output = run("robots")
-    for robot in robots().values():
+    for robot in list_robots().values():
         assert re.search(rf"(?m)^  {robot.name} +{robot.joints} +{robot.convention} +\S", output)
     assert max(map(len, output.splitlines())) <= 100
 

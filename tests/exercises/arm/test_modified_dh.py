@@ -11,7 +11,7 @@ from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.modified_dh import ModifiedDh
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.kinematics import NumericChain, link_frames
+from qdot.exercises.arm.kinematics import NumericChain, compute_link_frames
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
@@ -20,7 +20,7 @@ from qdot.exercises.figure.pose import compute_skeleton, make_drawable_chain
 from qdot.exercises.generation import generate, list_questions_of_family, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.verify.certificate import certify
-from qdot.exercises.verify.numeric_reference import compute_modified_frames
+from qdot.exercises.verify.numeric_model import compute_modified_frames
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solutions, write_statement
 from tests.support.suites import few_families, on_families, select_for_suite
 
@@ -52,7 +52,7 @@ def evaluate_matrix(chain: Chain, matrix: sp.Matrix, lengths: dict[str, float], 
 def test_frames_are_those_of_the_modified_table(family: str) -> None:
     arm = sample_modified_arm(family)
     lengths, poses = sample_values(arm)
-    expected, frames = compute_modified_frames(arm, lengths, poses), link_frames(arm)
+    expected, frames = compute_modified_frames(arm, lengths, poses), compute_link_frames(arm)
     standard = NumericChain(arm, lengths)
     for k, q in enumerate(poses):
         for i, frame in enumerate(frames):
@@ -61,9 +61,9 @@ def test_frames_are_those_of_the_modified_table(family: str) -> None:
         point = convention_of(arm).point
         offset = [float(entry.subs(lengths)) for entry in point.offset]
         point_world = expected[k, point.frame, :3, :3] @ offset + expected[k, point.frame, :3, 3]
-        assert np.allclose(point_world, standard.point(q), atol=1e-9)
-        assert np.allclose(standard.convention_frames(standard.frames(q)), expected[k], atol=1e-9)
-        p_star = standard.point(q)[:, None] - expected[k, 1:, :3, 3].T
+        assert np.allclose(point_world, standard.compute_point(q), atol=1e-9)
+        assert np.allclose(standard.convert_to_convention_frames(standard.compute_frames(q)), expected[k], atol=1e-9)
+        p_star = standard.compute_point(q)[:, None] - expected[k, 1:, :3, 3].T
         assert np.allclose(evaluate_matrix(arm, derive(arm).p_star, lengths, q), p_star, atol=1e-9)
 
 
@@ -124,7 +124,7 @@ def test_first_row_may_have_length_and_twist(alpha: object, a: object) -> None:
     lengths, poses = sample_values(arm)
     expected, numeric = compute_modified_frames(arm, lengths, poses), NumericChain(arm, lengths)
     assert np.allclose(expected[:, 0], np.eye(4))
-    assert np.allclose(numeric.convention_frames(numeric.frames(poses)), expected, atol=1e-9)
+    assert np.allclose(numeric.convert_to_convention_frames(numeric.compute_frames(poses)), expected, atol=1e-9)
     assert certify(Problem(ProblemId("mine", 1), arm, ())).passed
     drawable = make_drawable_chain(arm)
     for q in poses:

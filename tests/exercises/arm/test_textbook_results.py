@@ -25,7 +25,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.kinematics import link_frames
+from qdot.exercises.arm.kinematics import compute_link_frames
 from qdot.exercises.arm.robot_file import Robot, read_robot_file
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
@@ -168,7 +168,7 @@ def _get_original_chain(arm: Arm) -> Chain:
 
 def _compute_rotation(arm: Arm, frame: int, values: Values) -> np.ndarray:
     """Return the rotation of a frame of the book's convention, (points, 3, 3)."""
-    return _evaluate_matrix(link_frames(_get_original_chain(arm))[frame].rotation, values)
+    return _evaluate_matrix(compute_link_frames(_get_original_chain(arm))[frame].rotation, values)
 
 
 def _express_in_frame(rotation: np.ndarray, six: np.ndarray) -> np.ndarray:
@@ -200,7 +200,7 @@ def test_jacobian_agrees_with_the_book(arm: Arm) -> None:
         if book is None:
             book = _select_rows(arm, _build_jacobian(arm, source, values), rows)
         of_link = (
-            _evaluate_matrix(derive(_get_original_chain(arm)).link_jacobian(source["link"]), values)
+            _evaluate_matrix(derive(_get_original_chain(arm)).derive_link_jacobian(source["link"]), values)
             if "link" in source
             else None
         )
@@ -245,7 +245,7 @@ def test_joint_rates_agree_with_the_book(arm: Arm) -> None:
         velocity = dict(zip(chain.task, source["velocity"], strict=True))
         values = _sample_values(arm)
         values |= {row: _evaluate_formula(text, values) for row, text in velocity.items()}
-        ours = _evaluate_matrix(derive(chain).rate_law(), values)[:, :, 0]
+        ours = _evaluate_matrix(derive(chain).derive_rate_law(), values)[:, :, 0]
         assert _is_near(ours, _evaluate_rows([source["values"]], values)[:, 0])
 
 
@@ -308,7 +308,7 @@ def _build_screw_columns(arm: Arm, axes: np.ndarray, points: np.ndarray) -> np.n
 def _compute_body_jacobian(arm: Arm, values: Values) -> np.ndarray:
     """Return the body Jacobian, rows (omega, v), in a frame at the point that is parallel to the base at home."""
     chain = _get_chain(arm)
-    turned = link_frames(chain)[-1].rotation
+    turned = compute_link_frames(chain)[-1].rotation
     rotation = turned * turned.xreplace(dict.fromkeys(chain.q, sp.S.Zero)).T
     geometric = _compute_geometric_jacobian(arm, values)
     return _express_in_frame(
@@ -408,7 +408,9 @@ def test_singular_set_agrees_with_the_book(arm: Arm) -> None:
 def test_displayed_singularities_and_kinds_agree_with_the_book(arm: Arm) -> None:
     """A kind is boundary if some configurations are: an arm with an offset, stretched over its base, is not."""
     chain = _get_chain(arm)
-    components = {_format_component(component): component.kind for component in _solve(arm.name).singular or ()}
+    components = {
+        _format_component(component): component.classification for component in _solve(arm.name).singular or ()
+    }
     assert_same_set(chain, read_pieces(chain, components), _list_singular_conditions(arm))
     for text, kind in arm.entry.get("kinds", {}).items():
         (classification,) = (

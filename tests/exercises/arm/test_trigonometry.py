@@ -10,7 +10,7 @@ from qdot.exercises.arm.trigonometry import (
     are_identical,
     compute_fourier_form,
     factor_trig,
-    textbook_form,
+    to_textbook_form,
     write_in_textbook_form,
 )
 
@@ -33,7 +33,7 @@ def evaluate_at_point(expression: sp.Expr) -> float:
 
 @given(polynomials)
 def test_fourier_form_keeps_the_function(expression: sp.Expr) -> None:
-    assert evaluate_at_point(compute_fourier_form(expression).expression()) == pytest.approx(
+    assert evaluate_at_point(compute_fourier_form(expression).to_expression()) == pytest.approx(
         evaluate_at_point(expression), abs=1e-9
     )
 
@@ -41,8 +41,8 @@ def test_fourier_form_keeps_the_function(expression: sp.Expr) -> None:
 @settings(max_examples=60)
 @given(polynomials)
 def test_factored_form_keeps_the_function(expression: sp.Expr) -> None:
-    assert are_identical(factor_trig(expression).expression(), expression)
-    assert are_identical(textbook_form(expression), expression)
+    assert are_identical(factor_trig(expression).to_expression(), expression)
+    assert are_identical(to_textbook_form(expression), expression)
 
 
 @settings(max_examples=40)
@@ -52,7 +52,9 @@ def test_textbook_form_keeps_roots_quotients_and_other_functions(a: sp.Expr, b: 
         expected = pytest.approx(evaluate_at_point(expression), rel=1e-9, abs=1e-9)
         assert evaluate_at_point(write_in_textbook_form(expression)) == expected
     product = b * sp.sqrt(A1**2 + 1) ** 3
-    assert evaluate_at_point(factor_trig(product).expression()) == pytest.approx(evaluate_at_point(product), abs=1e-9)
+    assert evaluate_at_point(factor_trig(product).to_expression()) == pytest.approx(
+        evaluate_at_point(product), abs=1e-9
+    )
 
 
 @given(polynomials)
@@ -76,7 +78,7 @@ def test_expanded_form_is_identical_and_changed_form_is_not(expression: sp.Expr)
     ],
 )
 def test_result_is_printed_as_in_a_textbook(expression: sp.Expr, printed: str) -> None:
-    assert str(textbook_form(expression)) == printed
+    assert str(to_textbook_form(expression)) == printed
 
 
 def test_product_is_split_into_its_factors() -> None:
@@ -85,7 +87,7 @@ def test_product_is_split_into_its_factors() -> None:
     assert {(str(f), power) for f, power in factored.factors} == {
         ("a2", 1), ("a3", 1), ("sin(theta3)", 1), ("a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)", 1),
     }  # fmt: skip
-    assert factored.divide_by(factor_trig(A2 * sp.sin(T3))).expression() == A3 * shoulder
+    assert factored.divide_by(factor_trig(A2 * sp.sin(T3))).to_expression() == A3 * shoulder
     assert factor_trig(sp.S.Zero).is_zero
 
 
@@ -94,7 +96,7 @@ def test_common_factors_of_long_sum_are_extracted() -> None:
     factored = factor_trig(total, max_terms=3)
     assert {str(f): p for f, p in factored.factors if not f.is_Add} == {"a1": 1, "sin(theta1)": 2}
     assert factored.coefficient == 6 and len([f for f, _ in factored.factors if f.is_Add]) == 1
-    assert are_identical(factored.expression(), total)
+    assert are_identical(factored.to_expression(), total)
 
 
 @pytest.mark.parametrize("wrong", [sp.sqrt(A1), sp.sin(T1 / 2), 1 / sp.cos(T1), sp.tan(T1)])
@@ -140,4 +142,4 @@ def test_roots_of_numbers_are_refused(root: sp.Expr) -> None:
         with pytest.raises(ValueError, match="roots of numbers"):
             factor_trig(root * terms)
         with pytest.raises(ValueError, match="roots of numbers"):
-            textbook_form(sp.expand(root * terms))
+            to_textbook_form(sp.expand(root * terms))

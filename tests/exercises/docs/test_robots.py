@@ -3,7 +3,7 @@
 import pytest
 
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.library import robots
+from qdot.exercises.arm.library import list_robots
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.solve.solver import solve
 from tests.tools.docs_pages import PAGE, load_singular_words, robots_page
@@ -19,17 +19,17 @@ def describe_singular_set(name: str) -> tuple[str, ...]:
     """Describe each component of a robot's singular set; nothing if a condition is too long."""
     if name in LONG:
         return ()
-    chain = read_robot_file(robots()[name].path).chain
+    chain = read_robot_file(list_robots()[name].path).chain
     components = solve(chain).singular or ()
     if any(len(condition.args) > MOST_TERMS for component in components for condition in component.conditions):
         return ()
-    return tuple(convention_of(chain).rename_origins(component.kind.meaning) for component in components)
+    return tuple(convention_of(chain).rename_origins(component.classification.meaning) for component in components)
 
 
 def test_every_robot_has_a_row_and_a_description() -> None:
-    assert list(load_singular_words()) == list(robots())
+    assert list(load_singular_words()) == list(list_robots())
     section = PAGE.read_text(encoding="utf-8").partition("## Real robots")[2].partition("\n## ")[0]
-    for robot in robots().values():
+    for robot in list_robots().values():
         assert f"| `{robot.name}` | {robot.title} | {robot.joints} | " in section
         assert section.count(f"`{robot.name}`") >= 2
         assert all(words in section for words in load_singular_words()[robot.name])
@@ -44,7 +44,7 @@ def test_robots_page_is_up_to_date_and_keeps_handwritten_text(monkeypatch: pytes
 
 
 @pytest.mark.parametrize(
-    "name", [name if name in SOME else pytest.param(name, marks=pytest.mark.whole) for name in robots()]
+    "name", [name if name in SOME else pytest.param(name, marks=pytest.mark.whole) for name in list_robots()]
 )
 def test_stored_description_agrees_with_derived_singular_set(name: str) -> None:
     """If this fails, correct tests/tools/robots.json, then run: make docs"""

@@ -21,7 +21,7 @@ from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions.results import is_derived
 from qdot.exercises.reference_answers import Number
-from qdot.exercises.verify.numeric_reference import compute_exponential_jacobian
+from qdot.exercises.verify.numeric_model import compute_exponential_jacobian
 from tests.support.problems import get_problem
 from tests.support.submitting import make_class
 from tests.support.suites import select_for_suite
@@ -142,7 +142,7 @@ def _compute_expected(problem: Problem, numeric: NumericPart) -> np.ndarray:
         "inverse-velocity": lambda: np.linalg.solve(jacobian, velocity),
         "twist": lambda: whole @ rates,
         "joint-torques": lambda: jacobian.T @ np.array([values[name] for name in numeric.part.symbols]),
-        "position": lambda: arm.point(q)[["xyz".index(axis) for axis in chain.linear_axes]],
+        "position": lambda: arm.compute_point(q)[["xyz".index(axis) for axis in chain.linear_axes]],
     }
     expected: np.ndarray = np.asarray(kinds[numeric.part.kind]())
     return expected.reshape(numeric.values.shape)

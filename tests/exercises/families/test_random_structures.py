@@ -9,7 +9,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.derivation import symbolic_arm_of
+from qdot.exercises.arm.derivation import make_symbolic_arm
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
@@ -184,7 +184,7 @@ def test_axes_of_the_world_are_named_anew_with_the_task() -> None:
 def test_every_arm_is_clean_and_all_its_conditions_can_hold(family: str, seeds: range) -> None:
     for seed in seeds:
         chain = sample_chain(ProblemId(family, seed, variation="full"))
-        assert is_clean(symbolic_arm_of(chain).chain)
+        assert is_clean(make_symbolic_arm(chain).chain)
         for component in find_singular_set(chain) or ():
             for _, values in component.solutions or ():
                 assert all(value.is_real is not False for value in values)

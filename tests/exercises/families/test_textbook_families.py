@@ -114,7 +114,7 @@ def in_numbers(family: str, seed: int, stream: Stream) -> tuple[Chain, dict[sp.S
     chain = arm_of(family, seed)
     lengths, q = sample_lengths(chain, stream), [stream.uniform(-3, 3) for _ in chain.q]
     values = {**dict(zip(chain.q, q, strict=True)), **{sp.Symbol(k): v for k, v in lengths.items()}}
-    return chain, values, NumericChain(chain, lengths).jacobian(np.array(q))[list_task_rows(chain)]
+    return chain, values, NumericChain(chain, lengths).compute_jacobian(np.array(q))[list_task_rows(chain)]
 
 
 @pytest.mark.parametrize("family", DETERMINANTS)

@@ -414,7 +414,7 @@ def test_singular_configurations_are_the_arms_own() -> None:
     shown = [caption.split("= ")[1].replace("−", "-") for caption, _ in panel(chain).drawings[1:]]
     angles = [np.radians(float(angle.removesuffix("°"))) for angle in shown]
     for angle in angles:
-        assert abs(np.linalg.det(NumericChain(chain, {}).jacobian(np.array([0.4, angle]))[:2])) < 1e-3
+        assert abs(np.linalg.det(NumericChain(chain, {}).compute_jacobian(np.array([0.4, angle]))[:2])) < 1e-3
     assert len(angles) == 2 and abs(angles[0] - angles[1]) == pytest.approx(3.1416, abs=0.002)
 
 

@@ -11,7 +11,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation_graph import compute_numeric_stages
-from qdot.exercises.arm.standard_table import home_geometry_of
+from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, sample_chain
@@ -41,7 +41,7 @@ def _given(values: Values, k: int) -> Callable[[object], float]:
 
 def _motions(problem: Problem, values: Values, k: int) -> tuple[list[np.ndarray], np.ndarray]:
     """Return the exponentials at place k, those of joints that turn about the origin, and M."""
-    number, (axes, point) = _given(values, k), home_geometry_of(problem.chain)
+    number, (axes, point) = _given(values, k), compute_home_geometry(problem.chain)
     made = [
         compute_exponential([number(entry) for entry in axis.direction], number(q), axis.is_prismatic)
         for axis, q in zip(axes, problem.chain.q, strict=True)

@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Point
-from qdot.exercises.arm.derivation import symbolic_arm_of
+from qdot.exercises.arm.derivation import make_symbolic_arm
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
@@ -55,7 +55,7 @@ def test_lost_direction_of_chapter_arms_has_closed_form(textbook_arms: dict[str,
         "elbow_RRR_shoulder_offset_(Scorbot_point_P)": [c1 * c2, s1 * c2, -s2], "ZYZ_wrist": [c1, s1, 0],
     }  # fmt: skip
     for name, vector in expected.items():
-        generic = symbolic_arm_of(textbook_arms[name].chain).chain
+        generic = make_symbolic_arm(textbook_arms[name].chain).chain
         component = (find_singular_set(generic) or ())[0]
         formula = find_shortest_lost_direction(generic, component.restrict_to(component.list_value_combinations()[0]))
         assert formula is not None
@@ -116,7 +116,7 @@ def test_branches_of_arm_and_structure_match() -> None:
         for branch in match_branches(chain):
             ((_, arm_value),) = branch.component.list_value_combinations()[0]
             ((_, structure_value),) = branch.structure_component.list_value_combinations()[0]
-            numbers = dict(symbolic_arm_of(chain).values)
+            numbers = dict(make_symbolic_arm(chain).values)
             turns = sp.N((arm_value + offset - structure_value.xreplace(numbers)) / (2 * sp.pi))
             assert abs(turns - round(turns)) < 1e-9
 

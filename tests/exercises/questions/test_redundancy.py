@@ -56,9 +56,9 @@ def test_precise_and_float_arm_agree(textbook_arms: dict[str, Any]) -> None:
         values = {symbol: sp.Rational(3 + i, 7) for i, symbol in enumerate(chain.parameters)}
         q = [0.4 + 0.3 * i for i in range(chain.n)]
         arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in values.items()})
-        point, jacobian = MpmathArm(chain, values, FLOAT_CONTEXT).point_and_jacobian(q)
-        assert np.allclose(np.array(point, dtype=float), arm.point(np.array(q)), atol=1e-12)
-        assert np.allclose(np.array(jacobian, dtype=float), arm.jacobian(np.array(q)), atol=1e-12)
+        point, jacobian = MpmathArm(chain, values, FLOAT_CONTEXT).compute_point_and_jacobian(q)
+        assert np.allclose(np.array(point, dtype=float), arm.compute_point(np.array(q)), atol=1e-12)
+        assert np.allclose(np.array(jacobian, dtype=float), arm.compute_jacobian(np.array(q)), atol=1e-12)
 
 
 def test_gram_determinant_of_planar_arm_is_that_of_the_jacobian(planar: Chain) -> None:
@@ -97,7 +97,7 @@ def test_long_self_motion_is_asked_numerically() -> None:
     assert part.answer_as(Direction).tolerance == 0.005
     arm = MpmathArm(LBR, configuration.lengths)
     rates = [evaluate_in_context(value) for value in part.answer_as(Direction).reference]
-    jacobian = arm.task_jacobian([arm.evaluate_number(configuration.joints[q]) for q in LBR.q])
+    jacobian = arm.compute_task_jacobian([arm.evaluate_number(configuration.joints[q]) for q in LBR.q])
     assert max(abs(sum(a * b for a, b in zip(row, rates, strict=True))) for row in jacobian) < 1e-9
 
 

@@ -12,7 +12,7 @@ import sympy as sp
 from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes
 from qdot.exercises.arm.chain import Chain, Joint, Point
 from qdot.exercises.arm.robot_file import Robot, read_robot
-from qdot.exercises.arm.standard_table import home_geometry_of
+from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.family import Family
@@ -121,11 +121,11 @@ def test_certificate_detects_wrong_axes(what: str, monkeypatch: pytest.MonkeyPat
     problem = generate("elbow-3r/1@chapter@screws", ["home-screws"])
 
     def compute_wrong_axes(chain: Chain) -> tuple[list[Axis], sp.Matrix]:
-        (first, *others), point = home_geometry_of(chain)
+        (first, *others), point = compute_home_geometry(chain)
         first, point = WRONG_AXES[what](first, point)
         return [first, *others], point
 
-    monkeypatch.setattr(certificate, "home_geometry_of", compute_wrong_axes)
+    monkeypatch.setattr(certificate, "compute_home_geometry", compute_wrong_axes)
     assert [check.name for check in certify(problem).failures] == [f"axes at home: {what}"]
 
 
@@ -246,7 +246,7 @@ def test_own_arm_is_described_with_the_points_of_its_file(tmp_path: Path) -> Non
     for name in ("arm", "home-screws", "position", "jacobian", "geometric-jacobian", "space-jacobian", "body-jacobian"):
         assert "(√2 (" not in texts[name], name
     # Compare P and each point with exponentials of the stated axes of the joints that move it.
-    axes, home = home_geometry_of(chain)
+    axes, home = compute_home_geometry(chain)
     q, lengths = np.array([0.3, -0.4, 1.1]), {sp.Symbol("a2"): 0.7}
     values = lengths | dict(zip(chain.q, q, strict=True))
     for joint, place in get_solution_steps(chain).point_positions:
@@ -287,7 +287,7 @@ def test_body_jacobian_of_skew_axes_is_short_and_agrees_with_differences(tmp_pat
     chain = read_robot(write_screw_robot(tmp_path / "skew.toml", '[0.1, "a2", 0.3]', *joints, last))
     jacobian, rotation = derive_body_jacobian(chain), derive_body_rotation(chain)
     assert sum(len(sp.Add.make_args(entry)) for entry in jacobian) < 400
-    axes, home = home_geometry_of(chain)
+    axes, home = compute_home_geometry(chain)
     q, lengths = np.array([0.3, -0.4, 0.5, 1.1, 0.8]), {sp.Symbol("a2"): 0.7}
     values = lengths | dict(zip(chain.q, q, strict=True))
 

@@ -5,7 +5,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation import derive, symbolic_arm_of
+from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.transforms import count_last_pose_terms
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
@@ -95,5 +95,5 @@ def test_tool_jacobian_is_the_rotated_geometric_jacobian(family: str) -> None:
 @pytest.mark.parametrize(("family", "terms"), [("planar-2r", 8), ("cartesian", 4)])
 def test_zeros_and_ones_do_not_count_as_terms(family: str, terms: int) -> None:
     assert (
-        count_last_pose_terms(symbolic_arm_of(sample_chain(ProblemId(family, 0, variation="chapter"))).chain) == terms
+        count_last_pose_terms(make_symbolic_arm(sample_chain(ProblemId(family, 0, variation="chapter"))).chain) == terms
     )

@@ -14,7 +14,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import TWIST_ORDERS, Chain, Joint
 from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.arm.robot_file import Robot, read_robot, read_robot_file
-from qdot.exercises.arm.robot_text import robot_text
+from qdot.exercises.arm.robot_text import write_robot_text
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
@@ -212,9 +212,9 @@ def test_robot_file_contains_the_order(tmp_path: Path) -> None:
     path.write_text(ARM)
     robot = read_robot_file(path)
     assert robot.chain.twist_order == "v-omega"
-    copy.write_text(robot_text(robot, "screws"))
+    copy.write_text(write_robot_text(robot, "screws"))
     assert 'twist_order = "v-omega"' in copy.read_text() and read_robot(copy) == robot.chain
-    assert "twist_order" not in robot_text(robot, "dh")
+    assert "twist_order" not in write_robot_text(robot, "dh")
     data = solve_to_json(robot.chain)
     assert find_schema_errors("solve", json.loads(json.dumps(data))) == []
     assert data["twist_rows"] == ["vx", "vy", "vz", "wx", "wy", "wz"]

@@ -17,7 +17,7 @@ from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.appearance import describe_appearance
 from qdot.exercises.singularities.axes import Sample
-from qdot.exercises.singularities.classification import classify, classify_conditions, domain_of
+from qdot.exercises.singularities.classification import classify, classify_conditions, make_domain
 from qdot.exercises.singularities.singular_set import Component, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 from tests.support import DATA
@@ -44,7 +44,7 @@ def test_planar_kinds_are_those_of_the_annulus() -> None:
         edges = {sum(lengths), max(0.0, 2 * max(lengths) - sum(lengths))}
         for folds in product((0.0, np.pi), repeat=chain.n - 1):
             q = np.array([0.3, *folds])
-            reach = float(np.linalg.norm(arm.point(q)))
+            reach = float(np.linalg.norm(arm.compute_point(q)))
             on_edge = any(abs(reach - edge) < 1e-9 and edge > 0 for edge in edges)
             assert classify_samples(chain, [Sample(arm, q)])[0] == ("boundary" if on_edge else "internal"), (lengths, q)
         assert classify_samples(chain, [Sample(arm, np.array([0.4, 1.0, 0.7])[: chain.n])]) == ["regular"]
@@ -74,7 +74,7 @@ def test_a_corner_of_the_reach_is_a_boundary_however_blunt(offset: float) -> Non
     chain = Chain("RR from the side", rows, ("vy", "vz"))
     arm = NumericChain(chain, {"d2": offset, "a2": 1.0})
     corners = [Sample(arm, np.array(q)) for q in ((0.0, np.pi / 2), (np.pi, np.pi / 2), (np.pi, -np.pi / 2))]
-    assert np.allclose(arm.jacobian(np.stack([corner.q for corner in corners]))[:, 1:3], 0)
+    assert np.allclose(arm.compute_jacobian(np.stack([corner.q for corner in corners]))[:, 1:3], 0)
     assert classify_samples(chain, corners) == ["boundary"] * 3
 
 
@@ -105,12 +105,12 @@ def test_textbook_kinds(name: str, number: int, textbook_arms: Mapping[str, Any]
     part = arm.record["singular_set"][number]
     condition = " and ".join(f"({text.removesuffix(' = 0')}) = 0" for text in part["conditions"])
     found = classify_conditions(arm.chain, (condition,))
-    assert (found.kind, found.uniform) == expected(part["classification"])
+    assert (found.kind, found.is_uniform) == expected(part["classification"])
 
 
 def test_the_roles_of_an_arms_symbols() -> None:
     chain = Chain("RP", (Joint("R", "theta1", 0, "a1", "alpha1"), Joint("P", 0, "d2", 0, 0)), ("vx",))
-    roles = domain_of(chain, {"a1": 0.5}).roles
+    roles = make_domain(chain, {"a1": 0.5}).roles
     expected_roles = {"theta1": "angle", "d2": "signed", "qd1": "signed", "vx": "signed", "alpha1": "angle", "a1": 0.5}
     assert {name: roles[name] for name in expected_roles} == expected_roles
 
@@ -170,7 +170,7 @@ def test_every_singularity_of_a_random_arm_looks_like_something(size: int) -> No
 def test_one_joint_is_at_the_boundary_where_it_goes_no_farther() -> None:
     chain = Chain("one", (Joint("R", sp.Symbol("theta1"), 0, sp.Symbol("a1"), 0),), ("vx",))
     kind = classify(chain, (find_singular_set(chain) or ())[0])
-    assert (kind.kind, kind.uniform) == ("boundary", True)
+    assert (kind.kind, kind.is_uniform) == ("boundary", True)
 
 
 def test_the_tool_may_be_the_only_length_of_an_arm() -> None:
@@ -178,7 +178,7 @@ def test_the_tool_may_be_the_only_length_of_an_arm() -> None:
     chain = sample_chain(ProblemId("random-2", 10033).with_variation("full"))
     assert all(joint.a == 0 and not joint.d.free_symbols for joint in chain.joints)
     kinds = [classify(chain, component) for component in find_singular_set(chain) or ()]
-    assert sorted((kind.kind, kind.uniform) for kind in kinds) == [("boundary", True), ("internal", True)]
+    assert sorted((kind.kind, kind.is_uniform) for kind in kinds) == [("boundary", True), ("internal", True)]
 
 
 def test_the_wrist_of_a_stanford_arm_in_one_line_is_no_boundary() -> None:
@@ -186,7 +186,7 @@ def test_the_wrist_of_a_stanford_arm_in_one_line_is_no_boundary() -> None:
     chain = sample_chain(ProblemId("stanford-6r", 2))
     kinds = {one.list_pieces()[0]: classify(chain, one) for one in find_singular_set(chain) or ()}
     assert [kind.kind for kind in kinds.values()] == ["boundary", "boundary", "internal"]
-    assert list(kinds)[2] == "theta5 = pi/2" and kinds["theta5 = pi/2"].uniform
+    assert list(kinds)[2] == "theta5 = pi/2" and kinds["theta5 = pi/2"].is_uniform
 
 
 def test_a_slide_far_out_may_be_at_the_boundary_where_it_is_not_drawn_in() -> None:
@@ -199,4 +199,4 @@ def test_a_slide_far_out_may_be_at_the_boundary_where_it_is_not_drawn_in() -> No
         Joint("P", quarter, "d4", 0, quarter),
     )
     kind = classify_conditions(Chain("far out", rows, VELOCITY_NAMES[:3]), ("theta2 = pi and d4 = -sqrt(2)*a3",))
-    assert (kind.kind, kind.uniform) == ("boundary", False)
+    assert (kind.kind, kind.is_uniform) == ("boundary", False)

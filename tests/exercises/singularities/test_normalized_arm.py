@@ -107,8 +107,8 @@ def test_an_arm_with_its_lengths_put_in_again_moves_as_before(problem: Problem) 
     q = np.array([0.4 - 0.3 * k for k in range(again.n)])
     offsets = np.array([float(offset) for offset in problem.chain.offsets])
     one, other = NumericChain(problem.chain, values), NumericChain(again, values)
-    np.testing.assert_allclose(other.jacobian(q + offsets), one.jacobian(q), atol=1e-12)
-    np.testing.assert_allclose(other.point(q + offsets), one.point(q), atol=1e-12)
+    np.testing.assert_allclose(other.compute_jacobian(q + offsets), one.compute_jacobian(q), atol=1e-12)
+    np.testing.assert_allclose(other.compute_point(q + offsets), one.compute_point(q), atol=1e-12)
 
 
 @few_families
@@ -124,7 +124,7 @@ def test_what_is_told_of_a_structure_holds_for_the_arm(problem: Problem) -> None
                 statement_holds(problem.chain, kind.meaning, sample)
                 for sample in sample_component(problem.chain, component)
             )
-            assert not (kind.uniform and own.uniform) or kind.kind == own.kind
+            assert not (kind.is_uniform and own.is_uniform) or kind.kind == own.kind
 
 
 def test_arms_with_special_lengths_are_looked_at_by_themselves() -> None:

@@ -39,7 +39,7 @@ def arms(family: str) -> list[tuple[NumericChain, list[int]]]:
 def test_where_a_pose_has_the_point_it_is_reached(family: str) -> None:
     random = np.random.default_rng(6)
     for arm, _ in arms(family):
-        places = arm.point(random.uniform(-3, 3, (50, len(arm.kinds))))
+        places = arm.compute_point(random.uniform(-3, 3, (50, len(arm.kinds))))
         answers = [reaches_point(arm, place) for place in places]
         assert False not in answers and answers.count(True) > 45
 
@@ -64,13 +64,13 @@ def test_what_another_pose_has_is_reached_from_a_pose(family: str) -> None:
 
 
 def _told(arm: NumericChain, task: list[int], here: np.ndarray, there: np.ndarray) -> bool | None:
-    frames, others = arm.frames(here), arm.frames(there)
+    frames, others = arm.compute_frames(here), arm.compute_frames(there)
     turn = others[-1, :3, :3] @ frames[-1, :3, :3].T
     third = max(task) - 3 if max(task) > 2 else 2
     first, second = (third + 1) % 3, (third + 2) % 3
     angles = np.zeros(3)
     angles[third] = np.arctan2(turn[second, first], turn[first, first])
-    shift = np.concatenate([arm.point_of(others) - arm.point_of(frames), angles])
+    shift = np.concatenate([arm.compute_point_of(others) - arm.compute_point_of(frames), angles])
     return reaches_displaced_pose(arm, frames, task, shift[task])
 
 
@@ -102,7 +102,7 @@ def test_of_other_arms_and_tasks_nothing_is_said() -> None:
         ("planar-3r-pose", [0, 1, 5], True), ("planar-3r-pose", [0, 1, 3], False), ("orthogonal-3r", [0, 1, 2], False)
     ):  # fmt: skip
         arm, _ = arms(family)[0]
-        assert (reaches_displaced_pose(arm, arm.frames(np.zeros(3)), rows, np.zeros(3)) is not None) is known
+        assert (reaches_displaced_pose(arm, arm.compute_frames(np.zeros(3)), rows, np.zeros(3)) is not None) is known
 
 
 TASK = ("vx", "vy", "vz")
@@ -125,11 +125,11 @@ def found(arm: NumericChain, place: np.ndarray, stream: Stream) -> bool:
     """Look for a configuration with the point in a place, by damped Newton."""
     q = np.array([[stream.uniform(-np.pi, np.pi) for _ in range(3)] for _ in range(60)])
     for _ in range(90):
-        frames = arm.frames(q)
-        off = place - arm.point_of(frames)
+        frames = arm.compute_frames(q)
+        off = place - arm.compute_point_of(frames)
         if np.any(np.linalg.norm(off, axis=1) < 1e-8):
             return True
-        jacobian = arm.jacobian_of(frames)[:, :3]
+        jacobian = arm.compute_jacobian_of(frames)[:, :3]
         across = jacobian.swapaxes(1, 2)
         move = (across @ np.linalg.solve(jacobian @ across + 1e-9 * np.eye(3), off[..., None]))[..., 0]
         q += move * np.minimum(1.0, 0.6 / np.maximum(np.abs(move).max(axis=1, keepdims=True), 1e-12))
@@ -143,10 +143,10 @@ def test_the_formula_says_what_a_search_finds(kinds: str) -> None:
     for _ in range(ARMS):
         arm = drawn(kinds, stream)
         poses = np.array([[stream.uniform(-2, 2) for _ in range(3)] for _ in range(PLACES)])
-        if np.abs(np.linalg.det(arm.jacobian(poses)[:, :3])).max() < 1e-6:
+        if np.abs(np.linalg.det(arm.compute_jacobian(poses)[:, :3])).max() < 1e-6:
             continue  # singular everywhere
         elsewhere = np.array([[stream.uniform(-2, 2) for _ in range(3)] for _ in range(PLACES)])
-        places = np.concatenate([arm.point(poses), elsewhere])
+        places = np.concatenate([arm.compute_point(poses), elsewhere])
         told = reaches_targets(NumericChain.stack([arm] * len(places)), places)
         asked += len(places)
         assert UNSURE not in told

@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
-from qdot.exercises.arm.derivation import symbolic_arm_of
+from qdot.exercises.arm.derivation import make_symbolic_arm
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
@@ -23,7 +23,7 @@ from tests.support.suites import few_families, on_families
 
 
 def arm(family: str, seed: int = 1) -> Chain:
-    return symbolic_arm_of(sample_chain(ProblemId(family, seed, variation="chapter"))).chain
+    return make_symbolic_arm(sample_chain(ProblemId(family, seed, variation="chapter"))).chain
 
 
 def samples_of(chain: Chain, condition: str) -> tuple[Sample, ...]:
@@ -42,7 +42,9 @@ def test_parallel_axes_are_a_reason_only_where_their_own_columns_depend_on_each_
         if said is not None and (joints := re.search(r"axes of joints ([\d, and]+) are parallel", said.words)):
             columns = [int(number) - 1 for number in re.findall(r"\d", joints[1])]
             for sample in samples:
-                assert np.linalg.matrix_rank(sample.arm.jacobian(sample.q)[np.ix_(rows, columns)], 1e-6) < len(columns)
+                assert np.linalg.matrix_rank(sample.arm.compute_jacobian(sample.q)[np.ix_(rows, columns)], 1e-6) < len(
+                    columns
+                )
 
 
 @few_families

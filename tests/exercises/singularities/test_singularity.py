@@ -16,7 +16,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.trigonometry import factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
-from qdot.exercises.singularities.classification import domain_of
+from qdot.exercises.singularities.classification import make_domain
 from qdot.exercises.singularities.singular_set import (
     Search,
     find_common_zeros,
@@ -241,7 +241,7 @@ def assert_sound(chain: Chain, stream: Stream) -> None:
     for piece in read_singular_set(chain):
         for _ in range(60):
             lengths = {symbol.name: 2 * 10 ** stream.uniform(-2, 0.5) for symbol in chain.parameters}
-            space = ConfigurationSpace(joints, domain_of(chain, lengths))
+            space = ConfigurationSpace(joints, make_domain(chain, lengths))
             values = space.sample_piece(piece, space.collect_names([[piece]]), stream, count=6)
             q = np.stack([values[joint] for joint in joints], axis=1)
             assert (compute_rank_ratios(NumericChain(chain, lengths), chain, q) < 1e-7).all(), (chain, piece)

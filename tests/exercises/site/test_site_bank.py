@@ -90,7 +90,7 @@ def _poses_are_singular(problem: Problem, key: dict[str, Any]) -> None:
             lengths = {name: value for name, value in values.items() if name not in key["joints"]}
             chain = NumericChain(problem.chain, lengths)
             rows = [["vx", "vy", "vz", "wx", "wy", "wz"].index(row) for row in problem.chain.task]
-            jacobian = chain.jacobian(np.array([values[name] for name in key["joints"]]))[rows]
+            jacobian = chain.compute_jacobian(np.array([values[name] for name in key["joints"]]))[rows]
             singular = np.linalg.svd(jacobian)[1]
             assert singular[-1] < 1e-5 * max(1.0, singular[0])
 

@@ -83,7 +83,7 @@ def test_a_panda_has_the_singularities_that_its_offsets_leave() -> None:
     assert solution.redundant.search_counts == {"searches": 60, "ended": 60, "unexplained": 0}
     # Away from the conditions of three of them, a condition alone leaves J with its full rank.
     q = np.array([0.3, 0.8, -0.4, 0.0, 1.1, 0.5, 0.2])
-    assert np.linalg.matrix_rank(NumericChain(_arm("panda"), {}).jacobian(q)) == 6
+    assert np.linalg.matrix_rank(NumericChain(_arm("panda"), {}).compute_jacobian(q)) == 6
 
 
 SLOW = ("panda", "gen3", "iiwa-open", "baxter", "sawyer", "eight", "oblique")

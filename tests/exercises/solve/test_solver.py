@@ -24,7 +24,7 @@ from qdot.exercises.formula.conditions import ConfigurationSpace, compare_sets
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.singularities.classification import Classification, domain_of
+from qdot.exercises.singularities.classification import Classification, make_domain
 from qdot.exercises.singularities.singular_set import Component
 from qdot.exercises.solve.solver import ReadyResult, Solution, generate_text_events, solve
 from qdot.exercises.solve.special_lengths import _normalize_condition
@@ -133,7 +133,7 @@ def test_singular_set_is_the_textbooks(name: str, folder: Path) -> None:
     claimed = [piece for text in _conditions(solution) for piece in parse_pieces(parse_formula(text), joints)]
     texts = [" and ".join(part["conditions"]) for part in arm["singular_set"]]
     reference = [piece for text in texts for piece in parse_pieces(parse_formula(text), joints)]
-    compared = compare_sets(claimed, reference, ConfigurationSpace(joints, domain_of(chain)), "test")
+    compared = compare_sets(claimed, reference, ConfigurationSpace(joints, make_domain(chain)), "test")
     assert compared.are_equal, compared
 
 
@@ -164,7 +164,7 @@ def test_scorbot_arm_has_the_shoulder_that_the_book_leaves_out(folder: Path) -> 
     assert (elbow["condition"], elbow["solutions"]) == ("sin(theta3)", {"theta3": ["0", "pi"]})
     assert shoulder["condition"] == "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"
     assert (shoulder["solutions"], shoulder["type"], shoulder["uniform"]) == (None, "internal", True)
-    assert "It can hold only if a₁ ≤ a₂ + a₃" in " ".join(solve_to_text(solution.chain, "text").split())
+    assert "This condition can hold only if a₁ ≤ a₂ + a₃" in " ".join(solve_to_text(solution.chain, "text").split())
 
 
 @pytest.mark.parametrize("name", WRITTEN)
@@ -413,7 +413,7 @@ SKEW += ROW % ("theta2", "%s", "%s", 0)
             (('"a1"', '"d2"', '"a2"'), "can hold together only for special lengths", False),
             (("0.2", "0.1", "0.4"), "full rank in every configuration", False),
             # a2^2 = a1^2 + 3 d2^2, so the conditions can hold together
-            (("0.1", "0.1", "0.2"), "In every other configuration at least one minor is not zero", True),
+            (("0.1", "0.1", "0.2"), "In every other configuration, at least one minor is not zero", True),
         ],
         1,
     ),

@@ -24,7 +24,7 @@ from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.reference_answers import Answer
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.verify.certificate import CHECKS
-from qdot.exercises.verify.numeric_reference import Check, NumericModel
+from qdot.exercises.verify.numeric_model import Check, NumericModel
 from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import CERTIFIER
@@ -60,8 +60,8 @@ def make_folder(folder: Path) -> Path:
 def inject_failure(monkeypatch: pytest.MonkeyPatch, is_wrong: Callable[[int], bool]) -> None:
     """Let determinants fail their certificates for some seeds."""
 
-    def check(numeric: NumericModel, part: Part) -> Iterator[Check]:
-        yield Check("fault", not is_wrong(numeric.problem.id.seed), "put in")
+    def check(model: NumericModel, part: Part) -> Iterator[Check]:
+        yield Check("fault", not is_wrong(model.problem.id.seed), "put in")
 
     monkeypatch.setitem(CHECKS, "determinant", check)
 
@@ -268,7 +268,7 @@ DRIVER = """
 import sys
 sys.path.insert(0, {root!r})
 from qdot.exercises.verify.certificate import CHECKS
-from qdot.exercises.verify.numeric_reference import Check
+from qdot.exercises.verify.numeric_model import Check
 
 def check(numeric, part):
     yield Check("fault", numeric.problem.id.seed % 2 == 0, "put in")

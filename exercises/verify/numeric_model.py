@@ -26,7 +26,7 @@ from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.questions.inversion import Configuration
 from qdot.exercises.singularities.axes import Sample
-from qdot.exercises.singularities.classification import domain_of, sample_condition
+from qdot.exercises.singularities.classification import make_domain, sample_condition
 
 ARM_COUNT, CONFIGURATIONS_PER_ARM = 3, 4
 """Number of choices of values for the symbolic lengths, and number of configurations for each choice."""
@@ -68,7 +68,7 @@ class NumericModel:
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self.chain = problem, problem.chain
-        self.rng = Stream(f"verify/{problem.id.engine}/{problem.id}")
+        self.rng = Stream(f"verify/{problem.id.stream_name}")
         self.task_rows = self.chain.task_rows
         self.symbol_names, self._trees = frozenset(problem.symbols), dict[str, Node]()
         self.lengths = [choose_random_lengths(self.chain, self.rng) for _ in range(ARM_COUNT)]
@@ -76,20 +76,20 @@ class NumericModel:
         samples = [choose_random_configurations(self.chain, self.rng, CONFIGURATIONS_PER_ARM) for _ in self.arms]
         self.configurations, self.sample_count = np.concatenate(samples), ARM_COUNT * CONFIGURATIONS_PER_ARM
         self.symbol_values = self._sample_values()
-        self.frames = self.evaluate_for_each_arm(NumericChain.frames)
-        self.point = self.evaluate_for_each_arm(NumericChain.point)
-        self.jacobian = self.evaluate_for_each_arm(NumericChain.jacobian)
+        self.frames = self.evaluate_for_each_arm(NumericChain.compute_frames)
+        self.point = self.evaluate_for_each_arm(NumericChain.compute_point)
+        self.jacobian = self.evaluate_for_each_arm(NumericChain.compute_jacobian)
         self.exponential_jacobian = self.evaluate_for_each_arm(compute_exponential_jacobian)
-        frame_functions: list[Callable[[np.ndarray], np.ndarray]] = [arm.frames for arm in self.arms]
+        frame_functions: list[Callable[[np.ndarray], np.ndarray]] = [arm.compute_frames for arm in self.arms]
         if convention_of(self.chain).is_proximal:
             frame_functions = [partial(compute_modified_frames, self.chain, lengths) for lengths in self.lengths]
         pairs = list(zip(frame_functions, samples, strict=True))
         self.convention_frames = np.concatenate([frames(q) for frames, q in pairs])
         self.convention_velocities = np.concatenate([differentiate_frames(frames, q) for frames, q in pairs])
-        self.home_frames = self.evaluate_for_each_arm(lambda arm, q: arm.frames(0 * q))
-        self.point_at_home = self.evaluate_for_each_arm(lambda arm, q: arm.point(0 * q))
-        self.frame_velocities = self.evaluate_for_each_arm(lambda arm, q: differentiate_frames(arm.frames, q))
-        self.point_velocities = self.evaluate_for_each_arm(lambda arm, q: differentiate(arm.point, q))
+        self.home_frames = self.evaluate_for_each_arm(lambda arm, q: arm.compute_frames(0 * q))
+        self.point_at_home = self.evaluate_for_each_arm(lambda arm, q: arm.compute_point(0 * q))
+        self.frame_velocities = self.evaluate_for_each_arm(lambda arm, q: differentiate_frames(arm.compute_frames, q))
+        self.point_velocities = self.evaluate_for_each_arm(lambda arm, q: differentiate(arm.compute_point, q))
 
     def evaluate_for_each_arm(
         self, function: Callable[[NumericChain, np.ndarray], np.ndarray], configurations: np.ndarray | None = None
@@ -177,7 +177,7 @@ class NumericModel:
     def jacobian_at(self, configuration: Configuration) -> np.ndarray:
         """Return the task Jacobian (m x n) at a question's configuration, by products of 4 x 4 matrices."""
         sample = self.sample_at(configuration)
-        return np.asarray(sample.arm.jacobian(sample.q)[self.task_rows])
+        return np.asarray(sample.arm.compute_jacobian(sample.q)[self.task_rows])
 
     def exponential_jacobian_at(self, configuration: Configuration) -> np.ndarray:
         """Return the 6 x n Jacobian at a question's configuration, by the product of exponentials."""
@@ -191,7 +191,7 @@ MIN_SEPARATION, MAX_TRIES = 0.005, 30
 
 def choose_random_lengths(chain: Chain, rng: Stream) -> dict[str, float]:
     """Return a random value for every symbolic parameter of the chain: a length in metres, or an angle in radians."""
-    roles = domain_of(chain).roles
+    roles = make_domain(chain).roles
     bounds = {"angle": (-np.pi, np.pi), "length": (0.25, 1.25)}
     return sample_distinct_lengths(
         chain, lambda: {symbol.name: rng.uniform(*bounds[str(roles[symbol.name])]) for symbol in chain.parameters}
@@ -204,7 +204,7 @@ def sample_distinct_lengths(chain: Chain, sample: Callable[[], dict[str, float]]
     The lengths that are numbers in the table count, too. Lengths that cancel would make a special arm. If every attempt
     fails, the last sample is returned.
     """
-    roles = domain_of(chain).roles
+    roles = make_domain(chain).roles
     entries = [joint.a for joint in chain.joints] + [joint.d for joint in chain.joints if joint.is_revolute]
     fixed_lengths = [abs(float(value)) for value in (*entries, *chain.point.offset) if value.is_number and value != 0]
     values = sample()
@@ -295,10 +295,10 @@ def compute_exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray
     S_i = (v, w). For a revolute joint, w = z and v = o x z, where z is the axis and o a point on the axis. For a
     prismatic joint, w = 0 and v = z. The pose of the body is exp(S_1 q_1) ... exp(S_n q_n) M. Column i of the space
     Jacobian is S_i transformed by the exponentials before it. The returned Jacobian is in the world frame, with the
-    linear part first, as in (6.6).
+    linear part first, as in (6.6) of the chapter.
     """
-    home = arm.frames(np.zeros(q.shape[-1]))
-    z, origins, point = home[:-1, :3, 2], home[:-1, :3, 3], arm.point_of(home)
+    home = arm.compute_frames(np.zeros(q.shape[-1]))
+    z, origins, point = home[:-1, :3, 2], home[:-1, :3, 3], arm.compute_point_of(home)
     revolute = np.array([[kind == REVOLUTE] for kind in arm.kinds])
     omegas, linear_parts = np.where(revolute, z, 0 * z), np.where(revolute, np.cross(origins, z), z)
     pose, screws = np.broadcast_to(np.eye(4), (*q.shape[:-1], 4, 4)), []

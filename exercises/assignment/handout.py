@@ -1,0 +1,186 @@
+"""Pack the notebooks of a class for handing them out (`qdot release`): by links, in Moodle, or in folders.
+
+All files can be made again from released/. An address in the folder of links is a keyed hash of the student's
+identifier, so that it stays the same and nobody without the secret can compute it.
+"""
+
+import base64
+import hashlib
+import hmac
+import re
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from qdot.exercises.assignment.assignment import Assignment, Student
+from qdot.exercises.assignment.release import is_released, notebook_path
+from qdot.exercises.common.errors import QdotError, list_first
+from qdot.exercises.common.files import make_zip, write_atomically
+from qdot.exercises.common.input_file import format_csv, parse_csv_rows, read_table_text
+from qdot.exercises.writing.render import render
+
+INDEX_FILE = "index.csv"
+"""The table in released/ that says which notebook belongs to whom."""
+TOKEN_LENGTH = 26
+"""The number of letters and digits in an address: 130 bits."""
+MAX_STUDENTS_LISTED = 10
+"""Maximum number of students named in a message."""
+
+_TOKEN = re.compile(f"[a-z2-7]{{{TOKEN_LENGTH}}}")
+_NAME_COLUMNS = (("first name", "firstname", "vorname"), ("last name", "lastname", "surname", "nachname"))
+"""The roster's columns for the first name and for the last name."""
+_UNSAFE_CHARACTERS = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]')
+"""Matches characters that a file's name can't contain on every system."""
+_PARTICIPANT_NUMBER = re.compile(r"\D+(\d+)\D*")
+"""Matches the identifier in Moodle's grading worksheet, as in "Participant 12"."""
+
+
+@dataclass(frozen=True)
+class Handout:
+    """What `qdot release` has written: the files to distribute, and the table for the staff."""
+
+    path: Path
+    table_path: Path
+
+
+def make_index_csv(assignment: Assignment) -> str:
+    """Return the table of the released notebooks: student, name, e-mail address and file."""
+    released = [student for student in assignment.roster if notebook_path(assignment, student.id).exists()]
+    rows = [[s.id, s.name, s.email, f"{s.id}/{assignment.key}.ipynb"] for s in released]
+    return format_csv([["student", "name", "email", "file"], *rows])
+
+
+def make_file_name(student: Student) -> str:
+    """Return a name by which a person finds a student's file: Lovelace, Ada (501).
+
+    >>> make_file_name(Student("501", "Ada Lovelace")), make_file_name(Student("502"))
+    ('Lovelace, Ada (501)', '502')
+    """
+    cells = dict(student.other_cells)
+    first_name, last_name = (next((cells[key] for key in keys if cells.get(key)), "") for keys in _NAME_COLUMNS)
+    if not last_name and "," not in student.name:
+        first_name, _, last_name = student.name.strip().rpartition(" ")
+    name = f"{last_name}, {first_name}" if first_name and last_name else student.name.strip()
+    return _UNSAFE_CHARACTERS.sub("-", f"{name} ({student.id})" if name else student.id)
+
+
+def read_notebooks(assignment: Assignment) -> dict[str, bytes]:
+    """Return the released notebook of each student. Raises QdotError if one is missing or out of date."""
+    outdated = [student.id for student in assignment.roster if not is_released(assignment, student.id)]
+    if outdated:
+        names = list_first(outdated, MAX_STUDENTS_LISTED)
+        raise QdotError(f"no current notebook in released/ for {names}; run: qdot generate {assignment.folder}")
+    return {student.id: notebook_path(assignment, student.id).read_bytes() for student in assignment.roster}
+
+
+def write_folders(assignment: Assignment, out: Path) -> Handout:
+    """Write a folder with each student's notebook, named after the student, and a table beside the folders."""
+    notebooks = read_notebooks(assignment)
+    names = {student.id: f"{make_file_name(student)}/{assignment.key}.ipynb" for student in assignment.roster}
+    for student, notebook in notebooks.items():
+        write_atomically(out / names[student], notebook, is_synced=False)
+    rows = [[s.id, s.name, s.email, names[s.id]] for s in assignment.roster]
+    table_path = out / INDEX_FILE
+    write_atomically(table_path, format_csv([["student", "name", "email", "file"], *rows]))
+    return Handout(out, table_path)
+
+
+# --- links ---
+
+
+def write_links(assignment: Assignment, out: Path, address: str) -> Handout:
+    """Write a folder to upload to any file server, with a page and the notebook at one address for each student.
+
+    `address` is the address of the uploaded folder; the table for a mail merge has only paths if it is "". Addresses
+    of students who are no longer on the roster are removed.
+    """
+    notebooks = read_notebooks(assignment)
+    public = out / "upload"
+    tokens = {student.id: _compute_token(assignment, student.id) for student in assignment.roster}
+    for folder in public.iterdir() if public.is_dir() else ():
+        if _TOKEN.fullmatch(folder.name) and folder.name not in tokens.values():
+            shutil.rmtree(folder)
+    write_atomically(public / "index.html", render("handout/links.html.j2", title=assignment.title))
+    for student in assignment.roster:
+        folder = public / tokens[student.id]
+        page = render("handout/student.html.j2", assignment=assignment, student=student,
+                      due_date=assignment.due_date_of(student))  # fmt: skip
+        write_atomically(folder / f"{assignment.key}.ipynb", notebooks[student.id], is_synced=False)
+        write_atomically(folder / "index.html", page, is_synced=False)
+    beginning = f"{address.rstrip('/')}/" if address else ""
+    rows = [[s.name, s.email, s.id, f"{beginning}{tokens[s.id]}/"] for s in assignment.roster]
+    table_path = out / "mail-merge.csv"
+    write_atomically(table_path, format_csv([["name", "email", "student", "link"], *rows]), 0o600)
+    return Handout(public, table_path)
+
+
+def _compute_token(assignment: Assignment, student: str) -> str:
+    """Return the part of a student's address that nobody can guess."""
+    message = f"link\0{assignment.key}\0{student}".encode()
+    digest = hmac.new(assignment.secret.encode(), message, hashlib.sha256).digest()
+    return base64.b32encode(digest).decode().lower()[:TOKEN_LENGTH]
+
+
+# --- Moodle ---
+
+
+def write_moodle_zip(assignment: Assignment, out: Path, worksheet: Path) -> Handout:
+    """Write the zip that gives each student the notebook as a feedback file of an assignment in Moodle.
+
+    `worksheet` is the assignment's grading worksheet, which has the number of each participant. Raises QdotError if a
+    student is not in the worksheet, or not certainly.
+    """
+    notebooks = read_notebooks(assignment)
+    numbers = _find_participant_numbers(assignment.roster, worksheet)
+    names = {s.id: _UNSAFE_CHARACTERS.sub("-", s.name.replace("_", " ")) or s.id for s in assignment.roster}
+    folders = {student: f"{names[student]}_{number}_assignfeedback_file" for student, number in numbers.items()}
+    files = {f"{folder}/{assignment.key}.ipynb": notebooks[student] for student, folder in folders.items()}
+    zip_path, table_path = out / "moodle-notebooks.zip", out / INDEX_FILE
+    rows = [[s.id, s.name, s.email, folders[s.id]] for s in assignment.roster]
+    write_atomically(zip_path, make_zip(files))
+    write_atomically(table_path, format_csv([["student", "name", "email", "folder"], *rows]), 0o600)
+    return Handout(zip_path, table_path)
+
+
+def _find_participant_numbers(roster: Sequence[Student], worksheet: Path) -> Mapping[str, str]:
+    """Return the number of each student's line in a grading worksheet. Raises QdotError."""
+    rows = list(_read_worksheet(worksheet))
+    numbers = {}
+    unplaced_students = []
+    for student in roster:
+        matches = next(filter(None, (_find_matching_numbers(rows, text) for text in _list_texts(student))), [])
+        if len(matches) == 1:
+            numbers[student.id] = matches[0]
+        else:
+            unplaced_students.append(student.id)
+    if len(set(numbers.values())) < len(numbers) or unplaced_students:
+        names = list_first(unplaced_students or sorted(numbers), MAX_STUDENTS_LISTED)
+        raise QdotError(
+            f"{worksheet}: no line belongs certainly to {names}; the worksheet needs the e-mail address or the "
+            "identifier that roster.csv has"
+        )
+    return numbers
+
+
+def _list_texts(student: Student) -> Iterator[str]:
+    """Yield the texts that identify a student, the most reliable one first."""
+    yield from filter(None, (student.email, student.id, student.name))
+
+
+def _find_matching_numbers(rows: Sequence[tuple[str, frozenset[str]]], text: str) -> list[str]:
+    return [number for number, cells in rows if " ".join(text.split()).casefold() in cells]
+
+
+def _read_worksheet(path: Path) -> Iterator[tuple[str, frozenset[str]]]:
+    """Yield the participant's number and the other cells of each line of a grading worksheet. Raises QdotError."""
+    rows = list(parse_csv_rows(read_table_text(path, "download it in Moodle"), []))
+    matches = [(_PARTICIPANT_NUMBER.fullmatch(cells[0].strip()), cells) for _, cells in rows[1:] if cells]
+    if not matches or not all(match for match, _ in matches):
+        raise QdotError(
+            f'{path} is not a grading worksheet of Moodle: the first column must be the identifier, as in "Participant '
+            f'12"; in the assignment, allow "Offline grading worksheet" as a feedback type, and download it'
+        )
+    for match, cells in matches:
+        assert match is not None
+        yield match[1], frozenset(" ".join(cell.split()).casefold() for cell in cells[1:])
