@@ -44,7 +44,7 @@ class Edit:
         if self.missing_node is None:
             return ""
         if self.missing_node.kind in ("number", "decimal"):
-            return f" {format_tree(self.missing_node)}"
+            return f" ({format_tree(self.missing_node)})"
         names = [*dict.fromkeys(_find_factors(self.missing_node))] or sorted(find_names(self.missing_node) - {"pi"})
         return f" (with {', '.join(names)} in it)" if names else ""
 

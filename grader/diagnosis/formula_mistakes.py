@@ -211,7 +211,10 @@ def _find_mistakes_in_entries(
         for (name, missing_words), entry_indices in entries_by_mistake.items()
     ]
     signature = tuple(name for diagnosis in diagnoses for name in diagnosis.signature)
-    return Diagnosis(mistakes, " ".join(diagnosis.feedback for diagnosis in diagnoses), signature=signature)
+    feedback = " ".join(diagnosis.feedback for diagnosis in diagnoses)
+    if len(diagnoses) > 1:
+        feedback = feedback.replace(" Everything else is right.", "")
+    return Diagnosis(mistakes, feedback, signature=signature)
 
 
 class LocatedMistake(NamedTuple):

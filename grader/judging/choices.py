@@ -160,4 +160,4 @@ def judge_matching(parsed: ParsedAnswer, items: Sequence[str], correct_indices: 
     if not wrong_items:
         return correct_judgement(_CERTIFICATE)
     share = float(Fraction(len(items) - len(wrong_items), len(items)))
-    return partial_judgement(share, f"not right for {', '.join(wrong_items)}", _CERTIFICATE)
+    return partial_judgement(share, f"wrong for {', '.join(wrong_items)}", _CERTIFICATE)

@@ -130,10 +130,13 @@ def _describe_correct_count(
         count_words = f"the only nonzero entry is {'right' if correct_count else 'not right'}"
     elif correct_count == 0:
         count_words = f"{'neither of the two' if total == 2 else f'none of the {total}'} {kind}{noun} is right"
+    elif correct_count == total:
+        count_words = f"{'both' if total == 2 else f'all {total}'} {kind}{noun} are right"
     else:
         count_words = f"{correct_count} of {total} {kind}{noun} {'is' if correct_count == 1 else 'are'} right"
-    spoiled_words = f", and {spoiled_count} that should be zero {'is' if spoiled_count == 1 else 'are'} not"
-    return count_words + (spoiled_words if spoiled_count else "")
+    conjunction, verb = "but" if correct_count else "and", "is" if spoiled_count == 1 else "are"
+    spoiled_words = f", {conjunction} {spoiled_count} that should be zero {verb} not" if spoiled_count else ""
+    return count_words + spoiled_words
 
 
 def _describe_blanks(is_blank: Sequence[bool], singular: str = "entry", plural: str = "entries") -> str:

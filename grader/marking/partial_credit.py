@@ -117,7 +117,7 @@ def give_partial_credit(answer: AnswerInContext, judgement: Judgement, is_copied
     if credit is not None and credit.share > share:
         share = credit.share
         # The share is not the share of correct entries, so their number is left out.
-        detail = re.sub(r"^(\d+ of \d+|none of the \d+|neither of the two|the only) [a-z ]+ right[^;]*; ", "", reason)
+        detail = re.sub(r"^(\d+ of \d+|(none of the|all) \d+|neither of the two|both|the only) [a-z ]+ right[^;]*; ", "", reason)
         words = f"{credit.reason}, so you earn {_format_share(share * rules.factor)} of the points"
         judgement = replace(judgement, reason=f"{words}; {detail}")
     return _replace_share(judgement, share * rules.factor)

@@ -52,7 +52,7 @@ NAME_AT_START = r"qdot\b|[A-Za-z]+[\d_.(]|\w+ (appears|has|can't|means|with)\b"
 _END = r"(?=$|\. )"
 SHORT_REASONS = (
     (rf"\. Compared with the solution: your answer differs{_END}", ""),
-    (rf"^your answer differs{_END}", "your answer is wrong"),
+    (rf"^your answer differs{_END}(\. )?", ""),
     (rf"; your answer differs{_END}", ""),
     (rf"\b(entry (?:\d+|\(\d+, \d+\))) differs{_END}", r"\1 is wrong"),
     (rf"; number \d+ is not right{_END}", ""),

@@ -484,6 +484,8 @@ def _find_cause(error: str, notebook: _Notebook, errors_above: Mapping[int, str]
             return f"the name {name} is missing because {errors_above[index]}"
     if name in _MODULE_IMPORTS:
         return f"write '{_MODULE_IMPORTS[name]}' in a cell above"
+    if len(name) > 1 and hasattr(sympy, name) and name not in _GREEK_FUNCTIONS:
+        return f"write 'from sympy import {name}' in a cell above"
     for known_name in (*names, *(sympy_name for sympy_name in dir(sympy) if len(sympy_name) > 1)):
         if known_name != name and known_name.casefold() == name.casefold():
             return f"Python distinguishes capital and small letters; write {known_name}"
@@ -498,6 +500,8 @@ def _find_cause(error: str, notebook: _Notebook, errors_above: Mapping[int, str]
 _MODULE_IMPORTS = {
     "sympy": "import sympy", "sp": "import sympy as sp", "numpy": "import numpy", "math": "import math",
 }  # fmt: skip
+_GREEK_FUNCTIONS = {"beta", "gamma", "zeta"}
+"""Functions of SymPy with names that students rather use for angles."""
 _COMMON_FUNCTIONS = {"sin", "cos", "tan", "sqrt", "atan2", "simplify", "Matrix", "symbols", "solve", "diff", "zeros"}
 
 
