@@ -42,7 +42,7 @@ class NumericArithmetic:
         if expression not in self._stepped_entries:
             shape = (self.configuration_count, len(self._joints) + 1)
             values = {symbol.name: self._stepped_values(symbol.name).ravel() for symbol in expression.free_symbols}
-            stepped = evaluate(compile_expression(expression), values, shape[0] * shape[1]).values[0].reshape(shape)
+            stepped = evaluate(compile_expressions(expression), values, shape[0] * shape[1]).values[0].reshape(shape)
             stepped.flags.writeable = False
             self._stepped_entries[expression] = stepped
         return self._stepped_entries[expression]
@@ -77,9 +77,9 @@ class NumericArithmetic:
 
 
 @lru_cache(maxsize=4096)
-def compile_expression(expression: sp.Expr) -> Program:
-    """Compile an expression that qdot itself produced into a numeric program."""
-    return compile_program([parse_formula(str(expression))])
+def compile_expressions(*expressions: sp.Expr) -> Program:
+    """Compile expressions that qdot itself produced into one numeric program."""
+    return compile_program([parse_formula(str(expression)) for expression in expressions])
 
 
 class _FormulaArithmetic:

@@ -180,6 +180,7 @@ def _compute_next_row(table_frame: _TableFrame, next_axis: Axis) -> tuple[Joint,
         to_next_point = sp.zeros(3, 1)
     if _is_zero_vector(normal):
         offset = _evaluate_matrix(to_next_point - to_next_point.dot(z) * z)
+        # between parallel axes d is free, so it is zero; only the step to the point of interest has a given d
         d = recognize_exact(to_next_point.dot(z)) if not next_axis.kind else sp.S.Zero
         next_x, a, next_rotation = x, sp.S.Zero, table_frame.z_rotation
         if not _is_zero_vector(offset):

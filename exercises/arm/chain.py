@@ -191,6 +191,11 @@ class Chain:
         """The point of interest P; the origin of the last frame unless the arm has a tool."""
         return self.tool if self.tool is not None else Point(len(self.joints))
 
+    @property
+    def has_square_jacobian(self) -> bool:
+        """Whether the task has as many rows as the arm has joints, so that the task Jacobian has a determinant."""
+        return len(self.task) == self.n
+
     @cached_property
     def task_rows(self) -> list[int]:
         """The indices (from 0) of the task's rows among the rows of the 6 x n Jacobian."""
@@ -237,6 +242,7 @@ class Chain:
             return False
         if all(joint.alpha in (0, sp.pi) for joint in self.joints[:-1]):
             return all(joint.is_revolute and joint.d == 0 for joint in self.joints) and self.point.offset[2] == 0
+        # the only other planar arm: joint 1 rotates in the plane, and joint 2 moves along a line of the plane
         if [joint.kind for joint in self.joints] != [REVOLUTE, PRISMATIC] or self.joints[0].d != 0:
             return False
         is_in_plane = self.joints[0].alpha in (sp.pi / 2, -sp.pi / 2) and self.joints[1].theta in (0, sp.pi)

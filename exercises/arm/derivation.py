@@ -108,9 +108,9 @@ def _derive_geometry(chain: Chain) -> _Geometry:
     # frames 0 ... n-1 of a standard table, frames 1 ... n of a modified table
     frames_on_axes = compute_link_frames(chain)[convention_of(chain).frame_on_axis(1) :][: chain.n]
     p_star = sp.Matrix.hstack(*((point - frame.origin).applyfunc(to_textbook_form) for frame in frames_on_axes))
-    linear = _derive_position(chain).jacobian(chain.q).applyfunc(to_textbook_form)
-    angular = sp.Matrix(3, chain.n, lambda r, i: z[r, i] if chain.joints[i].is_revolute else sp.S.Zero)
-    jacobian = linear.col_join(angular)
+    linear_rows = _derive_position(chain).jacobian(chain.q).applyfunc(to_textbook_form)
+    angular_rows = sp.Matrix(3, chain.n, lambda r, i: z[r, i] if chain.joints[i].is_revolute else sp.S.Zero)
+    jacobian = linear_rows.col_join(angular_rows)
     stages = compute_symbolic_stages(chain)
     propagated_jacobian = np.concatenate([propagate_linear_rows(stages), stages["angular rows"]])
     axes_of_convention = sp.Matrix.hstack(*(frame.rotation[:, 2] for frame in frames_on_axes))
@@ -197,7 +197,7 @@ def _derive_minors(chain: Chain) -> tuple[Factored, ...]:
     """
     minors = _expand_minors(chain)
     if minors is None:
-        subject = "the determinant has" if len(chain.task) == chain.n else "the minors of J have"
+        subject = "the determinant has" if chain.has_square_jacobian else "the minors of J have"
         raise TooLong(f"{subject} more than {MAX_MINOR_TERMS} terms, too many for readable conditions")
     return tuple(map(factor_trig, minors))
 
@@ -335,8 +335,8 @@ class Derivation:
 
     @property
     def is_square(self) -> bool:
-        """Whether the task has as many rows as the arm has joints, so that J has a determinant."""
-        return len(self.chain.task) == self.chain.n
+        """Whether J is square, so that it has a determinant."""
+        return self.chain.has_square_jacobian
 
     @property
     def determinant(self) -> sp.Expr:

@@ -107,9 +107,11 @@ class StageResults:
 
     def with_mistakes(self, changes: Mapping[str, Change]) -> "StageResults":
         """Return the stages of the same derivation with further mistakes: a change for each named stage."""
-        new = tuple(changes.items())
-        all_changes = (*self.changes, *new)
-        return StageResults(self.chain, self.arithmetic, all_changes, new, self, _row_rotations=self._row_rotations)
+        new_changes = tuple(changes.items())
+        return StageResults(
+            self.chain, self.arithmetic, (*self.changes, *new_changes), new_changes, base_results=self,
+            _row_rotations=self._row_rotations,
+        )  # fmt: skip
 
     def without_changes_of(self, stage: str) -> "StageResults":
         """Return the stages of the same derivation without the mistakes in a stage."""
@@ -126,13 +128,13 @@ class StageResults:
             )
         return self._row_rotations[key][1]
 
-    def for_first_joints(self, joint_count: int) -> "StageResults":
-        """Return the stages, with the same mistakes, for the arm of the first `joint_count` joints.
+    def keep_first_joints(self, joint_count: int) -> "StageResults":
+        """Return the stages, with the same mistakes, of the arm of the first `joint_count` joints.
 
         The point of interest of that arm is the origin of its last frame.
         """
         if joint_count not in self._shortened_results:
-            base_results = self.base_results and self.base_results.for_first_joints(joint_count)
+            base_results = self.base_results and self.base_results.keep_first_joints(joint_count)
             chain = base_results.chain if base_results else convention_of(self.chain).keep_first_joints(joint_count)
             self._shortened_results[joint_count] = replace(
                 self, chain=chain, base_results=base_results, _results={}, _shortened_results={}

@@ -28,8 +28,10 @@ _MAX_CHARACTERS, _MAX_EXPONENT, _MAX_BASE = 200, 20, 10**6
 _MIN_MAGNITUDE, _MAX_MAGNITUDE = sp.Rational(1, 10**9), 10**6
 """Minimum and maximum absolute value of a nonzero number."""
 _OPERATIONS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
-_FUNCTIONS = {name: getattr(sp, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")}
+_SYMPY_FUNCTIONS = {name: getattr(sp, name) for name in ("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sqrt")}
 
+_RESERVED_NAME = re.compile(r"qd\d*|[vwfm][xyz]|blank")
+"""Names with a meaning in answers: rates, velocities, forces, moments, and `blank` for an entry that is left open."""
 _ANGLE_NAMES = ("alpha", "beta")
 """Names of constant angles, with or without a number; other symbols are lengths."""
 
@@ -53,7 +55,7 @@ def parse_entry(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Exp
     if isinstance(raw, bool) or not isinstance(raw, (int, Decimal, str)):
         raise QdotError(f"expected a number, or an expression in quotes; {_UNIT_HINT[is_angle]}")
     if isinstance(raw, str):
-        value = _parse_formula(raw, is_angle)
+        value = _parse_quoted_formula(raw, is_angle)
     elif isinstance(raw, Decimal) and not raw.is_finite():
         raise QdotError("expected a finite number")
     else:
@@ -80,7 +82,7 @@ def _parse_degrees(raw: object) -> sp.Expr:
     return value - constant + constant * sp.pi / 180
 
 
-def _parse_formula(text: str, is_angle: bool) -> sp.Expr:
+def _parse_quoted_formula(text: str, is_angle: bool) -> sp.Expr:
     """Parse a formula in quotes. Raises QdotError, whose message says what to write instead."""
     if len(text) > _MAX_CHARACTERS:
         raise QdotError(f"the formula has {len(text)} characters; at most {_MAX_CHARACTERS} are allowed")
@@ -168,14 +170,15 @@ def check_quantity(value: sp.Expr, is_angle: bool) -> None:
 def to_sympy(node: Node) -> sp.Expr:
     """Convert the tree of a formula to a SymPy expression.
 
-    Raises ParseError if the formula contains anything but numbers, names, + - * / ^ and the functions in _FUNCTIONS.
+    Raises ParseError if the formula contains anything but numbers, names, + - * / ^ and the _SYMPY_FUNCTIONS.
     """
     if node.kind in ("number", "decimal"):
         return sp.Rational(node.value.numerator, node.value.denominator)
     if node.kind == "name":
         return _make_symbol(str(node.value))
-    if node.kind == "call" and node.value in _FUNCTIONS:
-        return _require_finite(_FUNCTIONS[node.value](*(to_sympy(arg) for arg in node.args)), f"{node.value}(…)")
+    if node.kind == "call" and node.value in _SYMPY_FUNCTIONS:
+        value = _SYMPY_FUNCTIONS[node.value](*map(to_sympy, node.args))
+        return _require_finite(value, f"{node.value}(…)")
     if node.kind == "neg":
         return -to_sympy(node.args[0])
     if node.kind == "^":
@@ -193,7 +196,7 @@ def _make_symbol(name: str) -> sp.Expr:
     """Return the symbol with a name, or pi. Raises ParseError if the name is not allowed."""
     if name == "pi":
         return sp.pi
-    if re.fullmatch(r"qd\d*|[vwfm][xyz]|blank", name):
+    if _RESERVED_NAME.fullmatch(name):
         raise ParseError(f"the name {name!r} is reserved: qd1 … are joint rates, vx … wz velocities")
     if name in ("k", "n"):
         raise ParseError(f"the name {name} is reserved for whole numbers in answers; write {name}1")

@@ -97,7 +97,7 @@ class MpmathArm:
 
 def evaluate_in_context(value: sp.Expr, context: Any = PRECISE_CONTEXT) -> Any:
     """Evaluate an exact number in the arithmetic of a context."""
-    return context.mpf(str(sp.N(value, DIGITS + 6)))
+    return context.mpf(str(sp.N(value, DIGITS + 6)))  # six more digits, so that the rounding is correct
 
 
 def round_to_ten_digits(value: Any) -> sp.Float:

@@ -65,7 +65,7 @@ class StraightPath:
         for _ in range(MAX_ITERATIONS):
             point, jacobian = self.arm.compute_point_and_jacobian(q)
             error = [a - point[row] for a, row in zip(target_point, self.arm.task_rows, strict=True)]
-            if max(map(abs, error)) < 64 * self.context.eps:
+            if max(map(abs, error)) < 64 * self.context.eps:  # zero up to the rounding of some additions
                 return q
             try:
                 step = solve_linear([jacobian[row] for row in self.arm.task_rows], error, self.context)

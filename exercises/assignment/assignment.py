@@ -445,7 +445,7 @@ def _parse(file: TomlFile, key_path: Sequence[str | int], parse: Callable[..., P
 
 def _check_assignment_key(key: str) -> None:
     if key.lower().endswith(".ipynb"):
-        raise QdotError(f'leave out .ipynb: key = "{key[:-6]}"')
+        raise QdotError(f'leave out .ipynb: key = "{key[: -len(".ipynb")]}"')
     if is_changed_by_windows(key):
         raise QdotError(f'it names the notebooks\' files; {WINDOWS_NAME_RULE}; write, for example, key = "velocity"')
 
@@ -565,7 +565,7 @@ def check_definition_on_family(
             except QdotError as error:
                 prefix = "" if language == ENGLISH else f"{language}."
                 raise QdotError(f"{prefix}{key}: {error}") from None
-    objection = maker.find_unit_objection(problem.chain)
+    objection = maker.find_objection_to_unit(problem.chain)
     return [f"the answer of {definition.name} for {family.name}: {objection}"] if objection else []
 
 

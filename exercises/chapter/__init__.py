@@ -61,16 +61,18 @@ class Example:
 @cache
 def solve_examples(language: str = ENGLISH) -> tuple[Example, ...]:
     """Return the chapter's examples with their solutions in a language."""
-    words = load_catalogue(language)
+    catalogue = load_catalogue(language)
     arms = {"planar-2r": make_planar_2r(), "scorbot": make_scorbot_arm()}
     examples: list[Example] = []
     for number, title, key, questions in (entry.values() for entry in read_entries("examples")):
-        titles = [words.translate_question(QUESTIONS[name].title) for name in questions]
+        titles = [catalogue.translate_question(QUESTIONS[name].title) for name in questions]
         solutions = [_write_worked_solution(arms[key], name, language) for name in questions]
         steps = tuple(zip(titles, solutions, strict=True))
         is_first_use = all(example.key != key for example in examples)
         has_singularities = "singular-angles" in questions
-        examples.append(Example(number, words.gettext(title), key, arms[key], steps, is_first_use, has_singularities))
+        examples.append(
+            Example(number, catalogue.gettext(title), key, arms[key], steps, is_first_use, has_singularities)
+        )
     return tuple(examples)
 
 
@@ -103,14 +105,15 @@ class Erratum:
 @cache
 def read_errata(language: str = ENGLISH) -> tuple[Erratum, ...]:
     """Return the errors in the printed chapter, with their corrections in a language, from errata.toml."""
-    words = load_catalogue(language)
+    catalogue = load_catalogue(language)
 
     def translate(text: str) -> str:
-        return words.localize_formulas(words.pgettext("erratum", text))
+        return catalogue.localize_formulas(catalogue.pgettext("erratum", text))
 
     errata = []
     for entry in read_entries("errata"):
-        values = tuple((translate(name), words.localize_number(translate(value))) for name, value in entry["values"])
+        pairs = ((translate(name), translate(value)) for name, value in entry["values"])
+        values = tuple((name, catalogue.localize_number(value)) for name, value in pairs)
         texts = {name: translate(text) for name, text in entry.items() if name != "values"}
         errata.append(Erratum(**texts, values=values))
     return tuple(errata)

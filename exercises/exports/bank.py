@@ -30,7 +30,7 @@ MAX_PROBLEMS_PER_VARIANT = 10
 ConvertProblem = Callable[[ExportRequest, Slot, Problem], Conversion]
 """A function that converts a problem for an export. It belongs to a module, so that other processes can unpickle it."""
 _WorkerState = tuple[ExportRequest, Slot, ConvertProblem[Conversion], set[str]]
-"""The state of a worker process: its task, and the fingerprints of the problems that exist already."""
+"""The state of a worker process: the request, the slot, the conversion, and the fingerprints of existing problems."""
 
 
 class _Candidate(NamedTuple, Generic[Conversion]):
@@ -38,7 +38,7 @@ class _Candidate(NamedTuple, Generic[Conversion]):
 
     problem: Problem
     fingerprint: str
-    work_result: Conversion
+    conversion: Conversion
 
 
 def iterate_bank(request: ExportRequest) -> Generator[Variant, None, None]:
@@ -114,7 +114,7 @@ def _iterate_distinct_problems(
                     failure_messages.append(candidate)
                 elif candidate is not None and candidate.fingerprint not in seen_fingerprints:
                     seen_fingerprints.add(candidate.fingerprint)
-                    yield candidate.problem, candidate.work_result
+                    yield candidate.problem, candidate.conversion
 
 
 def _generate_candidate(state: _WorkerState[Conversion], number: int) -> _Candidate[Conversion] | Reason | None:

@@ -67,7 +67,9 @@ class AnswerBox:
     @property
     def cells_per_row(self) -> int:
         """The number of cells side by side."""
-        return (2 if self.rows == 4 else min(self.rows, 3)) if self.holds_numbers else self.columns
+        if not self.holds_numbers:
+            return self.columns
+        return 2 if self.rows == 4 else min(self.rows, 3)  # four numbers are in two rows of two
 
     @property
     def is_narrow(self) -> bool:

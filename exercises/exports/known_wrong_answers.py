@@ -27,7 +27,7 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ResultChoiceDetails
 from qdot.exercises.questions.custom.definition import Definition
 from qdot.exercises.questions.custom.question import CustomDetails
-from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.questions.results import comes_from_stages, compute_answer
 from qdot.exercises.reference_answers import ConditionSet, Number
 from qdot.exercises.short_questions import question_of, wrong_formulas
 from qdot.exercises.singularities import classification
@@ -71,7 +71,7 @@ def find_known_wrong_answers(problem: Problem, part: Part, max_count: int) -> tu
     """Return at most `max_count` wrong answers to a part, each by a different mistake, likely mistakes first."""
     if part.answer.is_set:
         return tuple(_find_wrong_sets(problem, part))[:max_count]
-    if not is_derived(part):
+    if not comes_from_stages(part):
         return ()
     if part.answer.expected_units:
         return tuple(_find_wrong_numbers(problem, part, max_count))

@@ -24,7 +24,7 @@ from qdot.exercises.mistakes.configurations import SymbolValues, sample_configur
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.exact_configurations import sample_unequal_lengths
-from qdot.exercises.questions.results import compute_answer, is_derived, is_made_of_jacobian
+from qdot.exercises.questions.results import comes_from_stages, compute_answer, is_made_of_jacobian
 from qdot.exercises.reference_answers import Number
 from qdot.exercises.singularities.classification import make_domain
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
@@ -84,7 +84,7 @@ def ask_in_numbers(problem: Problem, part: Part) -> NumericPart | None:
     if answer.is_numeric:
         number_answer = _make_numeric_answer(part, answer.as_matrix()) if answer.is_direction else answer
         numeric_part = _convert_numeric_answer(problem, replace(part, answer=number_answer), answer.is_direction)
-    elif answer.list_entries() and is_derived(part):
+    elif answer.list_entries() and comes_from_stages(part):
         numeric_part = _evaluate_formulas(problem, part)
     return _scale_direction(numeric_part) if numeric_part and answer.is_direction else numeric_part
 
@@ -103,9 +103,9 @@ def _convert_numeric_answer(problem: Problem, part: Part, is_direction: bool) ->
         for mistake, mistaken_answer in catalogue.generate_mistaken_answers(problem.chain, part)
         if isinstance(mistaken_answer.answer, Number)
     ]
-    if is_derived(part):
+    if comes_from_stages(part):
         roles: Mapping[str, Any] = make_domain(problem.chain).roles
-        domain = Domain({**roles, **dict.fromkeys(part.symbols, "signed")})  # loads
+        domain = Domain({**roles, **dict.fromkeys(part.symbols, "signed")})  # loads may be negative
         stream = Stream(f"{problem.id}/{part.name}/wrong")
         stages = compute_numeric_stages(problem.chain, sample_configurations(problem.chain, part, domain, 1, stream))
         _check_agreement(problem, part, reference, compute_answer(stages, part)[..., 0], is_direction)
@@ -134,13 +134,13 @@ def _check_agreement(
 
 
 def _list_wrong_answers(stages: StageResults, part: Part) -> list[catalogue.PredictedAnswer]:
-    """Return the answers that mistakes lead to; if the derivation is long, only for a few likely mistakes."""
+    """Return the answers that mistakes lead to.
+
+    If the derivation is long, only the few mistakes are considered that are also considered for a single number.
+    """
     if stages.n > MAX_JOINTS_FOR_ALL_MISTAKES and is_made_of_jacobian(part):
-        mistakes = [
-            mistake
-            for mistake in catalogue.list_likely_mistakes(part)
-            if mistake.name in catalogue.MISTAKES_FOR_ONE_NUMBER
-        ]
+        likely_mistakes = catalogue.list_likely_mistakes(part)
+        mistakes = [mistake for mistake in likely_mistakes if mistake.name in catalogue.MISTAKES_FOR_ONE_NUMBER]
         return [prediction for mistake in mistakes for prediction in catalogue.apply_mistake(mistake, stages, part)]
     return list(catalogue.predict_wrong_answers(stages, part))
 
@@ -154,9 +154,8 @@ def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     stream = Stream(f"qdot/{problem.id.stream_name}/{part.name}/in numbers")
     configurations = list(_sample_configurations(chain, part, stream))
     values = _collect_values(chain, part, configurations)
-    placeholder_part = replace(
-        part, answer=_make_numeric_answer(part, sp.ones(*reference.shape))
-    )  # only its shape matters
+    # Only the shape of the placeholder's answer matters.
+    placeholder_part = replace(part, answer=_make_numeric_answer(part, sp.ones(*reference.shape)))
     stages = compute_numeric_stages(chain, values)
     derived_answer = compute_answer(stages, placeholder_part)
     all_predictions = _list_wrong_answers(stages, placeholder_part)
@@ -229,7 +228,7 @@ def _collect_values(chain: Chain, part: Part, configurations: Sequence[ExactValu
         symbol.name: np.array([float(configuration[symbol]) for configuration in exact_configurations])
         for symbol in exact_configurations[0]
     }
-    unused_names = {*make_domain(chain).roles} - set(columns)  # any value will do
+    unused_names = {*make_domain(chain).roles} - set(columns)  # the answer does not depend on these
     return columns | {name: np.ones(len(configurations)) for name in sorted(unused_names)}
 
 

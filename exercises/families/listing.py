@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from qdot.exercises.singularities.difficulty import describe_band
+
 LISTING_FILE = Path(__file__).with_name("listing.json")
 
 
@@ -26,8 +28,7 @@ class FamilyListing:
     @property
     def difficulty(self) -> str:
         """The range of difficulty bands as text, such as "1" or "1 to 2"."""
-        low, high = self.band_range
-        return str(low) if low == high else f"{low} to {high}"
+        return describe_band(*self.band_range)
 
 
 @cache

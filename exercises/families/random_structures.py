@@ -21,6 +21,7 @@ from itertools import zip_longest
 import numpy as np
 import sympy as sp
 
+from qdot.exercises.arm.arithmetic import compile_expressions
 from qdot.exercises.arm.chain import REVOLUTE, Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.lengths import substitute_arm_lengths
@@ -31,8 +32,7 @@ from qdot.exercises.families import variations
 from qdot.exercises.families.family import Family
 from qdot.exercises.families.structures import Structure, build_arm, group_clean_structures, is_clean
 from qdot.exercises.families.variations import ANGLES, RIGHT_ANGLES, SIGNED_LENGTHS
-from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.program import Program, compile_program, evaluate
+from qdot.exercises.formula.program import evaluate
 from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, rate_difficulty_band
 from qdot.exercises.singularities.singular_set import find_singular_set
 
@@ -174,11 +174,6 @@ def _sample_configurations(kinds: str) -> np.ndarray:
     return np.array([[stream.uniform(-limit, limit) for limit in limits] for _ in range(CONFIGURATION_COUNT)])
 
 
-@lru_cache(maxsize=1024)
-def _compile_conditions(conditions: tuple[sp.Expr, ...]) -> Program:
-    return compile_program([parse_formula(str(condition)) for condition in conditions])
-
-
 def _can_all_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> bool:
     """Return whether each condition clearly takes both signs at the sampled configurations, and so has a zero."""
     if not conditions:
@@ -186,7 +181,7 @@ def _can_all_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values)
     configurations = _sample_configurations("".join(joint.kind for joint in chain.joints))
     symbol_values = {q.name: column for q, column in zip(chain.q, configurations.T, strict=True)}
     symbol_values |= {symbol.name: np.full(CONFIGURATION_COUNT, float(value)) for symbol, value in values.items()}
-    condition_values = evaluate(_compile_conditions(conditions), symbol_values, CONFIGURATION_COUNT).values.real
+    condition_values = evaluate(compile_expressions(*conditions), symbol_values, CONFIGURATION_COUNT).values.real
     threshold = MIN_SIGN_FRACTION * np.abs(condition_values).max(axis=1)
     return bool(np.all((condition_values.min(axis=1) < -threshold) & (condition_values.max(axis=1) > threshold)))
 

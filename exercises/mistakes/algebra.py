@@ -24,7 +24,7 @@ from qdot.exercises.mistakes.base import (
 
 def _has_square_jacobian(chain: Chain, min_joints: int = 2, max_joints: int = 6) -> bool:
     """Return whether J is square, and the number of joints is in a range."""
-    return len(chain.task) == chain.n and min_joints <= chain.n <= max_joints
+    return chain.has_square_jacobian and min_joints <= chain.n <= max_joints
 
 
 def _has_wide_jacobian(chain: Chain) -> bool:

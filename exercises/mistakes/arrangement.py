@@ -57,10 +57,6 @@ def _take_other_rows(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVarian
 
     If all six rows are expected, yield variants with only some of them.
     """
-
-    def select_rows(stages: StageResults, values: np.ndarray, row_indices: list[int]) -> np.ndarray:
-        return (values if expects_all_rows else stages["geometric jacobian"])[row_indices]
-
     all_rows = convention_of(chain).velocity_names
     expected_rows = {(6, chain.n): all_rows, (len(chain.task), chain.n): chain.task}.get(shape)
     # six rows may be expected in the order of the task, or in that of a twist; the shape does not tell which
@@ -68,6 +64,10 @@ def _take_other_rows(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVarian
     if expected_rows is None or has_ambiguous_order:
         return
     expects_all_rows = len(expected_rows) == 6
+
+    def select_rows(stages: StageResults, values: np.ndarray, row_indices: list[int]) -> np.ndarray:
+        return (values if expects_all_rows else stages["geometric jacobian"])[row_indices]
+
     row_choices: list[tuple[str, Sequence[str]]] = [
         ("all six", all_rows), ("the linear", VELOCITY_NAMES[:3]), ("the angular", VELOCITY_NAMES[3:]),
     ]  # fmt: skip

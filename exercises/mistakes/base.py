@@ -76,7 +76,15 @@ MISREADINGS = frozenset().union(*(convention.specific_mistakes for convention in
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Mistake:
-    """A kind of mistake: its entries in catalogue.toml, where they are explained, and the functions that make it."""
+    """A kind of mistake: its entries in catalogue.toml, and the functions that make it.
+
+    - `title`, `message`: the name in lists, and the sentences to the student, with placeholders in braces.
+    - `source`: the equation, example or section of the chapter to read; "" for none.
+    - `is_rare`: whether the mistake is named only if no other mistake gives the same answer.
+    - `frequency`: how often the mistake is made, relative to others that give the same answer.
+    - `equivalent_mistakes`: the names of mistakes that give the same answer on some arms.
+    - `requires`: the feature that the arm's convention needs; "" for none.
+    """
 
     name: str
     title: str

@@ -13,7 +13,7 @@ from qdot.exercises.arm.derivation_graph import Change, StageResults, propagate_
 from qdot.exercises.mistakes import algebra, arrangement, choices, columns, numeric, position, screws, sets, table
 from qdot.exercises.mistakes.base import Mistake, MistakenAnswer, MistakeVariant
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.results import compute_answer, is_derived, is_made_of_jacobian
+from qdot.exercises.questions.results import comes_from_stages, compute_answer, is_made_of_jacobian
 
 VARIANTS = (
     position.VARIANTS | columns.VARIANTS | screws.VARIANTS | algebra.VARIANTS | table.VARIANTS | arrangement.VARIANTS
@@ -123,7 +123,7 @@ def predict_wrong_answers(stages: StageResults, part: Part, is_precise: bool = F
 
     Nothing is yielded for a part that is not derived step by step.
     """
-    if is_derived(part):
+    if comes_from_stages(part):
         correct_answer = _compute_result(stages, part)
         for mistake in list_likely_mistakes(part, is_precise):
             yield from apply_mistake(mistake, stages, part, correct_answer)

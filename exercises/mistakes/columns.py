@@ -304,7 +304,7 @@ def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
         if not stages.depends_on("joint rates"):
             return velocity
         try:
-            frame_stages = stages if frame == stages.n else stages.for_first_joints(frame)
+            frame_stages = stages if frame == stages.n else stages.keep_first_joints(frame)
             jacobian = frame_stages["tool jacobian" if stages.depends_on("tool jacobian") else "geometric jacobian"]
             return apply_matrix(jacobian, stages["joint rates"][:frame])[:, None]
         except IndexError:  # another mistake in these stages is at a joint after the frame

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from qdot.exercises.arm.arithmetic import compile_expression
+from qdot.exercises.arm.arithmetic import compile_expressions
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain
@@ -38,5 +38,5 @@ def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, 
 def fix_given_joints(part: Part, values: SymbolValues) -> SymbolValues:
     """Return the values of all symbols, with the values of the joints that the question gives inserted."""
     count = len(next(iter(values.values())))
-    given = part.details.given_joints.items()
-    return values | {q.name: evaluate(compile_expression(value), values, count).values[0].real for q, value in given}
+    programs = {q.name: compile_expressions(value) for q, value in part.details.given_joints.items()}
+    return values | {name: evaluate(program, values, count).values[0].real for name, program in programs.items()}

@@ -116,11 +116,11 @@ def _edit_each_node(node: Node, edit_node: Callable[[Node], Iterator[Edit]]) -> 
 
 def _edit_node(node: Node) -> Iterator[Edit]:
     if _is_trig(node):
-        swapped = _swap_trig(node)
-        yield Edit("trig-typed", swapped)
-        yield Edit("trig-derived" if node.value == "sin" else "trig-not-derived", swapped)
-        yield Edit("trig-not-derived" if node.value == "sin" else "trig-derived", -swapped)
-        yield Edit("trig-and-sign", -swapped)
+        other_trig = _swap_trig(node)
+        yield Edit("trig-typed", other_trig)
+        yield Edit("trig-derived" if node.value == "sin" else "trig-not-derived", other_trig)
+        yield Edit("trig-not-derived" if node.value == "sin" else "trig-derived", -other_trig)
+        yield Edit("trig-and-sign", -other_trig)
         for angle in _edit_angle(node.args[0]):
             yield Edit("angle-typed", node.with_args([angle]))
         yield from _split_trig_of_sum(node)
@@ -218,8 +218,10 @@ def _find_numeric_factor(node: Node) -> Fraction:
     if node.kind == "neg":
         return -_find_numeric_factor(node.args[0])
     if node.kind in ("*", "/"):
-        first, second = map(_find_numeric_factor, node.args)
-        return first * second if node.kind == "*" else first / second if second else Fraction(0)
+        first_factor, second_factor = map(_find_numeric_factor, node.args)
+        if node.kind == "*":
+            return first_factor * second_factor
+        return first_factor / second_factor if second_factor else Fraction(0)
     return Fraction(1)
 
 
@@ -233,9 +235,9 @@ def _mistype_symbol(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
 def _exchange_similar_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[Edit]:
     """Yield an entry with two similar names exchanged."""
     present_symbols = sorted(find_names(entry) & set(symbols))
-    for first, second in combinations(present_symbols, 2):
-        if _find_stem(first) == _find_stem(second):
-            first_leaf, second_leaf = Node("name", value=first), Node("name", value=second)
+    for first_name, second_name in combinations(present_symbols, 2):
+        if _find_stem(first_name) == _find_stem(second_name):
+            first_leaf, second_leaf = Node("name", value=first_name), Node("name", value=second_name)
             yield Edit("symbol-typed", replace_nodes(entry, {first_leaf: second_leaf, second_leaf: first_leaf}.get))
 
 
@@ -366,7 +368,7 @@ def _swap_trig_of_angle(swapped_angle: Node, node: Node) -> Node:
 
 
 def _swap_trig(node: Node) -> Node:
-    return Node("call", node.args, TRIG_FUNCTIONS[node.value == "sin"])
+    return Node("call", node.args, "cos" if node.value == "sin" else "sin")
 
 
 def _change_trigs_in_rows(rows: Sequence[Sequence[Node]], change: Callable[[Node], Node]) -> list[list[Node]]:

@@ -37,22 +37,23 @@ def _change_sets(change: Callable[[Chain, Components], Iterator[MistakenAnswer]]
 
     def generate(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if isinstance(part.answer, ConditionSet) and part.answer.components:
-            for mistaken in change(chain, part.answer.components):
-                if part.answer.is_singular_set or not mentions_determinant(mistaken.words):
-                    yield mistaken
+            for mistaken_answer in change(chain, part.answer.components):
+                if part.answer.is_singular_set or not mentions_determinant(mistaken_answer.words):
+                    yield mistaken_answer
 
     return generate
 
 
 def _write_advice(chain: Chain) -> str:
     """Return a clause that says which factors of det J, or which minors, the student should check."""
-    has_determinant = chain.n == len(chain.task)
-    return "set every factor of det J to zero" if has_determinant else "check every way in which all minors can be zero"
+    if chain.has_square_jacobian:
+        return "set every factor of det J to zero"
+    return "check every way in which all minors can be zero"
 
 
 def write_zero_question(chain: Chain) -> str:
     """Return the question with which a student can test whether a configuration is singular."""
-    return "is det J zero there" if chain.n == len(chain.task) else "are all minors zero there"
+    return "is det J zero there" if chain.has_square_jacobian else "are all minors zero there"
 
 
 def mentions_determinant(words: Iterable[str]) -> bool:
@@ -64,8 +65,8 @@ def _make_answer(components: Sequence[Component], **words: object) -> MistakenAn
     return MistakenAnswer(ConditionSet(tuple(components)), words)
 
 
-def _replace_component(components: Components, index: int, new: Component) -> Components:
-    return (*components[:index], new, *components[index + 1 :])
+def _replace_component(components: Components, index: int, new_component: Component) -> Components:
+    return (*components[:index], new_component, *components[index + 1 :])
 
 
 def _keep_one_value(component: Component, value_index: int, only_joint: sp.Symbol | None = None) -> Component:
@@ -79,7 +80,7 @@ def _keep_one_value(component: Component, value_index: int, only_joint: sp.Symbo
     return replace(component, solutions=solutions)
 
 
-def _find_multivalued(components: Components) -> list[int]:
+def _find_multivalued_components(components: Components) -> list[int]:
     """Return the indices of the components that give several values of a joint."""
     return [k for k, c in enumerate(components) if c.solutions and any(len(values) > 1 for _, values in c.solutions)]
 
@@ -91,15 +92,15 @@ def _keep_one_value_in(components: Components, indices: Collection[int], value_i
 
 def _keep_one_root(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield answers with one value instead of several, in all components, in one component, or for one joint."""
-    multivalued = _find_multivalued(components)
+    indices = _find_multivalued_components(components)
     for value_index in (0, 1):
-        for chosen_indices in [*([multivalued] if len(multivalued) > 1 else []), *([k] for k in multivalued)]:
+        for chosen_indices in [*([indices] if len(indices) > 1 else []), *([k] for k in indices)]:
             yield _keep_one_value_in(components, chosen_indices, value_index)
-        for k in multivalued:  # reduce the values of only one of several joints
+        for k in indices:  # reduce the values of only one of several joints
             solutions = components[k].solutions or ()
             for joint, _ in solutions if len(solutions) > 1 else ():
-                shortened = _keep_one_value(components[k], value_index, joint)
-                yield _make_answer(_replace_component(components, k, shortened))
+                shortened_component = _keep_one_value(components[k], value_index, joint)
+                yield _make_answer(_replace_component(components, k, shortened_component))
 
 
 def name_missed_component(chain: Chain, component: Component) -> tuple[str, dict[str, object]]:
@@ -282,9 +283,9 @@ def _split_conjunction(chain: Chain, components: Components) -> Iterator[Mistake
 
 def _keep_one_root_each(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield answers with one value instead of several in two or three of the components."""
-    multivalued = _find_multivalued(components)
-    for chosen_count in range(2, min(len(multivalued), 4)):
-        for chosen_indices, value_index in product(combinations(multivalued, chosen_count), (0, 1)):
+    indices = _find_multivalued_components(components)
+    for chosen_count in range(2, min(len(indices), 4)):
+        for chosen_indices, value_index in product(combinations(indices, chosen_count), (0, 1)):
             yield _keep_one_value_in(components, chosen_indices, value_index)
 
 
@@ -310,13 +311,16 @@ def _add_condition(chain: Chain, components: Components) -> Iterator[MistakenAns
         for joint, q in zip(chain.joints, chain.q, strict=True):
             if component.solutions and q not in singular_joints:
                 for value in (sp.S.Zero, sp.pi) if joint.is_revolute else (sp.S.Zero,):
-                    extended = Component((*component.conditions, q), (*component.solutions, (q, (value,))))
-                    yield _make_answer(_replace_component(components, k, extended), joint=str(q))
+                    new_component = Component((*component.conditions, q), (*component.solutions, (q, (value,))))
+                    yield _make_answer(_replace_component(components, k, new_component), joint=str(q))
 
 
 def _invert_tangent(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield the answer in which the ratio in each arctangent is inverted."""
-    invert = lambda value: value.replace(sp.atan, lambda ratio: sp.atan(1 / ratio))  # noqa: E731
+
+    def invert(value: sp.Expr) -> sp.Expr:
+        return value.replace(sp.atan, lambda ratio: sp.atan(1 / ratio))
+
     if (changed_components := _change_values(components, range(len(components)), invert)) != components:
         yield _make_answer(changed_components)
 
@@ -331,8 +335,8 @@ def _flip_values(chain: Chain, components: Components) -> Iterator[MistakenAnswe
             for new_values in dict.fromkeys([*flipped_values, tuple(-value for value in values)]):
                 if {sp.expand(value) % (2 * sp.pi) for value in new_values} != angles:  # pi/2 and -pi/2 stay the same
                     new_solutions = (*solutions[:solution_index], (q, new_values), *solutions[solution_index + 1 :])
-                    flipped = replace(component, solutions=new_solutions)
-                    yield _make_answer(_replace_component(components, k, flipped), joint=str(q))
+                    new_component = replace(component, solutions=new_solutions)
+                    yield _make_answer(_replace_component(components, k, new_component), joint=str(q))
 
 
 def _call_all_singular(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
@@ -359,9 +363,9 @@ def _change_tied_condition(change: Callable[[sp.Expr], Iterator[sp.Expr]]) -> An
 def _use_relative_angle(condition: sp.Expr) -> Iterator[sp.Expr]:
     """Yield a condition with each sum of joint angles replaced by its last angle."""
     sums = {trig.args[0] for trig in condition.atoms(sp.sin, sp.cos) if trig.args[0].is_Add}
-    last_angle = {angle: max(angle.free_symbols, key=lambda symbol: symbol.name) for angle in sums}
-    if last_angle:
-        yield condition.xreplace(last_angle)
+    last_angles = {angle: max(angle.free_symbols, key=lambda symbol: symbol.name) for angle in sums}
+    if last_angles:
+        yield condition.xreplace(last_angles)
 
 
 def _exchange_sines_and_cosines(condition: sp.Expr) -> Iterator[sp.Expr]:

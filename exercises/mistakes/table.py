@@ -291,8 +291,8 @@ def _read_as_modified(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def change_rotations(stages: StageResults, correct_rotations: list[np.ndarray]) -> list[np.ndarray]:
         rotations = [correct_rotations[0]]
         for row in stages["table"].rows:
-            twisted = matrix_product(rotations[-1], make_rotation_x(stages, row.alpha))
-            rotations.append(matrix_product(twisted, make_rotation_z(stages, row.theta)))
+            rotation_to_axis = matrix_product(rotations[-1], make_rotation_x(stages, row.alpha))
+            rotations.append(matrix_product(rotation_to_axis, make_rotation_z(stages, row.theta)))
         return rotations
 
     def change_links(stages: StageResults, correct_links: list[np.ndarray]) -> list[np.ndarray]:

@@ -37,7 +37,7 @@ def _is_point_last_origin(chain: Chain, _: PartsByKind) -> bool:
 
 
 CONDITIONS: dict[str, Callable[[Chain, PartsByKind], bool]] = {
-    "square": lambda chain, _: len(chain.task) == chain.n,
+    "square": lambda chain, _: chain.has_square_jacobian,
     "all-revolute-and-point-last": lambda chain, _: chain.point.frame == chain.n and not chain.prismatic_joints,
     "all-task-rows": lambda chain, parts: getattr(parts["jacobian"].details, "task", chain.task) == chain.task,
     "linear-rows-first": lambda chain, _: [row[0] for row in chain.task] == sorted(row[0] for row in chain.task),

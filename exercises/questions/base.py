@@ -56,7 +56,7 @@ MAX_JOINTS_FOR_INVERSE = 3
 
 def find_determinant_objection(chain: Chain) -> str | None:
     """Return why a determinant of the task Jacobian can't be asked for; None if it can."""
-    if len(chain.task) != chain.n:
+    if not chain.has_square_jacobian:
         return f"its Jacobian is {len(chain.task)} x {chain.n} for the task {', '.join(chain.task)}, not square"
     return "its determinant is zero everywhere" if derive(chain).symbolic_minors[0].is_zero else None
 

@@ -47,6 +47,8 @@ MIN_EFFECT, MIN_WRONG_EFFECT = 0.1, 0.05
 """Minimum velocity due to a joint at unit rate (m/s or rad/s): in a correct option, and in a wrong one."""
 MIN_OPTION_DIFFERENCE = 0.2
 """Minimum norm of the difference of two vectors offered as options, as a fraction of the larger norm."""
+MIN_VELOCITY, MAX_VELOCITY = 0.1, 3
+"""Limits for the norm of a velocity offered as an option (m/s or rad/s)."""
 MAX_POSSIBLE_SHARE, MIN_IMPOSSIBLE_SHARE = 0.012, 0.5
 """Maximum component of a possible velocity along the lost direction, and minimum component of an impossible velocity.
 
@@ -252,7 +254,7 @@ def _list_tasks(chain: Chain, answer_key: str) -> tuple[tuple[str, ...], ...]:
     """Return the tasks for which J has the shape that an answer needs. For a square J, prefer the arm's usual task."""
     rows = find_moving_rows(derive(chain).geometric_jacobian)
     if answer_key in ("regular", "singular"):
-        if len(chain.task) == chain.n:
+        if chain.has_square_jacobian:
             return (chain.task,)
         return tuple(combinations(rows, chain.n)) if chain.n <= 3 else ()
     row_counts = range(1, chain.n) if answer_key == "redundant" else range(chain.n + 1, len(rows) + 1)
@@ -337,7 +339,7 @@ def _sample_velocities(
         if not is_possible:
             exact_velocity += _sample_velocity_along(lost_unit_vector, _compute_norm(exact_velocity), rng)
         velocity = _round_vector(exact_velocity)
-        is_moderate = 0.1 < _compute_norm(velocity) < 3  # in m/s or rad/s
+        is_moderate = MIN_VELOCITY < _compute_norm(velocity) < MAX_VELOCITY
         is_suitable = is_moderate and _is_clearly_suitable(velocity, lost_unit_vector, is_possible)
         if is_suitable and _is_new(velocity, velocities):
             velocities.append(velocity)

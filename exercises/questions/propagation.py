@@ -52,7 +52,7 @@ def _choose_frame(chain: Chain, rng: Stream) -> FrameDetails:
 
 def _derive_frame_velocity(stages: StageResults, details: Any, jacobian_stage: str) -> np.ndarray:
     """Return the twist of frame i = `details.frame`: the Jacobian of joints 1 to i, times their rates."""
-    return apply_matrix(stages.for_first_joints(details.frame)[jacobian_stage], stages["joint rates"][: details.frame])
+    return apply_matrix(stages.keep_first_joints(details.frame)[jacobian_stage], stages["joint rates"][: details.frame])
 
 
 def _list_joint_numbers(chain: Chain) -> range:

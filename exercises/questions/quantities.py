@@ -128,7 +128,7 @@ class StageQuantities(ABC):
         if name in self.symbols:
             return self.stages.arithmetic.get_symbol_value(name)
         if name in RESULTS:
-            is_square = len(self.stages.chain.task) == self.stages.n
+            is_square = self.stages.chain.has_square_jacobian
             return np.asarray(RESULTS[name](self.stages)) if is_square or name not in SQUARE_RESULTS else None
         if name == "pi" or name in self.numbers:
             return self.stages.arithmetic.make_constant(sp.pi if name == "pi" else self.numbers[name])

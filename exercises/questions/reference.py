@@ -31,6 +31,7 @@ TEXTBOOK_FORMULAS: TextbookFormulas = {
     "inverse": lambda chain: derive(chain).inverse,
     "required rates": lambda chain: derive(chain).derive_rate_law(),
 }
+"""Formulas for all questions. The vectors to the point are p*_i; the linear rows are those of the 6 x n Jacobian."""
 
 VECTOR_STAGES = frozenset({"point", "last origin", "required rates"})
 """The stages that are vectors, although their formulas are matrices with one column."""

@@ -14,7 +14,7 @@ from qdot.exercises.questions import find_question
 from qdot.exercises.reference_answers import Matrix
 
 
-def is_derived(part: Part) -> bool:
+def comes_from_stages(part: Part) -> bool:
     """Return whether the answer to a part is computed from the stages of a derivation."""
     return (question := find_question(part)) is not None and question.compute is not None
 
@@ -38,7 +38,7 @@ def find_determinant_in_denominator(chain: Chain, part: Part, symbol_names: Iter
 
     `symbol_names` are the names of the problem's symbols.
     """
-    if not _is_made_of_minors(part) or part.shape is None or len(chain.task) != chain.n:
+    if not _is_made_of_minors(part) or part.shape is None or not chain.has_square_jacobian:
         return None
     jacobian = Matrix(derive(chain).jacobian).parse_trees(symbol_names)
     return list_rows(determinant(TreeArithmetic.stack_rows(jacobian)))[0][0]

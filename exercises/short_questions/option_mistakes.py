@@ -17,7 +17,7 @@ from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.concepts import JointEffectDetails, parse_vector
-from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.questions.results import comes_from_stages, compute_answer
 from qdot.exercises.reference_answers import TRUE_FALSE, Letters
 from qdot.exercises.short_questions.options import Blame, ConfigurationOptions, list_blames
 from qdot.exercises.short_questions.selections import QuantityDetails
@@ -56,7 +56,7 @@ def _blame_by_mistaken_answers(problem: Problem, part: Part) -> Mapping[int, Bla
 
 def _blame_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mapping[int, Blames]:
     """Return, by the index of a numeric option, the most likely mistake in a derivation that leads to the option."""
-    if not is_derived(part):
+    if not comes_from_stages(part):
         return {}
     configurations = sample_configurations(problem.chain, part, problem.domain, 1, stream)
     stages = compute_numeric_stages(problem.chain, configurations)

@@ -1,4 +1,5 @@
 """Generate wrong formulas for options by known mistakes. They look as plausible as the correct formula.
+
 Two mistakes give three wrong options: with the first mistake, with the second, and with both. In such a set of four
 options, every feature occurs twice. So the correct option is not the option that is most similar to the others. The
 rank of the correct option by length is random.
@@ -52,6 +53,7 @@ MAX_VARIANTS_FOR_ANY_PAIR = 8
 SCREW_MISTAKES = frozenset(screws.VARIANTS)
 """The names of the mistakes that concern screws. A wrong order or a wrong sign of the entries is not among them."""
 NOT_A_NUMBER = (sp.nan, sp.zoo, sp.oo)
+"""SymPy's results of operations that are undefined, such as a division by zero."""
 MAX_CHARACTERS_PER_ENTRY, GUARANTEED_CHARACTERS = 110, 260
 """Maximum number of characters of an option: per entry (for up to four entries), and the number always allowed."""
 MAX_JOINTS_FOR_MINORS = 4

@@ -122,7 +122,7 @@ def _find_current_entry(path: Path, source_digest: str, endings: Sequence[str]) 
 
 @cache
 def _compute_texts_digest() -> str:
-    """Return a digest of the templates and translations, which `code_digest` does not cover."""
+    """Return a digest of the templates and translations, which `compute_package_digest` does not cover."""
     digest = hashlib.sha256()
     folder = find_template_folder()
     for path in sorted(folder.rglob("*.md.j2")):

@@ -44,7 +44,7 @@ from qdot.exercises.mistakes.configurations import SymbolValues, fix_given_joint
 from qdot.exercises.mistakes.formula_edits import edit_all_entries
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json
-from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.questions.results import comes_from_stages, compute_answer
 from qdot.exercises.reference_answers import Answer, AnswerVisitor, ConditionSet, Direction, Letters, Number
 from qdot.exercises.short_questions.option_mistakes import explain_options
 from qdot.exercises.short_questions.single_configuration import RateDetails
@@ -225,7 +225,7 @@ def make_values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain
 
 def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValues) -> Iterator[Json]:
     """Yield the records of the known mistakes that lead to different wrong answers in formulas."""
-    if not is_derived(part):
+    if not comes_from_stages(part):
         return
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
     is_direction = part.answer.is_direction
@@ -419,8 +419,8 @@ def _find_derived_question(part: Part) -> tuple[Part | None, Callable[[np.ndarra
 
     The question is the part itself, or a question of the chapter; None if there is no such question.
     """
-    if is_derived(part) or part.kind not in _CHAPTER_QUESTIONS:
-        return (part if is_derived(part) else None), _take_first_values
+    if comes_from_stages(part) or part.kind not in _CHAPTER_QUESTIONS:
+        return (part if comes_from_stages(part) else None), _take_first_values
     kind, extract_numbers = _CHAPTER_QUESTIONS[part.kind]
     return replace(part, kind=kind), extract_numbers
 

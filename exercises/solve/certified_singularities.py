@@ -30,8 +30,8 @@ def certify_components(chain: Chain) -> tuple[SingularComponent, ...]:
 
 def certify_component(chain: Chain, component: Component) -> SingularComponent:
     """Return a component with certified kind and description, and with unchanged conditions."""
-    certified = _certify_component(chain, get_solution_steps(chain).classify_component(component))
-    return replace(certified, conditions=component.conditions)
+    certified_component = _certify_component(chain, get_solution_steps(chain).classify_component(component))
+    return replace(certified_component, conditions=component.conditions)
 
 
 def certify_statement(chain: Chain, statement: str, samples: Sequence[Sample]) -> str:
@@ -39,11 +39,14 @@ def certify_statement(chain: Chain, statement: str, samples: Sequence[Sample]) -
     return statement if samples and all(statement_holds(chain, statement, sample) for sample in samples) else ""
 
 
-def _certify_component(chain: Chain, singular: SingularComponent) -> SingularComponent:
-    component = Component(singular.conditions, singular.solutions)
-    classification = _certify_classification(chain, component, singular.classification)
-    cases = tuple((v, _certify_classification(chain, component.restrict_to(v), case)) for v, case in singular.cases)
-    return replace(singular, classification=classification, cases=cases)
+def _certify_component(chain: Chain, singular_component: SingularComponent) -> SingularComponent:
+    component = Component(singular_component.conditions, singular_component.solutions)
+    classification = _certify_classification(chain, component, singular_component.classification)
+    cases = tuple(
+        (values, _certify_classification(chain, component.restrict_to(values), case))
+        for values, case in singular_component.cases
+    )
+    return replace(singular_component, classification=classification, cases=cases)
 
 
 def _certify_classification(chain: Chain, component: Component, classification: Classification) -> Classification:

@@ -56,28 +56,29 @@ RemainingMatrices = tuple[RemainingMatrix, ...]
 class RedundantSingularities:
     """The singular set of a redundant arm.
 
-    - `reciprocal`: the result of the elimination.
+    - `reciprocal_set`: the result of the elimination.
     - `matrix`: the Jacobian with which the elimination started, with the arm's numbers.
     - `remaining_matrices`: the matrices that remained after the elimination, with the arm's numbers.
     - `components`: the components of the singular set that the numerical check confirmed.
     - `is_always_singular`: whether every configuration is singular.
     - `check`: the result of the numerical check; None if every configuration is singular.
-    - `doubtful`: conditions that failed the check. They are not reported as singular.
-    - `undecided`: conditions for which the check found no configuration. They are not reported as singular, either.
+    - `doubtful_conditions`: conditions that failed the check. They are not reported as singular.
+    - `undecided_conditions`: conditions for which the check found no configuration. They are not reported as singular,
+      either.
     - `matrix_indices`: for each component, the index of the remaining matrix whose minors are the component's
       conditions, or None.
     - `is_described`: whether the configurations of the components have been described.
     - `max_terms`: the maximum number of terms of an equation that is written out in a text.
     """
 
-    reciprocal: ReciprocalSet
+    reciprocal_set: ReciprocalSet
     matrix: sp.ImmutableMatrix
     remaining_matrices: RemainingMatrices
     components: tuple[SingularComponent, ...] = ()
     is_always_singular: bool = False
     check: RankCheck | None = None
-    doubtful: tuple[tuple[sp.Expr, ...], ...] = ()
-    undecided: tuple[tuple[sp.Expr, ...], ...] = ()
+    doubtful_conditions: tuple[tuple[sp.Expr, ...], ...] = ()
+    undecided_conditions: tuple[tuple[sp.Expr, ...], ...] = ()
     matrix_indices: tuple[int | None, ...] = ()
     is_described: bool = True
     max_terms: int = MAX_READABLE_TERMS
@@ -90,21 +91,22 @@ class RedundantSingularities:
     def omits_conditions(self) -> bool:
         """Whether any condition is not written out."""
         pairs = zip(self.components, self.matrix_indices, strict=True)
-        written_out = (component for component, matrix_index in pairs if matrix_index is None)
-        return any(self.is_long(condition) for component in written_out for condition in component.conditions)
+        conditions = (c for component, matrix_index in pairs if matrix_index is None for c in component.conditions)
+        return any(map(self.is_long, conditions))
 
     @property
     def is_never_singular(self) -> bool:
         """Whether the derivation found that J has full rank everywhere."""
-        return not (self.is_always_singular or self.components or self.doubtful or self.undecided)
+        unconfirmed_conditions = self.doubtful_conditions or self.undecided_conditions
+        return not (self.is_always_singular or self.components or unconfirmed_conditions)
 
     @property
     def search_counts(self) -> dict[str, int]:
         """The numbers of searches for rank loss, of those that converged, and of results that no condition explains."""
         if (check := self.check) is None:
             return {}
-        unexplained = len(check.unexplained_configurations)
-        return {"searches": check.search_count, "ended": check.converged_count, "unexplained": unexplained}
+        unexplained_count = len(check.unexplained_configurations)
+        return {"searches": check.search_count, "ended": check.converged_count, "unexplained": unexplained_count}
 
 
 def generate_redundant_events(chain: Chain) -> Iterator[str | RedundantSingularities]:
@@ -115,31 +117,33 @@ def generate_redundant_events(chain: Chain) -> Iterator[str | RedundantSingulari
     yield f"where the rank of J is below {len(chain.task)}, by elimination"
     arm, values = make_polynomial_arm(chain)
     symbol_values = tuple((symbol, value) for symbol, value in values.items() if symbol not in arm.q)
-    reciprocal = find_reciprocal_set(arm, symbol_values)
-    remaining_matrices = _collect_remaining_matrices(filter(_is_shown, reciprocal.cases), values)
-    result = RedundantSingularities(reciprocal, reciprocal.start.matrix.xreplace(values), remaining_matrices)
-    if () in reciprocal.branches:
+    reciprocal_set = find_reciprocal_set(arm, symbol_values)
+    remaining_matrices = _collect_remaining_matrices(filter(_is_shown, reciprocal_set.cases), values)
+    result = RedundantSingularities(reciprocal_set, reciprocal_set.start.matrix.xreplace(values), remaining_matrices)
+    if () in reciprocal_set.branches:
         yield replace(result, is_always_singular=True)
         return
-    branches = [tuple(_scale_coefficients(c.xreplace(values)) for c in branch) for branch in reciprocal.branches]
+    branches = [tuple(_scale_coefficients(c.xreplace(values)) for c in branch) for branch in reciprocal_set.branches]
     solutions = [(b, component) for b in branches if (component := solve_conjunction(b, chain)) is not None]
     yield "the numeric test of these conditions"
     check = check_rank_loss(chain, [component.conditions for _, component in solutions])
-    confirmed, doubtful, undecided = [], [], []
+    confirmed_components, doubtful_conditions, undecided_conditions = [], [], []
     for k, (branch, component) in enumerate(solutions):
         if k in check.full_rank_branches:
-            doubtful.append(branch)
+            doubtful_conditions.append(branch)
         elif check.samples[k] or not check.arms:
-            confirmed.append((component, check.samples[k]))
+            confirmed_components.append((component, check.samples[k]))
         else:
-            undecided.append(component.conditions)
-    components = tuple(_add_meaning(component, "") for component, _ in confirmed)
+            undecided_conditions.append(component.conditions)
+    components = tuple(_add_meaning(component, "") for component, _ in confirmed_components)
     indices = tuple(_find_minors_index(remaining_matrices, component.conditions) for component in components)
-    result = replace(result, components=components, matrix_indices=indices, check=check, is_described=False)
-    result = replace(result, doubtful=tuple(doubtful), undecided=tuple(undecided))
+    result = replace(
+        result, components=components, matrix_indices=indices, check=check, is_described=False,
+        doubtful_conditions=tuple(doubtful_conditions), undecided_conditions=tuple(undecided_conditions),
+    )  # fmt: skip
     yield result
     yield "the geometry of the configurations in which J loses rank"
-    components = tuple(_describe_component(chain, component, samples) for component, samples in confirmed)
+    components = tuple(_describe_component(chain, component, samples) for component, samples in confirmed_components)
     yield replace(result, components=components, is_described=True)
 
 
@@ -153,11 +157,11 @@ def _describe_component(chain: Chain, component: Component, samples: Sequence[Sa
     The description is empty if no description passes the test.
     """
     if can_establish_kind(chain):
-        singular = certify_component(chain, component)
-        classification = singular.classification
+        certified_component = certify_component(chain, component)
+        classification = certified_component.classification
         if all_have_kind(chain, classification, samples):  # the samples come from another search and lengths
-            return singular
-        return replace(singular, classification=replace(classification, is_uniform=False))
+            return certified_component
+        return replace(certified_component, classification=replace(classification, is_uniform=False))
     statement = find_reason(chain, samples[:: max(1, len(samples) // _MAX_DESCRIBED_SAMPLES)])
     meaning = certify_statement(chain, statement.words, samples) if statement else ""
     return _add_meaning(component, meaning)
@@ -174,11 +178,11 @@ def _collect_remaining_matrices(
 ) -> RemainingMatrices:
     """Return the matrices of cases, without duplicates and with the arm's numbers, each with all of its cases."""
     cases: dict[tuple[sp.ImmutableMatrix, tuple[int, ...], frozenset[sp.Expr]], list[tuple[sp.Expr, ...]]] = {}
-    for reduced in reduced_cases:
-        case = tuple(condition.xreplace(values) for condition in reduced.case)
-        (only_branch,) = reduced.branches if len(reduced.branches) == 1 else ((),)
+    for reduced_case in reduced_cases:
+        case = tuple(condition.xreplace(values) for condition in reduced_case.case)
+        (only_branch,) = reduced_case.branches if len(reduced_case.branches) == 1 else ((),)
         minors = frozenset(_scale_coefficients(minor.xreplace(values)) for minor in only_branch)
-        cases.setdefault((reduced.matrix.xreplace(values), reduced.joints, minors), []).append(case)
+        cases.setdefault((reduced_case.matrix.xreplace(values), reduced_case.joints, minors), []).append(case)
     return tuple(RemainingMatrix(tuple(matrix_cases), *key) for key, matrix_cases in cases.items())
 
 

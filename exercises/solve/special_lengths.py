@@ -120,8 +120,8 @@ def _is_known(component: SingularComponent, known_components: list[SingularCompo
     Elimination may state the same component by different conditions; then sampled configurations are compared.
     """
 
-    def normalize(singular: SingularComponent) -> frozenset[sp.Expr]:
-        return frozenset(_normalize_condition(condition, special_chain) for condition in singular.conditions)
+    def normalize(singular_component: SingularComponent) -> frozenset[sp.Expr]:
+        return frozenset(_normalize_condition(condition, special_chain) for condition in singular_component.conditions)
 
     same_components = [known for known in known_components if normalize(known) == normalize(component)]
     if any(_has_generic_kind(component, known, special_chain) for known in same_components):

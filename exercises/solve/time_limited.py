@@ -137,7 +137,8 @@ def _list_missing_keys(chain: Chain, progress: _Progress) -> Iterator[str]:
     """Yield the keys of the missing results."""
     if not progress.end_reason or progress.missing == ():
         return
-    names = ["position", "jacobian", *list_twist_jacobian_names(chain), *(["determinant"] if _is_square(chain) else [])]
+    names = ["position", "jacobian", *list_twist_jacobian_names(chain)]
+    names += ["determinant"] if chain.has_square_jacobian else []
     missing_names = [name for name in names if name not in progress.ready_results]
     for key in [*missing_names, *(progress.missing or (SINGULAR_SET,))]:
         if key == DESCRIPTION and can_establish_kind(chain):
@@ -145,10 +146,6 @@ def _list_missing_keys(chain: Chain, progress: _Progress) -> Iterator[str]:
         yield key
         if key == "jacobian":
             yield "geometric_jacobian"
-
-
-def _is_square(chain: Chain) -> bool:
-    return len(chain.task) == chain.n
 
 
 _RESULT_DESCRIPTIONS = {
@@ -182,7 +179,7 @@ def _explain_end(progress: _Progress) -> str:
 
 def _list_expected_sections(chain: Chain) -> list[str]:
     """Return the names of all sections that an arm with this number of joints and rows has."""
-    omitted_sections = set() if _is_square(chain) else {"determinant", *INVERSE_SECTIONS}
+    omitted_sections = set() if chain.has_square_jacobian else {"determinant", *INVERSE_SECTIONS}
     if chain.n > MAX_JOINTS_FOR_INVERSE:
         omitted_sections |= {*INVERSE_SECTIONS}
     # `find_objection` is called only for sections that need a feature of a convention; for others, it may take minutes

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import compile_expression
+from qdot.exercises.arm.arithmetic import compile_expressions
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import NumericChain
@@ -290,7 +290,7 @@ def _check_zeros(model: NumericModel, answer: ConditionSet, maker: QuestionMaker
 def _make_distance_function(component: Component, chain: Chain, lengths: Mapping[str, float]) -> Function:
     """Return a function that vanishes on a component: its conditions, or the differences from its joint values."""
     if component.solutions is None:
-        programs = [compile_expression(condition) for condition in component.conditions]
+        programs = [compile_expressions(condition) for condition in component.conditions]
 
         def evaluate_conditions(q: np.ndarray) -> np.ndarray:
             values = {name: np.full(len(q), value) for name, value in lengths.items()}

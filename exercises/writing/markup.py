@@ -290,7 +290,7 @@ def to_text(text: str) -> str:
 def _write_text_blocks(
     node: "SyntaxTreeNode", convert_inline: "Callable[[SyntaxTreeNode], str]", width: int
 ) -> list[str]:
-    """Return the headings, paragraphs, tables and lists inside a node as text."""
+    """Return the headings, paragraphs, quotations, tables and lists inside a node as text."""
     blocks: list[str] = []
     for child in node.children:
         if child.type == "heading":
@@ -298,6 +298,8 @@ def _write_text_blocks(
             blocks.append(f"{text}\n{('=' if child.tag in ('h1', 'h2') else '-') * line_width(text)}")
         elif child.type == "paragraph":
             blocks += _wrap(convert_inline(child.children[0]), width)
+        elif child.type == "blockquote":
+            blocks += [textwrap.indent(block, "  ") for block in _write_text_blocks(child, convert_inline, width - 2)]
         elif child.type == "table":
             rows = [row for part in child.children for row in part.children]
             blocks.append(_write_table([[convert_inline(cell.children[0]) for cell in row.children] for row in rows]))

@@ -43,7 +43,7 @@ def write_prompt(problem: Problem, part: Part, language: str = ENGLISH) -> str:
     text = str(_get_question_macros(part, language).prompt(part, problem.chain, Wording(problem.chain, messages)))
     if part.rounding is not None and part.answer.is_exact:
         precision = messages.translate_phrase(part.rounding.words)
-        text += "\n\n" + messages.gettext("Decimals are accepted %(how)s.", how=precision)
+        text += "\n\n" + messages.gettext("Decimals are accepted if they are correct %(how)s.", how=precision)
     return messages.localize_formulas(_clean_whitespace(text))
 
 

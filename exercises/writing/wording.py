@@ -329,9 +329,12 @@ class Wording:
         gettext = self.messages.gettext
         if self.constants:
             return gettext(
-                "This is a boundary singularity for some lengths and configurations, and an internal one for others."
+                "This is a boundary singularity for some lengths and configurations, "
+                "and an internal singularity for others."
             )
-        return gettext("Some of these configurations are boundary singularities, the others internal.")
+        return gettext(
+            "Some of these configurations are boundary singularities; the others are internal singularities."
+        )
 
     def write_sentence(self, english: str) -> str:
         """Return a description (see `describe`) as a sentence."""

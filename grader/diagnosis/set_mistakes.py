@@ -12,7 +12,7 @@ from itertools import chain, starmap
 
 import numpy as np
 
-from qdot.exercises.arm.arithmetic import compile_expression
+from qdot.exercises.arm.arithmetic import compile_expressions
 from qdot.exercises.arm.chain import REVOLUTE
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace, SetComparison, compare_sets
@@ -309,9 +309,9 @@ class _Fingerprinter:
 
     def _fingerprint_component(self, component: Component) -> Iterator[PieceFingerprint]:
         if component.solutions is None:
-            yield frozenset(self._fingerprint(None, compile_expression(zero)) for zero in component.conditions)
+            yield frozenset(self._fingerprint(None, compile_expressions(zero)) for zero in component.conditions)
         for values in component.list_value_combinations():
-            yield frozenset(self._fingerprint(q.name, compile_expression(value)) for q, value in values)
+            yield frozenset(self._fingerprint(q.name, compile_expressions(value)) for q, value in values)
 
     def _collect(self, pieces: Iterable[PieceFingerprint]) -> SetFingerprint:
         """Return the fingerprint of a set, without the pieces that have all conditions of another piece and more."""

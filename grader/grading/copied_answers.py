@@ -20,7 +20,7 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, find_names
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.questions.results import comes_from_stages, compute_answer
 
 SAMPLE_COUNT = 2
 """Number of configurations at which answers are evaluated."""
@@ -46,7 +46,7 @@ class ClassAnswers:
 
         `rows` are the formulas of the answer, in rows and columns.
         """
-        if not is_derived(part):
+        if not comes_from_stages(part):
             return False
         slot = next(slot for slot in self._assignment.slots if slot.name == slot_name)
         key = (slot_name, part.kind)

@@ -166,7 +166,7 @@ type AnswerKey = ValuesKey | NumbersKey | ConfigurationsKey | LettersKey;
  * are the answer itself. In a ValuesKey they are fingerprints (keys.py) of the answer at the first points, or, if the
  * key has a tolerance, the components of a unit vector.
  */
-type KnownMistake = readonly number[];
+export type KnownMistake = readonly number[];
 
 /** The key of formulas, or of a direction: a vector whose length does not count. Entries are numbered row by row. */
 export interface ValuesKey {

@@ -49,5 +49,13 @@ export const Choice = ({ label, value, any, children, onValue }: ChoiceProps): J
   </label>
 );
 
+/** The message that something could not be loaded, with a button that tries again. */
+export const Failed = ({ reason, onAgain }: { reason: string; onAgain: () => void }): JSX.Element => (
+  <div role="alert">
+    <p>{say("practice.failed", { why: reason })}</p>
+    <Button style="button" text={say("practice.again")} onClick={onAgain} />
+  </div>
+);
+
 /** Attributes of a field whose text a browser should not change, such as a formula or an address. */
 export const LITERAL = { spellcheck: false, autocomplete: "off", autocapitalize: "none" } as const;

@@ -63,7 +63,7 @@ test("the mistakes behind a wrong option are reported", () => {
   expect(judgeLetters("A", CHOICE).mistake).toBe(0);
   const both = judgeLetters("B", CHOICE);
   expect([both.mistake, both.slips]).toEqual([undefined, [{ mistake: 1 }, { mistake: 2 }]]);
-  for (const typed of ["C", "D"]) expect(judgeLetters(typed, CHOICE)).not.toHaveProperty("mistake");
+  for (const typed of ["C", "D"]) expect(judgeLetters(typed, CHOICE).mistake).toBeUndefined();
 });
 
 test("of several letters, each wrong one is reported, with its option", () => {
@@ -173,7 +173,7 @@ test("of two mistakes, the one that gives all digits is reported, else the neare
 test("for a single number with many digits, more mistakes are considered", () => {
   const key = { ...NUMBERS, units: ["m"], right: [0.5], mistakes: [], precise: [[8, 0.71342]] };
   expect(judgeNumbers("0.71342", key).mistake).toBe(8);
-  for (const typed of ["0.713", "0.71301"]) expect(judgeNumbers(typed, key)).not.toHaveProperty("mistake");
+  for (const typed of ["0.713", "0.71301"]) expect(judgeNumbers(typed, key).mistake).toBeUndefined();
 });
 
 test("a mistake is reported together with a wrong unit, unless many such pairs could match by chance", () => {
@@ -220,12 +220,12 @@ test("the mistake behind a direction is reported, for vectors of any length", ()
   const turned = [0.3, -2].map((angle) => [-Math.sin(angle), Math.cos(angle)] as const);
   const key = { ...ALONG, mistakes: [[6, ...print(turned)]] };
   for (const typed of ["[-s1, c1]", "[2*a1*s1, -2*a1*c1]"]) expect(judgeDirection(typed, key).mistake).toBe(6);
-  expect(judgeDirection("[s1, c1]", key)).not.toHaveProperty("mistake");
+  expect(judgeDirection("[s1, c1]", key).mistake).toBeUndefined();
   const inNumbers = { ...ALONG, tolerance: 0.005, rows: 3, right: [[0.6], [0.8], [0]], mistakes: [[7, 0.6, -0.8, 0]] };
   expect(judgeDirection("[-3, 4, 0]", inNumbers).mistake).toBe(7);
-  expect(judgeDirection("[3, 4, 1]", inNumbers)).not.toHaveProperty("mistake");
+  expect(judgeDirection("[3, 4, 1]", inNumbers).mistake).toBeUndefined();
   const flat = { ...inNumbers, rows: 2, right: [[0.6], [0.8]], mistakes: [[7, 0.6, -0.8]] };
-  expect(judgeDirection("[-3, 4]", flat)).not.toHaveProperty("mistake");
+  expect(judgeDirection("[-3, 4]", flat).mistake).toBeUndefined();
 });
 
 test.each([

@@ -64,9 +64,9 @@ class Definition:
 
     `rows` are the LaTeX names of the entries of a vector; a vector of three may have the names of only the components
     that are asked for, such as v_x and v_y. `units` maps further symbols of the answer, such as the mass of a load, to
-    their units. `unit` and `rounding` belong to numbers, which need three significant digits by
-    default. If `is_up_to_factor`, every nonzero multiple of a vector is
-    correct, too. `texts` are pairs of a language and its texts; other languages than the first may lack some.
+    their units. `unit` and `rounding` belong to numbers, which need three significant digits by default. If
+    `is_up_to_factor`, every nonzero multiple of a vector is correct, too. `texts` are pairs of a language and its
+    texts; other languages than the first may lack some.
     """
 
     name: str

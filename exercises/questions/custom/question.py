@@ -231,10 +231,10 @@ class QuestionMaker:
             matrix = to_sympy_matrix(self.compute_answer(compute_symbolic_stages(chain), details))
             numbers = [_evaluate(entry, details.all_values) for entry in matrix]
             if all(number is not None for number in numbers):
-                return self._make_number(sp.Matrix(matrix.rows, matrix.cols, numbers)), details
+                return self._make_numeric_answer(sp.Matrix(matrix.rows, matrix.cols, numbers)), details
         return None
 
-    def _make_number(self, values: sp.Matrix) -> Number:
+    def _make_numeric_answer(self, values: sp.Matrix) -> Number:
         units, largest = (self.definition.unit,) * len(values), max(abs(float(value)) for value in values)
         return Number(values, units, inversion.THREE_DIGIT_TOLERANCE, inversion.ERROR_NEAR_ZERO * largest)
 
@@ -245,7 +245,7 @@ class QuestionMaker:
         configuration = None
         if "pose" in given or joint_names & set(given):
             random_configuration = inversion.sample_configuration_and_velocity(chain, rng)
-            given_joints = {q: _sample(given[q.name], rng) for q in chain.q if q.name in given}
+            given_joints = {q: _sample_value(given[q.name], rng) for q in chain.q if q.name in given}
             joints = random_configuration.joints | given_joints
             configuration = inversion.Configuration(random_configuration.lengths, joints)
         elif chain.parameters:
@@ -259,7 +259,7 @@ class QuestionMaker:
             symbols_of_name = groups.get(name, [] if name == "pose" or name in joint_names else [sp.Symbol(name)])
             kind = {"rates": "rate", "velocity": "velocity"}.get(name, value.kind)
             sampled_value = replace(value, kind=kind)
-            values |= {symbol: numbers.get(name) or _sample(sampled_value, rng) for symbol in symbols_of_name}
+            values |= {symbol: numbers.get(name) or _sample_value(sampled_value, rng) for symbol in symbols_of_name}
         if configuration is not None:
             lengths = {symbol: values.pop(symbol, length) for symbol, length in configuration.lengths.items()}
             configuration = replace(configuration, lengths=lengths)
@@ -341,9 +341,9 @@ class QuestionMaker:
         names = [*map(str, symbols), *numbers, *(self.list_new_symbols(chain) or ())]
         for value in self.definition.given:
             if value.name in numbers and not value.kind and not value.low <= numbers[value.name] <= value.high:
-                number = f"{float(numbers[value.name]):g} m"
+                number_text = f"{float(numbers[value.name]):g} m"
                 advice = f'write {value.name} = "length" to accept the numbers of the arms'
-                return f"`given`: {value.name} is {number} in the table of this arm; {advice}"
+                return f"`given`: {value.name} is {number_text} in the table of this arm; {advice}"
             if value.name not in (*names, *GIVEN_GROUPS):
                 return f"`given`: {make_name_error('symbol', value.name, names)}"
         return None
@@ -412,7 +412,7 @@ class QuestionMaker:
                 return f"tolerance: it must be smaller than the answer; 0 would be right where the answer is {value}"
         return None
 
-    def find_unit_objection(self, chain: Chain) -> str | None:
+    def find_objection_to_unit(self, chain: Chain) -> str | None:
         """Return why the numeric answer probably doesn't have the unit of the definition, or None."""
         if not self.definition.given or self.is_set or not self.formulas:
             return None
@@ -496,6 +496,7 @@ def _evaluate_at_points(entries: Sequence[sp.Expr]) -> Evaluation:
 
 def _evaluate(entry: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
     """Return the value of an entry with ten digits; None if it is not a finite real number."""
+    # twice, because the value of a joint may contain lengths
     number = sp.N(entry.xreplace(dict(values)).xreplace(dict(values)), 30)
     if number.free_symbols:
         missing = ", ".join(sorted(map(str, number.free_symbols)))
@@ -504,7 +505,7 @@ def _evaluate(entry: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | 
     return sp.Float(f"{float(number):.10g}") if is_finite else None
 
 
-def _sample(given: GivenValue, rng: Stream) -> sp.Expr:
+def _sample_value(given: GivenValue, rng: Stream) -> sp.Expr:
     """Return a random value: an angle in steps of 5 degrees, any other value with two significant digits."""
     if given.kind == "angle":
         return sp.pi * sp.Rational(rng.integer(-35, 35), 36)

@@ -12,6 +12,8 @@ UNIT_FORM = "numbers are in SI units, made of m, s, rad, kg, N, J and W, as in m
 
 _SCALES = (1, 2, 4)
 """The factors by which masses, lengths or times are multiplied."""
+_POWER_TOLERANCE = 1e-6
+"""Tolerance for the powers of kg, m and s that are computed from numbers."""
 _NAMES_OF_DIMENSIONS: dict[tuple[int, ...], str] = {
     (0, 0, 0): "a number without a unit", (0, 0, -1): "in rad/s or 1/s", (0, 0, -2): "in rad/s^2 or 1/s^2",
     (1, 1, -2): "in N", (1, 2, -2): "in N m", (1, 2, -3): "in W",
@@ -57,27 +59,36 @@ def find_unit_objection(
     for entry in answer:
         powers = []
         for base in range(len(expected_dimension)):
-            scaled_values = [
-                {symbol: value * scale ** dimensions[symbol][base] for symbol, value in values.items()}
-                for scale in _SCALES
-            ]
-            numbers = [complex(sp.N(entry.xreplace(each).xreplace(each))) for each in scaled_values]
-            if min(map(abs, numbers)) < 1e-9 or not all(math.isfinite(abs(number)) for number in numbers):
+            symbol_powers = {symbol: dimension[base] for symbol, dimension in dimensions.items()}
+            numbers = _evaluate_at_scales(entry, values, symbol_powers)
+            if numbers is None:
                 break
-            first, second = (math.log2(abs(numbers[k + 1] / numbers[k])) for k in (0, 1))
-            if abs(first - second) > 1e-6:
+            first_power, second_power = (math.log2(numbers[k + 1] / numbers[k]) for k in (0, 1))
+            if abs(first_power - second_power) > _POWER_TOLERANCE:
                 return "it has no unit, because it adds quantities of different units, such as a length and an angle"
-            powers.append(first)
+            powers.append(first_power)
         else:
             dimension = tuple(map(round, powers))
-            if dimension != expected_dimension and all(abs(power - round(power)) < 1e-6 for power in powers):
-                actual_unit = describe_dimension(dimension)
-                return (
-                    f"its unit {answer_unit} doesn't fit, because the answer is {actual_unit}"
-                    if answer_unit
-                    else (f"it has no unit, but the answer is {actual_unit}")
-                )
+            are_whole_numbers = all(abs(power - round(power)) < _POWER_TOLERANCE for power in powers)
+            if dimension != expected_dimension and are_whole_numbers:
+                statement = f"its unit {answer_unit} doesn't fit, because" if answer_unit else "it has no unit, but"
+                return f"{statement} the answer is {describe_dimension(dimension)}"
     return None
+
+
+def _evaluate_at_scales(
+    entry: sp.Expr, values: Mapping[sp.Symbol, sp.Expr], symbol_powers: Mapping[sp.Symbol, int]
+) -> list[float] | None:
+    """Return the absolute value of an entry for each of _SCALES; None if one of them is infinite or almost zero.
+
+    Each symbol's value is multiplied by the scale to the symbol's power.
+    """
+    numbers = []
+    for scale in _SCALES:
+        scaled_values = {symbol: value * scale ** symbol_powers[symbol] for symbol, value in values.items()}
+        # twice, because the value of a joint may contain lengths
+        numbers.append(abs(complex(sp.N(entry.xreplace(scaled_values).xreplace(scaled_values)))))
+    return numbers if min(numbers) >= 1e-9 and all(map(math.isfinite, numbers)) else None
 
 
 def _find_dimension(unit: str) -> tuple[int, ...]:

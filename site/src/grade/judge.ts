@@ -72,6 +72,5 @@ function suggestAnd(answer: string, judgeText: (text: string) => Verdict): Verdi
   if (isUnparsed(verdictWithAnd) || isUnsound(verdictWithAnd) || verdictWithAnd.outcome === "missing") return verdict;
   const slips = (verdict.slips ?? []).filter((slip) => !("key" in slip) || slip.key !== "slip.and-missing");
   const reasons = [...verdict.reasons, message("verdict.together")];
-  const { slips: _, ...others } = verdict;
-  return { ...others, reasons, ...(slips.length > 0 ? { slips } : {}) };
+  return { ...verdict, reasons, slips: slips.length > 0 ? slips : undefined };
 }

@@ -26,14 +26,11 @@ export function judgeLetters(answer: string, key: LettersKey): Verdict {
 
 function judgeChoice(chosen: number, { right, option_mistakes }: LettersKey): Verdict {
   if (right.includes(chosen)) return correct();
-  const [mistake, ...otherMistakes] = option_mistakes[chosen] ?? [];
-  return {
-    ...wrong("verdict.letter", { letter: LETTERS[chosen] ?? "" }),
-    ...(mistake === undefined || otherMistakes.length > 0 ? {} : { mistake }),
-    ...(mistake === undefined || otherMistakes.length === 0
-      ? {}
-      : { slips: [mistake, ...otherMistakes].map((mistake) => ({ mistake })) }),
-  };
+  const verdict = wrong("verdict.letter", { letter: LETTERS[chosen] ?? "" });
+  const mistakes = option_mistakes[chosen] ?? [];
+  return mistakes.length > 1
+    ? { ...verdict, slips: mistakes.map((mistake) => ({ mistake })) }
+    : { ...verdict, mistake: mistakes[0] };
 }
 
 /** Return the mistakes that lead to wrong letters, each once, and with its place if it was made in one place only. */

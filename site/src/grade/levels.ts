@@ -37,13 +37,12 @@ export function limitVerdict(verdict: Verdict, level: Level): Verdict {
   const withoutValues = reasons.map((reason) => replaceKey(reason, REPLACEMENTS_WITHOUT_VALUES));
   const showsCounterexample = atLeast(level, "counterexample");
   const revealsPose = reasons.some(({ key }) => key === "verdict.uncovered"); // a pose that belongs to the answer
-  const { counterexample, ...others } = verdict;
   return {
-    ...others,
+    ...verdict,
     reasons: showsCounterexample
       ? withoutValues
       : withoutValues.map((reason) => replaceKey(reason, REPLACEMENTS_WITHOUT_NUMBERS)),
-    ...(showsCounterexample && counterexample && !revealsPose ? { counterexample } : {}),
+    counterexample: showsCounterexample && !revealsPose ? verdict.counterexample : undefined,
   };
 }
 

@@ -1,7 +1,7 @@
 // Judge numbers with units, and vectors whose length does not matter.
 
 import { dot } from "../arm/vector.js";
-import type { NumbersKey, ValuesKey } from "../bank.js";
+import type { KnownMistake, NumbersKey, ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
@@ -11,15 +11,11 @@ import { parseUnit, unitsOfNumbers, withoutUnitsOfNumbers, withPlainUnits } from
 import { message } from "../text/text.js";
 import { shareUpToDeviations, shareOfEntries } from "./credit.js";
 import { EXACT_TOLERANCE, slipsInNumbers } from "./number-slips.js";
-import { correct, listNames, missing, parseOrVerdict, type Verdict, verdictOf, wrong } from "./verdict.js";
+import { correct, listNames, missing, parseOrVerdict, verdictOf, wrong } from "./verdict.js";
+import type { SymbolValues, Verdict } from "./verdict.js";
 import { entriesOf, labelOf, parseRowsOrTable } from "./forms.js";
-import {
-  verdictOnAgreement,
-  configurationText,
-  configurationOf,
-  findUnknownSymbols,
-  fingerprintWeight,
-} from "./values.js";
+import { configurationOf, configurationText, findUnknownSymbols, fingerprintWeight } from "./values.js";
+import { verdictOnAgreement } from "./values.js";
 
 const NO_SYMBOLS: ReadonlySet<string> = new Set();
 const TOLERANCE = 1e-9;
@@ -123,12 +119,8 @@ function judgeVector(entries: readonly Node[], key: ValuesKey): Verdict {
     const expected = key.right.map((values) => values[k] ?? NaN);
     const tolerance = TOLERANCE * Math.max(...values.map(({ size }) => size));
     if (!Number.isFinite(tolerance)) return true;
-    const isAlong = (part: "re" | "im") =>
-      distanceFromLine(
-        values.map((value) => value[part]),
-        expected,
-      ) <= tolerance;
-    return !isAlong("re") || !isAlong("im");
+    const parts = (["re", "im"] as const).map((part) => values.map((value) => value[part]));
+    return parts.some((vector) => distanceFromLine(vector, expected) > tolerance);
   });
   if (wrongPoint < 0) return verdictOnAgreement(entries, message("verdict.direction"), vectorValues);
   const unknown = findUnknownSymbols(names, key);
@@ -141,7 +133,7 @@ function judgeVector(entries: readonly Node[], key: ValuesKey): Verdict {
         FINGERPRINT_TOLERANCE * Math.max(fingerprint, MIN_FINGERPRINT),
     ),
   );
-  return withMistake(reportDifference(names, configurationOf(key, wrongPoint, new Set())), mistake);
+  return reportDifference(names, configurationOf(key, wrongPoint, new Set()), mistake);
 }
 
 /** Relative tolerance for a direction's fingerprint, which has six digits; as if it were at least MIN_FINGERPRINT. */
@@ -151,9 +143,6 @@ const MIN_FINGERPRINT = 0.1;
 /** Return a fingerprint of a direction, independent of its length, as in ../../../exercises/site/keys.py. */
 const fingerprintOf = (vector: readonly number[]): number =>
   Math.abs(vector.reduce((sum, component, i) => sum + fingerprintWeight(i) * component, 0)) / Math.hypot(...vector);
-
-const withMistake = (verdict: Verdict, mistake: readonly number[] | undefined): Verdict =>
-  mistake ? { ...verdict, mistake: mistake[0] as number } : verdict;
 
 /** Judge a numeric vector, whose direction may deviate by `tolerance`. */
 function judgeNumericVector(
@@ -175,15 +164,20 @@ function judgeNumericVector(
   // in a plane, many directions are near that of some mistake
   const mistakes = isReal && unit.length > 2 ? key.mistakes : [];
   const mistake = mistakes.find(([, ...mistaken]) => directionDifference(unit, mistaken) <= tolerance);
-  return withMistake(reportDifference(names, configurationOf(key, 0, new Set())), mistake);
+  return reportDifference(names, configurationOf(key, 0, new Set()), mistake);
 }
 
-/** Return the verdict that a direction differs at a configuration; it shows the values of the names in the answer. */
-function reportDifference(names: ReadonlySet<string>, configuration: Readonly<Record<string, number>>): Verdict {
+/** Return the verdict that a direction differs at a configuration, with the values of the names in the answer. */
+function reportDifference(
+  names: ReadonlySet<string>,
+  configuration: SymbolValues,
+  [mistake]: KnownMistake = [],
+): Verdict {
   const used = [...names].filter((symbol) => symbol in configuration).sort();
   const values = Object.fromEntries(used.map((symbol) => [symbol, configuration[symbol] as number]));
-  if (used.length === 0) return wrong("verdict.other-direction");
-  return verdictOf(0, [message("verdict.not-along", { at: configurationText(values) })], { counterexample: values });
+  if (used.length === 0) return { ...wrong("verdict.other-direction"), mistake };
+  const reason = message("verdict.not-along", { at: configurationText(values) });
+  return verdictOf(0, [reason], { counterexample: values, mistake });
 }
 
 /** Return the distance of a vector's head from the line through the origin along another vector. */

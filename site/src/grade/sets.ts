@@ -219,8 +219,8 @@ function judgeClaims(
   const [slip] = slips;
   const verdictWith = (reasons: readonly Message[], pose?: SymbolValues) =>
     verdictOf(share, [...(roundedClaim ? [message("verdict.rounded")] : []), ...reasons], {
-      ...(pose ? { counterexample: pose } : {}),
-      ...(slip ? { slips: slips.map((setSlip) => setSlip.slip) } : {}),
+      counterexample: pose,
+      slips: slip ? slips.map((setSlip) => setSlip.slip) : undefined,
     });
   // show the pose to which the first slip refers
   const counterexampleOfSlip = slip?.claim && counterexamples[claims.indexOf(slip.claim)];

@@ -106,13 +106,15 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
   const names = namesIn(...entries);
   const valuesByPoint: EntryValues[] = [];
   // a wrong answer differs at one of the first configurations, so later values are computed only when needed
+  const configurationAt = (k: number) => configurationOf(key, k, names);
   const evaluateEntries = (configuration: SymbolValues) =>
     entries.map((entry, i) => (isBlankEntry[i] ? null : evaluate(entry, configuration)));
-  const valuesAt = (k: number) => (valuesByPoint[k] ??= evaluateEntries(configurationOf(key, k, names)));
+  const valuesAt = (k: number) => (valuesByPoint[k] ??= evaluateEntries(configurationAt(k)));
+  const expectedAt = (i: number, k: number) => key.right[i]?.[k] ?? null;
   const scales = key.right.map((values) => Math.max(...values.map((value) => Math.abs(value ?? 0))));
   const largest = Math.max(...scales);
   const firstDifferences = entries.map((_, i) =>
-    key.points.findIndex((_point, k) => !isExpected(valuesAt(k)[i] ?? null, key.right[i]?.[k] ?? null)),
+    key.points.findIndex((_point, k) => !isExpected(valuesAt(k)[i] ?? null, expectedAt(i, k))),
   );
   if (firstDifferences.every((k) => k < 0))
     return verdictOnAgreement(
@@ -123,11 +125,10 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
   const isRightEntry = firstDifferences.map((k) => k < 0);
   const isZero = scales.map((scale) => scale === 0 && largest > 0);
   const deviation = isBlankEntry.some(Boolean) ? null : deviationOf(valuesAt, key, isZero, isRightEntry);
-  const moving = key.moving ?? [];
+  const movingEntries = key.moving ?? [];
+  const areMovingEntriesWrong = movingEntries.length > 0 && !movingEntries.some((i) => isRightEntry[i]);
   const shareByEntries =
-    isRightEntry.length === 1 || (moving.length > 0 && !moving.some((i) => isRightEntry[i]))
-      ? 0
-      : shareOfEntries(isRightEntry, isZero, isBlankEntry);
+    isRightEntry.length === 1 || areMovingEntriesWrong ? 0 : shareOfEntries(isRightEntry, isZero, isBlankEntry);
   const share = Math.max(shareByEntries, deviation === null ? 0 : shareUpToDeviations(deviation.count));
   const isRightByRow = rows.map((row, r) => row.map((_, c) => isRightEntry[r * row.length + c] as boolean));
   const firstWrong = firstDifferences.findIndex((k) => k >= 0);
@@ -138,9 +139,8 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
     describeDifference(entries, firstWrong, valuesAt(firstPoint)[firstWrong] ?? null, key, firstPoint);
   const mistake = findMistake(valuesAt, key.mistakes, key);
   const isRight = (i: number, entry: Node) =>
-    key.points.every((_, j) => isExpected(evaluate(entry, configurationOf(key, j, names)), key.right[i]?.[j] ?? null));
-  const wrongIndices = firstDifferences.flatMap((j, i) => (j >= 0 && !isBlankEntry[i] ? [i] : []));
-  const configurationAt = (j: number) => configurationOf(key, j, names);
+    key.points.every((_, k) => isExpected(evaluate(entry, configurationAt(k)), expectedAt(i, k)));
+  const wrongIndices = firstDifferences.flatMap((k, i) => (k >= 0 && !isBlankEntry[i] ? [i] : []));
   const findMistakeIn = (places: ReadonlySet<number>) => findMistake(valuesAt, key.mistakes, key, places);
   const isUnexplained = mistake === undefined && wrongIndices.length > 0;
   const explanation = isUnexplained
@@ -149,14 +149,14 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
   // the same mistake everywhere may look like several slips
   const finalMistake =
     explanation && !explanation.explainsAll ? findMistake(valuesAt, key.throughout ?? [], key) : mistake;
-  const slips = finalMistake === undefined ? (explanation?.slips ?? []) : [];
+  const slips = finalMistake === undefined && explanation?.slips.length ? explanation.slips : undefined;
   const deviationMessages = deviation === null ? [] : [message(deviation.key)];
   const countMessages = unknownMessage && !isRightEntry.some(Boolean) ? [] : countRightEntries(isRightEntry, isZero);
   return verdictOf(share, [...deviationMessages, ...countMessages, reason], {
     entries: isRightByRow,
     counterexample: configurationOf(key, firstPoint, NO_NAMES),
-    ...(finalMistake === undefined ? {} : { mistake: finalMistake }),
-    ...(slips.length > 0 ? { slips } : {}),
+    mistake: finalMistake,
+    slips,
   });
 }
 

@@ -14,13 +14,13 @@ export interface Verdict {
   /** Whether the exact method of `qdot grade` would agree, except with negligible probability. */
   readonly isSure: boolean;
   /** A configuration at which the answer is wrong (rad, m). */
-  readonly counterexample?: SymbolValues;
+  readonly counterexample?: SymbolValues | undefined;
   /** Whether each entry of a matrix is right, in rows. */
   readonly entries?: readonly (readonly boolean[])[];
   /** The known mistake that explains the answer, as an index into the problem's texts on mistakes. */
-  readonly mistake?: number;
+  readonly mistake?: number | undefined;
   /** Other mistakes, each in a part of the answer. */
-  readonly slips?: readonly Slip[];
+  readonly slips?: readonly Slip[] | undefined;
 }
 
 /** A message; or a known mistake (an index as in `Verdict`), with its place if it was made only there. */

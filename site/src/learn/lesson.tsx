@@ -68,7 +68,8 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
   const problems = useMemo(() => items.map(({ family, key }) => `${family}/${key}`), [items]);
   const [dials, setDials] = useState(FIRST_DIALS);
   const { tool, goals } = lesson;
-  const rates = stage ? computeRates(tool, dials, stage.state) : [];
+  const ratesAt = useMemo(() => tool && ((state: State) => computeRates(tool, dials, state)), [tool, dials]);
+  const rates = (stage && ratesAt?.(stage.state)) ?? [];
   const velocity = stage ? computeVelocity(stage.arm, stage.state, rates) : ZERO;
   const reachedGoals = stage
     ? goals.flatMap(({ isReached }, i) => (isReached({ stage, rates, velocity }) ? [i] : []))
@@ -88,17 +89,8 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
     if (hasMoved.current && newGoals.length > 0) onSkill({ ...skill, goals: [...skill.goals, ...newGoals] });
   });
   const overlay = useMemo(
-    () =>
-      tool
-        ? (now: Stage, view: View) => (
-            <Contributions stage={now} view={view} rates={computeRates(tool, dials, now.state)} />
-          )
-        : undefined,
-    [tool, dials],
-  );
-  const ratesAt = useMemo(
-    () => (tool ? (state: State): readonly number[] => computeRates(tool, dials, state) : undefined),
-    [tool, dials],
+    () => ratesAt && ((now: Stage, view: View) => <Contributions stage={now} view={view} rates={ratesAt(now.state)} />),
+    [ratesAt],
   );
   const isDone = goals.every((_, i) => skill.goals.includes(i));
   return (
@@ -150,8 +142,8 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
           layers={lesson.layers}
           pane={lesson.pane}
           onStage={setStage}
-          overlay={overlay}
-          rates={ratesAt}
+          overlay={overlay ?? undefined}
+          rates={ratesAt ?? undefined}
         />
       </section>
     </div>

@@ -41,16 +41,10 @@ function Learn({ arms, index }: { arms: Arms; index: Index }): JSX.Element {
   return <List stored={stored} unknownLesson={parameters.get("lesson")} index={index} />;
 }
 
+type ListProps = { stored: StoredState; unknownLesson: string | null; index: Index };
+
 /** All lessons; the next one is highlighted, and so are lessons that are due for review. */
-function List({
-  stored,
-  unknownLesson,
-  index,
-}: {
-  stored: StoredState;
-  unknownLesson: string | null;
-  index: Index;
-}): JSX.Element {
+function List({ stored, unknownLesson, index }: ListProps): JSX.Element {
   const { lessons: skills, progress } = stored;
   const problems = useMemo(
     () => index.families.flatMap(({ name, problems }) => problems.map(({ key }) => `${name}/${key}`)),

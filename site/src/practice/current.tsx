@@ -2,7 +2,7 @@
 
 import type { JSX } from "preact";
 
-import { Button } from "../controls.js";
+import { Failed } from "../controls.js";
 import { useLoaded } from "../scheduling.js";
 import { loadProblem } from "../load.js";
 import { say } from "../text/text.js";
@@ -29,13 +29,4 @@ export function Current(props: Omit<TaskProps, "problem" | "part">): JSX.Element
       </>
     );
   return <Task {...props} problem={problem} part={part} />;
-}
-
-export function Failed({ reason, onAgain }: { reason: string; onAgain: () => void }): JSX.Element {
-  return (
-    <div role="alert">
-      <p>{say("practice.failed", { why: reason })}</p>
-      <Button style="button" text={say("practice.again")} onClick={onAgain} />
-    </div>
-  );
 }

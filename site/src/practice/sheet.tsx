@@ -43,15 +43,9 @@ type SheetQuestion = { readonly item: Item; readonly part: Part; readonly typed:
 /** An arm of a sheet, and the questions about it. */
 type SheetArm = { readonly problem: Problem; readonly questions: readonly SheetQuestion[] };
 
-export function Sheet({
-  index,
-  wish,
-  initialSheet,
-}: {
-  index: Index;
-  wish: Wish;
-  initialSheet: SheetWish;
-}): JSX.Element {
+type SheetProps = { index: Index; wish: Wish; initialSheet: SheetWish };
+
+export function Sheet({ index, wish, initialSheet }: SheetProps): JSX.Element {
   const hasSolutions = atLeast(index.feedback, "solutions"); // else there are no answers in the bank
   const [sheet, setSheet] = useState({ ...initialSheet, hasKey: initialSheet.hasKey && hasSolutions });
   const listSheetItems = (): readonly Item[] => listSetItems(index, { ...wish, count: sheet.count });

@@ -3,10 +3,10 @@
 import type { JSX } from "preact";
 
 import type { Index } from "../bank.js";
+import { Failed } from "../controls.js";
 import { useLoaded } from "../scheduling.js";
 import { loadIndex } from "../load.js";
 import { say } from "../text/text.js";
-import { Failed } from "./current.js";
 
 interface WithIndexProps {
   readonly children: (index: Index) => JSX.Element;

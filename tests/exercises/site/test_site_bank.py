@@ -15,7 +15,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.generation import find_listing, generate, select_quiz_questions
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.exercises.questions.results import compute_answer, is_derived
+from qdot.exercises.questions.results import comes_from_stages, compute_answer
 from qdot.exercises.reference_answers import Choice, Matching, Number, Selection
 from qdot.exercises.site.keys import _evaluate_derivation, _find_derived_question, compute_weight, make_key
 from qdot.exercises.site.record import (
@@ -43,7 +43,7 @@ def test_keys_hold_what_the_derivation_in_numbers_gives(family: str) -> None:
             continue  # what mistakes give in numbers takes seconds, and nothing but their form is looked at here
         key = make_key(problem, part)
         json.dumps(key, allow_nan=False)
-        if key["type"] == "values" and is_derived(part):
+        if key["type"] == "values" and comes_from_stages(part):
             _values_are_right(problem, part, key)
         if key["type"] == "configurations":
             _poses_are_singular(problem, key)

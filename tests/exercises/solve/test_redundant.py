@@ -79,7 +79,7 @@ def test_a_panda_has_the_singularities_that_its_offsets_leave() -> None:
     assert str(shoulder_wrist.conditions[0]) == "cos(theta5)"
     assert shoulder_wrist.conditions[1].free_symbols == {t4, t6}
     assert str(shoulder.conditions[0]) == "sin(theta2)"
-    assert solution.redundant is not None and solution.redundant.doubtful == ()
+    assert solution.redundant is not None and solution.redundant.doubtful_conditions == ()
     assert solution.redundant.search_counts == {"searches": 60, "ended": 60, "unexplained": 0}
     # Away from the conditions of three of them, a condition alone leaves J with its full rank.
     q = np.array([0.3, 0.8, -0.4, 0.0, 1.1, 0.5, 0.2])
@@ -124,8 +124,8 @@ def test_conditions_without_a_configuration_are_told_as_undecided(monkeypatch: p
 
     usual = _solved("iiwa")
     solution = solved(*find_reciprocal_set(*make_polynomial_arm(_arm("iiwa"))[:1]).branches)
-    assert solution.redundant is not None and solution.redundant.undecided == (both,)
-    assert _conditions(solution) == _conditions(usual) and solution.redundant.doubtful == ()
+    assert solution.redundant is not None and solution.redundant.undecided_conditions == (both,)
+    assert _conditions(solution) == _conditions(usual) and solution.redundant.doubtful_conditions == ()
     for said in (solution.note or "", " ".join(solve_to_text(solution.chain, "text").split())):
         assert "No configuration was found in which" in said
     assert "`sin(theta2) - sin(theta4) - 19/10 = 0`" in (solution.note or "")
@@ -196,7 +196,7 @@ def test_twists_lengths_and_points_that_are_no_polynomials_are_taken() -> None:
     chain = Chain("odd", tuple(joints), VELOCITY_NAMES, tool=Point(6), title="odd")
     assert elimination_applies(chain)
     solution = solve(chain)
-    assert solution.redundant is not None and solution.singular and solution.redundant.doubtful == ()
+    assert solution.redundant is not None and solution.singular and solution.redundant.doubtful_conditions == ()
     assert solution.redundant.search_counts["unexplained"] == 0
     away = replace(chain, tool=Point(6, (sp.Rational(1, 5), sp.S.Zero, sp.S.Zero)))
     assert not elimination_applies(away)  # the last joint does not move it: it is no point of the last link
@@ -221,8 +221,8 @@ def test_a_position_whose_minors_are_long_is_solved_by_a_force_that_does_no_work
     assert elimination_applies(chain)
     solution = solve(chain)
     found = solution.redundant
-    assert found is not None and found.reciprocal.start.reference_frame is None
-    assert (found.doubtful, found.undecided) == ((), ())
+    assert found is not None and found.reciprocal_set.start.reference_frame is None
+    assert (found.doubtful_conditions, found.undecided_conditions) == ((), ())
     assert frozenset({"sin(theta5)"}) in _conditions(solution)
     out = check_rank_loss(chain, [one.conditions for one in found.components], start_count=150, seed="again")
     assert (out.full_rank_branches, out.unexplained_configurations) == ((), ()) and all(out.samples)
