@@ -695,14 +695,12 @@ def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix
     elif _has_split_decimals(rows, expected):
         hint = "; write decimals with a point, like 0.5"
     if expected[1] == 1:
-        actual_size = f"is {shape[0]} × {shape[1]}" if 1 not in shape else f"has {_count_entries(max(shape))}"
-        raise _Refusal(f"your answer {actual_size}, but it must have {_count_entries(expected[0])}{hint}")
+        expected_words = f"but it must have {expected[0]}"
+        if 1 not in shape:
+            raise _Refusal(f"your answer is {shape[0]} × {shape[1]}, {expected_words} entries{hint}")
+        raise _Refusal(f"your answer has {max(shape)} {'entry' if max(shape) == 1 else 'entries'}, {expected_words}{hint}")
     actual_size, expected_size = (f"{rows} × {columns}" for rows, columns in (shape, expected))
     raise _Refusal(f"your answer is {actual_size}, but it must be {expected_size}{hint}")
-
-
-def _count_entries(count: int) -> str:
-    return "1 entry" if count == 1 else f"{count} entries"
 
 
 _COMMA_HINT = "; if 0,5 is a number, separate entries by semicolons, or by commas and spaces, like [0,5; 1,25]"

@@ -251,8 +251,10 @@ def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], d
     point_words = ""
     if isinstance(example, EntryDifference):
         entry, point_words = example.entry, _describe_point(example.at)
-    error = "should be 0" if entry == pivot else f"does not have the right ratio to entry {pivot + 1}"
-    reason = f"your vector does not have the right direction: entry {entry + 1} {error}{point_words}"
+    error = f"the ratio of entry {entry + 1} to entry {pivot + 1} is wrong"
+    if entry == pivot:
+        error = f"entry {entry + 1} should be 0"
+    reason = f"your vector does not have the right direction: {error}{point_words}"
     return wrong_judgement(describe_unknown_symbols(parsed, domain) or reason, certificate)
 
 
