@@ -18,6 +18,7 @@ from qdot.exercises.formula.algebra import expand_terms
 from qdot.exercises.formula.program import evaluate_variants
 from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, format_tree
 from qdot.exercises.mistakes import formula_edits
+from qdot.exercises.mistakes.base import join_words
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import SymbolValues
 from qdot.grader.diagnosis.numbers import NumericAnswer, is_distinctive
@@ -88,12 +89,21 @@ def locate_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) 
     """
     if shape[:2] == (1, 1):
         return "In your answer,"
-    names = [str(max(index) + 1) if 1 in shape[:2] else f"({index[0] + 1}, {index[1] + 1})" for index in entry_indices]
-    if len(names) == 1:
-        return f"In entry {names[0]},"
-    if len(names) > MAX_NAMED_ENTRIES:
-        return f"In each of {len(names)} entries, such as entry {names[0]},"
-    return f"In each of the entries {', '.join(names[:-1])} and {names[-1]},"
+    if len(entry_indices) > MAX_NAMED_ENTRIES:
+        return f"In each of {len(entry_indices)} entries, such as {name_entries(entry_indices[:1], shape)},"
+    names = name_entries(entry_indices, shape)
+    return f"In each of the {names}," if len(entry_indices) > 1 else f"In {names},"
+
+
+def name_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) -> str:
+    """Return the names of entries: their rows and columns, or their numbers if the answer has one row or column.
+
+    >>> name_entries([(0, 1), (1, 1)], (2, 2)), name_entries([(1, 0)], (3, 1))
+    ('entries (1, 2) and (2, 2)', 'entry 2')
+    """
+    is_vector = 1 in shape[:2]
+    numbers = [str(max(i, j) + 1) if is_vector else f"({i + 1}, {j + 1})" for i, j in entry_indices]
+    return f"{'entries' if len(numbers) > 1 else 'entry'} {join_words(numbers)}"
 
 
 def _identify_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) -> str:
@@ -118,9 +128,7 @@ def _find_exchange(answer: WrongAnswer, entry_indices: Sequence[EntryIndex]) -> 
     for index, other_index in (entry_indices, entry_indices[::-1]):
         exchanged_values[index] = answer.correct_values[other_index]
     if answer.numeric.equals(exchanged_values):
-        diagnosis = _make_diagnosis("entries-exchanged", entry_indices, exchanged_values.shape)
-        location = locate_entries(entry_indices, exchanged_values.shape).replace("each of the ", "")
-        return replace(diagnosis, feedback=CATALOGUE["entries-exchanged"].format_message({"Where": location}))
+        return _make_diagnosis("entries-exchanged", entry_indices, exchanged_values.shape)
     return None
 
 
@@ -167,7 +175,7 @@ def _find_other_lengths(answer: WrongAnswer, reference: Rows) -> Diagnosis | Non
     expected_values, size = answer.correct_values[first_samples], answer.numeric.term_size[first_samples]
     if not any(NumericAnswer(values, size, answer.numeric.tolerances).equals(expected_values) for values in answers):
         return None
-    words = ", ".join(map(format_tree, other_lengths))
+    words = join_words([*map(format_tree, other_lengths)])
     return Diagnosis((), f"Your answer is correct for an arm with other lengths ({words}). {OWN_TABLE_HINT}")
 
 
@@ -295,9 +303,9 @@ class _WrongEntry:
             with np.errstate(all="ignore"):
                 ratio = difference / values
             if np.isfinite(ratio).all() and np.ptp(ratio.real) <= 1e-6 * np.abs(ratio).max():
-                symbols = ", ".join(sorted(find_names(part)))
+                symbols = sorted(find_names(part))
                 if part in terms and symbols:
-                    yield LocatedMistake("number-typed", f" (with {symbols} in it)")
+                    yield LocatedMistake("number-typed", f" (with {join_words(symbols)})")
                 else:
                     yield LocatedMistake("entry-factor" if symbols else "constant-typed")
 
@@ -354,6 +362,7 @@ def _make_diagnosis(
     name: str, entry_indices: Sequence[EntryIndex], shape: tuple[int, ...], missing_words: str = ""
 ) -> Diagnosis:
     """Return the diagnosis that names a mistake and the entries in which it was made."""
-    words = {"Where": locate_entries(entry_indices, shape), "which": missing_words}
-    signature = (f"{name} {_identify_entries(entry_indices, shape)}",)
-    return Diagnosis((name,), CATALOGUE[name].format_message(words), signature=signature)
+    location = locate_entries(entry_indices, shape)
+    words = {"Where": location, "which": missing_words, "entries": name_entries(entry_indices, shape)}
+    message = CATALOGUE[name].format_message(words)
+    return Diagnosis((name,), message, signature=(f"{name} {_identify_entries(entry_indices, shape)}",))

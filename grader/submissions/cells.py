@@ -364,13 +364,14 @@ def empty_self_checks(cells: Sequence[Cell], problems: "Problems") -> Sequence[C
     `problems` are the student's problems. Self-checks only print results, but take half of the time of all cells
     together.
     """
-    from qdot.exercises.notebook.self_check import SELF_CHECK, write_self_check_cells
+    from qdot.exercises.notebook.self_check import SELF_CHECK, write_self_check_cell
 
-    function, checks = write_self_check_cells(problems)
-    generated = {function, *checks} - {""}
-    if any(SELF_CHECK in cell.source for cell in cells if cell.is_code and cell.source.strip() not in generated):
+    check_source = write_self_check_cell(problems)
+    if any(SELF_CHECK in cell.source for cell in cells if cell.is_code and cell.source.strip() != check_source):
         return cells
-    return [replace(cell, source="") if cell.is_code and cell.source.strip() in generated else cell for cell in cells]
+    return [
+        replace(cell, source="") if cell.is_code and cell.source.strip() == check_source else cell for cell in cells
+    ]
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ import { memo, withPace } from "../pace.js";
 import { useCallback, useContext, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Choice, optionsOf } from "../controls.js";
-import { inDigits, say } from "../text/text.js";
+import { formatNumber, say } from "../text/text.js";
 import { plainLetters } from "./letters.js";
 import type { Arm } from "./model.js";
 import { rangeOf, limitToRange } from "./ranges.js";
@@ -29,10 +29,10 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   const inRadians = useContext(InRadians);
   const [pair, setPair] = useState<JointPair>(() => findMostSensitivePair(arm));
   const [shownValue, setShown] = useState<ShownValue>("det");
-  const frame = useRef<HTMLDivElement>(null);
+  const box = useRef<HTMLDivElement>(null);
   const canvas = useRef<HTMLCanvasElement>(null);
   const [isDragging, setHeld] = useState(false);
-  const [width, height] = useSize(frame, [420, 380]);
+  const [width, height] = useSize(box, [420, 380]);
 
   useEffect(() => setPair(findMostSensitivePair(arm)), [arm]);
   const pick = useCallback((axis: 0 | 1, joint: number) => setPair((current) => withJoint(current, axis, joint)), []);
@@ -55,7 +55,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   const moveTo = ([u, v]: Spot): void =>
     move(poseAtSpot(pose, pair, [limitToRange(arm, pair[0], u), limitToRange(arm, pair[1], v)]));
   const dragTo = (event: PointerEvent): void => {
-    const corner = frame.current!.getBoundingClientRect();
+    const corner = box.current!.getBoundingClientRect();
     const [x, y] = [event.clientX - corner.left, event.clientY - corner.top];
     const clampToUnit = (value: number): number => Math.max(0, Math.min(1, value));
     const pointedSpot: Spot = [
@@ -142,7 +142,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
         </label>
       </div>
       <div
-        ref={frame}
+        ref={box}
         class="arm-map-frame"
         role="application"
         aria-roledescription={say("arm.map.role")}
@@ -282,15 +282,15 @@ function ticksOf(arm: Arm, joint: number, inRadians: boolean): (readonly [number
     const value = low + (k * (high - low)) / 4;
     if (isRevolute && inRadians) return [value, asMultipleOfPi(value)];
     const number = isRevolute ? toDegrees(value) : roundToDecimals(value, 2);
-    return [value, `${inDigits(number)}${isRevolute ? "°" : ""}`];
+    return [value, `${formatNumber(number)}${isRevolute ? "°" : ""}`];
   });
 }
 
 /** Return an angle as text: as a multiple of π/2 if it is one, else as a decimal. */
 function asMultipleOfPi(angle: number): string {
   const quarterTurns = (2 * angle) / Math.PI;
-  if (Math.abs(quarterTurns - Math.round(quarterTurns)) > 1e-9) return inDigits(roundToDecimals(angle, 2));
-  return ["−π", "−π/2", "0", "π/2", "π"][Math.round(quarterTurns) + 2] ?? inDigits(roundToDecimals(angle, 2));
+  if (Math.abs(quarterTurns - Math.round(quarterTurns)) > 1e-9) return formatNumber(roundToDecimals(angle, 2));
+  return ["−π", "−π/2", "0", "π/2", "π"][Math.round(quarterTurns) + 2] ?? formatNumber(roundToDecimals(angle, 2));
 }
 
 type LegendProps = { readonly stretches: readonly Stretch[]; readonly isEverywhere: boolean };

@@ -9,8 +9,8 @@ import { useId, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks"
 
 import type { SymbolInfo } from "../bank.js";
 import type { State } from "./model.js";
-import { inDigits, say, type TextKey } from "../text/text.js";
-import { TermLinks } from "./answering.js";
+import { formatNumber, say, type TextKey } from "../text/text.js";
+import { TermLinks } from "./term-links.js";
 import { Drawing } from "./drawing.js";
 import { Figures } from "./figures.js";
 import { Jacobian } from "./jacobian.js";
@@ -63,10 +63,10 @@ function Panel(props: ArmProps): JSX.Element {
   const box = useRef<HTMLElement>(null);
   const [width] = useSize(box, [720, 600]);
   const emptyScene = useRef<HTMLDivElement>(null); // an empty element, measured before the drawing is in it
-  const [sceneSize, setRoom] = useState<readonly [number, number]>();
+  const [sceneSize, setSceneSize] = useState<readonly [number, number]>();
   useLayoutEffect(() => {
     const { clientWidth = 0, clientHeight = 0 } = emptyScene.current ?? {};
-    if (clientWidth > 0 && clientHeight > 0) setRoom([clientWidth, clientHeight]);
+    if (clientWidth > 0 && clientHeight > 0) setSceneSize([clientWidth, clientHeight]);
   }, []);
   const isWide = width >= MIN_WIDE_PANEL;
   const [firstPane] = useState(() => (isNarrowPage() ? null : (props.pane ?? "map")));
@@ -215,7 +215,7 @@ const LAYERS_OF_J: ReadonlySet<keyof Layers> = new Set(["columns", "ellipse"]);
 
 /** det J in a line over the drawing, because its pane may be closed. */
 function Readout({ arm, measures }: Stage): JSX.Element {
-  const value = inDigits(roundToDigits(measures.det ?? measures.volume));
+  const value = formatNumber(roundToDigits(measures.det ?? measures.volume));
   return (
     <p class={`arm-readout arm-${classifyNearness(arm, measures)}-pose`} aria-hidden="true">
       {say(sizeKey(arm))} = {value}

@@ -17,7 +17,7 @@ import {
   visitNodes,
 } from "../read/tree.js";
 import { UNITS } from "../read/vocabulary.js";
-import { inDigits, message, type Message, numberSeparator, say, type TextKey } from "../text/text.js";
+import { formatNumber, message, type Message, numberSeparator, say, type TextKey, withGreek } from "../text/text.js";
 import { shareUpToDeviations, shareOfEntries } from "./credit.js";
 import { entriesOf, isBlank, matrixOf, otherComponent } from "./forms.js";
 import { parseRowsOrTable, requireScalars, rightSide, withShape } from "./forms.js";
@@ -222,13 +222,13 @@ type Deviation = { readonly count: 1 | 2; readonly key: TextKey };
 function deviationOf(
   valuesAt: ValuesAt,
   key: ValuesKey,
-  zeros: readonly boolean[],
-  right: readonly boolean[],
+  isZero: readonly boolean[],
+  isRight: readonly boolean[],
 ): Deviation | null {
   const movingEntries = key.moving ?? [];
-  const wrongIndices = right.flatMap((ok, i) => (ok ? [] : [i]));
-  const isOneNumber = movingEntries.length === 0 && zeros.filter((zero) => !zero).length === 1;
-  if (isOneNumber || wrongIndices.some((i) => zeros[i])) return null;
+  const wrongIndices = isRight.flatMap((right, i) => (right ? [] : [i]));
+  const isOneNumber = movingEntries.length === 0 && isZero.filter((zero) => !zero).length === 1;
+  if (isOneNumber || wrongIndices.some((i) => isZero[i])) return null;
   const ratios: number[] = [];
   let expectedSigns: readonly number[] = [];
   for (let k = 0; k < key.points.length; k += 1) {
@@ -253,7 +253,7 @@ function deviationOf(
     const hasWrongSign = expectedSigns.includes(-1);
     if (!hasWrongSign && !hasFactor) return null;
     if (hasFactor && !wrongIndices.some((i) => movingEntries.includes(i))) return null; // any number would be right up to a factor
-    const hasSeveralEntries = right.length > 1;
+    const hasSeveralEntries = isRight.length > 1;
     if (hasWrongSign && hasFactor)
       return { count: 2, key: hasSeveralEntries ? "verdict.but-signs-both" : "verdict.but-both" };
     if (!hasWrongSign) return { count: 1, key: "verdict.but-factor" };
@@ -275,10 +275,10 @@ function powersOf(count: number): number[][] {
 }
 
 /** Return a message on how many nonzero entries of several are right. */
-function countRightEntries(right: readonly boolean[], zeros: readonly boolean[]): Message[] {
-  const entries = right.filter((_, i) => !zeros[i]);
-  if (right.length === 1) return [];
-  return [message("verdict.entries", { right: entries.filter(Boolean).length, count: entries.length })];
+function countRightEntries(isRight: readonly boolean[], isZero: readonly boolean[]): Message[] {
+  const isNonzeroRight = isRight.filter((_, i) => !isZero[i]);
+  if (isRight.length === 1) return [];
+  return [message("verdict.entries", { right: isNonzeroRight.filter(Boolean).length, count: isNonzeroRight.length })];
 }
 
 function describeDifference(
@@ -363,7 +363,9 @@ function valuesForStudent(key: ValuesKey, k: number, entry: Node): SymbolValues 
 
 export function configurationText(configuration: SymbolValues): string {
   return Object.entries(configuration)
-    .map(([symbol, value]) => `${displayName(symbol)} = ${inDigits(asShownOnSliders(symbol, value))}${unitOf(symbol)}`)
+    .map(
+      ([symbol, value]) => `${withGreek(symbol)} = ${formatNumber(asShownOnSliders(symbol, value))}${unitOf(symbol)}`,
+    )
     .join(numberSeparator());
 }
 
@@ -378,8 +380,6 @@ const isJoint = (symbol: string): boolean => /^(theta|d)\d/.test(symbol);
 const isRate = (symbol: string): boolean => /^qd\d+$/.test(symbol);
 const isAngle = (symbol: string): boolean => /^theta\d+$/.test(symbol);
 const unitOf = (symbol: string): string => (isAngle(symbol) ? "°" : /^[ad]\d+$/.test(symbol) ? " m" : "");
-/** Return a symbol as the page shows it: θ1. */
-export const displayName = (symbol: string): string => symbol.replace(/^theta(?=\d)/, "θ");
 
 /** Return a message on names in an answer that are no symbols of the problem; null if there are none. */
 export function findUnknownSymbols(names: ReadonlySet<string>, key: ValuesKey): Message | null {
@@ -395,7 +395,7 @@ export function findUnknownSymbols(names: ReadonlySet<string>, key: ValuesKey): 
 }
 
 function numberText(value: number | null): string {
-  return value === null || !isFinite(value) ? say("verdict.undefined") : inDigits(value);
+  return value === null || !isFinite(value) ? say("verdict.undefined") : formatNumber(value);
 }
 
 function complexText({ re, im, size }: Value): string {

@@ -11,7 +11,7 @@ import type { Stage } from "../arm/stage.js";
 import { leastSquares } from "../arm/svd.js";
 import { add, scaleVector, type Vec3, ZERO } from "../arm/vector.js";
 import type { View } from "../arm/view.js";
-import { inDigits, say } from "../text/text.js";
+import { formatNumber, say } from "../text/text.js";
 
 /** Which sliders a lesson has: for joint rates, or for the wanted direction of P. */
 export type Tool = "rates" | "wanted";
@@ -59,20 +59,22 @@ export function Contributions({ stage, view, rates }: ContributionsProps): JSX.E
       {contributions.map((contribution, i) => {
         const start = end;
         end = add(end, contribution);
-        return <Arrow key={i} view={view} start={start} vector={contribution} style={`arm-share ${jointClass(i)}`} />;
+        return (
+          <Arrow key={i} view={view} start={start} vector={contribution} className={`arm-share ${jointClass(i)}`} />
+        );
       })}
       <Arrow
         view={view}
         start={state.point}
         vector={scaleVector(computeVelocity(arm, state, rates), scale)}
-        style="arm-sum"
+        className="arm-sum"
       />
     </g>
   );
 }
 
 /** Format a number with two decimals. */
-const formatRounded = (value: number): string => inDigits(roundToDecimals(value, 2));
+const formatRounded = (value: number): string => formatNumber(roundToDecimals(value, 2));
 
 interface DialsProps {
   readonly tool: Tool;
