@@ -88,8 +88,9 @@ class PredictedAnswer:
     def sentence(self) -> str:
         """The message to the student, which calls the rows of a vector entries."""
         message = self.mistake.format_message(self.variant.words)
-        is_vector = self.answer.ndim > 1 and self.answer.shape[1] == 1
-        return re.sub(r"^Row\b", "Entry", message.replace("exchanged rows", "exchanged entries")) if is_vector else message
+        if self.answer.ndim < 2 or self.answer.shape[1] > 1:
+            return message
+        return re.sub(r"^Row\b", "Entry", message.replace("exchanged rows", "exchanged entries"))
 
     @property
     def frequency(self) -> float:

@@ -698,7 +698,8 @@ def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix
         expected_words = f"but it must have {expected[0]}"
         if 1 not in shape:
             raise _Refusal(f"your answer is {shape[0]} × {shape[1]}, {expected_words} entries{hint}")
-        raise _Refusal(f"your answer has {max(shape)} {'entry' if max(shape) == 1 else 'entries'}, {expected_words}{hint}")
+        noun = "entry" if max(shape) == 1 else "entries"
+        raise _Refusal(f"your answer has {max(shape)} {noun}, {expected_words}{hint}")
     actual_size, expected_size = (f"{rows} × {columns}" for rows, columns in (shape, expected))
     raise _Refusal(f"your answer is {actual_size}, but it must be {expected_size}{hint}")
 

@@ -117,7 +117,8 @@ def give_partial_credit(answer: AnswerInContext, judgement: Judgement, is_copied
     if credit is not None and credit.share > share:
         share = credit.share
         # The share is not the share of correct entries, so their number is left out.
-        detail = re.sub(r"^(\d+ of \d+|(none of the|all) \d+|neither of the two|both|the only) [a-z ]+ right[^;]*; ", "", reason)
+        count_pattern = r"^(\d+ of \d+|(none of the|all) \d+|neither of the two|both|the only) [a-z ]+ right[^;]*; "
+        detail = re.sub(count_pattern, "", reason)
         words = f"{credit.reason}, so you earn {_format_share(share * rules.factor)} of the points"
         judgement = replace(judgement, reason=f"{words}; {detail}")
     return _replace_share(judgement, share * rules.factor)
@@ -207,7 +208,8 @@ def _credit_except_factor(answer: AnswerInContext, judgement: Judgement) -> Earn
         return None
     is_single = len(wrong_indices) == 1
     sign_words, factor_words = ("one sign", "a factor") if is_single else ("signs", "a common factor")
-    words = ["the sign" if part.shape is None else sign_words] * factor.is_negative + [factor_words] * factor.changes_size
+    words = ["the sign" if part.shape is None else sign_words] * factor.is_negative
+    words += [factor_words] * factor.changes_size
     if not words:  # no error was found, which doesn't mean that the answer is correct
         return None
     share = compute_share_up_to_sign_and_factor(factor.is_negative, factor.changes_size)

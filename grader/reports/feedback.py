@@ -57,7 +57,7 @@ SHORT_REASONS = (
     (rf"\b(entry (?:\d+|\(\d+, \d+\))) differs{_END}", r"\1 is wrong"),
     (rf"; number \d+ is not right{_END}", ""),
     (rf"^your number is not right{_END}(\. )?", ""),
-    (rf"(\byou found\b.*); an? [a-z ]+ is missing\b", r"\1"),
+    (r"(\byou found\b.*); an? [a-z ]+ is missing\b", r"\1"),
     (r"(\bconditions? (?:is|are) wrong); this configuration [a-z ]+", r"\1"),
     (r"\bthis configuration is not singular\b", "your answer includes a configuration that is not singular"),
     (r"\bthis configuration does not satisfy the condition\b", "your answer includes a wrong configuration"),
