@@ -85,7 +85,7 @@ def build_site(
     else:
         loaded_assignment, text_question_names = load_assignment(assignment).without_text_questions()
         if text_question_names:
-            note(f"the site leaves out {', '.join(text_question_names)}, because a person marks such answers")
+            note(f"the site leaves out {', '.join(text_question_names)}, because a person must mark these answers")
         titles = [(slot.name, slot.family.title, slot.family.source) for slot in loaded_assignment.slots]
         bank_assignment = loaded_assignment.with_variation(variation) if variation else loaded_assignment
         variant_count = variants or VARIANTS_PER_PROBLEM
