@@ -5,7 +5,7 @@ import { memo } from "../pace.js";
 import { useCallback, useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { say } from "../text/text.js";
-import { Body, polylineText } from "./flat.js";
+import { Body, polylineText } from "./line-drawing.js";
 import type { Covered } from "./labels.js";
 import { jointClass, plainLetters } from "./letters.js";
 import { drawnLostDirection } from "./lost-direction.js";
@@ -19,7 +19,7 @@ import type { Stage } from "./stage.js";
 import { Space } from "./space.js";
 import { add, addScaled, dot, subtract, type Vec3 } from "./vector.js";
 import type { Orbit, Pixel, View } from "./view.js";
-import { ARROWS, FIRST_ORBIT, flatPlane, vectorFromPixels, toPixel, viewOf } from "./view.js";
+import { ARROWS, FIRST_ORBIT, planeNormalOf, vectorFromPixels, toPixel, viewOf } from "./view.js";
 import { useSize } from "./size.js";
 import { classifyNearness } from "./descriptions.js";
 
@@ -59,7 +59,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
   const [hasDragged, setDragged] = useState(false); // the hint is shown until the reader has dragged something
   const [isSolidReady, setSolid] = useState(false);
   const extent = useMemo(() => extentOf(arm), [arm]);
-  const isFlat = useMemo(() => flatPlane(arm) !== null, [arm]);
+  const isFlat = useMemo(() => planeNormalOf(arm) !== null, [arm]);
   const fullView = useMemo(() => viewOf(arm, extent, width, height, orbit), [arm, extent, width, height, orbit]);
   const view = useNearView(props, fullView, firstOrbit, isFlat);
   const columns = useMemo(
@@ -233,7 +233,7 @@ function pointOnDraggedLink(drag: Drag | null, links: readonly (readonly Vec3[])
  */
 function useOrbit({ arm, home, isRequested }: DrawingProps): [Orbit, StateUpdater, Orbit] {
   const firstOrbit = useMemo(
-    () => (isRequested && !flatPlane(arm) ? findReadableOrbit(arm, stateAt(arm, home), FIRST_ORBIT) : FIRST_ORBIT),
+    () => (isRequested && !planeNormalOf(arm) ? findReadableOrbit(arm, stateAt(arm, home), FIRST_ORBIT) : FIRST_ORBIT),
     [arm, home, isRequested],
   );
   const [orbit, setOrbit] = useState<Orbit>(firstOrbit);

@@ -4,7 +4,7 @@ import { type Arm, reachOf, type State } from "./model.js";
 import { thicknessOf } from "./ranges.js";
 import { bodyOf, jointCentresOf, wayToPoint } from "./shape.js";
 import { addScaled, dot, norm, scaleVector, subtract, type Vec3 } from "./vector.js";
-import { axonometric, FIRST_ORBIT, type Orbit, toPixel, type View } from "./view.js";
+import { axesOfOrbit, FIRST_ORBIT, type Orbit, toPixel, type View } from "./view.js";
 
 /** The point in the middle of the drawing (m), and how many times larger it is than the view of the whole reach. */
 type Framing = { readonly centre: Vec3; readonly zoom: number };
@@ -151,7 +151,7 @@ const ELEVATIONS = [0, 16].map((angle) => (angle * Math.PI) / 180);
 
 /** Return how much of an arm is hidden behind itself in a view: 0 nothing, 1 everything (it points at the reader). */
 export function measureCrowding(arm: Arm, state: State, orbit: Orbit): number {
-  const { right, up } = axonometric(orbit);
+  const { right, up } = axesOfOrbit(orbit);
   const reach = reachOf(arm);
   const points = pointsOfArm(arm, state);
   const differences = points.flatMap((point, i) => points.slice(i + 1).map((other) => subtract(other, point)));

@@ -5,7 +5,7 @@ import { memo, withPace } from "../pace.js";
 import { useCallback, useContext, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Choice, optionsOf } from "../controls.js";
-import { inDigits, say } from "../text/text.js";
+import { formatNumber, say } from "../text/text.js";
 import { plainLetters } from "./letters.js";
 import type { Arm } from "./model.js";
 import { rangeOf, limitToRange } from "./ranges.js";
@@ -282,15 +282,15 @@ function ticksOf(arm: Arm, joint: number, inRadians: boolean): (readonly [number
     const value = low + (k * (high - low)) / 4;
     if (isRevolute && inRadians) return [value, asMultipleOfPi(value)];
     const number = isRevolute ? toDegrees(value) : roundToDecimals(value, 2);
-    return [value, `${inDigits(number)}${isRevolute ? "°" : ""}`];
+    return [value, `${formatNumber(number)}${isRevolute ? "°" : ""}`];
   });
 }
 
 /** Return an angle as text: as a multiple of π/2 if it is one, else as a decimal. */
 function asMultipleOfPi(angle: number): string {
   const quarterTurns = (2 * angle) / Math.PI;
-  if (Math.abs(quarterTurns - Math.round(quarterTurns)) > 1e-9) return inDigits(roundToDecimals(angle, 2));
-  return ["−π", "−π/2", "0", "π/2", "π"][Math.round(quarterTurns) + 2] ?? inDigits(roundToDecimals(angle, 2));
+  if (Math.abs(quarterTurns - Math.round(quarterTurns)) > 1e-9) return formatNumber(roundToDecimals(angle, 2));
+  return ["−π", "−π/2", "0", "π/2", "π"][Math.round(quarterTurns) + 2] ?? formatNumber(roundToDecimals(angle, 2));
 }
 
 type LegendProps = { readonly stretches: readonly Stretch[]; readonly isEverywhere: boolean };

@@ -7,7 +7,7 @@ import { useEffect, useId, useRef, useState } from "preact/hooks";
 import { parse } from "../read/reader.js";
 import { realValue } from "../read/real.js";
 import { resultOrNull } from "../storage.js";
-import { inDigits, say } from "../text/text.js";
+import { formatNumber, say, withGreek } from "../text/text.js";
 import { termAfterKey, useFormulaStops } from "./formula-keys.js";
 import { namedPose, type State } from "./model.js";
 import { stationOn } from "./path.js";
@@ -26,13 +26,9 @@ const EDGE = 64;
 function findPointedTerm({ target }: Event): { parts: readonly Element[]; symbol: Element | null } | null {
   if (!(target instanceof Element) || !target.closest("main math") || target.closest(".arm")) return null;
   const parts = target.localName === "math" ? [] : termAt(target);
-  return parts.length > 0 ? { parts, symbol: target.closest(SYMBOL) ?? onlySymbol(parts) } : null;
-}
-
-/** Return the symbol with an index in a term if there is exactly one, else null. */
-function onlySymbol(parts: readonly Element[]): Element | null {
   const symbols = symbolsIn(parts);
-  return symbols.length === 1 ? symbols[0]! : null;
+  const onlySymbol = symbols.length === 1 ? symbols[0]! : null;
+  return parts.length > 0 ? { parts, symbol: target.closest(SYMBOL) ?? onlySymbol } : null;
 }
 
 /** Show the number of the highlighted term, and highlight the letters of the joint that is pointed at. */
@@ -156,9 +152,8 @@ function SpelledTerm(props: ValueProps): JSX.Element {
 
 /** Return a typed term as it is read aloud: a1 sin θ1; a joint rate has its dot. */
 const spellOut = (text: string): string =>
-  text
+  withGreek(text)
     .replaceAll("*", " ")
-    .replaceAll("theta", "θ")
     .replace(/\bqd(\d+)/g, "q̇$1");
 
 /** Return the value of a term at the current pose as text; null if it has none. */
@@ -168,8 +163,8 @@ function formatValue({ parts, stage, inRadians, rates }: ValueProps): string | n
   if (value === null || !parts[0]!.isConnected) return null;
   const isAngle = /^theta\d+$/.test(text!);
   return isAngle
-    ? `${inDigits(convertAngle(inRadians, value))}${inRadians ? "" : "°"}`
-    : inDigits(roundToDigits(value));
+    ? `${formatNumber(convertAngle(inRadians, value))}${inRadians ? "" : "°"}`
+    : formatNumber(roundToDigits(value));
 }
 
 /** The value of a term, shown below it; nothing if it has none. */

@@ -36,30 +36,31 @@ export const FIRST_ORBIT: Orbit = { azimuth: (36 * Math.PI) / 180, elevation: (2
 
 type Axes = Pick<View, "right" | "up" | "towardReader">;
 
-const AXES_OF_PLANES: Readonly<Record<"x" | "y" | "z", Axes>> = {
+/** The axes of a drawing, by the world axis that points at the reader or, for y, away. */
+const AXES_BY_NORMAL: Readonly<Record<AxisName, Axes>> = {
   z: { right: [1, 0, 0], up: [0, 1, 0], towardReader: [0, 0, 1] },
   x: { right: [0, 1, 0], up: [0, 0, 1], towardReader: [1, 0, 0] },
   y: { right: [1, 0, 0], up: [0, 0, 1], towardReader: [0, -1, 0] },
 };
 
-export function axonometric({ azimuth, elevation }: Orbit): Axes {
+export function axesOfOrbit({ azimuth, elevation }: Orbit): Axes {
   const [ca, sa, ce, se] = [Math.cos(azimuth), Math.sin(azimuth), Math.cos(elevation), Math.sin(elevation)];
   return { right: [-sa, ca, 0], up: [-se * ca, -se * sa, ce], towardReader: [ce * ca, ce * sa, se] };
 }
 
-/** Return the world axis perpendicular to all motion of an arm, or null, as ../../../exercises/figure/plane.py. */
-export function flatPlane(arm: Arm): "x" | "y" | "z" | null {
-  const cached = PLANES.get(arm);
-  if (cached !== undefined) return cached;
-  const plane = planeOf(arm);
-  PLANES.set(arm, plane);
-  return plane;
+/** Return the world axis perpendicular to all motion of an arm; null without one. See exercises/figure/plane.py. */
+export function planeNormalOf(arm: Arm): AxisName | null {
+  const knownNormal = PLANE_NORMALS.get(arm);
+  const normal = knownNormal === undefined ? findPlaneNormal(arm) : knownNormal;
+  PLANE_NORMALS.set(arm, normal);
+  return normal;
 }
 
 const AXIS_INDEX = { x: 0, y: 1, z: 2 } as const;
-const PLANES = new WeakMap<Arm, "x" | "y" | "z" | null>();
+type AxisName = keyof typeof AXIS_INDEX;
+const PLANE_NORMALS = new WeakMap<Arm, AxisName | null>();
 
-function planeOf(arm: Arm): "x" | "y" | "z" | null {
+function findPlaneNormal(arm: Arm): AxisName | null {
   const poses = [arm.joints.map((_, i) => 0.37 + 0.21 * i), arm.joints.map((_, i) => 1.13 - 0.47 * i)];
   const states = poses.map((pose) => stateAt(arm, pose));
   if (!arm.joints.some((joint) => joint.kind === "R")) return null;
@@ -83,11 +84,11 @@ const BUTTON_WIDTH = 60;
 
 /** Return the view of an arm in a box of pixels, in which its whole reach is visible. */
 export function viewOf(arm: Arm, extent: Extent, width: number, height: number, orbit: Orbit): View {
-  const plane = flatPlane(arm);
+  const planeNormal = planeNormalOf(arm);
   const { radius, above, below, up, down, sideways } = extent;
   const { o } = arm.base;
-  if (plane) {
-    const axes = AXES_OF_PLANES[plane];
+  if (planeNormal) {
+    const axes = AXES_BY_NORMAL[planeNormal];
     const reach = Math.max(radius, above, below);
     const horizontalSpan = spanIncludingOrigin(reach, reach, -dot(o, axes.right), 0.12 * reach);
     const verticalSpan = spanIncludingOrigin(reach, reach, -dot(o, axes.up), 0.12 * reach);
@@ -97,7 +98,7 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
     const centre = addScaled(addScaled(o, axes.right, middle(horizontalSpan)), axes.up, middle(verticalSpan));
     return { ...axes, scale, centre, width, height };
   }
-  const page = axonometric(FIRST_ORBIT);
+  const page = axesOfOrbit(FIRST_ORBIT);
   const horizontalSpan = spanIncludingOrigin(sideways, sideways, -dot(o, page.right), 0.2 * sideways);
   const verticalSpan = spanIncludingOrigin(down, up, -dot(o, page.up), 0.2 * sideways);
   const MARGIN_FACTOR = 1.02; // margin for arrows and letters
@@ -107,7 +108,7 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
       height / (MARGIN_FACTOR * (verticalSpan.high - verticalSpan.low)),
     ) * orbit.zoom;
   const upright = addScaled(o, [0, 0, 1], middle(verticalSpan) / Math.cos(FIRST_ORBIT.elevation));
-  const axes = axonometric(orbit);
+  const axes = axesOfOrbit(orbit);
   const taskScale = (arm.task.every((row) => row > 2) ? 0.7 : 1) * scale;
   const shiftRight = BUTTON_WIDTH / 2 / taskScale; // centres the arm in the space beside the buttons
   return {

@@ -7,7 +7,7 @@ import { makeRandomNumbers, makeRandomPoses } from "../../src/random.js";
 import { extentOf, firstPose, rangeOf, limitToRange } from "../../src/arm/ranges.js";
 import { leastSquares, decompose, singularValues } from "../../src/arm/svd.js";
 import { add, dot, norm, subtract, multiply, transpose } from "../../src/arm/vector.js";
-import { FIRST_ORBIT, flatPlane, toPixel, viewOf } from "../../src/arm/view.js";
+import { FIRST_ORBIT, planeNormalOf, toPixel, viewOf } from "../../src/arm/view.js";
 import { ELBOW, PLAIN, ROBOTS, SIX } from "./robots.js";
 
 const ALL = { ...ROBOTS, PLAIN, ELBOW, SIX };
@@ -132,7 +132,7 @@ describe("singular values", () => {
 
 describe("the drawing", () => {
   it("is flat for planar arms", () => {
-    const planes = Object.values(ALL).map((robot) => flatPlane(armOf(robot)));
+    const planes = Object.values(ALL).map((robot) => planeNormalOf(armOf(robot)));
     expect(planes).toEqual(["z", "z", null, null, "z", null, null]);
   });
 
