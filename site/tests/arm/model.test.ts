@@ -162,12 +162,12 @@ describe("the drawing", () => {
   });
 });
 
-test.each<[place: [number, number], share: number, distance: number]>([
+it.each<[place: [number, number], share: number, distance: number]>([
   [[-3, 4], 0, 5],
   [[5, 2], 0.5, 2],
   [[12, 5], 1.5, 2],
   [[10, 13], 2, 3],
-])("the place on a line nearest to %s is at the share %d of its corners", (place, share, distance) => {
+])("the place on a line nearest to %s is at share %d of its corners", (place, share, distance) => {
   const corners = [[0, 0], [10, 0], [10, 10]] as const; // prettier-ignore
   expect(nearestOnLine(corners, place)).toEqual({ share, distance });
   expect(nearestOnLine([[0, 0]], place)).toEqual({ share: 0, distance: Math.hypot(...place) });
