@@ -68,7 +68,9 @@ def compute_final_result(
         if tied_count == 1:
             reason = ", the last one,"
         else:
-            tie_remark = f". The last {tied_count} were received at the same time; qdot chose the one with the likeliest name"
+            tie_remark = (
+                f". The last {tied_count} were received at the same time; qdot chose the one with the likeliest name"
+            )
     listing = list_first(other_files, MAX_FILES_LISTED)
     note = f"{len(notebooks)} notebooks were submitted; {notebooks[chosen_index].file}{reason} counts, and {listing} "
     note += f"{'does' if len(other_files) == 1 else 'do'} not{tie_remark}"
