@@ -59,7 +59,7 @@ def build_site(
 ) -> None:
     """Build the web site: pages and a bank of certified problems that a browser shows and grades.
 
-    You can serve the folder with any file server or with GitHub Pages. A stopped build continues where it was. With
+    You can serve the folder with any file server or with GitHub Pages. A stopped build continues where it stopped. With
     --convention, all arms are described in that convention. With --assignment, the problems are variants of the
     assignment's; no student has one of them. The assignment's feedback level then applies to wrong answers, and the
     bank has solutions only if the level is "solutions". The page grades in the browser, so its bank contains values

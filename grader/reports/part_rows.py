@@ -76,7 +76,7 @@ def describe_decisions(result: Result) -> list[str]:
     notes, late = list[str](), result.late
     if late is not None:
         penalty = f"{100 * late.penalty:.4g} % of your {_format_points_with_unit(late.points_before)}"
-        deduction = f": {penalty} are deducted" if late.penalty else ""
+        deduction = f": you lose {penalty}" if late.penalty and late.points_before else ""
         notes.append(f"Submitted {describe_duration(late.seconds)} after the due date{deduction}")
     return notes if result.override is None else [*notes, describe_override(result.override, "Total")]
 

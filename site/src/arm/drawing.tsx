@@ -5,7 +5,7 @@ import { memo } from "../pace.js";
 import { useCallback, useEffect, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { say } from "../text/text.js";
-import { Body, polylineText } from "./flat.js";
+import { Body, polylineText } from "./line-drawing.js";
 import type { Covered } from "./labels.js";
 import { jointClass, plainLetters } from "./letters.js";
 import { drawnLostDirection } from "./lost-direction.js";

@@ -25,12 +25,10 @@ export function rangeOf(arm: Arm, index: number): Range {
 /** Return the arm with wider ranges of prismatic joints, if some of the poses that must be shown need them. */
 export function widenRanges(arm: Arm, poses: readonly Pose[]): Arm {
   const exceedsRange = (pose: Pose): boolean =>
-    pose.some((value, i) => isPrismatic(arm, i) && limitToRange(arm, i, value) !== value);
+    pose.some((value, i) => arm.joints[i]!.kind === "P" && limitToRange(arm, i, value) !== value);
   const shownPoses = poses.filter(exceedsRange);
   return shownPoses.length > 0 ? { ...arm, shownPoses } : arm;
 }
-
-const isPrismatic = ({ joints }: Arm, index: number): boolean => joints[index]!.kind === "P";
 
 /** Return a value within a joint's range: modulo a turn, or limited to the ends of a prismatic joint. */
 export function limitToRange(arm: Arm, index: number, value: number): number {

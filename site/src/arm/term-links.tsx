@@ -26,13 +26,9 @@ const EDGE = 64;
 function findPointedTerm({ target }: Event): { parts: readonly Element[]; symbol: Element | null } | null {
   if (!(target instanceof Element) || !target.closest("main math") || target.closest(".arm")) return null;
   const parts = target.localName === "math" ? [] : termAt(target);
-  return parts.length > 0 ? { parts, symbol: target.closest(SYMBOL) ?? onlySymbol(parts) } : null;
-}
-
-/** Return the symbol with an index in a term if there is exactly one, else null. */
-function onlySymbol(parts: readonly Element[]): Element | null {
   const symbols = symbolsIn(parts);
-  return symbols.length === 1 ? symbols[0]! : null;
+  const onlySymbol = symbols.length === 1 ? symbols[0]! : null;
+  return parts.length > 0 ? { parts, symbol: target.closest(SYMBOL) ?? onlySymbol } : null;
 }
 
 /** Show the number of the highlighted term, and highlight the letters of the joint that is pointed at. */

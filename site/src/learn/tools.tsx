@@ -2,7 +2,7 @@
 
 import type { JSX } from "preact";
 
-import { Arrow } from "../arm/flat.js";
+import { Arrow } from "../arm/line-drawing.js";
 import { jointClass, Letters, plainLetters } from "../arm/letters.js";
 import { speedScale } from "../arm/marks.js";
 import { type Arm, arrowsOf, type State } from "../arm/model.js";
