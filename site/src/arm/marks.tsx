@@ -3,7 +3,15 @@
 import type { JSX } from "preact";
 
 import { formatNumber } from "../text/text.js";
-import { Arrow, Arrows, type BodyProps, headLabel, lengthInPixels, type NamedArrow, vectorOfLength } from "./flat.js";
+import {
+  Arrow,
+  Arrows,
+  type BodyProps,
+  headLabel,
+  lengthInPixels,
+  type NamedArrow,
+  vectorOfLength,
+} from "./line-drawing.js";
 import { Angles, arcOf } from "./angles.js";
 import { type Covered, placeLabels, type WantedLabel } from "./labels.js";
 import { DrawnLetters, jointClass } from "./letters.js";

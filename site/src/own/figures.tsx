@@ -7,7 +7,7 @@ import { Letters } from "../arm/letters.js";
 import type { Stage } from "../arm/stage.js";
 import { sizeKey } from "../arm/descriptions.js";
 import { ROWS } from "../bank.js";
-import { CopyButton } from "../pages/copied.js";
+import { CopyButton } from "../pages/copy-button.js";
 import { formatNumber, numberSeparator, say } from "../text/text.js";
 
 /** Format with six significant digits, a true minus sign, and 0 for rounding errors relative to `largest`. */
