@@ -2,7 +2,7 @@
 
 Each module uses only modules above it in this list:
 
-    vectors             rotations about axes; norms and cross products of numeric vectors
+    vectors             rotations about axes; norms and products of numeric vectors
     conventions/        how arms are presented: a class for each convention, with all that depends on the convention
     chain               an arm: its DH table, base, point of interest and task
     kinematics          frames and Jacobians, symbolic and numeric

@@ -1,4 +1,4 @@
-"""Compute symbolic rotations about axes, and norms and cross products of numeric vectors."""
+"""Compute symbolic rotations about axes, and norms and products of numeric vectors."""
 
 import numpy as np
 import sympy as sp
@@ -19,6 +19,16 @@ def rot_x(angle: sp.Expr) -> sp.Matrix:
 def norms(vectors: np.ndarray) -> np.ndarray:
     """Return the lengths of numeric vectors; their components are along the last array axis."""
     return np.asarray(np.linalg.norm(vectors, axis=-1))
+
+
+def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the dot products of numeric vectors; their components are along the last array axis."""
+    return np.asarray(np.sum(a * b, axis=-1))
+
+
+def remove_component(vectors: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """Return the parts of numeric vectors that are perpendicular to an axis, a unit vector."""
+    return np.asarray(vectors - dot(vectors, axis)[..., None] * axis)
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -179,8 +179,8 @@ def draw_path_to_point(scene: Scene) -> Drawing:
 
 def _draw_bar(view: View, points: list[np.ndarray], style: str) -> tuple[Shape, ...]:
     """Return a bar along points (3-vectors in m), drawn as an outline and a filling; nothing if all points coincide."""
-    moves = pairwise(points)
-    distinct_points = [points[0], *(point for previous, point in moves if np.linalg.norm(point - previous) > 1e-9)]
+    later_points = (end for start, end in pairwise(points) if np.linalg.norm(end - start) > 1e-9)
+    distinct_points = [points[0], *later_points]
     if len(distinct_points) < 2:
         return ()
     line = view.to_pixel_path(distinct_points)

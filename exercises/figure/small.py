@@ -39,7 +39,9 @@ from qdot.exercises.writing.latex import lay_out
 PANEL_SIZE, THUMBNAIL_SIZE = (280, 196), (320, 240)
 """Width and height of a panel and of a thumbnail in pixels; both are shown at 60 % of this size."""
 Vector = tuple[float, ...]
+"""A vector as a value that can be a key of a cache."""
 Size = tuple[int, int]
+"""Width and height in pixels."""
 MARGIN = (12.0, 12.0)
 """Margins on the left and right, and above and below, in pixels."""
 ARROW_HALF_LENGTH, RING_RADIUS = 44.0, 14.0

@@ -49,16 +49,18 @@ def describe_figure(chain: Chain, is_away_from_home: bool = False) -> str:
     return " ".join([*sentences, "Lengths are not to scale."])
 
 
-def describe_panels(captions: list[str], legend: str, remark: str, has_mark: bool, catalogue: Catalogue) -> str:
+def describe_panels(
+    captions: list[str], legend: str, remark: str, has_lost_direction: bool, catalogue: Catalogue
+) -> str:
     """Return a description of the drawings in a `small.PanelSet`, the first of which shows a regular configuration.
 
-    `has_mark` is whether a lost direction is marked.
+    `has_lost_direction` is whether a lost direction is marked.
     """
     singular = "; ".join(captions[1:])
     opening = catalogue.gettext(
         "The arm in a regular configuration and in these singular ones: %(singular)s.", singular=singular
     )
-    ring = catalogue.gettext("A dashed ring marks a direction towards the reader.") if has_mark else ""
+    ring = catalogue.gettext("A dashed ring marks a direction towards the reader.") if has_lost_direction else ""
     scale = catalogue.gettext("Drawn to scale.")
     return " ".join(sentence for sentence in (opening, remark, scale, legend, ring) if sentence)
 

@@ -15,6 +15,7 @@ from qdot.exercises.mistakes.base import (
     MistakeVariant,
     VariantGenerator,
     exchange,
+    name_items,
     scale_entries,
     vary_always,
 )
@@ -23,15 +24,18 @@ PLANAR_ROWS = ("vx", "vy", "wz")
 """The components of velocity that a planar arm can have: the other rows of its Jacobian are zero."""
 
 
-def _exchange_two(stage: str, count: Callable[[Chain, AnswerShape], int], axis: int = 0) -> VariantGenerator:
-    """Return a function that yields variants with two rows (axis 0) or columns (axis 1) of a stage exchanged.
-
-    `count` returns the number of rows or columns.
-    """
+def _exchange_two(axis: int) -> VariantGenerator:
+    """Return a function that yields variants with two rows (axis 0) or columns (axis 1) of the result exchanged."""
     return lambda chain, shape: (
-        MistakeVariant({stage: exchange(i, j, axis)}, {"one": i + 1, "other": j + 1})
-        for i, j in combinations(range(count(chain, shape)), 2)
+        MistakeVariant({RESULT: exchange(i, j, axis)}, {"one": _name_lines(axis, shape, [i, j])})
+        for i, j in combinations(range(shape[axis]), 2)
     )
+
+
+def _name_lines(axis: int, shape: AnswerShape, indices: Sequence[int]) -> str:
+    """Return the name of rows (axis 0) or columns (axis 1) of an answer, such as "row 2"; "entry 2" of a vector."""
+    noun = "entry" if shape[1 - axis] == 1 else ("row", "column")[axis]
+    return name_items(noun, [index + 1 for index in indices])
 
 
 def _negate_one(axis: int) -> VariantGenerator:
@@ -40,7 +44,9 @@ def _negate_one(axis: int) -> VariantGenerator:
     An answer with a single row or column has no such variant.
     """
     return lambda chain, shape: (
-        MistakeVariant({RESULT: scale_entries((slice(None),) * axis + (i,), -1)}, {"one": i + 1})
+        MistakeVariant(
+            {RESULT: scale_entries((slice(None),) * axis + (i,), -1)}, {"one": _name_lines(axis, shape, [i])}
+        )
         for i in (range(shape[axis]) if shape[axis] > 1 else ())
     )
 
@@ -84,8 +90,8 @@ def _take_other_rows(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVarian
 VARIANTS: dict[str, VariantGenerator] = {
     "transposed": _change_result(lambda stages, values: values.swapaxes(0, 1), lambda chain, shape: min(shape) > 1),
     "other-rows": _take_other_rows,
-    "rows-exchanged": _exchange_two(RESULT, lambda chain, shape: shape[0]),
-    "columns-exchanged": _exchange_two(RESULT, lambda chain, shape: shape[1], axis=1),
+    "rows-exchanged": _exchange_two(axis=0),
+    "columns-exchanged": _exchange_two(axis=1),
     "columns-reversed": _change_result(lambda stages, values: values[:, ::-1], lambda chain, shape: shape[1] > 2),
     "sign": vary_always({RESULT: lambda stages, values: -values}),
     "column-sign": _negate_one(axis=1),
@@ -95,5 +101,8 @@ VARIANTS: dict[str, VariantGenerator] = {
         lambda chain, shape: shape[1] == chain.n > 1,
     ),
     "rates-left-out": vary_always({"joint rates": lambda stages, rates: rates * 0 + 1}),
-    "rates-exchanged": _exchange_two("joint rates", lambda chain, shape: chain.n),
+    "rates-exchanged": lambda chain, _: (
+        MistakeVariant({"joint rates": exchange(i, j)}, {"one": i + 1, "other": j + 1})
+        for i, j in combinations(range(chain.n), 2)
+    ),
 }

@@ -180,9 +180,29 @@ def vary_each_joint_and_all(
         yield replace(make_variant(joints), joints=tuple(joints), at_joints=make_variant)
 
 
-def make_joint_words(joints: Sequence[int], separator: str = " and ") -> dict[str, object]:
-    """Return the word for the placeholder "joint" of a message: the numbers of the joints, counted from 1."""
-    return {"joint": separator.join(str(i + 1) for i in joints)}
+def make_joint_words(joints: Sequence[int]) -> dict[str, object]:
+    """Return the words for the placeholder "joint" of a message: "joint 2", or "joints 1 and 2" (from 1)."""
+    return {"joint": name_items("joint", [i + 1 for i in joints])}
+
+
+def name_items(noun: str, numbers: Sequence[int]) -> str:
+    """Return a noun with the numbers of one or more items.
+
+    >>> name_items("row", [2]), name_items("entry", [1, 2, 4])
+    ('row 2', 'entries 1, 2 and 4')
+    """
+    plural = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
+    return f"{noun if len(numbers) == 1 else plural} {join_words(list(map(str, numbers)))}"
+
+
+def join_words(words: Sequence[str]) -> str:
+    """Return words as an enumeration in a sentence.
+
+    >>> join_words(["theta1"]), join_words(["x", "y", "z"])
+    ('theta1', 'x, y and z')
+    """
+    *other_words, last_word = words
+    return f"{', '.join(other_words)} and {last_word}" if other_words else last_word
 
 
 def list_joints_of_kind(stages: StageResults, kind: str) -> list[int]:

@@ -315,13 +315,13 @@ def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
             return velocity
         return apply_matrix(stages["geometric jacobian"][:, :last_joint], stages["joint rates"][:last_joint])[:, None]
 
-    last_frame_words = "the last frame" if convention_of(chain).point.is_origin else "the point"
+    last_frame_words = "the last frame" if convention_of(chain).point.is_origin else "the point of interest"
     for frame in range(1, chain.n + 1) if shape == (6, 1) else ():
         words = {"frame": "another frame" if frame < chain.n else last_frame_words}
         yield MistakeVariant({RESULT: partial(replace_by_frame_velocity, frame=frame)}, words)
         if frame < chain.n:
             yield MistakeVariant(
-                {RESULT: partial(replace_by_partial_velocity, last_joint=frame)}, {"frame": "the point"}
+                {RESULT: partial(replace_by_partial_velocity, last_joint=frame)}, {"frame": "the point of interest"}
             )
 
 

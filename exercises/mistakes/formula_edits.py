@@ -15,6 +15,7 @@ from operator import add, sub
 
 from qdot.exercises.formula.algebra import expand_terms, split_terms
 from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, format_tree, make_number
+from qdot.exercises.mistakes.base import join_words
 
 MAX_ENTRY_NODES = 400
 """Maximum number of nodes of an entry that is edited."""
@@ -44,9 +45,9 @@ class Edit:
         if self.missing_node is None:
             return ""
         if self.missing_node.kind in ("number", "decimal"):
-            return f" {format_tree(self.missing_node)}"
+            return f" ({format_tree(self.missing_node)})"
         names = [*dict.fromkeys(_find_factors(self.missing_node))] or sorted(find_names(self.missing_node) - {"pi"})
-        return f" (with {', '.join(names)} in it)" if names else ""
+        return f" (with {join_words(names)})" if names else ""
 
 
 def _find_factors(node: Node) -> Iterator[str]:

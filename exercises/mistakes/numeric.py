@@ -148,7 +148,7 @@ def _reverse_path(chain: Chain, details: DistanceDetails) -> RatesWithWords:
     line = welding_line.make_path(chain)
     target = [sp.Float(2 * a - float(b)) for a, b in zip(line.start_point, welding_line.target.values(), strict=True)]
     yield _compute_rates(StraightPath(chain, welding_line.lengths, welding_line.joints, target), distance, speed), ""
-    extra_words = ", or all rates have the wrong sign, as with a wrong sign of the determinant"
+    extra_words = ", or all of your rates have the wrong sign, for example because of a sign error in the determinant"
     yield -_compute_rates(line, distance, speed), extra_words
     yield -_compute_rates(line, float(line.length) - float(distance), speed), ""
 

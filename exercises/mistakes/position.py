@@ -20,7 +20,7 @@ from qdot.exercises.arm.derivation_graph import (
     make_rotation_x,
     make_rotation_z,
 )
-from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator, vary_if
+from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator, join_words, vary_if
 
 LinkVectors = list[np.ndarray]
 
@@ -172,8 +172,8 @@ def _slide_along_world_axes(chain: Chain, _: AnswerShape) -> Iterator[MistakeVar
         return [*slide_vectors, links[-1]]
 
     if 1 < chain.n <= 3 and not chain.revolute_joints:
-        joints = ", ".join(str(k + 1) for k in range(chain.n))
-        yield MistakeVariant({"link vectors": apply_change}, {"joint": joints, "axis": ", ".join("xyz"[: chain.n])})
+        joints, axes = join_words([str(k + 1) for k in range(chain.n)]), join_words("xyz"[: chain.n])
+        yield MistakeVariant({"link vectors": apply_change}, {"joint": joints, "axis": axes})
 
 
 VARIANTS: dict[str, VariantGenerator] = {

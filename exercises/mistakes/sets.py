@@ -14,7 +14,7 @@ from operator import mul
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.mistakes.base import AnswerGenerator, MistakenAnswer
+from qdot.exercises.mistakes.base import AnswerGenerator, MistakenAnswer, join_words
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.singularities.singular_set import Component
@@ -45,15 +45,15 @@ def _change_sets(change: Callable[[Chain, Components], Iterator[MistakenAnswer]]
 
 
 def _write_advice(chain: Chain) -> str:
-    """Return a clause that says which factors of det J, or which minors, the student should check."""
+    """Return a sentence, without its full stop, that says what the student should set to zero."""
     if chain.has_square_jacobian:
-        return "set every factor of det J to zero"
-    return "check every way in which all minors can be zero"
+        return "Set every factor of det J to zero"
+    return "Find all ways in which all maximal minors can be zero at the same time"
 
 
 def write_zero_question(chain: Chain) -> str:
-    """Return the question with which a student can test whether a configuration is singular."""
-    return "is det J zero there" if chain.has_square_jacobian else "are all minors zero there"
+    """Return the question, without its mark, with which a student can test whether a configuration is singular."""
+    return "Is det J zero there" if chain.has_square_jacobian else "Are all maximal minors zero there"
 
 
 def mentions_determinant(words: Iterable[str]) -> bool:
@@ -137,7 +137,7 @@ def _miss_tied_conditions(chain: Chain, components: Components) -> Iterator[Mist
     if untied_components:
         yield _make_answer(untied_components, every=_write_advice(chain), instead="")
     for q, singular_component in _list_false_components(chain, components):
-        instead = f", and {q} = {_write_values(singular_component)} is given as singular instead"
+        instead = f", and to have given {q} = {_write_values(singular_component)} as singular instead"
         yield _make_answer((*untied_components, singular_component), every=_write_advice(chain), instead=instead)
 
 
@@ -181,7 +181,7 @@ def _keep_conditions(component: Component, condition_count: int) -> Iterator[Com
 
 def _name_joints(chain: Chain, components: Sequence[Component]) -> str:
     symbols = {q for component in components for condition in component.conditions for q in condition.free_symbols}
-    return ", ".join(str(q) for q in chain.q if q in symbols)
+    return join_words([str(q) for q in chain.q if q in symbols])
 
 
 def _use_other_joint(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
@@ -252,7 +252,9 @@ def _misuse_offsets(factor: int) -> AnswerGenerator:
                 if shifted_components != components:
                     yield _make_answer(shifted_components, joint=str(q))
             if len(offsets) > 1:
-                yield _make_answer([_shift_by_offset(c, offsets) for c in components], joint="the joints")
+                yield _make_answer(
+                    [_shift_by_offset(c, offsets) for c in components], joint=join_words([*map(str, offsets)])
+                )
 
     return _change_sets(generate)
 

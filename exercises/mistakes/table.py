@@ -28,6 +28,7 @@ from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,
     VariantGenerator,
+    join_words,
     make_joint_words,
     make_propagated_variant,
     vary_each_joint_and_all,
@@ -91,8 +92,7 @@ def _drop_offsets(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
                 table = table.with_row(i, **{chain.joints[i].variable_key: stages.arithmetic.convert_entry(chain.q[i])})
             return table
 
-        variables = ", ".join(str(chain.q[i]) for i in joints)
-        return MistakeVariant({"table": apply_change}, {**make_joint_words(joints, ", "), "variable": variables})
+        return MistakeVariant({"table": apply_change}, _make_offset_words(chain, joints))
 
     return vary_each_joint_and_all([i for i, offset in enumerate(chain.offsets) if offset != 0], drop)
 
@@ -130,20 +130,28 @@ def _scale_offsets(
         offsets = {i: chain.offsets[i] for i in chain.revolute_joints}
         offsets = {i: offset for i, offset in offsets.items() if offset != 0 and is_affected(offset)}
         for factor in factors:
-            yield from vary_each_joint_and_all(list(offsets), partial(_scale_offsets_of_joints, offsets, factor))
+            yield from vary_each_joint_and_all(list(offsets), partial(_scale_offsets_of_joints, chain, offsets, factor))
 
     return generate
 
 
-def _scale_offsets_of_joints(offsets: Mapping[int, sp.Expr], factor: sp.Expr, joints: Sequence[int]) -> MistakeVariant:
+def _scale_offsets_of_joints(
+    chain: Chain, offsets: Mapping[int, sp.Expr], factor: sp.Expr, joints: Sequence[int]
+) -> MistakeVariant:
     def apply_change(stages: StageResults, table: Table) -> Table:
         for i in joints:
             theta = table.rows[i].theta + stages.arithmetic.convert_entry((factor - 1) * offsets[i])
             table = table.with_row(i, theta=theta)
         return table
 
-    offset_texts = ", ".join(dict.fromkeys(f"{sp.nsimplify(offsets[i] * 180 / sp.pi)}°" for i in joints))
-    return MistakeVariant({"table": apply_change}, {**make_joint_words(joints, ", "), "degrees": offset_texts})
+    offset_texts = dict.fromkeys(f"{sp.nsimplify(offsets[i] * 180 / sp.pi)}°" for i in joints)
+    words = {**_make_offset_words(chain, joints), "degrees": join_words([*offset_texts])}
+    return MistakeVariant({"table": apply_change}, words)
+
+
+def _make_offset_words(chain: Chain, joints: Sequence[int]) -> dict[str, object]:
+    """Return the words for the placeholders "joint" and "variable" of messages about the constants of joints."""
+    return {**make_joint_words(joints), "variable": join_words([str(chain.q[i]) for i in joints])}
 
 
 def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -152,7 +160,7 @@ def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         if chain.n > MAX_ROWS_FOR_ANY_PAIR and abs(i - j) > 1:
             continue
         if chain.offsets[i] != chain.offsets[j] and row.kind == other_row.kind:
-            words = {"entry": "constant of the joint variable", "other": j + 1}
+            words = {"entry": "the constant of the joint variable", "other": j + 1}
             yield _add_to_row(i, chain.joints[i].variable_key, chain.offsets[j] - chain.offsets[i], **words)
         for entry in ("a", "d", "alpha"):
             value = getattr(other_row, entry)

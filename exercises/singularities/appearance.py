@@ -250,14 +250,14 @@ def _find_in_groups(
 
 def _find_point_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find axes on which the point lies: all of them together, then each axis alone."""
-    revolute = [i for i in chain.revolute_joints if i < chain.point.frame]
-    measures = {i: partial(measure_axis_distance, joint=i) for i in revolute}
+    revolute_joints = [i for i in chain.revolute_joints if i < chain.point.frame]
+    measures = {i: partial(measure_axis_distance, joint=i) for i in revolute_joints}
     axes_with_point = [i for i, measure in measures.items() if [*_yield_if_special(samples, "", measure)]]
     if len(axes_with_point) > 1:
         words = "the point lies on the axes of joints {}, which then do not move it"
         yield from _find_in_groups(samples, [axes_with_point], words, _measure_farthest_distance)
     words = "the point lies on the axis of joint {}, which then does not move it"
-    yield from _find_in_groups(samples, [(joint,) for joint in revolute], words, _measure_farthest_distance)
+    yield from _find_in_groups(samples, [(joint,) for joint in revolute_joints], words, _measure_farthest_distance)
 
 
 def _measure_farthest_distance(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
@@ -304,12 +304,12 @@ def _find_coplanar_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Ite
 
 def _find_extreme_side_of_prismatic(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find a prismatic joint whose line is as far from the point as a later joint can bring it."""
-    for prismatic in chain.prismatic_joints:
-        side = f"the point is as far to one side of prismatic joint {prismatic + 1}"
-        for moving_joint in range(prismatic + 1, chain.point.frame):
-            if _find_common_extreme_signs(samples, prismatic, moving_joint) == {1}:
+    for prismatic_joint in chain.prismatic_joints:
+        side = f"the point is as far to one side of prismatic joint {prismatic_joint + 1}"
+        for moving_joint in range(prismatic_joint + 1, chain.point.frame):
+            if _find_common_extreme_signs(samples, prismatic_joint, moving_joint) == {1}:
                 words = f"{side} as joint {moving_joint + 1} can bring it"
-                yield _make_extreme_statement(words, prismatic, [moving_joint], {1})
+                yield _make_extreme_statement(words, prismatic_joint, [moving_joint], {1})
 
 
 def _find_parallel_prismatic(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
@@ -320,11 +320,12 @@ def _find_parallel_prismatic(chain: Chain, samples: Sequence[Sample]) -> Iterato
 def _find_prismatic_at_link(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find a prismatic joint along, or perpendicular to, the line that joins two parallel axes."""
     parallel_pairs = [pair for pair in combinations(chain.revolute_joints, 2) if are_parallel(samples, *pair)]
-    for prismatic, (i, j) in product(chain.prismatic_joints, parallel_pairs):
+    for prismatic_joint, (i, j) in product(chain.prismatic_joints, parallel_pairs):
         line = f"the line from the axis of joint {i + 1} to that of joint {j + 1}"
         for is_perpendicular, preposition in ((False, "along"), (True, "at right angles to")):
-            words = f"prismatic joint {prismatic + 1} moves {preposition} {line}"
-            measure = partial(measure_prismatic_slant, prismatic=prismatic, i=i, j=j, is_perpendicular=is_perpendicular)
+            words = f"prismatic joint {prismatic_joint + 1} moves {preposition} {line}"
+            measure = partial(measure_prismatic_slant, prismatic_joint=prismatic_joint, i=i, j=j)
+            measure = partial(measure, is_perpendicular=is_perpendicular)
             yield from _yield_if_special(samples, words, measure)
 
 
@@ -392,8 +393,9 @@ def _make_extension_statement(samples: Sequence[Sample], axis: int, moving_joint
     The arm is folded back if other angles of `moving_joints` reach farther from the axis.
     """
     signs_by_sample = zip(*(_find_extreme_signs(samples, axis, joint) for joint in moving_joints), strict=True)
-    conclusive = [sample for sample, signs in zip(samples, signs_by_sample, strict=True) if set(signs) != {None}]
-    words = _EXTENSION_WORDS[frozenset(_find_extension_sign(sample, axis, moving_joints) for sample in conclusive)]
+    conclusive_samples = [s for s, signs in zip(samples, signs_by_sample, strict=True) if set(signs) != {None}]
+    extension_signs = frozenset(_find_extension_sign(sample, axis, moving_joints) for sample in conclusive_samples)
+    words = _EXTENSION_WORDS[extension_signs]
     statement = _make_extreme_statement(words, axis, moving_joints, {1, -1})
 
     def is_true(sample: Sample) -> bool:  # if the point lies on the axis, all joints are trivially at an extreme
@@ -436,8 +438,8 @@ _EXTENSION_WORDS = {
 
 def _yield_if_special(samples: Sequence[Sample], words: str, measure: Measure) -> Iterator[Statement]:
     """Yield the statement `words` if its measure is zero at all samples, but not at configurations near them."""
-    holds = measure_samples(samples, measure).max() < ZERO_TOLERANCE
-    if holds and measure_samples(move_samples(samples), measure).max() > NONZERO_THRESHOLD:
+    is_zero_at_samples = measure_samples(samples, measure).max() < ZERO_TOLERANCE
+    if is_zero_at_samples and measure_samples(move_samples(samples), measure).max() > NONZERO_THRESHOLD:
         yield Statement(words, measure)
 
 
@@ -466,8 +468,8 @@ def _find_extreme_signs(samples: Sequence[Sample], axis: int, moving_joint: int)
     slope = (8 * (d3 - d1) - (d4 - d0)) / (12 * _DIFFERENCE_STEP)
     curvature = (d3 + d1 - 2 * d2) / _DIFFERENCE_STEP**2
     signs = np.where(np.abs(curvature) < _MIN_CURVATURE, 0, np.where(curvature < 0, 1, -1))
-    has_slope = np.abs(slope) > np.maximum(1e-9, 1e-6 * np.abs(curvature))  # the limits allow for rounding
-    return [0 if is_sloped else int(sign) or None for is_sloped, sign in zip(has_slope, signs, strict=True)]
+    is_sloped = np.abs(slope) > np.maximum(1e-9, 1e-6 * np.abs(curvature))  # the limits allow for rounding
+    return [0 if sloped else int(sign) or None for sloped, sign in zip(is_sloped, signs, strict=True)]
 
 
 def _find_global_extreme_signs(samples: Sequence[Sample], axis: int, moving_joint: int) -> list[int]:

@@ -12,9 +12,9 @@ from itertools import combinations
 import numpy as np
 
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.vectors import cross, norms
+from qdot.exercises.arm.vectors import cross, dot, norms, remove_component
 
-Measure = Callable[["NumericChain", np.ndarray], np.ndarray]
+Measure = Callable[[NumericChain, np.ndarray], np.ndarray]
 """A function that returns for each configuration (…, n) of an arm how far the arm is from satisfying a relation.
 
 The result (…) is zero if the relation holds, else positive. If the arm combines k arms (`NumericChain.stack`), the
@@ -82,6 +82,12 @@ def move_samples(samples: Sequence[Sample]) -> list[Sample]:
     return [Sample(sample.arm, choose_nearby_configuration(sample)) for sample in samples]
 
 
+def shorten_steps(steps: np.ndarray, max_size: float) -> np.ndarray:
+    """Return the steps (… x n) of a search, shortened so that no component exceeds a maximum size (rad or m)."""
+    sizes = np.abs(steps).max(axis=-1, keepdims=True)
+    return np.asarray(steps * np.minimum(1.0, max_size / np.maximum(sizes, 1e-300)))
+
+
 def measure_axis_distance(arm: NumericChain, q: np.ndarray, joint: int) -> np.ndarray:
     """Return the distance (m) of P from a joint's axis."""
     frames = arm.compute_frames(q)
@@ -94,9 +100,8 @@ def measure_distance_change(arm: NumericChain, q: np.ndarray, joint: int, moving
     frames = arm.compute_frames(q)
     axis = frames[..., joint, :3, 2]
     vector_to_point = arm.compute_point_of(frames) - frames[..., joint, :3, 3]
-    perpendicular = vector_to_point - np.sum(vector_to_point * axis, axis=-1)[..., None] * axis
     columns = arm.compute_jacobian_of(frames)[..., :3, list(moving_joints)]
-    return norms(np.einsum("...j,...jm->...m", perpendicular, columns))
+    return norms(np.einsum("...j,...jm->...m", remove_component(vector_to_point, axis), columns))
 
 
 def measure_axis_spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
@@ -104,7 +109,7 @@ def measure_axis_spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int])
     frames = arm.compute_frames(q)
     first_direction, second_direction, *third_direction = (frames[..., joint, :3, 2] for joint in joints)
     normal = cross(first_direction, second_direction)
-    return np.asarray(np.abs(np.sum(normal * third_direction[0], axis=-1))) if third_direction else norms(normal)
+    return np.asarray(np.abs(dot(normal, third_direction[0]))) if third_direction else norms(normal)
 
 
 def measure_collinearity(arm: NumericChain, q: np.ndarray, joints: tuple[int, int]) -> np.ndarray:
@@ -125,15 +130,15 @@ def measure_coplanarity(
     frames, first_joint = arm.compute_frames(q), joints[0]
     points = [frames[..., i, :3, 3] for i in joints[1:]] + ([arm.compute_point_of(frames)] if includes_point else [])
     vectors = [point - frames[..., first_joint, :3, 3] for point in points]
-    areas = [np.sum(frames[..., first_joint, :3, 2] * cross(a, b), axis=-1) for a, b in combinations(vectors, 2)]
+    areas = [dot(frames[..., first_joint, :3, 2], cross(a, b)) for a, b in combinations(vectors, 2)]
     return np.asarray(np.sqrt(np.sum(np.square(areas), axis=0)))
 
 
 def measure_common_direction(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
     """Return the sine of the angle between the directions in which two joints move P."""
     velocity, other_velocity = (arm.compute_jacobian(q)[..., :3, joint] for joint in joints)
-    sizes = norms(velocity) * norms(other_velocity)
-    return np.asarray(norms(cross(velocity, other_velocity)) / np.maximum(sizes, 1e-12))
+    product_of_speeds = norms(velocity) * norms(other_velocity)
+    return np.asarray(norms(cross(velocity, other_velocity)) / np.maximum(product_of_speeds, 1e-12))
 
 
 def are_parallel(samples: Sequence[Sample], i: int, j: int) -> bool:
@@ -142,7 +147,7 @@ def are_parallel(samples: Sequence[Sample], i: int, j: int) -> bool:
 
 
 def measure_prismatic_slant(
-    arm: NumericChain, q: np.ndarray, prismatic: int, i: int, j: int, is_perpendicular: bool
+    arm: NumericChain, q: np.ndarray, prismatic_joint: int, i: int, j: int, is_perpendicular: bool
 ) -> np.ndarray:
     """Return the sine of the angle between a prismatic joint and the shortest line from axis i to the parallel axis j.
 
@@ -150,11 +155,9 @@ def measure_prismatic_slant(
     the two axes coincide.
     """
     frames = arm.compute_frames(q)
-    line, direction = frames[..., j, :3, 3] - frames[..., i, :3, 3], frames[..., prismatic, :3, 2]
-    axis = frames[..., i, :3, 2]
-    line = line - np.sum(line * axis, axis=-1)[..., None] * axis
-    line_length = norms(line)
-    deviation = np.abs(np.sum(direction * line, axis=-1)) if is_perpendicular else norms(cross(direction, line))
+    line = remove_component(frames[..., j, :3, 3] - frames[..., i, :3, 3], frames[..., i, :3, 2])
+    direction, line_length = frames[..., prismatic_joint, :3, 2], norms(line)
+    deviation = np.abs(dot(direction, line)) if is_perpendicular else norms(cross(direction, line))
     return np.where(line_length < _ZERO_TOLERANCE, 1.0, deviation / np.maximum(line_length, _ZERO_TOLERANCE))
 
 

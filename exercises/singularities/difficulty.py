@@ -28,8 +28,9 @@ def rate_difficulty(chain: Chain) -> int:
     Example 6.3 has 15 + 8 + 8 = 31.
     """
     factors = {condition for component in find_singular_set(chain) or () for condition in component.conditions}
-    coupled_count = sum(len(factor.free_symbols & set(chain.q)) > 1 for factor in factors)
-    return _count_jacobian_terms(chain) + 4 * len(factors) + 8 * coupled_count + _count_deviations(chain)
+    joint_counts = [len(factor.free_symbols & set(chain.q)) for factor in factors]
+    conditions_share = sum(4 + 8 * (joint_count > 1) for joint_count in joint_counts)
+    return _count_jacobian_terms(chain) + conditions_share + _count_deviations(chain)
 
 
 def _count_jacobian_terms(chain: Chain) -> int:
@@ -53,14 +54,14 @@ def _is_multiplied_out(expression: sp.Expr) -> bool:
 
 
 def _count_deviations(chain: Chain) -> int:
-    """Return the number of deviations from a textbook arm, as listed in `difficulty`."""
+    """Return the number of deviations from a textbook arm, as listed in `rate_difficulty`."""
     base = chain.base
     is_rotated = base.yaw != 0 or base.tilt != 0
     return sum([*(offset != 0 for offset in chain.offsets), any(base.position), is_rotated, not chain.point.is_origin])
 
 
 def rate_difficulty_band(chain: Chain) -> int:
-    """Return the band of an arm's difficulty: 0 below 10, 1 below 16, 2 below 24, 3 below 34, else 4."""
+    """Return the band of an arm's difficulty: the number of BAND_MINIMUMS that the difficulty reaches."""
     # for a hard arm, avoid finding the singular set, which may take a minute
     if _count_jacobian_terms(chain) + _count_deviations(chain) >= BAND_MINIMUMS[-1]:
         return HARDEST_BAND

@@ -117,24 +117,24 @@ def list_candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[Mea
     If the task has angular rows, collinear axes come first, because P on one of these axes may be incidental. If the
     task has only angular rows, there are no statements about the position of P, which does not matter.
     """
-    revolute = chain.revolute_joints
+    revolute_joints = chain.revolute_joints
     collinear_meanings = [
         _make_meaning(
             "in line", pair, "the axes of joints {} and {} coincide", partial(measure_collinearity, joints=pair)
         )
-        for pair in combinations(revolute, 2)
+        for pair in combinations(revolute_joints, 2)
     ]
     if not chain.linear_axes:
-        return _select_special(samples, collinear_meanings) + _list_direction_meanings(samples, revolute)
+        return _select_special(samples, collinear_meanings) + _list_direction_meanings(samples, revolute_joints)
     point_meanings = [
         _make_meaning("on axis", (i,), "$P$ lies on the axis of joint {}", partial(measure_axis_distance, joint=i))
-        for i in revolute
+        for i in revolute_joints
         if i < chain.point.frame
     ]
     has_angular_rows = len(chain.linear_axes) < len(chain.task)
     groups = (collinear_meanings, point_meanings) if has_angular_rows else (point_meanings, collinear_meanings)
     meanings = _select_special(samples, [meaning for group in groups for meaning in group])
-    for i in revolute:
+    for i in revolute_joints:
         for j in range(i + 1, chain.point.frame):
             meanings += _list_extreme_meanings(chain, samples, i, j)
     parallel_meanings, perpendicular_meanings = (
@@ -145,7 +145,7 @@ def list_candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[Mea
     rigid_links = [k for k in range(1, chain.n) if chain.joints[k - 1].is_revolute and chain.joints[k].is_revolute]
     origin_meanings = [meaning for k in rigid_links for meaning in _list_origin_meanings(chain, samples, k)]
     meanings += _select_special(samples, [*perpendicular_meanings, *origin_meanings, *parallel_meanings])
-    meanings += _list_plane_meanings(chain, samples, revolute)
+    meanings += _list_plane_meanings(chain, samples)
     return meanings + _select_special(samples, _list_common_direction_meanings(chain, samples))
 
 
@@ -155,16 +155,16 @@ def _select_special(samples: Sequence[Sample], meanings: Sequence[MeasuredMeanin
     return [meaning for meaning in meanings if measure_samples(nearby, meaning.measure).max() >= ZERO_TOLERANCE]
 
 
-def _list_direction_meanings(samples: Sequence[Sample], revolute: Sequence[int]) -> list[MeasuredMeaning]:
+def _list_direction_meanings(samples: Sequence[Sample], revolute_joints: Sequence[int]) -> list[MeasuredMeaning]:
     """Return the statements about the directions of the axes, regardless of the positions of the axes."""
     words = "the axes of joints {} and {} are parallel"
     parallel_meanings = [
         _make_meaning("parallel", pair, words, partial(measure_axis_spread, joints=pair))
-        for pair in combinations(revolute, 2)
+        for pair in combinations(revolute_joints, 2)
     ]
     meanings = _select_special(samples, parallel_meanings)
     axes = "the axes of joints {}, {} and {} are"
-    for joints in combinations(revolute, 3):
+    for joints in combinations(revolute_joints, 3):
         spread = partial(measure_axis_spread, joints=joints)
         plane_meaning = _make_meaning("one plane", joints, f"{axes} all parallel to one plane", spread)
         if _select_special(samples, [plane_meaning]):
@@ -181,7 +181,7 @@ def _list_prismatic_meanings(chain: Chain, samples: Sequence[Sample], is_perpend
     words = f"prismatic joint {{}} moves {preposition} the line from the axis of joint {{}} to that of joint {{}}"
     measure = partial(measure_prismatic_slant, is_perpendicular=is_perpendicular)
     return [
-        _make_meaning(kind, (p, i, i + 1), words, partial(measure, prismatic=p, i=i, j=i + 1))
+        _make_meaning(kind, (p, i, i + 1), words, partial(measure, prismatic_joint=p, i=i, j=i + 1))
         for p, i in product(chain.prismatic_joints, links)
         if are_parallel(samples, i, i + 1)
     ]
@@ -204,14 +204,15 @@ def _list_origin_meanings(chain: Chain, samples: Sequence[Sample], k: int) -> li
     ]
 
 
-def _list_plane_meanings(chain: Chain, samples: Sequence[Sample], revolute: Sequence[int]) -> list[MeasuredMeaning]:
+def _list_plane_meanings(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
     """Return the statement that the point and all axes lie in one plane; none unless all axes are parallel."""
-    if len(chain.linear_axes) != len(chain.task) or len(revolute) != chain.n or chain.n < 3:
+    if len(chain.linear_axes) != len(chain.task) or chain.prismatic_joints or chain.n < 3:
         return []
-    if not all(are_parallel(samples, 0, i) for i in revolute):
+    if not all(are_parallel(samples, 0, i) for i in range(chain.n)):
         return []
     words = "$P$ and the axes of all joints lie in one plane"
-    return [_make_meaning("level", revolute, words, partial(measure_coplanarity, joints=revolute, includes_point=True))]
+    measure = partial(measure_coplanarity, joints=range(chain.n), includes_point=True)
+    return [_make_meaning("level", range(chain.n), words, measure)]
 
 
 def _list_common_direction_meanings(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:

@@ -17,7 +17,7 @@ from qdot.exercises.arm.vectors import cross
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.singularities.axes import Sample
+from qdot.exercises.singularities.axes import Sample, shorten_steps
 
 START_COUNT, MAX_STEPS = 60, 80
 """Number of random starts per search, and the maximum number of steps from each start."""
@@ -81,10 +81,10 @@ def check_rank_loss(
 
     def find_zeros(k: int, branch: _Branch, rank_test: _RankTest) -> np.ndarray:
         """Return configurations on branch k, and store k if J keeps full rank at one of them."""
-        converged, q = branch.find_zeros(rank_test.sample_configurations(start_count, rng))
-        if converged.any() and not rank_test.loses_rank(q[converged]).all():
+        has_converged, q = branch.find_zeros(rank_test.sample_configurations(start_count, rng))
+        if has_converged.any() and not rank_test.loses_rank(q[has_converged]).all():
             full_rank_branches.add(k)
-        return np.asarray(q[converged])
+        return np.asarray(q[has_converged])
 
     for values, arm in _sample_lengths(chain, rng, LENGTH_SAMPLES):
         arms.append(arm)
@@ -140,9 +140,10 @@ def _sample_lengths(
     A choice for which no real arm exists is skipped. Lengths range from `min_numerator` / 10,007 m to 1.2 m. The
     denominator is prime, so the fractions can't be reduced.
     """
-    count = 12000 - min_numerator
+    value_count = 12000 - min_numerator  # 12,000 / 10,007 m is about 1.2 m
     for _ in range(sample_count if chain.parameters else 1):
-        values = {symbol: sp.Rational(min_numerator + rng.integer_below(count), 10007) for symbol in chain.parameters}
+        numerators = {symbol: min_numerator + rng.integer_below(value_count) for symbol in chain.parameters}
+        values = {symbol: sp.Rational(numerator, 10007) for symbol, numerator in numerators.items()}
         try:
             arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in values.items()})
         except TypeError:  # a constant is not real for these lengths, e.g. sqrt(a1**2 - d1**2)
@@ -216,8 +217,7 @@ def _solve(equations: Equations, x: np.ndarray, units: np.ndarray | float = 1.0)
         if not is_active.any():
             break
         steps = -(np.linalg.pinv(derivatives[is_active], rcond=_PINV_RCOND) @ values[is_active, :, None])[:, :, 0]
-        longest = np.abs(steps).max(axis=1, keepdims=True)
-        x[is_active] += steps * np.minimum(1.0, _MAX_STEP_SIZE / np.maximum(longest, 1e-300)) * units
+        x[is_active] += shorten_steps(steps, _MAX_STEP_SIZE) * units
     residuals, _ = equations(x)
     return np.abs(residuals).max(axis=1) < EQUATION_TOLERANCE, x
 

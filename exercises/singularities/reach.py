@@ -28,7 +28,7 @@ import numpy as np
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.vectors import cross
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.singularities.axes import Sample, stack_samples
+from qdot.exercises.singularities.axes import Sample, shorten_steps, stack_samples
 from qdot.exercises.singularities.three_joints import NO, UNSURE, YES, reaches_targets
 
 _ZERO_TOLERANCE = 1e-9
@@ -297,10 +297,12 @@ def reaches_beyond(samples: Sequence[Sample], task: Sequence[int], directions: n
         is_reached = reaches_displaced_pose(samples[k].arm, frames[k], task, shifts[k])
         if is_reached is not None:
             answers[k] = YES if is_reached else NO
-    unsure = np.flatnonzero(answers == UNSURE).tolist()
-    if unsure:
-        arms_and_frames = [samples[k].arm for k in unsure], frames[unsure]
-        answers[unsure] = _search_displaced_poses(*arms_and_frames, task, shifts[unsure], arm_lengths[unsure])
+    indices = np.flatnonzero(answers == UNSURE).tolist()
+    if indices:
+        unsure_arms = [samples[k].arm for k in indices]
+        answers[indices] = _search_displaced_poses(
+            unsure_arms, frames[indices], task, shifts[indices], arm_lengths[indices]
+        )
     return np.asarray(answers == YES)
 
 
@@ -316,32 +318,32 @@ def _search_displaced_poses(
     `frames` are the frames of the arms at these poses. The search starts from many configurations of each arm.
     """
     answers = np.full(len(all_arms), NO)
-    unsolved = np.arange(len(all_arms))
+    unsolved_indices = np.arange(len(all_arms))
     arms = NumericChain.stack(all_arms)
     q = np.tile(_sample_starts(len(arms.kinds)), (len(all_arms), 1, 1))
     for step in range(_MAX_STEPS):
         poses = arms.compute_frames(q)
-        difference = _compute_pose_difference(arms, frames[unsolved], poses)
-        residual = difference[..., task] + shifts[unsolved, None]
+        difference = _compute_pose_difference(arms, frames[unsolved_indices], poses)
+        residual = difference[..., task] + shifts[unsolved_indices, None]
         distance = np.linalg.norm(residual, axis=2)
-        has_converged = np.any(distance < 1e-6 * arm_lengths[unsolved, None], axis=1)
+        has_converged = np.any(distance < 1e-6 * arm_lengths[unsolved_indices, None], axis=1)
         if has_converged.any():
-            answers[unsolved[has_converged]] = YES
-            remaining = ~has_converged
-            unsolved = unsolved[remaining]
-            if not len(unsolved):
+            answers[unsolved_indices[has_converged]] = YES
+            is_unsolved = ~has_converged
+            unsolved_indices = unsolved_indices[is_unsolved]
+            if not len(unsolved_indices):
                 break
-            arms = NumericChain.stack([all_arms[k] for k in unsolved])
-            q, poses, residual, distance = q[remaining], poses[remaining], residual[remaining], distance[remaining]
+            arms = NumericChain.stack([all_arms[k] for k in unsolved_indices])
+            q, poses, residual, distance = (values[is_unsolved] for values in (q, poses, residual, distance))
         if step == _PRUNING_STEP:
-            nearest = np.argsort(distance, axis=1, kind="stable")[:, :_KEPT_START_COUNT]
-            rows = np.arange(len(unsolved))[:, None]
-            q, residual, poses = q[rows, nearest], residual[rows, nearest], poses[rows, nearest]
+            nearest_starts = np.argsort(distance, axis=1, kind="stable")[:, :_KEPT_START_COUNT]
+            rows = np.arange(len(unsolved_indices))[:, None]
+            q, residual, poses = (values[rows, nearest_starts] for values in (q, residual, poses))
         jacobian = arms.compute_jacobian_of(poses)[..., task, :]
-        transposed = jacobian.swapaxes(-1, -2)
-        damped = jacobian @ transposed + 1e-9 * np.eye(len(task))
-        change = (transposed @ np.linalg.solve(damped, residual[..., None]))[..., 0]
-        q += change * np.minimum(1.0, _MAX_STEP_SIZE / np.maximum(np.abs(change).max(axis=2, keepdims=True), 1e-12))
+        transposed_jacobian = jacobian.swapaxes(-1, -2)
+        damped_gram_matrix = jacobian @ transposed_jacobian + 1e-9 * np.eye(len(task))
+        steps = (transposed_jacobian @ np.linalg.solve(damped_gram_matrix, residual[..., None]))[..., 0]
+        q += shorten_steps(steps, _MAX_STEP_SIZE)
     return answers
 
 
@@ -351,9 +353,9 @@ def _compute_pose_difference(arms: NumericChain, frames: np.ndarray, current_fra
     `current_frames` are the frames of k arms at m poses each, and `frames` those at one target pose for each arm.
     """
     target = arms.compute_point_of(frames[:, None])
-    relative = frames[:, None, -1, :3, :3] @ current_frames[..., -1, :3, :3].swapaxes(-1, -2)
-    skew = relative - relative.swapaxes(-1, -2)
-    rotation = np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1) / 2
+    relative_rotation = frames[:, None, -1, :3, :3] @ current_frames[..., -1, :3, :3].swapaxes(-1, -2)
+    skew_matrix = relative_rotation - relative_rotation.swapaxes(-1, -2)
+    rotation = np.stack([skew_matrix[..., 2, 1], skew_matrix[..., 0, 2], skew_matrix[..., 1, 0]], axis=-1) / 2
     return np.concatenate([target - arms.compute_point_of(current_frames), rotation], axis=-1)
 
 
@@ -374,5 +376,5 @@ def compute_arm_lengths(arms: Sequence[NumericChain]) -> np.ndarray:
     origins = NumericChain.stack(distinct_arms).compute_frames(starts)[..., :3, 3]
     link_lengths = np.median(np.linalg.norm(np.diff(origins, axis=2), axis=3).sum(axis=2), axis=1)
     lengths = link_lengths + [float(np.linalg.norm(arm.point_offset[:3])) for arm in distinct_arms] + 1e-9
-    length_of = {id(arm): length for arm, length in zip(distinct_arms, lengths, strict=True)}
-    return np.array([length_of[id(arm)] for arm in arms])
+    lengths_by_id = {id(arm): length for arm, length in zip(distinct_arms, lengths, strict=True)}
+    return np.array([lengths_by_id[id(arm)] for arm in arms])

@@ -12,7 +12,7 @@ import numpy as np
 from qdot.exercises.arm.chain import REVOLUTE, Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.singularities.axes import Measure, Sample
+from qdot.exercises.singularities.axes import Measure, Sample, shorten_steps
 
 Predicate = Callable[[Sample], bool | None]
 """A function that returns whether a statement is true at a sample; None if that is not clear."""
@@ -42,7 +42,7 @@ def is_reason(chain: Chain, samples: Sequence[Sample], measure: Measure, predica
     singular_values = np.linalg.svd(arms.compute_jacobian(q)[..., rows, :], compute_uv=False)
     is_regular = singular_values[..., -1] > _REGULAR_RATIO * np.maximum(singular_values[..., 0], _REGULAR_RATIO)
     regular_indices = np.argwhere(has_converged & is_regular).tolist()
-    return not any(predicate(Sample(chosen_arms[arm], q[arm, start])) for arm, start in regular_indices)
+    return not any(predicate(Sample(chosen_arms[i], q[i, start])) for i, start in regular_indices)
 
 
 def _descend(arms: NumericChain, measure: Measure, arm_count: int) -> np.ndarray:
@@ -63,8 +63,7 @@ def _descend(arms: NumericChain, measure: Measure, arm_count: int) -> np.ndarray
         squares = (measure(arms, neighbours) ** 2).reshape(*values.shape, 2, n)
         gradient = (squares[..., 0, :] - squares[..., 1, :]) / (2 * _DIFFERENCE_STEP)
         step = (2 * values**2 / np.maximum(np.sum(gradient**2, axis=-1), 1e-30))[..., None] * gradient
-        step *= np.minimum(1.0, _MAX_STEP_SIZE / np.maximum(np.abs(step).max(axis=-1, keepdims=True), 1e-12))
-        q -= np.where(is_active[..., None], step, 0.0)
+        q -= np.where(is_active[..., None], shorten_steps(step, _MAX_STEP_SIZE), 0.0)
     return q
 
 

@@ -111,8 +111,8 @@ def make_polynomial_arm(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
             values[symbol] = value
         return symbol
 
-    polynomial = replace(chain, base=Base()).map_entries(replace_entry)
-    return replace(polynomial, tool=polynomial.point), values
+    polynomial_arm = replace(chain, base=Base()).map_entries(replace_entry)
+    return replace(polynomial_arm, tool=polynomial_arm.point), values
 
 
 def _is_polynomial(value: sp.Expr) -> bool:
@@ -254,8 +254,9 @@ class _Elimination:
 
     def _find_common_factors(self, entries: sp.Matrix) -> list[sp.Expr]:
         """Return the factors that contain joint variables and that all nonzero entries have in common."""
-        first, *others = [dict(factor_trig(entry).factors) for entry in entries if entry != 0]
-        return [f for f in first if self.search.contains_joints(f) and all(f in factors for factors in others)]
+        first_factors, *other_factors = [dict(factor_trig(entry).factors) for entry in entries if entry != 0]
+        common_factors = (f for f in first_factors if all(f in factors for factors in other_factors))
+        return list(filter(self.search.contains_joints, common_factors))
 
     def _find_pivot(self, matrix: sp.Matrix) -> tuple[int, int] | None:
         """Return row and column of the nonzero constant entry whose row and column have the most zeros, or None."""
@@ -380,9 +381,12 @@ def _clear_denominators(matrix: sp.Matrix) -> sp.Matrix:
     rows = []
     for r in range(matrix.rows):
         denominators = [sp.denom(sp.together(entry)) for entry in matrix.row(r)]
-        common = sp.lcm_list(denominators) if any(value.free_symbols for value in denominators) else sp.S.One
+        has_symbols = any(denominator.free_symbols for denominator in denominators)
+        common_multiple = sp.lcm_list(denominators) if has_symbols else sp.S.One
         row = matrix.row(r)
-        rows.append(row.applyfunc(lambda e, d=common: _factor_entry(sp.cancel(e * d))) if common != 1 else row)
+        if common_multiple != 1:
+            row = (row * common_multiple).applyfunc(lambda entry: _factor_entry(sp.cancel(entry)))
+        rows.append(row)
     return sp.Matrix.vstack(*rows) if rows else matrix
 
 

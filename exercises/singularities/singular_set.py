@@ -108,12 +108,12 @@ def find_zero_set(expressions: Sequence[sp.Expr], chain: Chain, is_symbolic: boo
     ValueError for expressions that can't be factored.
     """
     derivation = derive(chain)
-    factored = tuple(factor_trig(sp.expand(expression)) for expression in expressions)
+    products = tuple(factor_trig(sp.expand(expression)) for expression in expressions)
     if is_symbolic:
-        zeros = _find_zeros(derivation, factored)
+        zeros = _find_zeros(derivation, products)
         conjunctions = zeros and [tuple(map(derivation.substitute_values, conditions)) for conditions in zeros]
     else:
-        conjunctions = find_common_zeros(factored, Search(chain.q))
+        conjunctions = find_common_zeros(products, Search(chain.q))
     if conjunctions is None:
         return None
     components = (solve_conjunction(_insert_prismatic_values(conditions, chain), chain) for conditions in conjunctions)
@@ -156,9 +156,9 @@ def _find_components(derivation: Derivation) -> tuple[Component, ...] | None:
         return None
     components = []
     for conditions, is_possible in _substitute_values(derivation, zeros):
-        solved = solve_conjunction(conditions, derivation.chain) if is_possible else None
-        if solved is not None and solved not in components:
-            components.append(solved)
+        component = solve_conjunction(conditions, derivation.chain) if is_possible else None
+        if component is not None and component not in components:
+            components.append(component)
     for component in reversed(components[:]):
         if any(other != component and _is_contained(component, other) for other in components):
             components.remove(component)  # removed at once: of two equal components, each lies in the other
@@ -200,10 +200,10 @@ def _substitute_values(derivation: Derivation, zeros: Zeros) -> Iterator[tuple[t
         is_possible = len(conjunction) == 1 or _may_hold_for_symbolic_arm(conjunction, joints)
         is_possible = is_possible or may_hold_simultaneously(conditions, chain.q)
         if is_possible and len(conjunction) > needed_count:
-            symbolic_required = _drop_implied_for_symbolic_arm(conjunction, joints, MAX_ZEROS_FOR_IMPLICATION)
-            required = tuple(map(derivation.substitute_values, symbolic_required))
-            dropped = [] if conditions == conjunction else [c for c in conditions if c not in required]
-            if all(is_implied(condition, required, chain.q, MAX_ZEROS_FOR_IMPLICATION) for condition in dropped):
+            required_conjunction = _drop_implied_for_symbolic_arm(conjunction, joints, MAX_ZEROS_FOR_IMPLICATION)
+            required = tuple(map(derivation.substitute_values, required_conjunction))
+            other_conditions = [] if conditions == conjunction else [c for c in conditions if c not in required]
+            if all(is_implied(c, required, chain.q, MAX_ZEROS_FOR_IMPLICATION) for c in other_conditions):
                 conditions = required
         yield conditions, is_possible
 
@@ -237,8 +237,9 @@ def solve_conjunction(conditions: tuple[sp.Expr, ...], chain: Chain) -> Componen
         component = _find_single_solution(condition, chain) if excess == 0 and len(conditions) == 1 else None
         if component is not None:
             return component
-    has_unsolved = len(solutions) < len(conditions)
-    return Component(conditions, None) if has_unsolved else _merge_solutions(conditions, tuple(solutions))
+    if len(solutions) < len(conditions):
+        return Component(conditions, None)
+    return _merge_solutions(conditions, tuple(solutions))
 
 
 def _merge_solutions(conditions: tuple[sp.Expr, ...], solutions: tuple[JointSolution, ...]) -> Component | None:
@@ -249,13 +250,12 @@ def _merge_solutions(conditions: tuple[sp.Expr, ...], solutions: tuple[JointSolu
     for i, j in combinations(range(len(conditions)), 2):
         (joint, values), (other_joint, other_values) = solutions[i], solutions[j]
         if joint == other_joint and all(value.is_number for value in (*values, *other_values)):
-            common = [value for value in values if value in other_values]  # the values at which both conditions hold
-            if not common:
+            common_values = [value for value in values if value in other_values]  # at which both conditions hold
+            if not common_values:
                 return None
-            implied = j if len(common) == len(values) else i if len(common) == len(other_values) else None
-            if implied is not None:
-                remaining = conditions[:implied] + conditions[implied + 1 :]
-                return _merge_solutions(remaining, solutions[:implied] + solutions[implied + 1 :])
+            if len(common_values) in (len(values), len(other_values)):
+                k = j if len(common_values) == len(values) else i  # the index of a condition that the other one implies
+                return _merge_solutions(conditions[:k] + conditions[k + 1 :], solutions[:k] + solutions[k + 1 :])
     return Component(conditions, solutions)
 
 
@@ -343,8 +343,8 @@ def reduce_angle(angle: sp.Expr) -> sp.Expr:
     if not angle.is_number:
         return angle
     turns = -sp.floor((sp.N(angle, 30) + sp.N(sp.pi, 30)) / (2 * sp.N(sp.pi, 30)))
-    reduced = sp.expand(angle + 2 * sp.pi * turns)
-    return sp.pi if reduced == -sp.pi else reduced
+    reduced_angle = sp.expand(angle + 2 * sp.pi * turns)
+    return sp.pi if reduced_angle == -sp.pi else reduced_angle
 
 
 def _compute_excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
@@ -514,12 +514,12 @@ def _search_branches(factor_sets: list[list[sp.Expr]], search: Search) -> Iterat
     if not factor_sets:
         yield []
         return
-    simplest, *other_sets = sorted(factor_sets, key=lambda factors: (len(factors), sum(map(sp.count_ops, factors))))
-    for factor in simplest:
+    simplest_set, *other_sets = sorted(factor_sets, key=lambda factors: (len(factors), sum(map(sp.count_ops, factors))))
+    for factor in simplest_set:
         for condition, values in split_zero_cases(factor):
             substituted = (_substitute_zero(factors, factor, values, search) for factors in other_sets)
-            remaining = [factors for factors in substituted if factors is not None]
-            yield from ([condition, *branch] for branch in _search_branches(remaining, search))
+            remaining_sets = [factors for factors in substituted if factors is not None]
+            yield from ([condition, *branch] for branch in _search_branches(remaining_sets, search))
 
 
 def split_zero_cases(factor: sp.Expr) -> list[tuple[sp.Expr, JointValues]]:
@@ -530,16 +530,16 @@ def split_zero_cases(factor: sp.Expr) -> list[tuple[sp.Expr, JointValues]]:
 
 
 def _substitute_zero(
-    factors: list[sp.Expr], zero: sp.Expr, values: JointValues, search: Search
+    factors: list[sp.Expr], zero_factor: sp.Expr, values: JointValues, search: Search
 ) -> list[sp.Expr] | None:
-    """Return the factors of a set that can still be zero; None if one of them is already zero."""
-    remaining: list[sp.Expr] = []
+    """Return the factors of a set that can still be zero if `zero_factor` is; None if one of them is already zero."""
+    remaining_factors: list[sp.Expr] = []
     for factor in factors:
         joint_factors = [factor] if not values else _joint_factors_of(factor.xreplace(values), search)
-        if factor == zero or joint_factors is None:
+        if factor == zero_factor or joint_factors is None:
             return None
-        remaining += joint_factors
-    return remaining
+        remaining_factors += joint_factors
+    return remaining_factors
 
 
 def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:

@@ -127,15 +127,15 @@ def _classify_by_position(samples: Sequence[Sample], task: list[int]) -> np.ndar
     kinds = _classify_by_motion(samples, task)
     if not samples or max(task) > 2:
         return kinds
-    undecided = {k: samples[k] for k in np.flatnonzero(kinds == "internal").tolist()}
+    internal_samples = {k: samples[k] for k in np.flatnonzero(kinds == "internal").tolist()}
     for joint in range(1, samples[0].arm.point_frame):
-        if undecided and samples[0].arm.is_revolute[joint]:
-            rotations = _rotate_joint(undecided, joint)
+        if internal_samples and samples[0].arm.is_revolute[joint]:
+            rotations = _rotate_joint(internal_samples, joint)
             rotation_kinds = _classify_by_motion(list(chain_together(*rotations.values())), task)
             for k, kinds_of_sample in zip(rotations, rotation_kinds.reshape(-1, _ROTATION_COUNT), strict=True):
                 if "boundary" in kinds_of_sample:
                     kinds[k] = "boundary"
-            undecided = {k: sample for k, sample in undecided.items() if k not in rotations}
+            internal_samples = {k: sample for k, sample in internal_samples.items() if k not in rotations}
     return kinds
 
 
@@ -145,9 +145,10 @@ def _rotate_joint(samples: Mapping[int, Sample], joint: int) -> dict[int, list[S
     q = np.tile(q, (1, _ROTATION_COUNT, 1))
     q[..., joint] = np.linspace(-np.pi, np.pi, _ROTATION_COUNT, endpoint=False)
     keeps_point = np.ptp(arms.compute_point(q), axis=1).max(axis=1) < RANK_TOLERANCE
-    items = zip(samples.items(), q, keeps_point, strict=True)
     return {
-        k: [Sample(sample.arm, row) for row in configurations] for (k, sample), configurations, keeps in items if keeps
+        k: [Sample(sample.arm, configuration) for configuration in configurations]
+        for (k, sample), configurations, keeps in zip(samples.items(), q, keeps_point, strict=True)
+        if keeps
     }
 
 
@@ -164,12 +165,10 @@ def _classify_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarra
         bending = _compute_bending(rank_samples, task, v_transposed[indices, rank:])
         is_at_boundary = np.zeros(len(indices), dtype=bool)
         for lost_directions in _yield_lost_directions(u[indices, :, rank:], bending):
-            undecided = np.flatnonzero(~is_at_boundary)
-            if len(undecided):
-                undecided_samples = [rank_samples[k] for k in undecided.tolist()]
-                is_at_boundary[undecided] = _are_at_boundary(
-                    undecided_samples, task, lost_directions[undecided], bending[undecided]
-                )
+            others = np.flatnonzero(~is_at_boundary)
+            if len(others):
+                other_samples = [rank_samples[k] for k in others.tolist()]
+                is_at_boundary[others] = _are_at_boundary(other_samples, task, lost_directions[others], bending[others])
         kinds[indices] = np.where(is_at_boundary, "boundary", "internal")
     return kinds
 
@@ -284,5 +283,5 @@ def _are_at_boundary(
 def _compute_quadratic_forms(directions: np.ndarray, bending: _Bending) -> np.ndarray:
     """Return the quadratic forms (k x s x s) of the second-order motion of each sample along its direction (k x m)."""
     changes = np.einsum("km,ksmn->ksn", directions, bending.jacobian_changes) / (2 * _DIFFERENCE_STEP)
-    halves = changes @ bending.joint_motions.swapaxes(1, 2)
-    return np.asarray((halves + halves.swapaxes(1, 2)) / 2)
+    forms = changes @ bending.joint_motions.swapaxes(1, 2)
+    return np.asarray((forms + forms.swapaxes(1, 2)) / 2)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.vectors import cross, norms
+from qdot.exercises.arm.vectors import cross, dot, norms, remove_component
 
 YES, NO, UNSURE = 1, 0, -1
 """The possible answers."""
@@ -80,14 +80,13 @@ def _normalize(arms: NumericChain, targets: np.ndarray) -> _NormalizedArms:
     axes, origins = home[:, :3, :3, 2], home[:, :3, :3, 3]
     first_axis = axes[:, 0]
     # the new origin is the foot of the perpendicular from the second origin to the first axis
-    foot = origins[:, 0] + first_axis * _dot(origins[:, 1] - origins[:, 0], first_axis)[:, None]
+    foot = origins[:, 0] + first_axis * dot(origins[:, 1] - origins[:, 0], first_axis)[:, None]
     arm_size = norms(np.diff(np.concatenate([origins, point[:, None]], axis=1), axis=1)).sum(axis=1)
     size = arm_size + norms(targets - foot)  # with the target, because a prismatic joint may be the only length
     size = np.maximum(size, 1e-12)[:, None]
     origins, point = (origins - foot[:, None]) / size[:, None], (point - foot) / size
     if arms.is_revolute[2]:
-        vector_to_point = point - origins[:, 2]
-        x_vector = vector_to_point - axes[:, 2] * _dot(vector_to_point, axes[:, 2])[:, None]
+        x_vector = remove_component(point - origins[:, 2], axes[:, 2])
         center, y_vector = point - x_vector, cross(axes[:, 2], x_vector)
     else:
         center, x_vector, y_vector = point, axes[:, 2], np.zeros_like(point)
@@ -124,8 +123,8 @@ class _Condition:
         arms = self.arms
         vector_to_point = point - arms.origins[:, None, 1]
         axis = arms.axes[:, None, 1]
-        height = _dot(vector_to_point, axis)
-        squared_length = _dot(vector_to_point, vector_to_point)
+        height = dot(vector_to_point, axis)
+        squared_length = dot(vector_to_point, vector_to_point)
         required_components = _compute_required_components(arms, height, squared_length)
         u, sigma, _ = np.linalg.svd(self.matrix)
         components = np.einsum("kji,kmj->kmi", u, required_components)
@@ -139,30 +138,30 @@ class _Condition:
         arms = self.arms
         first_axis, second_axis = arms.axes[:, None, 0], arms.axes[:, None, 1]
         if not arms.is_revolute[0]:
-            residual = _dot(cross(first_axis, second_axis), point - arms.target[:, None])
+            residual = dot(cross(first_axis, second_axis), point - arms.target[:, None])
             return residual, np.ones_like(residual)
-        height, squared_distance = _dot(arms.target, arms.axes[:, 0])[:, None], _dot(arms.target, arms.target)[:, None]
-        height_change = height - _dot(point, first_axis)
+        height, squared_distance = dot(arms.target, arms.axes[:, 0])[:, None], dot(arms.target, arms.target)[:, None]
+        height_change = height - dot(point, first_axis)
         moved_point = point + (height_change / self.matrix[:, :1, 0])[..., None] * second_axis
-        polynomial = _dot(moved_point, moved_point) - squared_distance
-        margin = _dot(point, second_axis) ** 2 - _dot(point, point) + squared_distance
+        polynomial = dot(moved_point, moved_point) - squared_distance
+        margin = dot(point, second_axis) ** 2 - dot(point, point) + squared_distance
         return self._select(polynomial, height_change, margin)
 
     def _select(
         self, polynomial: np.ndarray, linear_residual: np.ndarray, margin: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return (polynomial, 1) for arms whose only condition is the polynomial, else (linear_residual, margin)."""
-        is_only = self.is_only_condition[:, None]
-        return np.where(is_only, polynomial, linear_residual), np.where(is_only, 1.0, margin)
+        is_only_condition = self.is_only_condition[:, None]
+        return np.where(is_only_condition, polynomial, linear_residual), np.where(is_only_condition, 1.0, margin)
 
 
 def _eliminate_second_joint(arms: _NormalizedArms) -> _Condition:
     """Return the condition on the third joint that remains after the second joint is eliminated."""
     first_axis, second_axis = arms.axes[:, 0], arms.axes[:, 1]
     if not arms.is_revolute[1]:
-        axis_cosine = _dot(first_axis, second_axis)
-        is_only = (np.abs(axis_cosine) > _ZERO_TOLERANCE) & arms.is_revolute[0]
-        return _Condition(arms, is_only, axis_cosine[:, None, None])
+        axis_cosine = dot(first_axis, second_axis)
+        is_only_condition = (np.abs(axis_cosine) > _ZERO_TOLERANCE) & arms.is_revolute[0]
+        return _Condition(arms, is_only_condition, axis_cosine[:, None, None])
     directions = (first_axis, 2 * arms.origins[:, 1]) if arms.is_revolute[0] else _choose_perpendiculars(first_axis)
     matrix = np.stack(directions, axis=1) @ np.stack(_choose_perpendiculars(second_axis), axis=1).swapaxes(1, 2)
     return _Condition(arms, np.linalg.svd(matrix, compute_uv=False)[:, 1] > _ZERO_TOLERANCE, matrix)
@@ -171,17 +170,17 @@ def _eliminate_second_joint(arms: _NormalizedArms) -> _Condition:
 def _compute_required_components(arms: _NormalizedArms, height: np.ndarray, squared_length: np.ndarray) -> np.ndarray:
     """Return two components (k x m x 2) that the target requires of the vector from the second axis to P.
 
-    `height` is the component of this vector along the second axis, and `squared` is its squared length.
+    `height` is the component of this vector along the second axis, and `squared_length` is its squared length.
     """
     first_axis, second_axis, origin = arms.axes[:, 0], arms.axes[:, 1], arms.origins[:, 1]
     if arms.is_revolute[0]:
-        height_change = _dot(arms.target, first_axis) - _dot(origin, first_axis)
-        square_change = _dot(arms.target, arms.target) - _dot(origin, origin)
-        required_height = height_change[:, None] - _dot(first_axis, second_axis)[:, None] * height
-        required_square = square_change[:, None] - squared_length - 2 * _dot(origin, second_axis)[:, None] * height
+        height_change = dot(arms.target, first_axis) - dot(origin, first_axis)
+        square_change = dot(arms.target, arms.target) - dot(origin, origin)
+        required_height = height_change[:, None] - dot(first_axis, second_axis)[:, None] * height
+        required_square = square_change[:, None] - squared_length - 2 * dot(origin, second_axis)[:, None] * height
         return np.stack([required_height, required_square], axis=2)
     normals = _choose_perpendiculars(first_axis)
-    components = [_dot(u, arms.target - origin)[:, None] - _dot(u, second_axis)[:, None] * height for u in normals]
+    components = [dot(u, arms.target - origin)[:, None] - dot(u, second_axis)[:, None] * height for u in normals]
     return np.stack(components, axis=2)
 
 
@@ -310,9 +309,9 @@ def _find_roots_on_circle(condition: _Condition) -> tuple[np.ndarray, np.ndarray
     """
     angles = np.arange(3) * np.pi / 2
     residuals, _ = condition.evaluate(np.cos(angles), np.sin(angles))
-    at_0, at_90, at_180 = residuals.T
-    constant, x_slope = (at_0 + at_180) / 2, (at_0 - at_180) / 2
-    y_slope = at_90 - constant
+    value_at_0, value_at_90, value_at_180 = residuals.T  # at these angles in degrees
+    constant, x_slope = (value_at_0 + value_at_180) / 2, (value_at_0 - value_at_180) / 2
+    y_slope = value_at_90 - constant
     amplitude = np.hypot(x_slope, y_slope)
     ratio = constant / np.where(amplitude > _ZERO_TOLERANCE, amplitude, 1.0)
     roots = np.arctan2(y_slope, x_slope)[:, None] + np.arccos(np.clip(-ratio, -1, 1))[:, None] * np.array([1, -1])
@@ -326,9 +325,9 @@ def _find_roots_on_line(condition: _Condition) -> tuple[np.ndarray, np.ndarray, 
     constant, linear, quadratic = _fit_polynomial(condition, 2).T
     is_quadratic = np.abs(quadratic) > _ZERO_TOLERANCE
     discriminant = linear**2 - 4 * quadratic * constant
-    root = np.sqrt(np.maximum(discriminant, 0.0))[:, None] * np.array([1, -1])
+    signed_roots = np.sqrt(np.maximum(discriminant, 0.0))[:, None] * np.array([1, -1])
     linear_root = -constant / np.where(np.abs(linear) > _ZERO_TOLERANCE, linear, 1.0)
-    quadratic_roots = (root - linear[:, None]) / np.where(is_quadratic, 2 * quadratic, 1.0)[:, None]
+    quadratic_roots = (signed_roots - linear[:, None]) / np.where(is_quadratic, 2 * quadratic, 1.0)[:, None]
     x = np.where(is_quadratic[:, None], quadratic_roots, linear_root[:, None])
     discriminant_answers = _decide_by_discriminant(constant, linear, quadratic)
     linear_answers = np.where(
@@ -339,11 +338,7 @@ def _find_roots_on_line(condition: _Condition) -> tuple[np.ndarray, np.ndarray, 
 
 def _choose_perpendiculars(axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return for each axis two unit vectors (k x 3 each) that are perpendicular to the axis and to each other."""
-    helper = np.eye(3)[np.argmin(np.abs(axes), axis=1)]
-    first = cross(axes, helper)
-    first /= norms(first)[:, None]
-    return first, cross(axes, first)
-
-
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.asarray(np.sum(a * b, axis=-1))
+    most_different_axes = np.eye(3)[np.argmin(np.abs(axes), axis=1)]
+    vectors = cross(axes, most_different_axes)
+    vectors /= norms(vectors)[:, None]
+    return vectors, cross(axes, vectors)

@@ -261,7 +261,7 @@ def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues
             continue
         known_fingerprints.add(fingerprint)
         missing_names = reference_names - set().union(*map(find_names, entries)) if name == "lengths-missing" else set()
-        sentence = catalogue.CATALOGUE[name].format_message({"Where": "In your answer"})
+        sentence = catalogue.CATALOGUE[name].format_message({"Where": "In your answer,"})
         mistake = _make_mistake_record(name, sentence, ", ".join(sorted(missing_names)))
         yield {**mistake, "print": [float(text) for text in fingerprint]}
 

@@ -37,14 +37,14 @@ RELATIVE_TOLERANCE = 1e-7
 JOINT_CHANGE = 0.37
 """Change of a joint value (rad or m) that shows whether a result depends on the joint; not a fraction of a turn."""
 FACTOR_WORDS = {
-    2.0: "by a factor of 2",
-    100.0: "by a factor of 100, as between metres and centimetres",
-    1000.0: "by a factor of 1000, as between metres and millimetres",
-    180 / np.pi: "by the factor between degrees and radians",
-    2 * np.pi: "by a factor of 2 pi, as between revolutions and radians",
+    2.0: "2.",
+    100.0: "100. Did you mix metres and centimetres?",
+    1000.0: "1000. Did you mix metres and millimetres?",
+    180 / np.pi: "180/pi. Did you mix degrees and radians?",
+    2 * np.pi: "2 pi. Did you mix revolutions and radians?",
 }
 """The words for a factor between an answer and the reference, or for its reciprocal."""
-REWORK_ADVICE = "Calculate it again step by step, and check each number that you took from the problem."
+REWORK_ADVICE = "Calculate your answer again step by step, and check each number that you took from the problem."
 SIMPLE_ANGLES = (0.0, np.pi / 2, np.pi / 6)
 """The joint angles of configurations that are easy to draw."""
 MAX_CONFIGURATIONS = 81
@@ -141,11 +141,11 @@ def _remark_on_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float
     for candidate, words in FACTOR_WORDS.items():
         for size_word, known_factor in (("large", candidate), ("small", 1 / candidate)):
             if abs(factor / known_factor - 1) < tolerance:
-                yield f"All your numbers are too {size_word} {words}."
+                yield f"Your answer is too {size_word} by a factor of {words}"
     if len(ratios) > 1 and np.ptp(expected[is_nonzero].real) > RELATIVE_TOLERANCE:
         yield (
-            "All your entries are wrong by the same factor. Check the units, roots and squares, and whether a vector "
-            "must have length 1."
+            "Your answer is wrong by a constant factor. Check units, roots and squares, and whether a vector must have "
+            "length 1."
         )
 
 
@@ -205,7 +205,7 @@ def _name_entry(part: Part, index: int) -> str:
     if part.shape is None or part.shape == (1, 1) or part.answer.is_direction:
         return "the result"
     rows, columns = part.shape
-    return f"entry {index + 1}" if 1 in (rows, columns) else f"row {index // columns + 1}, column {index % columns + 1}"
+    return f"entry {index + 1}" if 1 in (rows, columns) else f"entry ({index // columns + 1}, {index % columns + 1})"
 
 
 def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> str | None:
@@ -219,8 +219,9 @@ def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     named_joints = find_names(parsed_answer.tree)
     for name in [q.name for q in problem.chain.q if (q.name in expected_joints) != (q.name in named_joints)]:
         fact = f"Your answer {'does not contain' if name in expected_joints else 'contains'} {_write_name(name)}."
-        zeros = "zeros of the determinant (or of all minors)" if answer.is_singular_set else "configurations asked for"
-        return f"{fact} Do the {zeros} depend on it?"
+        is_square = problem.chain.has_square_jacobian
+        zeros = "zeros of the determinant" if is_square else "common zeros of the maximal minors"
+        return f"{fact} Do the {zeros if answer.is_singular_set else 'requested configurations'} depend on it?"
     are_simultaneous = any(len(component.conditions) > 1 for component in components)
     return _advise_on_claims(problem, part, parsed_answer.tree, seed, are_simultaneous)
 
@@ -246,10 +247,12 @@ def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, are_s
         advice = "Look for all angles in a full turn, and for factors that are zero at the same time."
     if comparison.surplus is None:
         return f"All configurations in your answer are right, but some are missing. {advice}"
-    formula, result = "condition", "It must hold"
+    formula, result = "condition", "The condition must hold"
     if part.answer_as(ConditionSet).is_singular_set:
-        formula, result = "determinant (or the minors)", "The result must be zero"
+        has_determinant = problem.chain.has_square_jacobian
+        formula = "determinant" if has_determinant else "maximal minors"
+        result = "The result must be zero" if has_determinant else "The results must all be zero"
     sentences = [f"Substitute each of your values into the {formula}."]
     if are_simultaneous or any(len(piece) > 1 for piece in claimed_pieces):
-        sentences.append("Substitute values that must hold together at the same time.")
+        sentences.append("If several values must hold together, substitute all of them.")
     return " ".join([*sentences, f"{result} for all values of the other joints.", advice])

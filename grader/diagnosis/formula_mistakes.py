@@ -18,6 +18,7 @@ from qdot.exercises.formula.algebra import expand_terms
 from qdot.exercises.formula.program import evaluate_variants
 from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, format_tree
 from qdot.exercises.mistakes import formula_edits
+from qdot.exercises.mistakes.base import join_words
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import SymbolValues
 from qdot.grader.diagnosis.numbers import NumericAnswer, is_distinctive
@@ -75,20 +76,28 @@ def explain_formulas(answer: WrongAnswer, reference: Rows, allows_any_number: bo
 
 
 def locate_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) -> str:
-    """Return the positions of entries in words, as the beginning of a sentence.
+    """Return the positions of entries in words, as the beginning of a sentence about each of them.
 
     >>> locate_entries([(0, 1), (1, 1)], (2, 2))
-    'In row 1, column 2, and row 2, column 2,'
+    'In each of the entries (1, 2) and (2, 2),'
     >>> locate_entries([(1, 0)], (3, 1)), locate_entries([(0, 0)], (1, 1))
-    ('In entry 2', 'In your answer')
+    ('In entry 2,', 'In your answer,')
     """
     if shape[:2] == (1, 1):
-        return "In your answer"
-    if 1 in shape[:2]:
-        *other_entries, last_entry = [str(max(index) + 1) for index in entry_indices]
-        return f"In entries {', '.join(other_entries)} and {last_entry}" if other_entries else f"In entry {last_entry}"
-    *other_entries, last_entry = [f"row {i + 1}, column {j + 1}" for i, j in entry_indices]
-    return f"In {', '.join(other_entries)}, and {last_entry}," if other_entries else f"In {last_entry},"
+        return "In your answer,"
+    names = name_entries(entry_indices, shape)
+    return f"In each of the {names}," if len(entry_indices) > 1 else f"In {names},"
+
+
+def name_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) -> str:
+    """Return the names of entries: their rows and columns, or their numbers if the answer has one row or column.
+
+    >>> name_entries([(0, 1), (1, 1)], (2, 2)), name_entries([(1, 0)], (3, 1))
+    ('entries (1, 2) and (2, 2)', 'entry 2')
+    """
+    is_vector = 1 in shape[:2]
+    numbers = [str(max(i, j) + 1) if is_vector else f"({i + 1}, {j + 1})" for i, j in entry_indices]
+    return f"{'entries' if len(numbers) > 1 else 'entry'} {join_words(numbers)}"
 
 
 def _find_exchange(answer: WrongAnswer, entry_indices: Sequence[EntryIndex]) -> Diagnosis | None:
@@ -113,7 +122,7 @@ def _find_mistake_everywhere(answer: WrongAnswer, rows: Rows) -> Diagnosis | Non
         entries = [entry for row in edited_rows for entry in row]
         predicted_values = _evaluate(entries, answer.values).reshape(answer.correct_values.shape)
         if answer.numeric.equals(predicted_values) and is_distinctive(predicted_values):
-            return Diagnosis((name,), CATALOGUE[name].format_message({"Where": "In your answer"}))
+            return Diagnosis((name,), CATALOGUE[name].format_message({"Where": "In your answer,"}))
     return None
 
 
@@ -146,7 +155,7 @@ def _find_other_lengths(answer: WrongAnswer, reference: Rows) -> Diagnosis | Non
     expected_values, size = answer.correct_values[first_samples], answer.numeric.term_size[first_samples]
     if not any(NumericAnswer(values, size, answer.numeric.tolerances).equals(expected_values) for values in answers):
         return None
-    words = ", ".join(map(format_tree, other_lengths))
+    words = join_words([*map(format_tree, other_lengths)])
     return Diagnosis((), f"Your answer is correct for an arm with other lengths ({words}). {OWN_TABLE_HINT}")
 
 
@@ -271,9 +280,9 @@ class _WrongEntry:
             with np.errstate(all="ignore"):
                 ratio = difference / values
             if np.isfinite(ratio).all() and np.ptp(ratio.real) <= 1e-6 * np.abs(ratio).max():
-                symbols = ", ".join(sorted(find_names(part)))
+                symbols = sorted(find_names(part))
                 if part in terms and symbols:
-                    yield LocatedMistake("number-typed", f" (with {symbols} in it)")
+                    yield LocatedMistake("number-typed", f" (with {join_words(symbols)})")
                 else:
                     yield LocatedMistake("entry-factor" if symbols else "constant-typed")
 
@@ -331,5 +340,6 @@ def _make_diagnosis(
 ) -> Diagnosis:
     """Return the diagnosis that names a mistake and the entries in which it was made."""
     location = locate_entries(entry_indices, shape)
-    message = CATALOGUE[name].format_message({"Where": location, "which": missing_words})
+    words = {"Where": location, "which": missing_words, "entries": name_entries(entry_indices, shape)}
+    message = CATALOGUE[name].format_message(words)
     return Diagnosis((name,), message, signature=(f"{name} {location}",))

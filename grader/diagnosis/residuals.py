@@ -11,6 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from qdot.exercises.arm.derivation_graph import StageResults, list_links_to_point
+from qdot.exercises.mistakes.base import join_words
 from qdot.exercises.short_questions import question_of
 from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE
 from qdot.grader.diagnosis.wrong_answer import WrongAnswer
@@ -46,10 +47,10 @@ def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:
     if not missing_by_column:
         return None
     clauses = [
-        f"{_describe_links(stages, missing_links)} in column {column}"
+        f"{_describe_links(stages, missing_links)} to column {column}"
         for column, missing_links in missing_by_column.items()
     ]
-    message = f"You seem to have left out {'; '.join(clauses)}. A joint moves every link after it."
+    message = f"You seem to have left out {', and '.join(clauses)}. A joint moves every link after it."
     return Diagnosis(("chain-rule",), message, signature=(f"chain-rule {missing_by_column}",))
 
 
@@ -78,5 +79,4 @@ def _find_links_with_sum(
 def _describe_links(stages: StageResults, links: Sequence[int]) -> str:
     """Return the contributions of links in words; index n stands for the vector from the last frame's origin to P."""
     link_names = ["the offset of P" if k == stages.n else f"link {k + 1}" for k in links]
-    link_words = link_names[0] if len(link_names) == 1 else f"{', '.join(link_names[:-1])} and {link_names[-1]}"
-    return f"the contribution{'s' if len(link_names) > 1 else ''} of {link_words}"
+    return f"the contribution{'s' if len(link_names) > 1 else ''} of {join_words(link_names)}"

@@ -108,7 +108,7 @@ def find_mistake_by_judging(problem: Problem, part: Part, parsed_answer: ParsedA
 def name_alternatives(alternatives: Sequence[tuple[Mistake, Mapping[str, object], str]]) -> Diagnosis:
     """Return the diagnosis that names all mistakes that give the same answer, given with their words and messages."""
     names = tuple(dict.fromkeys(mistake.name for mistake, _, _ in alternatives))
-    message = " Or, which gives the same answer: ".join(dict.fromkeys(message for _, _, message in alternatives))
+    message = " Another mistake gives the same answer: ".join(dict.fromkeys(message for _, _, message in alternatives))
     signatures = tuple(locate_mistake(mistake.name, words) for mistake, words, _ in alternatives)
     return Diagnosis(names, message, signature=signatures, are_alternatives=len(names) > 1)
 
@@ -175,7 +175,7 @@ def _explain_pieces(problem: Problem, part: Part, claimed_pieces: Sequence[Piece
         return None
     sentences = list(dict.fromkeys(CATALOGUE[name].format_message(words) for name, words in mistakes))
     if not claimed_pieces:
-        sentences = [f"Your answer contains no condition: {mistakes[0][1]['every']}. See (6.8)."]
+        sentences = [f"Your answer contains no condition. {mistakes[0][1]['every']}. See (6.8)."]
     names = tuple(dict.fromkeys(name for name, _ in mistakes))
     signature = tuple(dict.fromkeys(locate_mistake(*mistake) for mistake in mistakes))
     return Diagnosis(names, _join_messages(sentences), signature=signature)

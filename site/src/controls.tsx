@@ -5,15 +5,14 @@ import type { ComponentChildren, JSX } from "preact";
 import { say, type TextKey } from "./text/text.js";
 
 interface ButtonProps {
-  /** CSS classes. */
-  readonly style?: string;
+  readonly className?: string;
   readonly text: string;
   readonly disabled?: boolean;
   readonly onClick: () => void;
 }
 
-export const Button = ({ style = "quiet", text, disabled = false, onClick }: ButtonProps): JSX.Element => (
-  <button type="button" class={style} disabled={disabled} onClick={onClick}>
+export const Button = ({ className = "quiet", text, disabled = false, onClick }: ButtonProps): JSX.Element => (
+  <button type="button" class={className} disabled={disabled} onClick={onClick}>
     {text}
   </button>
 );
@@ -53,7 +52,7 @@ export const Choice = ({ label, value, any, children, onValue }: ChoiceProps): J
 export const Failed = ({ reason, onAgain }: { reason: string; onAgain: () => void }): JSX.Element => (
   <div role="alert">
     <p>{say("practice.failed", { why: reason })}</p>
-    <Button style="button" text={say("practice.again")} onClick={onAgain} />
+    <Button className="button" text={say("practice.again")} onClick={onAgain} />
   </div>
 );
 

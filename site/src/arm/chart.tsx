@@ -26,8 +26,8 @@ const [LEFT_MARGIN, BOTTOM_MARGIN, TOP_MARGIN] = [54, 26, 16];
 
 /** A chart of rates as fractions of their limits, so that revolute and prismatic joints share one axis. */
 export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.Element {
-  const frame = useRef<HTMLDivElement>(null);
-  const [width, height] = useSize(frame, [420, 220]);
+  const box = useRef<HTMLDivElement>(null);
+  const [width, height] = useSize(box, [420, 220]);
   const totalTime = journey.path.length / speed || 1;
   const limitShares = limits.map((limit, i) => journey.stations.map(({ slopes }) => (slopes[i]! * speed) / limit));
   const maxShare = Math.min(3, Math.max(1.25, 1.08 * Math.max(...limitShares.flat().map(Math.abs))));
@@ -43,7 +43,7 @@ export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.El
   return (
     <figure class="arm-chart">
       <figcaption>{say("arm.chart.title")}</figcaption>
-      <div ref={frame} class="arm-chart-frame">
+      <div ref={box} class="arm-chart-frame">
         <svg viewBox={`0 0 ${width} ${height}`} width={width} height={height} aria-hidden="true">
           <rect class="arm-band" x={LEFT_MARGIN} y={y(1)} width={plotWidth} height={y(-1) - y(1)} />
           <path class="arm-limit" d={`M${LEFT_MARGIN} ${y(1)}h${plotWidth}M${LEFT_MARGIN} ${y(-1)}h${plotWidth}`} />

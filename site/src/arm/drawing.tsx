@@ -51,7 +51,7 @@ const DEGREE = Math.PI / 180;
 const OFFSET_DECAY = 0.85;
 
 export function Drawing(props: DrawingProps): JSX.Element {
-  const { arm, state, reach, layers, chosen, choose, highlighted, highlight, move, target } = props;
+  const { arm, state, reach, layers, chosenJoint, choose, highlightedJoint, highlight, move, target } = props;
   const box = useRef<HTMLDivElement>(null);
   const [width, height] = useSize(box, props.knownSize ?? [560, 420]);
   const [orbit, setOrbit, firstOrbit] = useOrbit(props);
@@ -76,7 +76,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
     isFlat,
     hasDragged,
     hasFocus,
-    chosen,
+    chosenJoint,
     Boolean(props.readout),
     isLost && messageKind,
   ]);
@@ -138,13 +138,13 @@ export function Drawing(props: DrawingProps): JSX.Element {
     if (event.key.toLowerCase() === "p") choose(-1);
     else if (number >= 1 && number <= arm.joints.length) choose(number - 1);
     else if (event.key === "0" || (!isFlat && VIEW_KEYS[event.key])) changeView(event.key);
-    else if (step && chosen < 0) {
+    else if (step && chosenJoint < 0) {
       const pixels = stepCount * 0.005 * view.scale;
       move(movePoint(arm, state.pose, vectorFromPixels(view, [step[0] * pixels, step[1] * pixels])));
-    } else if (step && step[0] === 0) choose((chosen + step[1] + arm.joints.length) % arm.joints.length);
+    } else if (step && step[0] === 0) choose((chosenJoint + step[1] + arm.joints.length) % arm.joints.length);
     else if (step) {
-      const change = step[0] * stepCount * (arm.joints[chosen]!.kind === "R" ? DEGREE : 0.005);
-      move(state.pose.with(chosen, limitToRange(arm, chosen, state.pose[chosen]! + change)));
+      const change = step[0] * stepCount * (arm.joints[chosenJoint]!.kind === "R" ? DEGREE : 0.005);
+      move(state.pose.with(chosenJoint, limitToRange(arm, chosenJoint, state.pose[chosenJoint]! + change)));
     } else return;
     event.preventDefault();
   };
@@ -180,7 +180,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
           {links.map((line, i) => (
             <polyline
               key={i}
-              class={`arm-grip${i === chosen ? " arm-chosen" : ""}${i === highlighted ? " arm-lit" : ""} ${jointClass(i)}`}
+              class={`arm-grip${i === chosenJoint ? " arm-chosen" : ""}${i === highlightedJoint ? " arm-lit" : ""} ${jointClass(i)}`}
               points={polylineText(view, line)}
               onPointerEnter={() => drag === null && highlight(i)}
               onPointerLeave={() => highlight(null)}
@@ -193,7 +193,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
           ))}
           <Point
             place={toPixel(view, state.point)}
-            isChosen={chosen < 0}
+            isChosen={chosenJoint < 0}
             onDown={(event) => {
               choose(-1);
               startDrag(event, () => "point");
@@ -209,9 +209,9 @@ export function Drawing(props: DrawingProps): JSX.Element {
         <p class={`arm-hint${hasDragged ? " arm-known" : ""}`}>
           <span>{say(isFlat ? "arm.hint.drag" : "arm.hint.drag-space")}</span>{" "}
           <span class="arm-keys">
-            {chosen < 0
+            {chosenJoint < 0
               ? say("arm.hint.point")
-              : say("arm.hint.joint", { joint: plainLetters(arm.joints[chosen]?.name ?? "") })}{" "}
+              : say("arm.hint.joint", { joint: plainLetters(arm.joints[chosenJoint]?.name ?? "") })}{" "}
             {!isFlat && say("arm.hint.space")}
           </span>
         </p>

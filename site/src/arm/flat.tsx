@@ -85,11 +85,16 @@ export const polylineText = (view: View, points: readonly Vec3[]): string =>
 type ArrowSpan = Pick<NamedArrow, "start" | "vector">;
 
 /** An arrow with the name at its head. */
-export type NamedArrow = { readonly name: string; readonly style: string; readonly start: Vec3; readonly vector: Vec3 };
+export type NamedArrow = {
+  readonly name: string;
+  readonly className: string;
+  readonly start: Vec3;
+  readonly vector: Vec3;
+};
 
 /** Return the label at the head of an arrow. */
-export function headLabel(view: View, { name, style, start, vector }: NamedArrow): WantedLabel {
-  return { name, style, place: toPixel(view, add(start, vector)), direction: vectorInPixels(view, vector) };
+export function headLabel(view: View, { name, className, start, vector }: NamedArrow): WantedLabel {
+  return { name, className, place: toPixel(view, add(start, vector)), direction: vectorInPixels(view, vector) };
 }
 
 /** Return the length of an arrow on the page (pixels). */
@@ -125,16 +130,16 @@ function shapeOfArrow(
   return [shaft, hasTwinHead ? [head(0), head(7)] : [head(0)]];
 }
 
-type ArrowStyle = { readonly view: View; readonly style: string };
-type ArrowProps = ArrowStyle & ArrowSpan & { readonly hasTwinHead?: boolean };
+type ArrowClass = { readonly view: View; readonly className: string };
+type ArrowProps = ArrowClass & ArrowSpan & { readonly hasTwinHead?: boolean };
 
 /** A thin arrow. It uses points, because browsers redraw them faster than the `d` of a path. */
-export function Arrow({ view, start, vector, style, hasTwinHead = false }: ArrowProps): JSX.Element | null {
+export function Arrow({ view, start, vector, className, hasTwinHead = false }: ArrowProps): JSX.Element | null {
   const arrow = shapeOfArrow(view, { start, vector }, hasTwinHead);
   if (!arrow) return null;
   const [shaft, heads] = arrow;
   return (
-    <g class={`arm-arrow ${style}`}>
+    <g class={`arm-arrow ${className}`}>
       <polyline class="arm-shaft" points={pointsText(shaft)} />
       {heads.map((head, i) => (
         <polygon key={i} class="arm-head" points={pointsText(head)} />
@@ -143,11 +148,11 @@ export function Arrow({ view, start, vector, style, hasTwinHead = false }: Arrow
   );
 }
 
-/** Arrows of one style, drawn by one path. */
-export function Arrows({ view, style, spans }: ArrowStyle & { readonly spans: readonly ArrowSpan[] }): JSX.Element {
+/** Arrows of one CSS class, drawn by one path. */
+export function Arrows({ view, className, spans }: ArrowClass & { readonly spans: readonly ArrowSpan[] }): JSX.Element {
   const arrows = spans.map((span) => shapeOfArrow(view, span)).filter((arrow) => arrow !== null);
   return (
-    <g class={`arm-arrow ${style}`}>
+    <g class={`arm-arrow ${className}`}>
       <path class="arm-shaft" d={arrows.map(([shaft]) => `M${pointsText(shaft, "L")}`).join("")} />
       <path class="arm-head" d={arrows.map(([, [head]]) => `M${pointsText(head!, "L")}Z`).join("")} />
     </g>

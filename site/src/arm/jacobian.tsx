@@ -16,15 +16,15 @@ interface TableProps {
   readonly state: State;
   /** Format an entry. */
   readonly format: (value: number) => string;
-  readonly style?: string;
-  readonly columnStyle?: (column: number) => string;
+  readonly className?: string;
+  readonly classOfColumn?: (column: number) => string;
   /** Called with the column under the pointer. */
   readonly onColumn?: (column: number | null) => void;
 }
 
 /** The rows of J that the task counts, with the names of rows and columns. */
 export function JacobianTable(props: TableProps): JSX.Element {
-  const { arm, state, format, style, columnStyle, onColumn } = props;
+  const { arm, state, format, className, classOfColumn, onColumn } = props;
   /** Report the column under the pointer; the first cell of a row is its name. */
   const reportColumn = ({ target }: PointerEvent): void => {
     const index = (target as Element).closest<HTMLTableCellElement>("td, th")?.cellIndex ?? 0;
@@ -32,7 +32,7 @@ export function JacobianTable(props: TableProps): JSX.Element {
   };
   return (
     <table
-      class={style}
+      class={className}
       data-rows={arm.task.length}
       data-columns={arm.joints.length}
       onPointerOver={reportColumn}
@@ -45,7 +45,7 @@ export function JacobianTable(props: TableProps): JSX.Element {
             <i>J</i>
           </th>
           {arm.joints.map(({ name }, i) => (
-            <th key={name} scope="col" class={columnStyle?.(i)}>
+            <th key={name} scope="col" class={classOfColumn?.(i)}>
               <Letters name={name} hasDot />
             </th>
           ))}
@@ -58,7 +58,7 @@ export function JacobianTable(props: TableProps): JSX.Element {
               <Letters name={rowName(row)} />
             </th>
             {state.taskJacobian[k]!.map((value, i) => (
-              <td key={i} class={columnStyle?.(i)}>
+              <td key={i} class={classOfColumn?.(i)}>
                 {format(value)}
               </td>
             ))}
@@ -70,17 +70,22 @@ export function JacobianTable(props: TableProps): JSX.Element {
 }
 
 export const Jacobian = withPace(
-  ({ arm, state, highlighted, highlight }: Pick<Stage, "arm" | "state" | "highlighted" | "highlight">): JSX.Element => (
+  ({
+    arm,
+    state,
+    highlightedJoint,
+    highlight,
+  }: Pick<Stage, "arm" | "state" | "highlightedJoint" | "highlight">): JSX.Element => (
     <JacobianTable
       arm={arm}
       state={state}
       format={toThreeDecimals}
-      style="arm-jacobian"
-      columnStyle={(i) => `${jointClass(i)}${highlighted === i ? " arm-lit" : ""}`}
+      className="arm-jacobian"
+      classOfColumn={(i) => `${jointClass(i)}${highlightedJoint === i ? " arm-lit" : ""}`}
       onColumn={highlight}
     />
   ),
-  { atOnce: ["arm", "highlighted", "highlight"], inTurn: ["state"] },
+  { atOnce: ["arm", "highlightedJoint", "highlight"], inTurn: ["state"] },
 );
 
 /** Return the name of a row of J as `Letters` takes it: v_x, ω_z. */

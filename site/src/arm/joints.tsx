@@ -11,11 +11,11 @@ import type { Stage } from "./stage.js";
 import { rangeOf, limitToRange } from "./ranges.js";
 import { convertAngle, roundToDecimals, InRadians } from "./number-format.js";
 
-type JointsProps = Pick<Stage, "arm" | "pose" | "chosen" | "choose" | "move">;
+type JointsProps = Pick<Stage, "arm" | "pose" | "chosenJoint" | "choose" | "move">;
 
 export const Joints = withPace(
   (props: JointsProps): JSX.Element => {
-    const { arm, pose, chosen, choose } = props;
+    const { arm, pose, chosenJoint, choose } = props;
     const latestProps = useRef(props);
     latestProps.current = props;
     const setJoint = useCallback((joint: number, value: number): void => {
@@ -31,7 +31,7 @@ export const Joints = withPace(
             arm={arm}
             index={i}
             value={pose[i]!}
-            isChosen={chosen === i}
+            isChosen={chosenJoint === i}
             onChoose={choose}
             onValue={setJoint}
           />
@@ -39,7 +39,7 @@ export const Joints = withPace(
       </fieldset>
     );
   },
-  { atOnce: ["arm", "chosen", "choose", "move"], inTurn: ["pose"] },
+  { atOnce: ["arm", "chosenJoint", "choose", "move"], inTurn: ["pose"] },
 );
 
 interface RowProps {

@@ -7,7 +7,7 @@ import type { Pixel } from "./view.js";
 /** A label wanted near `place` (pixels), preferably in a direction from there (in pixels, y down). */
 export interface WantedLabel {
   readonly name: string;
-  readonly style: string;
+  readonly className: string;
   readonly place: Pixel;
   readonly direction: Pixel;
   /** Distance from `place` to be left free (pixels), such as half the width of a joint's body. */
@@ -24,7 +24,7 @@ type LabelRoom = { readonly width: number; readonly height: number; readonly cov
 
 interface PlacedLabel {
   readonly name: string;
-  readonly style: string;
+  readonly className: string;
   readonly x: number;
   readonly y: number;
   /** Where a leader line starts, if the label is far from what it names; else null. */
@@ -41,7 +41,7 @@ const RINGS: readonly number[] = [4, 12, 22, 34, 49, 67];
 /** Number of rings that count as close. */
 const CLOSE_RINGS = 2;
 /** From this distance on, a label gets a leader line (pixels). */
-const LEADER_FROM = 30;
+const MIN_LEADER_DISTANCE = 30;
 /** Costs of covering a label, the arm, or the room's edge (the first and last are never accepted), and of each ring. */
 const [OVER_LABEL, OVER_ARM, OVER_EDGE, FURTHER_RING] = [1000, 6, 400, 5];
 
@@ -55,7 +55,7 @@ export function placeLabels(
   const obstacles = lines.flatMap(samplePoints);
   const labels: PlacedLabel[] = [];
   const byRank = [...wantedLabels].sort((a, b) => rankOf(a) - rankOf(b));
-  for (const { name, style, place: wantedPlace, direction, gap = 0, isClose = false } of byRank) {
+  for (const { name, className, place: wantedPlace, direction, gap = 0, isClose = false } of byRank) {
     const half = halfOf(name);
     const heading = Math.hypot(...direction) > 1e-6 ? Math.atan2(direction[1], direction[0]) : -Math.PI / 4;
     let bestPlace: Pixel = wantedPlace;
@@ -80,8 +80,8 @@ export function placeLabels(
     if (leastCost >= OVER_EDGE) continue;
     placedBoxes.push({ place: bestPlace, half });
     const isFar =
-      Math.hypot(bestPlace[0] - wantedPlace[0], bestPlace[1] - wantedPlace[1]) > LEADER_FROM + gap + half.width;
-    labels.push({ name, style, x: bestPlace[0], y: bestPlace[1], leaderStart: isFar ? wantedPlace : null });
+      Math.hypot(bestPlace[0] - wantedPlace[0], bestPlace[1] - wantedPlace[1]) > MIN_LEADER_DISTANCE + gap + half.width;
+    labels.push({ name, className, x: bestPlace[0], y: bestPlace[1], leaderStart: isFar ? wantedPlace : null });
   }
   return labels;
 }
@@ -95,11 +95,11 @@ const addPolar = ([x, y]: Pixel, distance: number, angle: number): Pixel => [
 const POINT: HalfSize = { width: 2, height: 2 };
 
 /** Return the order of placing: the point and the ends of a path, joints, columns of J, lengths, then frames. */
-function rankOf({ name, style }: WantedLabel): number {
+function rankOf({ name, className }: WantedLabel): number {
   if (/^[PAB]/.test(name)) return 0;
-  if (/^(theta|d)\d/.test(name) && style !== "arm-length") return 1;
+  if (/^(theta|d)\d/.test(name) && className !== "arm-length") return 1;
   if (/^J\d/.test(name)) return 2;
-  if (style === "arm-length") return 3;
+  if (className === "arm-length") return 3;
   return name.startsWith("O") ? 4 : 5;
 }
 

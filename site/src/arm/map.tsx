@@ -29,10 +29,10 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   const inRadians = useContext(InRadians);
   const [pair, setPair] = useState<JointPair>(() => findMostSensitivePair(arm));
   const [shownValue, setShown] = useState<ShownValue>("det");
-  const frame = useRef<HTMLDivElement>(null);
+  const box = useRef<HTMLDivElement>(null);
   const canvas = useRef<HTMLCanvasElement>(null);
   const [isDragging, setHeld] = useState(false);
-  const [width, height] = useSize(frame, [420, 380]);
+  const [width, height] = useSize(box, [420, 380]);
 
   useEffect(() => setPair(findMostSensitivePair(arm)), [arm]);
   const pick = useCallback((axis: 0 | 1, joint: number) => setPair((current) => withJoint(current, axis, joint)), []);
@@ -55,7 +55,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   const moveTo = ([u, v]: Spot): void =>
     move(poseAtSpot(pose, pair, [limitToRange(arm, pair[0], u), limitToRange(arm, pair[1], v)]));
   const dragTo = (event: PointerEvent): void => {
-    const corner = frame.current!.getBoundingClientRect();
+    const corner = box.current!.getBoundingClientRect();
     const [x, y] = [event.clientX - corner.left, event.clientY - corner.top];
     const clampToUnit = (value: number): number => Math.max(0, Math.min(1, value));
     const pointedSpot: Spot = [
@@ -142,7 +142,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
         </label>
       </div>
       <div
-        ref={frame}
+        ref={box}
         class="arm-map-frame"
         role="application"
         aria-roledescription={say("arm.map.role")}

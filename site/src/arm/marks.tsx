@@ -66,7 +66,7 @@ interface MarksProps extends BodyProps {
   /** Whether the line along which P can't move would reveal the answer to the question. */
   readonly isConcealed: boolean;
   /** The joint that is pointed at, whose column is highlighted; null if none is. */
-  readonly highlighted: number | null;
+  readonly highlightedJoint: number | null;
   /** The ends of a path by name. */
   readonly ends: Readonly<Record<string, Vec3>>;
   /** Boxes over the drawing, which labels avoid. */
@@ -74,7 +74,7 @@ interface MarksProps extends BodyProps {
 }
 
 export function Marks(props: MarksProps): JSX.Element {
-  const { arm, state, view, reach, layers, isFlat, measures, isConcealed, highlighted } = props;
+  const { arm, state, view, reach, layers, isFlat, measures, isConcealed, highlightedJoint } = props;
   const columns = drawnColumns(arm, state, reach);
   const arrows = namedArrows(props, columns);
   const { isAngular } = arrowsOf(arm, state);
@@ -95,21 +95,21 @@ export function Marks(props: MarksProps): JSX.Element {
         />
       )}
       {lostVector && <path class="arm-lost" d={`M${P[0] - dx} ${P[1] - dy}L${P[0] + dx} ${P[1] + dy}`} />}
-      {arrows.vectors.map(({ name, style, ...span }) => (
-        <Arrow key={name} view={view} {...span} style={`arm-pstar ${style}`} />
+      {arrows.vectors.map(({ name, className, ...span }) => (
+        <Arrow key={name} view={view} {...span} className={`arm-pstar ${className}`} />
       ))}
-      <Arrows view={view} spans={arrows.axes.filter(({ style }) => style === GREY)} style={GREY} />
+      <Arrows view={view} spans={arrows.axes.filter(({ className }) => className === GREY)} className={GREY} />
       {arrows.axes
-        .filter(({ style }) => style !== GREY)
-        .map(({ name, style, ...span }) => (
-          <Arrow key={name} view={view} {...span} style={`arm-z ${style}`} />
+        .filter(({ className }) => className !== GREY)
+        .map(({ name, className, ...span }) => (
+          <Arrow key={name} view={view} {...span} className={`arm-z ${className}`} />
         ))}
-      {arrows.columns.map(({ name, style, ...span }, i) => (
+      {arrows.columns.map(({ name, className, ...span }, i) => (
         <Arrow
           key={name}
           view={view}
           {...span}
-          style={`arm-column ${style}${highlighted === i ? " arm-lit" : ""}`}
+          className={`arm-column ${className}${highlightedJoint === i ? " arm-lit" : ""}`}
           hasTwinHead={isAngular}
         />
       ))}
@@ -125,8 +125,11 @@ export function Marks(props: MarksProps): JSX.Element {
             ]),
           ],
           { width: view.width, height: view.height, covered: props.covered },
-        ).map(({ name, style, x, y, leaderStart }, k, placedLabels) => (
-          <g key={`${name} ${placedLabels.slice(0, k).filter((other) => other.name === name).length}`} class={style}>
+        ).map(({ name, className, x, y, leaderStart }, k, placedLabels) => (
+          <g
+            key={`${name} ${placedLabels.slice(0, k).filter((other) => other.name === name).length}`}
+            class={className}
+          >
             {leaderStart ? <path class="arm-leader" d={`M${leaderStart[0]} ${leaderStart[1]}L${x} ${y}`} /> : null}
             <g transform={`translate(${x} ${y})`}>
               <text y={5}>
@@ -140,7 +143,7 @@ export function Marks(props: MarksProps): JSX.Element {
   );
 }
 
-/** The style of axes about which no joint rotates. */
+/** The CSS class of axes about which no joint rotates. */
 const GREY = "arm-x";
 
 /** The arrows of the layers that are shown, with their names. */
@@ -151,17 +154,17 @@ function namedArrows(props: MarksProps, columns: readonly Vec3[]): NamedArrows {
   const { frames, point } = state;
   const axes = frames.flatMap(({ x, y, z, o: start }, i): NamedArrow[] => {
     const vectorOf = (axis: Vec3): Vec3 => vectorOfLength(view, axis, axisLength(view, isFlat));
-    const xAxis = { name: `x${i}`, style: GREY, start, vector: vectorOf(x) };
-    const style = i < arm.joints.length ? jointClass(i) : "arm-last";
+    const xAxis = { name: `x${i}`, className: GREY, start, vector: vectorOf(x) };
+    const className = i < arm.joints.length ? jointClass(i) : "arm-last";
     return isFlat
       ? [xAxis, { ...xAxis, name: `y${i}`, vector: vectorOf(y) }]
-      : [xAxis, { name: `z${i}`, style, start, vector: vectorOf(z) }];
+      : [xAxis, { name: `z${i}`, className, start, vector: vectorOf(z) }];
   });
   const columnArrow = (vector: Vec3, i: number): NamedArrow => {
-    return { name: `J${i + 1}`, style: jointClass(i), start: arrowStart(view, point, vector), vector };
+    return { name: `J${i + 1}`, className: jointClass(i), start: arrowStart(view, point, vector), vector };
   };
   const vectorArrow = (vector: Vec3, i: number): NamedArrow => {
-    return { name: `p*${i}`, style: jointClass(i), start: frames[i]!.o, vector };
+    return { name: `p*${i}`, className: jointClass(i), start: frames[i]!.o, vector };
   };
   return {
     axes: layers.frames ? axes : [],
@@ -198,24 +201,24 @@ function wantedLabels(
   labelledPoints.forEach(([name, place], k) =>
     labels.push({
       name,
-      style: "arm-label-p",
+      className: "arm-label-p",
       place,
       direction: [0.7, k === 0 ? -0.7 : 0.7],
       gap: isFlat ? HALF_SYMBOL : 4,
     }),
   );
   for (const [name, place] of Object.entries(ends))
-    labels.push({ name, style: "arm-end", place: toPixel(view, place), direction: [-0.7, 0.7], gap: HALF_SYMBOL });
+    labels.push({ name, className: "arm-end", place: toPixel(view, place), direction: [-0.7, 0.7], gap: HALF_SYMBOL });
   labels.push(...worldLabels(arm, view, isFlat));
   if (layers.lengths) labels.push(...lengthLabels(arm, state, view));
   for (const column of arrows.columns)
     if (lengthInPixels(view, column) > MIN_ARROW_LENGTH) labels.push(headLabel(view, column));
   for (const axis of hasRoomForNames ? arrows.axes : [])
-    if (lengthInPixels(view, axis) > 14 && (isFlat || axis.style !== GREY))
+    if (lengthInPixels(view, axis) > 14 && (isFlat || axis.className !== GREY))
       labels.push({ ...headLabel(view, axis), isClose: true });
   const places = jointCentresOf(arm, state, reach);
   places.forEach((place, i) => {
-    const label = { name: arm.joints[i]!.name, style: jointClass(i) };
+    const label = { name: arm.joints[i]!.name, className: jointClass(i) };
     const arc = isFlat && layers.frames ? arcOf(arm, state, view, i) : null;
     const direction = isFlat ? sideOf(arm, state, view, i) : besideAxis(state, view, i);
     const gap = isFlat ? HALF_SYMBOL : thicknessOf(arm) * view.scale;
@@ -263,7 +266,7 @@ function lengthLabels(arm: Arm, state: State, view: View): WantedLabel[] {
     if (Math.hypot(x, y) < MIN_LABELLED_LENGTH) return [];
     const size = inDigits(Math.abs(Number(value.toFixed(3))));
     const name = /^-?[a-z]\d*$/i.test(label) ? label.replace("-", "") : size;
-    return [{ name, style: "arm-length", place: [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2], direction: [y, -x] }];
+    return [{ name, className: "arm-length", place: [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2], direction: [y, -x] }];
   });
 }
 

@@ -10,7 +10,7 @@ import { useId, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks"
 import type { SymbolInfo } from "../bank.js";
 import type { State } from "./model.js";
 import { inDigits, say, type TextKey } from "../text/text.js";
-import { TermLinks } from "./answering.js";
+import { TermLinks } from "./term-links.js";
 import { Drawing } from "./drawing.js";
 import { Figures } from "./figures.js";
 import { Jacobian } from "./jacobian.js";
@@ -63,10 +63,10 @@ function Panel(props: ArmProps): JSX.Element {
   const box = useRef<HTMLElement>(null);
   const [width] = useSize(box, [720, 600]);
   const emptyScene = useRef<HTMLDivElement>(null); // an empty element, measured before the drawing is in it
-  const [sceneSize, setRoom] = useState<readonly [number, number]>();
+  const [sceneSize, setSceneSize] = useState<readonly [number, number]>();
   useLayoutEffect(() => {
     const { clientWidth = 0, clientHeight = 0 } = emptyScene.current ?? {};
-    if (clientWidth > 0 && clientHeight > 0) setRoom([clientWidth, clientHeight]);
+    if (clientWidth > 0 && clientHeight > 0) setSceneSize([clientWidth, clientHeight]);
   }, []);
   const isWide = width >= MIN_WIDE_PANEL;
   const [firstPane] = useState(() => (isNarrowPage() ? null : (props.pane ?? "map")));

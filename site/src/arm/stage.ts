@@ -48,10 +48,10 @@ export interface Stage {
   readonly move: (pose: Pose) => void;
   readonly reset: () => void;
   /** The joint that keys move, or -1 for the point P. */
-  readonly chosen: number;
+  readonly chosenJoint: number;
   readonly choose: (joint: number) => void;
   /** The joint that is pointed at: its link, arrow and column are highlighted. */
-  readonly highlighted: number | null;
+  readonly highlightedJoint: number | null;
   readonly highlight: (joint: number | null) => void;
   readonly isConcealed: boolean;
   readonly layers: Layers;
@@ -100,8 +100,8 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
   );
   const isRequested = !isDismissed && requestedValues !== undefined;
   const [pose, setPose] = useState<Pose>(home);
-  const [chosen, choose] = useState(0);
-  const [highlighted, highlight] = useState<number | null>(null);
+  const [chosenJoint, choose] = useState(0);
+  const [highlightedJoint, highlight] = useState<number | null>(null);
   const [selectedLayers, setLayers] = useState<Layers>({ ...FIRST_LAYERS, ...request.layers });
   const layers = useMemo(
     () => (isConcealed ? { ...selectedLayers, columns: false, ellipse: false } : selectedLayers),
@@ -167,7 +167,7 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
   }, []);
   return {
     ...{ robot, arm, reach, pose, home, isRequested, state, measures, settledState, sizes, move, reset },
-    ...{ chosen, choose, highlighted, highlight, isConcealed, layers, toggle },
+    ...{ chosenJoint, choose, highlightedJoint, highlight, isConcealed, layers, toggle },
     pane: openPane,
     setPane,
     welding: openPane === "weld" && weld && journey ? { weld, journey, place, changeWeld, goTo } : null,

@@ -25,13 +25,13 @@ export function jointOf(symbol: Element, arm: Arm): number | null {
   const [letter, index] = parts;
   const count = arm.joints.length;
   const joint = Number(index) - 1;
-  if (/^[θcs]$/.test(letter) && index.length > 1 && joint >= count) return inRange(Number(index.at(-1)) - 1, count);
-  if (/^([θcsadαJ]|[θdq]˙)$/.test(letter)) return inRange(joint, count);
-  if (/^[zp]\*?$/.test(letter)) return inRange(joint + 1, count);
+  if (/^[θcs]$/.test(letter) && index.length > 1 && joint >= count) return jointOrNull(Number(index.at(-1)) - 1, count);
+  if (/^([θcsadαJ]|[θdq]˙)$/.test(letter)) return jointOrNull(joint, count);
+  if (/^[zp]\*?$/.test(letter)) return jointOrNull(joint + 1, count);
   return null;
 }
 
-const inRange = (joint: number, count: number): number | null => (joint >= 0 && joint < count ? joint : null);
+const jointOrNull = (joint: number, count: number): number | null => (joint >= 0 && joint < count ? joint : null);
 
 /** Return all symbols in an element that belong to a joint. */
 export function symbolsOf(root: ParentNode, joint: number, arm: Arm): Element[] {

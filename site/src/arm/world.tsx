@@ -27,7 +27,7 @@ export const wayToBase = ({ base: { o } }: Arm): readonly Vec3[] => [ZERO, [o[0]
 function worldAxes(view: View, isFlat: boolean): NamedArrow[] {
   return AXES.map((axis, k) => ({
     name: `${"xyz"[k]}_w`,
-    style: "arm-w",
+    className: "arm-w",
     start: ZERO,
     vector: vectorOfLength(view, axis, AXIS_LENGTH),
   })).filter((arrow) => !isFlat || lengthInPixels(view, arrow) >= 1);
@@ -53,6 +53,6 @@ export function worldLabels(arm: Arm, view: View, isFlat: boolean): WantedLabel[
   if (!isBaseMoved(arm)) return [];
   const labels = worldAxes(view, isFlat).map((axis) => headLabel(view, axis));
   if (norm(arm.base.o) > 1e-9)
-    labels.push({ name: "O_w", style: "arm-w", place: toPixel(view, ZERO), direction: [-0.7, 0.7] });
+    labels.push({ name: "O_w", className: "arm-w", place: toPixel(view, ZERO), direction: [-0.7, 0.7] });
   return labels;
 }

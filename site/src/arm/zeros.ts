@@ -15,14 +15,14 @@ export interface Grid {
 /** A line or, if it has one spot, an isolated spot of the singular set, all of one kind. */
 export type Stretch = { readonly kind: SingularityKind | "unknown"; readonly spots: readonly Spot[] };
 
-export function gridOf([u0, u1]: Spot, [v0, v1]: Spot, count: number, value: Value): Grid {
+export function gridOf([u0, u1]: Spot, [v0, v1]: Spot, count: number, value: ValueFunction): Grid {
   const cellCentres = (low: number, high: number): number[] =>
     Array.from({ length: count + 2 }, (_, i) => low + ((high - low) * (i - 0.5)) / count);
   const [us, vs] = [cellCentres(u0, u1), cellCentres(v0, v1)];
   return { us, vs, values: vs.map((v) => us.map((u) => value(u, v))) };
 }
 
-type Value = (u: number, v: number) => number;
+type ValueFunction = (u: number, v: number) => number;
 
 /** Return where a line crosses the edge from grid point (i, j) to the next one across or up; null if none does. */
 type Crossing = (i: number, j: number, isAcross: boolean) => Spot | null;
@@ -31,7 +31,7 @@ type Crossing = (i: number, j: number, isAcross: boolean) => Spot | null;
 const FINE_STEPS = 4;
 
 /** Return the lines on which a value changes sign, each as a list of spots refined by the function itself. */
-export function findZeroLines(grid: Grid, value: Value): Spot[][] {
+export function findZeroLines(grid: Grid, value: ValueFunction): Spot[][] {
   const fineGrid = { us: refine(grid.us), vs: refine(grid.vs) };
   const knownValues = new Map<number, number>();
   const valueAt = (i: number, j: number): number => {
@@ -59,7 +59,7 @@ export function findZeroLines(grid: Grid, value: Value): Spot[][] {
 }
 
 /** Return the lines on which a value is zero without changing its sign: minima of its size below `zeroTolerance`. */
-export function findZeroMinimumLines({ us, vs, values }: Grid, value: Value, zeroTolerance: number): Spot[][] {
+export function findZeroMinimumLines({ us, vs, values }: Grid, value: ValueFunction, zeroTolerance: number): Spot[][] {
   const findCrossing: Crossing = (i, j, isAcross) => {
     const valueAt = (step: number): number =>
       Math.abs((isAcross ? values[j]?.[i + step] : values[j + step]?.[i]) ?? Infinity);
@@ -139,7 +139,7 @@ function linkCrossings(
 }
 
 /** Return the lowest spot between two, of a value with a minimum there (golden section). */
-function findMinimumBetween(value: Value, a: Spot, b: Spot): Spot {
+function findMinimumBetween(value: ValueFunction, a: Spot, b: Spot): Spot {
   const spotAt = interpolate(a, b);
   const sizeAt = (t: number): number => Math.abs(value(...spotAt(t)));
   let [low, high] = [0, 1];
@@ -157,7 +157,7 @@ const interpolate =
 
 const GOLDEN = (Math.sqrt(5) - 1) / 2;
 
-function bisect(value: Value, a: Spot, b: Spot): Spot {
+function bisect(value: ValueFunction, a: Spot, b: Spot): Spot {
   let [low, high] = [0, 1];
   const spotAt = interpolate(a, b);
   const sign = value(...a) >= 0;
@@ -189,7 +189,7 @@ function chainLinks(spots: ReadonlyMap<string, Spot>, links: ReadonlyMap<string,
 }
 
 /** Return the spots at which a nonnegative value is zero: minima on the grid, refined, below `zeroTolerance`. */
-export function findZeroMinima(grid: Grid, value: Value, zeroTolerance: number): Spot[] {
+export function findZeroMinima(grid: Grid, value: ValueFunction, zeroTolerance: number): Spot[] {
   const { us, vs, values } = grid;
   const spots: Spot[] = [];
   const [du, dv] = [us[1]! - us[0]!, vs[1]! - vs[0]!];
@@ -214,7 +214,7 @@ const NEIGHBOURS = [-1, 0, 1]
   .filter(([a, b]) => a !== 0 || b !== 0);
 
 /** Return the lowest spot that smaller and smaller steps find. */
-function descend(value: Value, start: Spot, du: number, dv: number): Spot {
+function descend(value: ValueFunction, start: Spot, du: number, dv: number): Spot {
   let spot = start;
   let leastValue = value(...spot);
   for (let step = 1; step > 1e-7;) {

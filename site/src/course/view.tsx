@@ -110,7 +110,7 @@ function Head({ round, standing, place, destination, onPlace, onAgain }: HeadPro
         <span role="status">
           {isComplete(score) ? <strong>{textOf(makeFinalMessage(round, score))} </strong> : null}
           {textOf(destination)}{" "}
-          {onAgain ? <Button style="quiet small" text={say("round.again")} onClick={onAgain} /> : null}
+          {onAgain ? <Button className="quiet small" text={say("round.again")} onClick={onAgain} /> : null}
         </span>
       </p>
     </section>

@@ -8,14 +8,14 @@ const [FORGOTTEN_FACTOR, MISSING_FACTOR] = [2 / 3, 1 / 2];
 /** Return the share if all is right up to signs or a constant factor (`deviations` 1), or both (2). */
 export const shareUpToDeviations = (deviations: 1 | 2): number => 1 - DEDUCTION * deviations;
 
-/** A truth value for each entry. */
+/** Whether each entry has a property. */
 type Flags = readonly boolean[];
 
 /** Return the share of nonzero entries that are right; each zero answered with something else cancels a right entry. */
-export function shareOfEntries(right: Flags, zeros: Flags, blank: Flags = []): number {
-  const isCountedEntry = zeros.every(Boolean) ? zeros.map(() => true) : zeros.map((zero) => !zero);
-  const countedEntries = right.filter((_, i) => isCountedEntry[i]);
-  const wrongZeroCount = right.filter((ok, i) => !isCountedEntry[i] && !ok && !blank[i]).length;
+export function shareOfEntries(isRight: Flags, isZero: Flags, isBlank: Flags = []): number {
+  const isCounted = isZero.map((zero) => !zero || isZero.every(Boolean));
+  const countedEntries = isRight.filter((_, i) => isCounted[i]);
+  const wrongZeroCount = isRight.filter((right, i) => !isCounted[i] && !right && !isBlank[i]).length;
   const rightMinusWrong = countedEntries.filter(Boolean).length - wrongZeroCount;
   return Math.max(0, Math.min(rightMinusWrong, countedEntries.length - 1)) / countedEntries.length;
 }

@@ -282,10 +282,9 @@ function jointDistance(joint: string, a: number, b: number, { angles }: JointSpa
   return Math.min(remainder, FULL_TURN - remainder);
 }
 
-function slopeOf(expression: Claim[number]["expression"], pose: SymbolValues, joint: string): number {
-  const above = evaluate(expression, { ...pose, [joint]: (pose[joint] as number) + DIFFERENCE_STEP }).re;
-  const below = evaluate(expression, { ...pose, [joint]: (pose[joint] as number) - DIFFERENCE_STEP }).re;
-  return (above - below) / (2 * DIFFERENCE_STEP);
+function slopeOf(expression: Node, pose: SymbolValues, joint: string): number {
+  const valueAfter = (step: number): number => evaluate(expression, { ...pose, [joint]: pose[joint]! + step }).re;
+  return (valueAfter(DIFFERENCE_STEP) - valueAfter(-DIFFERENCE_STEP)) / (2 * DIFFERENCE_STEP);
 }
 
 /**
@@ -321,8 +320,8 @@ function findCounterexample(
 
 /** Return the largest absolute value of the expressions in a pose, relative to their terms. */
 function residualOf(expressions: readonly Node[], pose: SymbolValues): number {
-  const residuals = expressions.map((zero) => {
-    const { re, im, size } = evaluate(zero, pose);
+  const residuals = expressions.map((expression) => {
+    const { re, im, size } = evaluate(expression, pose);
     return Math.abs(im) < CONDITION_TOLERANCE ? Math.abs(re) / Math.max(size, 1e-300) : Infinity;
   });
   return residuals.some(Number.isNaN) ? Infinity : Math.max(...residuals);
@@ -397,13 +396,13 @@ function moveOntoClaim(
     if (joint !== null) pose = { ...pose, [joint]: evaluate(expression, pose).re };
   for (let step = 0; step < MAX_STEPS; step += 1) {
     const currentPose = pose;
-    const errors = expressions.map((zero) => {
-      const { re, size } = evaluate(zero, currentPose);
+    const errors = expressions.map((expression) => {
+      const { re, size } = evaluate(expression, currentPose);
       return Number.isFinite(size) && Math.abs(re) <= ROUNDING_ERROR * size ? 0 : re;
     });
     if (errors.every((value) => value === 0)) break;
     const moves = leastNorm(
-      expressions.map((zero) => joints.map((joint) => slopeOf(zero, currentPose, joint))),
+      expressions.map((expression) => joints.map((joint) => slopeOf(expression, currentPose, joint))),
       errors,
     );
     if (!moves.every(Number.isFinite)) return null;

@@ -92,10 +92,10 @@ export function termsOf(library: Library, configuration: SymbolValues, maxTerms 
   );
   const allowsThree = library.angles.length <= MAX_ANGLES_FOR_THREE;
   let products = [ONE];
-  let longestProducts = products.map((product) => ({ product, from: 0 }));
+  let longestProducts = products.map((product) => ({ product, lastWave: 0 })); // waves by their indices
   for (let count = 0; count < (allowsThree ? 3 : 2); count += 1) {
-    longestProducts = longestProducts.flatMap(({ product, from }) =>
-      waves.slice(from).map((wave, k) => ({ product: times(product, wave), from: from + k })),
+    longestProducts = longestProducts.flatMap(({ product, lastWave }) =>
+      waves.slice(lastWave).map((wave, k) => ({ product: times(product, wave), lastWave: lastWave + k })),
     );
     if ((products.length + longestProducts.length) * multipliers.length > maxTerms) break;
     products = [...products, ...longestProducts.map(({ product }) => product)];

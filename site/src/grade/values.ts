@@ -222,13 +222,13 @@ type Deviation = { readonly count: 1 | 2; readonly key: TextKey };
 function deviationOf(
   valuesAt: ValuesAt,
   key: ValuesKey,
-  zeros: readonly boolean[],
-  right: readonly boolean[],
+  isZero: readonly boolean[],
+  isRight: readonly boolean[],
 ): Deviation | null {
   const movingEntries = key.moving ?? [];
-  const wrongIndices = right.flatMap((ok, i) => (ok ? [] : [i]));
-  const isOneNumber = movingEntries.length === 0 && zeros.filter((zero) => !zero).length === 1;
-  if (isOneNumber || wrongIndices.some((i) => zeros[i])) return null;
+  const wrongIndices = isRight.flatMap((right, i) => (right ? [] : [i]));
+  const isOneNumber = movingEntries.length === 0 && isZero.filter((zero) => !zero).length === 1;
+  if (isOneNumber || wrongIndices.some((i) => isZero[i])) return null;
   const ratios: number[] = [];
   let expectedSigns: readonly number[] = [];
   for (let k = 0; k < key.points.length; k += 1) {
@@ -253,7 +253,7 @@ function deviationOf(
     const hasWrongSign = expectedSigns.includes(-1);
     if (!hasWrongSign && !hasFactor) return null;
     if (hasFactor && !wrongIndices.some((i) => movingEntries.includes(i))) return null; // any number would be right up to a factor
-    const hasSeveralEntries = right.length > 1;
+    const hasSeveralEntries = isRight.length > 1;
     if (hasWrongSign && hasFactor)
       return { count: 2, key: hasSeveralEntries ? "verdict.but-signs-both" : "verdict.but-both" };
     if (!hasWrongSign) return { count: 1, key: "verdict.but-factor" };
@@ -275,10 +275,10 @@ function powersOf(count: number): number[][] {
 }
 
 /** Return a message on how many nonzero entries of several are right. */
-function countRightEntries(right: readonly boolean[], zeros: readonly boolean[]): Message[] {
-  const entries = right.filter((_, i) => !zeros[i]);
-  if (right.length === 1) return [];
-  return [message("verdict.entries", { right: entries.filter(Boolean).length, count: entries.length })];
+function countRightEntries(isRight: readonly boolean[], isZero: readonly boolean[]): Message[] {
+  const isNonzeroRight = isRight.filter((_, i) => !isZero[i]);
+  if (isRight.length === 1) return [];
+  return [message("verdict.entries", { right: isNonzeroRight.filter(Boolean).length, count: isNonzeroRight.length })];
 }
 
 function describeDifference(

@@ -123,7 +123,7 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
         <p class="actions">
           {items.length > 0 ? (
             <Button
-              style={isDone ? "button" : "button quiet"}
+              className={isDone ? "button" : "button quiet"}
               text={say(isDone ? "lesson.practise" : "lesson.practise-already")}
               onClick={onPractise}
             />
@@ -187,7 +187,8 @@ function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: 
       <div class="choosing">
         <Head lesson={lesson} skill={skill} classes={classes} />
         <p class="lesson-title">
-          <strong>{say(lesson.title)}</strong> <Button style="quiet small" text={say("lesson.back")} onClick={onIdea} />
+          <strong>{say(lesson.title)}</strong>{" "}
+          <Button className="quiet small" text={say("lesson.back")} onClick={onIdea} />
         </p>
         <p class="muted" role="status">
           {classes.length > 1 ? (

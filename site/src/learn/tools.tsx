@@ -59,13 +59,15 @@ export function Contributions({ stage, view, rates }: ContributionsProps): JSX.E
       {contributions.map((contribution, i) => {
         const start = end;
         end = add(end, contribution);
-        return <Arrow key={i} view={view} start={start} vector={contribution} style={`arm-share ${jointClass(i)}`} />;
+        return (
+          <Arrow key={i} view={view} start={start} vector={contribution} className={`arm-share ${jointClass(i)}`} />
+        );
       })}
       <Arrow
         view={view}
         start={state.point}
         vector={scaleVector(computeVelocity(arm, state, rates), scale)}
-        style="arm-sum"
+        className="arm-sum"
       />
     </g>
   );

@@ -61,7 +61,7 @@ export async function fetchAll(
   const fetchFromQueue = async (): Promise<void> => {
     for (let file = queue.shift(); file && !signal.aborted; file = queue.shift()) {
       try {
-        const response = await fetch(makeAddress(file), { signal: signal });
+        const response = await fetch(makeAddress(file), { signal });
         if (!response.ok) throw new Error(String(response.status));
         await cache.put(makeAddress(file), response);
         onStored(file);

@@ -94,10 +94,10 @@ function Storing({ problems }: { problems: readonly string[] }): JSX.Element {
       {missing.length > 0 ? (
         <p class="actions">
           {controller ? (
-            <Button style="quiet small" text={say("offline.stop")} onClick={() => controller.abort()} />
+            <Button className="quiet small" text={say("offline.stop")} onClick={() => controller.abort()} />
           ) : (
             <Button
-              style="quiet small"
+              className="quiet small"
               text={say("offline.keep", { size: roundToMegabytes(sumBytes(missing)) })}
               onClick={() => void start()}
             />

@@ -79,7 +79,7 @@ export const Editor = memo(({ table, faults, defaultTask, onTable }: EditorProps
         {(["R", "P"] as const).map((kind) => (
           <Button
             key={kind}
-            style="quiet small"
+            className="quiet small"
             text={say(kind === "R" ? "own.add-R" : "own.add-P")}
             disabled={rows.length >= MAX_JOINTS}
             onClick={() => onTable({ ...table, rows: [...rows, makeRow(kind, rows.length)] })}

@@ -215,7 +215,7 @@ const NextSteps = memo(({ table, link }: { table: Table; link: string }): JSX.El
     </pre>
     <p class="actions">
       <Button
-        style="quiet small"
+        className="quiet small"
         text={say("own.save")}
         onClick={() => saveFile("arm.toml", "application/toml", writeToml(table))}
       />

@@ -25,7 +25,7 @@ export function CopyButton({ text, label }: { text: string; label: string }): JS
   };
   return (
     <span class="copied">
-      <Button style="quiet small" text={label} onClick={copy} />{" "}
+      <Button className="quiet small" text={label} onClick={copy} />{" "}
       <span role="status" class="muted">
         {confirmation ? say(confirmation) : ""}
       </span>

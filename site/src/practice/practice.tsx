@@ -65,7 +65,7 @@ function Session({ index }: { index: Index }) {
   const dueClasses = listDueClasses(skills, Date.now(), findClasses);
   const orderedItems = useMemo(() => (wish.set ? listSetItems(index, wish) : null), [index, wish]);
 
-  const show = (chosen: Chosen, newReviewClass: TopicClass | null = null): void => {
+  const show = (chosen: ChosenQuestion, newReviewClass: TopicClass | null = null): void => {
     isAnswered.current = false;
     setNotes([]);
     setReviewClass(newReviewClass);
@@ -144,7 +144,7 @@ function Session({ index }: { index: Index }) {
           <p>{textOf(fault ?? message("practice.none"))}</p>
           <p class="ways">
             {suggestWishes(index, wish).map(([key, suggestion]) => (
-              <Button key={key} style="button" text={say(key)} onClick={() => changeWish(suggestion)} />
+              <Button key={key} className="button" text={say(key)} onClick={() => changeWish(suggestion)} />
             ))}
           </p>
         </div>
@@ -167,7 +167,7 @@ function suggestWishes(index: Index, wish: Wish): [TextKey, Wish][] {
 }
 
 /** A question, and its place in a set. */
-type Chosen = { readonly place: number; readonly item: Item | null };
+type ChosenQuestion = { readonly place: number; readonly item: Item | null };
 
 /** Choose a question: at the wished place of a set, or the set's first new one; without a set, the next one. */
 function chooseQuestion(
@@ -176,7 +176,7 @@ function chooseQuestion(
   progress: Progress,
   wishedPlace: number | null,
   lastName: string,
-): Chosen {
+): ChosenQuestion {
   if (!wish.set) return { place: 0, item: chooseNext(index, wish, progress, Date.now(), Math.random, lastName) };
   const orderedItems = listSetItems(index, wish);
   const place = wishedPlace ?? findFirstNew(orderedItems, progress);
@@ -208,7 +208,7 @@ function Due({ count, isAnswering, reviewClass, onStart }: DueProps): JSX.Elemen
       ) : (
         <>
           <strong>{say("practice.due-now", { count, minutes: Math.ceil(MINUTES_PER_QUESTION * count) })}</strong>
-          <Button style="quiet small" text={say("practice.due-start")} onClick={onStart} />
+          <Button className="quiet small" text={say("practice.due-start")} onClick={onStart} />
         </>
       )}
     </p>

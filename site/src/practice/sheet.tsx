@@ -74,7 +74,7 @@ export function Sheet({ index, wish, initialSheet }: SheetProps): JSX.Element {
             {say("sheet.with-key")}
           </label>
         ) : null}
-        <Button style="button" text={say("sheet.print")} disabled={!arms} onClick={() => window.print()} />
+        <Button className="button" text={say("sheet.print")} disabled={!arms} onClick={() => window.print()} />
         <a href={writeWish(wish) || window.location.pathname}>{say("sheet.back")}</a>
       </form>
       {error ? <p role="alert">{say("practice.failed", { why: error })}</p> : null}

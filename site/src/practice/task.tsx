@@ -167,7 +167,7 @@ export function Task(props: TaskProps): JSX.Element {
             {say("practice.check")}
           </button>
           <Button
-            style={isDone ? "button" : "quiet"}
+            className={isDone ? "button" : "quiet"}
             text={say(isDone ? "practice.next" : "practice.skip")}
             onClick={onNext}
           />

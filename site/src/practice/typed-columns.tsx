@@ -25,7 +25,7 @@ export function TypedColumns({ stage: { arm, state }, view, columns }: TypedColu
           view={view}
           start={state.point}
           vector={scaleVector(column as unknown as Vec3, scale)}
-          style={jointClass(i)}
+          className={jointClass(i)}
         />
       ))}
     </g>

@@ -3,7 +3,7 @@ import { expect, test } from "vitest";
 
 import { placeLabels, type WantedLabel } from "../../src/arm/labels.js";
 
-const P: WantedLabel = { name: "P", style: "", place: [50, 92], direction: [0, 1] };
+const P: WantedLabel = { name: "P", className: "", place: [50, 92], direction: [0, 1] };
 const room = { width: 200, height: 120, covered: [] };
 const words = { left: 0, right: 120, top: 96, bottom: 120 };
 

@@ -23,9 +23,9 @@ TWO_R = (
         ("determinant", "0", "Your answer does not depend on θ2."),
         ("lost-direction", "[0, 0]", "Your answer does not depend on θ1."),
         ("lost-direction", "[a1*c1, a2*s1]", "Calculate the numbers again"),
-        ("determinant", "a1*a2*sin(theta2)/7", "All your entries are wrong by the same factor"),
-        ("determinant", "a1*a2*sin(theta2)/2", "All your numbers are too small by a factor of 2."),
-        ("determinant", "a1*a2*sin(theta2)*100", "All your numbers are too large by a factor of 100"),
+        ("determinant", "a1*a2*sin(theta2)/7", "Your answer is wrong by a constant factor"),
+        ("determinant", "a1*a2*sin(theta2)/2", "Your answer is too small by a factor of 2."),
+        ("determinant", "a1*a2*sin(theta2)*100", "Your answer is too large by a factor of 100"),
         ("determinant", "a1*a2*sin(theta2)**2*cos(theta1)", "Your answer depends on θ1."),
         ("determinant", "a1*a2 + a2**2", "Your answer does not depend on θ2."),
         ("determinant", "a1*a2*sin(theta2)**3", "Draw the arm at"),
@@ -88,7 +88,7 @@ def test_answers_right_except_for_rounding_are_recognised(
 @pytest.mark.parametrize(
     ("answer", "words"),
     [
-        ("And(theta2 = 0, theta3 = 1)", "Substitute each of your values into the determinant"),
+        ("And(theta2 = 0, theta3 = 1)", "Substitute each of your values into the maximal minors"),
         (
             "[And(theta2 = 0, sin(theta3) = 0), And(theta2 = pi, theta3 = 0)]",
             "All configurations in your answer are right",

@@ -101,7 +101,7 @@ def diagnose_chapter(name: str, answer: str, chain: Chain = PLANAR) -> tuple[str
         ("singular-angles", "[theta2 = 0, theta2 = pi, theta2 = pi/2]", "value-called-singular: theta2 = pi/2"),
         ("singular-angles", "[theta2 = 0, theta1 = 1]", "joint-called-singular and one-root-only: theta1|1"),
         ("determinant", "a1*a2*sqrt(1 - cos(theta2)^2)", "sign-lost"),
-        ("velocity", f"[-a1*qd1*{S1} - a2*qd1*qd2*{S12}, a1*qd1*{C1} + a2*qd1*qd2*{C12}]", "sum-multiplied: Rates"),
+        ("velocity", f"[-a1*qd1*{S1} - a2*qd1*qd2*{S12}, a1*qd1*{C1} + a2*qd1*qd2*{C12}]", "sum-multiplied: added"),
     ],
 )  # fmt: skip
 def test_mistakes_on_the_planar_arm_are_named(question: str, answer: str, mistake: str) -> None:
@@ -160,21 +160,21 @@ P3 = "[-a1*s1 - a2*s12 - a3*s123, -a2*s12 - a3*s123, -a3*s123], [a1*c1 + a2*c12 
         ("spherical/3", "tool-jacobian", f"[{D3_ROWS}, [c2, 0, 0], [0, 1, 0], [s2, 0, 0]]",
          "vectors-left-in-base: the linear vectors"),
         ("wrist-zyz/47", "jacobian", "[[0, -s1, c1*s2], [0, c1, s1*s2], [1, 0, c2]]",
-         "offset-forgotten: joint 1, 2.|not only theta1, theta2"),  # the offset of joint 3 changes nothing
+         "offset-forgotten: adds to theta1 and theta2"),  # the offset of joint 3 changes nothing
         ("spherical/29", "position", f"[{D3_20}*s1*{C2_45}, -{D3_20}*c1*{C2_45}, {D3_20}*sin(theta2 + pi/4) + 0.65]",
          "trig-throughout"),  # not two signs of constants
-        ("scara/83@full", "determinant", "7/20*a1*sin(theta2 + pi/3)", "offset-sign: the constant -60° |joint 2"),
+        ("scara/83@full", "determinant", "7/20*a1*sin(theta2 + pi/3)", "offset-sign: for -60°|theta2"),
         ("planar-3r-pose/90", "singular-angles", "theta2 = pi/2, theta2 = -pi/2", "offset-forgotten-in-set"),
         ("planar-3r-pose/90", "singular-angles", "theta2 = 2*pi/3, theta2 = -pi/3", "offset-sign-in-set"),
         ("planar-3r-pose/90", "singular-angles", "theta2 = pi/3, theta2 = -2*pi/3, theta2 = -pi/5",
-         "value-called-singular: given theta2 = -pi/5 as singular"),
+         "value-called-singular: singular at theta2 = -pi/5."),
         ("cartesian/5@frames", "position", "[d1 + 0.8, d2 - 0.7, d3 - 0.25 + 0.35]",
-         "prismatic-joints-along-xyz: along x, y, z"),
+         "prismatic-joints-along-xyz: along x, y and z"),
         ("anthropomorphic-6r/1@chapter", "wrist-block", WRIST, "vectors-left-in-base: the vectors"),
         ("elbow-3r/21@modified-dh", "own-frame-velocity", f"[{OF_P}, qd1*s23, qd1*c23, qd2 + qd3]",
          "velocity-of-other-frame: the velocity of the point"),
         ("wrist-zyz/1@chapter", "jacobian", "[[-s2*c3, s3, 0], [s2*s3, c3, 0], [c2, 0, 1]]",
-         "tool-frame: the base frame"),
+         "tool-frame: the last frame"),
         ("wrist-zyz/1@chapter", "determinant", "cos(theta2)", "trig-and-sign"),
         ("planar-3r-pose/90", "determinant", "-9*sin(theta2 + pi/6)/20", "wave-exchanged"),
         ("scara/83@full", "determinant", "-7/20*a1*sin(theta2 + pi/6)", "wave-exchanged"),
@@ -182,34 +182,34 @@ P3 = "[-a1*s1 - a2*s12 - a3*s123, -a2*s12 - a3*s123, -a3*s123], [a1*c1 + a2*c12 
         ("planar-pr/33@frames", "position", f"[a2*{C2_45} + 1/20, -a2*sin(theta2 + pi/4) + d1 + 9/20]",
          "trig-throughout"),
         ("elbow-3r/1@chapter", "geometric-jacobian", ELBOW_TURNED,
-         "trig-and-sign: row 4, column 2"),  # angular rows are no derivatives
+         "trig-and-sign: entry (4, 2)"),  # angular rows are no derivatives
         ("wrist-zyz/1@chapter", "jacobian", "[[0, -s1, -c1*s2], [0, c1, s1*s2], [1, 0, c2]]",
-         "term-sign-typed: row 1, column 3"),
+         "term-sign-typed: entry (1, 3)"),
         ("elbow-3r/1@chapter", "jacobian",  # both factors of the product were differentiated
          write_elbow_jacobian([f"sin(theta1)*({Z_REACH_SLOPE})", *SECOND[1:]], THIRD), ""),
         ("elbow-3r/1@chapter", "jacobian",
          write_elbow_jacobian([f"sin(theta1)*({Z_REACH})", f"-cos(theta1)*({Z_REACH})", SECOND[2]], THIRD),
-         "trig-derived: row 1, column 2, and row 2, column 2"),
-        ("elbow-3r/1@chapter", "jacobian", write_elbow_jacobian(SECOND, SECOND), "term-surplus: column 3|a2"),
+         "trig-derived: entries (1, 2) and (2, 2)"),
+        ("elbow-3r/1@chapter", "jacobian", write_elbow_jacobian(SECOND, SECOND), "term-surplus: (3, 3)|a2"),
         ("elbow-3r/2@frames", "position",
          f"[{OFFSET}*cos(theta1 - pi/3), {OFFSET}*sin(theta1 - pi/3), 0.7 + d1 + 0.7*s2 - a3*s23]", "base-not-rotated"),
-        ("planar-2r/2@lengths", "path-rates", "[-0.2397, 0.09242]", "path-reversed: or all rates"),
+        ("planar-2r/2@lengths", "path-rates", "[-0.2397, 0.09242]", "path-reversed: or all of your rates"),
         ("planar-2r/2@lengths", "position", "[0.4*c1 + a2*c12, 0.4*s1 + a2*s12]", ": other lengths (0.4)"),
         ("planar-2r/2@lengths", "position", "[a1*c1 + 0.5*c12, a1*s1 + 0.5*s12]", ": other lengths (a1)"),
         ("elbow-3r/2@frames", "position",
          f"[{WRONG}*cos(theta1 - pi/3), -0.6*s2 + a3*s23 - d1, 0.7 + {WRONG}*sin(theta1 - pi/3)]",
-         ": other lengths (0.3, 0.6)"),
+         ": other lengths (0.3 and 0.6)"),
         ("planar-rpr/14@frames", "position",  # the base taken at (0.3, 0); not an exchange with z = 0
          f"[{P_X} + s1/5 + 3/10, {P_Y} - c1/5]", "term-missing: entry 2|0.4"),
         ("planar-rpr/14@frames", "position-vectors",
          f"[[{P_X} + s1/5, {P_X} + s1/5, a3*{RPR_SINE}], [{P_Y} - c1/5, {P_Y} - c1/5, -a3*{RPR_COSINE}], [0, 0, 0]]",
-         "arm-from-other-origin: joint 2|O0|frame 1"),
+         "arm-from-other-origin: joint 2|frame 0|frame 1"),
         ("wrist-zyz/9@zeros", "twist",
          f"[0, 0, 0, -qd2*{S1_60} - qd3*s2*{C1_60}, qd2*{C1_60} - qd3*s2*{S1_60}, qd1 - qd3*c2]",
          "distance-forgotten and other-point: row 3|O2"),
         ("scara/3@zeros", "position",  # twice the last link equals the offset of d3
          f"[a1*{C1_60} + 0.3*cos({T12}), a1*{S1_60} + 0.3*sin({T12}), d1 - d3 - 0.1]",
-         "link-subtracted and offset-forgotten: link 4|joint 3"),
+         "link-subtracted and offset-forgotten: link 4|d3"),
         ("spherical/4@frames", "position",  # the base is as high as link 1 is long
          "[-(d3 - 0.2)*s1*cos(theta2 + pi/4), (d3 - 0.2)*c1*cos(theta2 + pi/4), (d3 - 0.2)*sin(theta2 + pi/4) + 0.45]",
          "link-left-out and base-forgotten: link 1"),
@@ -219,7 +219,7 @@ P3 = "[-a1*s1 - a2*s12 - a3*s123, -a2*s12 - a3*s123, -a3*s123], [a1*c1 + a2*c12 
         ("planar-2r/15@lengths@screws", "home-screws",
          "[[0, 0], [0, 0], [1, 1], [0, 0], [0, a1], [0, 0]]", "screw-sign"),
         ("scara/1@chapter", "singular-angles", "[theta2 = 0, theta2 = pi, d3 = 0]",
-         "joint-called-singular: given d3 = 0 as singular: is det J zero there? See (6.8)."),
+         "joint-called-singular: singular at d3 = 0. Is det J zero there? See (6.8)."),
         ("spherical-offset/5@lengths", "singular-angles", "{theta2: [0, 180], d3: [0]}",
          "angles-in-degrees and and-for-or: a dictionary"),
         ("spherical-offset/5@lengths", "singular-angles", "{theta2: [0, 180]}",
@@ -294,7 +294,7 @@ def test_a_wrong_sign_of_a_column_or_part_of_it_is_named() -> None:
     assert diagnose_chapter("jacobian", str(wrong.tolist()), SCORBOT)[0] == "column-sign"
     wrong[2, 1] = right[2, 1]  # now only part of the column has the wrong sign
     name, message = diagnose_chapter("jacobian", str(wrong.tolist()), SCORBOT)
-    assert name == "term-sign-typed" and "row 1, column 2, and row 2, column 2" in message
+    assert name == "term-sign-typed" and "entries (1, 2) and (2, 2)" in message
 
 
 @pytest.mark.parametrize(

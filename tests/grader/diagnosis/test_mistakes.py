@@ -174,7 +174,7 @@ def test_links_left_out_of_the_position_are_named() -> None:
     jacobian = ask_question("jacobian", sample_chain(ProblemId("planar-3r", 1)))
     text = leave_out_links(jacobian, jacobian.parts[0], {0: (0, 1), 1: (2,)})
     diagnosis = judging.diagnose(jacobian, jacobian.parts[0], text, "seed")
-    assert diagnosis is not None and re.search("link 1 and link 2 in column 1; .* in column 2", diagnosis.feedback)
+    assert diagnosis is not None and re.search("link 1 and link 2 to column 1, and .* to column 2", diagnosis.feedback)
 
 
 @pytest.mark.parametrize("family", ["planar-3r", "elbow"])

@@ -40,7 +40,7 @@ export function TermLinks({ stage, inRadians, rates }: Omit<ValueProps, "parts">
   const help = useId();
   const [term, setTerm] = useState<Term | null>(null);
   const [, setScrolled] = useState(0);
-  const { arm, highlight, highlighted } = stage;
+  const { arm, highlight, highlightedJoint } = stage;
   const hasFormulaHighlight = useRef(false); // whether a formula, not the drawing, highlighted the joint
   const isPointerResting = useRef(false); // whether the pointer rests while the keyboard is used
   const currentTerm = useRef(term);
@@ -112,14 +112,14 @@ export function TermLinks({ stage, inRadians, rates }: Omit<ValueProps, "parts">
   }, [term]);
 
   useEffect(() => {
-    if (highlighted === null) return;
-    const names = ["term-lit", jointClass(highlighted)];
-    const symbols = symbolsOf(document.querySelector("main") ?? document, highlighted, arm);
+    if (highlightedJoint === null) return;
+    const names = ["term-lit", jointClass(highlightedJoint)];
+    const symbols = symbolsOf(document.querySelector("main") ?? document, highlightedJoint, arm);
     for (const symbol of symbols) symbol.classList.add(...names);
     return () => {
       for (const symbol of symbols) symbol.classList.remove(...names);
     };
-  }, [highlighted, arm]);
+  }, [highlightedJoint, arm]);
 
   return (
     <>
@@ -127,9 +127,9 @@ export function TermLinks({ stage, inRadians, rates }: Omit<ValueProps, "parts">
         {say("arm.term.keys")}
       </p>
       <p class="arm-unseen" role="status">
-        {term?.isByKey ? <Spelled {...{ stage, inRadians, rates }} parts={term.parts} /> : null}
+        {term?.isByKey ? <SpelledTerm {...{ stage, inRadians, rates }} parts={term.parts} /> : null}
       </p>
-      {term ? <Value {...{ stage, inRadians, rates }} parts={term.parts} /> : null}
+      {term ? <TermValue {...{ stage, inRadians, rates }} parts={term.parts} /> : null}
     </>
   );
 }
@@ -148,7 +148,7 @@ interface ValueProps {
 }
 
 /** A term by its letters and its number, for a screen reader. */
-function Spelled(props: ValueProps): JSX.Element {
+function SpelledTerm(props: ValueProps): JSX.Element {
   const name = spellOut(typedText(props.parts) ?? props.parts.map(({ textContent }) => textContent).join(" "));
   const value = formatValue(props);
   return <>{value === null ? name : say("arm.term.spelled", { name, value })}</>;
@@ -173,7 +173,7 @@ function formatValue({ parts, stage, inRadians, rates }: ValueProps): string | n
 }
 
 /** The value of a term, shown below it; nothing if it has none. */
-function Value(props: ValueProps): JSX.Element | null {
+function TermValue(props: ValueProps): JSX.Element | null {
   const value = formatValue(props);
   if (value === null) return null;
   const boxes = props.parts.map((part) => part.getBoundingClientRect());
