@@ -229,7 +229,7 @@ def check_questions(
             return  # the listing holds for the arms of every step, so no arm needs to be sampled
         inapplicable = next((name for name in unlisted_names if name in QUESTIONS), None)
         if known_family.has_varied_structure and inapplicable is not None:
-            hint = f"`qdot families {known_family.name}` lists the questions that do"
+            hint = f"`qdot families {known_family.name}` lists the questions that apply"
             raise QdotError(f"question {inapplicable!r} applies to no arm of {known_family.name}; {hint}")
     identity = ProblemId(known_family.name, 0, tuple(questions), band=band, variation=variation, convention=convention)
     chain = sample_chain(identity, known_family, questions_by_name=questions_by_name)
@@ -261,7 +261,7 @@ def _check_questions_apply(
         if any(questions_by_name[name].find_obstacle(chain) for name in questions if name not in ALL_QUESTIONS):
             raise QdotError(objection)
         argument = (family.robot_argument or family.name) + (f" --convention {convention}" if convention else "")
-        raise QdotError(f"{objection}; `qdot families {argument}` lists the questions that do")
+        raise QdotError(f"{objection}; `qdot families {argument}` lists the questions that apply")
 
 
 def generate(

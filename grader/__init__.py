@@ -12,5 +12,5 @@ describes its modules.
     statistics/                 compute the statistics for the page about the class
     reports/                    write results for people and for other programs
     cli/                        the program `qdot`
-    integrations/               nbgrader, Otter, PrairieLearn, Gradescope, pytest, repositories on GitHub and GitLab
+    integrations/               nbgrader, Otter, PrairieLearn, Gradescope, repositories on GitHub and GitLab
 """

@@ -13,7 +13,7 @@ import mpmath
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import Base, HasKind, Joint, Point
+from qdot.exercises.arm.chain import Base, HasKind, Joint, Point, Triple
 from qdot.exercises.arm.vectors import rot_x, rot_z
 
 ZERO_TOLERANCE = sp.Float("1e-9")
@@ -84,8 +84,7 @@ def split_base_pose(pose: Pose) -> tuple[Base, sp.Expr]:
     """
     solutions = _find_base_angles(pose.rotation)
     yaw, tilt, z_angle = min(solutions, key=lambda angles: (angles.z_angle != 0, abs(angles.yaw), -angles.tilt))
-    x, y, z = make_exact(pose.origin)
-    return Base((x, y, z), yaw, tilt), z_angle
+    return Base(recognize_coordinates(pose.origin), yaw, tilt), z_angle
 
 
 class _BaseAngles(NamedTuple):
@@ -131,8 +130,8 @@ def compute_table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base,
         next_axis = axes[number] if number < len(axes) else Axis("", frame.rotation[:, 2], point)
         row, table_frame = _compute_next_row(previous_frame, next_axis)
         if number == len(axes) and not (12 * row.theta / sp.pi).is_Integer:
-            x, y, z = make_exact(frame.rotation.T * (point - frame.origin))
-            row, tool = Joint("P", -previous_frame.z_rotation, 0, 0, 0), Point(number, (x, y, z))
+            row = Joint("P", -previous_frame.z_rotation, 0, 0, 0)
+            tool = Point(number, recognize_coordinates(frame.rotation.T * (point - frame.origin)))
         joint = replace(row, kind=axis.kind)
         variable = sp.Symbol(f"{axis.variable_key}{number}")
         joints.append(joint.with_variable_entry(variable + joint.variable_entry))
@@ -241,6 +240,12 @@ def recognize_exact(value: sp.Expr) -> sp.Expr:
 def make_exact(matrix: sp.Matrix) -> sp.Matrix:
     """Return a matrix with exact numbers where they are recognised; other numbers are rounded."""
     return matrix.applyfunc(recognize_exact)
+
+
+def recognize_coordinates(point: sp.Matrix) -> Triple:
+    """Return the coordinates of a point (3 x 1), with exact numbers where these are recognised."""
+    x, y, z = make_exact(point)
+    return x, y, z
 
 
 def _recognize_number(number: sp.Float) -> sp.Expr:

@@ -29,6 +29,10 @@ TWIST_ORDERS = Screws.twist_orders
 """The possible orders of omega and v in a twist, for arms described by their axes."""
 
 
+Triple = tuple[sp.Expr, sp.Expr, sp.Expr]
+"""The coordinates x, y, z of a point (m), or the angles roll, pitch, yaw (rad)."""
+
+
 @dataclass(frozen=True)
 class HasKind:
     """The base class of joints, axes and table rows: `kind` is "R" for a revolute joint, "P" for a prismatic one."""
@@ -93,7 +97,7 @@ class Joint(HasKind):
 class Base:
     """The pose of frame O_0 in the world: its position (m), its rotation by `yaw` about z_w, then `tilt` about x_0."""
 
-    position: tuple[sp.Expr, sp.Expr, sp.Expr] = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
+    position: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
     yaw: sp.Expr = sp.S.Zero
     tilt: sp.Expr = sp.S.Zero
 
@@ -108,7 +112,7 @@ class Point:
     """The point of interest, which is fixed in frame `frame` at the coordinates `offset` (m)."""
 
     frame: int
-    offset: tuple[sp.Expr, sp.Expr, sp.Expr] = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
+    offset: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
 
     @property
     def is_origin(self) -> bool:
@@ -145,7 +149,7 @@ class Chain:
     tool: Point | None = None
     title: str = ""
     convention: str = CONVENTIONS[0]
-    axis_points: tuple[tuple[sp.Expr, sp.Expr, sp.Expr] | None, ...] = ()
+    axis_points: tuple[Triple | None, ...] = ()
     twist_order: str = TWIST_ORDERS[0]
 
     def __repr__(self) -> str:

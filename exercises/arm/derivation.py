@@ -364,10 +364,6 @@ class Derivation:
         first_columns = derive(convention_of(self.chain).keep_first_joints(k)).geometric_jacobian
         return sp.Matrix.hstack(first_columns, sp.zeros(6, self.chain.n - k))
 
-    def derive_twist(self, jacobian: sp.Matrix | None = None) -> sp.Matrix:
-        """Return the twist J qd (6 x 1) for the geometric Jacobian (6.4), or for another matrix with n columns."""
-        return (self.geometric_jacobian if jacobian is None else jacobian) * sp.Matrix(self.chain.rates)
-
     def derive_rate_law(self) -> sp.Matrix:
         """Return the joint rates qd = J^-1 xd (n x 1) for a task velocity xd given by the symbols vx ... wz (6.7)."""
         self._require_square("inverse velocity", "so the joint rates can't be found")

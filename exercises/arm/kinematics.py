@@ -23,20 +23,13 @@ from typing import NamedTuple
 import numpy as np
 import sympy as sp
 
+from qdot.exercises.arm.axes_to_dh import Pose
 from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.standard_dh import StandardDh
 from qdot.exercises.arm.vectors import cross, rot_x, rot_z
 
 Z = sp.Matrix([0, 0, 1])
-
-
-@dataclass(frozen=True)
-class Frame:
-    """A link frame: rotation R (3 x 3) and origin (3 x 1), in the world frame."""
-
-    rotation: sp.Matrix
-    origin: sp.Matrix
 
 
 @dataclass(frozen=True)
@@ -63,9 +56,9 @@ class _FactoredFrame:
             return _FactoredFrame(self.outer * rot_x(angle), -self.angle, origin)
         return _FactoredFrame(self.multiply_out().rotation * rot_x(angle), sp.S.Zero, origin)
 
-    def multiply_out(self) -> Frame:
+    def multiply_out(self) -> Pose:
         """Return the frame with its rotation as one matrix."""
-        return Frame(self.outer * rot_z(self.angle), self.origin)
+        return Pose(self.outer * rot_z(self.angle), self.origin)
 
     def compute_point(self, x: sp.Expr, y: sp.Expr, z: sp.Expr) -> sp.Matrix:
         """Return the position in the world (3 x 1) of a point with these coordinates in the frame."""
@@ -89,7 +82,7 @@ def _walk_frames(
 class FramesAndPoint(NamedTuple):
     """The standard frames 0 ... n of an arm, and the position of its point of interest (3 x 1, m)."""
 
-    frames: tuple[Frame, ...]
+    frames: tuple[Pose, ...]
     point: sp.Matrix
 
 
@@ -105,14 +98,14 @@ def compute_frames_and_point(chain: Chain) -> FramesAndPoint:
 
 
 @lru_cache(maxsize=512)
-def compute_link_frames(chain: Chain) -> tuple[Frame, ...]:
+def compute_link_frames(chain: Chain) -> tuple[Pose, ...]:
     """Return frames 0 ... n of the arm's convention, with absolute angles."""
     convention = convention_of(chain)
     frames = _walk_frames(convention.base, convention.rows, convention.split_row)
     return tuple(frame.multiply_out() for frame in frames)
 
 
-def compute_frame_after(joints: Iterable[Joint]) -> Frame:
+def compute_frame_after(joints: Iterable[Joint]) -> Pose:
     """Return the frame after consecutive joints of an arm, in the coordinates of the frame before these joints."""
     *_, last_frame = _walk_frames(Base(), joints, StandardDh.split_row)
     return last_frame.multiply_out()
@@ -125,20 +118,20 @@ def compute_jacobian_in_frame(chain: Chain, frame: int, reference_frame: int | N
     - If `reference_frame` is None: the 3 x n Jacobian of P. Then P must not be fixed in a frame before `frame`.
     """
     end_frame = chain.point.frame if reference_frame is None else reference_frame
-    later_frame = compute_frame_after(chain.joints[min(frame, end_frame) : max(frame, end_frame)])
-    point = later_frame.origin if end_frame >= frame else -(later_frame.rotation.T * later_frame.origin)
+    pose = compute_frame_after(chain.joints[min(frame, end_frame) : max(frame, end_frame)])
+    point = pose.origin if end_frame >= frame else -(pose.rotation.T * pose.origin)
     if reference_frame is None:
-        point += later_frame.rotation * sp.Matrix(chain.point.offset)
+        point += pose.rotation * sp.Matrix(chain.point.offset)
     columns = []
     for i, joint in enumerate(chain.joints):
         if reference_frame is None and i >= end_frame:
             columns.append(sp.zeros(3, 1))
             continue
-        later_frame = compute_frame_after(chain.joints[min(i, frame) : max(i, frame)])
+        pose = compute_frame_after(chain.joints[min(i, frame) : max(i, frame)])
         if i < frame:
-            z, origin = later_frame.rotation.T * Z, -(later_frame.rotation.T * later_frame.origin)
+            z, origin = pose.rotation.T * Z, -(pose.rotation.T * pose.origin)
         else:
-            z, origin = later_frame.rotation * Z, later_frame.origin
+            z, origin = pose.rotation * Z, pose.origin
         linear, angular = (z.cross(point - origin), z) if joint.is_revolute else (z, sp.zeros(3, 1))
         columns.append(linear if reference_frame is None else linear.col_join(angular))
     return sp.Matrix.hstack(*columns)

@@ -40,8 +40,18 @@ from typing import Any, TypeGuard
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.axes_to_dh import IDENTITY_POSE, Axis, Pose, make_exact, make_pose
-from qdot.exercises.arm.chain import CONVENTIONS, PRISMATIC, REVOLUTE, TWIST_ORDERS, Chain, HasKind, Joint, Point
+from qdot.exercises.arm.axes_to_dh import IDENTITY_POSE, Axis, Pose, make_exact, make_pose, recognize_coordinates
+from qdot.exercises.arm.chain import (
+    CONVENTIONS,
+    PRISMATIC,
+    REVOLUTE,
+    TWIST_ORDERS,
+    Chain,
+    HasKind,
+    Joint,
+    Point,
+    Triple,
+)
 from qdot.exercises.arm.conventions import ALIASES, REGISTRY
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, VELOCITY_NAMES, Convention
 from qdot.exercises.arm.conventions.screws import Screws
@@ -77,7 +87,6 @@ _RANGE_HINT = "lengths need a range in metres, as in a1 = [0.3, 0.8]"
 _POSE_HINT = "expected {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if the frame is rotated"
 Limits = tuple[sp.Expr, sp.Expr]
 """The lower and the upper limit of a joint (rad or m)."""
-Triple = tuple[sp.Expr, sp.Expr, sp.Expr]
 LengthRanges = tuple[tuple[sp.Symbol, int, int], ...]
 """The random lengths of an arm: symbol, minimum and maximum in whole cm."""
 
@@ -338,7 +347,7 @@ class _RobotReader:
         world_axes = [Axis(axis.kind, z, to_world(axis.point)) for axis, z in zip(axes, directions, strict=True)]
         point = to_world(home_point.offset)
         self.exact_home_geometry = world_axes, point
-        self.axis_points = tuple(_recognize_point(axis.point) if axis.is_revolute else None for axis in world_axes)
+        self.axis_points = tuple(recognize_coordinates(axis.point) if axis.is_revolute else None for axis in world_axes)
         return convert_axes(world_axes, point, home_point.frame)
 
     def _read_axis(self, index: int) -> Axis:
@@ -419,12 +428,6 @@ class _RobotReader:
             if not values or any(value.free_symbols for value in values) or not values[0] < values[1]:
                 raise QdotError(f"expected two numbers, the lower one first, as in {example}")
         return values[0], values[1]
-
-
-def _recognize_point(point: sp.Matrix) -> Triple:
-    """Return the coordinates of a point, with exact numbers where these are recognised."""
-    x, y, z = make_exact(point)
-    return x, y, z
 
 
 def _is_pair(value: object) -> TypeGuard[list[Any]]:

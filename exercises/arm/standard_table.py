@@ -18,8 +18,8 @@ from qdot.exercises.arm.axes_to_dh import (
     Pose,
     compute_table_of_axes,
     evaluate_entry,
-    make_exact,
     move_point_along_axes,
+    recognize_coordinates,
     recognize_exact,
     split_base_pose,
 )
@@ -108,8 +108,7 @@ def convert_axes(axes: Sequence[Axis], point: sp.Matrix, link_number: int) -> Ar
         home = dict.fromkeys(chain.q, sp.S.Zero)
         frame = compute_frames_and_point(chain).frames[link_number]
         offset = frame.rotation.xreplace(home).T * (point - frame.origin.xreplace(home))
-        x, y, z = make_exact(offset)
-        tool = Point(link_number, (x, y, z))
+        tool = Point(link_number, recognize_coordinates(offset))
     _check_table(Chain("axes", joints, ("vx",), base, tool), axes, point, link_number)
     return base, joints, tool
 

@@ -31,6 +31,17 @@ def remove_component(vectors: np.ndarray, axis: np.ndarray) -> np.ndarray:
     return np.asarray(vectors - dot(vectors, axis)[..., None] * axis)
 
 
+def find_perpendicular_vectors(axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return two unit vectors perpendicular to an axis and to each other, (…, 3) each, for each unit vector of `axes`.
+
+    Sizes are compared after rounding, so that every machine chooses the same vectors.
+    """
+    most_different_axes = np.eye(3)[np.argmin(np.round(np.abs(axes), 6), axis=-1)]
+    vectors = cross(axes, most_different_axes)
+    vectors /= norms(vectors)[..., None]
+    return vectors, cross(axes, vectors)
+
+
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the cross products a x b of numeric vectors; their components are along the last array axis.
 

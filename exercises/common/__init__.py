@@ -10,4 +10,5 @@ This package imports nothing from the rest of qdot.
     stream                      the random stream behind every problem (SHAKE-256)
     console, parallel           results, notes and progress; a function applied to many items on several processes
     time_limit                  a limit of processor time
+    notebook_limits             the limits of a notebook while it is graded
 """

@@ -32,8 +32,8 @@ def to_jsonable(value: Any) -> Any:
 def parse_dataclass(dataclass_type: type[Dataclass], text: str | bytes) -> Dataclass:
     """Return an instance of a dataclass from its JSON text, without unknown keys. Raises ValueError for wrong types."""
     content = json.loads(text)  # pydantic's own parser rejects lone surrogates
-    instance: Dataclass = _type_adapter(dataclass_type).validate_python(content)
+    instance: Dataclass = _make_type_adapter(dataclass_type).validate_python(content)
     return instance
 
 
-_type_adapter: Callable[[Any], TypeAdapter[Any]] = cache(TypeAdapter)
+_make_type_adapter: Callable[[Any], TypeAdapter[Any]] = cache(TypeAdapter)

@@ -17,7 +17,7 @@ def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]
     assignment = request.assignment
     quiz_items = list(items.make_items_for_students(request))
     if any(item.single_number_item for item in quiz_items):
-        request.report("Canvas takes one number per question, so questions on vectors and matrices use a single entry")
+        request.report("Canvas accepts one number per question, so questions on vectors and matrices ask for one entry")
     groups = items.group_by_category(item.single_number_item or item for item in quiz_items)
     images: dict[str, str | bytes] = {}
     for item in itertools.chain.from_iterable(groups.values()):

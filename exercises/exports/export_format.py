@@ -72,7 +72,7 @@ class ExportRequest:
         """Return the request without the questions that a person has to mark; report them, with the export's title."""
         assignment, names = self.assignment.without_text_questions()
         if names:
-            self.report(f"{title} leaves out {', '.join(names)}, because a person marks such answers")
+            self.report(f"{title} leaves out {', '.join(names)}, because a person must mark these answers")
         return replace(self, assignment=assignment)
 
     @property

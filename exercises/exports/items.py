@@ -391,7 +391,7 @@ def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, e
     row, column = divmod(index, columns)
     position = f"row {row + 1}, column {column + 1}" if columns > 1 else f"entry {row + 1}" if rows > 1 else ""
     named_position = f"${label}$ ({position})" if position else f"${label}$"
-    description = f"that in {position} of the matrix" if columns > 1 else named_position
+    description = f"the entry in {position} of the matrix" if columns > 1 else named_position
     known_values = tuple(wrong_values[:MAX_WRONG_VALUES])
     return NumberField(label, description, value, tolerance, format_unit(answer.units[index]), known_values)
 

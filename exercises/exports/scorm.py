@@ -79,7 +79,7 @@ def _report_differences(request: ExportRequest, slot: Slot) -> None:
     """Tell the staff which marking rules of assignment.toml the browser does not apply."""
     if slot.decimals:
         rounded_questions = ", ".join(name for name, _ in slot.decimals)
-        request.report(f"{slot.name}: the package does not accept rounded decimals as right ({rounded_questions})")
+        request.report(f"{slot.name}: the package does not accept rounded decimals ({rounded_questions})")
     questions = [name for name, credit in slot.credit if credit.rule not in ("", "whole")]
     if questions:
         request.report(f"{slot.name}: the package uses the default partial credit for {', '.join(questions)}")

@@ -98,7 +98,7 @@ class QuestionTest:
 
 REFERENCE_TEST = QuestionTest("the reference", "ta1", 1.0, CORRECT_NOTE)
 UNUSUAL_FORM_TEST = QuestionTest("another form of the reference", "form1", 1.0, CORRECT_NOTE)
-UNRELATED_TEST = QuestionTest("nobody's mistake", "other1", 0.0, UNEXPLAINED_NOTE)
+UNRELATED_TEST = QuestionTest("an answer without a known mistake", "other1", 0.0, UNEXPLAINED_NOTE)
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ def convert_part(problem: Problem, part: Part) -> StackPart | Reason:
         case reference_answers.ConditionSet():
             return _convert_set(problem, part)
         case reference_answers.Direction(is_numeric=True):
-            return Reason("directions in numbers are not supported")
+            return Reason("numeric directions are not supported")
         case reference_answers.Direction():
             return _convert_direction(problem, part)
         case reference_answers.Choice():
@@ -317,8 +317,8 @@ def explain_typing(problem: Problem) -> str:
     rule = f"Type names as in the statement, such as {joint}; write * in products, as in 2*{joint}."
     meanings = stack_maxima.list_short_names(problem)
     examples = [name for length in (2, 3) for name in [name for name in meanings if len(name) == length][:2]]
-    explanations = ", ".join(f"{name} stands for {meanings[name]}" for name in examples)  # as c1, s1, c12, s12
-    return f"{rule} {explanations}." if explanations else rule
+    explanations = ", ".join(f"{name} is {meanings[name]}" for name in examples)  # as c1, s1, c12, s12
+    return f"{rule} Abbreviations: {explanations}." if explanations else rule
 
 
 def _write_maxima(matrix: sp.Matrix, is_single: bool) -> str:
@@ -367,7 +367,7 @@ def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matr
         f"amiss: qdot_amiss(said, due, agree, {varying_positions});",
         f"share: max(share, if amiss = 0 then 0 else {part.credit.factor}*(1 - {SIGN_OR_FACTOR_COST}*amiss));",
     ]
-    factor_feedback = "It is right except for signs, a common factor, or both."
+    factor_feedback = "Your answer is right except for signs, a common factor, or both."
     return lines, feedback + f'[[if test="amiss>0"]]<p>{factor_feedback}</p>[[/if]]'
 
 
@@ -393,7 +393,9 @@ def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tu
         lines.append(f"share: max(0, min(right - spoiled, {n - 1}))/{n}{factor_text};")
         feedback = f"{n} entries are right"
         if zero_indices:
-            feedback = f"{n} nonzero entries are right; {{@spoiled@}} of {len(zero_indices)} zeros have another answer"
+            feedback = (
+                f"{n} nonzero entries are right; {{@spoiled@}} of {len(zero_indices)} zeros are not zero in your answer"
+            )
     if varying_indices := _find_varying_indices(problem, reference):
         lines.append(f"share: if share > 0 and {write_agreeing_count(varying_indices)} = 0 then 0 else share;")
     return lines, f"<p>{{@right@}} of {feedback}.</p>"
@@ -471,7 +473,7 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     values_outside = exact_reference + 50 * sp.Matrix(tolerances)  # clearly wrong
     values_inside = exact_reference + sp.Matrix(tolerances) / 2
     variables.append(f"form1: {_write_floats(values_inside, is_single)};")
-    tests.append(QuestionTest("off by half of what is allowed", "form1", 1.0, CORRECT_NOTE))
+    tests.append(QuestionTest("off by half the tolerance", "form1", 1.0, CORRECT_NOTE))
     if not any(_are_near(values_outside, known_answer.matrix, tolerances) for known_answer in known_answers):
         variables.append(f"other1: {_write_floats(values_outside, is_single)};")
         tests.append(UNRELATED_TEST)
@@ -554,7 +556,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
     """
     answer = part.answer_as(reference_answers.ConditionSet)
     if not all(map(_has_numeric_values_of_one_joint, answer.components)):
-        return Reason("its configurations are not values of single joints, so STACK can't grade them fairly")
+        return Reason("a condition does not consist of values of a single joint, so STACK can't grade it fairly")
 
     def write_equations(components: tuple[Component, ...], full_turns: int = 0) -> str:
         equations = [
@@ -580,8 +582,8 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
     variables = stack_maxima.write_definitions(problem, stack_maxima.SET_FUNCTIONS, turning_line)
     variables.append(f"ta1: {write_equations(answer.components)};")
     feedback = (
-        "<p>You found {@right@} of the configurations; {@beyond@} of your conditions are wrong or not in the "
-        "form that the question asks for.</p>"
+        "<p>Right values that you found: {@right@}. Conditions that are wrong or not in the form that the question "
+        "asks for: {@beyond@}.</p>"
     )
     tests = [REFERENCE_TEST]
     stack_part = StackPart(
@@ -615,13 +617,13 @@ def _explain_set_typing(problem: Problem) -> str:
     """Return instructions on how to type a set, with an example for each kind of joint of the arm."""
     angles = [q.name for q in problem.chain.q if _is_angle(q)]
     lengths = [q.name for q in problem.chain.q if not _is_angle(q)]
-    units = ", angles in radians, one turn" * bool(angles) + ", lengths in metres" * bool(lengths)
+    units = "; type angles in radians, within one turn" * bool(angles) + "; type lengths in metres" * bool(lengths)
     examples = [f"{name} = pi/3" for name in angles[-1:]] + [f"{name} = 1/2" for name in lengths[-1:]]
     if len(examples) == 1:
         examples.insert(0, f"{angles[-1]} = 1/2" if angles else f"{lengths[-1]} = 1/3")
     return (
-        "a set of equations, each with a joint variable on the left and one of its values on the "
-        f"right{units}; for instance {{{', '.join(examples)}}}; give all values"
+        f"a set of equations with all values, such as {{{', '.join(examples)}}}; put the joint variable on the "
+        f"left{units}"
     )
 
 

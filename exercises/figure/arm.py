@@ -14,6 +14,7 @@ import numpy as np
 from qdot.exercises.arm.chain import PRISMATIC, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import Convention
+from qdot.exercises.arm.vectors import find_perpendicular_vectors
 from qdot.exercises.figure.lettering import Lettering, write_joint_variable, write_length
 from qdot.exercises.figure.places import LabelRequest
 from qdot.exercises.figure.plane import choose_view, is_drawn_flat
@@ -26,7 +27,6 @@ from qdot.exercises.figure.view import (
     draw_cylinder,
     draw_line_with_arrowhead,
     draw_sleeve,
-    find_perpendicular_vectors,
 )
 
 JOINT_RADIUS, JOINT_HALF_LENGTH, SLEEVE_HALF_LENGTH = 9.0, 11.0, 19.0
@@ -35,6 +35,10 @@ GLYPH_DISTANCE, GLYPH_DISTANCE_WITHOUT_LINKS = 27.0, 82.0
 """Minimum distance of two glyphs, and their distance in an arm without links, in pixels."""
 WRIST_JOINTS = 3
 """Number of joints of a wrist. The axes of this many frames can be distinguished at one point."""
+SLEEVE_HALF_WIDTH = {True: 9.0, False: 8.0}
+"""Half the width of a prismatic joint in pixels, in a flat drawing (True) and in space."""
+PEDESTAL_HEIGHT, PEDESTAL_HALF_WIDTH, PLATE_HALF_SIZE = 24.0, 13.0, 28.0
+"""Sizes in pixels of the two kinds of ground: a pedestal below an axis seen end-on, and a plate in space."""
 ARC_RADIUS = {True: 31.0, False: 34.0}
 """Radius in pixels of the arc of a joint angle, in a flat drawing (True) and in space."""
 
@@ -213,7 +217,7 @@ def draw_joint(scene: Scene, i: int) -> Drawing:
     if kind == PRISMATIC:
         length_to_corner = view.scale * float(np.linalg.norm(scene.skeleton.corners[i - 1] - position))
         half_length = max(min(SLEEVE_HALF_LENGTH, 0.4 * length_to_corner), 8.0)
-        shapes = draw_sleeve(view, position, z, half_length, 9.0 if scene.is_flat else 8.0)
+        shapes = draw_sleeve(view, position, z, half_length, SLEEVE_HALF_WIDTH[scene.is_flat])
     elif not view.is_end_on(z):
         shapes = draw_cylinder(view, position, z, JOINT_RADIUS, JOINT_HALF_LENGTH)
     else:  # a dot if the axis comes out of the page, a cross if it goes into it
@@ -232,13 +236,13 @@ def draw_ground(scene: Scene) -> Drawing:
     view, frame = scene.view, scene.skeleton.frames[0]
     x, y, z, origin = frame[:3].T
     if view.is_end_on(z):
-        middle = origin - 24 / view.scale * y
-        foot = [origin, middle - 13 / view.scale * x, middle + 13 / view.scale * x]
+        middle, half_width = origin - PEDESTAL_HEIGHT / view.scale * y, PEDESTAL_HALF_WIDTH / view.scale
+        foot = [origin, middle - half_width * x, middle + half_width * x]
         pedestal = Polyline(view.to_pixel_path(foot), "pedestal", True)
         return Drawing((pedestal, *_draw_hatched_line(view, middle, x, -y)))
     half_height = JOINT_HALF_LENGTH if scene.chain.joints[0].is_revolute else SLEEVE_HALF_LENGTH
     ground_level = min(float((scene.glyph_positions[0] - origin) @ z) * view.scale, 0.0) - half_height
-    middle, size = origin + ground_level / view.scale * z, 28.0 / view.scale
+    middle, size = origin + ground_level / view.scale * z, PLATE_HALF_SIZE / view.scale
     if scene.is_flat:
         return Drawing(_draw_hatched_line(view, middle, x if view.lies_flat(x) else y, -z))
     corners = [middle + size * (a * x + b * y) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]

@@ -64,7 +64,7 @@ The maximum is higher in a flat drawing (True), because labels have more room an
 BASE_DISTANCE_FACTORS = (1.0, 1.3, 1.6, 0.75, 2.0)
 """Factors for the base's distance from the world's origin, tried in turn while origins coincide in the drawing."""
 
-Pose = tuple[tuple[str, float], ...]
+PoseKey = tuple[tuple[str, float], ...]
 """A pose as a value that can be a key of a cache."""
 
 PANEL_PERCENT, PANEL_GAP, LINE_HEIGHT, LETTER_WIDTH = 60, 12, 20, 8
@@ -91,7 +91,7 @@ def find_figure_pose(chain: Chain) -> dict[str, float]:
 
 
 @lru_cache(maxsize=64)
-def draw_with_labels(chain: Chain, pose: Pose | None) -> tuple[Figure, tuple[float, ...]]:
+def draw_with_labels(chain: Chain, pose: PoseKey | None) -> tuple[Figure, tuple[float, ...]]:
     """Return the figure of an arm, and the entries of its table (n) in the drawn pose; cached.
 
     Without a pose, the clearest of a fixed list of poses is used. Arms with the same model share one drawing.
@@ -102,7 +102,7 @@ def draw_with_labels(chain: Chain, pose: Pose | None) -> tuple[Figure, tuple[flo
 
 
 @lru_cache(maxsize=1024)
-def _draw_model(chain: Chain, pose: Pose | None) -> tuple[Figure, tuple[float, ...]]:
+def _draw_model(chain: Chain, pose: PoseKey | None) -> tuple[Figure, tuple[float, ...]]:
     """Return the figure of a model (see `model`), and the entries of its table (n) in the drawn pose."""
     if pose is None:
         (drawing, layout), entries = _draw_in_clearest_pose(chain)
@@ -159,7 +159,7 @@ def draw_figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] |
 
 
 @lru_cache(maxsize=64)
-def _draw_cached_svg(chain: Chain, name: str, pose: Pose | None) -> str:
+def _draw_cached_svg(chain: Chain, name: str, pose: PoseKey | None) -> str:
     """Return the figure as SVG; cached, because the staff's notebook and the store need it in quick succession."""
     description = describe_figure(chain, pose is not None and any(value for _, value in pose))
     figure, _ = draw_with_labels(chain, pose)

@@ -7,6 +7,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from qdot.exercises.arm.vectors import find_perpendicular_vectors
 from qdot.exercises.figure.places import LabelRequest
 from qdot.exercises.figure.shapes import Polyline, Shape, Vector2D
 
@@ -94,14 +95,6 @@ def find_convex_hull(points: list[Vector2D]) -> tuple[Vector2D, ...]:
 def _cross_product(a: Vector2D, b: Vector2D, c: Vector2D) -> float:
     """Return the cross product of b - a and c - a."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-
-
-def find_perpendicular_vectors(axis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return two unit vectors that are perpendicular to a unit vector and to each other."""
-    most_different_axis = np.eye(3)[int(np.argmin(np.round(np.abs(axis), 6)))]
-    vector = np.cross(axis, most_different_axis)
-    vector = vector / np.linalg.norm(vector)
-    return vector, np.cross(axis, vector)
 
 
 def draw_cylinder(

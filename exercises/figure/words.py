@@ -2,7 +2,7 @@
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.chain import Chain, Joint, Triple
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.figure.lettering import write_sign_and_rest
@@ -74,7 +74,7 @@ def _format_in_words(expression: sp.Expr, is_angle: bool = False) -> str:
     return f"{'minus ' if sign == '−' else ''}{words}"
 
 
-def _format_triple(values: tuple[sp.Expr, sp.Expr, sp.Expr]) -> str:
+def _format_triple(values: Triple) -> str:
     return f"({', '.join(_format_in_words(value) for value in values)})"
 
 

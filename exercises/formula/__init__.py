@@ -14,7 +14,7 @@ From the bottom up:
     names, trees                        the meaning of a name; expressions as trees of nodes, with operators + - * / **
     algebra                             splits trees into terms and factors, and differentiates them, without SymPy
     units                               the size and the dimension of a unit
-    notation, tables                    LaTeX, typography and units to plain text; vectors and matrices without commas
+    notation, tables                    LaTeX, typography and units as plain text; vectors and matrices without commas
     products                            evaluates operations on matrices
     metres                              distinguishes the unit m from a whole number
     parser                              parses a text in any common notation into a tree

@@ -138,9 +138,9 @@ def add_chapter_to_reference(sentence: str) -> str:
 # --- helpers for variants ---
 
 
-def vary_always(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> VariantGenerator:
+def vary_always(changes: Mapping[str, Change]) -> VariantGenerator:
     """Return a function that yields one variant, which is the same for every arm."""
-    return vary_if(lambda chain: True, changes, words)
+    return vary_if(lambda chain: True, changes)
 
 
 def vary_if(

@@ -1,5 +1,6 @@
 """List all kinds of mistakes, and compute the wrong answers that they lead to."""
 
+import re
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -85,8 +86,11 @@ class PredictedAnswer:
 
     @property
     def sentence(self) -> str:
-        """The message to the student."""
-        return self.mistake.format_message(self.variant.words)
+        """The message to the student, which calls the rows of a vector entries."""
+        message = self.mistake.format_message(self.variant.words)
+        if self.answer.ndim < 2 or self.answer.shape[1] > 1:
+            return message
+        return re.sub(r"^Row\b", "Entry", message.replace("exchanged rows", "exchanged entries"))
 
     @property
     def frequency(self) -> float:

@@ -12,9 +12,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.common.notebook_limits import CELL_SECONDS, MEMORY_GIGABYTES, NOTEBOOK_SECONDS
 from qdot.exercises.figure.arm_figure import describe_part_figure, draw_figure_svg, draw_part_svg, draw_singular_svg
 from qdot.exercises.figure.words import describe_figure
-from qdot.exercises.notebook.self_check import Problems, write_check_cell, write_function_cell
+from qdot.exercises.notebook.self_check import Problems, write_self_check_cell
 from qdot.exercises.notebook.setup_cell import write_setup_cell
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, name_answer_variable
 from qdot.exercises.questions.differentiation import find_determinant_power_of_metres
@@ -53,6 +54,12 @@ FOLDED_CODE_METADATA: dict[str, object] = {"jupyter": {"source_hidden": True}, "
 """Metadata that folds a cell's code in JupyterLab, VS Code and Colab."""
 
 
+SELF_CHECK_TITLE = """## Check your answers
+
+Run the next cell. It compares your answers with each other, such as your determinant with your Jacobian."""
+"""The cell before the cell with the checks."""
+
+
 def write_points(points: float) -> str:
     """Return points in words, such as "1 point" or "2.5 points"."""
     return f"{points:g} {'point' if points == 1 else 'points'}"
@@ -79,13 +86,24 @@ def _make_notebook(
     metadata = make_notebook_metadata(kind, key, student, problems)
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": metadata})
     has_tables = any(convention_of(problem.chain).shows_table for _, problem in problems)
-    opening = render("notebook/title.md.j2", title=title, key=key, student=student, kind=kind, has_tables=has_tables)
+    opening = render(
+        "notebook/title.md.j2",
+        title=title,
+        key=key,
+        student=student,
+        kind=kind,
+        has_tables=has_tables,
+        notebook_seconds=NOTEBOOK_SECONDS,
+        cell_seconds=CELL_SECONDS,
+        gigabytes=MEMORY_GIGABYTES,
+    )
     notebook.cells = [_make_cell("markdown", "title", opening), _make_cell("code", "setup", write_setup_cell(problems))]
-    if function_code := write_function_cell(problems):
-        notebook.cells.append(_make_cell("code", "self-check", function_code, FOLDED_CODE_METADATA))
     released_texts = {cell.id: cell.source for cell in released_notebook.cells} if released_notebook else {}
     for number, (slot, problem) in enumerate(problems, 1):
         notebook.cells.extend(_make_problem_cells(kind, number, slot, problem, with_hints, released_texts))
+    if check_code := write_self_check_cell(problems):
+        notebook.cells.append(_make_cell("markdown", "self-check-title", SELF_CHECK_TITLE))
+        notebook.cells.append(_make_cell("code", "self-check", check_code, FOLDED_CODE_METADATA))
     nbformat.validate(notebook)
     return notebook
 
@@ -152,8 +170,6 @@ def _make_problem_cells(
         else:
             right_side = problem_texts.write_answer_code(problem, part, len(left_side))
         yield _make_cell("code", name, left_side + right_side, {"qdot": {"part": f"{slot}.{part.name}"}})
-        if check_code := write_check_cell(slot, problem, part.name):
-            yield _make_cell("code", f"{name}-check", check_code)
 
 
 def _write_prompt(part_number: str, name: str, problem: Problem, part: Part, with_hints: bool) -> str:

@@ -1,14 +1,14 @@
-"""Write notebook cells with which students check their answers against each other, without the correct answers.
+"""Write the last cell of a notebook, in which students compare their answers with each other, without the correct ones.
 
-The file relations.toml has the equations between answers, as Python code for the cell that a student runs. The cell
-calls a function that another cell of the notebook defines (`templates/notebook/self-check.py.j2`). That function needs
-only SymPy and NumPy.
+The file relations.toml has the equations between answers, as Python code for the cell (`templates/notebook/
+self-check.py.j2`). The cell needs only SymPy and NumPy.
 """
 
 import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
@@ -17,7 +17,7 @@ from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.exercises.writing.render import render
 
 SELF_CHECK = "self_check"
-"""The prefix of all names that the cells with checks define."""
+"""The prefix of all names that the cell defines."""
 
 Problems = Sequence[tuple[str, Problem]]
 """The problems of a notebook, each with its slot: p1, p2, …"""
@@ -86,8 +86,39 @@ def _find_relations(problem: Problem) -> Iterator[tuple[str, Relation]]:
             yield parts[max(relation.questions, key=list(parts).index)].name, relation
 
 
-def write_check_cell(slot: str, problem: Problem, part: str) -> str:
-    """Return the cell with the checks that become possible with an answer to a part, or "" if there are none."""
+class _Check(NamedTuple):
+    """A check in the cell: the number of the question, the slot, the relation, and the code of its two sides."""
+
+    number: str
+    slot: str
+    relation: Relation
+    left_code: str
+    right_code: str
+
+
+def write_self_check_cell(problems: Problems) -> str:
+    """Return the cell with all checks of a notebook with these problems, or "" if there are none."""
+    checks = [
+        check for number, (slot, problem) in enumerate(problems, 1) for check in _list_checks(number, slot, problem)
+    ]
+    if not checks:
+        return ""
+    numbers = {
+        f"{number}.{index}"
+        for number, (_, problem) in enumerate(problems, 1)
+        for index in range(1, len(problem.parts) + 1)
+    }
+    unchecked_numbers = sorted(numbers - _list_compared_numbers(problems))
+    return render(
+        "notebook/self-check.py.j2",
+        problems=_list_symbols(problems),
+        checks=checks,
+        unchecked_numbers=unchecked_numbers,
+    ).strip()
+
+
+def _list_checks(number: int, slot: str, problem: Problem) -> list[_Check]:
+    """Return the checks of a problem in the order of its questions."""
     parts = {part.kind: part for part in problem.parts}
     is_omega_first = convention_of(problem.chain).is_omega_first
     linear_half, angular_half = ("3:", ":3") if is_omega_first else (":3", "3:")
@@ -99,16 +130,28 @@ def write_check_cell(slot: str, problem: Problem, part: str) -> str:
         "is_revolute": [int(joint.is_revolute) for joint in problem.chain.joints],
         **{kind.replace("-", "_"): name_answer_variable(slot, kind) for kind in parts},
     }  # fmt: skip
-    checks = [
-        (relation, relation.left_code.format(**placeholders), relation.right_code.format(**placeholders))
-        for name, relation in _find_relations(problem)
-        if name == part
-    ]
-    return render("notebook/check.py.j2", slot=slot, checks=checks).strip() if checks else ""
+    names = [part.name for part in problem.parts]
+    relations = sorted(_find_relations(problem), key=lambda pair: names.index(pair[0]))
+    return [
+        _Check(
+            f"{number}.{names.index(name) + 1}", slot, relation,
+            relation.left_code.format(**placeholders), relation.right_code.format(**placeholders),
+        )
+        for name, relation in relations
+    ]  # fmt: skip
 
 
-def write_function_cell(problems: Problems) -> str:
-    """Return the cell with the function that the checks call, or "" if no problem has any checks."""
+def _list_compared_numbers(problems: Problems) -> set[str]:
+    """Return the numbers of the questions whose answers occur in a check."""
+    numbers = set()
+    for number, (_, problem) in enumerate(problems, 1):
+        compared_kinds = {kind for _, relation in _find_relations(problem) for kind in relation.questions}
+        numbers |= {f"{number}.{i}" for i, part in enumerate(problem.parts, 1) if part.kind in compared_kinds}
+    return numbers
+
+
+def _list_symbols(problems: Problems) -> list[tuple[str, list[tuple[str, list[str]]], list[tuple[str, str]]]]:
+    """Return, for each slot with checks, the names of symbols by role and the values of the given ones as code."""
     checked_problems = []
     for slot, problem in problems:
         if any(_find_relations(problem)):
@@ -119,10 +162,4 @@ def write_function_cell(problems: Problems) -> str:
             infos = problem.symbols.items()
             given_values = [(name, print_python(info.value)) for name, info in infos if info.value is not None]
             checked_problems.append((slot, list(names_by_role.items()), given_values))
-    return render("notebook/self-check.py.j2", problems=checked_problems).strip() if checked_problems else ""
-
-
-def write_self_check_cells(problems: Problems) -> tuple[str, frozenset[str]]:
-    """Return the cell with the function, and the set of all cells with checks, as in a notebook with these problems."""
-    cells = {write_check_cell(slot, problem, part.name) for slot, problem in problems for part in problem.parts}
-    return write_function_cell(problems), frozenset(cells - {""})
+    return checked_problems

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.vectors import cross, dot, norms, remove_component
+from qdot.exercises.arm.vectors import cross, dot, find_perpendicular_vectors, norms, remove_component
 
 YES, NO, UNSURE = 1, 0, -1
 """The possible answers."""
@@ -162,8 +162,8 @@ def _eliminate_second_joint(arms: _NormalizedArms) -> _Condition:
         axis_cosine = dot(first_axis, second_axis)
         is_only_condition = (np.abs(axis_cosine) > _ZERO_TOLERANCE) & arms.is_revolute[0]
         return _Condition(arms, is_only_condition, axis_cosine[:, None, None])
-    directions = (first_axis, 2 * arms.origins[:, 1]) if arms.is_revolute[0] else _choose_perpendiculars(first_axis)
-    matrix = np.stack(directions, axis=1) @ np.stack(_choose_perpendiculars(second_axis), axis=1).swapaxes(1, 2)
+    directions = (first_axis, 2 * arms.origins[:, 1]) if arms.is_revolute[0] else find_perpendicular_vectors(first_axis)
+    matrix = np.stack(directions, axis=1) @ np.stack(find_perpendicular_vectors(second_axis), axis=1).swapaxes(1, 2)
     return _Condition(arms, np.linalg.svd(matrix, compute_uv=False)[:, 1] > _ZERO_TOLERANCE, matrix)
 
 
@@ -179,7 +179,7 @@ def _compute_required_components(arms: _NormalizedArms, height: np.ndarray, squa
         required_height = height_change[:, None] - dot(first_axis, second_axis)[:, None] * height
         required_square = square_change[:, None] - squared_length - 2 * dot(origin, second_axis)[:, None] * height
         return np.stack([required_height, required_square], axis=2)
-    normals = _choose_perpendiculars(first_axis)
+    normals = find_perpendicular_vectors(first_axis)
     components = [dot(u, arms.target - origin)[:, None] - dot(u, second_axis)[:, None] * height for u in normals]
     return np.stack(components, axis=2)
 
@@ -334,11 +334,3 @@ def _find_roots_on_line(condition: _Condition) -> tuple[np.ndarray, np.ndarray, 
         np.abs(linear) > _ZERO_TOLERANCE, YES, np.where(np.abs(constant) > _SIGN_TOLERANCE, NO, UNSURE)
     )
     return x, np.zeros_like(x), np.where(is_quadratic, discriminant_answers, linear_answers)
-
-
-def _choose_perpendiculars(axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return for each axis two unit vectors (k x 3 each) that are perpendicular to the axis and to each other."""
-    most_different_axes = np.eye(3)[np.argmin(np.abs(axes), axis=1)]
-    vectors = cross(axes, most_different_axes)
-    vectors /= norms(vectors)[:, None]
-    return vectors, cross(axes, vectors)

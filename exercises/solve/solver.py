@@ -100,23 +100,23 @@ SINGULAR_SET = "singular"
 
 @dataclass(frozen=True)
 class Singularities:
-    """The determinant and the singular set, None as in a Solution, with remarks.
+    """The determinant and the components of the singular set, None as in a Solution, with remarks.
 
     - `remark`: a remark on the set itself, for example that it is empty or was not derived.
     - `test_remark`: the result of the numeric test.
     - `lengths_remark`: which conditions can hold simultaneously only for special lengths.
     - `special_cases`: what differs for special lengths.
-    - `missing`: the names of the results that have not been derived yet.
+    - `missing_names`: the names of the results that have not been derived yet.
     """
 
     determinant: sp.Expr | None
-    singular: tuple[SingularComponent, ...] | None
+    components: tuple[SingularComponent, ...] | None
     remark: str = ""
     redundant: RedundantSingularities | None = None
     special_cases: tuple[SpecialLength, ...] = ()
     test_remark: str = ""
     lengths_remark: str = ""
-    missing: tuple[str, ...] = ()
+    missing_names: tuple[str, ...] = ()
 
     @property
     def note(self) -> str | None:
@@ -139,7 +139,7 @@ def solve(chain: Chain) -> Solution:
     assert isinstance(singularities, Singularities)
     return Solution(
         chain, derivation.position, derivation.linear_rows, derivation.geometric_jacobian, singularities.determinant,
-        singularities.singular, singularities.note, singularities.redundant, singularities.special_cases,
+        singularities.components, singularities.note, singularities.redundant, singularities.special_cases,
     )  # fmt: skip
 
 
@@ -149,12 +149,12 @@ class PartialResult:
 
     - `render_markdown`: a function that returns the known results in Markdown.
     - `make_data`: a function that returns the known results as plain data.
-    - `missing`: the names of the results that are still missing.
+    - `missing_names`: the names of the results that are still missing.
     """
 
     render_markdown: Callable[[], str]
     make_data: Callable[[], dict[str, Any]]
-    missing: tuple[str, ...]
+    missing_names: tuple[str, ...]
 
 
 def generate_singular_events(chain: Chain) -> Iterator[str | PartialResult | Singularities]:
@@ -174,7 +174,7 @@ def generate_singular_events(chain: Chain) -> Iterator[str | PartialResult | Sin
         remark = f"The singular configurations were not derived: {reason}. Position and Jacobian are complete."
         yield Singularities(None, None, remark)
         return
-    if SPECIAL_LENGTHS in singularities.missing:
+    if SPECIAL_LENGTHS in singularities.missing_names:
         yield from _solve_special_lengths(chain, singularities)
 
 
@@ -198,14 +198,18 @@ def _solve_by_minors(chain: Chain) -> SingularEvents:
     render_conditions = partial(_render_partial_set, chain, minors_only=False)
     yield PartialResult(render_conditions, partial(_make_conditions_data, chain), (DESCRIPTION, *later_results))
     yield "the geometry of the configurations in which J loses rank"
-    singular = certify_components(chain)
-    lengths_remark = "" if singular else _describe_special_conditions(chain)
+    components = certify_components(chain)
+    lengths_remark = "" if components else _describe_special_conditions(chain)
     never_singular = "For general lengths, no configuration is singular." if lengths_remark else NEVER_SINGULAR
-    remark = "" if singular else never_singular
-    singularities = Singularities(determinant, singular, remark, lengths_remark=lengths_remark, missing=later_results)
+    remark = "" if components else never_singular
+    singularities = Singularities(
+        determinant, components, remark, lengths_remark=lengths_remark, missing_names=later_results
+    )
     yield singularities
     yield "the numeric test of these conditions"
-    singularities = replace(singularities, test_remark=_describe_doubts(chain, singular), missing=later_results[1:])
+    singularities = replace(
+        singularities, test_remark=_describe_doubts(chain, components), missing_names=later_results[1:]
+    )
     yield singularities
     return singularities
 
@@ -213,23 +217,23 @@ def _solve_by_minors(chain: Chain) -> SingularEvents:
 def _solve_special_lengths(chain: Chain, singularities: Singularities) -> Iterator[str | Singularities]:
     """Yield descriptions of the next step, then the singular set, completed by what differs for special lengths."""
     yield "special lengths"
-    sentences = [f"{requirement}." for requirement in find_length_requirements(chain, singularities.singular or ())]
+    sentences = [f"{requirement}." for requirement in find_length_requirements(chain, singularities.components or ())]
     if singularities.redundant is None:
         sentences.append(_describe_special_conditions(chain))
     special_lengths = []
-    for event in find_special_lengths(chain, singularities.singular or ()):
+    for event in find_special_lengths(chain, singularities.components or ()):
         if isinstance(event, SpecialLength):
             special_lengths.append(event)
         else:
             yield event
     remark = " ".join(filter(None, sentences))
-    yield replace(singularities, lengths_remark=remark, special_cases=tuple(special_lengths), missing=())
+    yield replace(singularities, lengths_remark=remark, special_cases=tuple(special_lengths), missing_names=())
 
 
-def _describe_doubts(chain: Chain, singular: tuple[SingularComponent, ...]) -> str:
+def _describe_doubts(chain: Chain, components: tuple[SingularComponent, ...]) -> str:
     """Return remarks on conditions that a numerical check finds to be wrong, never satisfied, or missing."""
-    check = check_rank_loss(chain, [component.conditions for component in singular])
-    return _render_sentences("solve/doubts.md.j2", check=check, singular=singular) if check.arms else ""
+    check = check_rank_loss(chain, [component.conditions for component in components])
+    return _render_sentences("solve/doubts.md.j2", check=check, components=components) if check.arms else ""
 
 
 def _render_sentences(template: str, **content: Any) -> str:
@@ -250,7 +254,7 @@ def _solve_by_elimination(chain: Chain) -> SingularEvents:
         else:
             remark = _describe_numeric_check(chain, event)
             if event.is_described:
-                singularities = Singularities(None, event.components, remark, event, missing=later_results)
+                singularities = Singularities(None, event.components, remark, event, missing_names=later_results)
                 yield singularities
             else:
                 components = [*map(_make_component_data, event.components)]
@@ -296,10 +300,10 @@ def _make_singular_data(chain: Chain, singularities: Singularities) -> dict[str,
     def make_list(components: Iterable[SingularComponent]) -> list[dict[str, Any]]:
         return [_make_classified_data(chain, component, has_kinds) for component in components]
 
-    determinant, singular = singularities.determinant, singularities.singular
+    determinant, components = singularities.determinant, singularities.components
     content: dict[str, Any] = {
         "determinant": None if determinant is None else str(determinant),
-        "singular": None if singular is None else make_list(singular),
+        "singular": None if components is None else make_list(components),
     }
     if singularities.redundant is not None and singularities.redundant.search_counts:
         content["tested"] = singularities.redundant.search_counts
@@ -371,13 +375,13 @@ class ReadyResult:
 
     - `name`: the name of a section, or a key of the plain data.
     - `content`: the result, in Markdown or as plain data; it may be empty.
-    - `missing`: the names of results about the singular set that are still missing; None for a result about something
-      else.
+    - `missing_names`: the names of results about the singular set that are still missing; None for a result about
+      something else.
     """
 
     name: str
     content: Any
-    missing: tuple[str, ...] | None = None
+    missing_names: tuple[str, ...] | None = None
 
 
 Events = Iterator[str | PartialResult | ReadyResult]
@@ -420,14 +424,14 @@ def _generate_singular_text_events(chain: Chain, robot: Robot, parts: list[Part]
             section = _render_singular_section(chain, robot, event, parts, explained_terms)
             blocks.append(section)
             number += 1 if section else 0
-            test_title = "Remarks" if event.singular is None else "Numeric test"
+            test_title = "Remarks" if event.components is None else "Numeric test"
             title, remark = test_title if section else "Singular configurations", event.remark
         if remark:
             blocks.append(f"## {number}. {title}\n\n{remark}\n")
             number += 1
-        if not event.missing and (event.lengths_remark or event.special_cases):
+        if not event.missing_names and (event.lengths_remark or event.special_cases):
             blocks.append(_render_special_lengths(chain, event, number))
-        yield ReadyResult(name, "\n".join(filter(None, blocks)), event.missing)
+        yield ReadyResult(name, "\n".join(filter(None, blocks)), event.missing_names)
 
 
 def _render_singular_section(
@@ -441,9 +445,9 @@ def _render_singular_section(
         text = _render_redundant(chain, singularities.redundant, len(parts) + 1 + ARM_SECTION_COUNT)
     else:
         text = _render_section(chain, SECTIONS[-1], parts, explained_terms)
-    excluded_values = _describe_values_beyond_limits(chain, robot, singularities.singular or ())
+    excluded_values = _describe_values_beyond_limits(chain, robot, singularities.components or ())
     remarks = [f"The joint limits rule out {'; '.join(excluded_values)}."] if excluded_values else []
-    if singularities.singular and robot.is_table_rounded:
+    if singularities.components and robot.is_table_rounded:
         remarks.append("The numbers in these conditions are rounded, like those of the arm.")
     return "\n\n".join([text, *remarks]) + "\n" if remarks else text
 
@@ -453,8 +457,8 @@ def _render_special_lengths(chain: Chain, singularities: Singularities, number: 
         "solve/lengths.md.j2",
         number=number,
         note=singularities.lengths_remark,
-        special=[(special, Wording(special.chain)) for special in singularities.special_cases],
-        examined=list_length_relations(chain, singularities.singular or ()) if singularities.special_cases else [],
+        special_cases=[(case, Wording(case.chain)) for case in singularities.special_cases],
+        examined=list_length_relations(chain, singularities.components or ()) if singularities.special_cases else [],
     )
 
 
@@ -503,7 +507,7 @@ def generate_data_events(chain: Chain) -> Events:
             yield ReadyResult("determinant", {"determinant": str(derivation.determinant)})
     for event in generate_singular_events(chain):
         if isinstance(event, Singularities):
-            yield ReadyResult("singular", _make_singular_data(chain, event), event.missing)
+            yield ReadyResult("singular", _make_singular_data(chain, event), event.missing_names)
         else:
             yield event
 
@@ -539,11 +543,11 @@ def _format_cells(convention: type[Convention], row: Joint | Axis) -> list[str]:
     return convention.order_entries(tex_angle(row.theta), tex_length(row.d), tex_length(row.a), tex_angle(row.alpha))
 
 
-def _describe_values_beyond_limits(chain: Chain, robot: Robot, singular: Iterable[SingularComponent]) -> list[str]:
+def _describe_values_beyond_limits(chain: Chain, robot: Robot, components: Iterable[SingularComponent]) -> list[str]:
     """Return texts for the joint values of singular configurations that lie outside the joint limits."""
     limits = dict(zip(chain.q, robot.limits, strict=False))
     excluded_values = []
-    for component in singular:
+    for component in components:
         for joint, values in component.solutions or ():
             joint_limits = limits.get(joint)
             if joint_limits is None:

@@ -45,14 +45,15 @@ class _Progress:
     - `ready_results`: the results that are ready, by name and in order.
     - `current_step`: a description of the current step.
     - `partial_result`: what is known about the singular set before the set is ready.
-    - `missing`: the names of the results that are missing about the singular set; None if nothing is known about it.
+    - `missing_names`: the names of the results that are missing about the singular set; None if nothing is known about
+      it.
     - `end_reason`: the reason why the derivation stopped early; empty if it did not.
     """
 
     ready_results: dict[str, Any] = field(default_factory=dict)
     current_step: str = "the arm itself"
     partial_result: PartialResult | None = None
-    missing: tuple[str, ...] | None = None
+    missing_names: tuple[str, ...] | None = None
     end_reason: str = ""
 
 
@@ -106,10 +107,10 @@ def _follow(
                 write(event.content)
             # stored after printing: a partly printed section counts as missing
             progress.ready_results[event.name] = event.content
-            if event.missing is not None:
-                progress.partial_result, progress.missing = None, event.missing
+            if event.missing_names is not None:
+                progress.partial_result, progress.missing_names = None, event.missing_names
         elif isinstance(event, PartialResult):
-            progress.partial_result, progress.missing = event, event.missing
+            progress.partial_result, progress.missing_names = event, event.missing_names
         else:
             progress.current_step = event
 
@@ -126,21 +127,21 @@ def _make_data(robot: Robot, progress: _Progress) -> dict[str, Any]:
         content |= result
     if progress.partial_result is not None:
         content |= progress.partial_result.make_data()
-    missing = list(_list_missing_keys(chain, progress))
-    if missing:
-        content["missing"] = missing
+    missing_keys = list(_list_missing_keys(chain, progress))
+    if missing_keys:
+        content["missing"] = missing_keys
         content["note"] = " ".join(filter(None, (content.get("note"), _explain_end(progress))))
     return content
 
 
 def _list_missing_keys(chain: Chain, progress: _Progress) -> Iterator[str]:
     """Yield the keys of the missing results."""
-    if not progress.end_reason or progress.missing == ():
+    if not progress.end_reason or progress.missing_names == ():
         return
     names = ["position", "jacobian", *list_twist_jacobian_names(chain)]
     names += ["determinant"] if chain.has_square_jacobian else []
     missing_names = [name for name in names if name not in progress.ready_results]
-    for key in [*missing_names, *(progress.missing or (SINGULAR_SET,))]:
+    for key in [*missing_names, *(progress.missing_names or (SINGULAR_SET,))]:
         if key == DESCRIPTION and can_establish_kind(chain):
             yield from ("type", "uniform")
         yield key
@@ -158,12 +159,12 @@ _RESULT_DESCRIPTIONS = {
 
 def _describe_missing(chain: Chain, progress: _Progress) -> list[str]:
     """Return the closing remark, and what is known about the singular set, if results are missing; else nothing."""
-    if not progress.end_reason or progress.missing == ():
+    if not progress.end_reason or progress.missing_names == ():
         return []
     sections = [name for name in _list_expected_sections(chain) if name not in (*progress.ready_results, SECTIONS[-1])]
     missing_titles = [QUESTIONS[name].title for name in sections]
-    results = [_RESULT_DESCRIPTIONS[name] for name in progress.missing or ()]
-    missing_titles += [QUESTIONS[SECTIONS[-1]].title] if progress.missing is None else results
+    results = [_RESULT_DESCRIPTIONS[name] for name in progress.missing_names or ()]
+    missing_titles += [QUESTIONS[SECTIONS[-1]].title] if progress.missing_names is None else results
     known_results = [progress.partial_result.render_markdown()] if progress.partial_result is not None else []
     return [
         *known_results,

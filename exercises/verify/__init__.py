@@ -13,6 +13,6 @@ configuration of lower rank that Newton's method finds.
     screws, path                tests of screws and exponentials, and of the motion along a line
     concepts, short_questions   tests of questions on concepts, and of short questions
     custom                      tests of questions that instructors define
-    numeric_model           a numeric model of the arm: 4 x 4 products, finite differences, exponentials
+    numeric_model               a numeric model of the arm: 4 x 4 products, finite differences, exponentials
     singularity_statements      tests of what a worked solution says about singular configurations
 """

@@ -64,7 +64,7 @@ def generate(
     their certificate are written; the certificates are stored in certificates/STUDENT/KEY.json for `qdot verify`. If a
     problem does not pass, it is regenerated for the student and recorded in DIR/redrawn.csv. If no attempt passes, the
     student is left out; the command then exits with code 2 and says which problems to change. Notebooks that are up
-    to date are not written again, so a stopped run continues where it was.
+    to date are not written again, so a stopped run continues where it stopped.
 
     Examples:
       qdot generate homework

@@ -23,10 +23,10 @@ def forget(
 ) -> None:
     """Remove everything that is stored about one student.
 
-    Submissions, notebooks, certificates, feedback, results and history, the student's own exported files, and the
-    student's lines in roster.csv, overrides.csv, redrawn.csv and the results. Lists these first, with other files that
-    name the student, and asks for confirmation. Other students' problems and marks do not change. If interrupted, run
-    the same command again. docs/privacy.md says what is stored where.
+    Removes submissions, notebooks, certificates, feedback, results and history, the student's own exported files, and
+    the student's lines in roster.csv, overrides.csv, redrawn.csv and the results. Lists these first, with other files
+    that name the student, and asks for confirmation. Other students' problems and marks do not change. If interrupted,
+    run the same command again. docs/privacy.md says what is stored where.
 
     Examples:
       qdot forget s001 homework --dry-run

@@ -63,7 +63,7 @@ def grade(
         typer.Option(metavar="ID", help="Grade only this student; SUBMISSIONS is the student's notebook or folder."),
     ] = "",
     received: Annotated[
-        str, typer.Option(metavar="TIME", help="With --student: time of submission, if the file does not have it.")
+        str, typer.Option(metavar="TIME", help="With --student: time of submission, if the file does not record it.")
     ] = "",
     executor: Annotated[
         str, typer.Option(metavar="tcp://HOST:PORT", help="Run the notebooks on the cluster with this Dask scheduler.")
@@ -74,9 +74,9 @@ def grade(
     Reads SUBMISSIONS/STUDENT/*.ipynb (or SUBMISSIONS/STUDENT.ipynb) for each student on the roster, or a download from
     Moodle, Canvas or Gradescope, as a folder or as the zip (docs/submissions.md). Writes
     DIR/graded/results.jsonl, DIR/graded/grades.csv and DIR/graded/feedback/STUDENT.html. Unchanged submissions are
-    not graded again, so a stopped run continues where it was. Earlier results are stored in
-    DIR/graded/history/STUDENT.jsonl. DIR/overrides.csv (student,part,points,comment) sets points by hand; its column
-    group sets those of all equal wrong answers, by the key that `qdot report` shows.
+    not graded again, so a stopped run continues where it stopped. Earlier results are stored in
+    DIR/graded/history/STUDENT.jsonl. DIR/overrides.csv (student,part,points,comment) sets points by hand. With a key
+    from `qdot report` in its column group, a line sets the points of all equal wrong answers.
     The formats of --report are in docs/export-formats.md. With --student, only these reports are written.
 
     Examples:
@@ -119,7 +119,7 @@ def grade(
     failed_students = [result.student for result in results if result.percent < fail_under]
     if failed_students:
         students = f"{len(failed_students)} of {count_noun(len(results), 'student')}"
-        note(f"{students} below {fail_under:g} %, or without a mark: {', '.join(failed_students)}")
+        note(f"{students} have less than {fail_under:g} %, or no mark: {', '.join(failed_students)}")
         raise typer.Exit(1)
 
 
@@ -247,5 +247,5 @@ def _summarize(results: list[Result], folder: Path, ownerless_count: int) -> str
     if overridden_count := sum(map(count_overridden, results)):
         phrases.append(f"{overridden_count} set by {OVERRIDES_FILE}")
     if ownerless_count:
-        phrases.append(f"{count_noun(ownerless_count, 'file')} without a certain owner on the roster")
+        phrases.append(f"{count_noun(ownerless_count, 'file')} of unclear owners")
     return f"{count_noun(len(results), 'student')}: {'; '.join(phrases)}; see {folder / 'graded'}"

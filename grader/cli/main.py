@@ -30,7 +30,7 @@ a command, with examples."""
 STOP_MESSAGES = {
     **dict.fromkeys(("generate", "grade", "demo"), "stopped; run the same command again to continue"),
     "forget": "stopped; run the same command again to remove the rest",
-    "verify": "stopped; the same command starts again with the first problem; --first-seed SEED starts a sweep later",
+    "verify": "stopped; the same command starts over; --first-seed SEED continues a sweep at a later problem",
 }
 """The message when Ctrl-C or SIGTERM stops a command; for a command that is missing here, the message is "stopped"."""
 

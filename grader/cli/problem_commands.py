@@ -244,7 +244,8 @@ def _preview_assignment(
     """Print the problems of an assignment for one student. Raises QdotError for options that belong to a problem."""
     if any(problem_options):
         raise QdotError(
-            "--questions, --variation, --convention and --twist-order belong to a problem; edit assignment.toml"
+            "--questions, --variation, --convention and --twist-order apply to a single problem; "
+            "for a class, edit assignment.toml"
         )
     from qdot.exercises.assignment.assignment import load_assignment
     from qdot.grader.grading.batch import find_student

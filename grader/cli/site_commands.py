@@ -59,7 +59,7 @@ def build_site(
 ) -> None:
     """Build the web site: pages and a bank of certified problems that a browser shows and grades.
 
-    You can serve the folder with any file server or with GitHub Pages. A stopped build continues where it was. With
+    You can serve the folder with any file server or with GitHub Pages. A stopped build continues where it stopped. With
     --convention, all arms are described in that convention. With --assignment, the problems are variants of the
     assignment's; no student has one of them. The assignment's feedback level then applies to wrong answers, and the
     bank has solutions only if the level is "solutions". The page grades in the browser, so its bank contains values
@@ -85,7 +85,7 @@ def build_site(
     else:
         loaded_assignment, text_question_names = load_assignment(assignment).without_text_questions()
         if text_question_names:
-            note(f"the site leaves out {', '.join(text_question_names)}, because a person marks such answers")
+            note(f"the site leaves out {', '.join(text_question_names)}, because a person must mark these answers")
         titles = [(slot.name, slot.family.title, slot.family.source) for slot in loaded_assignment.slots]
         bank_assignment = loaded_assignment.with_variation(variation) if variation else loaded_assignment
         variant_count = variants or VARIANTS_PER_PROBLEM

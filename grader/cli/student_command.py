@@ -16,9 +16,9 @@ def check(
         str, typer.Option(metavar="github=PATH", help="Also write a GitHub Actions job summary; - is standard output.")
     ] = "",
 ) -> None:
-    """Show how qdot reads each answer of a notebook.
+    """Show how qdot reads each answer in a notebook.
 
-    For students: it gives no marks and needs no key. Exits with code 1 if an answer is blank or can't be read.
+    For students: it gives no marks and needs no solutions. Exits with code 1 if an answer is blank or can't be read.
 
     Examples:
       qdot check velocity.ipynb

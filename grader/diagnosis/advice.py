@@ -179,7 +179,9 @@ def _has_changed(values_after: np.ndarray, values_before: np.ndarray) -> bool:
 def _remark_on_configuration(pair: _AnswerAndReference, values: SymbolValues) -> Iterator[str]:
     """Yield a remark that names a configuration with simple angles at which the answer is wrong."""
     if pair.part.details.list_given_values(pair.chain) or pair.part.details.given_joints:
-        yield "Calculate the numbers again step by step, and substitute your result into the equation that it solves."
+        is_single = pair.part.shape in (None, (1, 1))
+        check = "To check them, substitute them into the equation that they solve."
+        yield REWORK_ADVICE if is_single else f"Calculate the numbers again step by step. {check}"
         return
     revolute_joints = [q for q, joint in zip(pair.chain.q, pair.chain.joints, strict=True) if joint.is_revolute]
     first_values = {name: value[:1] for name, value in values.items()}

@@ -299,8 +299,10 @@ def _find_likelier_mistake(answer: WrongAnswer, prediction: PredictedAnswer, fre
 
 
 def _write_message(prediction: PredictedAnswer) -> str:
-    missing_symbols = prediction.variant.missing_symbols
-    return prediction.sentence + (f" The missing part contains {missing_symbols}." if missing_symbols else "")
+    sentence, see, reference = prediction.sentence.partition(" See ")
+    if prediction.variant.missing_symbols:
+        sentence += f" The missing part contains {prediction.variant.missing_symbols}."
+    return sentence + see + reference
 
 
 def _explain_formulas(answer: WrongAnswer, allows_any_number: bool = False) -> Diagnosis | None:

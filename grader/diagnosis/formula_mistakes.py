@@ -75,6 +75,10 @@ def explain_formulas(answer: WrongAnswer, reference: Rows, allows_any_number: bo
     return _find_mistakes_in_entries(answer, reference, wrong_entries, allows_any_number)
 
 
+MAX_NAMED_ENTRIES = 3
+"""Maximum number of entries that a message names one by one."""
+
+
 def locate_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) -> str:
     """Return the positions of entries in words, as the beginning of a sentence about each of them.
 
@@ -85,6 +89,8 @@ def locate_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) 
     """
     if shape[:2] == (1, 1):
         return "In your answer,"
+    if len(entry_indices) > MAX_NAMED_ENTRIES:
+        return f"In each of {len(entry_indices)} entries, such as {name_entries(entry_indices[:1], shape)},"
     names = name_entries(entry_indices, shape)
     return f"In each of the {names}," if len(entry_indices) > 1 else f"In {names},"
 
@@ -98,6 +104,20 @@ def name_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) ->
     is_vector = 1 in shape[:2]
     numbers = [str(max(i, j) + 1) if is_vector else f"({i + 1}, {j + 1})" for i, j in entry_indices]
     return f"{'entries' if len(numbers) > 1 else 'entry'} {join_words(numbers)}"
+
+
+def _identify_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...]) -> str:
+    """Return the positions of entries for the signature of a diagnosis.
+
+    The keys of groups in overrides.csv depend on these texts, so they must not change.
+    """
+    if shape[:2] == (1, 1):
+        return "In your answer"
+    if 1 in shape[:2]:
+        *other_entries, last_entry = [str(max(index) + 1) for index in entry_indices]
+        return f"In entries {', '.join(other_entries)} and {last_entry}" if other_entries else f"In entry {last_entry}"
+    *other_entries, last_entry = [f"row {i + 1}, column {j + 1}" for i, j in entry_indices]
+    return f"In {', '.join(other_entries)}, and {last_entry}," if other_entries else f"In {last_entry},"
 
 
 def _find_exchange(answer: WrongAnswer, entry_indices: Sequence[EntryIndex]) -> Diagnosis | None:
@@ -199,7 +219,10 @@ def _find_mistakes_in_entries(
         for (name, missing_words), entry_indices in entries_by_mistake.items()
     ]
     signature = tuple(name for diagnosis in diagnoses for name in diagnosis.signature)
-    return Diagnosis(mistakes, " ".join(diagnosis.feedback for diagnosis in diagnoses), signature=signature)
+    feedback = " ".join(diagnosis.feedback for diagnosis in diagnoses)
+    if len(diagnoses) > 1:
+        feedback = feedback.replace(" Everything else is right.", "")
+    return Diagnosis(mistakes, feedback, signature=signature)
 
 
 class LocatedMistake(NamedTuple):
@@ -342,4 +365,4 @@ def _make_diagnosis(
     location = locate_entries(entry_indices, shape)
     words = {"Where": location, "which": missing_words, "entries": name_entries(entry_indices, shape)}
     message = CATALOGUE[name].format_message(words)
-    return Diagnosis((name,), message, signature=(f"{name} {location}",))
+    return Diagnosis((name,), message, signature=(f"{name} {_identify_entries(entry_indices, shape)}",))

@@ -31,7 +31,7 @@ class FailureKind(StrEnum):
 
     CHANGED = "changed"
     UNSOUND = "not passing the checks"
-    OTHER_ENGINE = "of another engine"
+    OTHER_ENGINE = "of another version"
     UNCERTIFIED = "without a certificate"
     DAMAGED = "with a damaged certificate"
     ALTERED = "in an altered notebook"
@@ -152,7 +152,7 @@ def find_notebook_failures(path: Path, certificate: StudentCertificate) -> list[
     for cell, difference in _find_alterations(certificate.notebook, compute_cell_digests(notebook)):
         slot = cell.partition("-")[0]
         alterations_by_slot.setdefault(slot if slot in certificate.problems else "", []).append(f"{cell} {difference}")
-    message = f"{student}: {path} has changed since its release, restore it from a backup: "
+    message = f"{student}: {path} has changed since its release. Restore it from a backup. Changes: "
     listings = {slot: ", ".join(cells) for slot, cells in alterations_by_slot.items()}
     return [Failure(FailureKind.ALTERED, message + listing, slot) for slot, listing in listings.items()]
 

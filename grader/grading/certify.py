@@ -200,8 +200,8 @@ def _verify_task(_: None, task: VerificationTask) -> list[Failure]:
         return list(task.file_failures)
     if record is not None and record.engine != ENGINE:
         message = (
-            f"engine {record.engine} of qdot {record.qdot} generated it, but this version has engine {ENGINE}. "
-            "It can't compare the problems; verify with that version"
+            f"qdot {record.qdot} generated it with version {record.engine} of the generator, but this qdot has version "
+            f"{ENGINE} and can't compare the problems; verify with qdot {record.qdot}"
         )
         return [task.make_failure(FailureKind.OTHER_ENGINE, message), *task.file_failures]
     try:

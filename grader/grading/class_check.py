@@ -98,8 +98,8 @@ def check_secret(assignment: Assignment, submissions: Sequence[Submission], path
         source_name = str(source) if source.exists() else f"${SECRET_VARIABLE}"
         notebooks = "the notebook was" if len(claims) == 1 else f"{wrong_count} of {len(claims)} notebooks were"
         raise QdotError(
-            f"{path}: {notebooks} generated with another secret than that in {source_name}. qdot stopped, because it "
-            "would grade problems that the students never saw. Restore the secret with which the notebooks were "
+            f"{path}: {notebooks} generated with another secret than the one in {source_name}. qdot stopped, because "
+            "it would grade problems that the students never saw. Restore the secret with which the notebooks were "
             f"generated{remedy}"
         )
 

@@ -1,4 +1,4 @@
-"""Connect qdot with the programs that call qdot, and with the programs that qdot calls.
+"""Connect qdot with other programs: those that call qdot, and those that qdot calls.
 
 This is the top package: no other package imports it, and its modules are loaded only by name.
 

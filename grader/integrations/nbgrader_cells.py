@@ -11,7 +11,8 @@ from typing import Any
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports import nbgrader
 from qdot.exercises.exports.nbgrader import ANSWER_SUFFIX, Cell, make_grade_id
-from qdot.exercises.notebook.self_check import Problems, write_self_check_cells
+from qdot.exercises.notebook.notebook import SELF_CHECK_TITLE
+from qdot.exercises.notebook.self_check import Problems, write_self_check_cell
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.answer_display import make_visible
@@ -65,9 +66,8 @@ def remove_self_checks(cells: Sequence[Cell], problems: Problems) -> list[Cell]:
     The staff read each student's notebook on nbgrader's pages, which can't fold cells, and the code of the checks is
     longer than all the answers.
     """
-    function, checks = write_self_check_cells(problems)
-    check_sources = {function, *checks} - {""}
-    return [cell for cell in cells if cell["source"].strip() not in check_sources]
+    removed_sources = {write_self_check_cell(problems), SELF_CHECK_TITLE} - {""}
+    return [cell for cell in cells if cell["source"].strip() not in removed_sources]
 
 
 def fill_in_marks(cells: Sequence[Cell], rows: Sequence[PartRow]) -> None:

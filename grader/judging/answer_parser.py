@@ -612,7 +612,7 @@ def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (
     if not entries or not all(map(_is_named, node.args)):
         return node
     expected_words = f", but the question asks for {', '.join(labels)}" if labels else ""
-    advice = f"write your answer as in {_make_example(shape)}" if columns else "write only the entries"
+    advice = f"write your answer like {_make_example(shape)}" if columns else "write only the entries"
     raise ParseError(f"you named the entries {', '.join(list(entries)[:5])}{expected_words}; {advice}")
 
 
@@ -687,18 +687,24 @@ def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix
         return [[entry] for entry in rows[0]]
     if shape == expected:
         return rows
-    hint = f"; write it as in {_make_example(expected)}"
+    hint = f"; write it like {_make_example(expected)}"
     if shape == expected[::-1] and 1 not in expected:  # a transposed matrix
         hint = ", so its entries can't be compared"
     if shape[0] * shape[1] > expected[0] * expected[1] and re.search(r"\d,\d", text):
         hint = _COMMA_HINT
     elif _has_split_decimals(rows, expected):
-        hint = "; write decimals with a point, as in 0.5"
+        hint = "; write decimals with a point, like 0.5"
+    if expected[1] == 1:
+        expected_words = f"but it must have {expected[0]}"
+        if 1 not in shape:
+            raise _Refusal(f"your answer is {shape[0]} × {shape[1]}, {expected_words} entries{hint}")
+        noun = "entry" if max(shape) == 1 else "entries"
+        raise _Refusal(f"your answer has {max(shape)} {noun}, {expected_words}{hint}")
     actual_size, expected_size = (f"{rows} × {columns}" for rows, columns in (shape, expected))
     raise _Refusal(f"your answer is {actual_size}, but it must be {expected_size}{hint}")
 
 
-_COMMA_HINT = "; if 0,5 is a number, separate entries by semicolons, or by commas and spaces, as in [0,5; 1,25]"
+_COMMA_HINT = "; if 0,5 is a number, separate entries by semicolons, or by commas and spaces, like [0,5; 1,25]"
 """Advice on an answer with more entries than expected and with commas between digits."""
 
 

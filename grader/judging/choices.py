@@ -47,8 +47,8 @@ def read_matching(text: str, items: Sequence[str], option_count: int) -> ParsedA
     chosen = parse_letters(text, option_count)
     letters = ", ".join(LETTERS[:option_count])
     is_complete = chosen is not None and len(chosen) == len(items)
-    expected_form = f"{len(items)} of the letters {letters}, one for each of {items[0]} to {items[-1]}"
-    parsed = _make_parsed_answer(text, chosen if is_complete else None, f"does not contain {expected_form}")
+    expected_form = f"{len(items)} letters ({letters}), one for each item from {items[0]} to {items[-1]}"
+    parsed = _make_parsed_answer(text, chosen if is_complete else None, f"must have exactly {expected_form}")
     return parsed if parsed.refusal == BLANK_JUDGEMENT else replace(parsed, chosen=tuple(chosen or ()))
 
 
@@ -160,4 +160,4 @@ def judge_matching(parsed: ParsedAnswer, items: Sequence[str], correct_indices: 
     if not wrong_items:
         return correct_judgement(_CERTIFICATE)
     share = float(Fraction(len(items) - len(wrong_items), len(items)))
-    return partial_judgement(share, f"not right for {', '.join(wrong_items)}", _CERTIFICATE)
+    return partial_judgement(share, f"wrong for {', '.join(wrong_items)}", _CERTIFICATE)

@@ -123,12 +123,20 @@ def _describe_correct_count(
     correct_count = sum(is_right and not ignored for is_right, ignored in zip(is_correct, is_ignored, strict=True))
     total = is_ignored.count(False)
     spoiled_count = count_spoiled_zeros(is_correct, is_ignored, is_blank)
-    if total <= 1 and not spoiled_count:
-        return "it is not right"
+    if len(is_zero) == 1:
+        return ""
     kind = "nonzero " if any(is_ignored) else ""
-    verb = "is" if correct_count == 1 else "are"
-    spoiled_words = f", and {spoiled_count} that should be zero {'is' if spoiled_count == 1 else 'are'} not"
-    return f"{correct_count} of {total} {kind}{noun} {verb} right{spoiled_words if spoiled_count else ''}"
+    if total == 1:
+        count_words = f"the only nonzero entry is {'right' if correct_count else 'not right'}"
+    elif correct_count == 0:
+        count_words = f"{'neither of the two' if total == 2 else f'none of the {total}'} {kind}{noun} is right"
+    elif correct_count == total:
+        count_words = f"{'both' if total == 2 else f'all {total}'} {kind}{noun} are right"
+    else:
+        count_words = f"{correct_count} of {total} {kind}{noun} {'is' if correct_count == 1 else 'are'} right"
+    conjunction, verb = "but" if correct_count else "and", "is" if spoiled_count == 1 else "are"
+    spoiled_words = f", {conjunction} {spoiled_count} that should be zero {verb} not" if spoiled_count else ""
+    return count_words + spoiled_words
 
 
 def _describe_blanks(is_blank: Sequence[bool], singular: str = "entry", plural: str = "entries") -> str:
@@ -146,9 +154,9 @@ def _describe_difference(comparison: Comparison, columns: int) -> str:
     example = comparison.certificate.counterexample
     if not isinstance(example, EntryDifference):
         return ""
-    entry_name = name_entry(example.entry, columns) + " " if len(comparison.is_correct) > 1 else ""
+    subject = name_entry(example.entry, columns) if len(comparison.is_correct) > 1 else "your answer"
     values = f"yours {format_value(example.yours)}, expected {format_value(example.expected)}"
-    return f"{entry_name}differs{_describe_point(example.at)}: {values}"
+    return f"{subject} differs{_describe_point(example.at)}: {values}"
 
 
 def describe_unknown_symbols(parsed: ParsedAnswer, domain: Domain) -> str:
@@ -182,12 +190,17 @@ def judge_numbers(
         answer_value = "blank" if is_blank[wrong_index] else to_json_number(complex(values[wrong_index]))
         digits = max(SHOWN_DIGITS, Rounding(tolerance, floor).count_digits(reference[wrong_index]))
         example = EntryDifference(wrong_index, {}, answer_value, float(f"{reference[wrong_index]:.{digits}g}"))
-        difference = " was left blank" if is_blank[wrong_index] else _describe_both_values(example, units[wrong_index])
-        blank_words = "" if is_blank[wrong_index] else _describe_blanks(is_blank, "number", "numbers")
-        is_single = len(reference) == 1
-        count_words = "" if is_single else _describe_correct_count(is_correct, is_blank, is_zero, "numbers")
-        subject = "your number" if is_single else f"number {wrong_index + 1}"
-        reason = "; ".join(filter(None, [count_words, blank_words, f"{subject}{difference}"]))
+        count_words = _describe_correct_count(is_correct, is_blank, is_zero, "numbers")
+        subject = "your number" if len(reference) == 1 else f"number {wrong_index + 1}"
+        difference = f"{subject}{_describe_both_values(example, units[wrong_index])}"
+        differences = [_describe_blanks(is_blank, "number", "numbers"), difference]
+        if is_blank[wrong_index]:
+            blank_numbers = [str(index + 1) for index, blank in enumerate(is_blank) if blank]
+            differences = [
+                f"number {blank_numbers[0]} was left blank" if len(blank_numbers) == 1
+                else f"numbers {', '.join(blank_numbers[:-1])} and {blank_numbers[-1]} were left blank"
+            ]  # fmt: skip
+        reason = "; ".join(filter(None, [count_words, *differences]))
         share = compute_share_of_entries(is_correct, is_zero, is_blank)
         judgement = partial_judgement(float(share), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judgement, entries=tuple((is_right,) for is_right in is_correct))
@@ -238,8 +251,10 @@ def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], d
     point_words = ""
     if isinstance(example, EntryDifference):
         entry, point_words = example.entry, _describe_point(example.at)
-    error = "should be 0" if entry == pivot else f"does not have the right ratio to entry {pivot + 1}"
-    reason = f"your vector does not have the right direction: entry {entry + 1} {error}{point_words}"
+    error = f"the ratio of entry {entry + 1} to entry {pivot + 1} is wrong"
+    if entry == pivot:
+        error = f"entry {entry + 1} should be 0"
+    reason = f"your vector does not have the right direction: {error}{point_words}"
     return wrong_judgement(describe_unknown_symbols(parsed, domain) or reason, certificate)
 
 
@@ -376,7 +391,7 @@ def _judge_set(
         rounding_words = f"correct except for rounding{_describe_configuration(rounded_values, space.joints)}"
         reason = f"{rounding_words}; write {_EXACT_VALUE_HINT}{reason and f'; {reason}'}"
     if tolerant_comparison.surplus is not None and _are_degrees(claimed_pieces, reference_pieces, space, seed):
-        reason, false_count = "these values are in degrees, but the question asks for radians", 0
+        reason, false_count = "your values are in degrees, but the question asks for radians", 0
     match_words = f"{_describe_matches(match_counts, false_count)}; " if share else ""
     reason = match_words + (reason or "your answer contains no configuration")
     return partial_judgement(float(share), reason, _make_set_certificate(comparison))
@@ -411,18 +426,18 @@ def _describe_matches(match_counts: Sequence[tuple[int, int]], false_count: int)
     total = len(match_counts)
     if partial_count and not complete_count:
         found_words = (
-            f"you found a part of {'the condition' if total == 1 else f'{partial_count} of {total} conditions'}"
+            f"you found part of {'the condition' if total == 1 else f'{partial_count} of the {total} conditions'}"
         )
     elif total == 1:
         found_words = "you found the condition" if complete_count else "you did not find the condition"
     elif not complete_count:
         found_words = f"you found none of the {total} conditions"
     else:
-        others = "another one" if partial_count == 1 else f"{partial_count} others"
-        also_words = f", and a part of {others}" if partial_count else ""
-        found_words = f"you found {complete_count} of {total} conditions{also_words}"
+        others = "another" if partial_count == 1 else f"{partial_count} others"
+        also_words = f", and part of {others}" if partial_count else ""
+        found_words = f"you found {complete_count} of the {total} conditions{also_words}"
     verb = "is" if false_count == 1 else "are"
-    false_words = f"; {false_count} of your conditions {verb} false" if false_count else ""
+    false_words = f"; {false_count} of your conditions {verb} wrong" if false_count else ""
     return f"{found_words}{false_words}"
 
 

@@ -248,8 +248,9 @@ def _apply_follow_through(
     follows_completely = follow_through.judgement.outcome is Outcome.CORRECT
     if follow_through.part_without_attempt is not None:
         reason = (
-            f"{judgement.reason}; it follows from your own answer to {follow_through.part_without_attempt!r}, but this "
-            "earns nothing: less than half of that answer fits this arm, and no single known mistake explains it"
+            f"{judgement.reason}. Your answer follows from your wrong answer to "
+            f"{follow_through.part_without_attempt!r}, but this earns no points, because less than half of that answer "
+            "fits this arm and no single known mistake explains it"
         )
         return replace(verdict, judgement=replace(judgement, reason=reason)) if follows_completely else verdict
     followed_points = compute_points(part.points, follow_through.judgement.share, credit)
@@ -261,12 +262,10 @@ def _apply_follow_through(
             return verdict
         follows = _find_entry_flags(part, follow_through)
         return replace(verdict, judgement=replace(judgement, reason=reason), follows=follows)
-    earned_words = f"{'it' if follows_completely else 'what follows'} earns {float(credit):.0%} of the points"
-    lacks_subject = difference.startswith("differs")
-    comparison = f", your answer {difference}" if lacks_subject else f": {_capitalize(difference)}"
+    earned_words = f"{'it' if follows_completely else 'what follows'} earns {100 * float(credit):.4g} % of the points"
     reason = (
         f"this follows{'' if follows_completely else ' in part'} {source}, so {earned_words}. {next_step} "
-        f"Compared with the solution{comparison}"
+        f"Compared with the solution: {difference}"
     )
     judgement = replace(judgement, outcome=Outcome.PARTIAL, reason=reason)
     earlier_part, follows = follow_through.earlier_part, _find_entry_flags(part, follow_through)

@@ -117,13 +117,21 @@ def give_partial_credit(answer: AnswerInContext, judgement: Judgement, is_copied
     if credit is not None and credit.share > share:
         share = credit.share
         # The share is not the share of correct entries, so their number is left out.
-        detail = re.sub(r"^\d+ of \d+ [a-z ]+ (is|are) right[^;]*; ", "", reason)
-        earned_share = share * rules.factor
-        words = (
-            f"{credit.reason}, so you earn {'half' if earned_share == Fraction(1, 2) else earned_share} of the points"
-        )
+        count_pattern = r"^(\d+ of \d+|(none of the|all) \d+|neither of the two|both|the only) [a-z ]+ right[^;]*; "
+        detail = re.sub(count_pattern, "", reason)
+        words = f"{credit.reason}, so you earn {_format_share(share * rules.factor)} of the points"
         judgement = replace(judgement, reason=f"{words}; {detail}")
     return _replace_share(judgement, share * rules.factor)
+
+
+def _format_share(share: Fraction) -> str:
+    """Return a share of the points in words.
+
+    >>> _format_share(Fraction(1, 2)), _format_share(Fraction(4, 5)), _format_share(Fraction(2, 3))
+    ('half', '80 %', '2/3')
+    """
+    percent = 100 * share
+    return "half" if percent == 50 else f"{percent} %" if percent.denominator == 1 else str(share)
 
 
 def _replace_share(judgement: Judgement, share: Fraction) -> Judgement:
@@ -198,12 +206,14 @@ def _credit_except_factor(answer: AnswerInContext, judgement: Judgement) -> Earn
             factor = factor and replace(factor, changes_size=True)
     if factor is None or (factor.changes_size and not set().union(*map(find_names, expected_entries)) & varying_names):
         return None
-    words = [("the sign" if part.shape is None else "signs")] * factor.is_negative
-    words += ["a common factor"] * factor.changes_size
+    is_single = len(wrong_indices) == 1
+    sign_words, factor_words = ("one sign", "a factor") if is_single else ("signs", "a common factor")
+    words = ["the sign" if part.shape is None else sign_words] * factor.is_negative
+    words += [factor_words] * factor.changes_size
     if not words:  # no error was found, which doesn't mean that the answer is correct
         return None
     share = compute_share_up_to_sign_and_factor(factor.is_negative, factor.changes_size)
-    verb = "is" if words in (["the sign"], ["a common factor"]) else "are"
+    verb = "are" if len(words) > 1 or words == ["signs"] else "is"
     return EarnedShare(share, f"only {' and '.join(words)} {verb} wrong")
 
 
@@ -268,10 +278,12 @@ def _credit_factors(answer: AnswerInContext) -> EarnedShare | None:
         share = compute_share_of_product(len(expected_factors), missing_count, surplus_count)
         if share and _have_equal_products(answer, typed_factors, expected_factors, missing_count, surplus_count):
             correct_count = len(expected_factors) - missing_count
-            factors = count_noun(len(expected_factors), "factor")
             verb = "is" if correct_count == 1 else "are"
-            addition = f", and {count_noun(surplus_count, 'factor')} too many" if surplus_count > missing_count else ""
-            reason = f"{correct_count} of the {factors} that depend on the joints {verb} right{addition}"
+            subject = f"{correct_count} of the {len(expected_factors)} factors that depend on the joints {verb}"
+            if len(expected_factors) == 1:
+                subject = "the factor that depends on the joints is"
+            addition = f", but you have {count_noun(surplus_count, 'factor')} too many"
+            reason = f"{subject} right{addition if surplus_count > missing_count else ''}"
             return EarnedShare(share, reason)
     return None
 
@@ -327,7 +339,8 @@ def _credit_except_signs(answer: AnswerInContext) -> EarnedShare | None:
     if not np.all(np.isfinite(numbers)) or np.all(np.abs(expected_numbers) <= tolerance) or np.any(error > tolerance):
         return None
     share = compute_share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False)
-    return EarnedShare(share, "only signs are wrong")
+    is_one = int((np.abs(numbers - expected_numbers) > tolerance).sum()) == 1
+    return EarnedShare(share, f"only {'one sign is' if is_one else 'signs are'} wrong")
 
 
 # --- one known mistake ---
@@ -342,7 +355,7 @@ def _credit_one_mistake(answer: AnswerInContext, is_copied: IsCopied) -> EarnedS
         return None
     if parsed.rows is not None and is_copied(part, parsed.rows):
         return None
-    return EarnedShare(MISTAKE_FACTOR, "a single mistake explains everything that is wrong")
+    return EarnedShare(MISTAKE_FACTOR, "a single mistake explains all your errors")
 
 
 def _varies_as_expected(answer: AnswerInContext) -> bool:

@@ -184,12 +184,13 @@ def _summarize_group(key: str, answers: Sequence[tuple[str, str, PartResult]]) -
     wordings = ["".join((part.answer or "").split()) for part in parts]
     ((most_common_wording, _),) = Counter(wordings).most_common(1)
     typical_student = students[wordings.index(most_common_wording)]
-    mistakes = next((part.mistake for part in parts if part.mistake), "").split(" and ")
+    mistakes = next((part.mistake for part in parts if part.mistake), "")
+    alternatives = [map(_find_mistake_title, alternative.split(" and ")) for alternative in mistakes.split(" or ")]
     overrides = [part.override for part in parts if part.override is not None]
     grader_points = [part.points if part.override is None else part.override.was for part in parts]
     earned_points = [points for points in grader_points if points is not None] or [0.0]
     return AnswerGroup(
-        key, names[0], students, typical_student, mistake=" and ".join(map(_find_mistake_title, mistakes)),
+        key, names[0], students, typical_student, mistake=" or ".join(map("; ".join, alternatives)),
         points_range=(min(earned_points), max(earned_points)), max_points=parts[0].max_points,
         follow_through_count=sum(part.followed_from is not None for part in parts),
         override=next((override for override in overrides if override.group == key), None),

@@ -47,9 +47,10 @@ class CounterexampleTable:
 
 
 def make_counterexample_table(problem: Problem, part: Part, example: Counterexample) -> CounterexampleTable | None:
-    """Return a counterexample as a table; None if the answer contains symbols that the problem doesn't define.
+    """Return a counterexample as a table that leaves out the correct values which the feedback level withholds.
 
-    The table leaves out the correct values that the feedback level withholds.
+    Return None if the answer contains symbols that the problem doesn't define, or if the table would only repeat a
+    number of the answer.
     """
     candidates = (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,)
     configurations = [configuration for configuration in candidates if configuration is not None]
@@ -74,6 +75,8 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
             return None
         caption = "Configurations where your answer is wrong"
         return CounterexampleTable(caption, ("Quantity", *columns), tuple(symbol_rows))
+    if not symbol_rows and example.expected is None:
+        return None
     caption = _write_caption(part, example, bool(symbol_rows))
     return CounterexampleTable(caption, ("Quantity", "Value"), tuple(symbol_rows), _make_result_rows(part, example))
 
@@ -81,8 +84,8 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
 def _write_caption(part: Part, example: EntryDifference, has_configuration: bool) -> str:
     entry = _describe_entry(part, example)
     if has_configuration:
-        return f"Where {entry or 'your answer'} is wrong"
-    return entry.capitalize() or ("Your answer" if example.expected is None else "Your answer and the correct one")
+        return f"A configuration where {entry or 'your answer'} is wrong"
+    return entry.capitalize() or "Your answer and the correct one"
 
 
 def _describe_entry(part: Part, example: EntryDifference) -> str:

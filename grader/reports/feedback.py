@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.store import load_stored_problems
+from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.json_form import to_jsonable
 from qdot.exercises.formula.equality import Certificate
 from qdot.exercises.problem.problem import Part, Problem
@@ -28,10 +29,16 @@ from qdot.grader.marking.marking import WRONG_OR_PARTIAL
 from qdot.grader.reports.answer_display import ShownAnswer, make_visible, show_answer
 from qdot.grader.reports.counterexample_figure import draw_example
 from qdot.grader.reports.counterexample_table import SUPERSCRIPT, CounterexampleTable, make_counterexample_table
-from qdot.grader.reports.feedback_levels import limit_feedback, remove_numbers, replace_patterns, shows_at_least
+from qdot.grader.reports.feedback_levels import (
+    capitalize,
+    limit_feedback,
+    remove_numbers,
+    replace_patterns,
+    shows_at_least,
+)
 from qdot.grader.reports.part_rows import describe_decisions, describe_override
 
-PAGE_VERSION = 11
+PAGE_VERSION = 12
 """Version of the page; increase it when the page's content changes, so that every page is rewritten."""
 
 OUTCOME_WORDS = dict(zip(Outcome, ("right", "partly right", "wrong", "not answered", "not graded yet"), strict=True))
@@ -45,19 +52,25 @@ NO_ANSWERS_NOTE = "Your notebook has no answer to any question. Did you submit t
 MAX_PARTS_WITHOUT_OVERVIEW = 6
 """If a student has more parts than this, the page begins with an overview of them."""
 
-NAME_AT_START = r"qdot\b|[A-Za-z]+[\d_.(]|\w+ (appears|has|can't|means|with)\b"
-"""Beginnings of reasons that keep their small letter: qdot, and names in formulas or in the notebook."""
-
+_END = r"(?=$|\. )"
 SHORT_REASONS = (
-    (r"\bit is not right; differs$", "it is wrong"),
-    (r"\bCompared with the solution, your answer differs$", "Your answer still differs from the solution"),
-    (r"^differs$", "its value is wrong"),
-    (r"; differs$", ""),
-    (r"\b(entry (?:\d+|\(\d+, \d+\))) differs$", r"\1 is wrong"),
+    (rf"\. Compared with the solution: your answer differs{_END}", ""),
+    (rf"^your answer differs{_END}(\. )?", ""),
+    (rf"; your answer differs{_END}", ""),
+    (rf"\b(entry (?:\d+|\(\d+, \d+\))) differs{_END}", r"\1 is wrong"),
+    (rf"; number \d+ is not right{_END}", ""),
+    (rf"^your number is not right{_END}(\. )?", ""),
+    (r"(\byou found\b.*); an? [a-z ]+ is missing\b", r"\1"),
+    (r"(\bconditions? (?:is|are) wrong); this configuration [a-z ]+", r"\1"),
     (r"\bthis configuration is not singular\b", "your answer includes a configuration that is not singular"),
     (r"\bthis configuration does not satisfy the condition\b", "your answer includes a wrong configuration"),
 )
-"""Patterns of phrases that make no sense without their numbers, with replacements; a table shows the numbers."""
+"""Patterns of phrases that make no sense or say nothing new without their numbers, with replacements.
+
+The page shows the numbers in a table, and which entries are right.
+"""
+DEGREES_REASON = r"(?:; |^)your values are in degrees, but the question asks for radians\b"
+"""A pattern of a phrase that is left out if the advice says the same."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,9 +126,9 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
     decisions = describe_decisions(result)
     if result.obstacle is not None:
         decisions += [describe_override(part.override, name) for name, part in result.parts.items() if part.override]
-    notes = [make_visible(note) for note in (*decisions, *result.notes)]
+    notes = [make_visible(note) for note in (*decisions, *map(capitalize, _omit_repeated_stops(result.notes, parts)))]
     first_parts = [part for problem in problems if (part := _find_first_part(problem))]
-    if parts and all(part.result.outcome is Outcome.MISSING for part in parts):
+    if parts and all(part.outcome_text == OUTCOME_WORDS[Outcome.MISSING] for part in parts):
         notes, first_parts = [NO_ANSWERS_NOTE, *notes], []
     return render(
         "reports/feedback.html.j2", title=assignment.title, student=student, result=result, problems=problems,
@@ -124,6 +137,13 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
         has_overview=len(parts) > MAX_PARTS_WITHOUT_OVERVIEW,
         withheld_note=_describe_withheld_feedback(assignment.feedback, parts),
     )  # fmt: skip
+
+
+def _omit_repeated_stops(notes: Sequence[str], parts: Sequence[PartOnPage]) -> list[str]:
+    """Return notes without those on cells that were stopped, if the page says this for each of these cells below."""
+    stop_notes = [note for note in notes if re.fullmatch(r"qdot stopped cell \d+: [^;]*", note)]
+    stopped_parts = [part for part in parts if part.reason.startswith("qdot stopped the cell with this answer")]
+    return [note for note in notes if note not in stop_notes or len(stopped_parts) < len(stop_notes)]
 
 
 def _find_first_part(problem: ProblemOnPage) -> PartOnPage | None:
@@ -197,7 +217,7 @@ def _show_parts(
         is_blank = outcome is Outcome.MISSING and not re.sub(r"blank|[\s\[\](),]", "", text or "")
         example = result.certificate and result.certificate.counterexample
         table = make_counterexample_table(problem, part, example) if is_wrong and example else None
-        reason = _write_reason(result, omits_numbers=table is not None)
+        reason = _write_reason(result, omits_numbers=is_wrong and result.certificate is not None)
         part_on_page = PartOnPage(
             id=f"part-{number}-{index}", number=numbers[part.name], title=question_of(part).title, result=result,
             outcome_text=_describe_outcome(result), reason=_replace_names_by_numbers(reason, problem, numbers),
@@ -250,12 +270,14 @@ def _replace_names_by_numbers(text: str, problem: Problem, numbers: Mapping[str,
 def _write_reason(part: PartResult, omits_numbers: bool) -> str:
     """Return the reason why an answer is wrong; if `omits_numbers`, without the numbers that a table shows.
 
-    The first letter is a capital, unless the first word is a name such as `p1_jacobian`.
+    If several entries are wrong, the reason names none of them.
     """
     reason = replace_patterns(remove_numbers(part.reason), SHORT_REASONS) if omits_numbers else part.reason
     if sum(not is_right for row in part.entries or () for is_right in row) > 1:
-        reason = re.sub(r"(; |: |^)(entry [^;]* is wrong)$", r"\1for example, \2", reason, flags=re.IGNORECASE)
-    return make_visible(reason if re.match(NAME_AT_START, reason) else reason[:1].upper() + reason[1:])
+        reason = re.sub(rf"; entry (\d+|\(\d+, \d+\)) (is wrong|differs){_END}", "", reason)
+    if "in degrees" in (part.advice or ""):
+        reason = re.sub(DEGREES_REASON, "", reason)
+    return make_visible(capitalize(reason))
 
 
 def _describe_comparison(part: Part, certificate: Certificate | None) -> str:
@@ -264,7 +286,7 @@ def _describe_comparison(part: Part, certificate: Certificate | None) -> str:
         return ""
     points, bound = certificate.points, certificate.bound
     if not bound:
-        return f"qdot compared your answer with the solution at {points} configurations."
+        return f"qdot compared your answer with the solution at {count_noun(points, 'configuration')}."
     power = str(-math.ceil(math.log10(bound))).translate(SUPERSCRIPT)
     subject, comparison = "A wrong answer", "your formula with the solution in exact arithmetic"
     if certificate.method != "exact":

@@ -18,9 +18,9 @@ from qdot.exercises.formula.equality import SetDifference
 from qdot.grader.grading.result import PartResult
 from qdot.grader.marking.marking import WRONG_OR_PARTIAL
 
-_NAMED_VALUE = r"\w+ = [-+\d.e]+"
+_NAMED_VALUE = r"\w+ = [-+\d.e]*\d"
 _CONFIGURATION = rf": (?:\(any\)|{_NAMED_VALUE}(?:, {_NAMED_VALUE})*)"
-_VALUE = r"(?:\([^()]*\)|[^,;()])+"
+_VALUE = r"(?:\([^()]*\)|[^,;().]|\.(?! ))+"
 
 _CORRECT_VALUE_PATTERNS = (
     (rf"(\ban? [a-z ]+ is missing){_CONFIGURATION}", r"\1"),
@@ -41,13 +41,22 @@ _NUMBER_PATTERNS = (
 """Patterns of the numbers of a counterexample, with their replacements."""
 
 _DEPENDENT_PHRASE_PATTERNS = (
-    (r"(?:^|; )differs$", ""),
-    (r"\bthis configuration is not singular$", "your answer includes a configuration that is not singular"),
-    (r"\bthis configuration does not satisfy the condition$", "your answer includes a wrong configuration"),
+    (r"(?:^|; )your answer differs(?=$|\. )", ""),
+    (r"\bthis configuration is not singular\b", "your answer includes a configuration that is not singular"),
+    (r"\bthis configuration does not satisfy the condition\b", "your answer includes a wrong configuration"),
 )
 """Patterns of phrases that make no sense without the withheld counterexample, with their replacements."""
 _MISTAKE_NAME_PATTERNS = ((r" \(transposed\?\)|; is it transposed\?", ""),)
 """Patterns that name a mistake in the reason why an answer could not be parsed, with their replacements."""
+
+
+NAME_AT_START = r"qdot\b|[A-Za-z]+[\d_.(]|\w+ (appears|has|can't|means|with)\b"
+"""Beginnings of reasons that keep their small letter: qdot, and names in formulas or in the notebook."""
+
+
+def capitalize(text: str) -> str:
+    """Return a text with a capital at the beginning, unless its first word is a name such as `p1_jacobian`."""
+    return text if re.match(NAME_AT_START, text) else text[:1].upper() + text[1:]
 
 
 def shows_at_least(level: str, other_level: str) -> bool:

@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import to_jsonable
+from qdot.exercises.common.notebook_limits import CELL_SECONDS, MEMORY_GIGABYTES, NOTEBOOK_SECONDS
 from qdot.grader.sandbox.notebook_process import isolation
 from qdot.grader.sandbox.temporary_folder import TemporaryFolder, make_temporary_folder
 
@@ -66,9 +67,9 @@ class Limits:
     In real time, a notebook may take these seconds plus `MAX_SLOWDOWN` times the processor time that it has used.
     """
 
-    seconds: float = 180.0
-    cell_seconds: float = 90.0
-    memory: int = 3 << 30
+    seconds: float = NOTEBOOK_SECONDS
+    cell_seconds: float = CELL_SECONDS
+    memory: int = MEMORY_GIGABYTES << 30
 
 
 @dataclass(frozen=True)

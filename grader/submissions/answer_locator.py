@@ -253,7 +253,7 @@ class _Notebook:
         if code not in self._trees:
             self._remaining_characters -= len(code)
             if self._remaining_characters < 0:
-                raise OverLimit("the cells have too much code to search for answers; remove the code that is no answer")
+                raise OverLimit("the cells have too much code to search; remove code that is not part of an answer")
             self._trees[code] = parse_python(code, MAX_CELL_CHARACTERS)
         return self._trees[code]
 
@@ -441,13 +441,13 @@ def _explain_missing(part: str, name: str, notebook: _Notebook, run: Run, stop_n
             cause = _explain_unquoted_letter(name, line, error) or _find_cause(error, notebook, errors_above)
         sentences = [f"the cell with this answer {_describe_error(stopped_cell, run)}"]
         sentences += [cause[:1].upper() + cause[1:]] if cause else []
-        return ". ".join([*sentences, f"The line is: {line}"] if line else sentences)
+        return ". ".join([*sentences, f"The line is “{line}”"] if line else sentences)
     if run.end != "done":
         return _describe_end(run)
     if not cells:
         return f"no cell of the notebook sets {name}"
     if not any(index in notebook.sources for index in cells):
-        return f"its cell ({_name_cells(cells)}) is a text cell, and qdot found no Python code in it"
+        return f"the answer cell ({_name_cells(cells)}) is a text cell, and qdot found no Python code in it"
     return f"the cell for this answer does not set {name}"
 
 
@@ -479,18 +479,29 @@ def _find_cause(error: str, notebook: _Notebook, errors_above: Mapping[int, str]
     name, names = name_error[1], sorted(set().union(notebook.names.values(), *notebook.bound_names.values()))
     for index in sorted(errors_above):
         if _may_set(notebook.sources[index][:MAX_CELL_CHARACTERS], name):
+            if name in notebook.names.values():
+                return f"{name} has no value, because the cell that sets it stopped, too. Correct that cell first"
             return f"the name {name} is missing because {errors_above[index]}"
+    if name in _MODULE_IMPORTS:
+        return f"write '{_MODULE_IMPORTS[name]}' in a cell above"
+    if len(name) > 1 and hasattr(sympy, name) and name not in _GREEK_FUNCTIONS:
+        return f"write 'from sympy import {name}' in a cell above"
     for known_name in (*names, *(sympy_name for sympy_name in dir(sympy) if len(sympy_name) > 1)):
         if known_name != name and known_name.casefold() == name.casefold():
             return f"Python distinguishes capital and small letters; write {known_name}"
     if similar_names := difflib.get_close_matches(name, (set(names) | _COMMON_FUNCTIONS) - {name}, 1, 0.8):
         return f"check the spelling; a similar name is {similar_names[0]}"
     return (
-        f"no cell above sets {name}: define it, or use a symbol from the first code cell. To find such errors before "
+        f"no cell above sets {name}. Define it, or use a symbol from the first code cell. To find such errors before "
         "you submit, restart the kernel and run all cells"
     )
 
 
+_MODULE_IMPORTS = {
+    "sympy": "import sympy", "sp": "import sympy as sp", "numpy": "import numpy", "math": "import math",
+}  # fmt: skip
+_GREEK_FUNCTIONS = {"beta", "gamma", "zeta"}
+"""Functions of SymPy with names that students rather use for angles."""
 _COMMON_FUNCTIONS = {"sin", "cos", "tan", "sqrt", "atan2", "simplify", "Matrix", "symbols", "solve", "diff", "zeros"}
 
 

@@ -143,7 +143,7 @@ def _read_within_limits(name: str, label: str, data: bytes) -> Content:
     content = _parse_content(name, label, data)
     if sum(len(cell.source) for cell in content.cells if cell.is_code) > MAX_CODE_CHARACTERS:
         size = f"{MAX_CODE_CHARACTERS // 1_000_000} MB"
-        raise OverLimit(f"{label} has more than {size} of code in its cells; remove the code that is no answer")
+        raise OverLimit(f"{label} has more than {size} of code in its cells; remove code that is not part of an answer")
     if len(content.cells) > MAX_CELLS:
         raise OverLimit(f"{label} has more than {MAX_CELLS} cells; submit a notebook with only your answers")
     return content
@@ -364,13 +364,14 @@ def empty_self_checks(cells: Sequence[Cell], problems: "Problems") -> Sequence[C
     `problems` are the student's problems. Self-checks only print results, but take half of the time of all cells
     together.
     """
-    from qdot.exercises.notebook.self_check import SELF_CHECK, write_self_check_cells
+    from qdot.exercises.notebook.self_check import SELF_CHECK, write_self_check_cell
 
-    function, checks = write_self_check_cells(problems)
-    generated = {function, *checks} - {""}
-    if any(SELF_CHECK in cell.source for cell in cells if cell.is_code and cell.source.strip() not in generated):
+    check_source = write_self_check_cell(problems)
+    if any(SELF_CHECK in cell.source for cell in cells if cell.is_code and cell.source.strip() != check_source):
         return cells
-    return [replace(cell, source="") if cell.is_code and cell.source.strip() in generated else cell for cell in cells]
+    return [
+        replace(cell, source="") if cell.is_code and cell.source.strip() == check_source else cell for cell in cells
+    ]
 
 
 if __name__ == "__main__":

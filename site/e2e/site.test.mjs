@@ -233,7 +233,7 @@ test("a problem is in German: its texts, a hint, the mistake behind an answer, a
   await page.getByRole("button", { name: "Prüfen" }).click();
   await page
     .locator(".verdict")
-    .getByText(/erwartet wird „\)“, gefunden wurde das Ende/)
+    .getByText(/am Ende fehlt „\)“/)
     .waitFor();
   assert.deepEqual(wrong, []);
 });

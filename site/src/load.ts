@@ -2,7 +2,7 @@
 
 import type { Index, Problem, Solutions, TranslatedSolutions, TranslatedTexts, TranslatedTitles } from "./bank.js";
 import type { KnownArms } from "./own/known-arms.js";
-import type { Sizes } from "./offline/keep.js";
+import type { Sizes } from "./offline/cache.js";
 import { translateSolutions, translateIndex, translateProblem } from "./text/problems.js";
 import { getLanguage } from "./text/text.js";
 

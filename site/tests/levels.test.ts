@@ -63,7 +63,7 @@ test("a counterexample belongs to the answer; a missing configuration is not sho
     Verdict,
     Verdict,
   ];
-  expect(text(formula)).toContain("yours is 0.877");
+  expect(text(formula)).toContain("your value is 0.877");
   expect(formula.counterexample).toBeDefined();
   expect(set.counterexample).toBeUndefined();
 });

@@ -1,7 +1,7 @@
 // What is fetched for offline: the files of some problems in the page's language, those that are missing, failures counted.
 import { afterEach, expect, test, vi } from "vitest";
 
-import { fetchAll, listFiles, roundToMegabytes, listMissing, countProblems, sumBytes } from "../src/offline/keep.js";
+import { fetchAll, listFiles, roundToMegabytes, listMissing, countProblems, sumBytes } from "../src/offline/cache.js";
 
 const SIZES = {
   format: 1,

@@ -6,7 +6,7 @@ import { act } from "preact/test-utils";
 import { afterEach, expect, test, vi } from "vitest";
 
 import type { KnownArm } from "../src/own/known-arms.js";
-import { OwnArm } from "../src/own/own.js";
+import { OwnArm } from "../src/own/own-arm.js";
 import { makeRow, ZEROS } from "../src/own/table.js";
 
 // All at once: what is shown is tested here, not when.
@@ -33,7 +33,7 @@ afterEach(() => {
 });
 
 test("an arm that was not moved keeps its pose while a length is typed", () => {
-  void act(() => render(h(OwnArm, { known: { format: 1, plain: [ARM], robots: [] } }), document.body));
+  void act(() => render(h(OwnArm, { knownArms: { format: 1, plain: [ARM], robots: [] } }), document.body));
   const before = angles();
   expect(before).toHaveLength(3);
   const [first] = lengths();
@@ -44,7 +44,7 @@ test("an arm that was not moved keeps its pose while a length is typed", () => {
 });
 
 test("a student can begin with an empty table", () => {
-  void act(() => render(h(OwnArm, { known: { format: 1, plain: [ARM], robots: [] } }), document.body));
+  void act(() => render(h(OwnArm, { knownArms: { format: 1, plain: [ARM], robots: [] } }), document.body));
   const choice = document.querySelector<HTMLSelectElement>(".own-begin select")!;
   const [own] = choice.options;
   expect(own!.disabled).toBe(false);
@@ -55,7 +55,7 @@ test("a student can begin with an empty table", () => {
 });
 
 test("sliders and the table have the chosen unit, at first degrees", () => {
-  void act(() => render(h(OwnArm, { known: { format: 1, plain: [ARM], robots: [] } }), document.body));
+  void act(() => render(h(OwnArm, { knownArms: { format: 1, plain: [ARM], robots: [] } }), document.body));
   const units = (): string[] => [...document.querySelectorAll(".arm-unit")].map((each) => each.textContent!);
   const chosen = (): HTMLInputElement[] => [
     ...document.querySelectorAll<HTMLInputElement>(".own-choice:nth-child(2) input"),

@@ -104,13 +104,13 @@ const messagesOf = ({ slips = [] }: Verdict): string[] =>
 
 test.each([
   ["[[-a1*s1 - a2*s12, -a2*s2], [a1*c1 + a2*c12, a2*c2]]", "Column 2: one angle leaves out"],
-  ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*s12, a2*c12]]", "Entry (2, 1): a sine and a cosine are exchanged"],
+  ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*s12, a2*c12]]", "Entry (2, 1): you have a sine instead of a cosine"],
   ["[[-s1 - a2*s12, -a2*s12], [c1 + a2*c12, a2*c12]]", "Column 1: the length a1 is missing"],
   ["[[-a2*s12, -a2*s12], [a2*c12, a2*c12]]", "Column 1: a term with a1 is missing"],
   ["[[a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12, a2*c12]]", "Entry (1, 1): one sign"],
   ["[[-s1 - s12, -a2*s12], [c1 + c12, a2*c12]]", "Column 1: several lengths are missing"],
   ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12, 0]]", "Entry (2, 2): you have zero"],
-  ["[[-a1*s1 - a2*s12, 0], [a1*c1 + a2*c12, 0]]", "Column 2 is all zeros"],
+  ["[[-a1*s1 - a2*s12, 0], [a1*c1 + a2*c12, 0]]", "Column 2 of your answer contains only zeros"],
   ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a1*c12, a2*c12]]", "Entry (2, 1): one symbol"],
   ["[[-a1*s1 - a2*s12, -a2*s12], [a1*(c1 + c12), a2*c12]]", undefined],
   ["[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12 + a2*c2, a2*c12]]", "Entry (2, 1): there is one term too"],
@@ -130,16 +130,16 @@ test.each([
   ],
   [
     "[[-a1*c1 - a2*s12, a2*s12], [a1*s1 + a2*c12, -a2*c12]]",
-    ["Column 1: a sine and a cosine are exchanged", "Column 2 seems to have the wrong overall sign"],
+    ["Column 1: you have a sine instead of a cosine", "Column 2: the overall sign seems to be wrong"],
   ],
   [
     "[[-a1*s1 - a2*s2, 0], [a1*c1 + a2*c2, 0]]",
-    ["Column 2 is all zeros", "Column 1: one angle leaves out the joints before it"],
+    ["Column 2 of your answer contains only zeros", "Column 1: one angle leaves out the angles of earlier joints"],
   ],
   ["[[-a1*s1, -a2*s12], [a2*c12, a2*c12]]", ["Entry (1, 1): a term with a2", "Entry (2, 1): a term with a1"]],
   [
     "[[-a1*s1 + a2*s12, -a2*c12], [a1*c1 + a2*c12, 7*a1*s1]]",
-    ["Entry (1, 2): a sine and a cosine", "Entry (1, 1): one sign"],
+    ["Entry (1, 2): you have a sine instead of a cosine", "Entry (1, 1): one sign"],
   ],
 ])("in %s, each entry's own slip is reported: %s", (typed, says) => {
   const told = messagesOf(judgeValues(typed, JACOBIAN));
@@ -150,7 +150,7 @@ test.each([
 test("of two wrong entries in a column, only the one with a known slip is reported", () => {
   const [only, ...others] = messagesOf(judgeValues("[[-a1*s1 - a2*c12, -a2*s12], [7*a1^3, a2*c12]]", JACOBIAN));
   expect(others).toEqual([]);
-  expect(only).toContain("Entry (1, 1): a sine and a cosine");
+  expect(only).toContain("Entry (1, 1): you have a sine instead of a cosine");
 });
 
 /** The sum of an answer's entries in numbers, as keys have it of what mistakes give. */
@@ -169,7 +169,7 @@ test("a known mistake in one column is reported beside a slip in another, with i
   expect(both.mistake).toBeUndefined();
   expect(both.slips).toHaveLength(2);
   expect(both.slips).toContainEqual({ mistake: 5, where: message("slip.column", { row: 1, column: 1 }) });
-  expect(messagesOf(both)).toContainEqual(expect.stringContaining("Column 2 seems to have the wrong overall sign"));
+  expect(messagesOf(both)).toContainEqual(expect.stringContaining("Column 2: the overall sign seems to be wrong"));
   expect(judgeValues("[[-a2*s12, -a2*s12], [a2*c12, a2*c12]]", key).mistake).toBe(5);
 });
 
@@ -213,7 +213,7 @@ test("angles with constants are compared with the right ones", () => {
   const key = keyOf([["a1*cos(theta1 + pi/6) + a2*cos(theta1 + theta2 + pi/4)"]]);
   const says = (typed: string) => messagesOf(judgeValues(typed, key));
   expect(says("a1*cos(theta1 + pi/6) + a2*cos(theta2 + pi/4)")).toEqual([
-    expect.stringContaining("one angle leaves out the joints before it"),
+    expect.stringContaining("one angle leaves out the angles of earlier joints"),
   ]);
   expect(says("a1*cos(theta1 + pi/6) + a2*cos(theta1 + theta2)")).toEqual([
     expect.stringContaining("the angle in one sine or cosine"),
@@ -281,7 +281,7 @@ test("a mistake made everywhere is reported if slips in single places explain le
   });
   expect([told.mistake, messagesOf(told)]).toEqual([
     undefined,
-    [expect.stringContaining("one angle leaves out the joints")],
+    [expect.stringContaining("one angle leaves out the angles")],
   ]);
 });
 
@@ -294,7 +294,7 @@ test("a missing term is described by its symbols, and a missing factor by its jo
 });
 
 test.each([
-  ["a1*a2*c2", "Your answer: a sine and a cosine"],
+  ["a1*a2*c2", "Your answer: you have a sine instead of a cosine"],
   ["a1*s2", "Your answer: the length a2 is missing"],
   ["s2", "Your answer: several lengths are missing"],
   ["a1*a2", "Your answer: a sine or cosine with θ2"],

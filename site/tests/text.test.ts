@@ -4,7 +4,7 @@ import { describe, expect, test } from "vitest";
 import { judgeValues } from "../src/grade/values.js";
 import { parse } from "../src/read/reader.js";
 import { asMatrix, ParseError } from "../src/read/tree.js";
-import { ENGLISH, inDigits, message, textOf, type TextKey } from "../src/text/text.js";
+import { ENGLISH, formatNumber, message, textOf, type TextKey } from "../src/text/text.js";
 import de from "../src/text/de.json" with { type: "json" };
 import en from "../src/text/en.json" with { type: "json" };
 
@@ -29,7 +29,7 @@ describe("the catalogue", () => {
       const exponents = Array.from({ length: 60 }, (_, k) => 10 ** (k - 30));
       const sizes = exponents.flatMap((size) => [size, -1.5 * size, (size * 2) / 3, 9.999996 * size, 1234567 * size]);
       for (const value of [0, -0, 7, 100, 1e21, 0.30000000000000004, -123456.5, NaN, Infinity, -Infinity, ...sizes])
-        expect(inDigits(value, language)).toBe(due.format(value).replace("-", "−"));
+        expect(formatNumber(value, language)).toBe(due.format(value).replace("-", "−"));
     },
   );
 });

@@ -1,20 +1,20 @@
 """`make platforms`: test our exports in the programs that import them, with copies installed on this machine.
 
 `MOODLE=/path make platforms` imports our exports with Moodle's own importer, shows and answers every question with its
-engine, and compares points and feedback with ours. It is not part of `make test`: whoever runs it has to find or
-download the program. Each run is recorded beside its script; docs/export-formats.md has a table of the records. When a
-run reveals a problem, a check of our own data is added to `make test`.
+engine, and compares points and feedback with ours. It is not part of `make test`, because you have to find or
+download the program yourself. Each run is recorded beside its script; docs/export-formats.md has a table of the
+records. When a run reveals a problem, a check of our own data is added to `make test`.
 
     assignments     the assignments that are exported
     notebooks       a class that submits notebooks, and the marks that qdot gives them
     repositories    a class that pushes to GitHub and GitLab
     records         the results of a run, and how they are stored
-    pictures/       the pictures of docs/, taken in a browser that clicks what the docs say
+    pictures/       the pictures of docs/, taken in a browser that follows the steps in the docs
     pyodide         the Python of JupyterLite's browser, assembled from registries
     __main__        the command
 
 `make platforms` installs the programs that are in the registries of Python, Node and Debian (`INSTALLED`), and needs no
-path for them. The others are skipped unless a variable of the environment names their path. A program that fails to run
+path for them. The others are skipped unless an environment variable names their path. A program that fails to run
 is reported, and the next one runs.
 
 A platform is a module with `run(software, work) -> Record`, its line in `PLATFORMS`, and its record in `NAME.json`:

@@ -89,7 +89,6 @@ def check_notebook(grading: QdotGrading, displayed_cells: list[Any], counts: Cou
         for slot, problem in grading.assignment.generate_problems(grading.student)
         for part in problem.parts
     } | {"title": grading.assignment.title}
-    checks = {f"{name.replace('.', '-')}-check" for name in grading.result.parts}
     for cell, displayed in zip(cells, displayed_cells, strict=False):
         details = f"{grading.student} {cell['id']}: {displayed}"
         if cell["cell_type"] == "markdown":
@@ -97,8 +96,8 @@ def check_notebook(grading: QdotGrading, displayed_cells: list[Any], counts: Cou
             counts.add("shown", not faults, f"{faults} {details}")
             continue
         counts.add("run", not displayed["errors"] and bool(cell["execution_count"]), details)
-        if cell["id"] in checks and grading.student in (RIGHT, BLANK):
-            verdicts = [line for line in displayed["output"].splitlines() if line.strip()]
+        if cell["id"] == "self-check" and grading.student in (RIGHT, BLANK):
+            verdicts = [line for line in displayed["output"].splitlines() if "? " in line]
             expected = "Yes" if grading.student == RIGHT else "Not yet"
             counts.add("self-checks answer", bool(verdicts) and all(expected in line for line in verdicts), details)
     for part in grading.result.parts.values():

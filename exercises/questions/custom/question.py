@@ -228,11 +228,18 @@ class QuestionMaker:
         """Return the numeric answer at random given values; None if it is not a finite number for any sample."""
         for _ in range(MAX_TRIES):
             details = self._sample_values(chain, rng)
-            matrix = to_sympy_matrix(self.compute_answer(compute_symbolic_stages(chain), details))
+            matrix = self._compute_symbolic_answer(chain)
             numbers = [_evaluate(entry, details.all_values) for entry in matrix]
             if all(number is not None for number in numbers):
                 return self._make_numeric_answer(sp.Matrix(matrix.rows, matrix.cols, numbers)), details
         return None
+
+    def _compute_symbolic_answer(self, chain: Chain) -> sp.Matrix:
+        """Return the answer as formulas that are not simplified; they are computed once for all arms of a class."""
+        if self.names_arm_symbols(chain):
+            return _compute_formulas(self.definition, chain)
+        formulas = _compute_formulas(self.definition, make_symbolic_arm(chain).chain)
+        return derive(chain).substitute_matrix(formulas)
 
     def _make_numeric_answer(self, values: sp.Matrix) -> Number:
         units, largest_value = (self.definition.unit,) * len(values), max(abs(float(value)) for value in values)
@@ -382,7 +389,7 @@ class QuestionMaker:
         random_symbols = [symbol for symbol in symbols if symbol.name not in fixed_names]
         if not random_symbols:
             return []
-        matrix = to_sympy_matrix(self.compute_answer(compute_symbolic_stages(chain), details))
+        matrix = self._compute_symbolic_answer(chain)
         values = details.all_values
         answer = [_evaluate(entry, values) for entry in matrix]
 
@@ -448,6 +455,15 @@ def _derive_for_symbolic_arm(definition: Definition, chain: Chain) -> sp.Immutab
     details = CustomDetails(definition=definition)
     value = QuestionMaker(definition).compute_answer(derive_reference(chain, {}), details)
     return sp.ImmutableMatrix(to_sympy_matrix(value).applyfunc(_simplify))
+
+
+@lru_cache(maxsize=1024)
+def _compute_formulas(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
+    """Return the answer as formulas that are not simplified; cached for a whole class."""
+    value = QuestionMaker(definition).compute_answer(
+        compute_symbolic_stages(chain), CustomDetails(definition=definition)
+    )
+    return sp.ImmutableMatrix(to_sympy_matrix(value))
 
 
 @lru_cache(maxsize=1024)

@@ -131,7 +131,7 @@ def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: R
     except Overtime as overtime:
         outcome = {"error": f"it {overtime}"}
     except SystemExit:
-        outcome = {"error": "the cell called exit()"}
+        outcome = {"error": "it called exit()"}
     except BaseException as raised:
         advice = INPUT_ADVICE if session.asked_for_input else ""
         outcome = {"error": describe_error(raised) + advice, "line": _find_stop_line(raised, name)}

@@ -9,9 +9,15 @@ import { convertAngle, roundToDecimals, roundToDigits } from "./number-format.js
 
 type Nearness = "regular" | "near" | "singular";
 
+/** The arm counts as singular, or as near a singularity, if the ratio of the singular values is smaller. */
+const [SINGULAR_RATIO, NEAR_RATIO] = [0.004, 0.08];
+/** The same as `NEAR_RATIO` for a J of linear and angular rows: its ratio depends on the unit of length. */
+const NEAR_RATIO_IF_MIXED = 0.02;
+
 /** Return how near a singularity is: "singular" if the least singular value is negligible beside the largest. */
 export function classifyNearness(arm: Arm, { ratio }: Measures): Nearness {
-  return ratio < 0.004 ? "singular" : ratio < (isMixed(arm) ? 0.02 : 0.08) ? "near" : "regular";
+  if (ratio < SINGULAR_RATIO) return "singular";
+  return ratio < (isMixed(arm) ? NEAR_RATIO_IF_MIXED : NEAR_RATIO) ? "near" : "regular";
 }
 
 /** Return the kind of a nearly singular pose; null if it is regular or the kind can't be decided. */
@@ -42,21 +48,14 @@ export function describePose(arm: Arm, { pose, point }: State, inRadians: boolea
 function describeSingularity(arm: Arm, state: State): string {
   const measures = measuresOf(state);
   const { det, volume, minSigma, ratio } = measures;
-  const percent = roundToDecimals(100 * ratio, 1);
-  const size =
-    det === null
-      ? say("arm.words.volume", { value: roundToDigits(volume) })
-      : say("arm.words.det", { value: roundToDigits(det) });
   const nearness = classifyNearness(arm, measures);
   const sentences = [
-    size,
-    say("arm.words.sigma", { least: roundToDigits(minSigma), percent }),
+    say(det === null ? "arm.words.volume" : "arm.words.det", { value: roundToDigits(det ?? volume) }),
+    say("arm.words.sigma", { least: roundToDigits(minSigma), percent: roundToDecimals(100 * ratio, 1) }),
     say(`arm.words.${nearness}`),
   ];
-  if (nearness === "singular") {
-    const kind = kindOfSingularity(arm, state);
-    if (kind) sentences.push(say(`arm.words.${kind}`));
-  }
+  const kind = kindOfSingularity(arm, state);
+  if (kind) sentences.push(say(`arm.words.${kind}`));
   const direction = nearness === "regular" ? null : lostDirection(arm, state);
   if (direction) {
     const [x, y, z] = direction.map((value) => roundToDecimals(value, 2)) as [number, number, number];

@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 
 import { withPace } from "../pace.js";
-import { inDigits, numberSeparator, say } from "../text/text.js";
+import { formatNumber, numberSeparator, say } from "../text/text.js";
 import { Determinant } from "./jacobian.js";
 import { roundToDecimals } from "./number-format.js";
 import type { Stage } from "./stage.js";
@@ -21,7 +21,7 @@ export const Figures = withPace(
     const kind = nearness === "singular" && settledState === state ? kindOfSingularity(arm, state) : null;
     const point = (
       <>
-        <i>P</i> = ({state.point.map((value) => inDigits(roundToDecimals(value, 3))).join(numberSeparator())}) m.
+        <i>P</i> = ({state.point.map((value) => formatNumber(roundToDecimals(value, 3))).join(numberSeparator())}) m.
       </>
     );
     if (isConcealed)

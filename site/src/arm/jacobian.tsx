@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 
 import { ROWS } from "../bank.js";
 import { withPace } from "../pace.js";
-import { decimalSign, inDigits, say } from "../text/text.js";
+import { decimalSign, formatNumber, say } from "../text/text.js";
 import { jointClass, Letters } from "./letters.js";
 import type { Arm, State } from "./model.js";
 import { roundToDecimals, roundToDigits } from "./number-format.js";
@@ -111,7 +111,7 @@ export function Determinant(props: Pick<Stage, "arm" | "state" | "measures" | "s
     <dl class="arm-factors">
       <div>
         <dt>{say(sizeKey(arm))}</dt>
-        <dd>{inDigits(roundToDigits(size))}</dd>
+        <dd>{formatNumber(roundToDigits(size))}</dd>
         <Bar share={Math.abs(size) / maxDeterminant} isLow={nearness !== "regular"} />
       </div>
       {factors.map(({ html, valueAt, maxSize }) => {
@@ -120,7 +120,7 @@ export function Determinant(props: Pick<Stage, "arm" | "state" | "measures" | "s
         return (
           <div key={html} class={share < VANISHING_SHARE ? "arm-vanishing" : ""}>
             <dt dangerouslySetInnerHTML={{ __html: html }} />
-            <dd>{inDigits(roundToDecimals(value, 3))}</dd>
+            <dd>{formatNumber(roundToDecimals(value, 3))}</dd>
             <Bar share={share} isLow={share < VANISHING_SHARE} />
           </div>
         );

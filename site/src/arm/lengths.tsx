@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 import { useContext } from "preact/hooks";
 
 import type { Robot, SymbolInfo } from "../bank.js";
-import { inDigits, say } from "../text/text.js";
+import { formatNumber, say } from "../text/text.js";
 import { Letters } from "./letters.js";
 import { convertAngle, roundToDecimals, InRadians } from "./number-format.js";
 
@@ -30,8 +30,8 @@ export function Lengths({ robot, symbols }: LengthsProps): JSX.Element | null {
           <Letters name={name} />
           {" = "}
           {role === "angle"
-            ? `${inDigits(convertAngle(inRadians, value))}${inRadians ? " rad" : "°"}`
-            : `${inDigits(roundToDecimals(value, 3))} m`}
+            ? `${formatNumber(convertAngle(inRadians, value))}${inRadians ? " rad" : "°"}`
+            : `${formatNumber(roundToDecimals(value, 3))} m`}
         </span>
       ))}
     </p>

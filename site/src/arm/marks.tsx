@@ -2,8 +2,16 @@
 
 import type { JSX } from "preact";
 
-import { inDigits } from "../text/text.js";
-import { Arrow, Arrows, type BodyProps, headLabel, lengthInPixels, type NamedArrow, vectorOfLength } from "./flat.js";
+import { formatNumber } from "../text/text.js";
+import {
+  Arrow,
+  Arrows,
+  type BodyProps,
+  headLabel,
+  lengthInPixels,
+  type NamedArrow,
+  vectorOfLength,
+} from "./line-drawing.js";
 import { Angles, arcOf } from "./angles.js";
 import { type Covered, placeLabels, type WantedLabel } from "./labels.js";
 import { DrawnLetters, jointClass } from "./letters.js";
@@ -220,7 +228,7 @@ function wantedLabels(
   places.forEach((place, i) => {
     const label = { name: arm.joints[i]!.name, className: jointClass(i) };
     const arc = isFlat && layers.frames ? arcOf(arm, state, view, i) : null;
-    const direction = isFlat ? sideOf(arm, state, view, i) : besideAxis(state, view, i);
+    const direction = isFlat ? directionAwayFromLinks(arm, state, view, i) : directionBesideAxis(state, view, i);
     const gap = isFlat ? HALF_SYMBOL : thicknessOf(arm) * view.scale;
     labels.push({
       ...label,
@@ -264,21 +272,21 @@ function lengthLabels(arm: Arm, state: State, view: View): WantedLabel[] {
     const [p, q] = [toPixel(view, start), toPixel(view, end)];
     const [x, y] = [q[0] - p[0], q[1] - p[1]];
     if (Math.hypot(x, y) < MIN_LABELLED_LENGTH) return [];
-    const size = inDigits(Math.abs(Number(value.toFixed(3))));
+    const size = formatNumber(Math.abs(Number(value.toFixed(3))));
     const name = /^-?[a-z]\d*$/i.test(label) ? label.replace("-", "") : size;
     return [{ name, className: "arm-length", place: [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2], direction: [y, -x] }];
   });
 }
 
 /** Return the direction beside a spatial joint's axis, perpendicular to it, to the left on the page. */
-function besideAxis(state: State, view: View, i: number): Pixel {
+function directionBesideAxis(state: State, view: View, i: number): Pixel {
   const [x, y] = vectorInPixels(view, state.frames[i]!.z);
   const side: Pixel = [-y, x];
   return side[0] > 0 ? [y, -x] : side;
 }
 
 /** Return the direction away from the links of a joint. */
-function sideOf(arm: Arm, state: State, view: View, i: number): Pixel {
+function directionAwayFromLinks(arm: Arm, state: State, view: View, i: number): Pixel {
   const joint = toPixel(view, state.frames[i]!.o);
   const neighbours = [linkOf(arm, state, i + 1)[1], i > 0 ? linkOf(arm, state, i).at(-2) : undefined];
   let [x, y] = [0, 0];

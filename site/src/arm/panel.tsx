@@ -9,7 +9,7 @@ import { useId, useLayoutEffect, useMemo, useRef, useState } from "preact/hooks"
 
 import type { SymbolInfo } from "../bank.js";
 import type { State } from "./model.js";
-import { inDigits, say, type TextKey } from "../text/text.js";
+import { formatNumber, say, type TextKey } from "../text/text.js";
 import { TermLinks } from "./term-links.js";
 import { Drawing } from "./drawing.js";
 import { Figures } from "./figures.js";
@@ -215,7 +215,7 @@ const LAYERS_OF_J: ReadonlySet<keyof Layers> = new Set(["columns", "ellipse"]);
 
 /** det J in a line over the drawing, because its pane may be closed. */
 function Readout({ arm, measures }: Stage): JSX.Element {
-  const value = inDigits(roundToDigits(measures.det ?? measures.volume));
+  const value = formatNumber(roundToDigits(measures.det ?? measures.volume));
   return (
     <p class={`arm-readout arm-${classifyNearness(arm, measures)}-pose`} aria-hidden="true">
       {say(sizeKey(arm))} = {value}

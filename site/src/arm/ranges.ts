@@ -3,8 +3,8 @@
 import type { Arm, Pose, State } from "./model.js";
 import { isMixed, longestPartOf, measuresOf, pointsAt, reachOf, stateAt } from "./model.js";
 import { makeRandomPoses } from "../random.js";
-import { dot, norm, subtract, type Vec3 } from "./vector.js";
-import { axonometric, FIRST_ORBIT, flatPlane } from "./view.js";
+import { clamp, dot, norm, subtract, type Vec3 } from "./vector.js";
+import { axesOfOrbit, FIRST_ORBIT, planeNormalOf } from "./view.js";
 
 type Range = { readonly low: number; readonly high: number };
 
@@ -14,7 +14,7 @@ export function rangeOf(arm: Arm, index: number): Range {
   if (joint.kind === "R") return { low: -Math.PI, high: Math.PI };
   const longestPart = longestPartOf(arm);
   const round = (value: number): number => Math.round(value * 20) / 20;
-  const maxLength = (flatPlane(arm) ? 2.05 : 1.3) * longestPart; // figures of planar arms show prismatic joints that far out
+  const maxLength = (planeNormalOf(arm) ? 2.05 : 1.3) * longestPart; // figures of planar arms show prismatic joints that far out
   const shownValues = (arm.shownPoses ?? []).map((pose) => pose[index]!);
   return {
     low: Math.min(round(-longestPart - joint.offset), ...shownValues),
@@ -25,17 +25,15 @@ export function rangeOf(arm: Arm, index: number): Range {
 /** Return the arm with wider ranges of prismatic joints, if some of the poses that must be shown need them. */
 export function widenRanges(arm: Arm, poses: readonly Pose[]): Arm {
   const exceedsRange = (pose: Pose): boolean =>
-    pose.some((value, i) => isPrismatic(arm, i) && limitToRange(arm, i, value) !== value);
+    pose.some((value, i) => arm.joints[i]!.kind === "P" && limitToRange(arm, i, value) !== value);
   const shownPoses = poses.filter(exceedsRange);
   return shownPoses.length > 0 ? { ...arm, shownPoses } : arm;
 }
 
-const isPrismatic = ({ joints }: Arm, index: number): boolean => joints[index]!.kind === "P";
-
 /** Return a value within a joint's range: modulo a turn, or limited to the ends of a prismatic joint. */
 export function limitToRange(arm: Arm, index: number, value: number): number {
   const { low, high } = rangeOf(arm, index);
-  if (arm.joints[index]!.kind === "P") return Math.min(high, Math.max(low, value));
+  if (arm.joints[index]!.kind === "P") return clamp(value, low, high);
   if (value >= low && value <= high) return value;
   return value - 2 * Math.PI * Math.round(value / (2 * Math.PI));
 }
@@ -103,8 +101,8 @@ export function extentOf(arm: Arm): Extent {
   const cachedExtent = EXTENTS.get(arm);
   if (cachedExtent) return cachedExtent;
   const { o, z } = arm.base;
-  const page = axonometric(FIRST_ORBIT);
-  const prismaticScale = flatPlane(arm) ? 1.6 : 1;
+  const page = axesOfOrbit(FIRST_ORBIT);
+  const prismaticScale = planeNormalOf(arm) ? 1.6 : 1;
   let [radius, above, below, up, down, sideways] = [0, 0, 0, 0, 0, 0];
   const sampledPoses = makeRandomPoses(300, arm.joints.length, 3).map((values) =>
     values.map((value, i) => {
@@ -141,7 +139,7 @@ export function extentOf(arm: Arm): Extent {
 
 /** Return the score of a pose by the place of P, and by how far the arm reaches below its base. */
 function placeScore(arm: Arm, state: State, longestPart: number): number {
-  const up = flatPlane(arm) === "z" ? 1 : 2;
+  const up = planeNormalOf(arm) === "z" ? 1 : 2;
   const heights = [...state.frames.map(({ o }) => o[up]!), state.point[up]!].map((z) => z - arm.base.o[up]!);
   const lowest = Math.min(0, ...heights) / longestPart;
   const distance = norm(subtract(state.point, arm.base.o)) / reachOf(arm);

@@ -2,13 +2,14 @@
 
 import type { Terrain } from "./terrain.js";
 
-type Rgb = readonly [number, number, number];
-
 /** Paint a terrain on a canvas, one pixel per inner grid point; the page smooths the image. */
 export function paintTerrain(canvas: HTMLCanvasElement | null, { grid, max }: Terrain, isSigned: boolean): void {
   const context = canvas?.getContext("2d");
   if (!canvas || !context) return;
-  const color = (name: string): Rgb => rgbOf(colorOf(canvas, name));
+  const color = (name: string): number[] =>
+    colorOf(canvas, name)
+      .match(/[\d.]+/g)!
+      .map(Number);
   const [zeroColor, positiveColor, negativeColor] = [color("--arm-paper"), color("--arm-above"), color("--arm-below")];
   const [columns, rows] = [grid.us.length - 2, grid.vs.length - 2];
   canvas.width = columns;
@@ -19,11 +20,8 @@ export function paintTerrain(canvas: HTMLCanvasElement | null, { grid, max }: Te
       const depth = max > 0 ? Math.abs(value / max) ** 0.7 : 0;
       const fullColor = isSigned && value < 0 ? negativeColor : positiveColor;
       const firstByte = 4 * ((rows - 1 - j) * columns + i);
-      zeroColor.forEach(
-        (channelValue, channel) =>
-          (image.data[firstByte + channel] = channelValue + depth * (fullColor[channel]! - channelValue)),
-      );
-      image.data[firstByte + 3] = 255;
+      const mixedColor = [0, 1, 2].map((channel) => (1 - depth) * zeroColor[channel]! + depth * fullColor[channel]!);
+      image.data.set([...mixedColor, 255], firstByte);
     }),
   );
   context.putImageData(image, 0, 0);
@@ -36,9 +34,4 @@ export function colorOf(element: HTMLElement, name: string): string {
   const color = getComputedStyle(element).color;
   element.style.color = previousColor;
   return color;
-}
-
-function rgbOf(text: string): Rgb {
-  const [red = 0, green = 0, blue = 0] = (text.match(/[\d.]+/g) ?? []).map(Number);
-  return [red, green, blue];
 }

@@ -85,8 +85,12 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
   const [dismissedRequest, setDismissed] = useState(""); // the request at the time of the last return to the first pose
   const isDismissed = dismissedRequest === requestKey;
   const shownValues = { ...firstValues, ...(isDismissed ? {} : requestedValues) };
+  // a question or counterexample may give lengths and angles of the table
   const lengths = JSON.stringify(Object.keys(describedRobot.values).map((name) => shownValues[name]));
-  const robot = useMemo(() => withLengths(describedRobot, shownValues), [describedRobot, lengths]);
+  const robot = useMemo(() => {
+    const values = Object.entries(describedRobot.values).map(([name, value]) => [name, shownValues[name] ?? value]);
+    return { ...describedRobot, values: Object.fromEntries(values) as Robot["values"] };
+  }, [describedRobot, lengths]);
   const arm = useMemo(() => {
     const arm = armOf(robot);
     return widenRanges(arm, [posesToShow(arm, firstValues), posesToShow(arm, requestedValues)]);
@@ -172,12 +176,6 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
     setPane,
     welding: openPane === "weld" && weld && journey ? { weld, journey, place, changeWeld, goTo } : null,
   };
-}
-
-/** Return the robot with the lengths and angles that a question or counterexample gives for symbols of its table. */
-function withLengths(robot: Robot, givenValues: NamedPose): Robot {
-  const values = Object.entries(robot.values).map(([name, value]) => [name, givenValues[name] ?? value] as const);
-  return { ...robot, values: Object.fromEntries(values) };
 }
 
 /** Return a pose with the given joint values; other joints are where their table begins. */

@@ -7,7 +7,7 @@ import { useEffect, useId, useRef, useState } from "preact/hooks";
 import { parse } from "../read/reader.js";
 import { realValue } from "../read/real.js";
 import { resultOrNull } from "../storage.js";
-import { inDigits, say } from "../text/text.js";
+import { formatNumber, say, withGreek } from "../text/text.js";
 import { termAfterKey, useFormulaStops } from "./formula-keys.js";
 import { namedPose, type State } from "./model.js";
 import { stationOn } from "./path.js";
@@ -15,24 +15,22 @@ import { convertAngle, roundToDigits } from "./number-format.js";
 import type { Stage } from "./stage.js";
 import { jointOf, SYMBOL, symbolsIn, symbolsOf, termAt, typedText } from "./terms.js";
 import { jointClass } from "./letters.js";
+import { clamp } from "./vector.js";
+import { hasModifier } from "./view.js";
 
 /** The highlighted term: its elements, whether a click keeps it highlighted, and whether the keyboard selected it. */
 type Term = { readonly parts: readonly Element[]; readonly isPinned: boolean; readonly isByKey?: boolean };
 
 /** Minimum distance in pixels of a shown number from the sides of the window. */
-const EDGE = 64;
+const EDGE_DISTANCE = 64;
 
 /** Return the term under the pointer, outside the arm's panel, and the symbol in it; null if there is none. */
 function findPointedTerm({ target }: Event): { parts: readonly Element[]; symbol: Element | null } | null {
   if (!(target instanceof Element) || !target.closest("main math") || target.closest(".arm")) return null;
   const parts = target.localName === "math" ? [] : termAt(target);
-  return parts.length > 0 ? { parts, symbol: target.closest(SYMBOL) ?? onlySymbol(parts) } : null;
-}
-
-/** Return the symbol with an index in a term if there is exactly one, else null. */
-function onlySymbol(parts: readonly Element[]): Element | null {
   const symbols = symbolsIn(parts);
-  return symbols.length === 1 ? symbols[0]! : null;
+  const onlySymbol = symbols.length === 1 ? symbols[0]! : null;
+  return parts.length > 0 ? { parts, symbol: target.closest(SYMBOL) ?? onlySymbol } : null;
 }
 
 /** Show the number of the highlighted term, and highlight the letters of the joint that is pointed at. */
@@ -94,9 +92,9 @@ export function TermLinks({ stage, inRadians, rates }: Omit<ValueProps, "parts">
       if (isFormula(target) && currentTerm.current?.isByKey && !currentTerm.current.isPinned) highlightTerm(null, null);
     });
     const pressKey = (event: KeyboardEvent): void => {
-      const { key, target, ctrlKey, metaKey, altKey } = event;
+      const { key, target } = event;
       if (key === "Escape" && currentTerm.current) highlightTerm(null, null);
-      else if (isFormula(target) && !ctrlKey && !metaKey && !altKey && moveByKey(target, key)) event.preventDefault();
+      else if (isFormula(target) && !hasModifier(event) && moveByKey(target, key)) event.preventDefault();
     };
     document.addEventListener("keydown", pressKey, { signal: controller.signal });
     const scrolling = { signal: controller.signal, passive: true };
@@ -156,9 +154,8 @@ function SpelledTerm(props: ValueProps): JSX.Element {
 
 /** Return a typed term as it is read aloud: a1 sin θ1; a joint rate has its dot. */
 const spellOut = (text: string): string =>
-  text
+  withGreek(text)
     .replaceAll("*", " ")
-    .replaceAll("theta", "θ")
     .replace(/\bqd(\d+)/g, "q̇$1");
 
 /** Return the value of a term at the current pose as text; null if it has none. */
@@ -168,8 +165,8 @@ function formatValue({ parts, stage, inRadians, rates }: ValueProps): string | n
   if (value === null || !parts[0]!.isConnected) return null;
   const isAngle = /^theta\d+$/.test(text!);
   return isAngle
-    ? `${inDigits(convertAngle(inRadians, value))}${inRadians ? "" : "°"}`
-    : inDigits(roundToDigits(value));
+    ? `${formatNumber(convertAngle(inRadians, value))}${inRadians ? "" : "°"}`
+    : formatNumber(roundToDigits(value));
 }
 
 /** The value of a term, shown below it; nothing if it has none. */
@@ -179,7 +176,7 @@ function TermValue(props: ValueProps): JSX.Element | null {
   const boxes = props.parts.map((part) => part.getBoundingClientRect());
   const bottom = Math.max(...boxes.map((box) => box.bottom));
   const middle = (boxes[0]!.left + boxes.at(-1)!.right) / 2;
-  const left = Math.max(EDGE, Math.min(middle, innerWidth - EDGE));
+  const left = clamp(middle, EDGE_DISTANCE, innerWidth - EDGE_DISTANCE);
   return (
     <div class="arm-term" style={{ left: `${left}px`, top: `${bottom + 4}px` }} aria-hidden="true">
       {say("arm.term", { value })}

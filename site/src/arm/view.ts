@@ -1,8 +1,8 @@
 // From metres in the world to pixels on the page: flat for planar arms, else a parallel projection that can be rotated.
 
-import { type Arm, stateAt } from "./model.js";
+import { type Arm, type Joint, stateAt } from "./model.js";
 import type { Extent } from "./ranges.js";
-import { addScaled, dot, scaleVector, subtract, type Vec3 } from "./vector.js";
+import { addScaled, clamp, dot, scaleVector, subtract, type Vec3 } from "./vector.js";
 
 /**
  * A parallel projection: unit vectors right, up and towards the reader; `scale` in pixels per metre; `centre` (m) is
@@ -29,6 +29,13 @@ export const ARROWS: Readonly<Record<string, Pixel>> = {
   ArrowDown: [0, 1],
 };
 
+/** Return how far an arrow key moves a joint (rad or m), or P (m, as a prismatic joint). */
+export const keyStep = (kind: Joint["kind"], { shiftKey }: KeyboardEvent): number =>
+  (shiftKey ? 10 : 2) * (kind === "R" ? Math.PI / 180 : 0.005);
+
+/** Return whether a key was pressed with a modifier, as a shortcut of the browser. */
+export const hasModifier = ({ ctrlKey, metaKey, altKey }: KeyboardEvent): boolean => ctrlKey || metaKey || altKey;
+
 /** The direction from which a spatial arm is looked at: two angles (rad) and a magnification. */
 export type Orbit = { readonly azimuth: number; readonly elevation: number; readonly zoom: number };
 
@@ -36,30 +43,31 @@ export const FIRST_ORBIT: Orbit = { azimuth: (36 * Math.PI) / 180, elevation: (2
 
 type Axes = Pick<View, "right" | "up" | "towardReader">;
 
-const AXES_OF_PLANES: Readonly<Record<"x" | "y" | "z", Axes>> = {
+/** The axes of a drawing, by the world axis that points at the reader or, for y, away. */
+const AXES_BY_NORMAL: Readonly<Record<AxisName, Axes>> = {
   z: { right: [1, 0, 0], up: [0, 1, 0], towardReader: [0, 0, 1] },
   x: { right: [0, 1, 0], up: [0, 0, 1], towardReader: [1, 0, 0] },
   y: { right: [1, 0, 0], up: [0, 0, 1], towardReader: [0, -1, 0] },
 };
 
-export function axonometric({ azimuth, elevation }: Orbit): Axes {
+export function axesOfOrbit({ azimuth, elevation }: Orbit): Axes {
   const [ca, sa, ce, se] = [Math.cos(azimuth), Math.sin(azimuth), Math.cos(elevation), Math.sin(elevation)];
   return { right: [-sa, ca, 0], up: [-se * ca, -se * sa, ce], towardReader: [ce * ca, ce * sa, se] };
 }
 
-/** Return the world axis perpendicular to all motion of an arm, or null, as ../../../exercises/figure/plane.py. */
-export function flatPlane(arm: Arm): "x" | "y" | "z" | null {
-  const cached = PLANES.get(arm);
-  if (cached !== undefined) return cached;
-  const plane = planeOf(arm);
-  PLANES.set(arm, plane);
-  return plane;
+/** Return the world axis perpendicular to all motion of an arm; null without one. See exercises/figure/plane.py. */
+export function planeNormalOf(arm: Arm): AxisName | null {
+  const knownNormal = PLANE_NORMALS.get(arm);
+  const normal = knownNormal === undefined ? findPlaneNormal(arm) : knownNormal;
+  PLANE_NORMALS.set(arm, normal);
+  return normal;
 }
 
 const AXIS_INDEX = { x: 0, y: 1, z: 2 } as const;
-const PLANES = new WeakMap<Arm, "x" | "y" | "z" | null>();
+type AxisName = keyof typeof AXIS_INDEX;
+const PLANE_NORMALS = new WeakMap<Arm, AxisName | null>();
 
-function planeOf(arm: Arm): "x" | "y" | "z" | null {
+function findPlaneNormal(arm: Arm): AxisName | null {
   const poses = [arm.joints.map((_, i) => 0.37 + 0.21 * i), arm.joints.map((_, i) => 1.13 - 0.47 * i)];
   const states = poses.map((pose) => stateAt(arm, pose));
   if (!arm.joints.some((joint) => joint.kind === "R")) return null;
@@ -83,11 +91,11 @@ const BUTTON_WIDTH = 60;
 
 /** Return the view of an arm in a box of pixels, in which its whole reach is visible. */
 export function viewOf(arm: Arm, extent: Extent, width: number, height: number, orbit: Orbit): View {
-  const plane = flatPlane(arm);
+  const planeNormal = planeNormalOf(arm);
   const { radius, above, below, up, down, sideways } = extent;
   const { o } = arm.base;
-  if (plane) {
-    const axes = AXES_OF_PLANES[plane];
+  if (planeNormal) {
+    const axes = AXES_BY_NORMAL[planeNormal];
     const reach = Math.max(radius, above, below);
     const horizontalSpan = spanIncludingOrigin(reach, reach, -dot(o, axes.right), 0.12 * reach);
     const verticalSpan = spanIncludingOrigin(reach, reach, -dot(o, axes.up), 0.12 * reach);
@@ -97,7 +105,7 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
     const centre = addScaled(addScaled(o, axes.right, middle(horizontalSpan)), axes.up, middle(verticalSpan));
     return { ...axes, scale, centre, width, height };
   }
-  const page = axonometric(FIRST_ORBIT);
+  const page = axesOfOrbit(FIRST_ORBIT);
   const horizontalSpan = spanIncludingOrigin(sideways, sideways, -dot(o, page.right), 0.2 * sideways);
   const verticalSpan = spanIncludingOrigin(down, up, -dot(o, page.up), 0.2 * sideways);
   const MARGIN_FACTOR = 1.02; // margin for arrows and letters
@@ -107,7 +115,7 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
       height / (MARGIN_FACTOR * (verticalSpan.high - verticalSpan.low)),
     ) * orbit.zoom;
   const upright = addScaled(o, [0, 0, 1], middle(verticalSpan) / Math.cos(FIRST_ORBIT.elevation));
-  const axes = axonometric(orbit);
+  const axes = axesOfOrbit(orbit);
   const taskScale = (arm.task.every((row) => row > 2) ? 0.7 : 1) * scale;
   const shiftRight = BUTTON_WIDTH / 2 / taskScale; // centres the arm in the space beside the buttons
   return {
@@ -164,6 +172,23 @@ export function ellipseOnPage(
     minor: Math.sqrt(Math.max(0, middle - spread)),
     rotation: (Math.atan2(xy, (xx - yy) / 2) * 90) / Math.PI,
   };
+}
+
+/**
+ * Return the place on a line that is nearest to another place: as a share of the line's corners (1.5 is halfway from
+ * corner 1 to corner 2), and the distance in pixels.
+ */
+export function nearestOnLine(corners: readonly Pixel[], [x, y]: Pixel): { share: number; distance: number } {
+  const [firstX, firstY] = corners[0]!;
+  let nearest = { share: 0, distance: Math.hypot(firstX - x, firstY - y) };
+  corners.slice(1).forEach(([bx, by], k) => {
+    const [ax, ay] = corners[k]!;
+    const [dx, dy] = [bx - ax, by - ay];
+    const t = clamp(((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1), 0, 1);
+    const distance = Math.hypot(ax + t * dx - x, ay + t * dy - y);
+    if (distance < nearest.distance) nearest = { share: k + t, distance };
+  });
+  return nearest;
 }
 
 /** Return places on the page as the text of SVG points. */

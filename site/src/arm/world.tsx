@@ -2,7 +2,7 @@
 
 import type { JSX } from "preact";
 
-import { Arrow, headLabel, lengthInPixels, type NamedArrow, vectorOfLength } from "./flat.js";
+import { Arrow, headLabel, lengthInPixels, type NamedArrow, vectorOfLength } from "./line-drawing.js";
 import type { WantedLabel } from "./labels.js";
 import type { Arm } from "./model.js";
 import { norm, subtract, type Vec3, ZERO } from "./vector.js";

@@ -7,7 +7,7 @@ import type { Index } from "../bank.js";
 import { Choice, LITERAL, optionsOf } from "../controls.js";
 import { listen, useDebounced } from "../scheduling.js";
 import { LESSONS } from "../learn/lessons.js";
-import { CopyButton } from "../pages/copied.js";
+import { CopyButton } from "../pages/copy-button.js";
 import { WishChoices } from "../practice/wish-choices.js";
 import { LANGUAGES } from "../text/languages.js";
 import { textOf, say, type TextKey } from "../text/text.js";

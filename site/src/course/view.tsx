@@ -7,7 +7,7 @@ import { Button } from "../controls.js";
 import type { Index } from "../bank.js";
 import { Current } from "../practice/current.js";
 import { listen } from "../scheduling.js";
-import { inDigits, message, type Message, textOf, say } from "../text/text.js";
+import { formatNumber, message, type Message, textOf, say } from "../text/text.js";
 import { type JudgedAnswer, isComplete, isPassed, type Report, type Recipient } from "./recipient.js";
 import type { Round, Score, Standing, QuestionState } from "./round.js";
 import { addAnswer, closeQuestion, parseStanding, isDone, isLastTry, findNextPlace, computeScore } from "./round.js";
@@ -145,4 +145,4 @@ function describeTriesLeft(round: Round, state: QuestionState): string {
   return say("round.tries-left", { count: Math.max(round.tries - state.tries, 0), all: round.tries });
 }
 
-const formatRounded = (value: number): string => inDigits(Math.round(value * 100) / 100);
+const formatRounded = (value: number): string => formatNumber(Math.round(value * 100) / 100);

@@ -3,10 +3,9 @@
 
 import { evaluate } from "../read/evaluate.js";
 import { decimal, isConstant, name, namesIn, type Node, node } from "../read/tree.js";
-import { message, type Message } from "../text/text.js";
+import { message, type Message, withGreek } from "../text/text.js";
 import { type Kind, KINDS, repairsFor, singleChanges } from "./single-changes.js";
 import type { Atom, Claim } from "./claims.js";
-import { displayName } from "./values.js";
 import type { SymbolValues } from "./verdict.js";
 
 const HALF_TURN = Math.PI;
@@ -135,26 +134,25 @@ function findValueSlip(set: ClaimedSet, claim: Claim): Message | null {
     fits(set, claim, rotateJoint(joint, angle), rotateJoint(joint, -angle));
   for (const joint of [...claimed].filter((joint) => angles.has(joint))) {
     if ([HALF_TURN / 2, -HALF_TURN / 2].some((turn) => fitsAfterRotation(joint, turn)))
-      return message("slip.quarter-turn", { joint: displayName(joint) });
+      return message("slip.quarter-turn", { joint: withGreek(joint) });
     const offset = offsets.get(joint) ?? 0;
-    if (offset !== 0 && fitsAfterRotation(joint, -offset)) return message("slip.offset", { joint: displayName(joint) });
+    if (offset !== 0 && fitsAfterRotation(joint, -offset)) return message("slip.offset", { joint: withGreek(joint) });
     if (offset !== 0 && fitsAfterRotation(joint, -2 * offset))
-      return message("slip.offset-sign", { joint: displayName(joint) });
+      return message("slip.offset-sign", { joint: withGreek(joint) });
     const hasValue = claim.some((atom) => atom.joint === joint);
     if (hasValue && fits(set, claim, mirrorJoint(joint), mirrorJoint(joint)))
-      return message("slip.value-sign", { joint: displayName(joint) });
+      return message("slip.value-sign", { joint: withGreek(joint) });
   }
   for (const joint of claimed)
     for (const other of joints)
       if (other !== joint && angles.has(joint) === angles.has(other)) {
         const swap = exchangeJoints(joint, other);
-        if (fits(set, claim, swap, swap)) return message("slip.other-joint", { joint: displayName(joint) });
+        if (fits(set, claim, swap, swap)) return message("slip.other-joint", { joint: withGreek(joint) });
       }
   for (const factor of [0.5, 2]) {
     const scaledClaim = claim.map((atom) => scaleAngle(atom, angles, factor, (size) => size > 0));
     const [joint] = claim.flatMap((atom, i) => (atom !== scaledClaim[i] && atom.joint ? [atom.joint] : []));
-    if (joint !== undefined && fits(set, scaledClaim))
-      return message("slip.half-radians", { joint: displayName(joint) });
+    if (joint !== undefined && fits(set, scaledClaim)) return message("slip.half-radians", { joint: withGreek(joint) });
   }
   return null;
 }
@@ -165,7 +163,7 @@ function findFreeJoint({ pieces, angles }: ClaimedSet, claim: Claim): Message | 
   if (!atom || atom.joint === null || others.length > 0 || !isConstant(atom.expression)) return null;
   const { joint } = atom;
   const isFree = pieces.every((piece) => !isFixed(piece, joint, angles));
-  return isFree ? message("slip.called-singular", { joint: displayName(joint) }) : null;
+  return isFree ? message("slip.called-singular", { joint: withGreek(joint) }) : null;
 }
 
 /** Return whether a joint has the same value (modulo turns) in all poses of a piece. */
@@ -222,9 +220,7 @@ function vanishes(tree: Node, pose: SymbolValues): boolean {
 function findMissingCondition({ pieces, holds }: ClaimedSet, claim: Claim): Message | null {
   const coversPiece = pieces.some((piece) => piece.every((pose) => holds(claim, pose)));
   const joints = [...new Set(claim.flatMap(({ joint }) => joint ?? []))];
-  return coversPiece && joints.length > 0
-    ? message("slip.and-missing", { joint: displayName(joints.join(", ")) })
-    : null;
+  return coversPiece && joints.length > 0 ? message("slip.and-missing", { joint: withGreek(joints.join(", ")) }) : null;
 }
 
 /** Return the joints in a condition. */
@@ -238,13 +234,13 @@ function findMissing({ claims, uncovered, angles, joints, holds, isSound }: Clai
       const others = claim.filter((condition) => condition !== atom);
       const piece = uncovered.find((poses) => poses.every((pose) => holds(others, pose)));
       if (piece && isSound(others, keepPose))
-        return [{ slip: message("slip.too-narrow", { joint: displayName(jointsOf(atom, joints)) }), piece }];
+        return [{ slip: message("slip.too-narrow", { joint: withGreek(jointsOf(atom, joints)) }), piece }];
     }
   for (const joint of angles) {
     const piece = uncovered.find((poses) =>
       poses.every((pose) => claims.some((claim) => holds(claim, rotateJoint(joint, HALF_TURN)(pose)))),
     );
-    if (piece) return [{ slip: message("slip.half-turn", { joint: displayName(joint) }), piece }];
+    if (piece) return [{ slip: message("slip.half-turn", { joint: withGreek(joint) }), piece }];
   }
   const fixesJoint = (piece: readonly SymbolValues[]) => joints.some((joint) => isFixed(piece, joint, angles));
   const [piecesOfValues, tiePiece] = [uncovered.find(fixesJoint), uncovered.find((piece) => !fixesJoint(piece))];

@@ -6,7 +6,7 @@
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { decimal, integer, namesIn, type Node, node } from "../read/tree.js";
-import { inDigits, type TextKey } from "../text/text.js";
+import { formatNumber, type TextKey, withGreek } from "../text/text.js";
 import {
   anglesIn,
   withJointsFrom,
@@ -178,8 +178,8 @@ function termText(tree: Node): string {
   const factors = new Set<string>();
   const angles = new Set<string>();
   const visit = (part: Node): void => {
-    if (isWave(part)) return namesIn(part).forEach((joint) => angles.add(joint.replace("theta", "θ")));
-    if (part.kind === "decimal") factors.add(inDigits(part.value));
+    if (isWave(part)) return namesIn(part).forEach((joint) => angles.add(withGreek(joint)));
+    if (part.kind === "decimal") factors.add(formatNumber(part.value));
     if (part.kind === "name") factors.add(part.text);
     part.args.forEach(visit);
   };

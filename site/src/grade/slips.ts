@@ -42,10 +42,10 @@ type Finding = {
 };
 
 /** The slips of an answer, and whether they explain all wrong entries. */
-type Explained = { readonly slips: readonly Slip[]; readonly explainsAll: boolean };
+type Explanation = { readonly slips: readonly Slip[]; readonly explainsAll: boolean };
 
 /** Return as few slips as explain most wrong entries, each entry by one slip, and where they are. */
-export function findSlips(answer: Answer, key: ValuesKey): Explained {
+export function findSlips(answer: Answer, key: ValuesKey): Explanation {
   const [missingTerms, otherFindings] = findSymbolSlips(answer, key);
   const findings = [
     ...findMissingColumns(answer, key),

@@ -17,7 +17,7 @@ import {
   visitNodes,
 } from "../read/tree.js";
 import { UNITS } from "../read/vocabulary.js";
-import { inDigits, message, type Message, numberSeparator, say, type TextKey } from "../text/text.js";
+import { formatNumber, message, type Message, numberSeparator, say, type TextKey, withGreek } from "../text/text.js";
 import { shareUpToDeviations, shareOfEntries } from "./credit.js";
 import { entriesOf, isBlank, matrixOf, otherComponent } from "./forms.js";
 import { parseRowsOrTable, requireScalars, rightSide, withShape } from "./forms.js";
@@ -363,7 +363,9 @@ function valuesForStudent(key: ValuesKey, k: number, entry: Node): SymbolValues 
 
 export function configurationText(configuration: SymbolValues): string {
   return Object.entries(configuration)
-    .map(([symbol, value]) => `${displayName(symbol)} = ${inDigits(asShownOnSliders(symbol, value))}${unitOf(symbol)}`)
+    .map(
+      ([symbol, value]) => `${withGreek(symbol)} = ${formatNumber(asShownOnSliders(symbol, value))}${unitOf(symbol)}`,
+    )
     .join(numberSeparator());
 }
 
@@ -378,8 +380,6 @@ const isJoint = (symbol: string): boolean => /^(theta|d)\d/.test(symbol);
 const isRate = (symbol: string): boolean => /^qd\d+$/.test(symbol);
 const isAngle = (symbol: string): boolean => /^theta\d+$/.test(symbol);
 const unitOf = (symbol: string): string => (isAngle(symbol) ? "°" : /^[ad]\d+$/.test(symbol) ? " m" : "");
-/** Return a symbol as the page shows it: θ1. */
-export const displayName = (symbol: string): string => symbol.replace(/^theta(?=\d)/, "θ");
 
 /** Return a message on names in an answer that are no symbols of the problem; null if there are none. */
 export function findUnknownSymbols(names: ReadonlySet<string>, key: ValuesKey): Message | null {
@@ -395,7 +395,7 @@ export function findUnknownSymbols(names: ReadonlySet<string>, key: ValuesKey): 
 }
 
 function numberText(value: number | null): string {
-  return value === null || !isFinite(value) ? say("verdict.undefined") : inDigits(value);
+  return value === null || !isFinite(value) ? say("verdict.undefined") : formatNumber(value);
 }
 
 function complexText({ re, im, size }: Value): string {

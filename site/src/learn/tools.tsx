@@ -2,16 +2,16 @@
 
 import type { JSX } from "preact";
 
-import { Arrow } from "../arm/flat.js";
+import { Arrow } from "../arm/line-drawing.js";
 import { jointClass, Letters, plainLetters } from "../arm/letters.js";
 import { speedScale } from "../arm/marks.js";
 import { type Arm, arrowsOf, type State } from "../arm/model.js";
 import { roundToDecimals } from "../arm/number-format.js";
 import type { Stage } from "../arm/stage.js";
 import { leastSquares } from "../arm/svd.js";
-import { add, scaleVector, type Vec3, ZERO } from "../arm/vector.js";
+import { add, clamp, scaleVector, type Vec3, ZERO } from "../arm/vector.js";
 import type { View } from "../arm/view.js";
-import { inDigits, say } from "../text/text.js";
+import { formatNumber, say } from "../text/text.js";
 
 /** Which sliders a lesson has: for joint rates, or for the wanted direction of P. */
 export type Tool = "rates" | "wanted";
@@ -51,7 +51,7 @@ export function Contributions({ stage, view, rates }: ContributionsProps): JSX.E
   const { arm, state } = stage;
   const scale = ARROW_SCALE * speedScale(arm);
   const contributions = arrowsOf(arm, state).columns.map((column, i) =>
-    scaleVector(column, scale * Math.max(-MAX_RATE, Math.min(MAX_RATE, rates[i] ?? 0))),
+    scaleVector(column, scale * clamp(rates[i] ?? 0, -MAX_RATE, MAX_RATE)),
   );
   let end = state.point;
   return (
@@ -74,7 +74,7 @@ export function Contributions({ stage, view, rates }: ContributionsProps): JSX.E
 }
 
 /** Format a number with two decimals. */
-const formatRounded = (value: number): string => inDigits(roundToDecimals(value, 2));
+const formatRounded = (value: number): string => formatNumber(roundToDecimals(value, 2));
 
 interface DialsProps {
   readonly tool: Tool;

@@ -6,8 +6,8 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { Button } from "../controls.js";
 import { loadSizes } from "../load.js";
 import { getLanguage, message, type Message, textOf, say } from "../text/text.js";
-import type { BankFile } from "./keep.js";
-import { openCache, fetchAll, listFiles, roundToMegabytes, listMissing, countProblems, sumBytes } from "./keep.js";
+import type { BankFile } from "./cache.js";
+import { openCache, fetchAll, listFiles, roundToMegabytes, listMissing, countProblems, sumBytes } from "./cache.js";
 
 /** Null at first; "impossible" if the browser stores nothing; else the cache, all files, and those that are missing. */
 type StorageState =
@@ -26,12 +26,12 @@ export function Offline({ title, problems }: OfflineProps): JSX.Element | null {
   return (
     <details class="offline" onToggle={(event) => setOpen(event.currentTarget.open)}>
       <summary>{title}</summary>
-      {isOpen ? <Storing problems={problems} /> : null}
+      {isOpen ? <StoredProblems problems={problems} /> : null}
     </details>
   );
 }
 
-function Storing({ problems }: { problems: readonly string[] }): JSX.Element {
+function StoredProblems({ problems }: { problems: readonly string[] }): JSX.Element {
   const [storageState, setStorageState] = useState<StorageState>(null);
   const [note, setNote] = useState<Message | null>(null);
   const [controller, setController] = useState<AbortController | null>(null);

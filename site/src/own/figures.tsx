@@ -7,12 +7,12 @@ import { Letters } from "../arm/letters.js";
 import type { Stage } from "../arm/stage.js";
 import { sizeKey } from "../arm/descriptions.js";
 import { ROWS } from "../bank.js";
-import { CopyButton } from "../pages/copied.js";
-import { inDigits, numberSeparator, say } from "../text/text.js";
+import { CopyButton } from "../pages/copy-button.js";
+import { formatNumber, numberSeparator, say } from "../text/text.js";
 
 /** Format with six significant digits, a true minus sign, and 0 for rounding errors relative to `largest`. */
-function formatNumber(value: number, largest: number): string {
-  return inDigits(Math.abs(value) < 1e-12 * Math.max(1, largest) ? 0 : value);
+function formatOrZero(value: number, largest: number): string {
+  return formatNumber(Math.abs(value) < 1e-12 * Math.max(1, largest) ? 0 : value);
 }
 
 export function Figures({ stage }: { stage: Stage }): JSX.Element {
@@ -23,19 +23,19 @@ export function Figures({ stage }: { stage: Stage }): JSX.Element {
   return (
     <section class="own-figures" aria-label={say("own.figures")}>
       <h3>{say("own.figures")}</h3>
-      <JacobianTable arm={arm} state={state} format={(value) => formatNumber(value, largestEntry)} />
+      <JacobianTable arm={arm} state={state} format={(value) => formatOrZero(value, largestEntry)} />
       <dl>
         <dt>{say(sizeKey(arm))}</dt>
-        <dd>{formatNumber(det ?? volume, largest ?? 1)}</dd>
+        <dd>{formatOrZero(det ?? volume, largest ?? 1)}</dd>
         <dt>
           <Letters name="sigma" />
         </dt>
-        <dd>{sigma.map((value) => formatNumber(value, largest ?? 1)).join(numberSeparator())}</dd>
+        <dd>{sigma.map((value) => formatOrZero(value, largest ?? 1)).join(numberSeparator())}</dd>
         <dt>
           <Letters name="sigma_min" />
         </dt>
         <dd>
-          {formatNumber(minSigma, largest ?? 1)}
+          {formatOrZero(minSigma, largest ?? 1)}
           {minSigma > 1e-12 * (largest ?? 1)
             ? ` (${say("own.condition", { value: Number((largest! / minSigma).toPrecision(4)) })})`
             : ""}

@@ -4,9 +4,9 @@ import "../site.css";
 import { loadKnownArms } from "../load.js";
 import { showPart } from "../pages/part.js";
 import { say } from "../text/text.js";
-import { OwnArm } from "./own.js";
+import { OwnArm } from "./own-arm.js";
 
 await showPart("own", ["Your own arm", "own.title"], async () => {
-  const known = await loadKnownArms().catch(() => null);
-  return known ? <OwnArm known={known} /> : <p role="alert">{say("practice.arm-failed")}</p>;
+  const knownArms = await loadKnownArms().catch(() => null);
+  return knownArms ? <OwnArm knownArms={knownArms} /> : <p role="alert">{say("practice.arm-failed")}</p>;
 });

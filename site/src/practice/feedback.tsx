@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 import { nameJoint, type Problem } from "../bank.js";
 import { type SymbolValues, isParsed, type Slip, type Verdict } from "../grade/verdict.js";
-import { type Message, message, textOf, say } from "../text/text.js";
+import { type Message, message, say, textOf, withGreek } from "../text/text.js";
 
 const TITLES = {
   correct: "practice.right",
@@ -72,9 +72,8 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
 
 /** Return the message on a missing factor with these symbols; a factor of det J with joints has singularities. */
 export function describeMissingFactor(symbols: string, isOfDeterminant: boolean): Message {
-  const what = symbols.replaceAll("theta", "θ");
   const isMoving = isOfDeterminant && /theta|d\d/.test(symbols);
-  return message(isMoving ? "practice.lost-with-factor" : "practice.missing-in", { what });
+  return message(isMoving ? "practice.lost-with-factor" : "practice.missing-in", { what: withGreek(symbols) });
 }
 
 /** A mistake in words; a known mistake is described in the problem's language. */

@@ -11,7 +11,7 @@ import { writeWish, needsRepetition, BOX_DELAYS, type Wish } from "./choice.js";
 import { type StoredState, writeFile, parseFile, mergeStates, EMPTY_STATE } from "./stored-state.js";
 import { writeSheetLink } from "./sheet.js";
 import { nameVariation, WishChoices } from "./wish-choices.js";
-import { saveFile } from "../pages/copied.js";
+import { saveFile } from "../pages/copy-button.js";
 
 interface SettingsProps {
   readonly index: Index;

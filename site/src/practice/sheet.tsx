@@ -12,7 +12,7 @@ import { loadProblem, loadSolutions } from "../load.js";
 import { parse } from "../read/reader.js";
 import { catchParseError } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
-import { inDigits, say } from "../text/text.js";
+import { formatNumber, say } from "../text/text.js";
 import { writeWish, listSetItems, type Item, nameItem, type Wish } from "./choice.js";
 import { Html, Tex } from "./math.js";
 import { removeLetterInstructions } from "./prompt.js";
@@ -184,7 +184,7 @@ function listLetterLines(key: Part["key"]): string[][] | null {
 function CorrectAnswer({ text, part, problem }: { text: string; part: Part; problem: Problem }) {
   const { key } = part;
   if (key.type === "numbers") {
-    const numbers = key.right.map((value, i) => `${inDigits(Number(value.toPrecision(4)))} ${key.units[i]}`);
+    const numbers = key.right.map((value, i) => `${formatNumber(Number(value.toPrecision(4)))} ${key.units[i]}`);
     return <span>{numbers.join("; ")}</span>;
   }
   const letters = /^\W*([A-H]+)\W*$/.exec(text)?.[1];

@@ -2,7 +2,7 @@
 
 import type { JSX } from "preact";
 
-import { Arrow } from "../arm/flat.js";
+import { Arrow } from "../arm/line-drawing.js";
 import { speedScale } from "../arm/marks.js";
 import type { Stage } from "../arm/stage.js";
 import { scaleVector, type Vec3 } from "../arm/vector.js";

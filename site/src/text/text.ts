@@ -32,12 +32,15 @@ export function textOf({ key, values }: Message, inLanguage: Language = pageLang
   return inLanguage.catalogue[key].replace(/\{([\w-]+)\}/g, (_, name: string) => {
     const value = values[name] ?? "";
     if (typeof value === "object") return textOf(value, inLanguage);
-    return typeof value === "number" ? inDigits(value, inLanguage) : value;
+    return typeof value === "number" ? formatNumber(value, inLanguage) : value;
   });
 }
 
 /** Return a text of the catalogue in the page's language. */
 export const say = (key: TextKey, values: Values = {}): string => textOf(message(key, values));
+
+/** Return names of symbols as the page shows them: θ1 for theta1. */
+export const withGreek = (names: string): string => names.replaceAll("theta", "θ");
 
 /** Return the decimal sign of the page's language: a point or a comma. */
 export const decimalSign = (): string => pageLanguage.catalogue["number.point"];
@@ -46,7 +49,7 @@ export const decimalSign = (): string => pageLanguage.catalogue["number.point"];
 export const numberSeparator = (): string => (decimalSign() === "," ? "; " : ", ");
 
 /** Format a number with at most six significant digits and a true minus sign; Intl.NumberFormat starts slowly. */
-export function inDigits(value: number, inLanguage: Language = pageLanguage): string {
+export function formatNumber(value: number, inLanguage: Language = pageLanguage): string {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? "NaN" : value < 0 ? "−∞" : "∞";
   const [mantissa = "", exponent = ""] = Math.abs(value).toExponential(5).split("e");
   const digits = mantissa.replace(".", "").replace(/0+$/, "");

@@ -15,7 +15,7 @@ import { drawnColumns } from "../../src/arm/marks.js";
 import { armOf, reachOf, stateAt } from "../../src/arm/model.js";
 import { extentOf, firstPose } from "../../src/arm/ranges.js";
 import { add } from "../../src/arm/vector.js";
-import { FIRST_ORBIT, flatPlane, ellipseOnPage, toPixel, viewOf } from "../../src/arm/view.js";
+import { FIRST_ORBIT, planeNormalOf, ellipseOnPage, toPixel, viewOf } from "../../src/arm/view.js";
 import { ELBOW, PLAIN, PUMA, ROBOTS, SIX } from "./robots.js";
 
 const ALL = { ...ROBOTS, plain: PLAIN, elbow: ELBOW, six: SIX, puma: PUMA };
@@ -30,7 +30,7 @@ describe.each(Object.entries(ALL))("the first view of %s", (_, robot) => {
   const arm = armOf(robot);
   const state = stateAt(arm, firstPose(arm));
   const heads = drawnColumns(arm, state, reachOf(arm)).map((arrow) => add(state.point, arrow));
-  const isFlat = flatPlane(arm) !== null;
+  const isFlat = planeNormalOf(arm) !== null;
 
   it.each(SIZES)("shows the arm and its arrows in %i x %i pixels", (width, height) => {
     const whole = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);

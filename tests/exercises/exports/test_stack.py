@@ -373,7 +373,7 @@ def test_directions_are_converted_and_sets_that_couple_joints_are_refused() -> N
     )
     tied = generate(ProblemId("puma-560", 3, ("singular-angles",)))
     refused = convert_part(tied, tied.parts[0])
-    assert isinstance(refused, str) and "not values of single joints" in refused
+    assert isinstance(refused, str) and "does not consist of values of a single joint" in refused
 
 
 def test_maxima_text_keeps_the_formula() -> None:

@@ -544,7 +544,7 @@ def test_platforms_ask_for_numbers_in_words_for_numbers(tmp_path: Path) -> None:
     make_problem(tmp_path, 'prompt = "x"\nanswer = "v"\nrows = ["v_x", "v_y"]')
     (item,) = make_items(ExportRequest(load_assignment(tmp_path / "hw"), find_failures, variant_count=1))
     question = str(item.body[-1])
-    assert "It may contain" not in question and "Instead of formulas, give numbers for" in question
+    assert "It may contain" not in question and "Instead of formulas, give their values for" in question
     assert question.endswith("2 × 1 vector, in the order $v_x, v_y$. Each number to three significant digits.")
 
 

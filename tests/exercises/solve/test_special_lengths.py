@@ -112,7 +112,7 @@ def test_a_value_that_is_the_same_in_other_words_is_no_difference() -> None:
         Joint("R", "theta4", "d4", 0, 0),
     )  # fmt: skip
     *_, found = generate_singular_events(Chain("puma", rows, ("vx", "vy", "vz")))
-    assert isinstance(found, Singularities) and found.singular
+    assert isinstance(found, Singularities) and found.components
     assert not [one.relation for one in found.special_cases if one.relation == "a3 = d4"]
 
 

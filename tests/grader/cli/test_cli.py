@@ -264,7 +264,7 @@ def test_generate_grade_and_check(folder: Path) -> None:
     assert [(row["student"], row["score"], row["max_score"]) for row in rows] == [("s001", 3, 3), ("s002", 0, 3)]
     assert (folder / "graded" / "feedback" / "s002.html").exists()
     result = runner.invoke(app, ["grade", str(folder), str(folder / "in"), "--fail-under", "50"])
-    assert result.exit_code == 1 and "1 of 2 students below 50 %, or without a mark: s002" in result.stderr
+    assert result.exit_code == 1 and "1 of 2 students have less than 50 %, or no mark: s002" in result.stderr
 
 
 def test_a_notebook_that_lies_in_nobodys_folder_is_told_of_one(folder: Path, tmp_path: Path) -> None:

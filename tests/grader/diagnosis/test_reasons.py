@@ -97,19 +97,20 @@ TWO_BY_TWO = [["0", "a1"], ["0", "a2"]]
     [
         ("[[0, a1], [0, a1]]", TWO_BY_TWO, 1 / 2,
          "1 of 2 nonzero entries is right; entry (2, 2) differs at *: yours *, expected *"),
-        ("[[1, a1], [0, a1]]", TWO_BY_TWO, 0, "1 of 2 *, and 1 that should be zero is not; entry (1, 1) *"),
-        ("[[0, a1], [2, a2]]", TWO_BY_TWO, 1 / 2, "2 of 2 *, and 1 that should be zero is not; entry (2, 1) *"),
-        ("[[1, a1], [2, a1]]", TWO_BY_TWO, 0, "1 of 2 *, and 2 that should be zero are not; entry (1, 1) *"),
-        ("[[blank, a1], [0, a2]]", TWO_BY_TWO, 1 / 2, "2 of 2 *; *blank"),
+        ("[[1, a1], [0, a1]]", TWO_BY_TWO, 0, "1 of 2 *, but 1 that should be zero is not; entry (1, 1) *"),
+        ("[[0, a1], [2, a2]]", TWO_BY_TWO, 1 / 2, "both nonzero *, but 1 that should be zero is not; entry (2, 1) *"),
+        ("[[1, a1], [2, a1]]", TWO_BY_TWO, 0, "1 of 2 *, but 2 that should be zero are not; entry (1, 1) *"),
+        ("[[blank, a1], [0, a2]]", TWO_BY_TWO, 1 / 2, "both nonzero *; *blank"),
         ("[[blank, a1], [blank, a1]]", TWO_BY_TWO, 1 / 2, "1 of 2 *; entry (2, 2) *"),
         ("[a1, a1, a3]", [["a1"], ["a2"], ["a3"]], 2 / 3, "2 of 3 *; entry 2 *"),
-        ("[[a2, a1]]", [["a1", "a2"]], 0, "0 of 2 *; entry (1, 1) *"),
-        ("[blank, a2]", [["a1"], ["a2"]], 1 / 2, "1 of 2 *blank"), ("[blank, a1]", [["a1"], ["a2"]], 0, "0 of 2 *2 *"),
+        ("[[a2, a1]]", [["a1", "a2"]], 0, "neither of the two *; entry (1, 1) *"),
+        ("[blank, a2]", [["a1"], ["a2"]], 1 / 2, "1 of 2 *blank"),
+        ("[blank, a1]", [["a1"], ["a2"]], 0, "neither of the two *2 *"),
         ("[0, 1]", [["0"], ["0"]], 1 / 2, "1 of 2 *; entry 2 *: yours 1, expected 0"),
-        ("a2", [["a1"]], 0, "it is not right; differs at a1 = *, a2 = *: yours *, expected *"),
-        ("1", [["0"]], 0, "it is not right; differs: yours 1, expected 0"),
-        ("[0, a2]", [["0"], ["a1"]], 0, "it is not right; entry 2 differs *"),
-        ("[1, a1]", [["0"], ["a1"]], 0, "1 of 1 *, and 1 that should be zero is not; entry 1 *"),
+        ("a2", [["a1"]], 0, "your answer differs at a1 = *, a2 = *: yours *, expected *"),
+        ("1", [["0"]], 0, "your answer differs: yours 1, expected 0"),
+        ("[0, a2]", [["0"], ["a1"]], 0, "the only nonzero entry is not right; entry 2 differs *"),
+        ("[1, a1]", [["0"], ["a1"]], 0, "the only nonzero entry is right, but 1 that should be zero is not; entry 1 *"),
         ("[k*a1, a2]", [["a1"], ["a2"]], 1 / 2, "1 of 2 *; 'k' * are a1, a2, *"),
         ("[f + g + h + k + m + n, a2]", [["a1"], ["a2"]], 1 / 2, "1 of 2 *; 'f', 'g', 'h', 'k', 'm' are *"),
     ],
@@ -129,7 +130,7 @@ def test_reason_for_a_matrix(student: str, reference: list[list[str]], share: fl
         ("[1, 2]", (1, 3), "*2 × 1, but it must be 1 × 3; *[[][[]a, b, c]]"),
         ("{}", (2, 2), "*1 × 1, but it must be 2 × 2*"),
         ("[[1, 2]]", (2, 2), "*1 × 2, but it must be 2 × 2*"),
-        ("[[1, 2, 3]]", (2, 1), "*1 × 3, but it must be 2 × 1; * [[]a, b]"),
+        ("[[1, 2, 3]]", (2, 1), "*has 3 entries, but it must have 2; * [[]a, b]"),
         ("[{1, 2}]", (2, 1), "*itself a list"), ("[Eq(a1, a2), 0]", (2, 1), "*couldn't parse*an equation*"),
     ],
 )  # fmt: skip
@@ -144,8 +145,8 @@ def test_reason_for_a_wrong_shape(student: str, shape: tuple[int, int], reason: 
         ("[1, 2, 3]", 1, "right to 0.5 %"),
         ("[1, 2.5, 7]", 1 / 3, "1 of 3 numbers is right; number 2 is 2.5, and 2 rad/s is right"),
         ("[1, blank, 3]", 2 / 3, "2 of 3 *; number 2 *blank"), ("[1/0, 2, 3]", 2 / 3, "2 of 3 *; number 1 *1 rad/s *"),
-        ("[1, 2]", 0, "*2 × 1, but it must be 3 × 1; * [[]a, b, c]"),
-        ("[[1, 2, 3, 4]]", 0, "*1 × 4, but it must be 3 × 1; *"),
+        ("[1, 2]", 0, "*has 2 entries, but it must have 3; * [[]a, b, c]"),
+        ("[[1, 2, 3, 4]]", 0, "*has 4 entries, but it must have 3; *"),
         ("[[1, 2], [3]]", 0, "*couldn't parse*different lengths: 2, 1"), ("[{1, 2}, 2, 3]", 0, "*itself a list"),
         ("[Eq(qd9, 1), 2, 3]", 0, "* asks for numbers, but your answer contains qd9; *"),
         ("[f + g + h + k + m + n, 2, 3]", 0, "* asks for numbers, but your answer contains f, g, h, k, m; *"),
@@ -197,7 +198,7 @@ ELBOW = ("theta3 = 0", "theta3 = pi", "a1 + a2*cos(theta2) + a3*cos(theta2 + the
     ("student", "share", "reason"),
     [
         ("{0, pi}", 1, "right"),
-        ("{0}", 2 / 3, "you found a part of the condition; an angle is missing: angle = 3.142"),
+        ("{0}", 2 / 3, "you found part of the condition; an angle is missing: angle = 3.142"),
         ("{}", 0, "an angle is missing: angle = 0"), ("{0, [pi]}", 0, "*couldn't parse*a list*"),
         ("", 0, "you submitted nothing *"),
         ("blank", 0, "*blank"), ("sin(", 0, "*couldn't parse*: *"),
@@ -213,13 +214,14 @@ def test_reason_for_angles(student: str, share: float, reason: str) -> None:
     ("student", "reference", "share", "reason"),
     [
         ("theta2 = 0", FOLD, 2 / 3,
-         "you found a part of the condition; * missing: *, theta2 = 3.142, *"),
+         "you found part of the condition; * missing: *, theta2 = 3.142, *"),
         ("{theta2: [0, 2.9]}", FOLD, 1 / 3,
-         "you found a part of the condition; 1 of *; * missing: *; this configuration is not *: *"),
+         "you found part of the condition; 1 of *; * missing: *; this configuration is not *: *"),
         ("{theta2: [0.1, 0.2, 0.3]}", FOLD, 0, "* is missing: *; this configuration *"),
         ("[]", ELBOW, 0, "* is missing: *"),
-        ("{theta3: [0, pi]}", ELBOW, 1 / 2, "you found 1 of 2 *; * missing: theta1 = *, theta2 = *, *, a1 = *, a3 = *"),
-        ("{theta2: [0, 180]}", FOLD, 1 / 3, "you found a part of *; these values are in degrees, but * radians"),
+        ("{theta3: [0, pi]}", ELBOW, 1 / 2,
+         "you found 1 of the 2 *; * missing: theta1 = *, theta2 = *, *, a1 = *, a3 = *"),
+        ("{theta2: [0, 180]}", FOLD, 1 / 3, "you found part of *; your values are in degrees, but * radians"),
         ("cos(theta2) = 0", FOLD, 0, "* is missing: *; this configuration is not singular*"),
         ("theta2 = 180 or sin(theta2) = 0", FOLD, 1 / 2, "you found the condition; 1 of *; * is not *"),
         ("[]", ("cos(theta2) = 2",), 0, "your answer contains no configuration"),
@@ -240,7 +242,7 @@ def test_allowed_rounding_is_not_mentioned() -> None:
     judgement = judge_set("{theta2: 3.14}", *FOLD, rounding=Rounding(0.005))
     assert judgement.share == pytest.approx(2 / 3)
     assert fnmatchcase(
-        judgement.reason, "you found a part of the condition; * missing: theta1 = *, theta2 = 0, theta3 = *"
+        judgement.reason, "you found part of the condition; * missing: theta1 = *, theta2 = 0, theta3 = *"
     )
 
 

@@ -162,7 +162,7 @@ CHANGES: dict[str, tuple[Change, int, str, str]] = {
         edit_entry({"problem": "planar-2r/12"}), 1, "2", "planar-2r/|was released instead",
     ),
     "another engine": (edit_entry({"engine": ENGINE + 1, "qdot": "9.1"}), 1, "2", f"planar-2r/|{ENGINE + 1}|9.1"),
-    "another engine with news": (edit_entry({"engine": ENGINE + 1, "news": {}}), 1, "2", "1 of another engine"),
+    "another engine with news": (edit_entry({"engine": ENGINE + 1, "news": {}}), 1, "2", "1 of another version"),
     "a robot": (
         edit_file("Lab arm.toml", lambda text: text.replace('"pi/2"', '"-pi/2"')), 2, "12", "the arm|2 changed",
     ),

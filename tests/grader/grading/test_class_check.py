@@ -92,7 +92,7 @@ def test_folders_with_changed_ids_hold_notebooks_of_the_old_ids(folder: Path) ->
 
 def test_another_secret_stops_the_run(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (folder / "secret.txt").write_text("another one altogether")
-    assert "3 of 3 notebooks were generated with another secret than that in " in run_stopped(folder)
+    assert "3 of 3 notebooks were generated with another secret than the one in " in run_stopped(folder)
     path = folder / "submitted" / IDS[0] / "hw.ipynb"
     assert "the notebook was generated with another secret" in run_and_fail("grade", folder, path, "--student", IDS[0])
     (folder / "secret.txt").unlink()

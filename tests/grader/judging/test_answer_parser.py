@@ -81,7 +81,7 @@ def test_each_answer_is_parsed_once(problem: Problem, monkeypatch: pytest.Monkey
 
 
 REFUSED_ANSWERS = (
-    ("position", "[a1, a1, a1, a1]", "must be"), ("determinant", "[a1, a2]", "asks for a single expression"),
+    ("position", "[a1, a1, a1, a1]", "must have 2"), ("determinant", "[a1, a2]", "asks for a single expression"),
     ("jacobian", "a1", "must be"), ("determinant", "theta1 = a1", "expected a single expression"),
     ("joint-rates", "[a1, theta1]", "asks for numbers"), ("position", "[a1, {a2}]", "itself a list"),
     ("jacobian", "sin(", "couldn't parse"),

@@ -68,7 +68,7 @@ def test_a_first_mistake_costs_a_fifth_of_later_parts() -> None:
     for verdict in verdicts.values():
         assert verdict.points == compute_points(verdict.max_points, 1.0, Fraction(4, 5)), verdict
         assert verdict.judgement.outcome is Outcome.PARTIAL
-        assert verdict.followed_from in QUESTION_NAMES and "80%" in verdict.judgement.reason
+        assert verdict.followed_from in QUESTION_NAMES and "80 %" in verdict.judgement.reason
     assert verdicts["jacobian"].followed_from == "position"
 
 

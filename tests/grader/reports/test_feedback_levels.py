@@ -95,11 +95,11 @@ def test_unreadable_and_right_answers_are_reported_at_every_level(level: str) ->
 @pytest.mark.parametrize(
     ("reason", "level", "expected"),
     [
-        ("differs at theta1 = 0.5: yours 1, expected 2", "mistake", "your answer is wrong"),
-        ("right but for its sign, which earns 4/5; differs at a1 = 2: yours 4, expected -4", "mistake",
-         "right but for its sign, which earns 4/5"),
-        ("you found a part of the condition; this configuration is not singular: theta2 = 0.5", "mistake",
-         "you found a part of the condition; your answer includes a configuration that is not singular"),
+        ("your answer differs at theta1 = 0.5: yours 1, expected 2", "mistake", "your answer is wrong"),
+        ("right but for its sign, which earns 80 %; your answer differs at a1 = 2: yours 4, expected -4", "mistake",
+         "right but for its sign, which earns 80 %"),
+        ("you found part of the condition; this configuration is not singular: theta2 = 0.5", "mistake",
+         "you found part of the condition; your answer includes a configuration that is not singular"),
         ("correct except for rounding: theta2 = 3.14; write the exact value, such as pi/3", "mistake",
          "correct except for rounding; write the exact value, such as pi/3"),
         ("a singular configuration is missing: theta2 = 0.5, a1 = 2; this configuration is not singular: theta2 = 1",

@@ -149,7 +149,7 @@ ENDED_WITH_CELL = {
     "threads": ("import threading\ndef f(): time.sleep(9)\nimport time\nfor i in range(10**4): threading.Thread(target=f).start()",
                 "can't start new thread"),
     "forks": ("while True: os.fork()", "may not use os.fork"),
-    "sys.exit": ("import sys; sys.exit(0)", "the cell called exit()"),
+    "sys.exit": ("import sys; sys.exit(0)", "it called exit()"),
     "kills its parent": ("os.kill(os.getppid(), 9)", "may not use os.kill"),
     "kills everybody": ("os.kill(-1, 9)", "may not use os.kill"),
     "kills its group": ("os.killpg(0, 9)", "may not use os.killpg"),

@@ -200,7 +200,7 @@ CASES: dict[str, tuple[Change, list[str], str, str]] = {
     "the set-up deleted": (lambda cells: cells.pop(SETUP), ALL_CORRECT, "", ""),
     "the set-up stops": (
         stop_first_cell, J_MISSING, "cell 2 line 2 (NameError: undefined_thing()",
-        "'zeros' The name zeros cell 2 line 2 (NameError: The line is:",
+        "'zeros' The name zeros cell 2 line 2 (NameError: The line is “",
     ),
     "the set-up lacks a library": (
         import_missing_library, ["correct", "correct", "missing"],
@@ -338,11 +338,11 @@ def test_the_reason_names_the_cell_that_should_have_defined_a_name(sandbox: Sand
     reasons = find_answers(cells, [f"p1.{letter}" for letter in "abcdefghijk"], sandbox.run).missing_reasons
     for name, words in {
         "p1_a": "'no' cell 2 line 2 (ModuleNotFoundError: nosuchlibrary as no",
-        "p1_b": "NameError: 'lost' cell 1 line 1 (ZeroDivisionError: The line is: p1_b = lost",
+        "p1_b": "NameError: 'lost' cell 1 line 1 (ZeroDivisionError: The line is “p1_b = lost",
         "p1_c": "NameError: 'la' cell 5 line 1 (ModuleNotFoundError: import scipy_not_here.linalg as la",
         "p1_d": "a1**2; quotes",
         "p1_e": "quotes",
-        "p1_f": "No cell above sets never_set: define it restart the kernel",
+        "p1_f": "No cell above sets never_set. Define it restart the kernel",
         "p1_g": "write cos",
         "p1_h": "No cell above sets p1_loss",
         "p1_i": "write an equation as Eq(theta2, 0)",

@@ -20,7 +20,7 @@ SETTINGS = {
 
 
 def take_notebook_pictures(software: Path, work: Path) -> None:
-    """Take the pictures of a student's notebook: a question, a right answer, and its self-check."""
+    """Take the pictures of a student's notebook: the statement of a problem, and a question with its answer."""
     assignment = make_assignment(work / KEY)
     qdot("generate", assignment.folder)
     lab = work / "lab"
@@ -35,7 +35,7 @@ def take_notebook_pictures(software: Path, work: Path) -> None:
         cells = page.locator(".jp-Notebook .jp-Cell")
         ids = [cell["id"] for cell in json.loads((lab / f"{KEY}.ipynb").read_text(encoding="utf-8"))["cells"]]
         album.take("statement", page, cells.nth(ids.index("p1-statement")), max_height=700)
-        first, last = ids.index("p1-determinant-question"), ids.index("p1-determinant-check")
+        first, last = ids.index("p1-determinant-question"), ids.index("p1-determinant")
         album.take("checked", page, cells.nth(first), cells.nth(last), max_height=700)
 
 

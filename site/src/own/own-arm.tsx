@@ -10,7 +10,7 @@ import { Arm } from "../arm/panel.js";
 import { armOf, namedPose } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
 import { nameJoint, type NamedPose, type Robot } from "../bank.js";
-import { CopyButton, saveFile } from "../pages/copied.js";
+import { CopyButton, saveFile } from "../pages/copy-button.js";
 import { listen } from "../scheduling.js";
 import { getLanguage, textOf, say } from "../text/text.js";
 import { convertAngles } from "./angles.js";
@@ -39,14 +39,14 @@ const NEW_TABLE: Table = {
   rows: [0, 1].map((row) => ({ ...makeRow("R", row), a: "0.5" })),
   ...{ tool: ZEROS, place: ZEROS, turn: ZEROS },
 };
-const NOTHING_WRONG: Faults = new Map();
+const NO_FAULTS: Faults = new Map();
 
-export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
-  const knownArms = useMemo(() => [...known.plain, ...known.robots], [known]);
-  const [state, setState] = useState<OwnState>(() => parseAddress(knownArms));
+export function OwnArm({ knownArms }: { knownArms: KnownArms }): JSX.Element {
+  const allArms = useMemo(() => [...knownArms.plain, ...knownArms.robots], [knownArms]);
+  const [state, setState] = useState<OwnState>(() => parseAddress(allArms));
   const [stage, setStage] = useState<Stage | null>(null);
   const numbers = useMemo(() => parseTable(state.table), [state.table]);
-  const faults = numbers instanceof Map ? (numbers as Faults) : NOTHING_WRONG;
+  const faults = numbers instanceof Map ? (numbers as Faults) : NO_FAULTS;
   const lastRobot = useRef<Robot | null>(null); // while a cell is invalid, the last arm is shown
   const robot = useMemo(() => {
     if (!("rows" in numbers)) return lastRobot.current;
@@ -63,9 +63,9 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
   const followLink = (): void => {
     if (!window.location.hash.includes("=") || window.location.hash === writtenFragment.current) return;
     lastPose.current = undefined;
-    setState(parseAddress(knownArms));
+    setState(parseAddress(allArms));
   };
-  useEffect(() => listen(window, "hashchange", followLink), [knownArms]);
+  useEffect(() => listen(window, "hashchange", followLink), [allArms]);
 
   const settledPose = stage?.settledState.pose;
   const fragment = writeFragment(
@@ -94,16 +94,16 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
   );
   const beginWith = useCallback(
     (key: string): void => {
-      const knownArm = knownArms.find((arm) => arm.key === key);
+      const knownArm = allArms.find((arm) => arm.key === key);
       if (key && !knownArm) return;
       lastPose.current = undefined;
       const table = convertAngles(knownArm ? makeTable(knownArm, getLanguage().code) : NEW_TABLE, state.table.angles);
       setState({ table, robot: knownArm ? key : null, pose: null, fault: null });
     },
-    [knownArms, state.table.angles],
+    [allArms, state.table.angles],
   );
   const rememberPose = useCallback((next: NamedPose) => void (lastPose.current = next), []);
-  const source = knownArms.find(({ key }) => key === state.robot)?.source;
+  const source = allArms.find(({ key }) => key === state.robot)?.source;
   const warning = "rows" in numbers ? findUnitWarning(numbers) : null;
   return (
     <div class="workspace">
@@ -116,7 +116,7 @@ export function OwnArm({ known }: { known: KnownArms }): JSX.Element {
           </p>
         ) : null}
         <div class="own-begin">
-          <Begin known={known} chosen={state.robot} onBegin={beginWith} />
+          <Begin knownArms={knownArms} chosenKey={state.robot} onBegin={beginWith} />
           <label>
             {say("own.name")}
             <input
@@ -170,21 +170,22 @@ function findLinkedPose({ pose, table }: OwnState): NamedPose | undefined {
 }
 
 /** Return the arm that the address describes; the first known arm if it describes none. */
-function parseAddress(knownArms: readonly KnownArm[]): OwnState {
+function parseAddress(allArms: readonly KnownArm[]): OwnState {
   const makeKnownTable = (arm: KnownArm): Table => convertAngles(makeTable(arm, getLanguage().code), NEW_TABLE.angles);
-  const firstArm = { table: makeKnownTable(knownArms[0]!), robot: knownArms[0]!.key, pose: null };
+  const firstArm = { table: makeKnownTable(allArms[0]!), robot: allArms[0]!.key, pose: null };
   const content = parseFragment(window.location.hash);
   if (content === null) return { ...firstArm, fault: null };
   if (content === "unreadable") return { ...firstArm, fault: "own.no-table" };
   if (content.table) return { table: content.table, robot: null, pose: content.pose, fault: null };
-  const robot = knownArms.find(({ key }) => key === content.robot);
+  const robot = allArms.find(({ key }) => key === content.robot);
   if (!robot) return { ...firstArm, fault: "own.no-robot" };
   return { table: makeKnownTable(robot), robot: robot.key, pose: content.pose, fault: null };
 }
 
 interface BeginProps {
-  readonly known: KnownArms;
-  readonly chosen: string | null;
+  readonly knownArms: KnownArms;
+  /** The key of the arm with which the table began; null for a typed table. */
+  readonly chosenKey: string | null;
   readonly onBegin: (key: string) => void;
 }
 
@@ -194,9 +195,9 @@ const Begin = memo((props: BeginProps): JSX.Element => {
   const makeOptions = (arms: readonly KnownArm[]): Option[] =>
     arms.map(({ key, name, titles }) => [key, titles?.[code] ?? name]);
   return (
-    <Choice label="own.begin" value={props.chosen ?? ""} any="own.typed" onValue={props.onBegin}>
-      <optgroup label={say("own.plain")}>{optionsOf(makeOptions(props.known.plain))}</optgroup>
-      <optgroup label={say("own.robots")}>{optionsOf(makeOptions(props.known.robots))}</optgroup>
+    <Choice label="own.begin" value={props.chosenKey ?? ""} any="own.typed" onValue={props.onBegin}>
+      <optgroup label={say("own.plain")}>{optionsOf(makeOptions(props.knownArms.plain))}</optgroup>
+      <optgroup label={say("own.robots")}>{optionsOf(makeOptions(props.knownArms.robots))}</optgroup>
     </Choice>
   );
 });
