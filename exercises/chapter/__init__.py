@@ -69,10 +69,8 @@ def solve_examples(language: str = ENGLISH) -> tuple[Example, ...]:
         solutions = [_write_worked_solution(arms[key], name, language) for name in questions]
         steps = tuple(zip(titles, solutions, strict=True))
         is_first_use = all(example.key != key for example in examples)
-        has_singularities = "singular-angles" in questions
-        examples.append(
-            Example(number, catalogue.gettext(title), key, arms[key], steps, is_first_use, has_singularities)
-        )
+        shown_drawings = is_first_use, "singular-angles" in questions
+        examples.append(Example(number, catalogue.gettext(title), key, arms[key], steps, *shown_drawings))
     return tuple(examples)
 
 

@@ -18,7 +18,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm import mpmath_kinematics as precise
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import Chain, is_angle_symbol
 from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, MpmathArm, Vector
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
@@ -52,7 +52,7 @@ def _evaluate_generic_jacobian(chain: Chain) -> np.ndarray:
 
 def find_symbolic_angle_objection(chain: Chain) -> str | None:
     """Return an objection to an arm with a symbolic angle in its table, for which no number is sampled; else None."""
-    angles = [symbol.name for symbol in chain.parameters if symbol.name.startswith(("alpha", "beta"))]
+    angles = [symbol.name for symbol in chain.parameters if is_angle_symbol(symbol)]
     return f"its angle {angles[0]} is symbolic" if angles else None
 
 
