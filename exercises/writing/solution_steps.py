@@ -167,7 +167,7 @@ class SolutionSteps:
             vector, origin = self.derivation.p_star[:, joint - 1], self.origins[i]
             if self._depends_on_joints(vector):
                 depends = self._depends_on_joints
-                # Where only the vector depends on the joints, it shows how the coordinate of P depends on them.
+                # If only the vector depends on the joints, it shows how the coordinate of P depends on them.
                 revealed_count = sum(depends(vector[k]) and not depends(origin[k]) for k in range(3))
                 return (i, vector) if depends(origin) and revealed_count < 2 else None
         return None
