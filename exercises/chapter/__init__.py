@@ -29,7 +29,7 @@ def make_planar_2r() -> Chain:
 
 
 def make_scorbot_arm() -> Chain:
-    """Return the arm of Example 6.3: a Scorbot down to the wrist point P."""
+    """Return the arm of Example 6.3: a Scorbot up to the wrist point P."""
     return replace(sample_chain(ProblemId("elbow-3r", 0, variation="chapter")), title="Scorbot, wrist point P")
 
 

@@ -120,8 +120,8 @@ def _derive_gram_determinant(symbolic_chain: Chain) -> Factored:
     """Return det(J J^T) of a structure: the squared shared factors of all minors, times a sum of squares."""
     shared_factors, quotients = _factor_minors(symbolic_chain)
     squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).to_expression() ** 2 for minor in quotients))
-    factored = factor_trig(sp.expand(squares)).to_expression() if len(quotients) > 1 else squares
-    shortest_form = min((squares, factored), key=lambda form: len(sp.Add.make_args(form)) + sp.count_ops(form))
+    factored_sum = factor_trig(sp.expand(squares)).to_expression() if len(quotients) > 1 else squares
+    shortest_form = min((squares, factored_sum), key=lambda form: len(sp.Add.make_args(form)) + sp.count_ops(form))
     squared_factors = tuple((factor, 2 * power) for factor, power in shared_factors.factors)
     return Factored(shared_factors.coefficient**2, (*squared_factors, (shortest_form, 1)))
 
