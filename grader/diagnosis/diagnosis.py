@@ -88,7 +88,9 @@ def diagnose(
     """
     diagnosis = _find_mistake(problem, part, parsed_answer, seed, earlier_mistakes)
     reference = _refer_to_chapter(question_of(part).source)
-    if diagnosis is None or not reference or all(CATALOGUE[name].source for name in diagnosis.mistakes):
+    if diagnosis is None or not diagnosis.mistakes or not reference:
+        return diagnosis
+    if any(CATALOGUE[name].source for name in diagnosis.mistakes):  # the message has a reference
         return diagnosis
     return replace(diagnosis, feedback=f"{diagnosis.feedback} See {reference}.")
 
