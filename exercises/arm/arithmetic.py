@@ -48,11 +48,11 @@ class NumericArithmetic:
 
     def evaluate_stepped(self, program: Program, names: Iterable[str]) -> np.ndarray:
         """Return the stepped values (…, N, n + 1) of the results of a program; `names` are its symbols."""
-        values = {name: self._stepped_values(name).ravel() for name in names}
+        values = {name: self._compute_stepped_values(name).ravel() for name in names}
         shape = (self.configuration_count, len(self._joints) + 1)
         return evaluate(program, values, shape[0] * shape[1]).values.reshape(-1, *shape)
 
-    def _stepped_values(self, name: str) -> np.ndarray:
+    def _compute_stepped_values(self, name: str) -> np.ndarray:
         """Return the stepped value (N, n + 1) of a symbol."""
         stepped = np.repeat(self.values[name].astype(complex)[:, None], len(self._joints) + 1, axis=1)
         if name in self._joints:

@@ -33,6 +33,11 @@ Triple = tuple[sp.Expr, sp.Expr, sp.Expr]
 """The coordinates x, y, z of a point (m), or the angles roll, pitch, yaw (rad)."""
 
 
+def is_angle_symbol(symbol: sp.Symbol) -> bool:
+    """Return whether a symbolic constant of an arm is an angle, such as alpha2 or beta, and not a length."""
+    return symbol.name.startswith(("alpha", "beta"))
+
+
 @dataclass(frozen=True)
 class HasKind:
     """The base class of joints, axes and table rows: `kind` is "R" for a revolute joint, "P" for a prismatic one."""
@@ -210,19 +215,19 @@ class Chain:
         """The joint variables, theta_i or d_i."""
         return tuple(sp.Symbol(f"{joint.variable_key}{i}") for i, joint in enumerate(self.joints, 1))
 
-    def joint_indices_of_kind(self, kind: str) -> list[int]:
+    def list_joints_of_kind(self, kind: str) -> list[int]:
         """Return the indices (from 0) of the joints of a kind, "R" or "P"."""
         return [i for i, joint in enumerate(self.joints) if joint.kind == kind]
 
     @cached_property
     def revolute_joints(self) -> list[int]:
         """The indices (from 0) of the revolute joints."""
-        return self.joint_indices_of_kind(REVOLUTE)
+        return self.list_joints_of_kind(REVOLUTE)
 
     @cached_property
     def prismatic_joints(self) -> list[int]:
         """The indices (from 0) of the prismatic joints."""
-        return self.joint_indices_of_kind(PRISMATIC)
+        return self.list_joints_of_kind(PRISMATIC)
 
     @cached_property
     def rates(self) -> tuple[sp.Symbol, ...]:

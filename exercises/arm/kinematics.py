@@ -132,8 +132,8 @@ def compute_jacobian_in_frame(chain: Chain, frame: int, reference_frame: int | N
             z, origin = pose.rotation.T * Z, -(pose.rotation.T * pose.origin)
         else:
             z, origin = pose.rotation * Z, pose.origin
-        linear, angular = (z.cross(point - origin), z) if joint.is_revolute else (z, sp.zeros(3, 1))
-        columns.append(linear if reference_frame is None else linear.col_join(angular))
+        linear_part, angular_part = (z.cross(point - origin), z) if joint.is_revolute else (z, sp.zeros(3, 1))
+        columns.append(linear_part if reference_frame is None else linear_part.col_join(angular_part))
     return sp.Matrix.hstack(*columns)
 
 
@@ -172,42 +172,44 @@ class NumericChain:
         self.point_frame = chain.point.frame
         self.point_offset = np.array([*map(to_float, chain.point.offset), 1.0])
         zero, tilt = np.zeros(()), np.array(to_float(chain.base.tilt))
-        self.base = _pose(np.array(to_float(chain.base.yaw)), zero, zero, np.array([np.cos(tilt), np.sin(tilt)]))
+        self.base = _compute_row_poses(
+            np.array(to_float(chain.base.yaw)), zero, zero, np.array([np.cos(tilt), np.sin(tilt)])
+        )
         self.base[:3, 3] = [to_float(value) for value in chain.base.position]
 
     @staticmethod
     def stack(arms: Sequence["NumericChain"]) -> "NumericChain":
         """Return k arms with the same structure as one object, for configurations (k, m, n), m of each arm."""
         first_arm = arms[0]
-        combined = copy(first_arm)
+        combined_arm = copy(first_arm)
         if all(arm is first_arm for arm in arms):
-            return combined
+            return combined_arm
         for name in ("joint_offsets", "fixed_entries", "a", "point_offset", "base"):
-            setattr(combined, name, np.stack([getattr(arm, name) for arm in arms])[:, None])
-        combined._cos_sin_alpha = np.stack([arm._cos_sin_alpha for arm in arms], axis=1)[:, :, None]
-        return combined
+            setattr(combined_arm, name, np.stack([getattr(arm, name) for arm in arms])[:, None])
+        combined_arm._cos_sin_alpha = np.stack([arm._cos_sin_alpha for arm in arms], axis=1)[:, :, None]
+        return combined_arm
 
     def with_point(self, frame: int) -> "NumericChain":
         """Return the same arm with the origin of the frame with this number as its point of interest."""
-        changed = copy(self)
-        changed.point_frame, changed.point_offset = frame, np.array([0.0, 0.0, 0.0, 1.0])
-        return changed
+        changed_arm = copy(self)
+        changed_arm.point_frame, changed_arm.point_offset = frame, np.array([0.0, 0.0, 0.0, 1.0])
+        return changed_arm
 
     def keep_first_joints(self, joint_count: int, point_offset: tuple[float, float, float]) -> "NumericChain":
         """Return the arm of the first `joint_count` joints, with the point at `point_offset` in its last frame."""
-        shortened = copy(self)
+        shortened_arm = copy(self)
         for name in ("kinds", "is_revolute", "joint_offsets", "fixed_entries", "a"):
-            setattr(shortened, name, getattr(self, name)[:joint_count])
-        shortened._cos_sin_alpha = self._cos_sin_alpha[:, :joint_count]
-        shortened.point_frame, shortened.point_offset = joint_count, np.array([*point_offset, 1.0])
-        return shortened
+            setattr(shortened_arm, name, getattr(self, name)[:joint_count])
+        shortened_arm._cos_sin_alpha = self._cos_sin_alpha[:, :joint_count]
+        shortened_arm.point_frame, shortened_arm.point_offset = joint_count, np.array([*point_offset, 1.0])
+        return shortened_arm
 
     def compute_frames(self, q: np.ndarray) -> np.ndarray:
         """Return the poses of frames 0 ... n, shape (…, n + 1, 4, 4), at joint values q of shape (…, n)."""
         q = np.asarray(q, dtype=float)
         poses = np.empty((*q.shape[:-1], q.shape[-1] + 1, 4, 4))
         poses[..., 0, :, :] = self.base
-        steps = _pose(*self._theta_and_d(q), self.a, self._cos_sin_alpha)
+        steps = _compute_row_poses(*self._compute_theta_and_d(q), self.a, self._cos_sin_alpha)
         for i in range(q.shape[-1]):
             np.matmul(poses[..., i, :, :], steps[..., i, :, :], out=poses[..., i + 1, :, :])
         return poses
@@ -218,7 +220,7 @@ class NumericChain:
         corners = frames[..., 1:, :3, 3] - self.a[:, None] * frames[..., 1:, :3, 0]
         return self._convention.convert_standard_frames(frames, corners, self._base_position)
 
-    def _theta_and_d(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _compute_theta_and_d(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return theta and d of every row of the table, shape (…, n); constant entries may have shape (n)."""
         variable_entries = q + self.joint_offsets
         if self.is_revolute.all():
@@ -245,14 +247,14 @@ class NumericChain:
         z, origins = frames[..., :-1, :3, 2], frames[..., :-1, :3, 3]
         rows = np.empty((*z.shape[:-1], 6))
         rows[..., :3], rows[..., 3:] = cross(z, self.compute_point_of(frames)[..., None, :] - origins), z
-        for prismatic in np.flatnonzero(~self.is_revolute).tolist():
-            rows[..., prismatic, :3] = z[..., prismatic, :]
-            rows[..., prismatic, 3:] *= 0.0
+        for prismatic_joint in np.flatnonzero(~self.is_revolute).tolist():
+            rows[..., prismatic_joint, :3] = z[..., prismatic_joint, :]
+            rows[..., prismatic_joint, 3:] *= 0.0
         rows[..., self.point_frame :, :3] *= 0.0  # joints after the point's frame do not move the point
         return rows.swapaxes(-1, -2)
 
 
-def _pose(theta: np.ndarray, d: np.ndarray, a: np.ndarray, cos_sin_alpha: np.ndarray) -> np.ndarray:
+def _compute_row_poses(theta: np.ndarray, d: np.ndarray, a: np.ndarray, cos_sin_alpha: np.ndarray) -> np.ndarray:
     """Return the pose Rz(theta) Tz(d) Tx(a) Rx(alpha) for each theta, (…, 4, 4)."""
     (ct, st), (ca, sa) = (np.cos(theta), np.sin(theta)), cos_sin_alpha
     pose = np.zeros((*theta.shape, 4, 4))

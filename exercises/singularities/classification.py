@@ -4,6 +4,7 @@ A component of the singular set (`singular_set`) is classified by samples of its
 in what does not matter for singularities share a normalized arm (`normalized_arm`), and so share its classification.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -12,7 +13,7 @@ from itertools import chain as chain_together
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import Chain, is_angle_symbol
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import are_unrelated, replace_lengths_by_symbols
@@ -74,7 +75,7 @@ def make_domain(
         roles[rate.name] = "signed"
     roles.update(dict.fromkeys(VELOCITY_NAMES, "signed"))
     for symbol in chain.parameters:
-        roles[symbol.name] = "angle" if symbol.name.startswith(("alpha", "beta")) else "length"
+        roles[symbol.name] = "angle" if is_angle_symbol(symbol) else "length"
     return Domain({**roles, **(values or {})})
 
 
@@ -237,7 +238,7 @@ def sample_representatives(chain: Chain, conditions: Sequence[str]) -> list[Samp
     # what configurations look like, and their kind, may depend on which symbolic length is larger
     length_count = max(_MIN_LENGTH_COUNT, len(chain.parameters)) if chain.parameters else 1
     arm_count = _ARMS_PER_LENGTH * length_count
-    samples_per_arm = -(-_SAMPLE_COUNT // (arm_count * len(conditions)))
+    samples_per_arm = math.ceil(_SAMPLE_COUNT / (arm_count * len(conditions)))
     samples_of_each = (sample_condition(chain, text, "seen", arm_count, samples_per_arm) for text in conditions)
     samples = list(chain_together(*samples_of_each))
     return samples[:: max(1, len(samples) // _SAMPLE_COUNT)]

@@ -37,7 +37,7 @@ _MAX_STEP_SIZE = 0.7
 """Maximum step: radians for a revolute joint, fractions of the arm length for a prismatic joint."""
 _PRISMATIC_LENGTH = 0.3
 """The length (m) that a prismatic joint adds to the arm length."""
-_PINV_RCOND = 1e-10
+_RELATIVE_CUTOFF = 1e-10
 """A step ignores singular values below this fraction of the largest (relative cutoff of the pseudoinverse)."""
 
 
@@ -216,7 +216,7 @@ def _solve(equations: Equations, x: np.ndarray, units: np.ndarray | float = 1.0)
         is_active = ~(np.abs(values).max(axis=1) < EQUATION_TOLERANCE)
         if not is_active.any():
             break
-        steps = -(np.linalg.pinv(derivatives[is_active], rcond=_PINV_RCOND) @ values[is_active, :, None])[:, :, 0]
+        steps = -(np.linalg.pinv(derivatives[is_active], rcond=_RELATIVE_CUTOFF) @ values[is_active, :, None])[:, :, 0]
         x[is_active] += shorten_steps(steps, _MAX_STEP_SIZE) * units
     residuals, _ = equations(x)
     return np.abs(residuals).max(axis=1) < EQUATION_TOLERANCE, x
@@ -286,11 +286,12 @@ class _RankTest:
 
         The derivative of column i = (v_i, w_i) is (w_j x v_i, w_j x w_i) if j <= i, and (w_i x v_j, 0) if j > i.
         """
-        linear, angular = self._compute_columns(q)
-        n = linear.shape[1]
-        earlier_derivatives = cross(angular[:, None], linear[:, :, None])  # k x (column i) x (joint j) x 3, for j <= i
-        is_earlier = np.arange(n)[:, None] >= np.arange(n)
-        linear_derivatives = np.where(is_earlier[:, :, None], earlier_derivatives, earlier_derivatives.swapaxes(1, 2))
-        angular_derivatives = np.where(is_earlier[:, :, None], cross(angular[:, None], angular[:, :, None]), 0.0)
+        linear_parts, angular_parts = self._compute_columns(q)
+        n = linear_parts.shape[1]
+        w_j = angular_parts[:, None]
+        earlier_derivatives = cross(w_j, linear_parts[:, :, None])  # k x (column i) x (joint j) x 3, for j <= i
+        is_earlier = (np.arange(n)[:, None] >= np.arange(n))[:, :, None]
+        linear_derivatives = np.where(is_earlier, earlier_derivatives, earlier_derivatives.swapaxes(1, 2))
+        angular_derivatives = np.where(is_earlier, cross(w_j, angular_parts[:, :, None]), 0.0)
         derivative = np.concatenate([linear_derivatives, angular_derivatives], axis=3)[..., self._task_rows]
         return np.asarray(derivative.transpose(0, 3, 1, 2))
