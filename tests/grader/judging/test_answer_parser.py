@@ -241,12 +241,11 @@ def assert_metadata_describes_forms(problem: Problem) -> None:
     metadata = json.loads(json.dumps(make_notebook_metadata("student", "hw", "ada", [("p1", problem)])))
     for part in problem.parts:
         expected, claimed = find_expected_form(problem, part), find_claimed_form(metadata, "p1", part.name)
-        if part.answer.offered_options:
-            assert claimed is None
-            continue
         assert claimed is not None and claimed.answer.shape == part.shape
         assert type(claimed.answer) is type(expected.answer)
         assert claimed.answer.expected_units == part.answer.expected_units
+        assert claimed.answer.offered_options == part.answer.offered_options
+        assert claimed.answer.matched_items == part.answer.matched_items
         assert set(claimed.domain.roles) == set(expected.domain.roles)
         assert replace(claimed, answer=expected.answer, domain=expected.domain) == expected
 
@@ -256,6 +255,8 @@ INVALID_FORMS: tuple[object, ...] = (
     5, [], {"type": 5}, {"type": "choice"}, {"type": "pickle", "shape": [2, 2]}, {"shape": [2, 2]},
     *(FORMS | {"shape": shape} for shape in (5, [2], ["2", "2"], [2, 1e9], [0, 2], [2, -1], [10**9, 10**9], [[2], 2])),
     FORMS | {"labels": 5}, FORMS | {"columns": [5]}, FORMS | {"metres": "3"},
+    {"type": "choice", "options": 5}, {"type": "selection", "options": [1]}, {"type": "choice", "options": ["a"] * 9},
+    {"type": "matching", "options": ["a"]},
     {"type": "number", "shape": [2, 1], "units": ["m"]}, {"type": "number", "shape": [2, 1], "units": [1, 2]},
 )  # fmt: skip
 
