@@ -29,7 +29,13 @@ from qdot.grader.marking.marking import WRONG_OR_PARTIAL
 from qdot.grader.reports.answer_display import ShownAnswer, make_visible, show_answer
 from qdot.grader.reports.counterexample_figure import draw_example
 from qdot.grader.reports.counterexample_table import SUPERSCRIPT, CounterexampleTable, make_counterexample_table
-from qdot.grader.reports.feedback_levels import limit_feedback, remove_numbers, replace_patterns, shows_at_least
+from qdot.grader.reports.feedback_levels import (
+    capitalize,
+    limit_feedback,
+    remove_numbers,
+    replace_patterns,
+    shows_at_least,
+)
 from qdot.grader.reports.part_rows import describe_decisions, describe_override
 
 PAGE_VERSION = 12
@@ -45,9 +51,6 @@ CELL_STOP_OUTCOMES = (
 NO_ANSWERS_NOTE = "Your notebook has no answer to any question. Did you submit the notebook in which you worked?"
 MAX_PARTS_WITHOUT_OVERVIEW = 6
 """If a student has more parts than this, the page begins with an overview of them."""
-
-NAME_AT_START = r"qdot\b|[A-Za-z]+[\d_.(]|\w+ (appears|has|can't|means|with)\b"
-"""Beginnings of reasons that keep their small letter: qdot, and names in formulas or in the notebook."""
 
 _END = r"(?=$|\. )"
 SHORT_REASONS = (
@@ -123,7 +126,7 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
     decisions = describe_decisions(result)
     if result.obstacle is not None:
         decisions += [describe_override(part.override, name) for name, part in result.parts.items() if part.override]
-    notes = [make_visible(note) for note in (*decisions, *map(_capitalize, _omit_repeated_stops(result.notes, parts)))]
+    notes = [make_visible(note) for note in (*decisions, *map(capitalize, _omit_repeated_stops(result.notes, parts)))]
     first_parts = [part for problem in problems if (part := _find_first_part(problem))]
     if parts and all(part.outcome_text == OUTCOME_WORDS[Outcome.MISSING] for part in parts):
         notes, first_parts = [NO_ANSWERS_NOTE, *notes], []
@@ -141,11 +144,6 @@ def _omit_repeated_stops(notes: Sequence[str], parts: Sequence[PartOnPage]) -> l
     stop_notes = [note for note in notes if re.fullmatch(r"qdot stopped cell \d+: [^;]*", note)]
     stopped_parts = [part for part in parts if part.reason.startswith("qdot stopped the cell with this answer")]
     return [note for note in notes if note not in stop_notes or len(stopped_parts) < len(stop_notes)]
-
-
-def _capitalize(text: str) -> str:
-    """Return a text with a capital at the beginning, unless its first word is a name such as `p1_jacobian`."""
-    return text if re.match(NAME_AT_START, text) else text[:1].upper() + text[1:]
 
 
 def _find_first_part(problem: ProblemOnPage) -> PartOnPage | None:
@@ -279,7 +277,7 @@ def _write_reason(part: PartResult, omits_numbers: bool) -> str:
         reason = re.sub(rf"; entry (\d+|\(\d+, \d+\)) (is wrong|differs){_END}", "", reason)
     if "in degrees" in (part.advice or ""):
         reason = re.sub(DEGREES_REASON, "", reason)
-    return make_visible(_capitalize(reason))
+    return make_visible(capitalize(reason))
 
 
 def _describe_comparison(part: Part, certificate: Certificate | None) -> str:

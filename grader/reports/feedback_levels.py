@@ -50,6 +50,15 @@ _MISTAKE_NAME_PATTERNS = ((r" \(transposed\?\)|; is it transposed\?", ""),)
 """Patterns that name a mistake in the reason why an answer could not be parsed, with their replacements."""
 
 
+NAME_AT_START = r"qdot\b|[A-Za-z]+[\d_.(]|\w+ (appears|has|can't|means|with)\b"
+"""Beginnings of reasons that keep their small letter: qdot, and names in formulas or in the notebook."""
+
+
+def capitalize(text: str) -> str:
+    """Return a text with a capital at the beginning, unless its first word is a name such as `p1_jacobian`."""
+    return text if re.match(NAME_AT_START, text) else text[:1].upper() + text[1:]
+
+
 def shows_at_least(level: str, other_level: str) -> bool:
     """Return whether a level of feedback shows at least as much as another level."""
     return FEEDBACK.index(level) >= FEEDBACK.index(other_level)

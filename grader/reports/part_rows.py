@@ -10,7 +10,7 @@ from qdot.exercises.mistakes.base import add_chapter_to_reference
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading.result import Override, Result
 from qdot.grader.marking.marking import format_points
-from qdot.grader.reports.feedback_levels import limit_feedback
+from qdot.grader.reports.feedback_levels import capitalize, limit_feedback
 from qdot.grader.reports.grades_table import REASONS_WITHOUT_MARK, UNMARKED_STATUSES, find_work_status
 
 MAX_MESSAGE_LENGTH = 4000
@@ -49,8 +49,10 @@ def make_part_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow
     for name, part in result.parts.items():
         shown_part = limit_feedback(part, feedback)
         override_text = "" if part.override is None else describe_override(part.override, "Points")
-        sentences = [text.rstrip(".") for text in (shown_part.advice, shown_part.reason, override_text) if text]
-        message = shorten(add_chapter_to_reference(" ".join(". ".join(sentences).split())), MAX_MESSAGE_LENGTH)
+        texts = list(filter(None, (shown_part.advice, shown_part.reason, override_text)))
+        sentences = [f"{capitalize(text)}{'' if text.endswith(('.', '?')) else '.'}" for text in texts]
+        message = " ".join(" ".join(sentences if len(texts) > 1 else texts).split()).removesuffix(".")
+        message = shorten(add_chapter_to_reference(message), MAX_MESSAGE_LENGTH)
         question = ALL_QUESTIONS.get(part.name)  # None for an instructor's own question
         title = part.name.replace("-", " ").capitalize() if question is None else question.title
         rows.append(PartRow(name, title, part.outcome, part.points, part.max_points, message))

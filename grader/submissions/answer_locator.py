@@ -253,7 +253,7 @@ class _Notebook:
         if code not in self._trees:
             self._remaining_characters -= len(code)
             if self._remaining_characters < 0:
-                raise OverLimit("the cells have too much code to search for answers; remove the code that is no answer")
+                raise OverLimit("the cells have too much code to search; remove code that is not part of an answer")
             self._trees[code] = parse_python(code, MAX_CELL_CHARACTERS)
         return self._trees[code]
 

@@ -143,7 +143,7 @@ def _read_within_limits(name: str, label: str, data: bytes) -> Content:
     content = _parse_content(name, label, data)
     if sum(len(cell.source) for cell in content.cells if cell.is_code) > MAX_CODE_CHARACTERS:
         size = f"{MAX_CODE_CHARACTERS // 1_000_000} MB"
-        raise OverLimit(f"{label} has more than {size} of code in its cells; remove the code that is no answer")
+        raise OverLimit(f"{label} has more than {size} of code in its cells; remove code that is not part of an answer")
     if len(content.cells) > MAX_CELLS:
         raise OverLimit(f"{label} has more than {MAX_CELLS} cells; submit a notebook with only your answers")
     return content

@@ -14,12 +14,12 @@ import { measuresOf, stateAt } from "./model.js";
 import { edgesOf, withFraming, framingOf, isSamePose, isInView, findReadableOrbit } from "./framing.js";
 import { dragLink, movePoint } from "./moves.js";
 import { extentOf, limitToRange } from "./ranges.js";
-import { pointAtShare, linkOf, nearestShare } from "./shape.js";
+import { linkOf, pointAtShare } from "./shape.js";
 import type { Stage } from "./stage.js";
 import { Space } from "./space.js";
 import { add, addScaled, dot, subtract, type Vec3 } from "./vector.js";
 import type { Orbit, Pixel, View } from "./view.js";
-import { ARROWS, FIRST_ORBIT, planeNormalOf, vectorFromPixels, toPixel, viewOf } from "./view.js";
+import { ARROWS, FIRST_ORBIT, nearestOnLine, planeNormalOf, toPixel, vectorFromPixels, viewOf } from "./view.js";
 import { useSize } from "./size.js";
 import { classifyNearness } from "./descriptions.js";
 
@@ -187,7 +187,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
               onPointerDown={(event) => {
                 choose(i);
                 const corners = line.map((corner) => toPixel(view, corner));
-                startDrag(event, (startPixel) => ({ link: i, share: nearestShare(corners, startPixel) }));
+                startDrag(event, (startPixel) => ({ link: i, share: nearestOnLine(corners, startPixel).share }));
               }}
             />
           ))}

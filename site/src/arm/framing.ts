@@ -44,15 +44,15 @@ export function framingOf(
 ): Framing {
   const { isFlat, lineCount = 1 } = surroundings;
   const pointPixels = [...pointsOfArm(arm, state), ...extraPoints].map((place) => toPixel(view, place));
-  const bodies = isFlat ? [] : bodiesOf(arm, state, view);
+  const [acrossBodies, downBodies] = isFlat ? [] : bodiesOf(arm, state, view);
   const sideMargin = Math.min(isFlat ? FLAT_MARGIN : SOLID_MARGIN, MARGIN_SHARE * view.height);
   const heightMargin = sideMargin + Math.min(TEXT_HEIGHT, 0.05 * view.height);
   const textHeight = Math.min(HINT_HEIGHT, 0.1 * view.height) + LINE_HEIGHT * (lineCount - 1);
   const buttonWidth = isFlat ? 0 : BUTTON_WIDTH;
   const [xs, ys] = [0, 1].map((k) => pointPixels.map((place) => place[k as 0 | 1]));
   const [horizontalFit, verticalFit] = [
-    fitOf(xs!, [sideMargin, sideMargin + buttonWidth], bodies[0], [EDGE_DISTANCE, EDGE_DISTANCE + buttonWidth]),
-    fitOf(ys!, [heightMargin, heightMargin], bodies[1], [EDGE_DISTANCE, textHeight]),
+    fitOf(xs!, [sideMargin, sideMargin + buttonWidth], acrossBodies, [EDGE_DISTANCE, EDGE_DISTANCE + buttonWidth]),
+    fitOf(ys!, [heightMargin, heightMargin], downBodies, [EDGE_DISTANCE, textHeight]),
   ];
   const zoom = Math.max(
     MIN_ZOOM,
@@ -75,26 +75,27 @@ interface AxisFit {
 /** Return how points, and bodies of joints if any, fit in one direction of the page; each has its own margins. */
 function fitOf(
   points: readonly number[],
-  margin: Interval,
+  [lowMargin, highMargin]: Interval,
   bodies: Interval | undefined,
-  bodyMargin: Interval,
+  [lowBodyMargin, highBodyMargin]: Interval,
 ): AxisFit {
-  const lows: Interval[] = [[Math.min(...points), margin[0]]];
-  const highs: Interval[] = [[Math.max(...points), margin[1]]];
+  const lows: (readonly [place: number, margin: number])[] = [[Math.min(...points), lowMargin]];
+  const highs: typeof lows = [[Math.max(...points), highMargin]];
   if (bodies) {
-    lows.push([bodies[0], bodyMargin[0]]);
-    highs.push([bodies[1], bodyMargin[1]]);
+    const [lowEnd, highEnd] = bodies;
+    lows.push([lowEnd, lowBodyMargin]);
+    highs.push([highEnd, highBodyMargin]);
   }
   return {
     maxZoom: (pixelCount) =>
       Math.min(
-        ...lows.flatMap(([low, lowMargin]) =>
-          highs.map(([high, highMargin]) => (pixelCount - lowMargin - highMargin) / Math.max(high - low, 1)),
+        ...lows.flatMap(([low, marginBefore]) =>
+          highs.map(([high, marginAfter]) => (pixelCount - marginBefore - marginAfter) / Math.max(high - low, 1)),
         ),
       ),
     middleAt: (zoom) =>
-      (Math.min(...lows.map(([low, lowMargin]) => low - lowMargin / zoom)) +
-        Math.max(...highs.map(([high, highMargin]) => high + highMargin / zoom))) /
+      (Math.min(...lows.map(([low, margin]) => low - margin / zoom)) +
+        Math.max(...highs.map(([high, margin]) => high + margin / zoom))) /
       2,
   };
 }

@@ -18,8 +18,8 @@ import { findMostSensitivePair, type JointPair, poseAtSpot, type ShownValue } fr
 import { paintTerrain } from "./shade.js";
 import { sizeKey } from "./descriptions.js";
 import { useMap } from "./use-map.js";
-import type { Spot, Stretch } from "./zeros.js";
-import { ARROWS, pointsText } from "./view.js";
+import { interpolate, type Spot, type Stretch } from "./zeros.js";
+import { ARROWS, nearestOnLine, type Pixel, pointsText } from "./view.js";
 
 const [LEFT_MARGIN, BOTTOM_MARGIN, EDGE_MARGIN] = [44, 34, 18];
 const NO_STRETCHES: readonly Stretch[] = [];
@@ -45,15 +45,17 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   const terrain = map?.terrain ?? null;
   const stretches = map?.stretches ?? NO_STRETCHES;
 
-  const [acrossRange, upRange] = [rangeOf(arm, pair[0]), rangeOf(arm, pair[1])];
+  const [acrossJoint, upJoint] = pair;
+  const [acrossRange, upRange] = [rangeOf(arm, acrossJoint), rangeOf(arm, upJoint)];
   const [plotWidth, plotHeight] = [width - LEFT_MARGIN - EDGE_MARGIN, height - BOTTOM_MARGIN - EDGE_MARGIN];
-  const pixelOf = ([u, v]: Spot): Spot => [
-    LEFT_MARGIN + ((u - acrossRange.low) / (acrossRange.high - acrossRange.low)) * plotWidth,
-    EDGE_MARGIN + plotHeight - ((v - upRange.low) / (upRange.high - upRange.low)) * plotHeight,
-  ];
-  const currentSpot: Spot = [pose[pair[0]]!, pose[pair[1]]!];
+  const xOf = (u: number): number =>
+    LEFT_MARGIN + ((u - acrossRange.low) / (acrossRange.high - acrossRange.low)) * plotWidth;
+  const yOf = (v: number): number =>
+    EDGE_MARGIN + plotHeight - ((v - upRange.low) / (upRange.high - upRange.low)) * plotHeight;
+  const pixelOf = ([u, v]: Spot): Pixel => [xOf(u), yOf(v)];
+  const currentSpot: Spot = [pose[acrossJoint]!, pose[upJoint]!];
   const moveTo = ([u, v]: Spot): void =>
-    move(poseAtSpot(pose, pair, [limitToRange(arm, pair[0], u), limitToRange(arm, pair[1], v)]));
+    move(poseAtSpot(pose, pair, [limitToRange(arm, acrossJoint, u), limitToRange(arm, upJoint, v)]));
   const dragTo = (event: PointerEvent): void => {
     const corner = box.current!.getBoundingClientRect();
     const [x, y] = [event.clientX - corner.left, event.clientY - corner.top];
@@ -62,19 +64,15 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
       acrossRange.low + clampToUnit((x - LEFT_MARGIN) / plotWidth) * (acrossRange.high - acrossRange.low),
       upRange.low + clampToUnit((EDGE_MARGIN + plotHeight - y) / plotHeight) * (upRange.high - upRange.low),
     ];
-    moveTo(
-      snapToLine(pointedSpot, stretches, [
-        plotWidth / (acrossRange.high - acrossRange.low),
-        plotHeight / (upRange.high - upRange.low),
-      ]) ?? pointedSpot,
-    );
+    moveTo(snapToLine(pointedSpot, stretches, pixelOf));
   };
   const pressKey = (event: KeyboardEvent): void => {
     const step = ARROWS[event.key];
     if (!step || event.ctrlKey || event.metaKey || event.altKey) return;
     const stepCount = event.shiftKey ? 10 : 2;
     const stepOf = (joint: number): number => (arm.joints[joint]!.kind === "R" ? Math.PI / 180 : 0.005) * stepCount;
-    moveTo([currentSpot[0] + step[0] * stepOf(pair[0]), currentSpot[1] - step[1] * stepOf(pair[1])]);
+    const [[u, v], [across, down]] = [currentSpot, step];
+    moveTo([u + across * stepOf(acrossJoint), v - down * stepOf(upJoint)]);
     event.preventDefault();
   };
 
@@ -87,32 +85,22 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
 
   // Lines and ticks are built only when they change: a line has hundreds of spots.
   const plotBounds = [acrossRange.low, acrossRange.high, upRange.low, upRange.high, plotWidth, plotHeight];
-  const lines = useMemo(
-    () => (
-      <Lines
-        stretches={stretches}
-        pixelOf={pixelOf}
-        corner={[LEFT_MARGIN, EDGE_MARGIN]}
-        size={[plotWidth, plotHeight]}
-      />
-    ),
-    [stretches, ...plotBounds],
-  );
+  const lines = useMemo(() => <Lines {...{ stretches, pixelOf, plotWidth, plotHeight }} />, [stretches, ...plotBounds]);
   const ticks = useMemo(
     () => (
       <>
-        {ticksOf(arm, pair[0], inRadians).map(([value, text]) => (
+        {ticksOf(arm, acrossJoint, inRadians).map(([value, text]) => (
           <g key={text} class="arm-tick">
-            <path d={`M${pixelOf([value, upRange.low])[0]} ${EDGE_MARGIN + plotHeight}v4`} />
-            <text x={pixelOf([value, upRange.low])[0]} y={EDGE_MARGIN + plotHeight + 16}>
+            <path d={`M${xOf(value)} ${EDGE_MARGIN + plotHeight}v4`} />
+            <text x={xOf(value)} y={EDGE_MARGIN + plotHeight + 16}>
               {text}
             </text>
           </g>
         ))}
-        {ticksOf(arm, pair[1], inRadians).map(([value, text]) => (
+        {ticksOf(arm, upJoint, inRadians).map(([value, text]) => (
           <g key={text} class="arm-tick arm-tick-left">
-            <path d={`M${LEFT_MARGIN} ${pixelOf([acrossRange.low, value])[1]}h-4`} />
-            <text x={LEFT_MARGIN - 7} y={pixelOf([acrossRange.low, value])[1] + 4}>
+            <path d={`M${LEFT_MARGIN} ${yOf(value)}h-4`} />
+            <text x={LEFT_MARGIN - 7} y={yOf(value) + 4}>
               {text}
             </text>
           </g>
@@ -131,8 +119,8 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   return (
     <section class="arm-map" aria-label={say("arm.map.title")}>
       <div class="arm-row">
-        <Axis arm={arm} axis={0} joint={pair[0]} onPick={pick} />
-        <Axis arm={arm} axis={1} joint={pair[1]} onPick={pick} />
+        <Axis arm={arm} axis={0} joint={acrossJoint} onPick={pick} />
+        <Axis arm={arm} axis={1} joint={upJoint} onPick={pick} />
         <label>
           <span class="arm-unseen">{say("arm.map.shown")}</span>
           <select value={shownValue} onChange={(event) => setShown(event.currentTarget.value as ShownValue)}>
@@ -194,33 +182,33 @@ const Here = withPace(
   { atOnce: ["value"], inTurn: ["number"] },
 );
 
-type LinesProps = { stretches: readonly Stretch[]; pixelOf: (spot: Spot) => Spot; corner: Spot; size: Spot };
+interface LinesProps {
+  readonly stretches: readonly Stretch[];
+  readonly pixelOf: (spot: Spot) => Pixel;
+  readonly plotWidth: number;
+  readonly plotHeight: number;
+}
 
 /** The singular set: lines, and isolated spots. */
-function Lines({ stretches, pixelOf, corner, size }: LinesProps): JSX.Element {
+function Lines({ stretches, pixelOf, plotWidth, plotHeight }: LinesProps): JSX.Element {
   const isCrowded = stretches.length > 16; // so many spots form a line
   return (
     <svg
       class="arm-map-inner"
-      x={corner[0]}
-      y={corner[1]}
-      width={size[0]}
-      height={size[1]}
-      viewBox={[...corner, ...size].join(" ")}
+      x={LEFT_MARGIN}
+      y={EDGE_MARGIN}
+      width={plotWidth}
+      height={plotHeight}
+      viewBox={`${LEFT_MARGIN} ${EDGE_MARGIN} ${plotWidth} ${plotHeight}`}
     >
-      {stretches.map(({ kind, spots }, i) =>
-        spots.length > 1 ? (
+      {stretches.map(({ kind, spots }, i) => {
+        const [cx, cy] = pixelOf(spots[0]!);
+        return spots.length > 1 ? (
           <polyline key={i} class={`arm-zero arm-${kind}`} points={pointsText(spots.map(pixelOf))} />
         ) : (
-          <circle
-            key={i}
-            class={`arm-zero-spot arm-${kind}`}
-            cx={pixelOf(spots[0]!)[0]}
-            cy={pixelOf(spots[0]!)[1]}
-            r={isCrowded ? 2.2 : 4.5}
-          />
-        ),
-      )}
+          <circle key={i} class={`arm-zero-spot arm-${kind}`} cx={cx} cy={cy} r={isCrowded ? 2.2 : 4.5} />
+        );
+      })}
     </svg>
   );
 }
@@ -228,24 +216,15 @@ function Lines({ stretches, pixelOf, corner, size }: LinesProps): JSX.Element {
 /** Distance (pixels) within which a line attracts the pointer: a hand could not stop exactly on the line. */
 const SNAP_DISTANCE = 4;
 
-/** Return the nearest place on the map's lines and spots; null if none is near. The scales are pixels per rad or m. */
-function snapToLine([u, v]: Spot, stretches: readonly Stretch[], [pixelsPerU, pixelsPerV]: Spot): Spot | null {
-  let nearestSpot: Spot | null = null;
+/** Return the nearest place on the map's lines and spots; the spot itself if none is near. */
+function snapToLine(spot: Spot, stretches: readonly Stretch[], pixelOf: (spot: Spot) => Pixel): Spot {
+  let nearestSpot = spot;
   let leastDistance = SNAP_DISTANCE;
   for (const { spots } of stretches) {
-    spots.forEach((a, k) => {
-      const b = spots[k + 1] ?? a;
-      const [x, y, px, py] = [
-        (b[0] - a[0]) * pixelsPerU,
-        (b[1] - a[1]) * pixelsPerV,
-        (u - a[0]) * pixelsPerU,
-        (v - a[1]) * pixelsPerV,
-      ];
-      const t = Math.max(0, Math.min(1, (px * x + py * y) / (x * x + y * y || 1)));
-      const distance = Math.hypot(px - t * x, py - t * y);
-      if (distance < leastDistance)
-        [nearestSpot, leastDistance] = [[a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])], distance];
-    });
+    const { share, distance } = nearestOnLine(spots.map(pixelOf), pixelOf(spot));
+    if (distance >= leastDistance) continue;
+    const k = Math.floor(share);
+    [nearestSpot, leastDistance] = [interpolate(spots[k]!, spots[k + 1] ?? spots[k]!)(share - k), distance];
   }
   return nearestSpot;
 }

@@ -47,23 +47,7 @@ export function bodyOf(arm: Arm, state: State, joint: number, place: Vec3): read
   return [addScaled(place, z, -halfLength), addScaled(place, z, halfLength)];
 }
 
-type PagePoint = readonly [x: number, y: number];
-
-/** Return the point on a link nearest to a place on the page, as a share: 1.5 is halfway from corner 1 to corner 2. */
-export function nearestShare(corners: readonly PagePoint[], [x, y]: PagePoint): number {
-  let bestShare = 0;
-  let leastDistance = Infinity;
-  for (let k = 0; k + 1 < corners.length; k += 1) {
-    const [[ax, ay], [bx, by]] = [corners[k]!, corners[k + 1]!];
-    const length = (bx - ax) ** 2 + (by - ay) ** 2;
-    const t = length > 0 ? Math.min(1, Math.max(0, ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length)) : 0;
-    const distance = Math.hypot(ax + t * (bx - ax) - x, ay + t * (by - ay) - y);
-    if (distance < leastDistance) [bestShare, leastDistance] = [k + t, distance];
-  }
-  return bestShare;
-}
-
-/** Return the point at a share, as `nearestShare` returns it. */
+/** Return the point at a share of a line's corners, as `nearestOnLine` returns it. */
 export function pointAtShare(corners: readonly Vec3[], share: number): Vec3 {
   const k = Math.min(Math.floor(share), corners.length - 2);
   const [a, b] = [corners[Math.max(0, k)]!, corners[Math.max(0, k) + 1] ?? corners[Math.max(0, k)]!];

@@ -167,6 +167,23 @@ export function ellipseOnPage(
   };
 }
 
+/**
+ * Return the place on a line that is nearest to another place: as a share of the line's corners (1.5 is halfway from
+ * corner 1 to corner 2), and the distance in pixels.
+ */
+export function nearestOnLine(corners: readonly Pixel[], [x, y]: Pixel): { share: number; distance: number } {
+  const [firstX, firstY] = corners[0]!;
+  let nearest = { share: 0, distance: Math.hypot(firstX - x, firstY - y) };
+  corners.slice(1).forEach(([bx, by], k) => {
+    const [ax, ay] = corners[k]!;
+    const [dx, dy] = [bx - ax, by - ay];
+    const t = Math.max(0, Math.min(1, ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1)));
+    const distance = Math.hypot(ax + t * dx - x, ay + t * dy - y);
+    if (distance < nearest.distance) nearest = { share: k + t, distance };
+  });
+  return nearest;
+}
+
 /** Return places on the page as the text of SVG points. */
 export const pointsText = (points: readonly Pixel[], separator = " "): string =>
   points.map((place) => place.map((value) => value.toFixed(2)).join(",")).join(separator);

@@ -151,9 +151,10 @@ function findMinimumBetween(value: ValueFunction, a: Spot, b: Spot): Spot {
   return spotAt((low + high) / 2);
 }
 
-const interpolate =
-  ([u, v]: Spot, b: Spot) =>
-  (t: number): Spot => [u + t * (b[0] - u), v + t * (b[1] - v)];
+/** Return a function that returns the spot at a share of the way from one spot to another. */
+export const interpolate =
+  ([u0, v0]: Spot, [u1, v1]: Spot) =>
+  (share: number): Spot => [u0 + share * (u1 - u0), v0 + share * (v1 - v0)];
 
 const GOLDEN = (Math.sqrt(5) - 1) / 2;
 

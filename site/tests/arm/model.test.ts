@@ -7,7 +7,7 @@ import { makeRandomNumbers, makeRandomPoses } from "../../src/random.js";
 import { extentOf, firstPose, rangeOf, limitToRange } from "../../src/arm/ranges.js";
 import { leastSquares, decompose, singularValues } from "../../src/arm/svd.js";
 import { add, dot, norm, subtract, multiply, transpose } from "../../src/arm/vector.js";
-import { FIRST_ORBIT, planeNormalOf, toPixel, viewOf } from "../../src/arm/view.js";
+import { FIRST_ORBIT, nearestOnLine, planeNormalOf, toPixel, viewOf } from "../../src/arm/view.js";
 import { ELBOW, PLAIN, ROBOTS, SIX } from "./robots.js";
 
 const ALL = { ...ROBOTS, PLAIN, ELBOW, SIX };
@@ -160,4 +160,15 @@ describe("the drawing", () => {
     expect(limitToRange(arm, 0, 4)).toBeCloseTo(4 - 2 * Math.PI);
     expect(limitToRange(arm, 2, 40)).toBe(rangeOf(arm, 2).high);
   });
+});
+
+it.each<[place: [number, number], share: number, distance: number]>([
+  [[-3, 4], 0, 5],
+  [[5, 2], 0.5, 2],
+  [[12, 5], 1.5, 2],
+  [[10, 13], 2, 3],
+])("the place on a line nearest to %s is at share %d of its corners", (place, share, distance) => {
+  const corners = [[0, 0], [10, 0], [10, 10]] as const; // prettier-ignore
+  expect(nearestOnLine(corners, place)).toEqual({ share, distance });
+  expect(nearestOnLine([[0, 0]], place)).toEqual({ share: 0, distance: Math.hypot(...place) });
 });

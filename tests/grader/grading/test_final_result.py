@@ -280,7 +280,7 @@ def test_the_best_attempt_counts_after_deductions(folder: Path) -> None:
     assert (result.score, get_counted_file(result), result.late) == (2.6, "a.ipynb", None)
     assert [(attempt.file, attempt.score) for attempt in result.attempts] == [("a.ipynb", 2.6), ("b.ipynb", 2.43)]
     assert result.attempts[1].received == "2027-01-15T13:00:00+00:00"
-    expected_note = "2 notebooks were submitted; a.ipynb counts, the best, not b.ipynb"
+    expected_note = "2 notebooks were submitted; a.ipynb, the best one, counts, and b.ipynb does not"
     assert result.notes == result.staff_notes == (expected_note,)
     same_attempt = replace(early, file="c.ipynb", received=DUE - HOUR - HOUR / 60, marks=None)
     note = compute_best(assignment, same_attempt, early).notes[0]
@@ -335,9 +335,9 @@ def test_the_last_attempt_counts_unless_the_best_is_asked_for(folder: Path, rele
     last, _ = run(folder)
     assert (get_counted_file(last["s1"]), last["s1"].score) == ("hw-1.ipynb", 0.7)
     assert [attempt.score for attempt in last["s1"].attempts] == [None, 0.7]
-    assert last["s1"].notes[0].endswith("hw-1.ipynb counts, the last, not hw.ipynb")
+    assert last["s1"].notes[0].endswith("hw-1.ipynb, the last one, counts, and hw.ipynb does not")
     assert get_counted_file(last["s2"]) == "hw.ipynb"  # at the same time as a.ipynb, and named as handed out
-    assert last["s2"].notes[0].endswith("The last 2 were received at the same time; qdot chose the likeliest name")
+    assert last["s2"].notes[0].endswith("same time; qdot chose the one with the likeliest name")
     assert last["s2"].attempts[-1].file == "scratch.ipynb"  # the last file, but no attempt
     assert (last["s3"].submission, last["s3"].attempts) == (None, ())
     (folder / "assignment.toml").write_text(TOML.format('attempts = "best"'))
