@@ -199,7 +199,7 @@ def draw_singular_panels(chain: Chain, language: str = ENGLISH) -> PanelSet:
         omitted_count += len(candidates) - len(panels)
     if len(drawings) == 1:
         return PanelSet()
-    remark = catalogue.gettext("%(count)s more singular configurations are not drawn.", count=omitted_count)
+    remark = catalogue.gettext("Singular configurations that are not drawn: %(count)s.", count=omitted_count)
     styles = {shape.style for _, figure in drawings for shape in figure.shapes if not isinstance(shape, Glyph)}
     legend = _make_legend(chain, styles, catalogue)
     return PanelSet(tuple(drawings), legend, remark if omitted_count else "", "lost" in styles)

@@ -9,6 +9,7 @@ import type { Arm } from "./model.js";
 import { useSize } from "./size.js";
 import { roundToDecimals } from "./number-format.js";
 import type { Journey } from "./path.js";
+import { clamp } from "./vector.js";
 import { pointsText } from "./view.js";
 
 interface ChartProps {
@@ -36,7 +37,7 @@ export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.El
   const plotWidth = width - LEFT_MARGIN - LEADER_LENGTH - COLUMN_WIDTH * columns;
   const x = (t: number): number => LEFT_MARGIN + (t / totalTime) * plotWidth;
   const y = (share: number): number =>
-    TOP_MARGIN + (plotHeight * (maxShare - Math.max(-maxShare, Math.min(maxShare, share)))) / (2 * maxShare);
+    TOP_MARGIN + (plotHeight * (maxShare - clamp(share, -maxShare, maxShare))) / (2 * maxShare);
   const endTime = journey.stations.at(-1)!.s / speed;
   const endHeights = limitShares.map((row) => y(row.at(-1)!));
   const names = spreadNames(endHeights, [TOP_MARGIN + DOT.up / 2, TOP_MARGIN + plotHeight], columns);

@@ -17,9 +17,10 @@ import { extentOf, limitToRange } from "./ranges.js";
 import { linkOf, pointAtShare } from "./shape.js";
 import type { Stage } from "./stage.js";
 import { Space } from "./space.js";
-import { add, addScaled, dot, subtract, type Vec3 } from "./vector.js";
+import { add, addScaled, clamp, dot, subtract, type Vec3 } from "./vector.js";
 import type { Orbit, Pixel, View } from "./view.js";
-import { ARROWS, FIRST_ORBIT, nearestOnLine, planeNormalOf, toPixel, vectorFromPixels, viewOf } from "./view.js";
+import { ARROWS, FIRST_ORBIT, hasModifier, keyStep, nearestOnLine, planeNormalOf, toPixel } from "./view.js";
+import { vectorFromPixels, viewOf } from "./view.js";
 import { useSize } from "./size.js";
 import { classifyNearness } from "./descriptions.js";
 
@@ -46,7 +47,6 @@ type Drag =
   | "target"
   | { readonly startOrbit: Orbit; readonly startPixel: Pixel };
 
-const DEGREE = Math.PI / 180;
 /** After the view has changed, each move multiplies the offset between pointer and dragged point by this factor. */
 const OFFSET_DECAY = 0.85;
 
@@ -131,19 +131,18 @@ export function Drawing(props: DrawingProps): JSX.Element {
     [firstOrbit],
   );
   const pressKey = (event: KeyboardEvent): void => {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const stepCount = event.shiftKey ? 10 : 2;
+    if (hasModifier(event)) return;
     const step = ARROWS[event.key];
     const number = Number(event.key);
     if (event.key.toLowerCase() === "p") choose(-1);
     else if (number >= 1 && number <= arm.joints.length) choose(number - 1);
     else if (event.key === "0" || (!isFlat && VIEW_KEYS[event.key])) changeView(event.key);
     else if (step && chosenJoint < 0) {
-      const pixels = stepCount * 0.005 * view.scale;
+      const pixels = keyStep("P", event) * view.scale;
       move(movePoint(arm, state.pose, vectorFromPixels(view, [step[0] * pixels, step[1] * pixels])));
     } else if (step && step[0] === 0) choose((chosenJoint + step[1] + arm.joints.length) % arm.joints.length);
     else if (step) {
-      const change = step[0] * stepCount * (arm.joints[chosenJoint]!.kind === "R" ? DEGREE : 0.005);
+      const change = step[0] * keyStep(arm.joints[chosenJoint]!.kind, event);
       move(state.pose.with(chosenJoint, limitToRange(arm, chosenJoint, state.pose[chosenJoint]! + change)));
     } else return;
     event.preventDefault();
@@ -342,8 +341,8 @@ const VIEW_KEYS: Readonly<Record<string, readonly [number, number, number]>> = {
 function rotateOrbit(orbit: Orbit, azimuthChange: number, elevationChange: number, zoomFactor: number): Orbit {
   return {
     azimuth: orbit.azimuth + azimuthChange,
-    elevation: Math.max(-1.5, Math.min(1.5, orbit.elevation + elevationChange)),
-    zoom: Math.max(0.4, Math.min(4, orbit.zoom * zoomFactor)),
+    elevation: clamp(orbit.elevation + elevationChange, -1.5, 1.5),
+    zoom: clamp(orbit.zoom * zoomFactor, 0.4, 4),
   };
 }
 

@@ -19,7 +19,8 @@ import { paintTerrain } from "./shade.js";
 import { sizeKey } from "./descriptions.js";
 import { useMap } from "./use-map.js";
 import { interpolate, type Spot, type Stretch } from "./zeros.js";
-import { ARROWS, nearestOnLine, type Pixel, pointsText } from "./view.js";
+import { clamp } from "./vector.js";
+import { ARROWS, hasModifier, keyStep, nearestOnLine, type Pixel, pointsText } from "./view.js";
 
 const [LEFT_MARGIN, BOTTOM_MARGIN, EDGE_MARGIN] = [44, 34, 18];
 const NO_STRETCHES: readonly Stretch[] = [];
@@ -59,18 +60,16 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
   const dragTo = (event: PointerEvent): void => {
     const corner = box.current!.getBoundingClientRect();
     const [x, y] = [event.clientX - corner.left, event.clientY - corner.top];
-    const clampToUnit = (value: number): number => Math.max(0, Math.min(1, value));
     const pointedSpot: Spot = [
-      acrossRange.low + clampToUnit((x - LEFT_MARGIN) / plotWidth) * (acrossRange.high - acrossRange.low),
-      upRange.low + clampToUnit((EDGE_MARGIN + plotHeight - y) / plotHeight) * (upRange.high - upRange.low),
+      acrossRange.low + clamp((x - LEFT_MARGIN) / plotWidth, 0, 1) * (acrossRange.high - acrossRange.low),
+      upRange.low + clamp((EDGE_MARGIN + plotHeight - y) / plotHeight, 0, 1) * (upRange.high - upRange.low),
     ];
     moveTo(snapToLine(pointedSpot, stretches, pixelOf));
   };
   const pressKey = (event: KeyboardEvent): void => {
     const step = ARROWS[event.key];
-    if (!step || event.ctrlKey || event.metaKey || event.altKey) return;
-    const stepCount = event.shiftKey ? 10 : 2;
-    const stepOf = (joint: number): number => (arm.joints[joint]!.kind === "R" ? Math.PI / 180 : 0.005) * stepCount;
+    if (!step || hasModifier(event)) return;
+    const stepOf = (joint: number): number => keyStep(arm.joints[joint]!.kind, event);
     const [[u, v], [across, down]] = [currentSpot, step];
     moveTo([u + across * stepOf(acrossJoint), v - down * stepOf(upJoint)]);
     event.preventDefault();

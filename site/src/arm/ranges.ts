@@ -3,7 +3,7 @@
 import type { Arm, Pose, State } from "./model.js";
 import { isMixed, longestPartOf, measuresOf, pointsAt, reachOf, stateAt } from "./model.js";
 import { makeRandomPoses } from "../random.js";
-import { dot, norm, subtract, type Vec3 } from "./vector.js";
+import { clamp, dot, norm, subtract, type Vec3 } from "./vector.js";
 import { axesOfOrbit, FIRST_ORBIT, planeNormalOf } from "./view.js";
 
 type Range = { readonly low: number; readonly high: number };
@@ -33,7 +33,7 @@ export function widenRanges(arm: Arm, poses: readonly Pose[]): Arm {
 /** Return a value within a joint's range: modulo a turn, or limited to the ends of a prismatic joint. */
 export function limitToRange(arm: Arm, index: number, value: number): number {
   const { low, high } = rangeOf(arm, index);
-  if (arm.joints[index]!.kind === "P") return Math.min(high, Math.max(low, value));
+  if (arm.joints[index]!.kind === "P") return clamp(value, low, high);
   if (value >= low && value <= high) return value;
   return value - 2 * Math.PI * Math.round(value / (2 * Math.PI));
 }

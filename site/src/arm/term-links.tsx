@@ -15,12 +15,14 @@ import { convertAngle, roundToDigits } from "./number-format.js";
 import type { Stage } from "./stage.js";
 import { jointOf, SYMBOL, symbolsIn, symbolsOf, termAt, typedText } from "./terms.js";
 import { jointClass } from "./letters.js";
+import { clamp } from "./vector.js";
+import { hasModifier } from "./view.js";
 
 /** The highlighted term: its elements, whether a click keeps it highlighted, and whether the keyboard selected it. */
 type Term = { readonly parts: readonly Element[]; readonly isPinned: boolean; readonly isByKey?: boolean };
 
 /** Minimum distance in pixels of a shown number from the sides of the window. */
-const EDGE = 64;
+const EDGE_DISTANCE = 64;
 
 /** Return the term under the pointer, outside the arm's panel, and the symbol in it; null if there is none. */
 function findPointedTerm({ target }: Event): { parts: readonly Element[]; symbol: Element | null } | null {
@@ -90,9 +92,9 @@ export function TermLinks({ stage, inRadians, rates }: Omit<ValueProps, "parts">
       if (isFormula(target) && currentTerm.current?.isByKey && !currentTerm.current.isPinned) highlightTerm(null, null);
     });
     const pressKey = (event: KeyboardEvent): void => {
-      const { key, target, ctrlKey, metaKey, altKey } = event;
+      const { key, target } = event;
       if (key === "Escape" && currentTerm.current) highlightTerm(null, null);
-      else if (isFormula(target) && !ctrlKey && !metaKey && !altKey && moveByKey(target, key)) event.preventDefault();
+      else if (isFormula(target) && !hasModifier(event) && moveByKey(target, key)) event.preventDefault();
     };
     document.addEventListener("keydown", pressKey, { signal: controller.signal });
     const scrolling = { signal: controller.signal, passive: true };
@@ -174,7 +176,7 @@ function TermValue(props: ValueProps): JSX.Element | null {
   const boxes = props.parts.map((part) => part.getBoundingClientRect());
   const bottom = Math.max(...boxes.map((box) => box.bottom));
   const middle = (boxes[0]!.left + boxes.at(-1)!.right) / 2;
-  const left = Math.max(EDGE, Math.min(middle, innerWidth - EDGE));
+  const left = clamp(middle, EDGE_DISTANCE, innerWidth - EDGE_DISTANCE);
   return (
     <div class="arm-term" style={{ left: `${left}px`, top: `${bottom + 4}px` }} aria-hidden="true">
       {say("arm.term", { value })}

@@ -3,6 +3,9 @@
 export type Vec3 = readonly [number, number, number];
 export type Matrix = readonly (readonly number[])[];
 
+/** Return the number from `low` to `high` that is nearest to a value. */
+export const clamp = (value: number, low: number, high: number): number => Math.max(low, Math.min(high, value));
+
 export const ZERO: Vec3 = [0, 0, 0];
 
 export const add = (a: Vec3, b: Vec3): Vec3 => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];

@@ -1,8 +1,8 @@
 // From metres in the world to pixels on the page: flat for planar arms, else a parallel projection that can be rotated.
 
-import { type Arm, stateAt } from "./model.js";
+import { type Arm, type Joint, stateAt } from "./model.js";
 import type { Extent } from "./ranges.js";
-import { addScaled, dot, scaleVector, subtract, type Vec3 } from "./vector.js";
+import { addScaled, clamp, dot, scaleVector, subtract, type Vec3 } from "./vector.js";
 
 /**
  * A parallel projection: unit vectors right, up and towards the reader; `scale` in pixels per metre; `centre` (m) is
@@ -28,6 +28,13 @@ export const ARROWS: Readonly<Record<string, Pixel>> = {
   ArrowUp: [0, -1],
   ArrowDown: [0, 1],
 };
+
+/** Return how far an arrow key moves a joint (rad or m), or P (m, as a prismatic joint). */
+export const keyStep = (kind: Joint["kind"], { shiftKey }: KeyboardEvent): number =>
+  (shiftKey ? 10 : 2) * (kind === "R" ? Math.PI / 180 : 0.005);
+
+/** Return whether a key was pressed with a modifier, as a shortcut of the browser. */
+export const hasModifier = ({ ctrlKey, metaKey, altKey }: KeyboardEvent): boolean => ctrlKey || metaKey || altKey;
 
 /** The direction from which a spatial arm is looked at: two angles (rad) and a magnification. */
 export type Orbit = { readonly azimuth: number; readonly elevation: number; readonly zoom: number };
@@ -177,7 +184,7 @@ export function nearestOnLine(corners: readonly Pixel[], [x, y]: Pixel): { share
   corners.slice(1).forEach(([bx, by], k) => {
     const [ax, ay] = corners[k]!;
     const [dx, dy] = [bx - ax, by - ay];
-    const t = Math.max(0, Math.min(1, ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1)));
+    const t = clamp(((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1), 0, 1);
     const distance = Math.hypot(ax + t * dx - x, ay + t * dy - y);
     if (distance < nearest.distance) nearest = { share: k + t, distance };
   });

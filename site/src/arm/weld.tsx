@@ -12,7 +12,7 @@ import { type Arm, type Pose } from "./model.js";
 import { limitCrossings, follow, type Journey, pathTo, pointOn, stationOn, suggestTarget } from "./path.js";
 import { roundToDecimals, roundToDigits } from "./number-format.js";
 import type { Stage, Welding as Welded } from "./stage.js";
-import type { Vec3 } from "./vector.js";
+import { clamp, type Vec3 } from "./vector.js";
 import { toPixel, type Pixel, type View } from "./view.js";
 
 /** A weld from the pose at A to point B, its speed (m/s), and limits of revolute (rad/s) and prismatic joints (m/s). */
@@ -232,7 +232,7 @@ function Field({ letters, name, unit, value, step, min = -20, max = 20, onSet }:
         max={max}
         onChange={(event) => {
           const next = event.currentTarget.valueAsNumber;
-          if (Number.isFinite(next)) onSet(Math.min(max, Math.max(min, next)));
+          if (Number.isFinite(next)) onSet(clamp(next, min, max));
         }}
       />
       <span class="arm-unit" aria-hidden="true">

@@ -4,6 +4,7 @@
 // ../../../grader/formulas.py, only true claims earn points: a claim that always holds would cover everything.
 
 import { solveDamped } from "../arm/svd.js";
+import { clamp } from "../arm/vector.js";
 import type { ConfigurationsKey } from "../bank.js";
 import { makeRandomNumbers } from "../random.js";
 import { evaluate } from "../read/evaluate.js";
@@ -406,7 +407,7 @@ function moveOntoClaim(
       errors,
     );
     if (!moves.every(Number.isFinite)) return null;
-    const changes = joints.map((joint, i) => [joint, currentPose[joint]! - Math.max(-1, Math.min(1, moves[i]!))]);
+    const changes = joints.map((joint, i) => [joint, currentPose[joint]! - clamp(moves[i]!, -1, 1)]);
     pose = { ...currentPose, ...Object.fromEntries(changes) };
     if (Math.max(0, ...moves.map(Math.abs)) < 1e-12) break;
   }

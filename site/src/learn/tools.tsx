@@ -9,7 +9,7 @@ import { type Arm, arrowsOf, type State } from "../arm/model.js";
 import { roundToDecimals } from "../arm/number-format.js";
 import type { Stage } from "../arm/stage.js";
 import { leastSquares } from "../arm/svd.js";
-import { add, scaleVector, type Vec3, ZERO } from "../arm/vector.js";
+import { add, clamp, scaleVector, type Vec3, ZERO } from "../arm/vector.js";
 import type { View } from "../arm/view.js";
 import { formatNumber, say } from "../text/text.js";
 
@@ -51,7 +51,7 @@ export function Contributions({ stage, view, rates }: ContributionsProps): JSX.E
   const { arm, state } = stage;
   const scale = ARROW_SCALE * speedScale(arm);
   const contributions = arrowsOf(arm, state).columns.map((column, i) =>
-    scaleVector(column, scale * Math.max(-MAX_RATE, Math.min(MAX_RATE, rates[i] ?? 0))),
+    scaleVector(column, scale * clamp(rates[i] ?? 0, -MAX_RATE, MAX_RATE)),
   );
   let end = state.point;
   return (

@@ -435,7 +435,7 @@ def test_what_is_left_out_is_told_below_the_drawings() -> None:
     """The 7R arm has more singular configurations than there is room for."""
     chain = sampled("lbr-7r/1")
     remark, root = panel(chain).remark, ET.fromstring(draw_singular_svg(chain))
-    assert "more singular configurations are not drawn" in remark
+    assert "Singular configurations that are not drawn" in remark
     assert remark in " ".join(svg_text(chain)) and remark in root.findtext(f"{SVG}desc", "")
 
 
