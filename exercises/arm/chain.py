@@ -33,6 +33,11 @@ Triple = tuple[sp.Expr, sp.Expr, sp.Expr]
 """The coordinates x, y, z of a point (m), or the angles roll, pitch, yaw (rad)."""
 
 
+def is_angle_symbol(symbol: sp.Symbol) -> bool:
+    """Return whether a symbolic constant of an arm is an angle, such as alpha2 or beta, and not a length."""
+    return symbol.name.startswith(("alpha", "beta"))
+
+
 @dataclass(frozen=True)
 class HasKind:
     """The base class of joints, axes and table rows: `kind` is "R" for a revolute joint, "P" for a prismatic one."""

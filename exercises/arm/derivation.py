@@ -6,7 +6,7 @@ for all of these arms, so they are derived once. Its Jacobian is derived by two 
 formulas.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import combinations, product
@@ -24,6 +24,7 @@ from qdot.exercises.arm.kinematics import compute_frames_and_point, compute_jaco
 from qdot.exercises.arm.trigonometry import (
     Factored,
     are_identical,
+    count_written_terms,
     factor_trig,
     remove_arctangents,
     remove_brackets,
@@ -78,9 +79,9 @@ def make_symbolic_arm(chain: Chain) -> SymbolicArm:
             values[symbol] = value
         return symbol
 
-    symbolic = chain.map_entries(replace_by_symbol)
-    symbolic = replace(symbolic, name="structure", title="", tool=symbolic.point, axis_points=())
-    return SymbolicArm(symbolic, tuple(values.items()))
+    symbolic_chain = chain.map_entries(replace_by_symbol)
+    symbolic_chain = replace(symbolic_chain, name="structure", title="", tool=symbolic_chain.point, axis_points=())
+    return SymbolicArm(symbolic_chain, tuple(values.items()))
 
 
 # --- results for symbolic arms ---
@@ -169,24 +170,20 @@ def point_moves_with_last_link(chain: Chain) -> bool:
 def _expand_minors(chain: Chain) -> tuple[sp.Expr, ...] | None:
     """Return every maximal minor of a symbolic arm's task Jacobian as a sum; None if the sums have too many terms."""
     jacobian = shorten_jacobian(chain)
-    rows, cols = jacobian.shape
-    minor_size = min(rows, cols)
+    rows, columns = jacobian.shape
+    minor_size = min(rows, columns)
     minors: list[sp.Expr] = []
-    for indices in product(combinations(range(rows), minor_size), combinations(range(cols), minor_size)):
+    for indices in product(combinations(range(rows), minor_size), combinations(range(columns), minor_size)):
         minors.append(expand_determinant(jacobian.extract(*map(list, indices))))
-        if _count_terms(minors) > MAX_MINOR_TERMS:
+        if count_written_terms(minors) > MAX_MINOR_TERMS:
             return None
     return tuple(minors)
-
-
-def _count_terms(minors: Iterable[sp.Expr]) -> int:
-    return sum(len(sp.Add.make_args(minor)) for minor in minors)
 
 
 def has_long_minors(chain: Chain) -> bool:
     """Return whether the maximal minors of an arm's task Jacobian have more terms than LONG_MINOR_TERMS together."""
     minors = _expand_minors(make_symbolic_arm(chain).chain)
-    return minors is None or _count_terms(minors) > LONG_MINOR_TERMS
+    return minors is None or count_written_terms(minors) > LONG_MINOR_TERMS
 
 
 @lru_cache(maxsize=4096)
@@ -301,10 +298,10 @@ class Derivation:
         The DH table of an arm that is described by its axes has roots and arctangents that students don't know. These
         are removed where possible.
         """
-        substituted = matrix.applyfunc(self.substitute_values)
+        new_matrix = matrix.applyfunc(self.substitute_values)
         if convention_of(self.chain).shows_table:
-            return substituted
-        return substituted.applyfunc(remove_arctangents).applyfunc(remove_brackets)
+            return new_matrix
+        return new_matrix.applyfunc(remove_arctangents).applyfunc(remove_brackets)
 
     @property
     def linear_rows(self) -> sp.Matrix:

@@ -108,24 +108,23 @@ class StageResults:
     def with_mistakes(self, changes: Mapping[str, Change]) -> "StageResults":
         """Return the stages of the same derivation with further mistakes: a change for each named stage."""
         new_changes = tuple(changes.items())
-        return StageResults(
-            self.chain, self.arithmetic, (*self.changes, *new_changes), new_changes, base_results=self,
-            _row_rotations=self._row_rotations,
-        )  # fmt: skip
+        all_changes = (*self.changes, *new_changes)
+        return self._copy_without_results(changes=all_changes, new_changes=new_changes, base_results=self)
 
     def without_changes_of(self, stage: str) -> "StageResults":
         """Return the stages of the same derivation without the mistakes in a stage."""
         remaining_changes = tuple((name, change) for name, change in self.changes if name != stage)
-        return StageResults(self.chain, self.arithmetic, remaining_changes, _row_rotations=self._row_rotations)
+        return self._copy_without_results(changes=remaining_changes, new_changes=(), base_results=None)
+
+    def _copy_without_results(self, **fields: Any) -> "StageResults":
+        return replace(self, **fields, _results={}, _shortened_results={})
 
     def compute_row_rotation(self, row: TableRow) -> np.ndarray:
         """Return the rotation Rz(theta) Rx(alpha) of a row, (3, 3, …); it is cached by the arrays theta and alpha."""
         key = (id(row.theta), id(row.alpha))
         if key not in self._row_rotations:  # the row is stored, too, so that no other arrays get these ids
-            self._row_rotations[key] = (
-                row,
-                matrix_product(make_rotation_z(self, row.theta), make_rotation_x(self, row.alpha)),
-            )
+            rotation = matrix_product(make_rotation_z(self, row.theta), make_rotation_x(self, row.alpha))
+            self._row_rotations[key] = (row, rotation)
         return self._row_rotations[key][1]
 
     def keep_first_joints(self, joint_count: int) -> "StageResults":
@@ -136,9 +135,7 @@ class StageResults:
         if joint_count not in self._shortened_results:
             base_results = self.base_results and self.base_results.keep_first_joints(joint_count)
             chain = base_results.chain if base_results else convention_of(self.chain).keep_first_joints(joint_count)
-            self._shortened_results[joint_count] = replace(
-                self, chain=chain, base_results=base_results, _results={}, _shortened_results={}
-            )
+            self._shortened_results[joint_count] = self._copy_without_results(chain=chain, base_results=base_results)
         return self._shortened_results[joint_count]
 
     def depends_on(self, stage: str) -> bool:
@@ -237,9 +234,8 @@ def _stack_without_derivatives(stages: StageResults, vectors: list[np.ndarray]) 
 
 
 def _compute_origins(stages: StageResults) -> np.ndarray:
-    return np.cumsum(
-        _stack_without_derivatives(stages, [stages["table"].base_position, *stages["link vectors"][:-1]]), axis=0
-    )
+    vectors = [stages["table"].base_position, *stages["link vectors"][:-1]]
+    return np.cumsum(_stack_without_derivatives(stages, vectors), axis=0)
 
 
 def _compute_point(stages: StageResults) -> np.ndarray:
@@ -248,12 +244,18 @@ def _compute_point(stages: StageResults) -> np.ndarray:
     return np.asarray(base_position + links.sum(axis=0))
 
 
-def _compute_link_derivatives(stages: StageResults) -> np.ndarray:
+def differentiate_links(stages: StageResults) -> np.ndarray:
     """Return the derivative of each link vector by each joint variable, (joints n, link vectors n + 1, 3, …)."""
-    derivatives = np.stack(
-        [stages.arithmetic.compute_derivatives(link)[: stages.n] for link in stages["link vectors"]], axis=1
-    )
-    # the other link vectors do not lead to P, so the derivatives of P are the sums over all link vectors
+    vectors, compute_derivatives = stages["link vectors"], stages.arithmetic.compute_derivatives
+    return np.stack([compute_derivatives(vector)[: stages.n] for vector in vectors], axis=1)
+
+
+def _compute_link_derivatives(stages: StageResults) -> np.ndarray:
+    """Return the derivatives of the link vectors that lead to P; those of other link vectors are zero.
+
+    So the derivatives of P are the sums over all link vectors.
+    """
+    derivatives = differentiate_links(stages)
     other_links = [k for k in range(stages.n + 1) if k not in list_links_to_point(stages.chain)]
     derivatives[:, other_links] = derivatives[:, other_links] * 0
     return derivatives
@@ -289,10 +291,8 @@ def propagate_linear_rows(stages: StageResults, _: Any = None) -> np.ndarray:
 
 
 def _compute_angular_rows(stages: StageResults) -> np.ndarray:
-    axes = stages["axes"]
-    return np.stack(
-        [axes[i] if kind == REVOLUTE else axes[i] * 0 for i, kind in enumerate(stages["joint kinds"])], axis=1
-    )
+    pairs = zip(stages["joint kinds"], stages["axes"], strict=False)
+    return np.stack([axis if kind == REVOLUTE else axis * 0 for kind, axis in pairs], axis=1)
 
 
 def _compute_inverse(stages: StageResults) -> np.ndarray:
@@ -349,9 +349,9 @@ def _compute_wrist_block(stages: StageResults) -> np.ndarray:
     return np.stack([apply_matrix(rotation, stages["axes"][i]) for i in (3, 4, 5)], axis=1)
 
 
-def rotate_rows(rotation: np.ndarray, geometric: np.ndarray) -> np.ndarray:
+def rotate_rows(rotation: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
     """Return a Jacobian (6, n, …) with its three linear and its three angular rows rotated."""
-    return np.concatenate([matrix_product(rotation, geometric[:3]), matrix_product(rotation, geometric[3:])])
+    return np.concatenate([matrix_product(rotation, jacobian[:3]), matrix_product(rotation, jacobian[3:])])
 
 
 def _compute_home_screws(stages: StageResults) -> np.ndarray:
@@ -391,8 +391,8 @@ def _compute_body_rotation(stages: StageResults) -> np.ndarray:
 
 def _compute_body_jacobian(stages: StageResults) -> np.ndarray:
     """Return the body Jacobian [Ad T^-1] J_s, (6, n, …): twists with v at P, in the coordinates of the body frame."""
-    angular, linear = stages["space jacobian"][:3], stages["space jacobian"][3:]
-    twists_about_point = np.concatenate([angular, linear + cross(angular, stages["point"][:, None])])
+    angular_rows, linear_rows = stages["space jacobian"][:3], stages["space jacobian"][3:]
+    twists_about_point = np.concatenate([angular_rows, linear_rows + cross(angular_rows, stages["point"][:, None])])
     return rotate_rows(stages["body rotation"].swapaxes(0, 1), twists_about_point)
 
 
@@ -416,10 +416,7 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
         ("rotations",),
     ),
     "origins on axes": (_compute_origins_on_axes, ("table", "origins", "rotations")),
-    "vectors to point": (
-        lambda stages: stages["point"][None] - stages["origins on axes"],
-        ("point", "origins on axes"),
-    ),
+    "vectors to point": (lambda stages: stages["point"] - stages["origins on axes"], ("point", "origins on axes")),
     "last rotation": (lambda stages: compute_convention_rotation(stages, stages.n), ("rotations", "table")),
     "last origin": (lambda stages: stages["origins on axes"][-1], ("origins on axes",)),
     "joint kinds": (lambda stages: [row.kind for row in stages["table"].rows], ("table",)),

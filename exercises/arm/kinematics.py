@@ -132,8 +132,8 @@ def compute_jacobian_in_frame(chain: Chain, frame: int, reference_frame: int | N
             z, origin = pose.rotation.T * Z, -(pose.rotation.T * pose.origin)
         else:
             z, origin = pose.rotation * Z, pose.origin
-        linear, angular = (z.cross(point - origin), z) if joint.is_revolute else (z, sp.zeros(3, 1))
-        columns.append(linear if reference_frame is None else linear.col_join(angular))
+        linear_part, angular_part = (z.cross(point - origin), z) if joint.is_revolute else (z, sp.zeros(3, 1))
+        columns.append(linear_part if reference_frame is None else linear_part.col_join(angular_part))
     return sp.Matrix.hstack(*columns)
 
 
@@ -179,28 +179,28 @@ class NumericChain:
     def stack(arms: Sequence["NumericChain"]) -> "NumericChain":
         """Return k arms with the same structure as one object, for configurations (k, m, n), m of each arm."""
         first_arm = arms[0]
-        combined = copy(first_arm)
+        combined_arm = copy(first_arm)
         if all(arm is first_arm for arm in arms):
-            return combined
+            return combined_arm
         for name in ("joint_offsets", "fixed_entries", "a", "point_offset", "base"):
-            setattr(combined, name, np.stack([getattr(arm, name) for arm in arms])[:, None])
-        combined._cos_sin_alpha = np.stack([arm._cos_sin_alpha for arm in arms], axis=1)[:, :, None]
-        return combined
+            setattr(combined_arm, name, np.stack([getattr(arm, name) for arm in arms])[:, None])
+        combined_arm._cos_sin_alpha = np.stack([arm._cos_sin_alpha for arm in arms], axis=1)[:, :, None]
+        return combined_arm
 
     def with_point(self, frame: int) -> "NumericChain":
         """Return the same arm with the origin of the frame with this number as its point of interest."""
-        changed = copy(self)
-        changed.point_frame, changed.point_offset = frame, np.array([0.0, 0.0, 0.0, 1.0])
-        return changed
+        changed_arm = copy(self)
+        changed_arm.point_frame, changed_arm.point_offset = frame, np.array([0.0, 0.0, 0.0, 1.0])
+        return changed_arm
 
     def keep_first_joints(self, joint_count: int, point_offset: tuple[float, float, float]) -> "NumericChain":
         """Return the arm of the first `joint_count` joints, with the point at `point_offset` in its last frame."""
-        shortened = copy(self)
+        shortened_arm = copy(self)
         for name in ("kinds", "is_revolute", "joint_offsets", "fixed_entries", "a"):
-            setattr(shortened, name, getattr(self, name)[:joint_count])
-        shortened._cos_sin_alpha = self._cos_sin_alpha[:, :joint_count]
-        shortened.point_frame, shortened.point_offset = joint_count, np.array([*point_offset, 1.0])
-        return shortened
+            setattr(shortened_arm, name, getattr(self, name)[:joint_count])
+        shortened_arm._cos_sin_alpha = self._cos_sin_alpha[:, :joint_count]
+        shortened_arm.point_frame, shortened_arm.point_offset = joint_count, np.array([*point_offset, 1.0])
+        return shortened_arm
 
     def compute_frames(self, q: np.ndarray) -> np.ndarray:
         """Return the poses of frames 0 ... n, shape (…, n + 1, 4, 4), at joint values q of shape (…, n)."""
@@ -245,9 +245,9 @@ class NumericChain:
         z, origins = frames[..., :-1, :3, 2], frames[..., :-1, :3, 3]
         rows = np.empty((*z.shape[:-1], 6))
         rows[..., :3], rows[..., 3:] = cross(z, self.compute_point_of(frames)[..., None, :] - origins), z
-        for prismatic in np.flatnonzero(~self.is_revolute).tolist():
-            rows[..., prismatic, :3] = z[..., prismatic, :]
-            rows[..., prismatic, 3:] *= 0.0
+        for prismatic_joint in np.flatnonzero(~self.is_revolute).tolist():
+            rows[..., prismatic_joint, :3] = z[..., prismatic_joint, :]
+            rows[..., prismatic_joint, 3:] *= 0.0
         rows[..., self.point_frame :, :3] *= 0.0  # joints after the point's frame do not move the point
         return rows.swapaxes(-1, -2)
 

@@ -75,9 +75,8 @@ class MpmathArm:
                 x, y = _rotate(x, y, cos, sin)
                 origin = _translate(_translate(origin, z, d), x, a)
                 y, z = _rotate(y, z, cos_alpha, sin_alpha)
-        columns = [
-            self._compute_jacobian_column(i, z, point, o) for i, (z, o) in enumerate(zip(axes, origins, strict=True))
-        ]
+        pairs = enumerate(zip(axes, origins, strict=True))
+        columns = [self._compute_jacobian_column(i, z, point, origin) for i, (z, origin) in pairs]
         return point, [list(row) for row in zip(*columns, strict=True)]
 
     def compute_task_jacobian(self, q: Sequence[Any]) -> list[Vector]:

@@ -41,17 +41,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.axes_to_dh import IDENTITY_POSE, Axis, Pose, make_exact, make_pose, recognize_coordinates
-from qdot.exercises.arm.chain import (
-    CONVENTIONS,
-    PRISMATIC,
-    REVOLUTE,
-    TWIST_ORDERS,
-    Chain,
-    HasKind,
-    Joint,
-    Point,
-    Triple,
-)
+from qdot.exercises.arm.chain import CONVENTIONS, PRISMATIC, REVOLUTE, Chain, HasKind, Joint, Point, Triple
 from qdot.exercises.arm.conventions import ALIASES, REGISTRY
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, VELOCITY_NAMES, Convention
 from qdot.exercises.arm.conventions.screws import Screws
@@ -188,7 +178,7 @@ class _RobotReader:
         self.convention = REGISTRY[self._read_choice("convention", CONVENTIONS)]
         self.has_dh_table = FRAMES in self.convention.features
         self.is_modified_table = FRAMES_OF_JOINTS in self.convention.features
-        self.twist_order = self._read_choice("twist_order", TWIST_ORDERS)
+        self.twist_order = self._read_choice("twist_order", Screws.twist_orders)
         if "twist_order" in self.content and not self.convention.twist_orders:
             with file.locate_errors("twist_order"):
                 raise QdotError('the key applies only to arms described by screw axes, with convention = "screws"')
@@ -255,10 +245,9 @@ class _RobotReader:
         owner, names = "a DH table", '"dh" or "modified-dh"'
         if self.has_dh_table:
             owner, names = "an arm described by screw axes", '"screws"'
-        has_convention = f"has {'' if 'convention' in self.content else 'by default '}convention = "
-        message = (
-            f"the key {key!r} belongs to {owner}, but the file {has_convention}{format_toml(self.convention.name)}"
-        )
+        by_default = "" if "convention" in self.content else "by default "
+        has_convention = f"has {by_default}convention = {format_toml(self.convention.name)}"
+        message = f"the key {key!r} belongs to {owner}, but the file {has_convention}"
         hint = f"write convention = {names} at the top, or the keys {', '.join(self.convention.joint_keys)}"
         raise QdotError(f"{self.file.describe_key('joint', index, key)}: {message}; {hint}")
 
@@ -520,8 +509,8 @@ def _find_length_warning(file: TomlFile, chain: Chain, length_ranges: LengthRang
     if not warnings:
         return ()
     (path, warning), *other_warnings = warnings
-    others = f" ({len(other_warnings)} more like this)" if other_warnings else ""
-    return (f"{file.describe_value(*path)}: {warning}{others}",)
+    remark = f" ({len(other_warnings)} more like this)" if other_warnings else ""
+    return (f"{file.describe_value(*path)}: {warning}{remark}",)
 
 
 def _is_number(value: object) -> bool:

@@ -54,13 +54,11 @@ def _make_table_entries(convention: Convention) -> tuple[TomlEntries, list[TomlE
         top_entries.append(("point", _format_point(point, point.frame == chain.n)))
     if not base.is_world:
         top_entries.append(("base", _format_pose(base.position, (base.tilt, sp.S.Zero, base.yaw))))
-    return top_entries, [
-        [
-            ("kind", format_toml(row.kind)),
-            *((key, _format_entry(getattr(row, key))) for key in convention.joint_keys[1:]),
-        ]
-        for row in convention.rows
-    ]
+    joints: list[TomlEntries] = []
+    for row in convention.rows:
+        entries = ((key, _format_entry(getattr(row, key))) for key in convention.joint_keys[1:])
+        joints.append([("kind", format_toml(row.kind)), *entries])
+    return top_entries, joints
 
 
 def _make_screw_entries(chain: Chain) -> tuple[TomlEntries, list[TomlEntries]]:

@@ -30,8 +30,7 @@ class FourierForm:
     @property
     def term_count(self) -> int:
         """The number of terms of the written-out sum."""
-        coefficients = (coefficient for pair in self.terms.values() for coefficient in pair if coefficient != 0)
-        return sum(len(sp.Add.make_args(coefficient)) for coefficient in coefficients)
+        return count_written_terms(coefficient for pair in self.terms.values() for coefficient in pair)
 
     def to_expression(self) -> sp.Expr:
         """Return the SymPy expression."""
@@ -56,12 +55,12 @@ def compute_fourier_form(expression: sp.Expr) -> FourierForm:
     in_exponentials = {}
     for trig in trigs:
         multiples = _read_multiples(trig.args[0])
-        positive, negative = (
+        e_phi, inverse_e_phi = (
             sp.Mul(*(exponentials[angle][sign if k > 0 else -sign] ** abs(k) for angle, k in multiples.items()))
             for sign in (1, -1)
-        )
+        )  # exp(i phi) and exp(-i phi) for the argument phi of the sine or cosine
         is_cosine = isinstance(trig, sp.cos)
-        in_exponentials[trig] = (positive + negative) / 2 if is_cosine else (positive - negative) / (2 * sp.I)
+        in_exponentials[trig] = (e_phi + inverse_e_phi) / 2 if is_cosine else (e_phi - inverse_e_phi) / (2 * sp.I)
     symbols = [*lengths, *(symbol for pair in exponentials.values() for symbol in pair.values())]
     ring = sp.polys.rings.PolyRing(symbols or [sp.Dummy()], sp.QQ_I)
     polynomial = ring.from_expr(expression.xreplace(in_exponentials))
@@ -260,11 +259,11 @@ def factor_trig(expression: sp.Expr, max_terms: int = 200) -> Factored:
     coefficient, polynomial_factors = _factor_polynomial(expression.xreplace(symbols_by_trig), max_terms)
     powers: dict[sp.Expr, int] = {}
     for factor, power in polynomial_factors:
-        content, shortest = _find_shortest_form(factor.xreplace(trigs_by_symbol))
-        if shortest == 0:
+        content, shortest_form = _find_shortest_form(factor.xreplace(trigs_by_symbol))
+        if shortest_form == 0:
             return Factored(sp.S.Zero, ())
         coefficient *= content**power
-        for piece in sp.Mul.make_args(shortest):
+        for piece in sp.Mul.make_args(shortest_form):
             base, exponent = piece.as_base_exp()
             if not exponent.is_Integer:  # a root, or exp(x), is a factor
                 base, exponent = piece, sp.S.One
@@ -310,9 +309,9 @@ def _split_linear_factor(primitive: sp.Poly) -> tuple[sp.Poly, sp.Expr | None]:
     ring = sp.polys.rings.PolyRing(primitive.gens, sp.ZZ)
     polynomial = ring.from_dict({powers: sp.ZZ(int(c)) for powers, c in terms})
     constant_part = ring.from_dict({powers: c for powers, c in polynomial.items() if not powers[k]})
-    common = (polynomial - constant_part).exquo(ring.gens[k]).gcd(constant_part)
-    common *= 1 if common.LC > 0 else -1
-    return sp.Poly.from_dict(dict(common), *primitive.gens), polynomial.exquo(common).as_expr()
+    common_factor = (polynomial - constant_part).exquo(ring.gens[k]).gcd(constant_part)
+    common_factor *= 1 if common_factor.LC > 0 else -1
+    return sp.Poly.from_dict(dict(common_factor), *primitive.gens), polynomial.exquo(common_factor).as_expr()
 
 
 def _name_trigs(expression: sp.Expr) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.Symbol, sp.Expr]]:
@@ -347,10 +346,11 @@ def _find_shortest_form(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
         forms += _reduce_squares(factor)
         # a long Fourier form would only get longer if its angles were expanded
         if fourier_form.term_count <= _MAX_FOURIER_GROWTH * len(factor.args):
-            expanded = sp.expand(sp.expand_trig(fourier_form.to_expression()))
-            forms += [fourier_form.to_expression(), *map(_collect_trigs, (expanded, *_reduce_squares(expanded)))]
-    shortest = min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
-    content, primitive = shortest.as_content_primitive()
+            expanded_form = sp.expand(sp.expand_trig(fourier_form.to_expression()))
+            long_forms = (expanded_form, *_reduce_squares(expanded_form))
+            forms += [fourier_form.to_expression(), *map(_collect_trigs, long_forms)]
+    shortest_form = min(forms, key=lambda form: (len(sp.Add.make_args(form)), sp.count_ops(form)))
+    content, primitive = shortest_form.as_content_primitive()
     if min(sp.Add.make_args(primitive), key=sp.default_sort_key).could_extract_minus_sign():
         content, primitive = -content, sp.Add(*(-term for term in sp.Add.make_args(primitive)))
     if primitive.is_Add:
@@ -449,3 +449,8 @@ def to_textbook_matrix(matrix: sp.Matrix) -> sp.Matrix:
 def count_terms(entries: sp.Matrix, ignored_values: tuple[int, ...] = (0,)) -> int:
     """Return the number of terms of all entries of a matrix, multiplied out, without entries in `ignored_values`."""
     return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in entries if entry not in ignored_values)
+
+
+def count_written_terms(expressions: Iterable[sp.Expr]) -> int:
+    """Return the number of terms of all expressions as they are written; zeros don't count."""
+    return sum(len(sp.Add.make_args(expression)) for expression in expressions if expression != 0)

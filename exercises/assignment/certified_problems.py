@@ -161,10 +161,10 @@ class StudentProblems(Generic[Record]):
     def find_new_replacements(self, assignment: Assignment) -> dict[str, Replacement]:
         """Return the replaced problems, by slot, whose seed is not the recorded one."""
         return {
-            slot.name: Replacement(slot.family.name, certified.seed_number, certified.first_failure)
+            slot.name: Replacement(slot.family.name, certified_problem.seed_number, certified_problem.first_failure)
             for slot in assignment.slots
-            if (certified := self.certified_problems.get(slot.name))
-            and certified.seed_number != assignment.seed_number_of(slot, self.student)
+            if (certified_problem := self.certified_problems.get(slot.name))
+            and certified_problem.seed_number != assignment.seed_number_of(slot, self.student)
         }
 
 
@@ -214,13 +214,14 @@ def _certify_student(
     return student_problems.find_new_replacements(assignment), student_problems.failed_slots
 
 
-def describe_replacements(before: Assignment, after: Assignment) -> list[str]:
+def describe_replacements(old_assignment: Assignment, new_assignment: Assignment) -> list[str]:
     """Return a message to the staff about newly replaced problems, as a list of at most one line."""
-    new_count = sum(before.replacements.get(slot) != replacement for slot, replacement in after.replacements.items())
+    old_replacements, new_replacements = old_assignment.replacements, new_assignment.replacements
+    new_count = sum(old_replacements.get(slot) != replacement for slot, replacement in new_replacements.items())
     if not new_count:
         return []
     problems = count_noun(new_count, "problem")
-    advice = f"store {after.folder / REPLACEMENTS_FILE} together with assignment.toml"
+    advice = f"store {new_assignment.folder / REPLACEMENTS_FILE} together with assignment.toml"
     return [f"{problems} did not pass the certificate at first and had to be regenerated; {advice}"]
 
 

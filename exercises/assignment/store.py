@@ -100,16 +100,16 @@ def _pickle_minors(problem: Problem) -> bytes:
 
 
 def _pickle_content(content: object) -> bytes:
-    pickled = io.BytesIO()
-    _Pickler(pickled, protocol=5).dump(content)
-    return pickled.getvalue()
+    buffer = io.BytesIO()
+    _Pickler(buffer, protocol=5).dump(content)
+    return buffer.getvalue()
 
 
 def load_stored_problems(assignment: Assignment, student: str) -> StoredProblems:
     """Return a student's stored problems; generate them if they are missing, outdated or damaged."""
     try:
-        signature, encoded = store_path(assignment.folder, student).read_text(encoding="ascii").split("\n")[:2]
-        payload = base64.b64decode(encoded, validate=True)
+        signature, encoded_payload = store_path(assignment.folder, student).read_text(encoding="ascii").split("\n")[:2]
+        payload = base64.b64decode(encoded_payload, validate=True)
         if hmac.compare_digest(signature, _compute_signature(assignment, student, payload)):
             problems, pieces, entry_texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed
             store_texts(entry_texts)

@@ -29,7 +29,7 @@ def make_planar_2r() -> Chain:
 
 
 def make_scorbot_arm() -> Chain:
-    """Return the arm of Example 6.3: a Scorbot down to the wrist point P."""
+    """Return the arm of Example 6.3: a Scorbot up to the wrist point P."""
     return replace(sample_chain(ProblemId("elbow-3r", 0, variation="chapter")), title="Scorbot, wrist point P")
 
 
@@ -69,10 +69,8 @@ def solve_examples(language: str = ENGLISH) -> tuple[Example, ...]:
         solutions = [_write_worked_solution(arms[key], name, language) for name in questions]
         steps = tuple(zip(titles, solutions, strict=True))
         is_first_use = all(example.key != key for example in examples)
-        has_singularities = "singular-angles" in questions
-        examples.append(
-            Example(number, catalogue.gettext(title), key, arms[key], steps, is_first_use, has_singularities)
-        )
+        shown_drawings = is_first_use, "singular-angles" in questions
+        examples.append(Example(number, catalogue.gettext(title), key, arms[key], steps, *shown_drawings))
     return tuple(examples)
 
 

@@ -270,8 +270,8 @@ def _offer_sets(problem: Problem, part: Part, answer: ConditionSet) -> Part | No
     offered_options = make_four_sets(problem.chain, answer.components, stream)
     if offered_options is None:
         return None
-    choice, shuffled = offer_choice(offered_options, stream)
-    return replace(part, answer=choice, details=Options(offered_options=shuffled))
+    choice, shuffled_options = offer_choice(offered_options, stream)
+    return replace(part, answer=choice, details=Options(offered_options=shuffled_options))
 
 
 def _ask_short_question(problem: Problem, part: Part, request: ExportRequest) -> Problem | None:

@@ -142,8 +142,11 @@ def _make_number_answers(field: items.NumberField) -> tuple[MoodleAnswer, ...]:
         number, escaped_feedback = _format_number(value, tolerance), html.escape(feedback, quote=False)
         return MoodleAnswer(number, percentage, escaped_feedback, platform_markup.format_tolerance(tolerance))
 
-    wrong = (make_answer(wrong.value, wrong.tolerance, "0", wrong.feedback) for wrong in field.wrong_values)
-    return (make_answer(field.value, field.tolerance, "100", ""), *wrong)
+    wrong_answers = (
+        make_answer(wrong_value.value, wrong_value.tolerance, "0", wrong_value.feedback)
+        for wrong_value in field.wrong_values
+    )
+    return (make_answer(field.value, field.tolerance, "100", ""), *wrong_answers)
 
 
 def _format_number(value: float, tolerance: float) -> str:

@@ -189,7 +189,7 @@ def _number_answers(answers: Sequence[MoodleAnswer], ids: Iterator[int]) -> list
 def _list_files(question_record: Json) -> Iterator[Json]:
     question = question_record["question"]
     for area, files in (("questiontext", question.files), ("generalfeedback", question.solution_files)):
-        for name, encoded in files:
-            content = base64.b64decode(encoded)
+        for name, encoded_content in files:
+            content = base64.b64decode(encoded_content)
             digest = hashlib.sha1(content, usedforsecurity=False).hexdigest()
             yield {"area": area, "question": question_record["id"], "name": name, "hash": digest, "content": content}

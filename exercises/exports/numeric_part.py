@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import Chain, is_angle_symbol
 from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
 from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_ten_digits
 from qdot.exercises.common.errors import QdotError
@@ -191,7 +191,7 @@ def _sample_configurations(chain: Chain, part: Part, stream: Stream) -> Iterator
     for _ in range(CONFIGURATION_COUNT):
         for _ in range(MAX_TRIES):
             lengths = {
-                symbol: sp.pi * sp.Rational(_sample_nonzero(stream, 16), 18) if _is_constant_angle(symbol) else value
+                symbol: sp.pi * sp.Rational(stream.nonzero_integer(16), 18) if is_angle_symbol(symbol) else value
                 for symbol, value in sample_unequal_lengths(chain, stream).items()
             }
             joints = inversion.sample_joint_values(chain, stream)
@@ -200,20 +200,10 @@ def _sample_configurations(chain: Chain, part: Part, stream: Stream) -> Iterator
                 or inversion.compute_conditioning(chain, lengths, joints) > inversion.find_min_conditioning(chain) / 2
             ):
                 break
-        rate_values = {rate: sp.Rational(_sample_nonzero(stream, 9), 10) for rate in chain.rates}
-        velocity_values = {sp.Symbol(row): sp.Rational(_sample_nonzero(stream, 8), 20) for row in chain.task}
-        load_values = {sp.Symbol(name): sp.Integer(_sample_nonzero(stream, 20)) for name in part.symbols}
+        rate_values = {rate: sp.Rational(stream.nonzero_integer(9), 10) for rate in chain.rates}
+        velocity_values = {sp.Symbol(row): sp.Rational(stream.nonzero_integer(8), 20) for row in chain.task}
+        load_values = {sp.Symbol(name): sp.Integer(stream.nonzero_integer(20)) for name in part.symbols}
         yield {**lengths, **joints, **rate_values, **velocity_values, **load_values}
-
-
-def _is_constant_angle(symbol: sp.Symbol) -> bool:
-    """Return whether a symbol is a constant angle of the arm's table or base, not a length."""
-    return symbol.name.startswith(("alpha", "beta"))
-
-
-def _sample_nonzero(stream: Stream, maximum: int) -> int:
-    """Return a random nonzero integer from -maximum to maximum."""
-    return stream.choice([k for k in range(-maximum, maximum + 1) if k])
 
 
 def _add_given_joints(part: Part, configuration: ExactValues) -> ExactValues:
@@ -282,7 +272,7 @@ def _describe_given_values(chain: Chain, part: Part, configuration: ExactValues,
         for name, info in part.symbols.items()
     ]
     for symbol in chain.parameters:
-        value_latex = (tex_angle if _is_constant_angle(symbol) else tex_length)(configuration[symbol])
+        value_latex = (tex_angle if is_angle_symbol(symbol) else tex_length)(configuration[symbol])
         other_values.append((tex(symbol), value_latex))
     values = {symbol.name: float(value) for symbol, value in _add_given_joints(part, configuration).items()}
     return GivenValues(joints, tuple(other_values), values)

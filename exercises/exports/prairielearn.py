@@ -129,14 +129,17 @@ def _make_assessments(assignment: Assignment, attempt_count: int) -> dict[str, d
     `attempt_count` is the number of attempts at a variant. The best attempt counts.
     """
     points_by_question = {make_question_id(assignment, slot): sum(slot.max_points) for slot in assignment.slots}
-    homework = [
+    homework_questions = [
         {"id": name, "autoPoints": points, "triesPerVariant": attempt_count}
         for name, points in points_by_question.items()
     ]
-    exam = [{"id": name, "autoPoints": [points] * attempt_count} for name, points in points_by_question.items()]
+    exam_questions = [
+        {"id": name, "autoPoints": [points] * attempt_count} for name, points in points_by_question.items()
+    ]
+    exam_settings = {"shuffleQuestions": False, "requireHonorCode": False}
     return {
-        "homework": _make_assessment(assignment, "Homework", homework),
-        "exam": _make_assessment(assignment, "Exam", exam) | {"shuffleQuestions": False, "requireHonorCode": False},
+        "homework": _make_assessment(assignment, "Homework", homework_questions),
+        "exam": _make_assessment(assignment, "Exam", exam_questions) | exam_settings,
     }
 
 

@@ -179,7 +179,7 @@ def _make_sheet_for_task(request: ExportRequest, task: _SheetTask) -> _SheetResu
         student_problems = certified_problems.generate_student_problems(request.assignment, task.student, certify)
         if student_problems.failed_slots:
             return None, {}, student_problems.failed_slots
-        problems = tuple(certified.problem for certified in student_problems.certified_problems.values())
+        problems = tuple(problem.problem for problem in student_problems.certified_problems.values())
         replacements = student_problems.find_new_replacements(request.assignment)
     return make_sheet(request, task.file_stem, task.name, task.student, problems), replacements, ()
 

@@ -644,8 +644,8 @@ def _list_joint_values(components: tuple[Component, ...]) -> set[tuple[str, floa
     """Return the pairs of a joint variable and a rounded value in a singular set, with angles wrapped to one turn."""
     full_turn, joint_values = 2 * float(sp.pi), set()
     for joint, value in _iterate_joint_values(components):
-        wrapped = float(value) % full_turn if _is_angle(joint) else float(value)
-        joint_values.add((joint.name, round(wrapped, 9) % round(full_turn, 9)))
+        wrapped_value = float(value) % full_turn if _is_angle(joint) else float(value)
+        joint_values.add((joint.name, round(wrapped_value, 9) % round(full_turn, 9)))
     return joint_values
 
 

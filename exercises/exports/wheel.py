@@ -31,13 +31,13 @@ class Wheel(NamedTuple):
 @cache
 def make_wheel() -> Wheel:
     """Return the wheel of the installed qdot."""
-    installed = distribution(DISTRIBUTION)
-    name = f"{DISTRIBUTION.replace('-', '_')}-{installed.version}"
+    qdot_distribution = distribution(DISTRIBUTION)
+    name = f"{DISTRIBUTION.replace('-', '_')}-{qdot_distribution.version}"
     info_folder = f"{name}.dist-info"
     files = _read_package_files() | {
-        f"{info_folder}/METADATA": (installed.read_text("METADATA") or "").encode(),
+        f"{info_folder}/METADATA": (qdot_distribution.read_text("METADATA") or "").encode(),
         f"{info_folder}/WHEEL": b"Wheel-Version: 1.0\nGenerator: qdot\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
-        f"{info_folder}/entry_points.txt": (installed.read_text("entry_points.txt") or "").encode(),
+        f"{info_folder}/entry_points.txt": (qdot_distribution.read_text("entry_points.txt") or "").encode(),
     }
     record = ""
     for path, data in files.items():

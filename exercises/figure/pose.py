@@ -303,13 +303,18 @@ def _score_angles(chain: Chain, frames: np.ndarray, entries: np.ndarray, view: n
             continue
         x, y = frames[:, i, :3, 0] @ view[:2].T, frames[:, i, :3, 1] @ view[:2].T
         end = x * np.cos(entries[:, i, None]) + y * np.sin(entries[:, i, None])
-        drawn_angle = np.abs(np.arctan2(x[:, 0] * end[:, 1] - x[:, 1] * end[:, 0], (x * end).sum(axis=1)))
+        drawn_angle = _compute_drawn_angles(x, end)
         visibility = np.minimum(np.minimum(drawn_angle, np.pi - drawn_angle + 0.3) / np.radians(35), 1)
         visibility = visibility * np.minimum(np.linalg.norm(end, axis=1) / 0.5, 1)
         lowest_visibility = np.minimum(lowest_visibility, visibility)
         if i > 0 or is_drawn_flat(chain):
             preference = preference + np.clip(1.4 - np.abs(entries[:, i] - 0.8), 0, 1) * 1.2 / chain.n
     return np.asarray(1.2 * lowest_visibility + preference)
+
+
+def _compute_drawn_angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the angles (k, rad) between vectors in the drawing (k x 2 each)."""
+    return np.asarray(np.abs(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1))))
 
 
 def _count_crowded(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarray:
@@ -346,8 +351,7 @@ def _score_axis_separation(frames: np.ndarray, view: np.ndarray) -> np.ndarray:
     for (origin, axis), (other_origin, other_axis) in itertools.combinations(arrows, 2):
         if np.max(np.abs(origin - other_origin)) > 1e-6 or np.max(np.linalg.norm(axis - other_axis, axis=1)) < 1e-6:
             continue
-        a, b = axis @ view[:2].T, other_axis @ view[:2].T
-        drawn_angle = np.abs(np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)))
+        drawn_angle = _compute_drawn_angles(axis @ view[:2].T, other_axis @ view[:2].T)
         lowest_score = np.minimum(lowest_score, drawn_angle / np.radians(20))
     return lowest_score
 

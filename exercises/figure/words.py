@@ -56,9 +56,9 @@ def describe_panels(
 
     `has_lost_direction` is whether a lost direction is marked.
     """
-    singular = "; ".join(captions[1:])
+    singular_captions = "; ".join(captions[1:])
     opening = catalogue.gettext(
-        "The arm in a regular configuration and in these singular ones: %(singular)s.", singular=singular
+        "The arm in a regular configuration and in these singular ones: %(singular)s.", singular=singular_captions
     )
     ring = catalogue.gettext("A dashed ring marks a direction towards the reader.") if has_lost_direction else ""
     scale = catalogue.gettext("Drawn to scale.")

@@ -186,11 +186,11 @@ class _CompiledPiece:
                 break
             hessian = np.empty((count, joint_count, joint_count))
             for k, joint in enumerate(self.free_joints):
-                forward, backward = (
+                forward_gradient, backward_gradient = (
                     self._compute_gradient({**values, joint: values[joint] + shift})
                     for shift in (_GRADIENT_STEP, -_GRADIENT_STEP)
                 )
-                hessian[:, :, k] = (forward - backward) / (2 * _GRADIENT_STEP)
+                hessian[:, :, k] = (forward_gradient - backward_gradient) / (2 * _GRADIENT_STEP)
             is_valid = is_flat & np.isfinite(hessian).all(axis=(1, 2))
             hessian[~is_valid] = 0.0
             steps = np.einsum("pij,pj->pi", np.linalg.pinv(hessian, rcond=1e-7), gradient)
@@ -344,11 +344,11 @@ class ConfigurationSpace:
     ) -> dict[str, np.ndarray]:
         """Return up to `count` random configurations on a piece, with values of all `used_names`."""
         values = self.domain.sample(used_names, count, stream)
-        compiled = _compile_piece(piece, self.joints, self.angles)
-        is_valid = compiled.assign_joints(values)
-        if compiled.residual_program.outputs:
-            is_valid &= compiled.project_onto_zeros(values)
-            is_valid &= compiled.assign_joints(values)
+        compiled_piece = _compile_piece(piece, self.joints, self.angles)
+        is_valid = compiled_piece.assign_joints(values)
+        if compiled_piece.residual_program.outputs:
+            is_valid &= compiled_piece.project_onto_zeros(values)
+            is_valid &= compiled_piece.assign_joints(values)
         return {name: column[is_valid] for name, column in values.items()}
 
     def compute_smallest_residual(self, piece: Piece, used_names: set[str], stream: Stream) -> float:
@@ -357,11 +357,12 @@ class ConfigurationSpace:
         The residual of a configuration is the largest value of the conditions. If they have no zero at all, even the
         smallest residual is large.
         """
-        compiled = _compile_piece(piece, self.joints, self.angles)
-        if not compiled.free_joints:
+        compiled_piece = _compile_piece(piece, self.joints, self.angles)
+        if not compiled_piece.free_joints:
             return float("inf")
-        count = min(4000, max(SAMPLE_COUNT, _MAX_STORED_VALUES // len(compiled.residual_program.steps)))
-        residuals, sizes = evaluate(compiled.residual_program, self.domain.sample(used_names, count, stream), count)
+        program = compiled_piece.residual_program
+        count = min(4000, max(SAMPLE_COUNT, _MAX_STORED_VALUES // len(program.steps)))
+        residuals, sizes = evaluate(program, self.domain.sample(used_names, count, stream), count)
         with np.errstate(all="ignore"):
             relative_residuals = np.max(np.abs(residuals) / np.maximum(sizes, 1e-300), axis=0)
         return float(_reduce_without_warning(np.nanmin, relative_residuals[None])[0, 0])
@@ -500,5 +501,5 @@ def compare_sets(
             is_sound[index] = False
     nonempty_pieces = [piece for piece, sound in zip(claimed_pieces, is_sound, strict=True) if sound is not None]
     is_covered, missing = check_inclusion(reference_pieces, nonempty_pieces, "reference")
-    fewest = min(filter(None, counts), default=0)
-    return SetComparison(tuple(is_covered), tuple(is_sound), missing, surplus, sum(counts), fewest, is_only_rounded)
+    min_count = min(filter(None, counts), default=0)
+    return SetComparison(tuple(is_covered), tuple(is_sound), missing, surplus, sum(counts), min_count, is_only_rounded)

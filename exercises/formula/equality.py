@@ -328,18 +328,19 @@ class _NumericComparison:
 
         Points at which double precision shows that the error is allowed need no more digits.
         """
-        undecided = np.flatnonzero(~self._is_clearly_allowed(entry))
+        undecided_points = np.flatnonzero(~self._is_clearly_allowed(entry))
         is_defined = np.isfinite(self.student_values[entry]) & np.isfinite(self.reference_values[entry])
         # Undefined at a removable singularity: values with two decimals may coincide (a1 = a2), other values don't.
-        undecided = undecided[is_defined[undecided] | (undecided >= READABLE_POINTS)]
-        if not len(undecided):
+        undecided_points = undecided_points[is_defined[undecided_points] | (undecided_points >= READABLE_POINTS)]
+        if not len(undecided_points):
             return []
         with np.errstate(all="ignore"):
             ratios = (self.difference[entry] - self.allowed_error[entry]) / self.rounding_error[entry]
-        sortable_ratios = np.nan_to_num(ratios, nan=np.inf)[undecided]
-        _, first_of_region = np.unique(self.region_numbers[undecided], return_index=True)
-        worst = np.argpartition(-sortable_ratios, min(_MAX_WORST_POINTS, len(undecided) - 1))[:_MAX_WORST_POINTS]
-        points = undecided[np.concatenate((np.sort(first_of_region)[:_MAX_REGION_POINTS], worst))]
+        sortable_ratios = np.nan_to_num(ratios, nan=np.inf)[undecided_points]
+        _, first_of_region = np.unique(self.region_numbers[undecided_points], return_index=True)
+        last_index = min(_MAX_WORST_POINTS, len(undecided_points) - 1)
+        worst_indices = np.argpartition(-sortable_ratios, last_index)[:_MAX_WORST_POINTS]
+        points = undecided_points[np.concatenate((np.sort(first_of_region)[:_MAX_REGION_POINTS], worst_indices))]
         return list(dict.fromkeys(map(int, points)))
 
     def _agrees_precisely(self, entry: int, point: int) -> bool | None:
@@ -408,9 +409,9 @@ class _NumericComparison:
 
 def _compute_term_scales(magnitudes: np.ndarray) -> np.ndarray:
     """Return the scale of each entry: its magnitude or, if that is 0, the largest magnitude at the same point."""
-    largest = magnitudes.max(axis=0, keepdims=True)
-    largest = np.where((largest > 0) & np.isfinite(largest), largest, 1.0)
-    return np.where((magnitudes > 0) & np.isfinite(magnitudes), magnitudes, largest)
+    largest_magnitudes = magnitudes.max(axis=0, keepdims=True)
+    largest_magnitudes = np.where((largest_magnitudes > 0) & np.isfinite(largest_magnitudes), largest_magnitudes, 1.0)
+    return np.where((magnitudes > 0) & np.isfinite(magnitudes), magnitudes, largest_magnitudes)
 
 
 def round_to_six_digits(value: float) -> float:

@@ -24,19 +24,19 @@ def remove_metres(tree: Node) -> Node:
     stack = [(tree, False, False, True)]
     while stack:  # no recursion: a long sum is a deep tree
         # The last two say whether the node is in a product with an angle, and whether the node ends a product.
-        current, has_results_of_args, has_angle, ends_product = stack.pop()
-        if has_results_of_args or not current.args:
-            args = results[len(results) - len(current.args) :]
-            may_have_unit = current.kind == "*" and not has_angle and _is_metre(args[1])
+        current_node, has_results_of_args, has_angle, ends_product = stack.pop()
+        if has_results_of_args or not current_node.args:
+            args = results[len(results) - len(current_node.args) :]
+            may_have_unit = current_node.kind == "*" and not has_angle and _is_metre(args[1])
             is_unit = may_have_unit and _is_unit_of(args[0], ends_product)
-            results[len(results) - len(args) :] = [args[0] if is_unit else current.with_args(args)]
+            results[len(results) - len(args) :] = [args[0] if is_unit else current_node.with_args(args)]
         else:
-            is_product = current.kind in ("*", "/", "^")
-            has_angle = current.kind != "call" and (
-                has_angle or (is_product and ends_product and _contains_angle(current))
+            is_product = current_node.kind in ("*", "/", "^")
+            has_angle = current_node.kind != "call" and (
+                has_angle or (is_product and ends_product and _contains_angle(current_node))
             )
-            stack.append((current, True, has_angle, ends_product))
-            stack += [(arg, False, has_angle, not is_product) for arg in reversed(current.args)]
+            stack.append((current_node, True, has_angle, ends_product))
+            stack += [(arg, False, has_angle, not is_product) for arg in reversed(current_node.args)]
     return results[0]
 
 
@@ -66,10 +66,10 @@ def _contains_angle(product: Node) -> bool:
     """
     stack = [product]
     while stack:
-        current = stack.pop()
-        is_angle = current.kind == "name" and PATTERNS["angle"].fullmatch(current.value)
-        if is_angle or current.value in ("pi", *_INVERSES):
+        current_node = stack.pop()
+        is_angle = current_node.kind == "name" and PATTERNS["angle"].fullmatch(current_node.value)
+        if is_angle or current_node.value in ("pi", *_INVERSES):
             return True
-        if current.kind != "call":
-            stack.extend(current.args)
+        if current_node.kind != "call":
+            stack.extend(current_node.args)
     return False

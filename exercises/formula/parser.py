@@ -89,9 +89,9 @@ def _tokenize(text: str) -> list[_Token]:
 def _describe_position(text: str, position: int) -> str:
     """Return a position and the characters around it, for a message."""
     start = max(0, position - 15)
-    nearby = (" " if ch.isspace() else ch for ch in text[start : position + 15])
-    printable = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in nearby)
-    return f"(at character {position + 1}, near '{printable}')"
+    nearby_characters = (" " if ch.isspace() else ch for ch in text[start : position + 15])
+    printable_text = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in nearby_characters)
+    return f"(at character {position + 1}, near '{printable_text}')"
 
 
 class _Parser:

@@ -58,16 +58,16 @@ def compile_program(nodes: Sequence[Node]) -> Program:
         indices: list[int] = []
         stack: list[tuple[Node, tuple[Node, ...], tuple[int, ...], bool]] = [(node, *_split_operands(node), False)]
         while stack:  # no recursion: a long sum is a deep tree
-            current, args, signs, is_ready = stack.pop()
+            current_node, args, signs, is_ready = stack.pop()
             if not args:  # a leaf, as most nodes are
-                indices.append(find_or_add(_make_step(current, ())))
+                indices.append(find_or_add(_make_step(current_node, ())))
             elif is_ready:
                 operands = tuple(indices[len(indices) - len(args) :])
                 del indices[len(indices) - len(args) :]
-                step = _make_sum_step(operands, signs) if signs else _make_step(current, operands)
+                step = _make_sum_step(operands, signs) if signs else _make_step(current_node, operands)
                 indices.append(find_or_add(step))
             else:
-                stack.append((current, args, signs, True))
+                stack.append((current_node, args, signs, True))
                 stack.extend((arg, *_split_operands(arg), False) for arg in reversed(args))
         outputs.append(indices[0])
     return Program(tuple(steps), tuple(outputs))

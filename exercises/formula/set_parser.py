@@ -287,11 +287,11 @@ def _count_nodes_of_cases(node: Node) -> int:
     alternatives = ("list", "set", "or")
     node_count, stack = 0, [node]
     while stack:  # no recursion: a long sum is a deep tree
-        current = stack.pop()
-        kinds = {arg.kind for arg in current.args}
-        if current.kind in (*alternatives, "and", "dict", "pair", "in") or kinds.intersection(alternatives):
-            stack.extend(current.args)
+        current_node = stack.pop()
+        kinds = {arg.kind for arg in current_node.args}
+        if current_node.kind in (*alternatives, "and", "dict", "pair", "in") or kinds.intersection(alternatives):
+            stack.extend(current_node.args)
         else:
-            whole_numbers = find_names(current) & set(WHOLE_NUMBER_NAMES)
-            node_count += (_FIXED_COST + count_nodes(current)) * len(WHOLE_NUMBER_VALUES) ** len(whole_numbers)
+            whole_numbers = find_names(current_node) & set(WHOLE_NUMBER_NAMES)
+            node_count += (_FIXED_COST + count_nodes(current_node)) * len(WHOLE_NUMBER_VALUES) ** len(whole_numbers)
     return node_count

@@ -134,13 +134,13 @@ def split_signed_terms(node: Node) -> list[tuple[Node, int]]:
     """Return the terms of a nested sum, each with its sign, 1 or -1; products are not expanded."""
     terms, stack = [], [(node, 1)]
     while stack:
-        current, sign = stack.pop()
-        if current.kind == "neg":
-            stack.append((current.args[0], -sign))
-        elif current.kind in ("+", "-"):
-            stack += [(current.args[1], sign if current.kind == "+" else -sign), (current.args[0], sign)]
+        current_node, sign = stack.pop()
+        if current_node.kind == "neg":
+            stack.append((current_node.args[0], -sign))
+        elif current_node.kind in ("+", "-"):
+            stack += [(current_node.args[1], sign if current_node.kind == "+" else -sign), (current_node.args[0], sign)]
         else:
-            terms.append((current, sign))
+            terms.append((current_node, sign))
     return terms
 
 

@@ -128,8 +128,8 @@ def _miscount_minors(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def miscount(
         stages: StageResults, gram_determinant: np.ndarray, columns: Sequence[int], is_omitted: bool
     ) -> np.ndarray:
-        square = _compute_maximal_minor(stages, columns) * _compute_maximal_minor(stages, columns)
-        return gram_determinant - square if is_omitted else square
+        squared_minor = _compute_maximal_minor(stages, columns) * _compute_maximal_minor(stages, columns)
+        return gram_determinant - squared_minor if is_omitted else squared_minor
 
     for columns in combinations(range(chain.n), len(chain.task)) if _has_wide_jacobian(chain) else ():
         for is_omitted in (False, True):

@@ -214,9 +214,9 @@ def scale_entries(entry_index: Any, factor: int) -> Change:
     """Return the change that multiplies the entries at an index of an array by a factor."""
 
     def scale(stages: StageResults, values: np.ndarray) -> np.ndarray:
-        scaled = np.array(values)
-        scaled[entry_index] = factor * scaled[entry_index]
-        return scaled
+        new_values = np.array(values)
+        new_values[entry_index] = factor * new_values[entry_index]
+        return new_values
 
     return scale
 

@@ -90,11 +90,11 @@ def _list_full_rank_minus_one(chain: Chain, part: Part, rank_losses: Collection[
 
 def _miscount_rows(chain: Chain, part: Part) -> Iterator[list[int]]:
     """Yield the rows and columns of J, with the orientation or the position counted as a single component."""
-    linear = sum(row[0] == "v" for row in part.details_as(TaskDetails).task)
-    angular = _count_task_rows(part) - linear
-    yield [linear + min(angular, 1), chain.n]
-    yield [min(linear, 1) + angular, chain.n]
-    yield [min(linear, 1) + min(angular, 1), chain.n]
+    linear_count = sum(row[0] == "v" for row in part.details_as(TaskDetails).task)
+    angular_count = _count_task_rows(part) - linear_count
+    yield [linear_count + min(angular_count, 1), chain.n]
+    yield [min(linear_count, 1) + angular_count, chain.n]
+    yield [min(linear_count, 1) + min(angular_count, 1), chain.n]
 
 
 _confuse_kinds = partial(_confuse_options, "singularity-type", KIND_OPTIONS)

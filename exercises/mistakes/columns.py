@@ -108,10 +108,8 @@ def _flip_derivative(sign: int) -> VariantGenerator:
 
 def _skip_differentiation(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
     """Return the later link vectors themselves instead of their derivatives with respect to a revolute joint."""
-    new_derivatives, links = (
-        np.array(link_derivatives),
-        stages.arithmetic.drop_derivatives(np.stack(stages["link vectors"])),
-    )
+    new_derivatives = np.array(link_derivatives)
+    links = stages.arithmetic.drop_derivatives(np.stack(stages["link vectors"]))
     for joint in list_joints_of_kind(stages, REVOLUTE):
         later_links = [k for k in list_links_to_point(stages.chain) if k >= joint]
         new_derivatives[joint, later_links] = links[later_links]
@@ -188,8 +186,8 @@ def _replace_angular(
     The arguments of `make_column` are the stages, the index of the joint and the correct column.
     """
 
-    def apply_change(stages: StageResults, angular: np.ndarray) -> np.ndarray:
-        return np.stack([make_column(stages, i, angular[:, i]) for i in range(stages.n)], axis=1)
+    def apply_change(stages: StageResults, angular_rows: np.ndarray) -> np.ndarray:
+        return np.stack([make_column(stages, i, angular_rows[:, i]) for i in range(stages.n)], axis=1)
 
     return MistakeVariant({"angular rows": apply_change}, words)
 
@@ -281,10 +279,10 @@ def _leave_vectors_in_base(chain: Chain, _: AnswerShape) -> Iterator[MistakeVari
 def _leave_in_base(rows: slice) -> Change:
     """Return the change that leaves the given rows of the Jacobian in base coordinates instead of tool coordinates."""
 
-    def apply_change(stages: StageResults, rotated: np.ndarray) -> np.ndarray:
-        unrotated = np.array(rotated)
-        unrotated[rows] = stages["geometric jacobian"][rows]
-        return unrotated
+    def apply_change(stages: StageResults, rotated_jacobian: np.ndarray) -> np.ndarray:
+        new_jacobian = np.array(rotated_jacobian)
+        new_jacobian[rows] = stages["geometric jacobian"][rows]
+        return new_jacobian
 
     return apply_change
 

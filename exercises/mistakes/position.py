@@ -46,9 +46,8 @@ def _rotate_without(
     for i, row in enumerate(stages["table"].rows[:frame]):
         constant = row.theta - stages.arithmetic.convert_entry(stages.chain.q[i]) if keeps_constants else row.theta * 0
         theta = constant if i in omitted_joints else row.theta
-        rotation = matrix_product(
-            rotation, matrix_product(make_rotation_z(stages, theta), make_rotation_x(stages, row.alpha))
-        )
+        row_rotation = matrix_product(make_rotation_z(stages, theta), make_rotation_x(stages, row.alpha))
+        rotation = matrix_product(rotation, row_rotation)
     return rotation
 
 

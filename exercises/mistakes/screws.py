@@ -84,8 +84,8 @@ def _use_home_screws(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
     def move_to_point(stages: StageResults, _: np.ndarray) -> np.ndarray:
         point, home = _compute_home_point(stages), stages["home screws"]
-        linear = [home[3:, i] + cross(home[:3, i], point) for i in range(stages.n)]
-        return np.concatenate([home[:3], np.stack(linear, axis=1)])
+        linear_parts = [home[3:, i] + cross(home[:3, i], point) for i in range(stages.n)]
+        return np.concatenate([home[:3], np.stack(linear_parts, axis=1)])
 
     yield MistakeVariant({"space jacobian": lambda stages, _: stages["home screws"]})
     yield MistakeVariant({"body jacobian": move_to_point})
@@ -189,8 +189,8 @@ def _move_screws(stages: StageResults, motions: Sequence[Motion], is_reversed: b
     home = stages["home screws"]
     moved_screws, motion = [home[:, 0]], motions[0]
     for i in range(1, stages.n):
-        angular, linear = (apply_matrix(motion.rotation, vector) for vector in (home[:3, i], home[3:, i]))
-        moved_screws.append(np.concatenate([angular, linear + cross(motion.translation, angular)]))
+        angular_part, linear_part = (apply_matrix(motion.rotation, vector) for vector in (home[:3, i], home[3:, i]))
+        moved_screws.append(np.concatenate([angular_part, linear_part + cross(motion.translation, angular_part)]))
         motion = _compose(motions[i], motion) if is_reversed else _compose(motion, motions[i])
     return np.stack(moved_screws, axis=1)
 

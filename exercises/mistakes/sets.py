@@ -302,8 +302,8 @@ def _join_alternatives(chain: Chain, components: Components) -> Iterator[Mistake
             solutions = tuple(solution for component in joined_components for solution in component.solutions or ())
             if len({q for q, _ in solutions}) == len(solutions):
                 conditions = tuple(condition for component in joined_components for condition in component.conditions)
-                others = (component for component in components if component not in joined_components)
-                yield _make_answer((*others, Component(conditions, solutions)))
+                other_components = (component for component in components if component not in joined_components)
+                yield _make_answer((*other_components, Component(conditions, solutions)))
 
 
 def _add_condition(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:

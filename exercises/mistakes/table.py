@@ -21,6 +21,7 @@ from qdot.exercises.arm.derivation_graph import (
     StageResults,
     Table,
     TableRow,
+    differentiate_links,
     make_rotation_x,
     make_rotation_z,
 )
@@ -260,9 +261,7 @@ def _move_point_to_earlier_origin(stages: StageResults, table: Table) -> Table:
 
 def _keep_derivatives_up_to(frame: int) -> Callable[[StageResults, np.ndarray], np.ndarray]:
     def apply_change(stages: StageResults, _: np.ndarray) -> np.ndarray:
-        link_derivatives = np.stack(
-            [stages.arithmetic.compute_derivatives(link)[: stages.n] for link in stages["link vectors"]], axis=1
-        )
+        link_derivatives = differentiate_links(stages)
         link_derivatives[:, frame:] = link_derivatives[:, frame:] * 0
         return link_derivatives
 

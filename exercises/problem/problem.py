@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain
+from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain, is_angle_symbol
 from qdot.exercises.arm.conventions import ALIASES, REGISTRY, convention_of
 from qdot.exercises.arm.conventions.screws import Screws
 from qdot.exercises.common.errors import QdotError, find_most_similar, make_name_error
@@ -341,7 +341,7 @@ class Problem:
         for row in self.chain.task:
             symbols[row] = SymbolInfo("velocity", "m/s" if row[0] == "v" else "rad/s")
         for symbol in self.chain.parameters:
-            is_angle = symbol.name.startswith(("alpha", "beta"))
+            is_angle = is_angle_symbol(symbol)
             symbols[symbol.name] = SymbolInfo("angle" if is_angle else "length", "rad" if is_angle else "m")
         for name, value in list_table_numbers(self.chain).items():
             symbols.setdefault(name, SymbolInfo("length", "m", value))

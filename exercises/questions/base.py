@@ -172,8 +172,8 @@ def shuffle_options(
 
     `describe` returns the text of an option.
     """
-    shuffled = rng.permutation(options)
-    return Choice(tuple(map(describe, shuffled)), shuffled.index(correct)), shuffled
+    shuffled_options = rng.permutation(options)
+    return Choice(tuple(map(describe, shuffled_options)), shuffled_options.index(correct)), shuffled_options
 
 
 RowAndColumnLabels = tuple[Sequence[str], Sequence[str]]

@@ -311,9 +311,9 @@ def _ask_unreachable_velocity(chain: Chain, rng: Stream) -> AnswerAndDetails | N
         assert lost_unit_vector is not None
         velocities = _sample_velocities(jacobian, lost_unit_vector, is_possible, rng)
         if velocities is not None:
-            answer, shuffled = shuffle_options(velocities, velocities[0], rng, write_vector)
+            answer, shuffled_velocities = shuffle_options(velocities, velocities[0], rng, write_vector)
             lost_entries = _round_vector(compute_lost_direction(chain, configuration))
-            products = (sum(a * b for a, b in zip(vector, lost_entries, strict=True)) for vector in shuffled)
+            products = (sum(a * b for a, b in zip(vector, lost_entries, strict=True)) for vector in shuffled_velocities)
             return answer, VelocityLossDetails(
                 configuration=configuration,
                 is_possible=is_possible,
@@ -352,8 +352,8 @@ def _sample_velocity_along(direction: np.ndarray, length: float, rng: Stream) ->
     """Return a velocity along the lost direction, in a random sense; its length is about `length`, but at least 0.2."""
     factor = rng.choice((1, -1)) * sp.Rational(round(100 * max(length, 0.2)), 100)
     first_entry = next(value for value in direction if abs(value) > 1e-3)
-    oriented = direction if first_entry > 0 else -direction
-    return factor * sp.Matrix([sp.Rational(round(float(value) * 10**6), 10**6) for value in oriented])
+    oriented_direction = direction if first_entry > 0 else -direction
+    return factor * sp.Matrix([sp.Rational(round(float(value) * 10**6), 10**6) for value in oriented_direction])
 
 
 def _is_clearly_suitable(velocity: RoundedVector, lost_unit_vector: np.ndarray, is_possible: bool) -> bool:
@@ -368,8 +368,8 @@ def _is_clearly_suitable(velocity: RoundedVector, lost_unit_vector: np.ndarray, 
 
 
 def _is_new(velocity: RoundedVector, chosen_velocities: list[RoundedVector]) -> bool:
-    opposite = tuple(-value for value in velocity)
-    return all(_differ_clearly(v, previous) for previous in chosen_velocities for v in (velocity, opposite))
+    both_directions = (velocity, tuple(-value for value in velocity))
+    return all(_differ_clearly(v, chosen) for chosen in chosen_velocities for v in both_directions)
 
 
 QUESTIONS = (

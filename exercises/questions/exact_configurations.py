@@ -92,9 +92,9 @@ def make_exact_configuration(
         if (simple_steps * joints[q]).is_Integer or (keeps_formulas and not joints[q].has(sp.Float)):
             continue
         number = sp.N(joints[q], WORKING_DIGITS)
-        scaled = sp.N(simple_steps, WORKING_DIGITS) * number
-        nearest_step = sp.Integer(round_to_integer(scaled))
-        if abs(scaled - nearest_step) < sp.Float("1e-25"):
+        scaled_number = sp.N(simple_steps, WORKING_DIGITS) * number
+        nearest_step = sp.Integer(round_to_integer(scaled_number))
+        if abs(scaled_number - nearest_step) < sp.Float("1e-25"):
             exact_values[q] = nearest_step / simple_steps
         else:
             exact_values[q] = number
@@ -112,9 +112,9 @@ def round_to_integer(value: sp.Expr) -> int:
     (-8, 2, 0)
     """
     if isinstance(value, sp.Float) and value._prec >= MIN_PRECISION_BITS and abs(float(value)) < MAX_BINARY_SIZE:
-        nearest = mpmath.libmp.to_int(value._mpf_, mpmath.libmp.round_nearest)
-        if abs(abs(value - nearest) - sp.Rational(1, 2)) > sp.Float("1e-15"):
-            return int(nearest)
+        nearest_integer = mpmath.libmp.to_int(value._mpf_, mpmath.libmp.round_nearest)
+        if abs(abs(value - nearest_integer) - sp.Rational(1, 2)) > sp.Float("1e-15"):
+            return int(nearest_integer)
     return int(value.round())
 
 
@@ -258,8 +258,8 @@ def sample_unequal_lengths(chain: Chain, rng: Stream) -> Lengths:
     """Return random numbers for the symbolic lengths. No two lengths are equal, because that is a special case."""
     table_lengths = inversion.list_table_lengths(chain)
     last_step = max(16, 5 + len(chain.parameters) + len(table_lengths))  # in steps of 5 cm, usually 0.3 m to 0.8 m
-    shuffled = rng.permutation(range(6, last_step + 1))
-    steps = [step for step in shuffled if sp.Rational(step, 20) not in table_lengths]
+    shuffled_steps = rng.permutation(range(6, last_step + 1))
+    steps = [step for step in shuffled_steps if sp.Rational(step, 20) not in table_lengths]
     return {symbol: sp.Rational(step, 20) for symbol, step in zip(chain.parameters, steps, strict=False)}
 
 
@@ -311,8 +311,8 @@ def match_branches(chain: Chain) -> tuple[Branch, ...]:
         for values in component.list_value_combinations():
             for structure_values in structure_component.list_value_combinations():
                 if _are_same_values(chain, values, structure_values):
-                    restricted = structure_component.restrict_to(structure_values)
-                    branches.append(Branch(component.restrict_to(values), restricted))
+                    restricted_component = structure_component.restrict_to(structure_values)
+                    branches.append(Branch(component.restrict_to(values), restricted_component))
                     break
     return tuple(branches)
 
@@ -414,17 +414,17 @@ def _find_zeros(condition: sp.Expr, joint: sp.Symbol, is_revolute: bool) -> list
     """
     test_values = (sp.S.Zero, sp.pi / 2, sp.pi, sp.S.One) if is_revolute else (sp.S.Zero, sp.S.One, sp.S(2), sp.S(3))
     f_0, f_1, f_2, f_3 = (sp.N(condition.xreplace({joint: test_value}), WORKING_DIGITS) for test_value in test_values)
-    tiny = sp.Float("1e-30")
+    tolerance = sp.Float("1e-30")
     with mpmath.workdps(WORKING_DIGITS):
         if not is_revolute:
             derivative = f_1 - f_0
-            is_linear = abs(f_3 - f_0 - 3 * derivative) < tiny and abs(derivative) > sp.Float("1e-3")
+            is_linear = abs(f_3 - f_0 - 3 * derivative) < tolerance and abs(derivative) > sp.Float("1e-3")
             return [-f_0 / derivative] if is_linear else []
         a, b = (f_0 + f_2) / 2, (f_0 - f_2) / 2
         c = f_1 - a
         norm = sp.sqrt(b**2 + c**2)
         residual = f_3 - a - b * sp.N(sp.cos(1), WORKING_DIGITS) - c * sp.N(sp.sin(1), WORKING_DIGITS)
-        if abs(residual) > tiny or norm <= abs(a) + sp.Float("1e-3"):
+        if abs(residual) > tolerance or norm <= abs(a) + sp.Float("1e-3"):
             return []
         maximum_angle, half_distance = sp.atan2(c, b), sp.acos(-a / norm)
         zeros = (sp.N(maximum_angle + sign * half_distance, WORKING_DIGITS) for sign in (1, -1))

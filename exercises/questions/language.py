@@ -175,8 +175,8 @@ def describe_shape(value: np.ndarray) -> str:
     )
 
 
-def _make_name_error(kind: str, name: str, known: Sequence[str]) -> FormulaError:
-    return FormulaError(str(make_name_error(kind, name, list(known))))
+def _make_name_error(kind: str, name: str, known_names: Sequence[str]) -> FormulaError:
+    return FormulaError(str(make_name_error(kind, name, list(known_names))))
 
 
 def _make_shape_error(formula: ast.expr, *values: np.ndarray) -> FormulaError:

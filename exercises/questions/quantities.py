@@ -95,8 +95,8 @@ def parse_frame_name(name: str, chain: Chain) -> FrameName | None:
     match = _FRAME_NAME.fullmatch(name)
     if match is None or not has_frames(chain):
         return None
-    axis, frame, matrix, first, last = match.groups()
-    frame_name = FrameName(axis or matrix, int(frame or first), int(frame or last))
+    axis, frame, matrix, first_frame, last_frame = match.groups()
+    frame_name = FrameName(axis or matrix, int(frame or first_frame), int(frame or last_frame))
     return frame_name if max(frame_name.first_frame, frame_name.last_frame) <= chain.n else None
 
 
@@ -135,18 +135,18 @@ class StageQuantities(ABC):
         frame = parse_frame_name(name, self.stages.chain)
         return None if frame is None else self._look_up_frame(*frame)
 
-    def _look_up_frame(self, letter: str, first: int, last: int) -> np.ndarray:
+    def _look_up_frame(self, letter: str, first_frame: int, last_frame: int) -> np.ndarray:
         """Return an origin or an axis of a frame, or the rotation or transform from one frame to another."""
         stages = self.stages
         if letter == "o":
-            return self._origin(first)
+            return self._origin(first_frame)
         if letter in AXES:
-            return compute_convention_rotation(stages, first)[:, AXES[letter]]
-        to_first = compute_convention_rotation(stages, first).swapaxes(0, 1)
-        rotation = matrix_product(to_first, compute_convention_rotation(stages, last))
+            return compute_convention_rotation(stages, first_frame)[:, AXES[letter]]
+        to_first = compute_convention_rotation(stages, first_frame).swapaxes(0, 1)
+        rotation = matrix_product(to_first, compute_convention_rotation(stages, last_frame))
         if letter == "R":
             return rotation
-        origin = apply_matrix(to_first, self._origin(last) - self._origin(first))
+        origin = apply_matrix(to_first, self._origin(last_frame) - self._origin(first_frame))
         zero, one = self.constant(Fraction(0)), self.constant(Fraction(1))
         upper_rows = np.concatenate([rotation, origin[:, None]], axis=1)
         return np.concatenate([upper_rows, np.stack([zero, zero, zero, one])[None]])
@@ -218,8 +218,8 @@ def differentiate_numerically(
     derivative: Any = 0
     for step_count, weight in STENCIL:
         for shift in (step_count * step, -step_count * step):
-            shifted = {name: quantities.look_up(name) + shift * rate for name, rate in rates.items()}
-            derivative = derivative + step_count * weight / shift * quantities.with_values(formula, shifted)
+            shifted_values = {name: quantities.look_up(name) + shift * rate for name, rate in rates.items()}
+            derivative = derivative + step_count * weight / shift * quantities.with_values(formula, shifted_values)
     return np.asarray(derivative)
 
 

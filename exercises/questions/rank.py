@@ -298,12 +298,12 @@ def _ask_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
     for line in rng.permutation(motion.wrong_lines):
         if len(lines) < 4 and not any(are_parallel[line, chosen_line] for chosen_line in lines):
             lines.append(line)
-    answer, shuffled = shuffle_options(lines, lines[0], rng, lambda line: line.description)
+    answer, shuffled_lines = shuffle_options(lines, lines[0], rng, lambda line: line.description)
     return answer, LostMotionDetails(
         configurations=configurations,
         moving_part=motion.moving_part,
         holds_other_motion=motion.holds_other_motion,
-        lines=tuple(shuffled),
+        lines=tuple(shuffled_lines),
     )
 
 
@@ -385,13 +385,13 @@ def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         for meaning in rng.permutation(meanings.wrong)[: 4 - len(options)]:
             wrong_kind = None if kind is None else rng.choice(("boundary", "internal"))
             options.append(MeaningOption(meaning, wrong_kind))
-        answer, shuffled = shuffle_options(options, options[0], rng, lambda option: option.text)
+        answer, shuffled_options = shuffle_options(options, options[0], rng, lambda option: option.text)
         has_values = branch.component.solutions is not None
         return answer, MeaningDetails(
             values=branch.values,
             configuration=None if has_values else configuration,
             condition=None if has_values else branch.component.conditions[0],
-            options=tuple(shuffled),
+            options=tuple(shuffled_options),
         )
     return None
 

@@ -18,7 +18,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm import mpmath_kinematics as precise
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import Chain, is_angle_symbol
 from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, MpmathArm, Vector
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
@@ -52,7 +52,7 @@ def _evaluate_generic_jacobian(chain: Chain) -> np.ndarray:
 
 def find_symbolic_angle_objection(chain: Chain) -> str | None:
     """Return an objection to an arm with a symbolic angle in its table, for which no number is sampled; else None."""
-    angles = [symbol.name for symbol in chain.parameters if symbol.name.startswith(("alpha", "beta"))]
+    angles = [symbol.name for symbol in chain.parameters if is_angle_symbol(symbol)]
     return f"its angle {angles[0]} is symbolic" if angles else None
 
 
@@ -120,8 +120,8 @@ def _derive_gram_determinant(symbolic_chain: Chain) -> Factored:
     """Return det(J J^T) of a structure: the squared shared factors of all minors, times a sum of squares."""
     shared_factors, quotients = _factor_minors(symbolic_chain)
     squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).to_expression() ** 2 for minor in quotients))
-    factored = factor_trig(sp.expand(squares)).to_expression() if len(quotients) > 1 else squares
-    shortest_form = min((squares, factored), key=lambda form: len(sp.Add.make_args(form)) + sp.count_ops(form))
+    factored_sum = factor_trig(sp.expand(squares)).to_expression() if len(quotients) > 1 else squares
+    shortest_form = min((squares, factored_sum), key=lambda form: len(sp.Add.make_args(form)) + sp.count_ops(form))
     squared_factors = tuple((factor, 2 * power) for factor, power in shared_factors.factors)
     return Factored(shared_factors.coefficient**2, (*squared_factors, (shortest_form, 1)))
 

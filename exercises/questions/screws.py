@@ -251,9 +251,9 @@ def _derive_body_column(chain: Chain, index: int) -> sp.Matrix:
             v = (v + omega.cross(q * axis.direction)).applyfunc(sp.expand)
             continue
         lever = axis.point - home_point
-        rotated = _rotate_back(axis, q, omega.row_join(v + omega.cross(lever)))
-        omega = rotated[:, 0]
-        v = (rotated[:, 1] - omega.cross(lever)).applyfunc(sp.expand)
+        rotated_vectors = _rotate_back(axis, q, omega.row_join(v + omega.cross(lever)))
+        omega = rotated_vectors[:, 0]
+        v = (rotated_vectors[:, 1] - omega.cross(lever)).applyfunc(sp.expand)
     return omega.col_join(v)
 
 

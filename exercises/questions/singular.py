@@ -172,9 +172,9 @@ def _is_well_conditioned(chain: Chain, joints: JointValues, rng: Stream) -> bool
 
     The limit is lower than for questions that ask for numbers, because the ratio must exceed it for all four sets.
     """
-    minimum = 0.8 * inversion.find_min_conditioning(chain)
+    min_ratio = 0.8 * inversion.find_min_conditioning(chain)
     all_lengths = (inversion.sample_lengths(chain, rng) for _ in range(4))
-    return all(inversion.compute_conditioning(chain, lengths, joints) > minimum for lengths in all_lengths)
+    return all(inversion.compute_conditioning(chain, lengths, joints) > min_ratio for lengths in all_lengths)
 
 
 _TEST_LENGTHS = (sp.Rational(1, 20), sp.Rational(3, 10), sp.Rational(7, 10), sp.S(2), sp.S(6))

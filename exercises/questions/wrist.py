@@ -73,7 +73,8 @@ def derive_wrist_block(chain: Chain) -> sp.Matrix:
 def derive_block_determinants(chain: Chain) -> sp.Matrix:
     """Return [det J11, det J22] in factored form (2 x 1)."""
     values = dict(make_symbolic_arm(chain).values)
-    return sp.Matrix([factored.substitute(values) for factored in _factor_determinants(make_symbolic_arm(chain).chain)])
+    determinants = _factor_determinants(make_symbolic_arm(chain).chain)
+    return sp.Matrix([determinant.substitute(values) for determinant in determinants])
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -72,8 +72,8 @@ def _ask_formula(chain: Chain, rng: Stream, find_subjects: SubjectFinder, questi
         options = wrong_formulas.make_four_options(chain, subject, rng)
         if options is not None:
             symbols = make_load_symbols(chain) if question == "joint-torques" else {}
-            answer, shuffled = offer_choice(options, rng)
-            return answer, FormulaOptions(offered_options=shuffled, subject=subject, symbols=symbols)
+            answer, shuffled_options = offer_choice(options, rng)
+            return answer, FormulaOptions(offered_options=shuffled_options, subject=subject, symbols=symbols)
     return None
 
 
@@ -82,8 +82,8 @@ def _ask_sets(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     options = make_four_sets(chain, correct_set, rng) if correct_set else None
     if options is None:
         return None
-    answer, shuffled = offer_choice(options, rng)
-    return answer, Options(offered_options=shuffled)
+    answer, shuffled_options = offer_choice(options, rng)
+    return answer, Options(offered_options=shuffled_options)
 
 
 NO_FOUR_OPTIONS = "it does not have four short options of similar length"
@@ -139,13 +139,13 @@ def _ask_matching_columns(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         return None
     correct_options = list(map(OfferedOption, _split_columns(chain)))
     wrong_option = _make_extra_column(chain, rng) if chain.n < MAX_COLUMNS else None
-    shuffled = tuple(rng.permutation([*correct_options, *filter(None, [wrong_option])]))
+    shuffled_options = tuple(rng.permutation([*correct_options, *filter(None, [wrong_option])]))
     answer = Matching(
         tuple(f"joint {number}" for number in range(1, chain.n + 1)),
-        tuple(option.text for option in shuffled),
-        tuple(shuffled.index(option) for option in correct_options),
+        tuple(option.text for option in shuffled_options),
+        tuple(shuffled_options.index(option) for option in correct_options),
     )
-    return answer, Options(offered_options=shuffled)
+    return answer, Options(offered_options=shuffled_options)
 
 
 def _split_columns(chain: Chain) -> list[sp.Matrix]:

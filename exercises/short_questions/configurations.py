@@ -125,27 +125,30 @@ def make_regular_configuration(chain: Chain, joints: JointValues) -> ExactConfig
 
 
 def _select_distinct(
-    candidates: Iterator[ConfigurationAndBlame], count: int, excluded: Sequence[ConfigurationAndBlame] = ()
+    candidates: Iterator[ConfigurationAndBlame], count: int, excluded_candidates: Sequence[ConfigurationAndBlame] = ()
 ) -> list[ConfigurationAndBlame]:
     """Return up to `count` candidates whose texts differ from each other and from the texts of `excluded`."""
-    texts = {_write_configuration(configuration) for configuration, _ in excluded}
-    distinct: list[ConfigurationAndBlame] = []
+    texts = {_write_configuration(configuration) for configuration, _ in excluded_candidates}
+    distinct_candidates: list[ConfigurationAndBlame] = []
     for configuration, blame in candidates:
-        if len(distinct) == count:
+        if len(distinct_candidates) == count:
             break
         if _write_configuration(configuration) not in texts:
             texts.add(_write_configuration(configuration))
-            distinct.append((configuration, blame))
-    return distinct
+            distinct_candidates.append((configuration, blame))
+    return distinct_candidates
 
 
 def _offer_configurations(
-    singular: Sequence[ConfigurationAndBlame], regular: Sequence[ConfigurationAndBlame], lengths: Lengths, rng: Stream
+    singular_candidates: Sequence[ConfigurationAndBlame],
+    regular_candidates: Sequence[ConfigurationAndBlame],
+    lengths: Lengths,
+    rng: Stream,
 ) -> tuple[ConfigurationOptions, tuple[str, ...], tuple[int, ...]]:
     """Return configurations in random order as options, their texts, and the indices of the singular options."""
-    shuffled = rng.permutation([*singular, *regular])
-    configurations, blames = zip(*shuffled, strict=True)
-    correct = tuple(index for index, option in enumerate(shuffled) if option in singular)
+    shuffled_candidates = rng.permutation([*singular_candidates, *regular_candidates])
+    configurations, blames = zip(*shuffled_candidates, strict=True)
+    correct = tuple(index for index, option in enumerate(shuffled_candidates) if option in singular_candidates)
     details = ConfigurationOptions(offered_configurations=configurations, lengths=lengths, blames=blames)
     return details, tuple(map(_write_configuration, configurations)), correct
 
@@ -165,11 +168,12 @@ def _ask_which_are_singular(chain: Chain, rng: Stream) -> AnswerAndDetails | Non
     for _ in range(MAX_ARM_TRIES):
         arm, lengths = _assign_random_lengths(chain, rng)
         singular_count = rng.choice((2, 3))
-        singular = _select_distinct(_sample_singular_configurations(arm, rng), singular_count)
-        regular_count = OPTION_COUNT - len(singular)
-        regular = _select_distinct(_sample_regular_configurations(arm, rng), regular_count, singular)
-        if len(singular) == singular_count and len(singular) + len(regular) == OPTION_COUNT:
-            details, texts, correct = _offer_configurations(singular, regular, lengths, rng)
+        singular_candidates = _select_distinct(_sample_singular_configurations(arm, rng), singular_count)
+        regular_count = OPTION_COUNT - len(singular_candidates)
+        sampled_configurations = _sample_regular_configurations(arm, rng)
+        regular_candidates = _select_distinct(sampled_configurations, regular_count, singular_candidates)
+        if (len(singular_candidates), len(regular_candidates)) == (singular_count, OPTION_COUNT - singular_count):
+            details, texts, correct = _offer_configurations(singular_candidates, regular_candidates, lengths, rng)
             return Selection(texts, correct), details
     return None
 
@@ -177,10 +181,10 @@ def _ask_which_are_singular(chain: Chain, rng: Stream) -> AnswerAndDetails | Non
 def _ask_which_drawing(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     for _ in range(MAX_ARM_TRIES):
         arm, lengths = _assign_random_lengths(chain, rng)
-        singular = _select_distinct(_sample_singular_configurations(arm, rng), 1)
-        regular = _select_distinct(_sample_regular_configurations(arm, rng), 3, singular)
-        if singular and len(regular) == 3:
-            details, texts, (correct,) = _offer_configurations(singular, regular, lengths, rng)
+        singular_candidates = _select_distinct(_sample_singular_configurations(arm, rng), 1)
+        regular_candidates = _select_distinct(_sample_regular_configurations(arm, rng), 3, singular_candidates)
+        if singular_candidates and len(regular_candidates) == 3:
+            details, texts, (correct,) = _offer_configurations(singular_candidates, regular_candidates, lengths, rng)
             return Choice(texts, correct), replace(details, has_drawn_options=True)
     return None
 

@@ -64,7 +64,7 @@ def _blame_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mappin
     blames: dict[int, Blames] = {}
     for index, option in enumerate(part.answer.offered_options):
         expected = np.array(parse_vector(option))[:, None, None]
-        equal_answers = [wrong for wrong in all_wrong_answers if _is_near(wrong.answer, expected)]
+        equal_answers = [prediction for prediction in all_wrong_answers if _is_near(prediction.answer, expected)]
         if equal_answers:
             likeliest = max(equal_answers, key=lambda predicted: predicted.frequency)
             blames[index] = (Blame.from_mistake(likeliest.mistake, likeliest.variant.words.items()),)
@@ -77,7 +77,7 @@ def _is_effect_of_other_joint(stages: StageResults, part: Part, expected: np.nda
     """Return whether another joint causes the expected velocity."""
     details = part.details_as(JointEffectDetails)
     other_details = (replace(details, joint=joint) for joint in range(1, stages.n + 1) if joint != details.joint)
-    other_parts = (replace(part, details=other) for other in other_details)
+    other_parts = (replace(part, details=details_of_other) for details_of_other in other_details)
     return any(_is_near(compute_answer(stages, other_part), expected) for other_part in other_parts)
 
 

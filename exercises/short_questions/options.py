@@ -162,8 +162,8 @@ def find_length_mismatch(lengths: Sequence[int], intended_rank: int, tolerance: 
 
 def offer_choice(options: Sequence[OfferedOption], rng: Stream) -> tuple[Choice, tuple[OfferedOption, ...]]:
     """Return a choice between options, of which the first is correct, and the options in random order."""
-    answer, shuffled = shuffle_options(options, options[0], rng, lambda option: option.text)
-    return answer, tuple(shuffled)
+    answer, shuffled_options = shuffle_options(options, options[0], rng, lambda option: option.text)
+    return answer, tuple(shuffled_options)
 
 
 def list_blames(part: Part, index: int) -> tuple[Blame, ...]:

@@ -85,10 +85,10 @@ def _ask_equal_forms(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     for quantity in rng.permutation(_find_short_quantities(chain)):
         options = _make_five_options(chain, quantity, rng)
         if options is not None:
-            shuffled = tuple(rng.permutation(options))
-            correct = tuple(index for index, option in enumerate(shuffled) if not option.blames)
-            answer = Selection(tuple(option.text for option in shuffled), correct)
-            return answer, EqualForms(offered_options=shuffled, quantity=quantity)
+            shuffled_options = tuple(rng.permutation(options))
+            correct = tuple(index for index, option in enumerate(shuffled_options) if not option.blames)
+            answer = Selection(tuple(option.text for option in shuffled_options), correct)
+            return answer, EqualForms(offered_options=shuffled_options, quantity=quantity)
     return None
 
 
@@ -121,9 +121,11 @@ def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[Of
         correct_options = [OfferedOption(substitute(form)) for form in rng.permutation(correct_forms)[:correct_count]]
         chosen_wrong_forms = rng.permutation(wrong_forms)[: OPTION_COUNT - correct_count]
         options = correct_options + [OfferedOption(substitute(form), (blame,)) for form, blame in chosen_wrong_forms]
-        correct = sp.Matrix([options[0].content])
-        wrong = (sp.Matrix([option.content]) for option in options[correct_count:])
-        are_wrong = (wrong_formulas.are_different_functions(chain, [correct, formula]) for formula in wrong)
+        correct_matrix, *other_matrices = (sp.Matrix([option.content]) for option in options)
+        are_wrong = (
+            wrong_formulas.are_different_functions(chain, [correct_matrix, wrong_matrix])
+            for wrong_matrix in other_matrices[correct_count - 1 :]
+        )
         if len({option.text for option in options}) == OPTION_COUNT and all(are_wrong):
             return options
     return None

@@ -77,8 +77,8 @@ def _ask_speed(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         if configuration is None:
             continue
         rates = {rate: sp.Rational(rng.nonzero_integer(9), 10) for rate in chain.rates}
-        linear = evaluate_precisely(chain, configuration, derive(chain).linear_rows)
-        velocity = linear * sp.Matrix(list(rates.values()))
+        linear_rows = evaluate_precisely(chain, configuration, derive(chain).linear_rows)
+        velocity = linear_rows * sp.Matrix(list(rates.values()))
         with mpmath.workdps(DIGITS):
             squares = (mpmath.mpf(str(sp.N(entry, DIGITS))) ** 2 for entry in velocity)
             speed = mpmath.sqrt(mpmath.fsum(squares))
@@ -163,13 +163,13 @@ def _sample_joint_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterat
     configuration = _sample_regular_configuration(chain, rng)
     if configuration is None:
         return
-    linear = evaluate_precisely(chain, configuration, derive(chain).linear_rows)
-    visible_entries = np.argwhere(np.abs(np.array(linear.tolist(), dtype=float)) > MIN_VISIBLE_VELOCITY).tolist()
+    linear_rows = evaluate_precisely(chain, configuration, derive(chain).linear_rows)
+    visible_entries = np.argwhere(np.abs(np.array(linear_rows.tolist(), dtype=float)) > MIN_VISIBLE_VELOCITY).tolist()
     if visible_entries:
         row, joint = rng.choice(visible_entries)
         yield JointStatement(
             statement_kind="moves", configuration=configuration, joint=joint + 1, row=VELOCITY_NAMES[row],
-            is_positive=bool(linear[row, joint] > 0) == is_true,
+            is_positive=bool(linear_rows[row, joint] > 0) == is_true,
         )  # fmt: skip
 
 

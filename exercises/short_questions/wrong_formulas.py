@@ -110,8 +110,8 @@ def _sample_values(symbolic_chain: Chain, question: str) -> Mapping[str, np.ndar
     roles = make_domain(symbolic_chain).roles
     rates = (rate.name for rate in symbolic_chain.rates)
     names = {*roles, *rates, *symbolic_chain.task, *ask_base_question(symbolic_chain, question).symbols}
-    sampled = Domain(roles).sample(names, READABLE_POINTS + SAMPLE_COUNT, Stream(f"quiz/{question}"))
-    return {name: values[READABLE_POINTS:] for name, values in sampled.items()}
+    samples = Domain(roles).sample(names, READABLE_POINTS + SAMPLE_COUNT, Stream(f"quiz/{question}"))
+    return {name: values[READABLE_POINTS:] for name, values in samples.items()}
 
 
 @lru_cache(maxsize=512)
@@ -130,13 +130,13 @@ def _find_variants(symbolic_chain: Chain, subject: OptionSubject) -> tuple[_Vari
     """Return the variants of mistakes that change the subject of the options: one for each different result."""
     stages, correct = _evaluate_correct_answer(symbolic_chain, subject)
     variants: list[_Variant] = []
-    for wrong in predict_wrong_answers(stages, ask_base_question(symbolic_chain, subject.base_question)):
-        values = subject.extract_from(wrong.answer)
+    for prediction in predict_wrong_answers(stages, ask_base_question(symbolic_chain, subject.base_question)):
+        values = subject.extract_from(prediction.answer)
         known_values = (correct, *(variant.values for variant in variants))
-        is_suitable = wrong.mistake.name in SCREW_MISTAKES or not subject.depends_on_home_position
-        if is_suitable and options.is_plausible(wrong.mistake) and _is_new_answer(values, known_values):
-            blame = Blame.from_mistake(wrong.mistake, wrong.variant.words.items())
-            variants.append(_Variant(blame, values, wrong.stages.changes))
+        is_suitable = prediction.mistake.name in SCREW_MISTAKES or not subject.depends_on_home_position
+        if is_suitable and options.is_plausible(prediction.mistake) and _is_new_answer(values, known_values):
+            blame = Blame.from_mistake(prediction.mistake, prediction.variant.words.items())
+            variants.append(_Variant(blame, values, prediction.stages.changes))
     return tuple(variants)
 
 
@@ -189,12 +189,12 @@ def _write_answer(symbolic_chain: Chain, subject: OptionSubject, variants: Varia
     if entries.has(*NOT_A_NUMBER):
         return None
     try:
-        simplified = entries.applyfunc(_expand_numbers if subject.depends_on_home_position else tidy_entry)
+        simplified_entries = entries.applyfunc(_expand_numbers if subject.depends_on_home_position else tidy_entry)
     except (ValueError, BasePolynomialError):  # not a trigonometric polynomial
         return None
-    if not subject.has_denominator and any(sp.fraction(entry)[1].free_symbols for entry in simplified):
+    if not subject.has_denominator and any(sp.fraction(entry)[1].free_symbols for entry in simplified_entries):
         return None  # a student would not divide if the correct answer does not
-    return simplified if _is_short_enough(simplified) else None
+    return simplified_entries if _is_short_enough(simplified_entries) else None
 
 
 def _is_short_enough(option: sp.Matrix) -> bool:
@@ -291,8 +291,8 @@ def are_different_functions(chain: Chain, formulas: list[sp.Matrix]) -> bool:
     programs = compile_program([parse_formula(str(entry)) for formula in formulas for entry in formula])
     names = {symbol.name for formula in formulas for symbol in formula.free_symbols}
     count = READABLE_POINTS + SAMPLE_COUNT
-    sampled = Domain(make_domain(chain).roles).sample(names, count, Stream("quiz"))
-    outcomes = evaluate(programs, sampled or {"any": np.ones(count)}, count).values  # constants need values, too
+    samples = Domain(make_domain(chain).roles).sample(names, count, Stream("quiz"))
+    outcomes = evaluate(programs, samples or {"any": np.ones(count)}, count).values  # constants need values, too
     values = outcomes.reshape(len(formulas), -1, count)[:, :, READABLE_POINTS:]
     return bool(np.isfinite(values).all()) and all(have_different_values(a, b) for a, b in combinations(values, 2))
 

@@ -12,7 +12,7 @@ from itertools import chain as chain_together
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import Chain, is_angle_symbol
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import are_unrelated, replace_lengths_by_symbols
@@ -74,7 +74,7 @@ def make_domain(
         roles[rate.name] = "signed"
     roles.update(dict.fromkeys(VELOCITY_NAMES, "signed"))
     for symbol in chain.parameters:
-        roles[symbol.name] = "angle" if symbol.name.startswith(("alpha", "beta")) else "length"
+        roles[symbol.name] = "angle" if is_angle_symbol(symbol) else "length"
     return Domain({**roles, **(values or {})})
 
 

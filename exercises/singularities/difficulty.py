@@ -6,6 +6,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
+from qdot.exercises.arm.trigonometry import count_written_terms
 from qdot.exercises.singularities.singular_set import find_singular_set
 
 BAND_MINIMUMS = (10, 16, 24, 34)
@@ -36,7 +37,7 @@ def rate_difficulty(chain: Chain) -> int:
 def _count_jacobian_terms(chain: Chain) -> int:
     """Return the number of terms of J, multiplied out."""
     entries = (entry if _is_multiplied_out(entry) else sp.expand(entry) for entry in derive(chain).jacobian)
-    return sum(len(sp.Add.make_args(entry)) for entry in entries if entry != 0)
+    return count_written_terms(entries)
 
 
 def _is_multiplied_out(expression: sp.Expr) -> bool:

@@ -75,10 +75,10 @@ def find_shortest_lost_direction(symbolic_arm: Chain, component: Component) -> L
         return None
     scale = sp.Dummy("t")
     for condition, (joint, (value, *_)) in zip(component.conditions, component.solutions, strict=True):
-        substituted = _substitute_joint_value(jacobian, condition, joint, value, scale)
-        if substituted is None:
+        substituted_jacobian = _substitute_joint_value(jacobian, condition, joint, value, scale)
+        if substituted_jacobian is None:
             return None
-        jacobian = substituted
+        jacobian = substituted_jacobian
     shown_jacobian = None if any(entry.has(scale) for entry in jacobian) else jacobian.applyfunc(to_textbook_form)
     formulas = [
         LostDirectionFormula(direction, tuple(j + 1 for j in columns), shown_jacobian)
@@ -150,8 +150,9 @@ def _cancel_common_factors(entries: Sequence[Factored]) -> list[Factored]:
     coefficients = [entry.coefficient for entry in entries if not entry.is_zero]
     common_coefficient = sp.Rational(sp.igcd(0, *(c.p for c in coefficients)), sp.ilcm(1, *(c.q for c in coefficients)))
     sign = -1 if sum(map(sp.sign, coefficients)) < 0 else 1
-    common = Factored(sign * common_coefficient, tuple((f, power) for f, power in common_powers.items() if power))
-    return [entry if entry.is_zero else entry.divide_by(common) for entry in entries]
+    common_factors = tuple((factor, power) for factor, power in common_powers.items() if power)
+    common_product = Factored(sign * common_coefficient, common_factors)
+    return [entry if entry.is_zero else entry.divide_by(common_product) for entry in entries]
 
 
 # --- lines of the arm ---
@@ -211,10 +212,8 @@ def compute_line_directions(lines: Sequence[ArmLine], samples: Sequence[Sample])
     vectors = np.empty((len(lines), len(samples), 3))
     for k, sample in enumerate(samples):
         standard_frames = sample.arm.compute_frames(sample.q)
-        frames, point = (
-            sample.arm.convert_to_convention_frames(standard_frames),
-            sample.arm.compute_point_of(standard_frames),
-        )
+        frames = sample.arm.convert_to_convention_frames(standard_frames)
+        point = sample.arm.compute_point_of(standard_frames)
         for i, line in enumerate(lines):
             if line.kind in ("world", "space"):
                 vector = np.eye(3)[line.index]

@@ -13,6 +13,7 @@ from math import prod
 
 import sympy as sp
 
+from qdot.exercises.arm.trigonometry import count_written_terms
 from qdot.exercises.common.stream import Stream
 
 MAX_UNKNOWNS, MAX_TERMS, MAX_ZEROS = 7, 160, 100
@@ -76,12 +77,12 @@ def drop_redundant(
     conditions: Sequence[sp.Expr], follows: Callable[[sp.Expr, tuple[sp.Expr, ...]], bool]
 ) -> tuple[sp.Expr, ...]:
     """Return conditions without those for which `follows(condition, others)` is true; long ones are dropped first."""
-    remaining = tuple(conditions)
+    remaining_conditions = tuple(conditions)
     for condition in sorted(conditions, key=sp.count_ops, reverse=True):
-        others = tuple(candidate for candidate in remaining if candidate != condition)
-        if others and follows(condition, others):
-            remaining = others
-    return remaining
+        other_conditions = tuple(c for c in remaining_conditions if c != condition)
+        if other_conditions and follows(condition, other_conditions):
+            remaining_conditions = other_conditions
+    return remaining_conditions
 
 
 def _may_have_common_zero(polynomials: Sequence[sp.Expr], field: "_Field", max_zeros: int) -> bool:
@@ -93,8 +94,8 @@ def _may_have_common_zero(polynomials: Sequence[sp.Expr], field: "_Field", max_z
     for k, polynomial in enumerate(polynomials):
         points = _solve_for_joint(polynomial, field)
         if points is not None:
-            others = polynomials[:k] + polynomials[k + 1 :]
-            systems = ([_substitute_residues(point, other, field.prime) for other in others] for point in points)
+            other_polynomials = polynomials[:k] + polynomials[k + 1 :]
+            systems = ([_substitute_residues(point, p, field.prime) for p in other_polynomials] for point in points)
             return any(_may_have_common_zero(system, field, max_zeros) for system in systems)
     return _may_have_zero(polynomials, field, max_zeros)
 
@@ -137,9 +138,9 @@ def _substitute_residues(residues: Residues, polynomial: sp.Expr, prime: int) ->
     Raises _Undecided if a coefficient is not an integer.
     """
     unknowns = sorted(polynomial.free_symbols - residues.keys(), key=str)
-    substituted = sp.expand(polynomial.xreplace({name: sp.Integer(value) for name, value in residues.items()}))
+    new_polynomial = sp.expand(polynomial.xreplace({name: sp.Integer(value) for name, value in residues.items()}))
     try:
-        return sp.Poly(substituted, *(unknowns or [sp.Dummy()]), modulus=prime).as_expr()
+        return sp.Poly(new_polynomial, *(unknowns or [sp.Dummy()]), modulus=prime).as_expr()
     except sp.BasePolynomialError:
         raise _Undecided from None
 
@@ -169,8 +170,7 @@ def _list_unknowns(polynomials: Sequence[sp.Expr]) -> list[sp.Symbol]:
 def _is_short(system: Sequence[sp.Expr], max_zeros: int) -> bool:
     """Return whether a Gröbner basis of a system can be computed quickly."""
     unknowns = _list_unknowns(system)
-    terms = sum(len(sp.Add.make_args(polynomial)) for polynomial in system)
-    if len(unknowns) > MAX_UNKNOWNS or terms > MAX_TERMS:
+    if len(unknowns) > MAX_UNKNOWNS or count_written_terms(system) > MAX_TERMS:
         return False
     return not unknowns or prod(sp.Poly(polynomial, *unknowns).total_degree() for polynomial in system) <= max_zeros
 

@@ -99,10 +99,10 @@ def find_branch_meanings(
             return False
         return all(holds(chain, meaning, sample) is not False for sample in further_samples)
 
-    correct = next(filter(is_correct, true_meanings), None)
-    if correct is None or not wrong_meanings:
+    correct_meaning = next(filter(is_correct, true_meanings), None)
+    if correct_meaning is None or not wrong_meanings:
         return None
-    return BranchMeanings(correct.without_measure(), tuple(meaning.without_measure() for meaning in wrong_meanings))
+    return BranchMeanings(correct_meaning.without_measure(), tuple(m.without_measure() for m in wrong_meanings))
 
 
 def _make_meaning(kind: str, joints: Sequence[int], words: str, measure: Measure) -> MeasuredMeaning:
@@ -151,8 +151,8 @@ def list_candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[Mea
 
 def _select_special(samples: Sequence[Sample], meanings: Sequence[MeasuredMeaning]) -> list[MeasuredMeaning]:
     """Return the statements that are false near the samples; statements that hold there, too, explain nothing."""
-    nearby = move_samples(samples)
-    return [meaning for meaning in meanings if measure_samples(nearby, meaning.measure).max() >= ZERO_TOLERANCE]
+    nearby_samples = move_samples(samples)
+    return [meaning for meaning in meanings if measure_samples(nearby_samples, meaning.measure).max() >= ZERO_TOLERANCE]
 
 
 def _list_direction_meanings(samples: Sequence[Sample], revolute_joints: Sequence[int]) -> list[MeasuredMeaning]:
@@ -233,13 +233,13 @@ def _list_extreme_meanings(chain: Chain, samples: Sequence[Sample], i: int, j: i
         return []
     measure = partial(measure_distance_change, joint=i, moving_joints=[j])
     axis = "the axis of joint {} as joint {} can bring it"
-    far, near = f"$P$ is as far from {axis}", f"$P$ is as near to {axis}"
+    far_words, near_words = f"$P$ is as far from {axis}", f"$P$ is as near to {axis}"
     if chain.joints[j].is_prismatic:
-        return [_make_meaning("near", (i, j), near, measure)]
+        return [_make_meaning("near", (i, j), near_words, measure)]
     other_joints = [k for k in range(i + 1, chain.point.frame) if k != j]
     if are_parallel(samples, i, j) and not any(_changes_distance(samples, i, k) for k in other_joints):
-        far, near = f"the arm is stretched out: {far}", f"the arm is folded back: {near}"
-    return [_make_meaning("far", (i, j), far, measure), _make_meaning("near", (i, j), near, measure)]
+        far_words, near_words = f"the arm is stretched out: {far_words}", f"the arm is folded back: {near_words}"
+    return [_make_meaning("far", (i, j), far_words, measure), _make_meaning("near", (i, j), near_words, measure)]
 
 
 def _changes_distance(samples: Sequence[Sample], i: int, j: int) -> bool:

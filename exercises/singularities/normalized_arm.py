@@ -38,9 +38,10 @@ def normalize_conditions(chain: Chain, component: Component) -> list[str]:
         shifts = {q: q - offset for q, offset in offsets.items() if offset != 0}
         conditions = (sp.expand(condition.xreplace(shifts)) for condition in component.conditions)
         return Component(tuple(conditions), None).list_pieces()
-    shifted = component.map_values(lambda joint, value: _shift_value(value, offsets[joint], joint))
-    solutions = ((joint, tuple(sorted(values, key=sp.default_sort_key))) for joint, values in shifted.solutions or ())
-    return replace(shifted, solutions=tuple(solutions)).list_pieces()
+    component = component.map_values(lambda joint, value: _shift_value(value, offsets[joint], joint))
+    pairs = component.solutions or ()
+    solutions = tuple((joint, tuple(sorted(values, key=sp.default_sort_key))) for joint, values in pairs)
+    return replace(component, solutions=solutions).list_pieces()
 
 
 def first_joint_moves_all(chain: Chain) -> bool:

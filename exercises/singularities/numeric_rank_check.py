@@ -286,11 +286,12 @@ class _RankTest:
 
         The derivative of column i = (v_i, w_i) is (w_j x v_i, w_j x w_i) if j <= i, and (w_i x v_j, 0) if j > i.
         """
-        linear, angular = self._compute_columns(q)
-        n = linear.shape[1]
-        earlier_derivatives = cross(angular[:, None], linear[:, :, None])  # k x (column i) x (joint j) x 3, for j <= i
-        is_earlier = np.arange(n)[:, None] >= np.arange(n)
-        linear_derivatives = np.where(is_earlier[:, :, None], earlier_derivatives, earlier_derivatives.swapaxes(1, 2))
-        angular_derivatives = np.where(is_earlier[:, :, None], cross(angular[:, None], angular[:, :, None]), 0.0)
+        linear_parts, angular_parts = self._compute_columns(q)
+        n = linear_parts.shape[1]
+        w_j = angular_parts[:, None]
+        earlier_derivatives = cross(w_j, linear_parts[:, :, None])  # k x (column i) x (joint j) x 3, for j <= i
+        is_earlier = (np.arange(n)[:, None] >= np.arange(n))[:, :, None]
+        linear_derivatives = np.where(is_earlier, earlier_derivatives, earlier_derivatives.swapaxes(1, 2))
+        angular_derivatives = np.where(is_earlier, cross(w_j, angular_parts[:, :, None]), 0.0)
         derivative = np.concatenate([linear_derivatives, angular_derivatives], axis=3)[..., self._task_rows]
         return np.asarray(derivative.transpose(0, 3, 1, 2))

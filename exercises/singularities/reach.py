@@ -90,11 +90,8 @@ def _find_rotated_planar_arm(arm: NumericChain) -> _RotatedPlanarArm | None:
     if moving_joint_count < 2 or not arm.is_revolute[0]:
         return None
     home = _compute_home_frames(arm)
-    axes, origins, point = (
-        home[1:moving_joint_count, :3, 2],
-        home[1:moving_joint_count, :3, 3],
-        arm.compute_point_of(home),
-    )
+    planar_frames, point = home[1:moving_joint_count], arm.compute_point_of(home)
+    axes, origins = planar_frames[:, :3, 2], planar_frames[:, :3, 3]
     normal, foot, axis = axes[0], home[0, :3, 3], home[0, :3, 2]
     distance_range = _find_distance_range(arm.is_revolute[1:moving_joint_count], axes, origins, point)
     if distance_range is None or abs(axis @ normal) > _ZERO_TOLERANCE:
@@ -299,17 +296,15 @@ def reaches_beyond(samples: Sequence[Sample], task: Sequence[int], directions: n
             answers[k] = YES if is_reached else NO
     indices = np.flatnonzero(answers == UNSURE).tolist()
     if indices:
-        unsure_arms = [samples[k].arm for k in indices]
-        answers[indices] = _search_displaced_poses(
-            unsure_arms, frames[indices], task, shifts[indices], arm_lengths[indices]
-        )
+        arrays = frames[indices], shifts[indices], arm_lengths[indices]
+        answers[indices] = _search_displaced_poses([samples[k].arm for k in indices], task, *arrays)
     return np.asarray(answers == YES)
 
 
 def _search_displaced_poses(
     all_arms: Sequence[NumericChain],
-    frames: np.ndarray,
     task: Sequence[int],
+    frames: np.ndarray,
     shifts: np.ndarray,
     arm_lengths: np.ndarray,
 ) -> np.ndarray:

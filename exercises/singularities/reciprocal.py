@@ -12,7 +12,7 @@ If the task is a position (vx, vy, vz), the wrench is a force at P, and only the
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import combinations, product
 
 import numpy as np
@@ -141,8 +141,8 @@ def _find_sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
     candidates = []
     for frame, reference_frame in product(middle_frames, range(chain.n + 1)):
         rotation, point = frames[frame, :3, :3], frames[reference_frame, :3, 3]
-        linear, angular = np.where(is_revolute, np.cross(z, point - origins), z), z * is_revolute
-        zeros = np.abs(np.hstack([linear @ rotation, angular @ rotation])) < _SPARSITY_TOLERANCE
+        linear_parts, angular_parts = np.where(is_revolute, np.cross(z, point - origins), z), z * is_revolute
+        zeros = np.abs(np.hstack([linear_parts @ rotation, angular_parts @ rotation])) < _SPARSITY_TOLERANCE
         distances = abs(2 * frame - chain.n), abs(reference_frame - frame)
         candidates.append((-int(zeros.sum()), *distances, frame, reference_frame, zeros.tobytes()))
     pair_by_zero_pattern: dict[bytes, tuple[int, int | None]] = {}
@@ -221,8 +221,9 @@ class _Elimination:
         other_columns, remaining_joints = _delete_column(matrix, c), joints[:c] + joints[c + 1 :]
         for factor in common_factors:
             for condition, values in self._list_zero_cases(factor):
-                evaluated = other_columns.applyfunc(lambda e, f=factor, v=values: self._evaluate_at_zero(e, f, v))
-                yield from self.find_branches(_clear_denominators(evaluated), remaining_joints, (*case, condition))
+                evaluate = partial(self._evaluate_at_zero, factor=factor, values=values)
+                smaller_matrix = _clear_denominators(other_columns.applyfunc(evaluate))
+                yield from self.find_branches(smaller_matrix, remaining_joints, (*case, condition))
 
     def _list_zero_cases(self, factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
         """Return the cases in which a factor is zero.
@@ -280,26 +281,28 @@ class _Elimination:
         the index is -1 for a combined column. Return None if there are no such entries.
         """
         best_key, best_reduction = None, None
-        for transposed in (False, True):
-            m = matrix.T if transposed else matrix
+        for is_transposed in (False, True):
+            m = matrix.T if is_transposed else matrix
             for c in range(m.cols):
                 if best_key is not None and _count_other_nonzeros(m.col(c)) > best_key[0]:
                     continue
                 reduction = self._reduce_to_two_entries(m, c)
                 if reduction is None:
                     continue
-                reduced, (a, b) = reduction
-                u, v = reduced[a, c], reduced[b, c]
+                reduced_matrix, (a, b) = reduction
+                u, v = reduced_matrix[a, c], reduced_matrix[b, c]
                 if may_hold_simultaneously([u, v], self.search.joints):
                     continue
-                combined_row = (reduced.row(a) * v - reduced.row(b) * u).applyfunc(_factor_entry)
                 other_rows = [r for r in range(m.rows) if r not in (a, b)]
                 columns = [k for k in range(m.cols) if k != c]
-                smaller_matrix = reduced.extract(other_rows, columns).col_join(combined_row.extract([0], columns))
-                column_indices = [*other_rows, -1] if transposed else columns
-                key = _count_other_nonzeros(m.col(c)), sp.count_ops(smaller_matrix), transposed, c
+                combined_row = (reduced_matrix.row(a) * v - reduced_matrix.row(b) * u).extract([0], columns)
+                combined_row = combined_row.applyfunc(_factor_entry)
+                smaller_matrix = reduced_matrix.extract(other_rows, columns).col_join(combined_row)
+                column_indices = [*other_rows, -1] if is_transposed else columns
+                key = _count_other_nonzeros(m.col(c)), sp.count_ops(smaller_matrix), is_transposed, c
                 if best_key is None or key < best_key:
-                    best_key, best_reduction = key, (smaller_matrix.T if transposed else smaller_matrix, column_indices)
+                    smaller_matrix = smaller_matrix.T if is_transposed else smaller_matrix
+                    best_key, best_reduction = key, (smaller_matrix, column_indices)
         return best_reduction
 
     def _reduce_to_two_entries(self, matrix: sp.Matrix, c: int) -> tuple[sp.Matrix, tuple[int, int]] | None:
@@ -308,7 +311,7 @@ class _Elimination:
         Return the matrix, and the indices of the two rows; None if that is impossible.
         """
         rows_by_factors: dict[tuple[tuple[sp.Expr, int], ...], int] = {}
-        reduced = matrix
+        reduced_matrix = matrix
         for r in range(matrix.rows):
             if matrix[r, c] == 0:
                 continue
@@ -321,12 +324,13 @@ class _Elimination:
             numerator, denominator = sp.fraction(sp.cancel(matrix[r, c] / matrix[pivot_row, c]))
             if self.search.contains_joints(numerator) or self.search.contains_joints(denominator):
                 return None
-            row = (reduced.row(r) * denominator - reduced.row(pivot_row) * numerator).applyfunc(_factor_entry)
-            reduced = sp.Matrix.vstack(reduced[:r, :], row, reduced[r + 1 :, :])
+            row = reduced_matrix.row(r) * denominator - reduced_matrix.row(pivot_row) * numerator
+            row = row.applyfunc(_factor_entry)
+            reduced_matrix = sp.Matrix.vstack(reduced_matrix[:r, :], row, reduced_matrix[r + 1 :, :])
         if len(rows_by_factors) != 2:
             return None
         first_row, second_row = rows_by_factors.values()
-        return reduced, (first_row, second_row)
+        return reduced_matrix, (first_row, second_row)
 
     def _find_branches_by_minors(
         self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction
@@ -357,9 +361,8 @@ def _divide_by_factors(matrix: sp.Matrix, common_factors: list[sp.Expr], row: in
 
     def divide_entry(r: int, c: int) -> sp.Expr:
         value = matrix[r, c]
-        return (
-            factor_trig(value).divide_by(divisor).to_expression() if value != 0 and (r == row or c == column) else value
-        )
+        is_divided = value != 0 and (r == row or c == column)
+        return factor_trig(value).divide_by(divisor).to_expression() if is_divided else value
 
     return sp.Matrix(matrix.rows, matrix.cols, divide_entry)
 

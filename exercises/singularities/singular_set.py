@@ -125,8 +125,8 @@ def _insert_prismatic_values(conditions: tuple[sp.Expr, ...], chain: Chain) -> t
     for condition in conditions:
         joint, values = solve_condition(condition, chain) or (None, ())
         if joint is not None and len(values) == 1 and chain.joints[chain.q.index(joint)].is_prismatic:
-            others = (sp.expand(c.xreplace({joint: values[0]})) for c in conditions if c is not condition)
-            conditions = (condition, *(c for c in others if c != 0))
+            other_conditions = (sp.expand(c.xreplace({joint: values[0]})) for c in conditions if c is not condition)
+            conditions = (condition, *(c for c in other_conditions if c != 0))
     return conditions
 
 
@@ -471,8 +471,8 @@ def tidy_branches(conjunctions: Iterable[Conjunction], search: Search, subject: 
     if len(merged_conjunctions) > MAX_BRANCHES:
         raise TooLong(f"{subject} vanish together in more than {MAX_BRANCHES} ways, too many to list")
     follows = partial(_follows, search=search)
-    shortened = [drop_redundant(replace_marks(conjunction), follows) for conjunction in merged_conjunctions]
-    return _drop_subsumed(shortened, search)
+    shorter_conjunctions = [drop_redundant(replace_marks(c), follows) for c in merged_conjunctions]
+    return _drop_subsumed(shorter_conjunctions, search)
 
 
 def _joint_factors_of(condition: sp.Expr, search: Search) -> list[sp.Expr] | None:
@@ -484,8 +484,8 @@ def _holds(condition: sp.Expr, values: JointValues, known_conditions: Conjunctio
     """Return whether a condition holds at joint values, given known conditions; factors are compared."""
     if condition in known_conditions:
         return True
-    substituted = factor_trig(sp.expand(condition.xreplace(values)))
-    return substituted.is_zero or any({factor, -factor} & set(known_conditions) for factor, _ in substituted.factors)
+    product = factor_trig(sp.expand(condition.xreplace(values)))
+    return product.is_zero or any({factor, -factor} & set(known_conditions) for factor, _ in product.factors)
 
 
 def _solve_for_last_joint(factor: sp.Expr, root: sp.Expr) -> JointValues:
@@ -559,9 +559,9 @@ def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
                     return siblings, other_conditions | {trig}
         return None
 
-    while (mergeable := find_mergeable()) is not None:
-        siblings, merged = mergeable
-        sets = (sets - siblings) | {merged}
+    while (siblings_and_union := find_mergeable()) is not None:
+        siblings, union = siblings_and_union
+        sets = (sets - siblings) | {union}
     return [tuple(sorted(conjunction, key=lambda c: (sp.count_ops(c), sp.default_sort_key(c)))) for conjunction in sets]
 
 
@@ -603,9 +603,9 @@ def _find_roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.
 
 def _drop_subsumed(conjunctions: list[Conjunction], search: Search) -> list[Conjunction]:
     """Drop duplicates, and conjunctions that imply another conjunction: their configurations satisfy it, too."""
-    remaining = list(dict.fromkeys(c for c in conjunctions if not any(set(o) < set(c) for o in conjunctions)))
-    for conjunction in sorted(remaining, key=lambda c: (len(c), sp.count_ops(sp.Add(*c))), reverse=True):
-        others = (other for other in remaining if other != conjunction)
-        if any(all(_follows(condition, conjunction, search) for condition in other) for other in others):
-            remaining.remove(conjunction)  # removed at once: of two equal conjunctions, each implies the other
-    return sorted(remaining, key=lambda c: (len(c), sp.count_ops(sp.Add(*c)), [sp.default_sort_key(x) for x in c]))
+    result = list(dict.fromkeys(c for c in conjunctions if not any(set(other) < set(c) for other in conjunctions)))
+    for conjunction in sorted(result, key=lambda c: (len(c), sp.count_ops(sp.Add(*c))), reverse=True):
+        other_conjunctions = (c for c in result if c != conjunction)
+        if any(all(_follows(condition, conjunction, search) for condition in c) for c in other_conjunctions):
+            result.remove(conjunction)  # removed at once: of two equal conjunctions, each implies the other
+    return sorted(result, key=lambda c: (len(c), sp.count_ops(sp.Add(*c)), [sp.default_sort_key(x) for x in c]))

@@ -165,10 +165,12 @@ def _classify_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarra
         bending = _compute_bending(rank_samples, task, v_transposed[indices, rank:])
         is_at_boundary = np.zeros(len(indices), dtype=bool)
         for lost_directions in _yield_lost_directions(u[indices, :, rank:], bending):
-            others = np.flatnonzero(~is_at_boundary)
-            if len(others):
-                other_samples = [rank_samples[k] for k in others.tolist()]
-                is_at_boundary[others] = _are_at_boundary(other_samples, task, lost_directions[others], bending[others])
+            rest = np.flatnonzero(
+                ~is_at_boundary
+            )  # the samples that no direction so far has shown to be at the boundary
+            if len(rest):
+                samples_in_rest = [rank_samples[k] for k in rest.tolist()]
+                is_at_boundary[rest] = _are_at_boundary(samples_in_rest, task, lost_directions[rest], bending[rest])
         kinds[indices] = np.where(is_at_boundary, "boundary", "internal")
     return kinds
 

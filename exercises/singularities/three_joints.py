@@ -294,9 +294,9 @@ def _fit_polynomial(condition: _Condition, degree: int) -> np.ndarray:
 def _decide_by_roots(condition: _Condition) -> np.ndarray:
     """Decide whether the other quantity is in the second joint's range at a root of the linear condition."""
     find_roots = _find_roots_on_circle if condition.arms.is_revolute[2] else _find_roots_on_line
-    x, y, existence = find_roots(condition)
+    x, y, existence_answers = find_roots(condition)
     _, margin = condition.evaluate(x, y)
-    has_roots, has_no_root = existence[:, None] == YES, existence == NO
+    has_roots, has_no_root = existence_answers[:, None] == YES, existence_answers == NO
     is_in_range = np.any(has_roots & (margin > _SIGN_TOLERANCE), axis=1)
     is_out_of_range = np.all(has_roots & (margin < -_SIGN_TOLERANCE), axis=1)
     return np.where(has_no_root | is_out_of_range, NO, np.where(is_in_range, YES, UNSURE))
@@ -315,9 +315,9 @@ def _find_roots_on_circle(condition: _Condition) -> tuple[np.ndarray, np.ndarray
     amplitude = np.hypot(x_slope, y_slope)
     ratio = constant / np.where(amplitude > _ZERO_TOLERANCE, amplitude, 1.0)
     roots = np.arctan2(y_slope, x_slope)[:, None] + np.arccos(np.clip(-ratio, -1, 1))[:, None] * np.array([1, -1])
-    existence = _decide(1 - np.abs(ratio), _SIGN_TOLERANCE)
+    existence_answers = _decide(1 - np.abs(ratio), _SIGN_TOLERANCE)
     constant_answers = np.where(np.abs(constant) > _SIGN_TOLERANCE, NO, UNSURE)
-    return np.cos(roots), np.sin(roots), np.where(amplitude > _ZERO_TOLERANCE, existence, constant_answers)
+    return np.cos(roots), np.sin(roots), np.where(amplitude > _ZERO_TOLERANCE, existence_answers, constant_answers)
 
 
 def _find_roots_on_line(condition: _Condition) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -334,9 +334,9 @@ def _make_prediction_record(prediction: PredictedAnswer) -> Json:
     return _make_mistake_record(prediction.mistake.name, prediction.sentence, prediction.variant.missing_symbols)
 
 
-def _make_mistake_record(mistake: str, sentence: str, missing: str = "") -> Json:
+def _make_mistake_record(mistake: str, sentence: str, missing_names: str = "") -> Json:
     record = {"name": mistake, "title": catalogue.CATALOGUE[mistake].title, "says": sentence}
-    return record | {"missing": missing} if missing else record
+    return record | {"missing": missing_names} if missing_names else record
 
 
 # --- numbers ---

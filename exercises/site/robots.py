@@ -58,8 +58,9 @@ def _make_table_of_chain(chain: Chain, title: str) -> Json:
 def _write_entry(value: sp.Expr, joint_number: int) -> str:
     """Return a table entry in the notation for typing: joint i is qi, and numbers have six digits."""
     joint_names = {sp.Symbol(f"{name}{joint_number}"): sp.Symbol(f"q{joint_number}") for name in ("theta", "d")}
-    shortened = value.xreplace(joint_names).xreplace({n: sp.Float(f"{float(n):.6g}") for n in value.atoms(sp.Float)})
-    return f"{float(shortened):.6g}" if shortened.is_Float else str(shortened)
+    rounded_numbers = {number: sp.Float(f"{float(number):.6g}") for number in value.atoms(sp.Float)}
+    shortened_value = value.xreplace(joint_names).xreplace(rounded_numbers)
+    return f"{float(shortened_value):.6g}" if shortened_value.is_Float else str(shortened_value)
 
 
 def _complete_table(name: str, fields: Mapping[str, Any]) -> Json:

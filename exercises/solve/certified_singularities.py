@@ -42,11 +42,10 @@ def certify_statement(chain: Chain, statement: str, samples: Sequence[Sample]) -
 def _certify_component(chain: Chain, singular_component: SingularComponent) -> SingularComponent:
     component = Component(singular_component.conditions, singular_component.solutions)
     classification = _certify_classification(chain, component, singular_component.classification)
-    cases = tuple(
-        (values, _certify_classification(chain, component.restrict_to(values), case))
-        for values, case in singular_component.cases
-    )
-    return replace(singular_component, classification=classification, cases=cases)
+    cases = []
+    for values, case in singular_component.cases:
+        cases.append((values, _certify_classification(chain, component.restrict_to(values), case)))
+    return replace(singular_component, classification=classification, cases=tuple(cases))
 
 
 def _certify_classification(chain: Chain, component: Component, classification: Classification) -> Classification:

@@ -199,9 +199,9 @@ def _scale_coefficients(condition: sp.Expr) -> sp.Expr:
 
     Other conditions are returned unchanged.
     """
-    expanded = sp.expand(condition)
-    numbers = [term.as_coeff_Mul()[0] for term in sp.Add.make_args(expanded)]
+    expanded_condition = sp.expand(condition)
+    numbers = [term.as_coeff_Mul()[0] for term in sp.Add.make_args(expanded_condition)]
     largest_number = max(map(abs, numbers))
     if not condition.is_Add or not all(number.is_Integer for number in numbers) or largest_number < 10:
         return condition
-    return sp.expand(expanded / sp.Integer(10) ** len(str(largest_number)))
+    return sp.expand(expanded_condition / sp.Integer(10) ** len(str(largest_number)))

@@ -202,14 +202,11 @@ def _solve_by_minors(chain: Chain) -> SingularEvents:
     lengths_remark = "" if components else _describe_special_conditions(chain)
     never_singular = "For general lengths, no configuration is singular." if lengths_remark else NEVER_SINGULAR
     remark = "" if components else never_singular
-    singularities = Singularities(
-        determinant, components, remark, lengths_remark=lengths_remark, missing_names=later_results
-    )
-    yield singularities
+    singularities = Singularities(determinant, components, remark, lengths_remark=lengths_remark)
+    yield replace(singularities, missing_names=later_results)
     yield "the numeric test of these conditions"
-    singularities = replace(
-        singularities, test_remark=_describe_doubts(chain, components), missing_names=later_results[1:]
-    )
+    test_remark = _describe_doubts(chain, components)
+    singularities = replace(singularities, test_remark=test_remark, missing_names=later_results[1:])
     yield singularities
     return singularities
 
@@ -325,8 +322,8 @@ def list_twist_jacobian_names(chain: Chain) -> tuple[str, ...]:
 def _make_twist_data(chain: Chain, name: str) -> dict[str, Any]:
     """Return one of TWIST_JACOBIANS as plain data; there is no body Jacobian if P is not fixed to the last link."""
     convention = convention_of(chain)
-    exists = name != "body_jacobian" or QUESTIONS["body-jacobian"].find_arm_objection(chain) is None
-    rows = _to_text_rows(convention.reorder_twists(TWIST_JACOBIANS[name](chain))) if exists else None
+    has_result = name != "body_jacobian" or QUESTIONS["body-jacobian"].find_arm_objection(chain) is None
+    rows = _to_text_rows(convention.reorder_twists(TWIST_JACOBIANS[name](chain))) if has_result else None
     return {"twist_rows": list(convention.velocity_names), name: rows}
 
 

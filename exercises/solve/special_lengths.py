@@ -123,12 +123,12 @@ def _is_known(component: SingularComponent, known_components: list[SingularCompo
     def normalize(singular_component: SingularComponent) -> frozenset[sp.Expr]:
         return frozenset(_normalize_condition(condition, special_chain) for condition in singular_component.conditions)
 
-    same_components = [known for known in known_components if normalize(known) == normalize(component)]
-    if any(_has_generic_kind(component, known, special_chain) for known in same_components):
+    same_components = [c for c in known_components if normalize(c) == normalize(component)]
+    if any(_has_generic_kind(component, known_component, special_chain) for known_component in same_components):
         return True
     if not elimination_applies(special_chain):
         return False
-    branches = [known.conditions for known in known_components]
+    branches = [known_component.conditions for known_component in known_components]
     indices = find_covering_branches(special_chain, component.conditions, branches) or ()
     return bool(indices) and all(_has_generic_kind(component, known_components[k], special_chain) for k in indices)
 

@@ -35,8 +35,8 @@ def check_three_digits(part: Part) -> Check:
 def _check_conditioning(model: NumericModel, jacobian: np.ndarray) -> Check:
     """Check that J is well conditioned at a configuration, so that small errors stay small."""
     ratio = float(compute_conditioning_ratios(jacobian))
-    minimum = MIN_CONDITIONING_SHARE * find_min_conditioning(model.chain)
-    return Check("well conditioned", ratio > minimum, f"sigma_min/sigma_max = {ratio:.3f}")
+    min_ratio = MIN_CONDITIONING_SHARE * find_min_conditioning(model.chain)
+    return Check("well conditioned", ratio > min_ratio, f"sigma_min/sigma_max = {ratio:.3f}")
 
 
 def _check_rates(model: NumericModel, part: Part) -> Checks:
@@ -93,10 +93,10 @@ def _check_unit(model: NumericModel, part: Part, jacobian: np.ndarray) -> Check:
     """Check the unit of the manipulability w by converting metres to half metres, which multiplies w by 2^k for m^k."""
     row_factors = np.array([[2.0 if row < 3 else 1.0] for row in model.task_rows])
     column_factors = np.array([1.0 if joint.is_revolute else 0.5 for joint in model.chain.joints])
-    growth = _compute_manipulability(jacobian * row_factors * column_factors) / _compute_manipulability(jacobian)
-    power = round(float(np.log2(growth)))
+    growth_factor = _compute_manipulability(jacobian * row_factors * column_factors) / _compute_manipulability(jacobian)
+    power = round(float(np.log2(growth_factor)))
     unit = write_power_of_metres(power)
-    is_power_of_two = abs(growth - 2.0**power) < EXACT_TOLERANCE * growth
+    is_power_of_two = abs(growth_factor - 2.0**power) < EXACT_TOLERANCE * growth_factor
     is_stated = part.answer_as(Number).units == (unit,)
     return Check("unit", bool(is_power_of_two and is_stated), f"{unit or 'a plain number'}")
 

@@ -119,8 +119,8 @@ class NumericModel:
     @property
     def finite_difference_jacobian(self) -> np.ndarray:
         """The 6 x n Jacobian by finite differences: the point's velocity and the last link's angular velocity."""
-        angular = self.frame_velocities[:, :, self.chain.n, 3:]
-        return np.concatenate([self.point_velocities, angular], axis=2).transpose(0, 2, 1)
+        angular_velocities = self.frame_velocities[:, :, self.chain.n, 3:]
+        return np.concatenate([self.point_velocities, angular_velocities], axis=2).transpose(0, 2, 1)
 
     @property
     def rates(self) -> np.ndarray:
@@ -281,8 +281,8 @@ def differentiate_frames(frames: Callable[[np.ndarray], np.ndarray], q: np.ndarr
     """Return the linear and angular velocity of each frame for the unit rate of each joint, (…, n, n + 1, 6)."""
     derivative = differentiate(frames, q)
     angular_matrix = derivative[..., :3, :3] @ frames(q)[:, None, :, :3, :3].swapaxes(-1, -2)
-    angular = np.stack([angular_matrix[..., 2, 1], angular_matrix[..., 0, 2], angular_matrix[..., 1, 0]], axis=-1)
-    return np.concatenate([derivative[..., :3, 3], angular], axis=-1)
+    omega = np.stack([angular_matrix[..., 2, 1], angular_matrix[..., 0, 2], angular_matrix[..., 1, 0]], axis=-1)
+    return np.concatenate([derivative[..., :3, 3], omega], axis=-1)
 
 
 # --- the product of exponentials ---
@@ -299,20 +299,20 @@ def compute_exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray
     """
     home = arm.compute_frames(np.zeros(q.shape[-1]))
     z, origins, point = home[:-1, :3, 2], home[:-1, :3, 3], arm.compute_point_of(home)
-    revolute = np.array([[kind == REVOLUTE] for kind in arm.kinds])
-    omegas, linear_parts = np.where(revolute, z, 0 * z), np.where(revolute, np.cross(origins, z), z)
+    is_revolute = np.array([[kind == REVOLUTE] for kind in arm.kinds])
+    omegas, linear_parts = np.where(is_revolute, z, 0 * z), np.where(is_revolute, np.cross(origins, z), z)
     pose, screws = np.broadcast_to(np.eye(4), (*q.shape[:-1], 4, 4)), []
     for i, (omega, v) in enumerate(zip(omegas, linear_parts, strict=True)):
         if i == arm.point_frame:
             point = transform_point(pose, point)
-        angular = pose[..., :3, :3] @ omega
-        screws.append((angular, pose[..., :3, :3] @ v + cross(pose[..., :3, 3], angular)))
+        angular_part = pose[..., :3, :3] @ omega
+        screws.append((angular_part, pose[..., :3, :3] @ v + cross(pose[..., :3, 3], angular_part)))
         pose = pose @ compute_screw_exponential(omega, v, q[..., i])
     if arm.point_frame == q.shape[-1]:
         point = transform_point(pose, point)
     columns = [
-        np.concatenate([(linear + cross(angular, point)) * (i < arm.point_frame), angular], axis=-1)
-        for i, (angular, linear) in enumerate(screws)
+        np.concatenate([(linear_part + cross(angular_part, point)) * (i < arm.point_frame), angular_part], axis=-1)
+        for i, (angular_part, linear_part) in enumerate(screws)
     ]
     return np.stack(columns, axis=-1)
 

@@ -230,10 +230,10 @@ def _check_geometric_cause(model: NumericModel, part: Part) -> Checks:
         is_true = bool(samples) and all(_meaning_holds(model.chain, meaning, sample) for sample in samples)
         return is_true and (kind is None or kinds == {kind})
 
-    holds = [holds_everywhere(meaning, kind) for meaning, kind in details.options]
-    expected = [index == answer.correct for index in range(len(holds))]
-    detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {holds}"
-    yield Check("only the right one holds", holds == expected, detail)
+    are_true = [holds_everywhere(meaning, kind) for meaning, kind in details.options]
+    expected = [index == answer.correct for index in range(len(are_true))]
+    detail = f"{', '.join(sorted(kinds))} at {len(samples)} configurations; options that hold: {are_true}"
+    yield Check("only the right one holds", are_true == expected, detail)
     if details.options[answer.correct].kind == "boundary":
         yield check_side_of_lost_direction(model.chain, details.condition, details.values, samples)
     concerns_directions = {option.meaning.kind for option in details.options} <= _AXIS_DIRECTION_KINDS

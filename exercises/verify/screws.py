@@ -95,8 +95,8 @@ def _transform_twists(model: NumericModel, pose: np.ndarray, twists: np.ndarray)
     """Transform twists (…, 6, k) to another frame by their 4 x 4 matrices: T [V] T^-1."""
     columns = []
     for k in range(twists.shape[-1]):
-        upper, lower = twists[..., :3, k], twists[..., 3:, k]
-        omega, v = (lower, upper) if _is_linear_first(model) else (upper, lower)
+        first_half, second_half = twists[..., :3, k], twists[..., 3:, k]
+        omega, v = (second_half, first_half) if _is_linear_first(model) else (first_half, second_half)
         matrix = np.zeros((*omega.shape[:-1], 4, 4))
         matrix[..., :3, :3], matrix[..., :3, 3] = make_skew_matrix(omega), v
         new_matrix = pose @ matrix @ np.linalg.inv(pose)

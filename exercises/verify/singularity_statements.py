@@ -179,11 +179,13 @@ def _move_joint(sample: Sample, joint: int) -> np.ndarray:
 
 def _name_extreme(distances: np.ndarray) -> str:
     """Return "far" if the first distance is the largest, "near" if the smallest; "" otherwise or if all are equal."""
-    value, smallest, largest = distances[0], distances.min(), distances.max()
-    tolerance = min(1e-8, 0.01 * (largest - smallest))
+    first_distance, min_distance, max_distance = distances[0], distances.min(), distances.max()
+    tolerance = min(1e-8, 0.01 * (max_distance - min_distance))
     if tolerance < 1e-12:
         return ""
-    return "far" if value > largest - tolerance else "near" if value < smallest + tolerance else ""
+    if first_distance > max_distance - tolerance:
+        return "far"
+    return "near" if first_distance < min_distance + tolerance else ""
 
 
 def _is_on_axes(clause: _Clause) -> bool:

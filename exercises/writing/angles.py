@@ -35,9 +35,9 @@ class AngleNames:
         """
         if isinstance(expression, sp.MatrixBase):
             return expression.applyfunc(self.use_names)
-        expanded = shortening.remove_constant_shifts(expression)
-        renamed = {trig: self._use_name(trig) for trig in expanded.atoms(sp.sin, sp.cos)}
-        return shortening.factor_sums(expanded.xreplace(renamed))
+        expanded_expression = shortening.remove_constant_shifts(expression)
+        renamed_trigs = {trig: self._use_name(trig) for trig in expanded_expression.atoms(sp.sin, sp.cos)}
+        return shortening.factor_sums(expanded_expression.xreplace(renamed_trigs))
 
     def shorten(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
         """Return a result shortened by sin^2 + cos^2 = 1, and by angle-sum identities if the sum has a notation."""
@@ -51,8 +51,8 @@ class AngleNames:
     def _use_name(self, trig: sp.Expr) -> sp.Expr:
         if trig not in self._named_trigs:
             (angle,) = trig.args
-            renamed = _express_by_name(angle, self.angle_by_name) if needs_name(angle) else None
-            self._named_trigs[trig] = trig if renamed is None else trig.func(renamed)
+            renamed_angle = _express_by_name(angle, self.angle_by_name) if needs_name(angle) else None
+            self._named_trigs[trig] = trig if renamed_angle is None else trig.func(renamed_angle)
         return self._named_trigs[trig]
 
     def write_python_code(self, expression: sp.Expr) -> str:
@@ -110,7 +110,7 @@ def iterate_arm_angles(chain: Chain) -> Iterator[sp.Expr]:
     yield from (angle for run in runs for angle in run)
     yield from (_reduce_constant(joint.theta) for joint in chain.joints if joint.is_revolute)
     for run in runs:
-        differences = (_reduce_constant(later - earlier) for earlier, later in combinations(run, 2))
+        differences = (_reduce_constant(other_angle - angle) for angle, other_angle in combinations(run, 2))
         yield from map(_make_first_joint_positive, differences)
 
 

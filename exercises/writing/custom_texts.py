@@ -99,8 +99,8 @@ def check_given_values(prompt: str, part: Part, wording: "Wording") -> None:
     A fixed value may be in the prompt in other words.
     """
     details = part.details_as(CustomDetails)
-    unstated = [symbol for symbol, text in _write_values(details, wording).items() if text not in prompt]
-    missing_names = QuestionMaker(details.definition).list_needed_values(wording.chain, details, unstated)
+    unstated_symbols = [symbol for symbol, text in _write_values(details, wording).items() if text not in prompt]
+    missing_names = QuestionMaker(details.definition).list_needed_values(wording.chain, details, unstated_symbols)
     if missing_names:
         raise FormulaError(
             f"the text does not state the given values of {', '.join(missing_names)}; write {{given}}, or "

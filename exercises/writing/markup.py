@@ -197,8 +197,9 @@ def to_latex(text: str, width_share: float = 1.0) -> str:
         return f"${formulas[int(match.group(1))].latex}$"
 
     def convert_table(latex: str) -> str:
-        stretch = "\\renewcommand{\\arraystretch}{1.5}" if has_tall_formula(latex, formulas) else ""
-        return f"\n{_SHRINK_TO_LINE}{stretch}{PLACEHOLDER_PATTERN.sub(convert_cell_formula, latex).rstrip()}}}\n"
+        stretch_command = "\\renewcommand{\\arraystretch}{1.5}" if has_tall_formula(latex, formulas) else ""
+        table = PLACEHOLDER_PATTERN.sub(convert_cell_formula, latex).rstrip()
+        return f"\n{_SHRINK_TO_LINE}{stretch_command}{table}}}\n"
 
     pieces = _TABLE_PATTERN.split(write_tokens(tokens, MARKUP["latex"], _TOKEN_WRITERS))
     pieces[::2] = [_PLACEHOLDER_BEFORE_PUNCTUATION.sub(convert_formula, piece) for piece in pieces[::2]]

@@ -84,8 +84,8 @@ def multiply_numbers(expression: sp.Expr) -> sp.Expr:
     if not expression.args or expression.is_Function:
         return expression
     if expression.is_number:
-        expanded = sp.expand(expression)
-        return expanded if sp.count_ops(expanded) < sp.count_ops(expression) else expression
+        expanded_number = sp.expand(expression)
+        return expanded_number if sp.count_ops(expanded_number) < sp.count_ops(expression) else expression
     if expression.is_Add:
         number = sp.Add(*(term for term in expression.args if term.is_number))
         other_terms = (multiply_numbers(term) for term in expression.args if not term.is_number)
@@ -246,8 +246,8 @@ def _collect_first_joint(total: sp.Add) -> sp.Expr:
         factors = sp.Mul.make_args(term)
         trigs = [factor for factor in factors if factor in common_trigs]
         remainder = sp.Mul(*(factor for factor in factors if factor not in common_trigs))
-        varies = not trigs and remainder.free_symbols & angle_symbols
-        if len(trigs) > 1 or varies or remainder.has(*common_trigs):
+        is_varying = not trigs and remainder.free_symbols & angle_symbols
+        if len(trigs) > 1 or is_varying or remainder.has(*common_trigs):
             return total
         groups.setdefault(trigs[0] if trigs else sp.S.One, []).append(remainder)
     if all(len(remainders) < 2 for trig, remainders in groups.items() if trig != 1):

@@ -167,7 +167,7 @@ class SolutionSteps:
             vector, origin = self.derivation.p_star[:, joint - 1], self.origins[i]
             if self._depends_on_joints(vector):
                 depends = self._depends_on_joints
-                # Where only the vector depends on the joints, it shows how the coordinate of P depends on them.
+                # If only the vector depends on the joints, it shows how the coordinate of P depends on them.
                 revealed_count = sum(depends(vector[k]) and not depends(origin[k]) for k in range(3))
                 return (i, vector) if depends(origin) and revealed_count < 2 else None
         return None
@@ -214,13 +214,13 @@ class SolutionSteps:
         position.
         """
         positions: list[tuple[int, sp.Matrix]] = []
-        previous = self.derivation.position.xreplace(self.home_configuration)
+        previous_position = self.derivation.position.xreplace(self.home_configuration)
         for joint in range(self.chain.point.frame, 0, -1):
             earlier_joints_at_zero = dict.fromkeys(self.chain.q[: joint - 1], sp.S.Zero)
             position = self.derivation.position.xreplace(earlier_joints_at_zero)
-            if position != previous:
+            if position != previous_position:
                 positions.append((joint, position.applyfunc(remove_brackets)))
-            previous = position
+            previous_position = position
         return positions if len(positions) < 2 or positions[-1][0] != 1 else positions[:-1]
 
     def derive_rotation(self, joint: int) -> sp.Matrix:
@@ -420,9 +420,10 @@ class SolutionSteps:
 
     def evaluate(self, configuration: Configuration, expression: sp.Matrix | sp.Expr) -> sp.Matrix | sp.Expr:
         """Return the value of a formula or matrix at a configuration, to four significant digits."""
-        substituted = expression.xreplace(configuration.values)
-        is_matrix = isinstance(substituted, sp.MatrixBase)
-        return substituted.applyfunc(_evaluate_to_four_digits) if is_matrix else _evaluate_to_four_digits(substituted)
+        substituted_expression = expression.xreplace(configuration.values)
+        if isinstance(substituted_expression, sp.MatrixBase):
+            return substituted_expression.applyfunc(_evaluate_to_four_digits)
+        return _evaluate_to_four_digits(substituted_expression)
 
     def evaluate_inverse(self, configuration: ConfigurationAndVelocity) -> sp.Matrix:
         """Return the inverse of the task Jacobian at a configuration, to four significant digits."""
@@ -434,9 +435,9 @@ class SolutionSteps:
 
     def substitute_joints(self, configuration: ConfigurationsOfOneKind, expression: sp.Expr) -> sp.Expr:
         """Return an expression with joint values substituted: lengths stay symbols, numbers get four digits."""
-        substituted = sp.expand(sp.N(expression.xreplace(configuration.joints), 15))
-        return substituted.xreplace(
-            {number: _evaluate_to_four_digits(number) for number in substituted.atoms(sp.Float)}
+        substituted_expression = sp.expand(sp.N(expression.xreplace(configuration.joints), 15))
+        return substituted_expression.xreplace(
+            {number: _evaluate_to_four_digits(number) for number in substituted_expression.atoms(sp.Float)}
         )
 
     def format_answer(self, part: Part) -> list[str]:

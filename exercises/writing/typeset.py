@@ -220,13 +220,13 @@ def _choose_separator(left_factor: Pieces, right_start: Layout) -> Pieces:
 def _split_factors(node: Node) -> tuple[list[Node], list[Node]]:
     """Return the factors in the numerator and those in the denominator of a product, in the student's order."""
     numerator, denominator = list[Node](), list[Node]()
-    pending = [(node, numerator)]
-    while pending:  # from right to left, reversed at the end
-        part, side = pending.pop()
+    pending_parts = [(node, numerator)]
+    while pending_parts:  # from right to left, reversed at the end
+        part, side = pending_parts.pop()
         if part.kind == "*":
-            pending += [(part.args[0], side), (part.args[1], side)]
+            pending_parts += [(part.args[0], side), (part.args[1], side)]
         elif part.kind == "/" and side is numerator:
-            pending += [(part.args[0], numerator), (part.args[1], denominator)]
+            pending_parts += [(part.args[0], numerator), (part.args[1], denominator)]
         else:
             side.append(part)
     return numerator[::-1], denominator[::-1]

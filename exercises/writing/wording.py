@@ -304,9 +304,9 @@ class Wording:
         messages, sentence = self.messages, self.write_sentence(classification.meaning)
         if not self.can_classify_singularities or not classification.kind:
             return sentence
-        boundary = messages.gettext("This is a boundary singularity.")
-        internal = messages.gettext("This is an internal singularity.")
-        kind_sentence = boundary if classification.kind == "boundary" else internal
+        boundary_sentence = messages.gettext("This is a boundary singularity.")
+        internal_sentence = messages.gettext("This is an internal singularity.")
+        kind_sentence = boundary_sentence if classification.kind == "boundary" else internal_sentence
         return f"{sentence} {kind_sentence if classification.is_uniform else self._mixed_kinds_sentence}"
 
     def explain_cases(self, cases: Iterable[tuple[ValueCombination, Classification]]) -> str:
@@ -346,8 +346,8 @@ class Wording:
 
         Points get the names that the arm's convention uses, and "the point" becomes P.
         """
-        renamed = re.sub(r"\b([Oq])(\d+)('?)", r"$\1_{\2}\3$", self.convention.rename_origins(english))
-        clause = re.sub(r"^arm (?=stretched|folded|drawn)", "the arm is ", renamed)
+        renamed_text = re.sub(r"\b([Oq])(\d+)('?)", r"$\1_{\2}\3$", self.convention.rename_origins(english))
+        clause = re.sub(r"^arm (?=stretched|folded|drawn)", "the arm is ", renamed_text)
         return self.messages.translate_phrase(clause.replace("the point", "$P$"))
 
     def join(self, words: list[str]) -> str:

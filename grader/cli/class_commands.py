@@ -142,7 +142,7 @@ def release(
         raise QdotError(f"--url {url}: write the whole address, as in https://files.example.edu/rob101")
     if (worksheet is not None) != (to == "moodle"):
         advice = "give the grading worksheet, as in: qdot release homework worksheet.csv --to moodle"
-        raise QdotError(advice if worksheet is None else "a worksheet belongs to --to moodle")
+        raise QdotError(advice if worksheet is None else "WORKSHEET applies to --to moodle only")
     assignment = load_class(folder)
     target = out or folder / "handout" / (to or "links")
     if worksheet is not None:

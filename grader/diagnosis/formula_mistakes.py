@@ -221,7 +221,7 @@ def _find_mistakes_in_entries(
     signature = tuple(name for diagnosis in diagnoses for name in diagnosis.signature)
     feedback = " ".join(diagnosis.feedback for diagnosis in diagnoses)
     if len(diagnoses) > 1:
-        feedback = feedback.replace(" Everything else is right.", "")
+        feedback = feedback.replace(" The rest is right.", "")
     return Diagnosis(mistakes, feedback, signature=signature)
 
 

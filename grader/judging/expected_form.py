@@ -43,7 +43,7 @@ def read_answer(problem: Problem, part: Part, text: str, functions_seed: str = "
     >>> from qdot import generate
     >>> problem = generate("planar-2r/7", ["position"])
     >>> read_answer(problem, problem["position"], "[a1, a2, a3]").refusal
-    Judgement(wrong, 0: your answer is 3 × 1, but it must be 2 × 1; write it as in [a, b])
+    Judgement(wrong, 0: your answer has 3 entries, but it must have 2; write it like [a, b])
     """
     return read_in_form(find_expected_form(problem, part), text, functions_seed)
 

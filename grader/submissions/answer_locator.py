@@ -480,7 +480,7 @@ def _find_cause(error: str, notebook: _Notebook, errors_above: Mapping[int, str]
     for index in sorted(errors_above):
         if _may_set(notebook.sources[index][:MAX_CELL_CHARACTERS], name):
             if name in notebook.names.values():
-                return f"{name} has no value, because the cell that sets it stopped, too. Correct that cell first"
+                return f"the cell that sets {name} stopped, too. Correct that cell first"
             return f"the name {name} is missing because {errors_above[index]}"
     if name in _MODULE_IMPORTS:
         return f"write '{_MODULE_IMPORTS[name]}' in a cell above"

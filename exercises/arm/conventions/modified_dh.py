@@ -111,9 +111,9 @@ class ModifiedDh(Convention):
 
     def keep_first_joints(self, joint_count: int) -> "Chain":
         """Return the arm of the first `joint_count` joints; its last row has neither `a` nor `alpha`."""
-        shortened = super().keep_first_joints(joint_count)
-        *first_rows, last_row = shortened.joints
-        return replace(shortened, joints=(*first_rows, replace(last_row, a=sp.S.Zero, alpha=sp.S.Zero)))
+        shortened_arm = super().keep_first_joints(joint_count)
+        *first_rows, last_row = shortened_arm.joints
+        return replace(shortened_arm, joints=(*first_rows, replace(last_row, a=sp.S.Zero, alpha=sp.S.Zero)))
 
     def origin_name(self, frame: int) -> str | None:
         """Return the name of a standard origin; None if it always coincides with neither P nor a modified origin."""

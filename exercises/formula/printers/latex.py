@@ -102,9 +102,9 @@ def _print_piece(piece: Layout) -> str:
     if kind in ("fraction", "root", "accent"):  # their text is their command
         return f"\\{text}{''.join(f'{{{print_latex(part)}}}' for part in inner)}"
     if kind == "fenced":
-        left, right = (_COMMANDS.get(bracket, bracket) for bracket in text)
-        left += " " * left[-1].isalpha()
-        return rf"\left{left}{print_latex(inner[0])}\right{right}"
+        left_bracket, right_bracket = (_COMMANDS.get(bracket, bracket) for bracket in text)
+        left_bracket += " " * left_bracket[-1].isalpha()
+        return rf"\left{left_bracket}{print_latex(inner[0])}\right{right_bracket}"
     name, separator = (_TABLES[text], r" \\ ") if kind == "matrix" else ("aligned", r" \\[6pt] " if text else r" \\ ")
     rows = separator.join(" & ".join(map(print_latex, cells.inner)) for cells in inner)
     return rf"\begin{{{name}}} {rows} \end{{{name}}}"

@@ -121,11 +121,11 @@ def _wrap(text: str, depth: int) -> str:
     if "\n" in text:  # broken already
         return indent + text
     bracket_pattern = rf"(?<=[a-z]\()[^()]*(?=\))|\([^()]{{,{_MAX_SHORT_BRACKET}}}\)"
-    unbreakable = re.sub(bracket_pattern, lambda match: match.group().replace(" ", "\0"), text)
-    unbreakable = re.sub(r" ([-+]) ", " \\1\0", unbreakable)
-    longest_piece = max(map(len, unbreakable.split(" ")))
+    protected_text = re.sub(bracket_pattern, lambda match: match.group().replace(" ", "\0"), text)
+    protected_text = re.sub(r" ([-+]) ", " \\1\0", protected_text)
+    longest_piece = max(map(len, protected_text.split(" ")))
     if longest_piece > MAX_CODE_WIDTH - len(indent + _INDENT):  # a long product is broken before its factors too
-        unbreakable = re.sub(r"(?<=\))(\*|/)(?=[(a-z])", " \\1\0", unbreakable)
+        protected_text = re.sub(r"(?<=\))(\*|/)(?=[(a-z])", " \\1\0", protected_text)
     wrapper = textwrap.TextWrapper(MAX_CODE_WIDTH, indent, indent + _INDENT, break_long_words=False)
     wrapper.break_on_hyphens = False
-    return wrapper.fill(unbreakable).replace("\0", " ")
+    return wrapper.fill(protected_text).replace("\0", " ")

@@ -77,8 +77,8 @@ def _print_script(piece: Layout, base: stringPict, subscript: stringPict, supers
         if text == "∘":
             text = "°"
         elif text[:1] not in PRIMES:
-            bracketed = text if len(text) == 1 else f"({text})"
-            text = text.translate(table) if all(ord(char) in table for char in text) else mark + bracketed
+            bracketed_text = text if len(text) == 1 else f"({text})"
+            text = text.translate(table) if all(ord(char) in table for char in text) else mark + bracketed_text
         texts.append(text)
     return _join(base, *(reversed(texts) if piece.inner[2].text == "*" else texts))  # the star of p* comes first
 

@@ -242,17 +242,17 @@ class QuestionMaker:
         return derive(chain).substitute_matrix(formulas)
 
     def _make_numeric_answer(self, values: sp.Matrix) -> Number:
-        units, largest = (self.definition.unit,) * len(values), max(abs(float(value)) for value in values)
-        return Number(values, units, inversion.THREE_DIGIT_TOLERANCE, inversion.ERROR_NEAR_ZERO * largest)
+        units, largest_value = (self.definition.unit,) * len(values), max(abs(float(value)) for value in values)
+        return Number(values, units, inversion.THREE_DIGIT_TOLERANCE, inversion.ERROR_NEAR_ZERO * largest_value)
 
     def _sample_values(self, chain: Chain, rng: Stream) -> CustomDetails:
         """Return details with random values of everything that the question gives."""
-        given, values = {value.name: value for value in self.definition.given}, dict[sp.Symbol, sp.Expr]()
+        given_by_name, values = {value.name: value for value in self.definition.given}, dict[sp.Symbol, sp.Expr]()
         joint_names = {q.name for q in chain.q}
         configuration = None
-        if "pose" in given or joint_names & set(given):
+        if "pose" in given_by_name or joint_names & set(given_by_name):
             random_configuration = inversion.sample_configuration_and_velocity(chain, rng)
-            given_joints = {q: _sample_value(given[q.name], rng) for q in chain.q if q.name in given}
+            given_joints = {q: _sample_value(given_by_name[q.name], rng) for q in chain.q if q.name in given_by_name}
             joints = random_configuration.joints | given_joints
             configuration = inversion.Configuration(random_configuration.lengths, joints)
         elif chain.parameters:
@@ -262,7 +262,7 @@ class QuestionMaker:
             "velocity": [sp.Symbol(row) for row in chain.task],
         }
         numbers = list_table_numbers(chain)
-        for name, value in given.items():
+        for name, value in given_by_name.items():
             symbols_of_name = groups.get(name, [] if name == "pose" or name in joint_names else [sp.Symbol(name)])
             kind = {"rates": "rate", "velocity": "velocity"}.get(name, value.kind)
             sampled_value = replace(value, kind=kind)
@@ -330,10 +330,10 @@ class QuestionMaker:
 
         A number at random values is sampled for the symbolic arm, once for all arms of a class.
         """
-        given = self.definition.given
+        given_values = self.definition.given
         if (objection := self._find_objection_to_given_values(chain)) is not None:
             return objection
-        is_random = bool(given) and all(value.kind or value.name in GIVEN_GROUPS for value in given)
+        is_random = bool(given_values) and all(value.kind or value.name in GIVEN_GROUPS for value in given_values)
         if is_random and self.formulas and not self.names_arm_symbols(chain):
             return _find_objection(self.definition, make_symbolic_arm(chain).chain)
         return _find_objection(self.definition, chain)
@@ -360,9 +360,9 @@ class QuestionMaker:
         try:
             texts = [self._write_option(chain, index) for index in range(len(self.option_formulas))]
             options = zip(self.definition.options, texts, strict=True)
-            for (first, first_text), (second, second_text) in combinations(options, 2):
-                if first_text == second_text:
-                    return f"its options {first.content!r} and {second.content!r} are equal for this arm"
+            for (option, text), (other_option, other_text) in combinations(options, 2):
+                if text == other_text:
+                    return f"its options {option.content!r} and {other_option.content!r} are equal for this arm"
             if self.is_set:
                 components = _find_zeros(self.definition, chain)
                 if not components:
@@ -481,12 +481,12 @@ def _simplify(entry: sp.Expr) -> sp.Expr:
     """Return an entry in textbook form, or unchanged if that form can't be confirmed by numbers."""
     if sp.count_ops(entry) > MAX_OPERATIONS:
         raise TooLong(f"a formula has more than {MAX_OPERATIONS} operations, too many to be readable")
-    simplified = write_in_textbook_form(entry)
-    if simplified == entry:
+    simplified_entry = write_in_textbook_form(entry)
+    if simplified_entry == entry:
         return entry
-    (before, after), (magnitude, _) = _evaluate_at_points([entry, simplified])
-    is_equal = np.abs(after - before) <= 1e-9 * magnitude  # False for nan
-    return simplified if is_equal.all() else entry
+    (value, simplified_value), (magnitude, _) = _evaluate_at_points([entry, simplified_entry])
+    is_equal = np.abs(simplified_value - value) <= 1e-9 * magnitude  # False for nan
+    return simplified_entry if is_equal.all() else entry
 
 
 def _find_numerator(formula: sp.Expr) -> sp.Expr:
@@ -521,15 +521,15 @@ def _evaluate(entry: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | 
     return sp.Float(f"{float(number):.10g}") if is_finite else None
 
 
-def _sample_value(given: GivenValue, rng: Stream) -> sp.Expr:
+def _sample_value(given_value: GivenValue, rng: Stream) -> sp.Expr:
     """Return a random value: an angle in steps of 5 degrees, any other value with two significant digits."""
-    if given.kind == "angle":
+    if given_value.kind == "angle":
         return sp.pi * sp.Rational(rng.integer(-35, 35), 36)
-    if given.kind == "length":
+    if given_value.kind == "length":
         return sp.Rational(rng.integer(2, 16), 20)
-    if given.kind in ("rate", "velocity"):
-        return sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 20 if given.kind == "velocity" else 10)
-    if given.kind == "force":
+    if given_value.kind in ("rate", "velocity"):
+        return sp.Rational(rng.choice([k for k in range(-8, 9) if k]), 20 if given_value.kind == "velocity" else 10)
+    if given_value.kind == "force":
         return sp.S(rng.choice([k for k in range(-20, 21) if k]))
-    low, high = sp.Rational(str(given.low)), sp.Rational(str(given.high))
+    low, high = sp.Rational(str(given_value.low)), sp.Rational(str(given_value.high))
     return low + (high - low) * sp.Rational(rng.integer(0, 20), 20)

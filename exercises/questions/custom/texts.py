@@ -118,10 +118,11 @@ def _check_escapes(text: str, source: str) -> None:
     r"""Raise QdotError if a text has a control character, or a line break that was to be \nabla."""
     breaks = re.finditer(r"(\n)([a-zA-Z]+)", "\0".join(match[0] for match in MARKDOWN_FORMULA.finditer(text)))
     for match in (*_CONTROL_CHARACTER.finditer(text), *re.finditer("(\t)([a-zA-Z]+)", text), *breaks):
-        letter, rest = _ESCAPE_LETTERS.get(match[1], ""), match[2]
-        if match[1] not in "\n\t" or (letter + rest in COMMAND_NAMES and f"\\{letter}{rest}" in source):
+        letter, other_letters = _ESCAPE_LETTERS.get(match[1], ""), match[2]
+        command = letter + other_letters
+        if match[1] not in "\n\t" or (command in COMMAND_NAMES and f"\\{command}" in source):
             cause = f"TOML reads \\{letter} in double quotes as one; " if letter else ""
-            raise QdotError(f"the text has a control character before {rest!r}: {cause}{QUOTES_ADVICE}")
+            raise QdotError(f"the text has a control character before {other_letters!r}: {cause}{QUOTES_ADVICE}")
 
 
 def _show(latex: str) -> str:

@@ -18,11 +18,10 @@ import { loadState, storeState } from "../practice/stored-state.js";
 import { storage } from "../storage.js";
 import { Offline } from "../offline/offline.js";
 import { type Message, textOf, say } from "../text/text.js";
-import { listClasses, chooseClassIndex, findStreak, type ClassItems, replaceStreak } from "../practice/classes.js";
+import { chooseClassIndex, type ClassItems, countInClass, findStreak, listClasses } from "../practice/classes.js";
 import { Dots } from "./dots.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import type { Skill } from "../practice/skills.js";
-import { updateStreak, countArms, isDue, NEEDED_ARMS, chooseItem, describeOutcome } from "../practice/skills.js";
+import { chooseItem, countArms, isDue, NEEDED_ARMS, type Skill } from "../practice/skills.js";
 import { DialBoard, FIRST_DIALS, computeRates, Contributions, computeVelocity } from "./tools.js";
 
 interface LessonProps {
@@ -217,11 +216,11 @@ function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: 
           notes={note ? [textOf(note)] : []}
           onVerdict={(isRight, isHelped) => {
             const now = Date.now();
-            const attempt = { isRight, isHelped, isRepeated: isAnswered.current, armCount };
-            const newStreak = updateStreak(streak, item, { ...attempt, now });
+            const attempt = { isRight, isHelped, isRepeated: isAnswered.current, now };
+            const counted = countInClass(skill, { classes, classIndex }, item, attempt);
             isAnswered.current = true;
-            setNote(describeOutcome(streak, newStreak, attempt));
-            onSkill(replaceStreak(skill, classes, classIndex, newStreak));
+            setNote(counted.outcome);
+            onSkill(counted.skill);
             // a wrong answer is asked again on the practice page
             storeState(storage, { progress: updateProgress(loadState(storage).progress, item, isRight, now) });
           }}

@@ -2,7 +2,9 @@
 
 import type { Index } from "../bank.js";
 import { type Item, makeProblemFinder, VARIATION_STEPS } from "./choice.js";
-import { isDue, listLessonItems, NO_STREAK, type Streak, type Skill } from "./skills.js";
+import type { Message } from "../text/text.js";
+import type { Attempt, Skill, Streak } from "./skills.js";
+import { countArms, describeOutcome, isDue, listLessonItems, NO_STREAK, updateStreak } from "./skills.js";
 import type { Topic } from "./topics.js";
 
 /** "plain": planar arms of the chapter; "space": its other arms; "any": arms that vary, and additional families. */
@@ -11,6 +13,9 @@ type ArmClass = (typeof CLASSES)[number];
 
 /** A class of arms in a lesson, with the questions about its arms, easiest first. */
 export type ClassItems = { readonly name: ArmClass; readonly items: readonly Item[] };
+
+/** A class of arms, by its index among a lesson's classes. */
+export type ClassPlace = { readonly classes: readonly ClassItems[]; readonly classIndex: number };
 
 /** Families with arms of all kinds. A lesson asks about them in its last class, in addition to its own families. */
 const ADDITIONAL_FAMILIES = ["cylindrical", "spherical", "orthogonal-3r", "random-2", "random-3"];
@@ -46,6 +51,22 @@ export function replaceStreak(skill: Skill, classes: readonly ClassItems[], clas
   return classIndex === 0
     ? { ...skill, ...streak }
     : { ...skill, beyond: { ...skill.beyond, [classes[classIndex]!.name]: streak } };
+}
+
+/** Return the skill after an answer about an arm of a class, and the answer's effect; null if it has no effect. */
+export function countInClass(
+  skill: Skill,
+  { classes, classIndex }: ClassPlace,
+  item: Item,
+  attempt: Attempt & { now: number },
+): { readonly skill: Skill; readonly outcome: Message | null } {
+  const armCount = countArms(classes[classIndex]!.items);
+  const streak = findStreak(skill, classes, classIndex);
+  const newStreak = updateStreak(streak, item, { ...attempt, armCount });
+  return {
+    skill: newStreak === streak ? skill : replaceStreak(skill, classes, classIndex, newStreak),
+    outcome: describeOutcome(streak, newStreak, { ...attempt, armCount }),
+  };
 }
 
 /** Return the index of the class to ask next: the first one due, else the first not learned yet, else the last. */

@@ -3,9 +3,8 @@
 import type { Index } from "../bank.js";
 import { type Message, textOf, say } from "../text/text.js";
 import { type Item, nameItem } from "./choice.js";
-import { listClasses, findStreak, type ClassItems, replaceStreak } from "./classes.js";
-import type { Attempt, Streak, Skills } from "./skills.js";
-import { updateStreak, countArms, isDue, NEW_SKILL, chooseItem, describeOutcome } from "./skills.js";
+import { type ClassItems, type ClassPlace, countInClass, findStreak, listClasses } from "./classes.js";
+import { type Attempt, chooseItem, isDue, NEW_SKILL, type Skills, type Streak } from "./skills.js";
 import { type Topic, TOPICS } from "./topics.js";
 
 /** The classes of a topic's arms, and the index of the class of each item, by the item's name. */
@@ -28,12 +27,8 @@ export function makeClassFinder(index: Index): ClassFinder {
   };
 }
 
-/** A class of a topic, by its index among the topic's classes. */
-export type TopicClass = {
-  readonly topic: Topic;
-  readonly classes: readonly ClassItems[];
-  readonly classIndex: number;
-};
+/** A class of a topic's arms. */
+export type TopicClass = ClassPlace & { readonly topic: Topic };
 
 /** Return the classes for which an answer counts; an arm that a topic does not list counts for its class "any". */
 function findCreditedClasses(item: Item, findClasses: ClassFinder): TopicClass[] {
@@ -59,14 +54,9 @@ export function countAnswer(
   let newSkills = skills;
   const outcomes: Outcome[] = [];
   for (const topicClass of findCreditedClasses(item, findClasses)) {
-    const { topic, classes, classIndex } = topicClass;
-    const skill = newSkills[topic.id] ?? NEW_SKILL;
-    const oldStreak = findStreak(skill, classes, classIndex);
-    const armCount = countArms(classes[classIndex]!.items);
-    const newStreak = updateStreak(oldStreak, item, { ...attempt, armCount });
-    const outcome = describeOutcome(oldStreak, newStreak, { ...attempt, armCount });
-    if (newStreak !== oldStreak)
-      newSkills = { ...newSkills, [topic.id]: replaceStreak(skill, classes, classIndex, newStreak) };
+    const { id } = topicClass.topic;
+    const { skill, outcome } = countInClass(newSkills[id] ?? NEW_SKILL, topicClass, item, attempt);
+    if (skill !== (newSkills[id] ?? NEW_SKILL)) newSkills = { ...newSkills, [id]: skill };
     if (outcome) outcomes.push({ topicClass, outcome });
   }
   return { skills: newSkills, outcomes };

@@ -413,7 +413,8 @@ CONDITIONS: list[tuple[Any, str]] = [
 CONDITIONS_AS_TEXT = [
     ("theta2 = 0 or theta2 = pi", "Yes"), ("theta2 = 0, pi", "Yes"), ("{theta2 = k*pi}", "Yes"), ("θ₂ = kπ", "Yes"),
     ("θ2 = 0, π", "Yes"), ("sin(theta2) = 0", "Yes"), ("s2 = 0", "Yes"), ("theta2 in {0, pi}", "Yes"),
-    ("[theta2 = 0, theta2 = pi]", "Yes"), ("theta2 = 0 or pi", "Yes"), ("q2 = n*pi", "Yes"), ("theta2 = 0", "Some are missing."),
+    ("[theta2 = 0, theta2 = pi]", "Yes"), ("theta2 = 0 or pi", "Yes"), ("q2 = n*pi", "Yes"),
+    ("theta2 = 0", "Some are missing."),
     ("theta2 = ±pi/2", "No. With theta2 = "), ("theta2 = 0 and theta1 = 0 or theta2 = pi", "Some are missing."),
     ("{0, pi}", "Not checked"), ("folded", "Not checked"), (["theta2 = 0", "theta2 = pi"], "Yes"),
 ]  # fmt: skip

@@ -106,7 +106,7 @@ def test_solution_names_the_singularities_of_each_block(family: str) -> None:
     assert float(split.arm_block_in_frame_1.xreplace(values).det()) == pytest.approx(
         float(arm.xreplace(values)), abs=1e-12
     )
-    assert "the axes of joints 4 and 6 are collinear" in write_solution(problem, part)
+    assert "the axes of joints 4 and 6 then coincide" in write_solution(problem, part)
 
 
 def test_wrist_with_odd_twists_is_singular_with_coplanar_axes() -> None:
@@ -115,4 +115,4 @@ def test_wrist_with_odd_twists_is_singular_with_coplanar_axes() -> None:
     assert not blocks.has_collinear_axes
     problem = make_wrist_problem(chain)
     assert find_failures(problem) == []
-    assert "axes of joints 4, 5 and 6 lie in one plane" in write_solution(problem, problem.parts[2])
+    assert "axes of joints 4, 5 and 6 then lie in one plane" in write_solution(problem, problem.parts[2])

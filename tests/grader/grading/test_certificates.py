@@ -215,14 +215,14 @@ CHANGES: dict[str, tuple[Change, int, str, str]] = {
         edit_cells(lambda cells: cells.remove(find_cell(cells, "p2-determinant"))), 1, "1", "p2-determinant",
     ),
     "a cell that is added": (
-        edit_cells(lambda cells: cells.append({"cell_type": "raw", "source": ["Not ", "so."]})), 2, "1", "cell 18",
+        edit_cells(lambda cells: cells.append({"cell_type": "raw", "source": ["Not ", "so."]})), 2, "1", "cell 17",
     ),
     "a cell that is there twice": (
         edit_cells(lambda cells: cells.append(dict(find_cell(cells, "title")))), 2, "1", "title",
     ),
     "another order": (edit_cells(lambda cells: cells.append(cells.pop(3))), 2, "1", "order|2 in an altered notebook"),
     "text that is none": (
-        edit_cells(lambda cells: cells.append({"cell_type": "raw", "source": "\ud800"})), 2, "1", "cell 18",
+        edit_cells(lambda cells: cells.append({"cell_type": "raw", "source": "\ud800"})), 2, "1", "cell 17",
     ),
     "a cell that is none": (edit_cells(lambda cells: cells.append([])), 0, "", ""),  # type: ignore[arg-type]
     "another student's notebook": (

@@ -97,7 +97,7 @@ def test_another_secret_stops_the_run(folder: Path, monkeypatch: pytest.MonkeyPa
     assert "the notebook was generated with another secret" in run_and_fail("grade", folder, path, "--student", IDS[0])
     (folder / "secret.txt").unlink()
     monkeypatch.setenv("QDOT_SECRET", "mistyped mistyped")
-    assert "than that in $QDOT_SECRET" in run_stopped(folder)
+    assert "than the one in $QDOT_SECRET" in run_stopped(folder)
 
 
 def test_submissions_of_another_class_are_not_graded(folder: Path) -> None:

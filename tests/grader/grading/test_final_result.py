@@ -284,7 +284,7 @@ def test_the_best_attempt_counts_after_deductions(folder: Path) -> None:
     assert result.notes == result.staff_notes == (expected_note,)
     same_attempt = replace(early, file="c.ipynb", received=DUE - HOUR - HOUR / 60, marks=None)
     note = compute_best(assignment, same_attempt, early).notes[0]
-    assert "a.ipynb counts, not c.ipynb" in note and "within 10 min" in note
+    assert "a.ipynb counts, and c.ipynb does not" in note and "within 10 min" in note
     assert get_counted_file(compute_best(assignment, early, late, position=make_override(2))) == "a.ipynb"
     assert get_counted_file(compute_best(assignment, early, replace(early, file="c.ipynb"))) == "a.ipynb"
 
