@@ -41,13 +41,15 @@ class NumericArithmetic:
         """Return the stepped value (N, n + 1) of an entry of the DH table."""
         if expression not in self._stepped_entries:
             shape = (self.configuration_count, len(self._joints) + 1)
-            values = {symbol.name: self._stepped_values(symbol.name).ravel() for symbol in expression.free_symbols}
+            values = {
+                symbol.name: self._compute_stepped_values(symbol.name).ravel() for symbol in expression.free_symbols
+            }
             stepped = evaluate(compile_expressions(expression), values, shape[0] * shape[1]).values[0].reshape(shape)
             stepped.flags.writeable = False
             self._stepped_entries[expression] = stepped
         return self._stepped_entries[expression]
 
-    def _stepped_values(self, name: str) -> np.ndarray:
+    def _compute_stepped_values(self, name: str) -> np.ndarray:
         """Return the stepped value (N, n + 1) of a symbol."""
         stepped = np.repeat(self.values[name].astype(complex)[:, None], len(self._joints) + 1, axis=1)
         if name in self._joints:

@@ -12,22 +12,22 @@ export function judgeLetters(answer: string, key: LettersKey): Verdict {
     .trim()
     .replace(/^["'()[\]{}. ]+|["'()[\]{}. ]+$/g, "");
   if (EMPTY_ANSWERS.has(text)) return missing();
-  const chosen = parseLetters(answer, key.options);
+  const chosenLetters = parseLetters(answer, key.options);
   const expectedCount = key.type === "choice" ? 1 : key.type === "matching" ? key.items : null;
-  if (!chosen || (expectedCount !== null && chosen.length !== expectedCount)) {
+  if (!chosenLetters || (expectedCount !== null && chosenLetters.length !== expectedCount)) {
     return wrong("verdict.no-letter", {
       said: answer.slice(0, 40),
       letters: [...LETTERS.slice(0, key.options)].join(", "),
     });
   }
-  if (key.type === "matching") return judgeMatching(chosen, key);
-  return key.type === "choice" ? judgeChoice(chosen[0] as number, key) : judgeSelection(chosen, key);
+  if (key.type === "matching") return judgeMatching(chosenLetters, key);
+  return key.type === "choice" ? judgeChoice(chosenLetters[0] as number, key) : judgeSelection(chosenLetters, key);
 }
 
-function judgeChoice(chosen: number, { right, option_mistakes }: LettersKey): Verdict {
-  if (right.includes(chosen)) return correct();
-  const verdict = wrong("verdict.letter", { letter: LETTERS[chosen] ?? "" });
-  const mistakes = option_mistakes[chosen] ?? [];
+function judgeChoice(letter: number, { right, option_mistakes }: LettersKey): Verdict {
+  if (right.includes(letter)) return correct();
+  const verdict = wrong("verdict.letter", { letter: LETTERS[letter] ?? "" });
+  const mistakes = option_mistakes[letter] ?? [];
   return mistakes.length > 1
     ? { ...verdict, slips: mistakes.map((mistake) => ({ mistake })) }
     : { ...verdict, mistake: mistakes[0] };
@@ -37,7 +37,7 @@ function judgeChoice(chosen: number, { right, option_mistakes }: LettersKey): Ve
 function slipsBehind(
   letters: readonly (readonly [letter: number, where: Message])[],
   { option_mistakes }: LettersKey,
-): { slips?: readonly Slip[] } {
+): readonly Slip[] | undefined {
   const placesByMistake = new Map<number, Message[]>();
   for (const [letter, where] of letters)
     for (const mistake of option_mistakes[letter] ?? [])
@@ -45,12 +45,12 @@ function slipsBehind(
   const slips = [...placesByMistake].map(([mistake, [where, ...more]]) =>
     where && more.length === 0 ? { mistake, where } : { mistake },
   );
-  return slips.length > 0 ? { slips } : {};
+  return slips.length > 0 ? slips : undefined;
 }
 
 /** Judge several letters: the share of right letters chosen, minus the share of wrong letters chosen; at least 0. */
-function judgeSelection(chosen: readonly number[], key: LettersKey): Verdict {
-  const letters = new Set(chosen);
+function judgeSelection(chosenLetters: readonly number[], key: LettersKey): Verdict {
+  const letters = new Set(chosenLetters);
   const hits = [...letters].filter((index) => key.right.includes(index)).length;
   const misses = letters.size - hits;
   if (hits === key.right.length && misses === 0) return correct();
@@ -59,19 +59,21 @@ function judgeSelection(chosen: readonly number[], key: LettersKey): Verdict {
     (index) => [index, message("slip.option", { letter: LETTERS[index] ?? "" })] as const,
   );
   const share = hits / key.right.length - misses / Math.max(key.options - key.right.length, 1);
-  return verdictOf(Math.max(share, 0), [message("verdict.letters", { hits, misses })], slipsBehind(places, key));
+  return verdictOf(Math.max(share, 0), [message("verdict.letters", { hits, misses })], {
+    slips: slipsBehind(places, key),
+  });
 }
 
 /** Judge one letter per item: each right pair counts, unless its letter is chosen for another item, too. */
-function judgeMatching(chosen: readonly number[], key: LettersKey): Verdict {
+function judgeMatching(letters: readonly number[], key: LettersKey): Verdict {
   const { right } = key;
-  const isChosenOnce = (letter: number) => chosen.filter((chosenLetter) => chosenLetter === letter).length === 1;
-  const wrongItems = right.flatMap((expected, i) => (chosen[i] === expected && isChosenOnce(expected) ? [] : [i + 1]));
+  const isChosenOnce = (letter: number) => letters.indexOf(letter) === letters.lastIndexOf(letter);
+  const wrongItems = right.flatMap((expected, i) => (letters[i] === expected && isChosenOnce(expected) ? [] : [i + 1]));
   if (wrongItems.length === 0) return correct();
-  const misplacedItems = wrongItems.filter((item) => chosen[item - 1] !== right[item - 1]);
-  const places = misplacedItems.map((item) => [chosen[item - 1] as number, message("slip.item", { item })] as const);
+  const misplacedItems = wrongItems.filter((item) => letters[item - 1] !== right[item - 1]);
+  const places = misplacedItems.map((item) => [letters[item - 1] as number, message("slip.item", { item })] as const);
   const reasons = [message("verdict.matching", { items: wrongItems.join(", ") })];
-  return verdictOf((right.length - wrongItems.length) / right.length, reasons, slipsBehind(places, key));
+  return verdictOf((right.length - wrongItems.length) / right.length, reasons, { slips: slipsBehind(places, key) });
 }
 
 /** Return the indices of the letters in an answer, with or without separators; null if it has anything else. */

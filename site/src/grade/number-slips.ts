@@ -145,7 +145,7 @@ const UNIT_SLIPS: readonly UnitSlip[] = [
   })),
 ];
 
-/** Return slips in unit or sign that explain all wrong numbers; null if some number stays unexplained. */
+/** Return slips in unit or sign that explain all wrong numbers; null if some number stays unexplainedPlaces. */
 function findUnitSlips(typed: TypedNumbers): Slip[] | null {
   const { values, isRight, key, relativeTolerance } = typed;
   const wrongPlaces = values.flatMap((_, i) => (isRight[i] ? [] : [i]));
@@ -160,13 +160,13 @@ function findUnitSlips(typed: TypedNumbers): Slip[] | null {
         Math.abs(values[i]! - factor * expected) <= (relativeTolerance + STORED_TOLERANCE) * Math.abs(factor * expected)
       );
     });
-  const { chosen, unexplained } = coverPlaces(
+  const { chosenFindings, unexplainedPlaces } = coverPlaces(
     UNIT_SLIPS.map((unitSlip) => ({ ...unitSlip, places: placesExplainedBy(unitSlip) })),
     wrongPlaces,
   );
-  return unexplained.length > 0
+  return unexplainedPlaces.length > 0
     ? null
-    : chosen.map(({ report, places }) => report(describePlaces(places, values.length)));
+    : chosenFindings.map(({ report, places }) => report(describePlaces(places, values.length)));
 }
 
 /** Return the phrase that says which of `count` numbers are meant. */

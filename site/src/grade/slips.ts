@@ -22,7 +22,7 @@ const MAX_LISTED = 4;
 /** Kinds of slips that explain a column better than the problem's mistakes. */
 const FIRST_KINDS: readonly Kind[] = ["slip.whole-sign", "slip.wave", "slip.all-waves", "slip.relative"];
 
-export interface Answer {
+export interface WrongAnswer {
   readonly entries: readonly Node[];
   /** Indices of entries that are not right. */
   readonly wrongIndices: readonly number[];
@@ -45,7 +45,7 @@ type Finding = {
 type Explanation = { readonly slips: readonly Slip[]; readonly explainsAll: boolean };
 
 /** Return as few slips as explain most wrong entries, each entry by one slip, and where they are. */
-export function findSlips(answer: Answer, key: ValuesKey): Explanation {
+export function findSlips(answer: WrongAnswer, key: ValuesKey): Explanation {
   const [missingTerms, otherFindings] = findSymbolSlips(answer, key);
   const findings = [
     ...findMissingColumns(answer, key),
@@ -53,15 +53,21 @@ export function findSlips(answer: Answer, key: ValuesKey): Explanation {
     ...findSlipsAndMistakes(answer, key),
     ...otherFindings,
   ];
-  const { chosen, unexplained } = coverPlaces(findings, answer.wrongIndices, MAX_REPORTED);
-  const isAll = unexplained.length === 0 && chosen.length > 1;
-  const locations = chosen.map(({ places }) => describePlaces(places, answer.wrongIndices, key));
-  const hasManyPlaces = locations.map(({ key }, k) => key === "slip.entries" && chosen[k]!.places.length > MAX_LISTED);
+  const { chosenFindings, unexplainedPlaces } = coverPlaces(findings, answer.wrongIndices, MAX_REPORTED);
+  const isAll = unexplainedPlaces.length === 0 && chosenFindings.length > 1;
+  const locations = chosenFindings.map(({ places }) => describePlaces(places, answer.wrongIndices, key));
+  const hasManyPlaces = locations.map(
+    ({ key }, k) => key === "slip.entries" && chosenFindings[k]!.places.length > MAX_LISTED,
+  );
   const longIndex = isAll ? hasManyPlaces.indexOf(true) : -1; // its places are all those of no other slip
   if (longIndex >= 0) locations[longIndex] = message("slip.others");
-  const firstColumnOf = (k: number) => (k === longIndex ? Infinity : (chosen[k]!.places[0] as number) % key.columns);
-  const order = chosen.map((_, k) => k).sort((a, b) => firstColumnOf(a) - firstColumnOf(b));
-  return { slips: order.map((k) => chosen[k]!.report(locations[k]!)), explainsAll: unexplained.length === 0 };
+  const firstColumnOf = (k: number) =>
+    k === longIndex ? Infinity : (chosenFindings[k]!.places[0] as number) % key.columns;
+  const order = chosenFindings.map((_, k) => k).sort((a, b) => firstColumnOf(a) - firstColumnOf(b));
+  return {
+    slips: order.map((k) => chosenFindings[k]!.report(locations[k]!)),
+    explainsAll: unexplainedPlaces.length === 0,
+  };
 }
 
 /** Repeatedly choose the finding that explains most of the places not yet explained, at most `maxCount` times. */
@@ -69,28 +75,25 @@ export function coverPlaces<F extends { readonly places: readonly number[]; read
   findings: readonly F[],
   places: readonly number[],
   maxCount = Infinity,
-): { readonly chosen: readonly F[]; readonly unexplained: readonly number[] } {
-  const chosen: F[] = [];
-  let unexplained = places;
-  while (unexplained.length > 0 && chosen.length < maxCount) {
+): { readonly chosenFindings: readonly F[]; readonly unexplainedPlaces: readonly number[] } {
+  const chosenFindings: F[] = [];
+  let unexplainedPlaces = places;
+  while (unexplainedPlaces.length > 0 && chosenFindings.length < maxCount) {
     const remainingFindings = findings.map((finding) => {
-      const unexplainedPlaces = finding.places.filter((i) => unexplained.includes(i));
-      return {
-        ...finding,
-        places: finding.isIndivisible && unexplainedPlaces.length < finding.places.length ? [] : unexplainedPlaces,
-      };
+      const newPlaces = finding.places.filter((i) => unexplainedPlaces.includes(i));
+      return { ...finding, places: finding.isIndivisible && newPlaces.length < finding.places.length ? [] : newPlaces };
     });
     const maxPlaces = Math.max(0, ...remainingFindings.map((finding) => finding.places.length));
     const best = remainingFindings.find((finding) => finding.places.length === maxPlaces);
     if (maxPlaces === 0 || !best) break;
-    chosen.push(best);
-    unexplained = unexplained.filter((i) => !best.places.includes(i));
+    chosenFindings.push(best);
+    unexplainedPlaces = unexplainedPlaces.filter((i) => !best.places.includes(i));
   }
-  return { chosen, unexplained };
+  return { chosenFindings, unexplainedPlaces };
 }
 
 /** Report columns that contain only zeros where something else is expected. */
-function findMissingColumns({ entries, wrongIndices }: Answer, { columns }: ValuesKey): Finding[] {
+function findMissingColumns({ entries, wrongIndices }: WrongAnswer, { columns }: ValuesKey): Finding[] {
   if (columns < 2) return [];
   const entriesInColumn = (c: number) => entries.filter((_, i) => i % columns === c);
   return [...new Set(wrongIndices.map((i) => i % columns))]
@@ -121,7 +124,7 @@ const SYMBOL_SLIPS = [
 ] as const;
 
 /** Report slips in all terms with one symbol, which is a factor of these terms; missing terms come first. */
-function findSymbolSlips(answer: Answer, key: ValuesKey): [missing: Finding[], otherFindings: Finding[]] {
+function findSymbolSlips(answer: WrongAnswer, key: ValuesKey): [missing: Finding[], otherFindings: Finding[]] {
   const linear = Object.entries(key.linear ?? {});
   const findings = SYMBOL_SLIPS.map(({ kind, change, isPresent }) => {
     const places = new Map<string, number[]>();
@@ -153,7 +156,7 @@ type ChangeOfValue = (x: number) => number;
 
 /** Return whether an entry differs from the expected one by exactly the change of its terms with some symbols. */
 function lacksTermsWith(
-  { entries, configurationAt }: Answer,
+  { entries, configurationAt }: WrongAnswer,
   index: number,
   key: ValuesKey,
   symbols: SymbolFactors[],
@@ -174,7 +177,7 @@ function lacksTermsWith(
   });
 }
 
-function findSlipsAndMistakes(answer: Answer, key: ValuesKey): Finding[] {
+function findSlipsAndMistakes(answer: WrongAnswer, key: ValuesKey): Finding[] {
   const { entries, wrongIndices, configurationAt } = answer;
   const mistakes = findMistakes(answer, key);
   if (wrongIndices.reduce((sum, i) => sum + countNodes(entries[i] as Node, MAX_ANSWER_SIZE + 1), 0) > MAX_ANSWER_SIZE)
@@ -200,7 +203,7 @@ function findSlipsAndMistakes(answer: Answer, key: ValuesKey): Finding[] {
 }
 
 /** Report known mistakes that explain a column or row, all wrong entries outside one, or all wrong entries but one. */
-function findMistakes({ wrongIndices, findMistakeIn }: Answer, { columns }: ValuesKey): Finding[] {
+function findMistakes({ wrongIndices, findMistakeIn }: WrongAnswer, { columns }: ValuesKey): Finding[] {
   const lineTests = [...wrongIndices.map((i) => (j: number) => i % columns === j % columns)];
   if (columns > 1)
     lineTests.push(...wrongIndices.map((i) => (j: number) => Math.floor(i / columns) === Math.floor(j / columns)));
@@ -234,7 +237,12 @@ function describePlaces(entries: readonly number[], wrongIndices: readonly numbe
 }
 
 /** Return slips in an entry: the entry is right if any one of them is undone. The keys are kind and missing part. */
-function findSlipsInEntry(answer: Answer, index: number, key: ValuesKey, repairs: Repairs): Map<string, EntrySlip> {
+function findSlipsInEntry(
+  answer: WrongAnswer,
+  index: number,
+  key: ValuesKey,
+  repairs: Repairs,
+): Map<string, EntrySlip> {
   const entry = answer.entries[index] as Node;
   const slips = new Map<string, EntrySlip>();
   const expected = key.right[index]?.[0];

@@ -44,14 +44,14 @@ export const Editor = memo(({ table, faults, defaultTask, onTable }: EditorProps
         <RadioChoice
           legend={say("own.convention")}
           options={CONVENTIONS}
-          chosen={table.convention}
+          chosenOption={table.convention}
           nameOption={(convention) => say(`own.convention-${convention}`)}
           onChoose={(convention) => onTable({ ...table, convention })}
         />
         <RadioChoice
           legend={say("own.angles")}
           options={ANGLES}
-          chosen={table.angles}
+          chosenOption={table.angles}
           nameOption={(unit) => say(`own.angles-${unit}`)}
           onChoose={(angles) => onTable(convertAngles(table, angles))}
         />
@@ -95,7 +95,7 @@ export const Editor = memo(({ table, faults, defaultTask, onTable }: EditorProps
 function RadioChoice<T extends string>(props: {
   legend: string;
   options: readonly T[];
-  chosen: T;
+  chosenOption: T;
   nameOption: (option: T) => string;
   onChoose: (option: T) => void;
 }): JSX.Element {
@@ -105,7 +105,12 @@ function RadioChoice<T extends string>(props: {
       <legend>{props.legend}</legend>
       {props.options.map((option) => (
         <label key={option}>
-          <input type="radio" name={name} checked={option === props.chosen} onChange={() => props.onChoose(option)} />
+          <input
+            type="radio"
+            name={name}
+            checked={option === props.chosenOption}
+            onChange={() => props.onChoose(option)}
+          />
           {props.nameOption(option)}
         </label>
       ))}

@@ -23,8 +23,8 @@ let pageLanguage = ENGLISH;
 /** Return the language of the page. */
 export const getLanguage = (): Language => pageLanguage;
 
-export function setLanguage(chosen: Language): void {
-  pageLanguage = chosen;
+export function setLanguage(language: Language): void {
+  pageLanguage = language;
 }
 
 /** Return the text of a message; numbers have the language's decimal sign, and never separators of thousands. */
