@@ -513,8 +513,8 @@ def _contains_only_blanks(node: Node) -> bool:
 def _find_value(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
     """Return the value in "J = …", "… = J" or "det: …"; return any other tree unchanged.
 
-    The name must be either the only name in `labels` or a name that the student made up. Before a list or matrix, it may
-    also be a symbol, because a symbol is a number: M is parsed as the mass m if the problem has one.
+    The name must be either the only name in `labels` or a name that the student made up. Before a matrix, it may also
+    be a symbol, because a symbol is a number: M is parsed as the mass m if the problem has one.
     """
     statement = tree.args[0] if tree.kind == "dict" and len(tree.args) == 1 else tree
     sides = list_equation_sides(statement) or (statement.args if statement.kind == "pair" else ())
