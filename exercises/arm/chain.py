@@ -215,19 +215,19 @@ class Chain:
         """The joint variables, theta_i or d_i."""
         return tuple(sp.Symbol(f"{joint.variable_key}{i}") for i, joint in enumerate(self.joints, 1))
 
-    def joint_indices_of_kind(self, kind: str) -> list[int]:
+    def list_joints_of_kind(self, kind: str) -> list[int]:
         """Return the indices (from 0) of the joints of a kind, "R" or "P"."""
         return [i for i, joint in enumerate(self.joints) if joint.kind == kind]
 
     @cached_property
     def revolute_joints(self) -> list[int]:
         """The indices (from 0) of the revolute joints."""
-        return self.joint_indices_of_kind(REVOLUTE)
+        return self.list_joints_of_kind(REVOLUTE)
 
     @cached_property
     def prismatic_joints(self) -> list[int]:
         """The indices (from 0) of the prismatic joints."""
-        return self.joint_indices_of_kind(PRISMATIC)
+        return self.list_joints_of_kind(PRISMATIC)
 
     @cached_property
     def rates(self) -> tuple[sp.Symbol, ...]:

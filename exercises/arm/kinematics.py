@@ -172,7 +172,9 @@ class NumericChain:
         self.point_frame = chain.point.frame
         self.point_offset = np.array([*map(to_float, chain.point.offset), 1.0])
         zero, tilt = np.zeros(()), np.array(to_float(chain.base.tilt))
-        self.base = _pose(np.array(to_float(chain.base.yaw)), zero, zero, np.array([np.cos(tilt), np.sin(tilt)]))
+        self.base = _compute_row_poses(
+            np.array(to_float(chain.base.yaw)), zero, zero, np.array([np.cos(tilt), np.sin(tilt)])
+        )
         self.base[:3, 3] = [to_float(value) for value in chain.base.position]
 
     @staticmethod
@@ -207,7 +209,7 @@ class NumericChain:
         q = np.asarray(q, dtype=float)
         poses = np.empty((*q.shape[:-1], q.shape[-1] + 1, 4, 4))
         poses[..., 0, :, :] = self.base
-        steps = _pose(*self._theta_and_d(q), self.a, self._cos_sin_alpha)
+        steps = _compute_row_poses(*self._compute_theta_and_d(q), self.a, self._cos_sin_alpha)
         for i in range(q.shape[-1]):
             np.matmul(poses[..., i, :, :], steps[..., i, :, :], out=poses[..., i + 1, :, :])
         return poses
@@ -218,7 +220,7 @@ class NumericChain:
         corners = frames[..., 1:, :3, 3] - self.a[:, None] * frames[..., 1:, :3, 0]
         return self._convention.convert_standard_frames(frames, corners, self._base_position)
 
-    def _theta_and_d(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _compute_theta_and_d(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return theta and d of every row of the table, shape (…, n); constant entries may have shape (n)."""
         variable_entries = q + self.joint_offsets
         if self.is_revolute.all():
@@ -252,7 +254,7 @@ class NumericChain:
         return rows.swapaxes(-1, -2)
 
 
-def _pose(theta: np.ndarray, d: np.ndarray, a: np.ndarray, cos_sin_alpha: np.ndarray) -> np.ndarray:
+def _compute_row_poses(theta: np.ndarray, d: np.ndarray, a: np.ndarray, cos_sin_alpha: np.ndarray) -> np.ndarray:
     """Return the pose Rz(theta) Tz(d) Tx(a) Rx(alpha) for each theta, (…, 4, 4)."""
     (ct, st), (ca, sa) = (np.cos(theta), np.sin(theta)), cos_sin_alpha
     pose = np.zeros((*theta.shape, 4, 4))

@@ -44,11 +44,11 @@ def list_robots() -> Mapping[str, ListedRobot]:
     ['ur3', 'ur3e', 'ur5', 'ur5e', 'ur10', 'ur10e']
     """
 
-    def sort_key(path: Path) -> list[tuple[str, int]]:
+    def make_sort_key(path: Path) -> list[tuple[str, int]]:
         return [(letters, int(digits or 0)) for letters, digits in re.findall(r"(\D*)(\d*)", path.stem)]
 
     robots_by_name = {}
-    for path in sorted(ROBOT_FOLDER.glob("*.toml"), key=sort_key):
+    for path in sorted(ROBOT_FOLDER.glob("*.toml"), key=make_sort_key):
         content = tomllib.loads(path.read_text(encoding="utf-8"))
         joints, convention = "".join(joint["kind"] for joint in content["joint"]), content.get("convention", "dh")
         robots_by_name[path.stem] = ListedRobot(path.stem, content["name"], joints, convention, content["source"])

@@ -1,7 +1,8 @@
 """Write trigonometric polynomials in textbook form, and test exactly whether two of them are equal.
 
 A trigonometric polynomial is a polynomial in lengths and in sines and cosines of sums of angles, such as an entry of a
-Jacobian. An angle may occur several times in a sum, as in 2 theta1 - theta2. Three forms are used here:
+Jacobian. An angle may occur several times in a sum, as in 2 theta1 - theta2. A sine or cosine is called a trig. Three
+forms are used here:
 
 - The Fourier form is a sum of coefficient * cos(sum) and coefficient * sin(sum). This form is often the shortest.
 - The polynomial in the sine s and the cosine c of each single angle, with s^2 + c^2 = 1, is unique up to that relation.

@@ -604,7 +604,7 @@ def _choose_questions(family: Family, setting: list[str] | str | None, conventio
         raise QdotError("the list is empty; leave the key out to use all questions that apply")
     if isinstance(setting, list) and "quiz" in setting:
         raise QdotError(
-            'write a quiz alone and without brackets, as in questions = "quiz"; put other questions into another '
+            'write "quiz" alone and without brackets, as in questions = "quiz"; put other questions into another '
             "[[problem]], or list the short questions by name"
         )
     if setting is None:

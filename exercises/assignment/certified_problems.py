@@ -61,7 +61,7 @@ class FailedSlot:
     def __str__(self) -> str:
         prefix = f"{self.student}: " if self.student else ""
         name = f"{prefix}{self.slot} ({self.family})"
-        return f"{name}: {MAX_SEEDS} attempts, but no valid problem. The first attempt: {self.first_failure}"
+        return f"{name}: none of {MAX_SEEDS} attempts gave a valid problem. The first one failed: {self.first_failure}"
 
 
 @dataclass(frozen=True)

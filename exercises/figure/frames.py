@@ -6,7 +6,7 @@ from itertools import combinations, compress, product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.figure.arm import Scene, draw_arc, draw_dimension, has_no_links, list_anchors_beside
+from qdot.exercises.figure.arm_parts import Scene, draw_arc, draw_dimension, has_no_links, list_anchors_beside
 from qdot.exercises.figure.lettering import (
     Lettering,
     write_length,
@@ -65,7 +65,7 @@ def _draw_joint_axes(scene: Scene) -> Drawing:
     prime = () if scene.is_home else write_upright("′")
     for i, joint in enumerate(scene.chain.joints, 1):
         name = (*write_with_index("ω" if joint.is_revolute else "v", str(i)), *prime)
-        axis, position = scene.axis(i), scene.glyph_positions[i - 1]
+        axis, position = scene.find_axis(i), scene.glyph_positions[i - 1]
         if not view.is_end_on(axis):
             drawing += _draw_axis(view, position, axis, "z", name, AXIS_LENGTH[scene.is_flat])
             continue
@@ -173,7 +173,7 @@ def _list_distinct_origins(scene: Scene) -> list[np.ndarray]:
 def draw_end_on_z_names(scene: Scene) -> Drawing:
     """Return the names of the z axes that are seen end-on in a flat drawing, unless all z axes face the reader."""
     view, n = scene.view, scene.chain.n
-    signs = [view.component_toward_reader(frame[:3, 2]) for frame in scene.frames]
+    signs = [view.measure_toward_reader(frame[:3, 2]) for frame in scene.frames]
     if not scene.is_flat or min(signs) > 0.9 or not scene.convention.frame_numbers:
         return Drawing()
     labels, first_frame = [], scene.convention.frame_on_axis(1)

@@ -63,18 +63,18 @@ class View:
         size = math.hypot(right, up)
         return (right / size, -up / size) if size > 1e-6 else (0.0, -1.0)
 
-    def component_toward_reader(self, vector: np.ndarray) -> float:
+    def measure_toward_reader(self, vector: np.ndarray) -> float:
         """Return the component of a vector (3) towards the reader."""
         (dx, dy, dz), (x, y, z) = self._rows[2], vector.tolist()
         return float(dx * x + dy * y + dz * z)
 
     def lies_flat(self, vector: np.ndarray) -> bool:
         """Return whether a unit vector (3) lies almost in the plane of the drawing."""
-        return abs(self.component_toward_reader(vector)) < 0.2
+        return abs(self.measure_toward_reader(vector)) < 0.2
 
     def is_end_on(self, vector: np.ndarray) -> bool:
         """Return whether a unit vector (3) points at the reader or away from the reader."""
-        return abs(self.component_toward_reader(vector)) > 0.999
+        return abs(self.measure_toward_reader(vector)) > 0.999
 
 
 def find_convex_hull(points: list[Vector2D]) -> tuple[Vector2D, ...]:
@@ -84,7 +84,7 @@ def find_convex_hull(points: list[Vector2D]) -> tuple[Vector2D, ...]:
     def compute_half_hull(points_in_order: list[Vector2D]) -> list[Vector2D]:
         hull_points: list[Vector2D] = []
         for p in points_in_order:
-            while len(hull_points) > 1 and _cross_product(hull_points[-2], hull_points[-1], p) <= 1e-9:
+            while len(hull_points) > 1 and _compute_cross_product(hull_points[-2], hull_points[-1], p) <= 1e-9:
                 hull_points.pop()
             hull_points.append(p)
         return hull_points[:-1]
@@ -92,7 +92,7 @@ def find_convex_hull(points: list[Vector2D]) -> tuple[Vector2D, ...]:
     return tuple(compute_half_hull(sorted_points) + compute_half_hull(sorted_points[::-1]))
 
 
-def _cross_product(a: Vector2D, b: Vector2D, c: Vector2D) -> float:
+def _compute_cross_product(a: Vector2D, b: Vector2D, c: Vector2D) -> float:
     """Return the cross product of b - a and c - a."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 

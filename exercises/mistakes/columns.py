@@ -175,7 +175,7 @@ def _treat_joints_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
 
         return make_propagated_variant({"joint kinds": apply_change}, make_joint_words(treated_joints))
 
-    return lambda chain, shape: vary_each_joint_and_all(chain.joint_indices_of_kind(correct_kind), treat)
+    return lambda chain, shape: vary_each_joint_and_all(chain.list_joints_of_kind(correct_kind), treat)
 
 
 def _replace_angular(

@@ -105,7 +105,7 @@ def _add_to_variable(make_term: Callable[[Chain, int], sp.Expr], kind: str) -> V
     """
 
     def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-        for i in chain.joint_indices_of_kind(kind):
+        for i in chain.list_joints_of_kind(kind):
             if (term := make_term(chain, i)) != 0:
                 yield _add_to_row(i, chain.joints[i].variable_key, term)
 

@@ -4,6 +4,7 @@ A component of the singular set (`singular_set`) is classified by samples of its
 in what does not matter for singularities share a normalized arm (`normalized_arm`), and so share its classification.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -237,7 +238,7 @@ def sample_representatives(chain: Chain, conditions: Sequence[str]) -> list[Samp
     # what configurations look like, and their kind, may depend on which symbolic length is larger
     length_count = max(_MIN_LENGTH_COUNT, len(chain.parameters)) if chain.parameters else 1
     arm_count = _ARMS_PER_LENGTH * length_count
-    samples_per_arm = -(-_SAMPLE_COUNT // (arm_count * len(conditions)))
+    samples_per_arm = math.ceil(_SAMPLE_COUNT / (arm_count * len(conditions)))
     samples_of_each = (sample_condition(chain, text, "seen", arm_count, samples_per_arm) for text in conditions)
     samples = list(chain_together(*samples_of_each))
     return samples[:: max(1, len(samples) // _SAMPLE_COUNT)]

@@ -37,7 +37,7 @@ _MAX_STEP_SIZE = 0.7
 """Maximum step: radians for a revolute joint, fractions of the arm length for a prismatic joint."""
 _PRISMATIC_LENGTH = 0.3
 """The length (m) that a prismatic joint adds to the arm length."""
-_PINV_RCOND = 1e-10
+_RELATIVE_CUTOFF = 1e-10
 """A step ignores singular values below this fraction of the largest (relative cutoff of the pseudoinverse)."""
 
 
@@ -216,7 +216,7 @@ def _solve(equations: Equations, x: np.ndarray, units: np.ndarray | float = 1.0)
         is_active = ~(np.abs(values).max(axis=1) < EQUATION_TOLERANCE)
         if not is_active.any():
             break
-        steps = -(np.linalg.pinv(derivatives[is_active], rcond=_PINV_RCOND) @ values[is_active, :, None])[:, :, 0]
+        steps = -(np.linalg.pinv(derivatives[is_active], rcond=_RELATIVE_CUTOFF) @ values[is_active, :, None])[:, :, 0]
         x[is_active] += shorten_steps(steps, _MAX_STEP_SIZE) * units
     residuals, _ = equations(x)
     return np.abs(residuals).max(axis=1) < EQUATION_TOLERANCE, x

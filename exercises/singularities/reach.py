@@ -267,6 +267,8 @@ def _compute_axis_rotation(angles: np.ndarray) -> np.ndarray:
 _START_COUNT, _MAX_STEPS, _MAX_STEP_SIZE = 80, 40, 0.6
 """The search for a configuration beyond the current position: number of starts, maximum number of steps, and maximum
 step of a joint (rad or m)."""
+_CONVERGED_DISTANCE, _DAMPING = 1e-6, 1e-9
+"""The distance, as a fraction of the arm's length, below which the target is reached, and the damping of the steps."""
 _PRUNING_STEP, _KEPT_START_COUNT = 8, 20
 """After `_PRUNING_STEP` steps, only the `_KEPT_START_COUNT` starts whose points are nearest to the target continue."""
 
@@ -321,7 +323,7 @@ def _search_displaced_poses(
         difference = _compute_pose_difference(arms, frames[unsolved_indices], poses)
         residual = difference[..., task] + shifts[unsolved_indices, None]
         distance = np.linalg.norm(residual, axis=2)
-        has_converged = np.any(distance < 1e-6 * arm_lengths[unsolved_indices, None], axis=1)
+        has_converged = np.any(distance < _CONVERGED_DISTANCE * arm_lengths[unsolved_indices, None], axis=1)
         if has_converged.any():
             answers[unsolved_indices[has_converged]] = YES
             is_unsolved = ~has_converged
@@ -336,7 +338,7 @@ def _search_displaced_poses(
             q, residual, poses = (values[rows, nearest_starts] for values in (q, residual, poses))
         jacobian = arms.compute_jacobian_of(poses)[..., task, :]
         transposed_jacobian = jacobian.swapaxes(-1, -2)
-        damped_gram_matrix = jacobian @ transposed_jacobian + 1e-9 * np.eye(len(task))
+        damped_gram_matrix = jacobian @ transposed_jacobian + _DAMPING * np.eye(len(task))
         steps = (transposed_jacobian @ np.linalg.solve(damped_gram_matrix, residual[..., None]))[..., 0]
         q += shorten_steps(steps, _MAX_STEP_SIZE)
     return answers

@@ -475,7 +475,7 @@ def tidy_branches(conjunctions: Iterable[Conjunction], search: Search, subject: 
     return _drop_subsumed(shorter_conjunctions, search)
 
 
-def _joint_factors_of(condition: sp.Expr, search: Search) -> list[sp.Expr] | None:
+def _find_joint_factors(condition: sp.Expr, search: Search) -> list[sp.Expr] | None:
     """Return the factors of a condition that contain joint variables; None if the condition always holds."""
     return search.find_joint_factors(factor_trig(sp.expand(condition)))
 
@@ -535,7 +535,7 @@ def _substitute_zero(
     """Return the factors of a set that can still be zero if `zero_factor` is; None if one of them is already zero."""
     remaining_factors: list[sp.Expr] = []
     for factor in factors:
-        joint_factors = [factor] if not values else _joint_factors_of(factor.xreplace(values), search)
+        joint_factors = [factor] if not values else _find_joint_factors(factor.xreplace(values), search)
         if factor == zero_factor or joint_factors is None:
             return None
         remaining_factors += joint_factors
@@ -581,7 +581,7 @@ def _follows(condition: sp.Expr, premises: Conjunction, search: Search) -> bool:
 
 def _follows_at(condition: sp.Expr, values: JointValues, other_premises: list[sp.Expr], search: Search) -> bool:
     """Return whether a condition holds at joint values, whichever factor of each premise is zero."""
-    factor_sets = (_joint_factors_of(premise.xreplace(values), search) for premise in other_premises)
+    factor_sets = (_find_joint_factors(premise.xreplace(values), search) for premise in other_premises)
     combinations_of_factors = product(*(factors for factors in factor_sets if factors is not None))
     return all(_holds(condition, values, factors) for factors in combinations_of_factors)
 

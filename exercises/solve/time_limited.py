@@ -76,7 +76,7 @@ def write_solution(
         if output_format == "text":
             write(format_heading(chain))
         with time_limit(seconds):
-            _follow(events, progress, write_block if output_format == "text" else None, show_progress)
+            _process_events(events, progress, write_block if output_format == "text" else None, show_progress)
     except OutOfTime:
         progress.end_reason = f"the {seconds:g} seconds of processor time were used up (`--time` allows more)"
     except KeyboardInterrupt as error:
@@ -93,7 +93,7 @@ def write_solution(
         raise interrupt
 
 
-def _follow(
+def _process_events(
     events: Events, progress: _Progress, write: Callable[[str], None] | None, show_progress: ShowProgress
 ) -> None:
     """Derive results until the events end; store results as they become ready, and print them if `write` is given."""

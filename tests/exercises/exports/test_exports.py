@@ -139,7 +139,7 @@ def test_problem_that_fails_its_certificate_is_not_exported(
     export_request: ExportRequest, assets: None, export_format: str
 ) -> None:
     with pytest.raises(
-        QdotError, match=r"p1.* \(planar-2r\): 10 attempts, but no valid problem\. The first attempt: wrong"
+        QdotError, match=r"p1.* \(planar-2r\): none of 10 attempts gave a valid problem\. The first one failed: wrong"
     ):
         list(
             EXPORT_FORMATS[export_format].export(

@@ -73,13 +73,13 @@ class Scene:
         """The indices (0 for x) of the world's axes that can be drawn: in a flat drawing, only the two in its plane."""
         return [k for k in range(3) if not self.is_flat or self.view.lies_flat(np.eye(3)[k])]
 
-    def axis(self, i: int) -> np.ndarray:
+    def find_axis(self, i: int) -> np.ndarray:
         """Return z_{i-1}, the axis of joint i."""
         return np.asarray(self.skeleton.frames[i - 1, :3, 2])
 
     def is_glyph_beside_link(self, i: int) -> bool:
         """Return whether the glyph of joint i is neither on the link along the joint's axis nor at the origin."""
-        start, axis = self.skeleton.origins[i - 1], self.axis(i)
+        start, axis = self.skeleton.origins[i - 1], self.find_axis(i)
         distance_along_axis = float((self.glyph_positions[i - 1] - start) @ axis)
         link = self.skeleton.corners[i - 1] - start
         share = distance_along_axis / float(link @ axis) if _has_link_along_axis(self.skeleton, i - 1) else np.inf
@@ -212,7 +212,12 @@ def list_anchors_beside(start: Vector2D, end: Vector2D) -> tuple[tuple[Vector2D,
 
 def draw_joint(scene: Scene, i: int) -> Drawing:
     """Return the glyph of joint i."""
-    kind, position, z, view = scene.chain.joints[i - 1].kind, scene.glyph_positions[i - 1], scene.axis(i), scene.view
+    kind, position, z, view = (
+        scene.chain.joints[i - 1].kind,
+        scene.glyph_positions[i - 1],
+        scene.find_axis(i),
+        scene.view,
+    )
     shapes: tuple[Polyline | Circle, ...]
     if kind == PRISMATIC:
         length_to_corner = view.scale * float(np.linalg.norm(scene.skeleton.corners[i - 1] - position))
@@ -222,7 +227,7 @@ def draw_joint(scene: Scene, i: int) -> Drawing:
         shapes = draw_cylinder(view, position, z, JOINT_RADIUS, JOINT_HALF_LENGTH)
     else:  # a dot if the axis comes out of the page, a cross if it goes into it
         center = view.to_pixels(position)
-        comes_out = view.component_toward_reader(z) > 0
+        comes_out = view.measure_toward_reader(z) > 0
         mark = (Circle(center, 2.4, "dot"),) if comes_out else make_cross(center, 0.7071 * JOINT_RADIUS, "mark")
         shapes = (Circle(center, JOINT_RADIUS, "joint-face"), *mark)
     return Drawing((Glyph(i, kind, shapes),))
@@ -347,10 +352,10 @@ def _find_free_side(scene: Scene, start: np.ndarray, end: np.ndarray) -> np.ndar
 def draw_links_and_joints(scene: Scene) -> Drawing:
     """Return the ground, links and joints from back to front, with the links' lengths as labels."""
     chain, skeleton, view = scene.chain, scene.skeleton, scene.view
-    is_ground_in_front = not scene.is_flat and view.component_toward_reader(skeleton.frames[0, :3, 2]) < -1e-9
+    is_ground_in_front = not scene.is_flat and view.measure_toward_reader(skeleton.frames[0, :3, 2]) < -1e-9
     drawing = Drawing() if is_ground_in_front else draw_ground(scene)
     for i in range(1, chain.n + 1):
-        depth_change = view.component_toward_reader(skeleton.corners[i - 1] - skeleton.origins[i - 1])
+        depth_change = view.measure_toward_reader(skeleton.corners[i - 1] - skeleton.origins[i - 1])
         joint, link = draw_joint(scene, i), draw_link(scene, i)
         drawing += joint + link if depth_change > 1e-9 and chain.joints[i - 1].is_revolute else link + joint
         if i == chain.point.frame:
