@@ -160,7 +160,7 @@ def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
             return True
     if is_product(part) or not is_nonzero.all():  # the factors of a product are marked separately
         return False
-    diagnoses = (explain_missing_links(wrong_answer), _explain_formulas(wrong_answer))
+    diagnoses = (explain_missing_links(wrong_answer), _explain_formulas(wrong_answer, allows_any_number=True))
     return any(diagnosis is not None and diagnosis.is_single_mistake for diagnosis in diagnoses)
 
 
