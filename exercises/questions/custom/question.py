@@ -125,6 +125,7 @@ def make_question(definition: Definition) -> CustomQuestion:
         rounding=definition.rounding,
         template="custom", sample=sample, prerequisites=prerequisites, find_arm_objection=maker.find_objection,
         compute=maker.compute_answer if maker.formulas and not maker.is_set else None,
+        compute_zero=maker.compute_zeros if maker.is_set else None,
         alternative_prerequisites=maker.prerequisite_sets,
         name_entries=lambda chain, details: definition.rows,
     )  # fmt: skip
@@ -187,6 +188,10 @@ class QuestionMaker:
         """Return the answer, (rows, columns, …), in the arithmetic of the stages."""
         value = select_components(self._compute(self.formulas[0], stages), self.definition.rows)
         return value[None] if value.ndim == 1 else value
+
+    def compute_zeros(self, stages: StageResults, _: Details) -> np.ndarray:
+        """Return the formulas that are zero in the set, (formulas, 1, …), in the arithmetic of the stages."""
+        return np.stack([self._compute(formula, stages) for formula in self.formulas])[:, None]
 
     def derive_formulas(self, chain: Chain, rng: Stream) -> AnswerAndDetails:
         """Return the answer as formulas in textbook form."""

@@ -23,7 +23,7 @@ from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.stack_parts import StackPart, convert_part
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import find_names
-from qdot.exercises.notebook.notebook import draw_singular_configurations
+from qdot.exercises.notebook.notebook import draw_singular_configurations, make_notebook_metadata
 from qdot.exercises.notebook.problem_formats import show_assignment
 from qdot.exercises.problem.problem import Part, Problem, list_table_numbers
 from qdot.exercises.questions import QUESTIONS
@@ -39,7 +39,9 @@ from qdot.exercises.writing.problem_texts import write_hints, write_prompt, writ
 from qdot.exercises.writing.short_answer import write_short_answer
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import find_failures
+from qdot.grader.grading.check import _check_answer, find_claimed_form
 from qdot.grader.integrations.nbgrader_cells import restore_cells
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import mark
@@ -226,6 +228,32 @@ def test_options_are_shuffled_and_several_may_be_correct(tmp_path: Path) -> None
     assert problem.parts[0].type == "selection" and find_failures(problem) == []
     right = "".join(problem.parts[0].answer.as_json())
     assert judge_answer(problem, right) == "correct" and judge_answer(problem, right[0]) == "partial"
+
+
+OPTIONS = """
+options = [
+  {text = "It is never singular.", right = true}, {text = "It has three joints.", right = true}, "It has two lengths."
+]"""
+
+
+@pytest.mark.parametrize(
+    ("options", "typed", "message"),
+    [
+        (OPTIONS, "A, C are true", None), (OPTIONS, "AB, not C", None), (OPTIONS, "AB", "AB"),
+        (OPTIONS, "a and b", "A, B (from a and b)"), (OPTIONS, "It has three joints.", None),
+        ('options = ["x2", "y2", "x1"]', "b)", "B (from b))"), ('options = ["x2", "y2", "x1"]', "C or B", None),
+        ('options = ["x2", "y2", "x1"]', "3", None), ('options = ["x2", "y2", "x1"]', "[1, 0, 0]", None),
+        ('options = ["x2", "y2", {text = "none of these"}]', "None of these", "from None of these"),
+    ],
+)  # fmt: skip
+def test_check_reads_letters_as_the_grader_does(options: str, typed: str, message: str | None, tmp_path: Path) -> None:
+    problem = make_problem(tmp_path, f'prompt = "Which?"\n{options}')
+    part = problem["mine"]
+    metadata = make_notebook_metadata("student", "hw", "s1", [("p1", problem)])
+    row = _check_answer("p1.mine", typed, find_claimed_form(json.loads(json.dumps(metadata)), "p1", "mine"))
+    refusal = read_answer(problem, part, typed).refusal
+    assert (row.is_readable, row.message if refusal else "") == (refusal is None, refusal.reason if refusal else "")
+    assert message in row.message if message else refusal is not None
 
 
 def test_text_answer_is_left_for_manual_grading(tmp_path: Path) -> None:
