@@ -6,11 +6,11 @@
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { countNodes } from "../read/products.js";
-import { namesIn, type Node, placeOfEntry } from "../read/tree.js";
+import { namesIn, type Node, placeOfEntry, type SymbolValues } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
 import type { Change, Kind, Repairs } from "./single-changes.js";
 import { KINDS, repairsFor, singleChanges, withTwoTerms } from "./single-changes.js";
-import type { SymbolValues, Slip } from "./verdict.js";
+import type { Slip } from "./verdict.js";
 
 /** Maximum number of nodes of an entry that is examined, and of all entries. */
 const MAX_ENTRY_SIZE = 400;
