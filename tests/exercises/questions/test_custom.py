@@ -365,6 +365,27 @@ def test_stack_export_leaves_out_only_what_fails_and_names_it(tmp_path: Path, mo
     assert "p1-001, midpoint: T" in text and "p1-001, tip: T" not in text
 
 
+def test_wrong_units_are_expected_only_where_they_change_the_number(tmp_path: Path) -> None:
+    """Millimetres leave angles unchanged, make torques a thousand times too large, and rates as much too small."""
+    definitions = {
+        "slope": ('"atan(p.y/p.x)"\ngiven = ["pose"]', "rad", {"result-in-degrees": 180 / sp.pi}),
+        "torque": ('"p.x*F"\ngiven = {theta1 = "angle", theta2 = "angle", F = [1, 9]}\nunits = {F = "N"}', "N m",
+                   {"millimetres": 1000, "centimetres": 100, "thousandth": 0.001}),
+        "rate": ('"dot(inv(J)*xd, [1, 0])"\ngiven = ["pose", "velocity"]', "rad/s",
+                 {"result-in-degrees": 180 / sp.pi, "millimetres": 0.001, "thousandth": 1000}),
+    }  # fmt: skip
+    for name, (answer, unit, expected_factors) in definitions.items():
+        question = f'prompt = "{{given}}"\nunit = "{unit}"\nanswer = {answer}'
+        problem = make_problem(tmp_path / name, question)
+        (part,) = problem.parts
+        units = {"result-in-degrees", "millimetres", "thousandth", "centimetres"}
+        wrong_answers = {known.mistake: known for known in find_known_wrong_answers(problem, part, 20)}
+        factors = {
+            name: wrong_answers[name].matrix[0] / part.answer.as_matrix()[0] for name in units & set(wrong_answers)
+        }
+        assert factors == pytest.approx({name: float(factor) for name, factor in expected_factors.items()}, rel=1e-4)
+
+
 def test_questions_of_the_same_name_have_their_own_wrong_answers() -> None:
     wrong_answers = []
     for answer in ("dot(p, p)", "p.x"):
