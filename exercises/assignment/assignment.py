@@ -225,10 +225,17 @@ class Slot:
         return self.generate_from_seed(self.make_problem_id(secret, student, seed_number).seed)
 
     def generate_from_seed(self, seed: int) -> Problem:
-        """Return the problem of this slot with a given seed."""
-        problem = generation.generate(
-            self.make_id_from_seed(seed), points=self.points, family=self.family, definitions=self.definitions
-        )
+        """Return the problem of this slot with a given seed.
+
+        Raises QdotError, with the file, the line and the key, if an own question can't be asked about the arm.
+        """
+        try:
+            problem = generation.generate(
+                self.make_id_from_seed(seed), points=self.points, family=self.family, definitions=self.definitions
+            )
+        except generation.InapplicableQuestion as error:
+            location = next(definition.location for definition in self.definitions if definition.name == error.name)
+            raise QdotError(f"{location}: {error}") from None
         roundings, rules = dict(self.decimals), dict(self.credit)
         parts = tuple(
             replace(part, rounding=roundings.get(part.name, part.rounding), credit=rules.get(part.name, Credit()))
@@ -522,8 +529,9 @@ def _read_slot(
                 stack.enter_context(file.locate_errors("problem", index, questions_key))
             stack.enter_context(definition_file.locate_errors("question", definition.name))
             notes += check_definition_on_family(definition, family, band, variation, convention)
+    known_definitions = tuple(definitions.values())  # all of them, for the suggestion if a name is misspelt
     parse(
-        questions_key, generation.check_questions, family, questions, band, variation, convention, asked_definitions
+        questions_key, generation.check_questions, family, questions, band, variation, convention, known_definitions
     )  # fmt: skip
     points = None if entry.points is None else tuple(entry.points)
     parse("points", _check_points, points, len(questions))
