@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import pydantic
 
-from qdot.exercises.common.errors import QdotError, make_name_error
+from qdot.exercises.common.errors import ErrorList, QdotError, make_name_error
 from qdot.exercises.common.input_file import TomlFile, read_toml
 from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.formula.units import parse_unit
@@ -127,16 +127,18 @@ def read_definitions(file: TomlFile, known_names: Collection[str]) -> dict[str, 
     if not isinstance(tables, dict):
         with file.locate_errors("question"):
             raise QdotError("write [question.NAME], with the name of the question")
-    definitions = {}
+    definitions, errors = dict[str, Definition](), ErrorList()
     for name in tables:
-        with file.locate_errors("question", name):
-            _check_name(name, known_names)
-            if not isinstance(tables[name], dict):
-                raise QdotError(f"expected a table, [question.{name}]")
-        file.check_keys(("question", name), tuple(QuestionEntry.model_fields), ("prompt",))
-        if isinstance(tables[name].get("de"), dict):
-            file.check_keys(("question", name, "de"), tuple(TextsEntry.model_fields), ("prompt",))
-        definitions[name] = _read_definition(file, name, tables[name])
+        with errors.collect():
+            with file.locate_errors("question", name):
+                _check_name(name, known_names)
+                if not isinstance(tables[name], dict):
+                    raise QdotError(f"expected a table, [question.{name}]")
+            file.check_keys(("question", name), tuple(QuestionEntry.model_fields), ("prompt",))
+            if isinstance(tables[name].get("de"), dict):
+                file.check_keys(("question", name, "de"), tuple(TextsEntry.model_fields), ("prompt",))
+            definitions[name] = _read_definition(file, name, tables[name])
+    errors.raise_all()
     return definitions
 
 
