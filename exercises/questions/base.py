@@ -215,6 +215,7 @@ class Question:
       three has the components in which the names of `name_entries` end. If the language has no name for the answer,
       `stage` is the stage with the answer, with its rows in the order `row_order`, or `compute` computes the answer
       from the stages.
+    - `differentiates_substitute`: whether the substitution needs the derivatives of the student's answer
     - `substitution`: returns how a student's answer replaces stages. By default it replaces the stage that is the
       answer.
     - `textbook_formulas`: formulas of stages in textbook form, in addition to `reference.TEXTBOOK_FORMULAS`. The
@@ -265,6 +266,7 @@ class Question:
     formula: str = ""
     compute: StageFormula | None = None
     substitution: StageSubstitution | None = None
+    differentiates_substitute: bool = False
     textbook_formulas: TextbookFormulas = field(default_factory=dict, hash=False)
     derive_matrix: Callable[[Chain, Any], sp.Matrix] | None = None
     answer_type: type[Matrix] | type[Expression] = Matrix

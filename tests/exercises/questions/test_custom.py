@@ -31,7 +31,7 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import GivenValue, Texts
 from qdot.exercises.questions.custom.question import CustomDetails
-from qdot.exercises.questions.language import FormulaError, parse
+from qdot.exercises.questions.language import FormulaError, UnknownName, parse
 from qdot.exercises.reference_answers import ConditionSet, Expression, Matrix, Number, Words
 from qdot.exercises.site.bank import make_index_json, make_titles_json
 from qdot.exercises.site.bank_problem import BankProblem, find_custom_questions
@@ -654,6 +654,9 @@ BAD = {
     'answer = "p"\nunit = "m"': "only numbers have a unit",
     'given = ["pose", "rates"]\nanswer = "norm(v)"': "does not state the given values of a1, theta2, qd1, qd2",
     'given = {theta2 = "angle"}\nanswer = "norm(p)*theta1"': "does not state the given values of a1, theta1, theta2;",
+    'options = [{text = "a", right = false}, "b"]': "no option is right; write right = true",
+    'answer = "m*p"': 'write units = {m = "kg"}',
+    'answer = "F1*p"\ngiven = {F1 = [1, 2], theta1 = 1, theta2 = 1}': 'write units = {F1 = "kg"}',
     'answer = "(lambda: 0)()"': "not part of the formula language", 'answer = "2^99"': "from -8 to 8",
     'answer = "inv(J)*[vx, vy]"\ngiven = {theta1 = 0, theta2 = 0}': "vx",
 }  # fmt: skip
@@ -666,6 +669,27 @@ def test_invalid_question_is_refused_with_file_line_and_reason(question: str, tm
     message = str(refused.value)
     assert BAD[question] in message and "\n" not in message
     assert "assignment.toml: line " in message and "question: mine" in message
+
+
+def test_a_misspelt_name_of_an_own_question_gets_a_suggestion(tmp_path: Path) -> None:
+    tables = '[question.slope]\nprompt = "x"\nanswer = "p"\n[[problem]]\nfamily = "scara"\nquestions = ["slop"]\n'
+    with pytest.raises(QdotError, match="did you mean 'slope'"):
+        make_assignment(tmp_path, tables)
+
+
+def test_unknown_index_of_a_known_name_is_no_missing_unit() -> None:
+    assert "units" not in str(UnknownName("name", "o7", ["o1", "theta1"]))
+
+
+def test_question_that_does_not_apply_to_the_arm_of_one_student_is_reported_with_its_line(tmp_path: Path) -> None:
+    """The zeros are found for the arm on which the file is checked, but not for that of ada."""
+    text = (
+        'variation = "zeros"\n[question.mine]\nprompt = "x"\nanswer = "zeros(p.x - p.y*d3)"\n'
+        '[[problem]]\nfamily = "spherical"\nquestions = ["mine"]\n'
+    )
+    assignment = make_assignment(tmp_path, text)
+    with pytest.raises(QdotError, match=r'line 6: question: mine: answer = "zeros.*find its zeros'):
+        assignment.slots[0].generate_from_seed(1)
 
 
 def test_values_that_the_answer_does_not_need_may_be_left_out(tmp_path: Path) -> None:
@@ -721,7 +745,8 @@ def test_error_names_the_file_the_line_and_the_key(question: str, tmp_path: Path
 
 @pytest.mark.parametrize(
     ("text", "reason"),
-    {"{foo}": "unknown name 'foo'", "{rates}": "add 'rates'", "{p": "a brace { has no partner",
+    {"{foo}": "unknown name 'foo'; known: pose, rates, velocity, given, base, p,", "{poses}": "did you mean 'pose'",
+      "{rates}": "add 'rates'", "{p": "a brace { has no partner",
      "p}": "a brace } has no partner", "{p.x.y}": ".x, .y and .z"}.items(),
 )  # fmt: skip
 def test_placeholders_are_checked(text: str, reason: str, tmp_path: Path) -> None:
