@@ -18,6 +18,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.items import ChoiceForm, make_items
 from qdot.exercises.exports.known_wrong_answers import find_known_wrong_answers
+from qdot.exercises.exports.numeric_part import _sample_configurations
 from qdot.exercises.exports.paper import make_pdf_preview
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.stack_parts import StackPart, convert_part
@@ -38,6 +39,7 @@ from qdot.exercises.site.record import make_site_record, translate_record
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from qdot.exercises.writing.short_answer import write_short_answer
 from qdot.grader.cli.main import app
+from qdot.grader.diagnosis.advice import advise
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.check import _check_answer, find_claimed_form
 from qdot.grader.integrations.nbgrader_cells import restore_cells
@@ -228,6 +230,50 @@ def test_options_are_shuffled_and_several_may_be_correct(tmp_path: Path) -> None
     assert problem.parts[0].type == "selection" and find_failures(problem) == []
     right = "".join(problem.parts[0].answer.as_json())
     assert judge_answer(problem, right) == "correct" and judge_answer(problem, right[0]) == "partial"
+
+
+@pytest.mark.parametrize(
+    ("question", "family", "answer", "advice"),
+    [
+        (
+            'answer = "m*transpose(J)*J"\nunits = {m = "kg"}', "planar-2r",
+            "[[a1^2+a2^2+2*a1*a2*c2, a2^2+a1*a2*c2], [a1*s2, a2^2/2]]", "Your answer does not contain m, but",
+        ),
+        (
+            'answer = "ddt((o1 + o2)/2)"\nrows = ["v_x", "v_y"]', "planar-3r", "[a1*c1 + a2/2*c12, a1*s1 + a2/2*s12]",
+            "Your answer does not contain qd1 or qd2, but the requested result depends on them.",
+        ),
+        (
+            'answer = "v"\ngiven = ["pose", "rates"]\nrows = ["v_x", "v_y"]', "planar-2r", "[1.234, 2.345]",
+            "Calculate your answer again step by step, and check each number",
+        ),
+        (
+            'answer = "inv(J)*xd"\ngiven = ["pose", "velocity"]', "planar-2r", "[1.234, 2.345]",
+            "To check them, substitute them into the equation that they solve.",
+        ),
+    ],
+)  # fmt: skip
+def test_advice_names_missing_symbols_and_only_equations_that_exist(
+    question: str, family: str, answer: str, advice: str, tmp_path: Path
+) -> None:
+    prompt = "Find it at {given}." if "given" in question else "Find it."
+    problem = make_problem(tmp_path, f'prompt = "{prompt}"\n{question}', family)
+    parsed = read_answer(problem, problem["mine"], answer)
+    remark = advise(problem, problem["mine"], parsed, "seed")
+    assert remark is not None and advice in remark.feedback
+
+
+def test_masses_are_positive_in_counterexamples_and_on_platforms(tmp_path: Path) -> None:
+    units = 'units = {m = "kg", b = "kg/s", F = "N", g = "m/s^2"}'
+    problem = make_problem(tmp_path, f'prompt = "M?"\nanswer = "[sqrt(m^2)*g*p.x + b, F]"\n{units}')
+    assert {name: problem.domain.roles[name] for name in "mbFg"} == {
+        "m": "positive", "b": "positive", "F": "signed", "g": "signed"
+    }  # fmt: skip
+    part = problem["mine"]
+    right = part.answer.as_typed().replace("sqrt(m**2)", "m")
+    assert judge(problem, part, right, "seed").outcome is Outcome.CORRECT
+    configurations = _sample_configurations(problem.chain, part, Stream("s"))
+    assert all(configuration[sp.Symbol("m")] > 0 for configuration in configurations)
 
 
 OPTIONS = """
