@@ -236,6 +236,14 @@ def check_questions(
     _check_questions_apply(chain, questions, known_family, convention, questions_by_name)
 
 
+class InapplicableQuestion(QdotError):
+    """Raised if an instructor's own question, `name`, can't be asked about an arm."""
+
+    def __init__(self, message: str, name: str) -> None:
+        super().__init__(message)
+        self.name = name
+
+
 def _collect_questions(definitions: Sequence[Definition]) -> QuestionsByName:
     """Return all built-in questions and an instructor's own questions, by name."""
     return {**ALL_QUESTIONS, **{definition.name: make_question(definition) for definition in definitions}}
@@ -258,8 +266,9 @@ def _check_questions_apply(
 ) -> None:  # fmt: skip
     objection = _find_objection(chain, questions, questions_by_name)
     if objection is not None:
-        if any(questions_by_name[name].find_obstacle(chain) for name in questions if name not in ALL_QUESTIONS):
-            raise QdotError(objection)
+        for name in questions:
+            if name not in ALL_QUESTIONS and questions_by_name[name].find_obstacle(chain) is not None:
+                raise InapplicableQuestion(objection, name)
         argument = (family.robot_argument or family.name) + (f" --convention {convention}" if convention else "")
         raise QdotError(f"{objection}; `qdot families {argument}` lists the questions that apply")
 

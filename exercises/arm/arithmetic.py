@@ -5,7 +5,7 @@ the rows and columns of a vector or matrix. Its last axes belong to the kind of 
 *stepped* value also carries the derivatives by the joint variables, from which a Jacobian is computed.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache, partial
 from typing import Any
 
@@ -40,14 +40,17 @@ class NumericArithmetic:
     def convert_entry(self, expression: sp.Expr) -> np.ndarray:
         """Return the stepped value (N, n + 1) of an entry of the DH table."""
         if expression not in self._stepped_entries:
-            shape = (self.configuration_count, len(self._joints) + 1)
-            values = {
-                symbol.name: self._compute_stepped_values(symbol.name).ravel() for symbol in expression.free_symbols
-            }
-            stepped = evaluate(compile_expressions(expression), values, shape[0] * shape[1]).values[0].reshape(shape)
+            names = [symbol.name for symbol in expression.free_symbols]
+            stepped = self.evaluate_stepped(compile_expressions(expression), names)[0]
             stepped.flags.writeable = False
             self._stepped_entries[expression] = stepped
         return self._stepped_entries[expression]
+
+    def evaluate_stepped(self, program: Program, names: Iterable[str]) -> np.ndarray:
+        """Return the stepped values (…, N, n + 1) of the results of a program; `names` are its symbols."""
+        values = {name: self._compute_stepped_values(name).ravel() for name in names}
+        shape = (self.configuration_count, len(self._joints) + 1)
+        return evaluate(program, values, shape[0] * shape[1]).values.reshape(-1, *shape)
 
     def _compute_stepped_values(self, name: str) -> np.ndarray:
         """Return the stepped value (N, n + 1) of a symbol."""

@@ -108,16 +108,13 @@ class StageResults:
     def with_mistakes(self, changes: Mapping[str, Change]) -> "StageResults":
         """Return the stages of the same derivation with further mistakes: a change for each named stage."""
         new_changes = tuple(changes.items())
-        all_changes = (*self.changes, *new_changes)
-        return self._copy_without_results(changes=all_changes, new_changes=new_changes, base_results=self)
+        all_changes, rotations = (*self.changes, *new_changes), self._row_rotations
+        return StageResults(self.chain, self.arithmetic, all_changes, new_changes, self, _row_rotations=rotations)
 
     def without_changes_of(self, stage: str) -> "StageResults":
         """Return the stages of the same derivation without the mistakes in a stage."""
         remaining_changes = tuple((name, change) for name, change in self.changes if name != stage)
-        return self._copy_without_results(changes=remaining_changes, new_changes=(), base_results=None)
-
-    def _copy_without_results(self, **fields: Any) -> "StageResults":
-        return replace(self, **fields, _results={}, _shortened_results={})
+        return StageResults(self.chain, self.arithmetic, remaining_changes, _row_rotations=self._row_rotations)
 
     def compute_row_rotation(self, row: TableRow) -> np.ndarray:
         """Return the rotation Rz(theta) Rx(alpha) of a row, (3, 3, …); it is cached by the arrays theta and alpha."""
@@ -135,7 +132,8 @@ class StageResults:
         if joint_count not in self._shortened_results:
             base_results = self.base_results and self.base_results.keep_first_joints(joint_count)
             chain = base_results.chain if base_results else convention_of(self.chain).keep_first_joints(joint_count)
-            self._shortened_results[joint_count] = self._copy_without_results(chain=chain, base_results=base_results)
+            results = replace(self, chain=chain, base_results=base_results, _results={}, _shortened_results={})
+            self._shortened_results[joint_count] = results
         return self._shortened_results[joint_count]
 
     def depends_on(self, stage: str) -> bool:

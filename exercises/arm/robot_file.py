@@ -526,7 +526,7 @@ def _find_nonzero_rows(chain: Chain) -> tuple[bool, ...]:
 
     This is much faster than deriving formulas, which may take minutes.
     """
-    rng = Stream("rows of J")
+    rng = Stream("rows of J")  # chooses lengths in m, and joint values in rad or m
     values = {symbol.name: rng.uniform(0.4, 1.4) for symbol in chain.parameters}
     q = np.array([[rng.uniform(-3, 3) for _ in chain.q] for _ in range(3)])
     try:

@@ -28,7 +28,7 @@ from qdot.exercises.assignment.front_page import FrontPage, read_front_page
 from qdot.exercises.assignment.gradebook import Gradebook, normalize_identifier, read_export
 from qdot.exercises.assignment.late_rule import LateRule, add_time_zone, read_late_rule
 from qdot.exercises.assignment.replacements import Replacements, read_replacements
-from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
+from qdot.exercises.common.errors import ErrorList, QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
 from qdot.exercises.common.variation import DEFAULT_VARIATION, find_canonical_name
@@ -225,10 +225,17 @@ class Slot:
         return self.generate_from_seed(self.make_problem_id(secret, student, seed_number).seed)
 
     def generate_from_seed(self, seed: int) -> Problem:
-        """Return the problem of this slot with a given seed."""
-        problem = generation.generate(
-            self.make_id_from_seed(seed), points=self.points, family=self.family, definitions=self.definitions
-        )
+        """Return the problem of this slot with a given seed.
+
+        Raises QdotError, with the file, the line and the key, if an own question can't be asked about the arm.
+        """
+        try:
+            problem = generation.generate(
+                self.make_id_from_seed(seed), points=self.points, family=self.family, definitions=self.definitions
+            )
+        except generation.InapplicableQuestion as error:
+            location = next(definition.location for definition in self.definitions if definition.name == error.name)
+            raise QdotError(f"{location}: {error}") from None
         roundings, rules = dict(self.decimals), dict(self.credit)
         parts = tuple(
             replace(part, rounding=roundings.get(part.name, part.rounding), credit=rules.get(part.name, Credit()))
@@ -367,28 +374,44 @@ def load_assignment(folder: Path) -> Assignment:
     """
     _check_folder(folder)
     file = read_toml(folder / ASSIGNMENT_FILE, _MISSING_FILE_HINT, float)
-    content = _validate(file)
-    _parse(file, ("key",), _check_assignment_key, content.key)
-    late_rule = _parse(file, ("late",), read_late_rule, content.late, content.due)
-    attempt_policy = _parse(file, ("attempts",), read_attempt_policy, content.attempts)
-    variation = _parse(file, ("variation",), find_canonical_name, content.variation)
-    _parse(file, ("convention",), normalize_convention, content.convention or CONVENTIONS[0])
-    _parse(file, ("twist_order",), normalize_twist_order, content.twist_order or TWIST_ORDERS[0])
-    front_page = _parse(file, ("paper",), read_front_page, content.paper, folder)
+    errors = ErrorList()
+    with errors.collect():
+        content = _validate(file)
+    with errors.collect():
+        read_definitions(file, ALL_QUESTIONS)
+    errors.raise_all()
+    with errors.collect():
+        _parse(file, ("key",), _check_assignment_key, content.key)
+    with errors.collect():
+        late_rule = _parse(file, ("late",), read_late_rule, content.late, content.due)
+    with errors.collect():
+        attempt_policy = _parse(file, ("attempts",), read_attempt_policy, content.attempts)
+    with errors.collect():
+        _parse(file, ("convention",), normalize_convention, content.convention or CONVENTIONS[0])
+    with errors.collect():
+        _parse(file, ("twist_order",), normalize_twist_order, content.twist_order or TWIST_ORDERS[0])
+    with errors.collect():
+        front_page = _parse(file, ("paper",), read_front_page, content.paper, folder)
+    variation = DEFAULT_VARIATION
+    with errors.collect():
+        variation = _parse(file, ("variation",), find_canonical_name, content.variation)
     notes: list[str] = []
-    definitions, definition_files = _read_all_definitions(file, content)
-    slots = tuple(
-        _read_slot(file, content, index, variation, notes, definitions, definition_files)
-        for index in range(len(content.problem))
-    )
+    slots: list[Slot] = []
+    with errors.collect():
+        definitions, definition_files = _read_all_definitions(file, content)
+        for index in range(len(content.problem)):
+            with errors.collect():
+                slots.append(_read_slot(file, content, index, variation, notes, definitions, definition_files))
+    roster = folder / "roster.csv"
+    with errors.collect():
+        students, gradebook = read_roster(roster), read_export(roster)
+    errors.raise_all()
     with file.locate_errors("twist_order"):
         uses_twist_order = any(_has_twist_order(slot.convention, slot.family) for slot in slots)
         if content.twist_order is not None and not uses_twist_order:
             raise QdotError(f"no arm of this assignment is described by screw axes; {TWIST_ORDER_HINT}")
-    roster = folder / "roster.csv"
-    students, gradebook = read_roster(roster), read_export(roster)
     return Assignment(
-        folder, content.title, content.key, slots, students, read_secret(folder),
+        folder, content.title, content.key, tuple(slots), students, read_secret(folder),
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
         content.hints, late_rule, attempt_policy, content.sandbox, gradebook,
         read_replacements(folder), front_page,
@@ -460,20 +483,27 @@ def _check_folder(folder: Path) -> None:
 
 
 def _validate(file: TomlFile) -> AssignmentFile:
-    """Return the content of the file. Raises QdotError: first for misspelt keys, then for missing keys and values."""
-    file.check_keys((), tuple(AssignmentFile.model_fields), ("title", "key", "problem"))
-    problems, problem_keys = file.content["problem"], tuple(ProblemEntry.model_fields)
+    """Return the content of the file. Raises QdotError with all misspelt or missing keys, and all wrong values."""
+    errors = ErrorList()
+    with errors.collect():
+        file.check_keys((), tuple(AssignmentFile.model_fields), ("title", "key", "problem"))
+    problems, problem_keys = file.content.get("problem"), tuple(ProblemEntry.model_fields)
     top_level_keys = [name for name in AssignmentFile.model_fields if name != "question"]  # [question.NAME] is a table
     for index, table in enumerate(problems if isinstance(problems, list) else []):
         if isinstance(table, dict):
-            file.check_keys(("problem", index), problem_keys, (), top_level_keys)
+            with errors.collect():
+                file.check_keys(("problem", index), problem_keys, (), top_level_keys)
     try:
-        return AssignmentFile.model_validate(file.content)
+        content = AssignmentFile.model_validate(file.content)
     except pydantic.ValidationError as error:
-        location = error.errors()[0]["loc"]
-    key_path = location[:3] if location[0] == "problem" else location[:1]  # problem, index, key
-    with file.locate_errors(*key_path):
-        raise QdotError(EXPECTED_FORMS.get(str(key_path[-1]), EXPECTED_FORMS["problem"]))
+        for entry in error.errors():
+            location = entry["loc"]
+            key_path = location[:3] if location[0] == "problem" else location[:1]  # problem, index, key
+            if entry["type"] not in ("extra_forbidden", "missing"):  # check_keys has reported these
+                with errors.collect(), file.locate_errors(*key_path):
+                    raise QdotError(EXPECTED_FORMS.get(str(key_path[-1]), EXPECTED_FORMS["problem"])) from None
+    errors.raise_all()
+    return content
 
 
 def _read_slot(
@@ -522,8 +552,9 @@ def _read_slot(
                 stack.enter_context(file.locate_errors("problem", index, questions_key))
             stack.enter_context(definition_file.locate_errors("question", definition.name))
             notes += check_definition_on_family(definition, family, band, variation, convention)
+    known_definitions = tuple(definitions.values())  # all of them, for the suggestion if a name is misspelt
     parse(
-        questions_key, generation.check_questions, family, questions, band, variation, convention, asked_definitions
+        questions_key, generation.check_questions, family, questions, band, variation, convention, known_definitions
     )  # fmt: skip
     points = None if entry.points is None else tuple(entry.points)
     parse("points", _check_points, points, len(questions))

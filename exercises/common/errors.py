@@ -1,7 +1,8 @@
 """Define `QdotError`, the one exception whose message is for the user, and make common messages."""
 
 import errno
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 
 class QdotError(Exception):
@@ -9,6 +10,26 @@ class QdotError(Exception):
 
     The command line prints the message without a traceback, and exits with code 2.
     """
+
+
+class ErrorList:
+    """Collects errors in independent parts of an input, so that the user sees all of them at once."""
+
+    def __init__(self) -> None:
+        self._messages: list[str] = []
+
+    @contextmanager
+    def collect(self) -> Iterator[None]:
+        """Keep a QdotError that is raised in the block."""
+        try:
+            yield
+        except QdotError as error:
+            self._messages.append(str(error))
+
+    def raise_all(self) -> None:
+        """Raise a QdotError with the messages so far, one in each line, if there are any."""
+        if self._messages:
+            raise QdotError("\n".join(dict.fromkeys(self._messages)))
 
 
 class Reason(str):

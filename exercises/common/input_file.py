@@ -20,7 +20,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.common.errors import QdotError, count_noun, find_most_similar, make_name_error
+from qdot.exercises.common.errors import ErrorList, QdotError, count_noun, find_most_similar, make_name_error
 
 KeyPath = Sequence[str | int]
 """A path of keys and list indices: ("joint", 0, "alpha") is alpha of the first [[joint]]."""
@@ -110,11 +110,15 @@ class TomlFile:
         try:
             yield
         except QdotError as error:
-            inner_keys, _, message = str(error).partition(": ")
-            inner_path = (*key_path, *inner_keys.split("."))
-            if isinstance(self._find_value(key_path), dict) and self._find_value(inner_path) is not None:
-                raise QdotError(f"{self.describe_value(*inner_path)}: {message}") from None
-            raise QdotError(f"{self.describe_value(*key_path)}: {error}") from None
+            raise QdotError("\n".join(self._locate(key_path, line) for line in str(error).split("\n"))) from None
+
+    def _locate(self, key_path: KeyPath, message: str) -> str:
+        """Return a message with the file, the line and the key before it."""
+        inner_keys, _, inner_message = message.partition(": ")
+        inner_path = (*key_path, *inner_keys.split("."))
+        if isinstance(self._find_value(key_path), dict) and self._find_value(inner_path) is not None:
+            return f"{self.describe_value(*inner_path)}: {inner_message}"
+        return f"{self.describe_value(*key_path)}: {message}"
 
     def describe_value(self, *key_path: str | int) -> str:
         """Return the file, the line, the key and, if it is short, the value of an entry, for a message."""
@@ -154,7 +158,7 @@ class TomlFile:
     def check_keys(
         self, key_path: KeyPath, known: Sequence[str], required: Sequence[str] = (), top_level_keys: Sequence[str] = ()
     ) -> None:
-        """Raise QdotError if a table has a key that is not known, or else if it lacks a required key.
+        """Raise QdotError if a table has keys that are not known, or else if it lacks a required key.
 
         `top_level_keys` are the top-level keys of the file. If one of them is written below a [[header]], TOML makes it
         a key of that table, and the message says so.
@@ -162,16 +166,17 @@ class TomlFile:
         table: Any = self.content
         for key in key_path:
             table = table[key]
-        for key in table:
-            if key in known:
-                continue
-            location = self._describe_location(key_path, (*key_path, key))
-            guess = find_most_similar(key, (*known, *top_level_keys))
-            if guess not in top_level_keys or guess in known:
-                raise QdotError(f"{location}: {make_name_error('key', key, tuple(known))}")
-            subject = "the key" if guess == key else f"unknown key {key!r} (did you mean {guess!r}?);"
-            advice = f"{guess!r} belongs at the top of the file, above every [[{key_path[0]}]]"
-            raise QdotError(f"{location}: {subject} {advice}")
+        errors = ErrorList()
+        for key in (key for key in table if key not in known):
+            with errors.collect():
+                location = self._describe_location(key_path, (*key_path, key))
+                guess = find_most_similar(key, (*known, *top_level_keys))
+                if guess not in top_level_keys or guess in known:
+                    raise QdotError(f"{location}: {make_name_error('key', key, tuple(known))}")
+                subject = "the key" if guess == key else f"unknown key {key!r} (did you mean {guess!r}?);"
+                advice = f"{guess!r} belongs at the top of the file, above every [[{key_path[0]}]]"
+                raise QdotError(f"{location}: {subject} {advice}")
+        errors.raise_all()
         for key in required:
             if key not in table:
                 location = self._describe_location(key_path, key_path)

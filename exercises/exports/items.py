@@ -122,6 +122,11 @@ class NumberField:
     unit: str
     wrong_values: tuple[WrongValue, ...]
 
+    @property
+    def is_zero(self) -> bool:
+        """Whether the correct value is zero, which is often obvious."""
+        return round(self.value, 9) == 0
+
 
 @dataclass(frozen=True)
 class NumberForm:
@@ -138,7 +143,11 @@ class NumberForm:
     @property
     def correct_count(self) -> int:
         """The number of correct answers that share the points."""
-        return len(self.fields)
+        return sum(map(self.earns_points, self.fields))
+
+    def earns_points(self, field: NumberField) -> bool:
+        """Return whether a correct number earns points: a zero does so only if all numbers are zero."""
+        return not field.is_zero or all(other_field.is_zero for other_field in self.fields)
 
 
 @dataclass(frozen=True)

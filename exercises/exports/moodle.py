@@ -131,7 +131,7 @@ def _make_boxes(form: items.NumberForm) -> tuple[InputBox, ...]:
     for field, answers in zip(form.fields, answers_by_field, strict=True):
         all_answers = (*answers, filler) if len(answers_by_field) > 1 else answers
         escaped_answers = [(answer, _escape_feedback(answer.feedback)) for answer in all_answers]
-        weight = ZERO_WEIGHT if round(field.value, 9) == 0 else NONZERO_WEIGHT
+        weight = ZERO_WEIGHT if field.is_zero else NONZERO_WEIGHT
         notation = render("exports/moodle-box.txt.j2", weight=weight, answers=escaped_answers).strip()
         boxes.append(InputBox(all_answers, weight, notation))
     return tuple(boxes)

@@ -10,7 +10,7 @@ small lengths are visible.
     view                    from metres to pixels
     plane, pose             the usual view of an arm; the pose in which it is drawn, or the best view of a given pose
     model                   one arm that is drawn for all arms that differ only in their labels
-    arm, frames             links and joints, and the scale that fits; axes, origins and the base's position
+    arm_parts, frames       links and joints, and the scale that fits; axes, origins and the base's position
     places, labels          the lines of a drawing and the places for one label; the layout of all labels
     small                   thumbnails, and singular configurations beside a regular one
     tikz, words             the drawing for LaTeX; its description in words

@@ -15,7 +15,7 @@ import numpy as np
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.figure import frames
-from qdot.exercises.figure.arm import draw_joint_variable, draw_links_and_joints, fit_drawing, make_scene
+from qdot.exercises.figure.arm_parts import draw_joint_variable, draw_links_and_joints, fit_drawing, make_scene
 from qdot.exercises.figure.labels import Layout
 from qdot.exercises.figure.lettering import FONT_SIZE, measure_width, write_upright
 from qdot.exercises.figure.model import make_model

@@ -6,7 +6,7 @@ from itertools import combinations, compress, product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.figure.arm import Scene, draw_arc, draw_dimension, has_no_links, list_anchors_beside
+from qdot.exercises.figure.arm_parts import Scene, draw_arc, draw_dimension, has_no_links, list_anchors_beside
 from qdot.exercises.figure.lettering import (
     Lettering,
     write_length,

@@ -16,7 +16,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import ANGLE_PREFIXES, Base, Chain
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.figure.arm import draw_links_and_joints, fit_drawing, make_scene
+from qdot.exercises.figure.arm_parts import draw_links_and_joints, fit_drawing, make_scene
 from qdot.exercises.figure.lettering import format_decimal
 from qdot.exercises.figure.plane import is_drawn_flat, list_numeric_lengths, make_numbers_exact, scale_prismatic_entries
 from qdot.exercises.figure.pose import (

@@ -24,7 +24,7 @@ class Unit:
     """A unit.
 
     A number is converted to SI units if it is multiplied by all `multipliers` and divided by all `divisors`, which are
-    whole numbers or "pi". `dimension` contains the powers of kg, m and s, which are 0 for angles.
+    numbers or "pi". `dimension` contains the powers of kg, m and s, which are 0 for angles.
     """
 
     multipliers: tuple[str, ...]

@@ -129,15 +129,16 @@ def make_notebook_metadata(kind: str, key: str, student: str, problems: Problems
 
 
 def _describe_form(problem: Problem, part: Part) -> dict[str, object]:
-    """Return the type, shape, units and labels of an answer, without those that are empty.
+    """Return the type, shape, units, labels and options of an answer, without those that are empty.
 
-    `metres` is k if the unit of a determinant is m^k.
+    `metres` is k if the unit of a determinant is m^k. The prompt lists the options, too; which are correct stays out.
     """
     question = question_of(part)
     form: dict[str, object] = {
         "type": part.type, "shape": list(part.shape or ()), "units": list(part.answer.expected_units),
         "labels": list(question.list_names_to_type(problem.chain, part)),
         "columns": list(question.name_columns(problem.chain)), "metres": find_determinant_power_of_metres(part),
+        "options": list(part.answer.offered_options), "items": list(part.answer.matched_items),
     }  # fmt: skip
     return {key: value for key, value in form.items() if value not in ([], None)}
 

@@ -215,6 +215,7 @@ class Question:
       three has the components in which the names of `name_entries` end. If the language has no name for the answer,
       `stage` is the stage with the answer, with its rows in the order `row_order`, or `compute` computes the answer
       from the stages.
+    - `differentiates_substitute`: whether the substitution needs the derivatives of the student's answer
     - `substitution`: returns how a student's answer replaces stages. By default it replaces the stage that is the
       answer.
     - `textbook_formulas`: formulas of stages in textbook form, in addition to `reference.TEXTBOOK_FORMULAS`. The
@@ -265,6 +266,7 @@ class Question:
     formula: str = ""
     compute: StageFormula | None = None
     substitution: StageSubstitution | None = None
+    differentiates_substitute: bool = False
     textbook_formulas: TextbookFormulas = field(default_factory=dict, hash=False)
     derive_matrix: Callable[[Chain, Any], sp.Matrix] | None = None
     answer_type: type[Matrix] | type[Expression] = Matrix
@@ -309,6 +311,11 @@ class Question:
     ) -> np.ndarray:
         value = select_components(compute_value(stages), self.name_entries(stages.chain, details))
         return value[None] if value.ndim == 1 else value
+
+    @property
+    def typed_formula(self) -> str:
+        """The answer in the language of custom questions; "" if it is not written in it."""
+        return self.formula
 
     def ask(self, chain: Chain, rng: Stream) -> AnswerAndDetails:
         """Return the answer for an arm, and the details. Raises RuntimeError if there is nothing to ask."""

@@ -101,7 +101,12 @@ def _find_task_objection(chain: Chain) -> str | None:
 
 
 def _substitute_position(position: np.ndarray) -> dict[str, Change]:
-    """Return the change that computes the linear Jacobian from a student's position, (rows, 1, …)."""
+    """Return the changes that put a student's position, stepped (rows, 1, …), into the point and the linear rows."""
+
+    def move_point(stages: StageResults, correct: np.ndarray) -> np.ndarray:
+        point = correct.copy()
+        point[list_linear_task_rows(stages.chain)] = stages.arithmetic.drop_derivatives(position[:, 0])
+        return point
 
     def differentiate(stages: StageResults, correct: np.ndarray) -> np.ndarray:
         derivatives, linear_rows = stages.arithmetic.compute_derivatives(position[:, 0]), correct.copy()
@@ -109,13 +114,13 @@ def _substitute_position(position: np.ndarray) -> dict[str, Change]:
             linear_rows[row] = derivatives[:, k]
         return linear_rows
 
-    return {"linear rows": differentiate}
+    return {"point": move_point, "linear rows": differentiate}
 
 
 QUESTIONS = (
     Question(
         "position", "Position of the point", "6.1",
-        formula="p", substitution=_substitute_position,
+        formula="p", substitution=_substitute_position, differentiates_substitute=True,
         make_details=lambda chain, _: AxesDetails(axes=chain.linear_axes),
         name_entries=lambda chain, _: chain.linear_axes, find_arm_objection=_find_task_objection,
         find_size_objection=base.limit_terms("position"), link_sums="links",

@@ -14,12 +14,12 @@ import mpmath
 import numpy as np
 import sympy as sp
 
+from qdot.exercises.arm.arithmetic import compile_expressions
 from qdot.exercises.arm.chain import Chain, is_joint_angle
 from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.program import evaluate
 from qdot.exercises.problem.problem import Details, list_values_by_name, recorded_as
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.inversion import Configuration, JointValues, Lengths, sample_joint_values
@@ -395,8 +395,7 @@ def _sample_unrounded_values_on_components(
     constants = {**lengths, **fixed_values}
     values = {symbol.name: np.full(grid[0].size, float(sp.N(value))) for symbol, value in constants.items()}
     values |= {q.name: axis.ravel() for q, axis in zip(grid_joints, grid, strict=True)}
-    programs = compile_program([parse_formula(str(condition)) for condition in conditions])
-    residuals = np.abs(evaluate(programs, values, grid[0].size).values).max(axis=0)
+    residuals = np.abs(evaluate(compile_expressions(*conditions), values, grid[0].size).values).max(axis=0)
     zero_indices = np.argwhere(residuals.reshape(grid[0].shape) < 1e-9)
     if not len(zero_indices):
         return None

@@ -45,6 +45,23 @@ class FormulaError(QdotError):
     """Raised if a formula can't be parsed, has an unknown name, or makes no sense for an arm."""
 
 
+class UnknownName(FormulaError):
+    """Raised if a formula contains a name that qdot doesn't know; `known_names` are those that it knows."""
+
+    def __init__(self, kind: str, name: str, known_names: Sequence[str]) -> None:
+        message = str(make_name_error(kind, name, known_names))
+        if kind != "function" and "did you mean" not in message and not _resembles_known_name(name, known_names):
+            message += f'; for a quantity that the arm does not have, such as a mass, write units = {{{name} = "kg"}}'
+        super().__init__(message)
+        self.name, self.known_names = name, known_names
+
+
+def _resembles_known_name(name: str, known_names: Sequence[str]) -> bool:
+    """Return whether a known name differs only in its number, as a7 differs from a1."""
+    letters = name.rstrip("0123456789")
+    return any(known_name.rstrip("0123456789") == letters for known_name in known_names)
+
+
 class Quantities(Protocol):
     """The named quantities of an arm in one arithmetic, from which formulas are computed."""
 
@@ -141,7 +158,7 @@ def compute(formula: ast.expr, quantities: Quantities) -> np.ndarray:
     if isinstance(formula, ast.Constant):
         return quantities.constant(Fraction(str(formula.value)))
     if isinstance(formula, ast.Name):
-        raise _make_name_error("name", formula.id, quantities.names)
+        raise UnknownName("name", formula.id, quantities.names)
     if isinstance(formula, ast.UnaryOp):
         operand = compute(formula.operand, quantities)
         return -operand if isinstance(formula.op, ast.USub) else operand
@@ -173,10 +190,6 @@ def describe_shape(value: np.ndarray) -> str:
     return (
         f"a {sizes} matrix" if count_axes(value) == 2 else f"a vector of {sizes}" if count_axes(value) else "a number"
     )
-
-
-def _make_name_error(kind: str, name: str, known_names: Sequence[str]) -> FormulaError:
-    return FormulaError(str(make_name_error(kind, name, list(known_names))))
 
 
 def _make_shape_error(formula: ast.expr, *values: np.ndarray) -> FormulaError:
@@ -274,7 +287,7 @@ def _compute_call(formula: ast.Call, quantities: Quantities) -> np.ndarray:
         (argument,) = _check_arguments(formula, arguments, (0,))
         return quantities.apply(name, argument)
     if name not in MATRIX_FUNCTIONS:
-        raise _make_name_error("function", name, [*SCALAR_FUNCTIONS, *MATRIX_FUNCTIONS, *SPECIAL_FUNCTIONS])
+        raise UnknownName("function", name, [*SCALAR_FUNCTIONS, *MATRIX_FUNCTIONS, *SPECIAL_FUNCTIONS])
     axis_counts, function = MATRIX_FUNCTIONS[name]
     return function(formula, *_check_arguments(formula, arguments, axis_counts))
 
@@ -370,7 +383,7 @@ def _substitute(formula: ast.Call, quantities: Quantities) -> np.ndarray:
 def _require_symbol(name: str, quantities: Quantities) -> None:
     value = quantities.look_up(name)
     if value is None:
-        raise _make_name_error("symbol", name, quantities.names)
+        raise UnknownName("symbol", name, quantities.names)
     is_number = name == "pi" or name in quantities.numbers
     if count_axes(value) or is_number:
         meaning = "a number of this arm" if is_number else describe_shape(value)

@@ -52,9 +52,9 @@ class ReferenceDerivation(StageResults):
         rows = np.array(formula.tolist(), dtype=object)
         return rows if stage in VECTOR_STAGES else rows[..., None]
 
-    def for_first_joints(self, frame: int) -> StageResults:
-        """Return the derivation for joints 1 to `frame` of the arm; its point is the origin of that frame."""
-        return derive_reference(convention_of(self.chain).keep_first_joints(frame), self.textbook_formulas)
+    def keep_first_joints(self, joint_count: int) -> StageResults:
+        """Return the derivation of the arm of the first `joint_count` joints; its point is its last frame's origin."""
+        return derive_reference(convention_of(self.chain).keep_first_joints(joint_count), self.textbook_formulas)
 
 
 def derive_reference(chain: Chain, textbook_formulas: TextbookFormulas) -> ReferenceDerivation:

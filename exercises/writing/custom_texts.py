@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 
 import sympy as sp
 
+from qdot.exercises.common.errors import make_name_error
 from qdot.exercises.problem.problem import Part, list_table_numbers
 from qdot.exercises.questions.base import Question
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, Texts
 from qdot.exercises.questions.custom.question import CustomDetails, CustomQuestion, QuestionMaker
 from qdot.exercises.questions.custom.texts import split_text
-from qdot.exercises.questions.language import FormulaError
+from qdot.exercises.questions.language import FormulaError, UnknownName
 from qdot.exercises.writing.languages import Catalogue, load_catalogue
 from qdot.exercises.writing.latex import tex, tex_length, tex_value
 from qdot.exercises.writing.units import tex_unit
@@ -24,8 +25,8 @@ from qdot.exercises.writing.units import tex_unit
 if TYPE_CHECKING:
     from qdot.exercises.writing.wording import Wording
 
-BASE = "base"
-"""The placeholder for the frame in which results are expressed."""
+BASE, GIVEN = "base", "given"
+"""The placeholders for the frame in which results are expressed, and for all given values."""
 
 
 def write_custom_text(part: Part, text_name: str, wording: "Wording") -> str:
@@ -114,20 +115,26 @@ def _fill_placeholder(content: str, part: Part, wording: "Wording") -> tuple[str
     if content == BASE:
         return wording.frame, False
     values = {symbol.name: text for symbol, text in _write_values(details, wording).items()}
-    if content in (*GIVEN_GROUPS, "given"):
+    if content in (*GIVEN_GROUPS, GIVEN):
         names = {
             "pose": [symbol.name for symbol in (*chain.q, *chain.parameters)],
-            "rates": [rate.name for rate in chain.rates], "velocity": list(chain.task), "given": list(values),
+            "rates": [rate.name for rate in chain.rates], "velocity": list(chain.task), GIVEN: list(values),
         }[content]  # fmt: skip
         texts = [values[name] for name in names if name in values]
         if not texts:
-            advice = 'write, for example, given = ["pose"]' if content == "given" else f"add {content!r} to `given`"
+            advice = 'write, for example, given = ["pose"]' if content == GIVEN else f"add {content!r} to `given`"
             raise FormulaError(f"{{{content}}}: the question gives no such values; {advice}")
         return ",$ $".join(texts), True
     if content in values:
         return values[content], True
     maker = QuestionMaker(details.definition)
-    return tex(maker.derive_text_formula(content, chain), chain), True
+    try:
+        return tex(maker.derive_text_formula(content, chain), chain), True
+    except UnknownName as error:
+        if error.name != content:
+            raise
+        known_names = [*GIVEN_GROUPS, GIVEN, BASE, *dict.fromkeys((*values, *error.known_names))]
+        raise FormulaError(str(make_name_error("name", content, known_names))) from None
 
 
 def _write_values(details: CustomDetails, wording: "Wording") -> Mapping[sp.Symbol, str]:

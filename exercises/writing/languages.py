@@ -123,7 +123,8 @@ class Catalogue:
 
         The translation ends with a reference to the chapter, `english_source`, unless this is empty.
         """
-        match = make_phrase_pattern(english_pattern + ("{tail}" if english_source else "")).fullmatch(sentence)
+        pattern = make_phrase_pattern(english_pattern + ("{tail}" if english_source else ""), allows_empty=True)
+        match = pattern.fullmatch(sentence)
         if self.is_english or match is None:
             return sentence
         words = {key: self.translate_phrase(word) for key, word in match.groupdict().items()}
@@ -208,17 +209,20 @@ _FORMULA_OR_CODE = re.compile(r"`[^`]*`|(?P<formula>\$\$.*?\$\$|\$[^$]*\$)", re.
 
 
 @cache
-def make_phrase_pattern(phrase: str) -> re.Pattern[str]:
+def make_phrase_pattern(phrase: str, allows_empty: bool = False) -> re.Pattern[str]:
     """Return a regular expression for a phrase with names in braces; a repeated name must match the same text.
+
+    If `allows_empty`, a name may match an empty text.
 
     >>> make_phrase_pattern("row {n}").fullmatch("row 2")["n"]
     '2'
     """
+    any_text = ".*?" if allows_empty else ".+?"
     pieces, seen_names = [], set()
     for i, piece in enumerate(re.split(r"\{(\w+)\}", phrase)):
         if i % 2 == 0:
             pieces.append(re.escape(piece))
         else:
-            pieces.append(f"(?P={piece})" if piece in seen_names else f"(?P<{piece}>.+?)")
+            pieces.append(f"(?P={piece})" if piece in seen_names else f"(?P<{piece}>{any_text})")
             seen_names.add(piece)
     return re.compile("".join(pieces), re.DOTALL)

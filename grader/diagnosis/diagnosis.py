@@ -88,7 +88,9 @@ def diagnose(
     """
     diagnosis = _find_mistake(problem, part, parsed_answer, seed, earlier_mistakes)
     reference = _refer_to_chapter(question_of(part).source)
-    if diagnosis is None or not reference or all(CATALOGUE[name].source for name in diagnosis.mistakes):
+    if diagnosis is None or not diagnosis.mistakes or not reference:
+        return diagnosis
+    if any(CATALOGUE[name].source for name in diagnosis.mistakes):  # the message has a reference
         return diagnosis
     return replace(diagnosis, feedback=f"{diagnosis.feedback} See {reference}.")
 
@@ -158,7 +160,7 @@ def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
             return True
     if is_product(part) or not is_nonzero.all():  # the factors of a product are marked separately
         return False
-    diagnoses = (explain_missing_links(wrong_answer), _explain_formulas(wrong_answer))
+    diagnoses = (explain_missing_links(wrong_answer), _explain_formulas(wrong_answer, allows_any_number=True))
     return any(diagnosis is not None and diagnosis.is_single_mistake for diagnosis in diagnoses)
 
 

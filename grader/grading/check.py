@@ -20,13 +20,18 @@ from qdot.exercises.formula.trees import has_blank
 from qdot.exercises.notebook.setup_cell import write_setup_cell_for_names
 from qdot.exercises.problem.problem import name_answer_variable
 from qdot.exercises.reference_answers import (
+    LETTERS,
     TRUE_FALSE,
     Answer,
+    Choice,
     ConditionSet,
     Direction,
     Expression,
+    Letters,
+    Matching,
     Matrix,
     Number,
+    Selection,
     Words,
 )
 from qdot.exercises.short_questions import ALL_QUESTIONS
@@ -112,14 +117,14 @@ MAX_SYMBOLS = 100
 def find_claimed_form(claims: Mapping[str, object], slot: str, part: str) -> ExpectedForm | None:
     """Return the form of the expected answer according to `claims`, a notebook's metadata; None if there is no form.
 
-    Older notebooks have no form in their metadata, and no notebook lists the options of a choice question.
+    Older notebooks have no form in their metadata, or no options.
     """
     forms, symbols, joints = (dict_or_empty(claims.get(key)).get(slot) for key in ("answers", "symbols", "joints"))
     form = dict_or_empty(forms).get(part)
     if not isinstance(form, dict) or not _is_name_list(symbols) or not symbols or not _is_name_list(joints):
         return None
     labels, columns, metre_power = form.get("labels", []), form.get("columns", []), form.get("metres")
-    answer = _make_example_answer(form.get("type"), form.get("shape", []), form.get("units", []))
+    answer = _make_example_answer(form)
     if (
         answer is None
         or not _is_name_list(labels)
@@ -135,17 +140,25 @@ SIZE_BOUND = 100
 """Numbers of rows and columns claimed for an answer must be below this; arms have fewer joints."""
 
 
-def _make_example_answer(kind: object, shape: object, units: object) -> Answer | None:
-    """Return an answer of zeros in the claimed form; None if the form is invalid or the answer consists of options.
+def _make_example_answer(form: Mapping[str, object]) -> Answer | None:
+    """Return an answer in the claimed form, of zeros or with the first options as correct; None for an invalid form.
 
-    `kind` is the name of the type of answer, `shape` the numbers of rows and columns, and `units` the units of numbers.
+    A form has the name of the type, the numbers of rows and columns, the units of numbers, and the options and items.
     """
+    kind, shape, units = form.get("type"), form.get("shape", []), form.get("units", [])
+    options, items = form.get("options", []), form.get("items", [])
     if kind == Expression.type:
         return Expression(sp.S.Zero)
     if kind == ConditionSet.type:
         return ConditionSet(())
     if kind == Words.type:
         return Words()
+    if kind in (Choice.type, Selection.type, Matching.type):
+        if not _is_name_list(options) or not _is_name_list(items) or len(options) not in range(1, len(LETTERS) + 1):
+            return None
+        if kind == Matching.type:
+            return Matching(tuple(items), tuple(options), tuple(range(len(items)))) if items else None
+        return Choice(tuple(options), 0) if kind == Choice.type else Selection(tuple(options), (0,))
     if not isinstance(shape, list) or len(shape) != 2 or any(n not in range(1, SIZE_BOUND) for n in shape):
         return None
     zeros = sp.zeros(*map(int, shape))  # a notebook's numbers may be floats such as 3.0
@@ -182,6 +195,12 @@ def _check_answer(part: str, text: str, expected: ExpectedForm | None) -> Checke
     excerpt = shorten(text, 300)
     if expected is not None and isinstance(expected.answer, Words):
         return CheckedAnswer(part, True, f"a text, which a person marks: {excerpt}")
+    if expected is not None and isinstance(expected.answer, Letters):
+        options = expected.answer.options
+        names = options if options == TRUE_FALSE else LETTERS
+        chosen_names = ", ".join(names[index] for index in parsed_answer.chosen)
+        is_typed = chosen_names.casefold() == text.strip().casefold()
+        return CheckedAnswer(part, True, excerpt if is_typed else f"{chosen_names} (from {excerpt})")
     if parsed_answer.tree is not None and has_blank(parsed_answer.tree):
         return CheckedAnswer(part, False, f"partly left blank: {excerpt}")
     if expected is not None and expected.answer.is_set:

@@ -198,6 +198,8 @@ def _read_entries(
         if not are_numbers:
             tree = _stack_vectors(tree, shape, labels, columns) or tree
         rows = as_matrix(_remove_labels(tree, labels, (0, 0) if are_numbers else shape))
+        if tree.kind == "eq":
+            refuse_nonscalars(tree)
         rows = _require_shape(rows, shape, text)
         if are_numbers and (symbols := _find_symbols(rows)):
             example = "0.5" if shape == (1, 1) else _make_example(shape, "0.5")
@@ -511,7 +513,8 @@ def _contains_only_blanks(node: Node) -> bool:
 def _find_value(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
     """Return the value in "J = …", "… = J" or "det: …"; return any other tree unchanged.
 
-    The name must be either the only name in `labels` or a name that the student made up.
+    The name must be either the only name in `labels` or a name that the student made up. Before a matrix, it may also
+    be a symbol, because a symbol is a number: M is parsed as the mass m if the problem has one.
     """
     statement = tree.args[0] if tree.kind == "dict" and len(tree.args) == 1 else tree
     sides = list_equation_sides(statement) or (statement.args if statement.kind == "pair" else ())
@@ -521,7 +524,7 @@ def _find_value(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
         is_unknown = not find_names(name) & set(domain.roles)
         is_student_name = is_unknown and (_is_name(name) or _contains_only_jacobian_entries(name))
         is_label = name.kind == "name" and [_normalize_label(str(name.value))] == list(map(_normalize_label, labels))
-        if is_student_name or is_label:
+        if is_student_name or is_label or (value.kind == "list" and _is_symbol_or_function(name)):
             return value
     return tree
 
@@ -545,6 +548,12 @@ def _is_name(node: Node) -> bool:
     while node.kind in ("*", "/") and node.args[1].kind == "name":
         node = node.args[0]
     return node.kind == "name" or (node.kind == "^" and node.args[0].kind == "name")
+
+
+def _is_symbol_or_function(node: Node) -> bool:
+    """Return whether a node is a single name, or a function of all joint variables such as M(q)."""
+    symbol, argument = node.args if node.kind == "*" else (node, None)
+    return symbol.kind == "name" and (argument is None or argument.value in VOCABULARY["joints"])
 
 
 def _contains_only_jacobian_entries(node: Node) -> bool:

@@ -425,9 +425,8 @@ def _describe_matches(match_counts: Sequence[tuple[int, int]], false_count: int)
     partial_count = sum(0 < found_count < expected_count for found_count, expected_count in match_counts)
     total = len(match_counts)
     if partial_count and not complete_count:
-        found_words = (
-            f"you found part of {'the condition' if total == 1 else f'{partial_count} of the {total} conditions'}"
-        )
+        partial_words = f"{'one' if partial_count == 1 else partial_count} of the {total} conditions"
+        found_words = f"you found part of {'the condition' if total == 1 else partial_words}"
     elif total == 1:
         found_words = "you found the condition" if complete_count else "you did not find the condition"
     elif not complete_count:

@@ -20,12 +20,13 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, reduce
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
-from qdot.exercises.arm.arithmetic import TreeArithmetic, determinant, list_rows
+from qdot.exercises.arm.arithmetic import NumericArithmetic, TreeArithmetic, determinant, list_rows
 from qdot.exercises.arm.derivation_graph import Change, StageResults, compute_numeric_stages, compute_tree_stages
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import Matrix as Rows
@@ -36,10 +37,18 @@ from qdot.exercises.formula.trees import ZERO, Node, ParseError, count_nodes, fi
 from qdot.exercises.mistakes.configurations import sample_configurations, sample_values
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS, find_question
-from qdot.exercises.reference_answers import Direction, Number
+from qdot.exercises.reference_answers import ConditionSet, Direction, Number
 from qdot.exercises.short_questions import question_of
 from qdot.grader.judging.answer_parser import ParsedAnswer
-from qdot.grader.judging.formulas import judge_direction, judge_expression, judge_matrix, judge_numbers, judge_singular
+from qdot.grader.judging.formulas import (
+    CONFIGURATION,
+    SINGULAR_CONFIGURATION,
+    judge_direction,
+    judge_expression,
+    judge_matrix,
+    judge_numbers,
+    judge_singular,
+)
 from qdot.grader.judging.verdict import Judgement
 
 MAX_ROWS = 4
@@ -48,6 +57,8 @@ MAX_NODES = 3000
 """Maximum number of nodes in the trees of an earlier answer; the result that follows may have 20 times as many."""
 SAMPLE_COUNT = 6
 """Number of random configurations at which answers are evaluated."""
+ZERO_TOLERANCE = 1e-12
+"""A formula is zero if its values are at most this share of its largest intermediate results."""
 
 
 @dataclass(frozen=True)
@@ -268,15 +279,24 @@ class _Context:
         try:
             if part.answer.is_numeric:
                 values = sample_configurations(self.problem.chain, part, self.domain, 1, Stream(self.seed))
-                numeric_rows = {name: _evaluate_at(rows, values) for name, rows in rows_by_part.items()}
-                stages = _substitute(compute_numeric_stages(self.problem.chain, values), numeric_rows)
+                stages = compute_numeric_stages(self.problem.chain, values)
+                numeric_rows = {name: _evaluate_rows(stages, name, rows) for name, rows in rows_by_part.items()}
+                stages = _substitute(stages, numeric_rows)
                 return compute_rows(stages, part.details)[..., 0].ravel().astype(float)
             tree_rows = {name: TreeArithmetic.stack_rows(rows) for name, rows in rows_by_part.items()}
             stages = _substitute(compute_tree_stages(self.problem.chain), tree_rows)
             rows = list_rows(compute_rows(stages, part.details))
-            return rows if sum(count_nodes(entry) for row in rows for entry in row) <= 20 * MAX_NODES else None
+            is_short = sum(count_nodes(entry) for row in rows for entry in row) <= 20 * MAX_NODES
+            return self._write_zeros(rows) if is_short else None
         except ParseError:
             return None
+
+    def _write_zeros(self, rows: Rows) -> Rows:
+        """Return rows with 0 instead of formulas whose terms cancel, because an entry of 0 earns no points."""
+        entries = [entry for row in rows for entry in row]
+        values, magnitudes = evaluate(compile_program(entries), self.values, SAMPLE_COUNT)
+        is_zero = iter((np.abs(values) <= ZERO_TOLERANCE * magnitudes).all(axis=1))
+        return [[ZERO if next(is_zero) else entry for entry in row] for row in rows]
 
     def judge(self, part: Part, derived_answer: "Rows | np.ndarray", answer: ParsedAnswer) -> Judgement | None:
         """Return the judgement on an answer, compared with the answer that follows from a wrong answer.
@@ -285,26 +305,29 @@ class _Context:
         """
         if isinstance(derived_answer, np.ndarray):
             return self._judge_numbers(part, derived_answer, answer)
-        reference = self._find_correct_determinant() if part.answer.is_set else self.find_reference_rows(part)
-        if reference is None or not self.is_as_hard(derived_answer, reference):
+        reference = self.derive(part, {}) if part.answer.is_set else self.find_reference_rows(part)
+        if not isinstance(reference, list) or not self.is_as_hard(derived_answer, reference):
             return None
         if part.answer.is_set:
-            joints = [q.name for q in self.problem.chain.q]
-            factors = split_factors(derived_answer[0][0])
-            conditions = [[Node("eq", (factor, ZERO))] for factor in factors if find_names(factor) & set(joints)]
-            return judge_singular(answer, conditions, joints, self.domain, self.seed, part.rounding)
+            return self._judge_set(part, derived_answer, answer)
         if part.shape is None:
             return judge_expression(answer, derived_answer[0][0], self.domain, self.seed, part.rounding)
         if part.answer.is_direction:
             return judge_direction(answer, [row[0] for row in derived_answer], self.domain, self.seed)
         return judge_matrix(answer, derived_answer, self.domain, self.seed, part.rounding)
 
-    def _find_correct_determinant(self) -> Rows | None:
-        """Return the determinant of the correct Jacobian; None if it is not a small square matrix of formulas."""
-        chain = self.problem.chain
-        jacobian = self.find_part("jacobian") if len(chain.task) == chain.n <= MAX_ROWS else None
-        rows = None if jacobian is None else self.find_reference_rows(jacobian)
-        return None if rows is None else _compute_determinant(rows)
+    def _judge_set(self, part: Part, formulas: Rows, answer: ParsedAnswer) -> Judgement:
+        """Return the judgement on a set, compared with the configurations at which all formulas, (k, 1), are zero."""
+        joints = [q.name for q in self.problem.chain.q]
+        factors = [
+            [factor for factor in split_factors(formula) if find_names(factor) & set(joints)] for (formula,) in formulas
+        ]
+        conditions = [
+            [reduce(lambda left, right: Node("and", (left, right)), (Node("eq", (factor, ZERO)) for factor in choice))]
+            for choice in product(*factors)
+        ]
+        noun = SINGULAR_CONFIGURATION if part.answer_as(ConditionSet).is_singular_set else CONFIGURATION
+        return judge_singular(answer, conditions, joints, self.domain, self.seed, part.rounding, noun)
 
     def _judge_numbers(self, part: Part, values: np.ndarray, answer: ParsedAnswer) -> Judgement | None:
         """Return the judgement on numbers, compared with derived `values`; None if one of these is infinite or zero."""
@@ -331,10 +354,18 @@ def _substitute(stages: StageResults, rows_by_part: Mapping[str, np.ndarray]) ->
     return stages.with_mistakes(changes)
 
 
-def _evaluate_at(rows: Rows, values: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the values of rows of formulas at one configuration, as an array of shape (rows, columns, 1)."""
-    values_of_entries = evaluate(compile_program([entry for row in rows for entry in row]), values, 1).values
-    return np.asarray(values_of_entries.real.reshape(len(rows), -1, 1))
+def _evaluate_rows(stages: StageResults, part_name: str, rows: Rows) -> np.ndarray:
+    """Return the values of an answer's rows at one configuration, of shape (rows, columns, 1).
+
+    If the derivation differentiates the answer, the values are stepped.
+    """
+    arithmetic = stages.arithmetic
+    assert isinstance(arithmetic, NumericArithmetic)
+    entries = [entry for row in rows for entry in row]
+    names = set().union(*map(find_names, entries)) & set(arithmetic.values)
+    stepped = arithmetic.evaluate_stepped(compile_program(entries), names)
+    stepped = stepped.reshape(len(rows), -1, *stepped.shape[1:])
+    return stepped if QUESTIONS[part_name].differentiates_substitute else arithmetic.drop_derivatives(stepped)
 
 
 def _compute_determinant(rows: Rows) -> Rows:

@@ -125,7 +125,8 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
     parts = [part for problem in problems for part in problem.parts]
     decisions = describe_decisions(result)
     if result.obstacle is not None:
-        decisions += [describe_override(part.override, name) for name, part in result.parts.items() if part.override]
+        overrides = {name: part.override for name, part in result.parts.items() if part.override}
+        decisions += [describe_override(override, f" for {name}") for name, override in overrides.items()]
     notes = [make_visible(note) for note in (*decisions, *map(capitalize, _omit_repeated_stops(result.notes, parts)))]
     first_parts = [part for problem in problems if (part := _find_first_part(problem))]
     if parts and all(part.outcome_text == OUTCOME_WORDS[Outcome.MISSING] for part in parts):
@@ -222,7 +223,7 @@ def _show_parts(
             id=f"part-{number}-{index}", number=numbers[part.name], title=question_of(part).title, result=result,
             outcome_text=_describe_outcome(result), reason=_replace_names_by_numbers(reason, problem, numbers),
             advice=_replace_names_by_numbers(result.advice or "", problem, numbers),
-            override=make_visible(describe_override(result.override, "Points")) if result.override else "",
+            override=make_visible(describe_override(result.override)) if result.override else "",
             comparison=_describe_comparison(part, result.certificate) if outcome is Outcome.CORRECT else "",
             answer=None if text is None or is_blank else show_answer(problem, part, text),
             entry_states=_find_entry_states(problem, part, result) if is_wrong else None,

@@ -48,7 +48,7 @@ def make_part_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow
     rows = []
     for name, part in result.parts.items():
         shown_part = limit_feedback(part, feedback)
-        override_text = "" if part.override is None else describe_override(part.override, "Points")
+        override_text = "" if part.override is None else describe_override(part.override)
         texts = list(filter(None, (shown_part.advice, shown_part.reason, override_text)))
         sentences = [f"{capitalize(text)}{'' if text.endswith(('.', '?')) else '.'}" for text in texts]
         message = " ".join(" ".join(sentences if len(texts) > 1 else texts).split()).removesuffix(".")
@@ -80,16 +80,16 @@ def describe_decisions(result: Result) -> list[str]:
         penalty = f"{100 * late.penalty:.4g} % of your {_format_points_with_unit(late.points_before)}"
         deduction = f": you lose {penalty}" if late.penalty and late.points_before else ""
         notes.append(f"Submitted {describe_duration(late.seconds)} after the due date{deduction}")
-    return notes if result.override is None else [*notes, describe_override(result.override, "Total")]
+    return notes if result.override is None else [*notes, describe_override(result.override, " in total")]
 
 
-def describe_override(override: Override, subject: str) -> str:
-    """Return a note for a student on an override; `subject` is the total, or the points of a part."""
+def describe_override(override: Override, purpose: str = "") -> str:
+    """Return a note for a student on an override; `purpose` says what the points are for, as in " in total"."""
     if override.points is None:
         return f"Your instructor says: {override.comment}"
     points = _format_points_with_unit(override.points)
     ending = f": {override.comment}" if override.comment else "."
-    return f"{subject}: your instructor gave {points}{ending}"
+    return f"Your instructor gave {points}{purpose}{ending}"
 
 
 def _format_points_with_unit(points: float) -> str:

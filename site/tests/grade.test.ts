@@ -231,6 +231,10 @@ test("the mistake behind a direction is reported, for vectors of any length", ()
 test.each([
   ["[cos(theta1), sin(theta1)]", "correct"],
   ["[-2*a1*c1, -2*a1*s1]", "correct"],
+  ["A1 = [c1, s1]", "correct"],
+  ["A1(q) := [c1, s1]", "correct"],
+  ["[c1, s1] = A1", "correct"],
+  ["2*A1 = [c1, s1]", "wrong"],
   ["[sin(theta1), cos(theta1)]", "wrong"],
   ["[0, 0]", "wrong"],
 ])("a direction: %s is %s", (typed, outcome) => expect(judgeDirection(typed, ALONG).outcome).toBe(outcome));

@@ -6,7 +6,6 @@
 import json
 import subprocess
 import zipfile
-from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -104,11 +103,14 @@ def _make_number_attempts(form: NumberForm) -> list[_Attempt]:
     attempts = []
     for number in range(MAX_WRONG_ATTEMPTS):
         values = [_make_wrong_number(field, number) for field in fields]
-        attempts.append(_make_number_attempt("wrong < full", fields, values))
+        attempts.append(_make_number_attempt("wrong < full", form, values))
     for digits in (".6g", ".10g"):
         attempts.append(
-            _make_number_attempt("right = full", fields, [float(f"{field.value:{digits}}") for field in fields])
+            _make_number_attempt("right = full", form, [float(f"{field.value:{digits}}") for field in fields])
         )
+    zeros = [0.0 for _ in fields]
+    if not all(field.is_zero for field in fields):
+        attempts.append(_make_number_attempt("wrong < full", form, zeros))
     return [*attempts, _Attempt("blank = 0", {f"R{k}": None for k in range(1, len(fields) + 1)}, 0)]
 
 
@@ -118,9 +120,12 @@ def _make_wrong_number(field: NumberField, number: int) -> float:
     return known.value if known is not None else field.value + (number + 1) * max(1.0, abs(field.value))
 
 
-def _make_number_attempt(check: str, fields: Iterable[NumberField], values: list[float]) -> _Attempt:
-    is_right = [abs(value - field.value) <= field.tolerance for field, value in zip(fields, values, strict=True)]
-    return _Attempt(check, {f"R{k}": value for k, value in enumerate(values, 1)}, sum(is_right) / len(is_right))
+def _make_number_attempt(check: str, form: NumberForm, values: list[float]) -> _Attempt:
+    is_right = [abs(value - field.value) <= field.tolerance for field, value in zip(form.fields, values, strict=True)]
+    earns_points = list(map(form.earns_points, form.fields))
+    earned_count = sum(right if earns else right - 1 for right, earns in zip(is_right, earns_points, strict=True))
+    share = max(0.0, earned_count / form.correct_count)
+    return _Attempt(check, {f"R{k}": value for k, value in enumerate(values, 1)}, share)
 
 
 # --- results ---

@@ -48,7 +48,7 @@ class Screws(Convention):
     @property
     def axis_in_words(self) -> str:
         """The name of the axis of joint i for sentences without formulas."""
-        return "omega_i"
+        return "omega_i, or v_i for a prismatic joint" if self.chain.prismatic_joints else "omega_i"
 
     def vector_name(self, joint: int | None = None) -> str:
         """Return the name of the vector from the axis of a joint to the point of interest."""

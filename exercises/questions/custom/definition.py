@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 from qdot.exercises.formula.equality import Rounding
 
@@ -66,7 +66,8 @@ class Definition:
     that are asked for, such as v_x and v_y. `units` maps further symbols of the answer, such as the mass of a load, to
     their units. `unit` and `rounding` belong to numbers, which need three significant digits by default. If
     `is_up_to_factor`, every nonzero multiple of a vector is correct, too. `texts` are pairs of a language and its
-    texts; other languages than the first may lack some.
+    texts; other languages than the first may lack some. `location` is the file, the line and the key of the answer, for
+    messages.
     """
 
     name: str
@@ -80,11 +81,13 @@ class Definition:
     rounding: Rounding | None = None
     is_up_to_factor: bool = False
     points: float = 1.0
+    location: str = field(default="", compare=False, repr=False)
 
     @property
     def digest(self) -> str:
         """A short text that changes whenever the question changes in anything but its texts and points."""
-        content = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in ("texts", "points")}
+        ignored_names = ("texts", "points", "location")
+        content = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in ignored_names}
         return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
 
     def find_texts(self, language: str, has_text: Callable[[Texts], object]) -> tuple[str, Texts]:

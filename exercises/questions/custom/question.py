@@ -18,7 +18,6 @@ from qdot.exercises.arm.derivation import TooLong, derive, make_symbolic_arm
 from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.arm.lengths import replace_lengths_by_symbols
 from qdot.exercises.arm.trigonometry import write_in_textbook_form
-from qdot.exercises.common.errors import make_name_error
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Evaluation, compile_program, evaluate
@@ -28,7 +27,7 @@ from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_term_count_objection
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, TEXT_ANSWER, Definition, GivenValue
 from qdot.exercises.questions.custom.units import find_unit_objection
-from qdot.exercises.questions.language import FormulaError, find_calls, find_names, parse
+from qdot.exercises.questions.language import FormulaError, UnknownName, find_calls, find_names, parse
 from qdot.exercises.questions.quantities import compile_formula, name_accelerations, select_components
 from qdot.exercises.questions.reference import derive_reference
 from qdot.exercises.reference_answers import (
@@ -107,6 +106,11 @@ class CustomQuestion(Question):
     _: KW_ONLY
     definition: Definition
 
+    @property
+    def typed_formula(self) -> str:
+        """The answer as the instructor wrote it."""
+        return self.definition.answer
+
 
 @lru_cache(maxsize=1024)
 def make_question(definition: Definition) -> CustomQuestion:
@@ -126,6 +130,7 @@ def make_question(definition: Definition) -> CustomQuestion:
         rounding=definition.rounding,
         template="custom", sample=sample, prerequisites=prerequisites, find_arm_objection=maker.find_objection,
         compute=maker.compute_answer if maker.formulas and not maker.is_set else None,
+        compute_zero=maker.compute_zeros if maker.is_set else None,
         alternative_prerequisites=maker.prerequisite_sets,
         name_entries=lambda chain, details: definition.rows,
     )  # fmt: skip
@@ -188,6 +193,10 @@ class QuestionMaker:
         """Return the answer, (rows, columns, …), in the arithmetic of the stages."""
         value = select_components(self._compute(self.formulas[0], stages), self.definition.rows)
         return value[None] if value.ndim == 1 else value
+
+    def compute_zeros(self, stages: StageResults, _: Details) -> np.ndarray:
+        """Return the formulas that are zero in the set, (formulas, 1, …), in the arithmetic of the stages."""
+        return np.stack([self._compute(formula, stages) for formula in self.formulas])[:, None]
 
     def derive_formulas(self, chain: Chain, rng: Stream) -> AnswerAndDetails:
         """Return the answer as formulas in textbook form."""
@@ -352,7 +361,7 @@ class QuestionMaker:
                 advice = f'write {value.name} = "length" to accept the numbers of the arms'
                 return f"`given`: {value.name} is {number_text} in the table of this arm; {advice}"
             if value.name not in (*names, *GIVEN_GROUPS):
-                return f"`given`: {make_name_error('symbol', value.name, names)}"
+                return f"`given`: {UnknownName('symbol', value.name, names)}"
         return None
 
     def find_objection_to_arm(self, chain: Chain) -> str | None:

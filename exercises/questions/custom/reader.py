@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import pydantic
 
-from qdot.exercises.common.errors import QdotError, make_name_error
+from qdot.exercises.common.errors import ErrorList, QdotError, make_name_error
 from qdot.exercises.common.input_file import TomlFile, read_toml
 from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.formula.units import parse_unit
@@ -127,16 +127,18 @@ def read_definitions(file: TomlFile, known_names: Collection[str]) -> dict[str, 
     if not isinstance(tables, dict):
         with file.locate_errors("question"):
             raise QdotError("write [question.NAME], with the name of the question")
-    definitions = {}
+    definitions, errors = dict[str, Definition](), ErrorList()
     for name in tables:
-        with file.locate_errors("question", name):
-            _check_name(name, known_names)
-            if not isinstance(tables[name], dict):
-                raise QdotError(f"expected a table, [question.{name}]")
-        file.check_keys(("question", name), tuple(QuestionEntry.model_fields), ("prompt",))
-        if isinstance(tables[name].get("de"), dict):
-            file.check_keys(("question", name, "de"), tuple(TextsEntry.model_fields), ("prompt",))
-        definitions[name] = _read_definition(file, name, tables[name])
+        with errors.collect():
+            with file.locate_errors("question", name):
+                _check_name(name, known_names)
+                if not isinstance(tables[name], dict):
+                    raise QdotError(f"expected a table, [question.{name}]")
+            file.check_keys(("question", name), tuple(QuestionEntry.model_fields), ("prompt",))
+            if isinstance(tables[name].get("de"), dict):
+                file.check_keys(("question", name, "de"), tuple(TextsEntry.model_fields), ("prompt",))
+            definitions[name] = _read_definition(file, name, tables[name])
+    errors.raise_all()
     return definitions
 
 
@@ -179,6 +181,7 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
             raise QdotError(ONLY_NUMBERS.format("a unit"))
     with file.locate_errors("question", name, "digits" if entry.tolerance is None else "tolerance"):
         rounding = _read_rounding(entry)
+    answer_key = "answer" if entry.options is None else "options"
     title = entry.title or name.replace("-", " ").capitalize()
     texts = [("en", Texts(title, entry.prompt, tuple(entry.hints), entry.solution))]
     if entry.de is not None:
@@ -186,8 +189,9 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
     definition = Definition(
         name, entry.answer or "", tuple(texts), options, given, tuple(entry.rows), tuple(sorted(entry.units.items())),
         entry.unit, rounding, entry.up_to_factor, entry.points,
+        file.describe_value("question", name, answer_key),
     )  # fmt: skip
-    with file.locate_errors("question", name, "answer" if entry.options is None else "options"):
+    with file.locate_errors("question", name, answer_key):
         question = make_question(definition)  # parses the formulas
     with file.locate_errors("question", name, "up_to_factor"):
         if entry.up_to_factor and (question.compute is None or given):
@@ -275,6 +279,9 @@ def _read_options(entry: QuestionEntry) -> tuple[Option, ...]:
     if not 2 <= len(options) <= MAX_OPTIONS:
         raise QdotError(f"a question has from 2 to {MAX_OPTIONS} options")
     if not any(option.is_correct for option in options):
+        first_entry = entry.options[0]
+        if isinstance(first_entry, OptionEntry) and "right" in first_entry.model_fields_set:
+            raise QdotError("no option is right; write right = true for at least one")
         options[0] = replace(options[0], is_correct=True)
     if all(option.is_correct for option in options):
         raise QdotError("all options are right; at least one must be wrong")

@@ -7,7 +7,7 @@ import { numbersText, tableText } from "../read/tables.js";
 import type { Node, Rows } from "../read/tree.js";
 import { asMatrix, CHAIN, chainOf, columnsOf, hasBlank, hasNameOf, inRows, isConstant } from "../read/tree.js";
 import { isListOrSet, listOf, namesIn, node, ParseError, visitNodes } from "../read/tree.js";
-import { respell, wholePattern } from "../read/vocabulary.js";
+import { respell, VOCABULARY, wholePattern } from "../read/vocabulary.js";
 import { parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
 
 type Names = readonly string[];
@@ -168,8 +168,17 @@ export function rightSide(typed: Node, symbols: ReadonlySet<string>, labels: rea
   const isOwnName = (name: Node) => (isName(name) || isOfEntries(name)) && !hasNameOf(name, symbols);
   const isLabel = (name: Node) =>
     name.kind === "name" && labels.length === 1 && labelOf(name.text) === labelOf(labels[0] as string);
-  if (isOwnName(left) || isLabel(left)) return right;
-  return isOwnName(right) || isLabel(right) ? left : typed;
+  // A symbol is a number, so before a matrix it is a name: M is parsed as the mass m.
+  const isNameOf = (name: Node, value: Node) =>
+    isOwnName(name) || isLabel(name) || (value.kind === "list" && isSymbolOrFunction(name));
+  if (isNameOf(left, right)) return right;
+  return isNameOf(right, left) ? left : typed;
+}
+
+/** Return whether a node is a single name, or a function of all joint variables such as M(q). */
+function isSymbolOrFunction(tree: Node): boolean {
+  const [symbol, argument] = tree.kind === "*" ? tree.args : [tree];
+  return symbol?.kind === "name" && (argument === undefined || Object.hasOwn(VOCABULARY.joints, argument.text));
 }
 
 /** The components of linear and angular velocities, and of linear ones. */

@@ -2,7 +2,7 @@
 
 import type { NumbersKey } from "../bank.js";
 import { message, type Message, type TextKey } from "../text/text.js";
-import { coverPlaces } from "./slips.js";
+import { coverPlaces, describePlaces } from "./slips.js";
 import type { Slip } from "./verdict.js";
 
 /** If a key's tolerance is smaller, its numbers are whole or exact, and rounding needs no comment. */
@@ -151,31 +151,21 @@ function findUnitSlips(typed: TypedNumbers): Slip[] | null {
   const wrongPlaces = values.flatMap((_, i) => (isRight[i] ? [] : [i]));
   const placesExplainedBy = (unitSlip: UnitSlip) =>
     wrongPlaces.filter((i) => {
-      const expected = key.right[i]!;
       const factor = unitSlip.factor(key.units[i] ?? "");
-      const isZero = Math.abs(expected) <= key.floor;
-      return (
-        factor !== 1 &&
-        !isZero &&
-        Math.abs(values[i]! - factor * expected) <= (relativeTolerance + STORED_TOLERANCE) * Math.abs(factor * expected)
-      );
+      const changedValue = factor * key.right[i]!;
+      const tolerance = (relativeTolerance + STORED_TOLERANCE) * Math.abs(changedValue);
+      const isZero = Math.abs(key.right[i]!) <= key.floor;
+      return factor !== 1 && !isZero && Math.abs(values[i]! - changedValue) <= tolerance;
     });
   const { chosenFindings, unexplainedPlaces } = coverPlaces(
     UNIT_SLIPS.map((unitSlip) => ({ ...unitSlip, places: placesExplainedBy(unitSlip) })),
     wrongPlaces,
   );
-  return unexplainedPlaces.length > 0
-    ? null
-    : chosenFindings.map(({ report, places }) => report(describePlaces(places, values.length)));
-}
-
-/** Return the phrase that says which of `count` numbers are meant. */
-function describePlaces(places: readonly number[], count: number): Message {
-  if (places.length === count) return message("slip.answer");
-  const numbers = places.map((i) => i + 1);
-  return places.length === 1
-    ? message("slip.row", { row: numbers[0]! })
-    : message("slip.entries", { entries: numbers.join(", ") });
+  if (unexplainedPlaces.length > 0) return null;
+  const shape = { rows: values.length, columns: 1 };
+  return chosenFindings.map(({ report, places }) =>
+    report(places.length === values.length ? message("slip.answer") : describePlaces(places, wrongPlaces, shape)),
+  );
 }
 
 /** Return whether all numbers are right to one or two digits, and some to two, as in ../../../grader/rounded.py. */

@@ -2,11 +2,10 @@
 // are too wide or too narrow, and missing conditions.
 
 import { evaluate } from "../read/evaluate.js";
-import { decimal, isConstant, name, namesIn, type Node, node } from "../read/tree.js";
+import { decimal, isConstant, name, namesIn, type Node, node, type SymbolValues } from "../read/tree.js";
 import { message, type Message, withGreek } from "../text/text.js";
 import { type Kind, KINDS, repairsFor, singleChanges } from "./single-changes.js";
 import type { Atom, Claim } from "./claims.js";
-import type { SymbolValues } from "./verdict.js";
 
 const HALF_TURN = Math.PI;
 const DEGREE = Math.PI / 180;

@@ -12,15 +12,15 @@ import { withPointsOfLengths } from "../read/notation.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
 import { countNodes } from "../read/products.js";
+import type { Node, SymbolValues } from "../read/tree.js";
 import { anyNode, CHAIN, chainOf, decimal, hasBlank, hasNameOf, integer, isConstant } from "../read/tree.js";
-import { isListOrSet, name, namesIn, type Node, node, ParseError, replaceName } from "../read/tree.js";
+import { isListOrSet, name, namesIn, node, ParseError, replaceName } from "../read/tree.js";
 import { LIMITS, VOCABULARY } from "../read/vocabulary.js";
 import { message, type Message } from "../text/text.js";
 import { type Atom, parseClaims, type Claim, vanishingModuloTurns } from "./claims.js";
 import { countFalseConditions, shareOfSet } from "./credit.js";
 import { slipsInSet } from "./set-slips.js";
-import type { SymbolValues, Verdict } from "./verdict.js";
-import { correct, listNames, missing, parseOrVerdict, verdictOf, wrong } from "./verdict.js";
+import { correct, listNames, missing, parseOrVerdict, type Verdict, verdictOf, wrong } from "./verdict.js";
 import { isBlank } from "./forms.js";
 import { arbitraryNumber, configurationText } from "./values.js";
 

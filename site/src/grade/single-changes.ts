@@ -5,7 +5,7 @@
 
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
-import { decimal, integer, namesIn, type Node, node } from "../read/tree.js";
+import { decimal, integer, namesIn, type Node, node, type SymbolValues } from "../read/tree.js";
 import { formatNumber, type TextKey, withGreek } from "../text/text.js";
 import {
   anglesIn,
@@ -20,7 +20,6 @@ import {
 } from "./angles.js";
 import type { ValuedTree, Library, Terms } from "./terms.js";
 import { withValue, libraryOf, termsNear, termsOf, times, wavesOf } from "./terms.js";
-import type { SymbolValues } from "./verdict.js";
 
 /** Relative tolerance for equal values at one configuration. */
 const RELATIVE_TOLERANCE = 1e-7;

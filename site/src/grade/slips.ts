@@ -6,11 +6,11 @@
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { countNodes } from "../read/products.js";
-import { namesIn, type Node, placeOfEntry } from "../read/tree.js";
+import { namesIn, type Node, placeOfEntry, type SymbolValues } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
 import type { Change, Kind, Repairs } from "./single-changes.js";
 import { KINDS, repairsFor, singleChanges, withTwoTerms } from "./single-changes.js";
-import type { SymbolValues, Slip } from "./verdict.js";
+import type { Slip } from "./verdict.js";
 
 /** Maximum number of nodes of an entry that is examined, and of all entries. */
 const MAX_ENTRY_SIZE = 400;
@@ -223,15 +223,19 @@ function findMistakes({ wrongIndices, findMistakeIn }: WrongAnswer, { columns }:
   });
 }
 
-/** Describe the place of entries: one entry, a column's `wrong` entries, or a list. */
-function describePlaces(entries: readonly number[], wrongIndices: readonly number[], key: ValuesKey): Message {
-  const { rows, columns } = key;
-  const places = entries.map((i) => placeOfEntry(i, columns));
+/** Describe the places of entries: one entry, all wrong entries of a column, or a list. */
+export function describePlaces(
+  indices: readonly number[],
+  wrongIndices: readonly number[],
+  { rows, columns }: Pick<ValuesKey, "rows" | "columns">,
+): Message {
+  const places = indices.map((i) => placeOfEntry(i, columns));
   const firstPlace = places[0]!;
+  const { row } = firstPlace;
   if (rows * columns === 1) return message("slip.answer");
-  if (entries.length === 1) return columns === 1 ? message("slip.row", firstPlace) : message("slip.entry", firstPlace);
+  if (indices.length === 1) return columns === 1 ? message("slip.row", { row }) : message("slip.entry", firstPlace);
   const inColumn = wrongIndices.filter((i) => placeOfEntry(i, columns).column === firstPlace.column);
-  if (columns > 1 && inColumn.join() === entries.join()) return message("slip.column", firstPlace);
+  if (columns > 1 && inColumn.join() === indices.join()) return message("slip.column", firstPlace);
   const placeTexts = places.map(({ row, column }) => (columns === 1 ? `${row}` : `(${row}, ${column})`));
   return message("slip.entries", { entries: placeTexts.join(", ") });
 }

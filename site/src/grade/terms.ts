@@ -1,9 +1,8 @@
 // The terms and factors that answers consist of: lengths, rates, and sines and cosines of sums of joint angles.
 
-import { call, integer, name, namesIn, type Node, node, visitNodes } from "../read/tree.js";
+import { call, integer, name, namesIn, type Node, node, type SymbolValues, visitNodes } from "../read/tree.js";
 import { evaluate } from "../read/evaluate.js";
 import { anglesIn, angleText } from "./angles.js";
-import type { SymbolValues } from "./verdict.js";
 
 /**
  * Maximum number of symbols of one kind, and of the answer's own angles; and the number of angles up to which products

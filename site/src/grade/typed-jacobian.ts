@@ -1,13 +1,13 @@
 // A typed Jacobian as numbers at any pose: its columns are drawn beside the true ones.
 
-import { type Part, type Problem, ROWS } from "../bank.js";
+import { type NamedPose, type Part, type Problem, ROWS } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { parse } from "../read/reader.js";
 import { catchParseError, hasBlank } from "../read/tree.js";
 import { matrixOf, withShape } from "./forms.js";
 
 /** A function that returns vx, vy, vz of each column of J at a pose (m/s at unit joint rate); null if undefined. */
-export type ColumnsAt = (pose: Readonly<Record<string, number>>) => readonly (readonly number[])[] | null;
+export type ColumnsAt = (pose: NamedPose) => readonly (readonly number[])[] | null;
 
 const LINEAR_ROWS = ROWS.slice(0, 3);
 

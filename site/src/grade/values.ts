@@ -5,7 +5,7 @@ import { evaluate, type Value } from "../read/evaluate.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
 import { tableText } from "../read/tables.js";
-import type { Node, Rows } from "../read/tree.js";
+import type { Node, Rows, SymbolValues } from "../read/tree.js";
 import {
   anyNode,
   columnsOf,
@@ -22,8 +22,7 @@ import { shareUpToDeviations, shareOfEntries } from "./credit.js";
 import { entriesOf, isBlank, matrixOf, otherComponent } from "./forms.js";
 import { parseRowsOrTable, requireScalars, rightSide, withShape } from "./forms.js";
 import { findSlips } from "./slips.js";
-import type { SymbolValues, Verdict } from "./verdict.js";
-import { correct, listNames, missing, parseOrVerdict, verdictOf, wrong } from "./verdict.js";
+import { correct, listNames, missing, parseOrVerdict, type Verdict, verdictOf, wrong } from "./verdict.js";
 
 /** Tolerance for rounding errors, relative to the size of the terms. */
 const TOLERANCE = 1e-9;

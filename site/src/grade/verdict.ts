@@ -1,10 +1,7 @@
 // The verdict on an answer.
 
-import { catchParseError } from "../read/tree.js";
+import { catchParseError, type SymbolValues } from "../read/tree.js";
 import { message, type Message, type Values, type TextKey } from "../text/text.js";
-
-/** Values of symbols at a configuration, by name. */
-export type SymbolValues = Readonly<Record<string, number>>;
 
 export interface Verdict {
   readonly outcome: "correct" | "partial" | "wrong" | "missing";

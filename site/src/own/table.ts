@@ -5,7 +5,7 @@
 import { nameJoint, ROWS, type TaskRow } from "../bank.js";
 import { parse } from "../read/reader.js";
 import { realValue } from "../read/real.js";
-import { anyNode, catchParseError, namesIn, type Node, ParseError } from "../read/tree.js";
+import { anyNode, catchParseError, namesIn, type Node, ParseError, type SymbolValues } from "../read/tree.js";
 import { type Message, message } from "../text/text.js";
 
 export const CONVENTIONS = ["dh", "modified-dh"] as const;
@@ -180,7 +180,7 @@ function refuseOtherNames(tree: Node, symbols: ReadonlySet<string>): void {
 /** Functions that take or return angles. Their angles would be in radians, also in a table in degrees. */
 const ANGLE_FUNCTIONS = /^(a?(sin|cos|tan)|atan2)$/;
 
-function evaluateInUnit(tree: Node, values: Readonly<Record<string, number>>, angles: Angles | null): number {
+function evaluateInUnit(tree: Node, values: SymbolValues, angles: Angles | null): number {
   const value = requireFinite(realValue(tree, values));
   refuseOtherUnit(value, angles, tree);
   return convertToRadians(value, angles);

@@ -13,8 +13,8 @@ export async function startPage(): Promise<void> {
   await translatePage().catch(() => undefined); // without a translation, the page stays English
   document.querySelector("main")!.lang ||= "en";
   document.documentElement.lang = getLanguageCode(); // for texts without a language of their own
-  for (const element of document.querySelectorAll<HTMLElement>("[data-told]")) {
-    const text = (JSON.parse(element.dataset["told"]!) as Record<string, string>)[getLanguageCode()];
+  for (const element of document.querySelectorAll<HTMLElement>("[data-translations]")) {
+    const text = (JSON.parse(element.dataset["translations"]!) as Record<string, string>)[getLanguageCode()];
     if (text === undefined) continue;
     element.textContent = text;
     element.lang = getLanguageCode();
@@ -32,7 +32,7 @@ export async function startPage(): Promise<void> {
 async function translatePage(): Promise<void> {
   const code = getLanguageCode();
   const main = document.querySelector("main");
-  if (!main || !document.body.dataset["toldIn"]?.split(" ").includes(code)) return;
+  if (!main || !document.body.dataset["languages"]?.split(" ").includes(code)) return;
   const page = window.location.pathname.replace(/\/$/, "/index.html");
   const response = await fetch(page.replace(/\.html$/, `.${code}.json`));
   if (!response.ok) return;

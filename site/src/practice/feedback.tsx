@@ -2,7 +2,8 @@
 
 import type { JSX } from "preact";
 import { nameJoint, type Problem } from "../bank.js";
-import { type SymbolValues, isParsed, type Slip, type Verdict } from "../grade/verdict.js";
+import { isParsed, type Slip, type Verdict } from "../grade/verdict.js";
+import type { SymbolValues } from "../read/tree.js";
 import { type Message, message, say, textOf, withGreek } from "../text/text.js";
 
 const TITLES = {

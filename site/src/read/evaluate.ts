@@ -7,7 +7,7 @@ import Complex from "complex.js";
 
 import { message, type TextKey } from "../text/text.js";
 import { REAL } from "./real.js";
-import { type Node, ParseError } from "./tree.js";
+import { type Node, ParseError, type SymbolValues } from "./tree.js";
 
 type Scalar = number | Complex;
 
@@ -34,7 +34,7 @@ const over = (x: Scalar, y: Scalar): Scalar =>
 const minus = (x: Scalar): Scalar => (typeof x === "number" ? -x : x.neg());
 
 /** Return the value of a tree with these values of names, NaN if undefined. Throws ParseError if it is no scalar. */
-export function evaluate(tree: Node, values: Readonly<Record<string, number>>): Value {
+export function evaluate(tree: Node, values: SymbolValues): Value {
   const value = valueOf(tree, values);
   return typeof value === "number"
     ? { re: value, im: 0, size: latestSize }
@@ -44,7 +44,7 @@ export function evaluate(tree: Node, values: Readonly<Record<string, number>>): 
 /** The size of the last result of `valueOf`. Returning a pair for each node would take longer than everything else. */
 let latestSize = 0;
 
-function valueOf(tree: Node, values: Readonly<Record<string, number>>): Scalar {
+function valueOf(tree: Node, values: SymbolValues): Scalar {
   switch (tree.kind) {
     case "number":
     case "decimal":
@@ -73,7 +73,7 @@ function valueOf(tree: Node, values: Readonly<Record<string, number>>): Scalar {
 }
 
 /** Return the value of a sum or product along its left spine, without recursion: a long one would exhaust the stack. */
-function chainValue(tree: Node, values: Readonly<Record<string, number>>, kinds: string): Scalar {
+function chainValue(tree: Node, values: SymbolValues, kinds: string): Scalar {
   const spine: Node[] = [];
   let top = tree;
   for (; kinds.includes(top.kind); top = top.args[0] as Node) spine.push(top);
@@ -94,11 +94,11 @@ function chainValue(tree: Node, values: Readonly<Record<string, number>>, kinds:
   return total;
 }
 
-function argumentValue(tree: Node, index: number, values: Readonly<Record<string, number>>): Scalar {
+function argumentValue(tree: Node, index: number, values: SymbolValues): Scalar {
   return valueOf(tree.args[index] as Node, values);
 }
 
-function powerValue(tree: Node, values: Readonly<Record<string, number>>): Scalar {
+function powerValue(tree: Node, values: SymbolValues): Scalar {
   const x = argumentValue(tree, 0, values);
   const sizeOfX = latestSize;
   const y = argumentValue(tree, 1, values);
@@ -123,7 +123,7 @@ function isWholeNumber(exponent: Node): boolean {
   return exponent.kind === "number" || (exponent.kind === "neg" && exponent.args[0]?.kind === "number");
 }
 
-function callValue(tree: Node, values: Readonly<Record<string, number>>): Scalar {
+function callValue(tree: Node, values: SymbolValues): Scalar {
   const x = argumentValue(tree, 0, values);
   const sizeOfX = latestSize;
   if (tree.text === "atan2") {

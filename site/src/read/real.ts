@@ -1,7 +1,7 @@
 // Evaluate expressions in real numbers. Pages that only draw an arm need no complex numbers, and do not load them.
 
 import { message } from "../text/text.js";
-import { type Node, ParseError } from "./tree.js";
+import { type Node, ParseError, type SymbolValues } from "./tree.js";
 
 type RealMap = (x: number) => number;
 
@@ -46,7 +46,7 @@ export const REAL: Readonly<Record<string, RealFunction>> = {
 };
 
 /** Return the value of an entry of an arm's table. Throws ParseError if it is no real expression. */
-export function realValue(tree: Node, values: Readonly<Record<string, number>>): number {
+export function realValue(tree: Node, values: SymbolValues): number {
   const { kind, text } = tree;
   const [x = NaN, y = NaN] = tree.args.map((arg) => realValue(arg, values));
   if (kind === "number" || kind === "decimal") return tree.value;

@@ -20,6 +20,9 @@ export interface Node {
   readonly digits: number;
 }
 
+/** Values of symbols at a configuration, by name. */
+export type SymbolValues = Readonly<Record<string, number>>;
+
 export const CONSTANTS: readonly string[] = [...new Set(Object.values(VOCABULARY.constants))];
 
 /** A text that is no valid answer. `why` says what was found, where, and what would be valid. */

@@ -8,6 +8,7 @@ import { beforeEach, describe, expect, it, vi } from "vitest";
 import type { NamedPose } from "../../src/bank.js";
 import { Arm, type ArmProps } from "../../src/arm/panel.js";
 import { onSchemeChange } from "../../src/arm/space.js";
+import { showArm } from "../../src/pages/live.js";
 import { PLAIN, ROBOTS, SIX } from "./robots.js";
 
 // All at once: what is shown is tested here, not when.
@@ -240,4 +241,15 @@ it("is painted again when the system changes to its dark scheme", () => {
   expect(query).toHaveBeenCalledWith("(prefers-color-scheme: dark)");
   expect(changed).toHaveBeenCalledTimes(1);
   query.mockRestore();
+});
+
+it("begins in the pose of the figure in a page of text", () => {
+  render(null, document.body);
+  const element = document.createElement("div");
+  document.body.append(element);
+  element.dataset["arm"] = JSON.stringify({ robot: PLAIN, symbols, pose: { theta1: 0.5, theta2: 1 } });
+  void act(() => showArm(element));
+  expect(numbers()).toEqual(["28.6", "57.3"]);
+  render(null, element);
+  element.remove();
 });

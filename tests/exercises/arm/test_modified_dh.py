@@ -15,7 +15,7 @@ from qdot.exercises.arm.kinematics import NumericChain, compute_link_frames
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.figure.arm import compute_convention_frames
+from qdot.exercises.figure.arm_parts import compute_convention_frames
 from qdot.exercises.figure.pose import compute_skeleton, make_drawable_chain
 from qdot.exercises.generation import generate, list_questions_of_family, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId

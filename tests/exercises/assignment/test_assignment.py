@@ -15,7 +15,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import CONVENTIONS, Chain, Joint
 from qdot.exercises.arm.robot_file import Robot
 from qdot.exercises.arm.robot_text import write_robot_text
-from qdot.exercises.assignment.assignment import Assignment, load_assignment
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import ReleaseResult, init_assignment, notebook_path, release_notebooks
 from qdot.exercises.assignment.store import store_path
 from qdot.exercises.common import files
@@ -26,10 +26,12 @@ from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.rounding import read_decimals
 from qdot.exercises.reference_answers import ConditionSet, Matrix, Number
 from qdot.exercises.writing.problem_texts import write_prompt
+from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
-from tests.support.command import run_and_fail
+from tests.support.command import run_and_fail, runner
+from tests.support.submitting import make_class
 
 PROBLEM = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\n'
 TOML = f'title = "T"\nkey = "hw"\n\n{PROBLEM}'
@@ -535,3 +537,30 @@ def test_decimals_key_changes_only_the_notebook_digest(folder: Path) -> None:
     exact, loose = _load_with_line(folder, ""), _load_with_line(folder, "decimals = 3")
     assert exact.notebook_digest != loose.notebook_digest and exact.problems_digest == loose.problems_digest
     assert loose.generate_problems("ann")[0][1].parts[0].rounding == THREE
+
+
+def test_all_errors_of_an_assignment_are_reported_at_once(tmp_path: Path) -> None:
+    make_class(tmp_path / "hw", [Student("ada")])
+    (tmp_path / "hw" / "assignment.toml").write_text(
+        'title = "T"\nkey = "hw"\nvariation = "nome"\nlat = 3\n'
+        '[[problem]]\nfamily = "planar-2r"\nquestons = ["position"]\n'
+        '[[problem]]\nfamily = "planar-2"\npoints = "many"\n'
+        '[question.mine]\nprompt = "x"\nanswer = "ddt(o1 + o7"\n'
+    )
+    messages = run_and_fail_with_lines("show", tmp_path / "hw")
+    assert [re.search(r"line (\d+)", message)[1] for message in messages] == ["4", "7", "10", "13"]  # type: ignore[index]
+    text = (tmp_path / "hw" / "assignment.toml").read_text()
+    for wrong, right in (("lat = 3\n", ""), ("questons", "questions"), ('"many"', "[1, 2]"), ("o7", "o7)")):
+        text = text.replace(wrong, right)
+    (tmp_path / "hw" / "assignment.toml").write_text(text + '[[problem]]\nfamily = "scra"\n')
+    (tmp_path / "hw" / "roster.csv").write_text("student\nada\nada\n")
+    messages = run_and_fail_with_lines("show", tmp_path / "hw")
+    assert [re.search(r"'(nome|planar-2|scra|ada)'", message)[1] for message in messages] == [  # type: ignore[index]
+        "nome", "planar-2", "scra", "ada",
+    ]  # fmt: skip
+
+
+def run_and_fail_with_lines(*arguments: str | Path) -> list[str]:
+    result = runner.invoke(app, [str(argument) for argument in arguments])
+    assert result.exit_code == 2 and "Traceback" not in result.output
+    return result.stderr.strip().splitlines()

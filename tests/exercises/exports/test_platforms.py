@@ -10,11 +10,12 @@ import hashlib
 import html
 import io
 import json
+import operator
 import os
 import re
 import subprocess
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -522,6 +523,52 @@ def test_qti_package_is_complete_and_marks_correctly(qti_file: bytes, items: lis
             letters = ["".join(each.itertext()).strip()[:2] for each in list_elements(item, "simpleChoice")]
             assert letters == [f"{letter}." for letter in LETTERS[: len(letters)]]
             assert not [each for each in item.iter() if each.get("shuffle") == "true"]
+
+
+def score_in_qti(item: Element, numbers: Sequence[float | None]) -> float:
+    """Return the score that an item's response processing gives to numbers; None is a blank."""
+    values = {f"R{k}": number for k, number in enumerate(numbers, 1)} | {"SCORE": 0.0, "numAttempts": 1}
+    correct = {f"R{k}": number for k, (number, _) in enumerate(read_correct_numbers(item), 1)}
+
+    def compute(node: Element) -> Any:
+        kind, operands = node.tag.rpartition("}")[2], list(node)
+        if kind in ("variable", "correct"):
+            return (values if kind == "variable" else correct)[str(node.get("identifier"))]
+        if kind == "baseValue":
+            return float(node.text or "nan")
+        results = list(map(compute, operands))
+        if kind == "equal":
+            tolerance = float(str(node.get("tolerance")).split()[0])
+            return results[0] is not None and abs(results[0] - results[1]) <= tolerance
+        functions: dict[str, Callable[..., Any]] = {
+            "sum": lambda *n: sum(n), "and": lambda *n: all(n), "or": lambda *n: any(n), "not": operator.not_,
+            "lt": operator.lt, "gte": operator.ge, "isNull": lambda value: value is None,
+        }  # fmt: skip
+        return functions[kind](*results)
+
+    (processing,) = list_elements(item, "responseProcessing")
+    for condition in processing:
+        rules = next((list(branch)[1:] for branch in condition if compute(branch[0])), [])
+        for rule in rules:
+            if rule.get("identifier") == "SCORE":
+                values["SCORE"] = compute(rule[0])
+    return float(values["SCORE"] or 0)
+
+
+def test_zeros_alone_earn_nothing_in_qti(export_request: ExportRequest, items: list[QuizItem]) -> None:
+    """As in `qdot grade`, a zero earns nothing, and another number in its place cancels a right one."""
+    matrix = next(item for item in items if isinstance(item.form, NumberForm) and len(item.form.fields) == 4)
+    assert isinstance(matrix.form, NumberForm)
+    first, *others = matrix.form.fields
+    zero_field = replace(first, value=0.0, tolerance=0.001)
+    form = NumberForm(((zero_field, others[0]), (others[1], others[2])))
+    package = unzip(export_items(qti.export_qti, export_request, [replace(matrix, form=form)])["hw.zip"])
+    item = parsed(package[f"items/{matrix.key}.xml"])
+    correct, points = [field.value for field in others], matrix.points
+    assert score_in_qti(item, [0, 0, 0, 0]) == 0 == score_in_qti(item, [7, 7, 7, 7])
+    assert score_in_qti(item, [0, *correct]) == pytest.approx(points) == score_in_qti(item, [None, *correct])
+    assert score_in_qti(item, [7, *correct]) == pytest.approx(points * 2 / 3)
+    assert score_in_qti(item, [0, *correct[:2], 77]) == pytest.approx(points * 2 / 3)
 
 
 def test_qti_test_selects_one_variant_of_each_problem(qti_file: bytes, items: list[QuizItem]) -> None:

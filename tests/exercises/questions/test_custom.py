@@ -18,19 +18,20 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.items import ChoiceForm, make_items
 from qdot.exercises.exports.known_wrong_answers import find_known_wrong_answers
+from qdot.exercises.exports.numeric_part import _sample_configurations
 from qdot.exercises.exports.paper import make_pdf_preview
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.stack_parts import StackPart, convert_part
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import find_names
-from qdot.exercises.notebook.notebook import draw_singular_configurations
+from qdot.exercises.notebook.notebook import draw_singular_configurations, make_notebook_metadata
 from qdot.exercises.notebook.problem_formats import show_assignment
 from qdot.exercises.problem.problem import Part, Problem, list_table_numbers
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import GivenValue, Texts
 from qdot.exercises.questions.custom.question import CustomDetails
-from qdot.exercises.questions.language import FormulaError, parse
+from qdot.exercises.questions.language import FormulaError, UnknownName, parse
 from qdot.exercises.reference_answers import ConditionSet, Expression, Matrix, Number, Words
 from qdot.exercises.site.bank import make_index_json, make_titles_json
 from qdot.exercises.site.bank_problem import BankProblem, find_custom_questions
@@ -38,8 +39,11 @@ from qdot.exercises.site.record import make_site_record, translate_record
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from qdot.exercises.writing.short_answer import write_short_answer
 from qdot.grader.cli.main import app
+from qdot.grader.diagnosis.advice import advise
 from qdot.grader.grading.certify import find_failures
+from qdot.grader.grading.check import _check_answer, find_claimed_form
 from qdot.grader.integrations.nbgrader_cells import restore_cells
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import mark
@@ -226,6 +230,76 @@ def test_options_are_shuffled_and_several_may_be_correct(tmp_path: Path) -> None
     assert problem.parts[0].type == "selection" and find_failures(problem) == []
     right = "".join(problem.parts[0].answer.as_json())
     assert judge_answer(problem, right) == "correct" and judge_answer(problem, right[0]) == "partial"
+
+
+@pytest.mark.parametrize(
+    ("question", "family", "answer", "advice"),
+    [
+        (
+            'answer = "m*transpose(J)*J"\nunits = {m = "kg"}', "planar-2r",
+            "[[a1^2+a2^2+2*a1*a2*c2, a2^2+a1*a2*c2], [a1*s2, a2^2/2]]", "Your answer does not contain m, but",
+        ),
+        (
+            'answer = "ddt((o1 + o2)/2)"\nrows = ["v_x", "v_y"]', "planar-3r", "[a1*c1 + a2/2*c12, a1*s1 + a2/2*s12]",
+            "Your answer does not contain qd1 or qd2, but the requested result depends on them.",
+        ),
+        (
+            'answer = "v"\ngiven = ["pose", "rates"]\nrows = ["v_x", "v_y"]', "planar-2r", "[1.234, 2.345]",
+            "Calculate your answer again step by step, and check each number",
+        ),
+        (
+            'answer = "inv(J)*xd"\ngiven = ["pose", "velocity"]', "planar-2r", "[1.234, 2.345]",
+            "To check them, substitute them into the equation that they solve.",
+        ),
+    ],
+)  # fmt: skip
+def test_advice_names_missing_symbols_and_only_equations_that_exist(
+    question: str, family: str, answer: str, advice: str, tmp_path: Path
+) -> None:
+    prompt = "Find it at {given}." if "given" in question else "Find it."
+    problem = make_problem(tmp_path, f'prompt = "{prompt}"\n{question}', family)
+    parsed = read_answer(problem, problem["mine"], answer)
+    remark = advise(problem, problem["mine"], parsed, "seed")
+    assert remark is not None and advice in remark.feedback
+
+
+def test_masses_are_positive_in_counterexamples_and_on_platforms(tmp_path: Path) -> None:
+    units = 'units = {m = "kg", b = "kg/s", F = "N", g = "m/s^2"}'
+    problem = make_problem(tmp_path, f'prompt = "M?"\nanswer = "[sqrt(m^2)*g*p.x + b, F]"\n{units}')
+    assert {name: problem.domain.roles[name] for name in "mbFg"} == {
+        "m": "positive", "b": "positive", "F": "signed", "g": "signed"
+    }  # fmt: skip
+    part = problem["mine"]
+    right = part.answer.as_typed().replace("sqrt(m**2)", "m")
+    assert judge(problem, part, right, "seed").outcome is Outcome.CORRECT
+    configurations = _sample_configurations(problem.chain, part, Stream("s"))
+    assert all(configuration[sp.Symbol("m")] > 0 for configuration in configurations)
+
+
+OPTIONS = """
+options = [
+  {text = "It is never singular.", right = true}, {text = "It has three joints.", right = true}, "It has two lengths."
+]"""
+
+
+@pytest.mark.parametrize(
+    ("options", "typed", "message"),
+    [
+        (OPTIONS, "A, C are true", None), (OPTIONS, "AB, not C", None), (OPTIONS, "AB", "AB"),
+        (OPTIONS, "a and b", "A, B (from a and b)"), (OPTIONS, "It has three joints.", None),
+        ('options = ["x2", "y2", "x1"]', "b)", "B (from b))"), ('options = ["x2", "y2", "x1"]', "C or B", None),
+        ('options = ["x2", "y2", "x1"]', "3", None), ('options = ["x2", "y2", "x1"]', "[1, 0, 0]", None),
+        ('options = ["x2", "y2", {text = "none of these"}]', "None of these", "from None of these"),
+    ],
+)  # fmt: skip
+def test_check_reads_letters_as_the_grader_does(options: str, typed: str, message: str | None, tmp_path: Path) -> None:
+    problem = make_problem(tmp_path, f'prompt = "Which?"\n{options}')
+    part = problem["mine"]
+    metadata = make_notebook_metadata("student", "hw", "s1", [("p1", problem)])
+    row = _check_answer("p1.mine", typed, find_claimed_form(json.loads(json.dumps(metadata)), "p1", "mine"))
+    refusal = read_answer(problem, part, typed).refusal
+    assert (row.is_readable, row.message if refusal else "") == (refusal is None, refusal.reason if refusal else "")
+    assert message in row.message if message else refusal is not None
 
 
 def test_text_answer_is_left_for_manual_grading(tmp_path: Path) -> None:
@@ -580,6 +654,9 @@ BAD = {
     'answer = "p"\nunit = "m"': "only numbers have a unit",
     'given = ["pose", "rates"]\nanswer = "norm(v)"': "does not state the given values of a1, theta2, qd1, qd2",
     'given = {theta2 = "angle"}\nanswer = "norm(p)*theta1"': "does not state the given values of a1, theta1, theta2;",
+    'options = [{text = "a", right = false}, "b"]': "no option is right; write right = true",
+    'answer = "m*p"': 'write units = {m = "kg"}',
+    'answer = "F1*p"\ngiven = {F1 = [1, 2], theta1 = 1, theta2 = 1}': 'write units = {F1 = "kg"}',
     'answer = "(lambda: 0)()"': "not part of the formula language", 'answer = "2^99"': "from -8 to 8",
     'answer = "inv(J)*[vx, vy]"\ngiven = {theta1 = 0, theta2 = 0}': "vx",
 }  # fmt: skip
@@ -592,6 +669,27 @@ def test_invalid_question_is_refused_with_file_line_and_reason(question: str, tm
     message = str(refused.value)
     assert BAD[question] in message and "\n" not in message
     assert "assignment.toml: line " in message and "question: mine" in message
+
+
+def test_a_misspelt_name_of_an_own_question_gets_a_suggestion(tmp_path: Path) -> None:
+    tables = '[question.slope]\nprompt = "x"\nanswer = "p"\n[[problem]]\nfamily = "scara"\nquestions = ["slop"]\n'
+    with pytest.raises(QdotError, match="did you mean 'slope'"):
+        make_assignment(tmp_path, tables)
+
+
+def test_unknown_index_of_a_known_name_is_no_missing_unit() -> None:
+    assert "units" not in str(UnknownName("name", "o7", ["o1", "theta1"]))
+
+
+def test_question_that_does_not_apply_to_the_arm_of_one_student_is_reported_with_its_line(tmp_path: Path) -> None:
+    """The zeros are found for the arm on which the file is checked, but not for that of ada."""
+    text = (
+        'variation = "zeros"\n[question.mine]\nprompt = "x"\nanswer = "zeros(p.x - p.y*d3)"\n'
+        '[[problem]]\nfamily = "spherical"\nquestions = ["mine"]\n'
+    )
+    assignment = make_assignment(tmp_path, text)
+    with pytest.raises(QdotError, match=r'line 6: question: mine: answer = "zeros.*find its zeros'):
+        assignment.slots[0].generate_from_seed(1)
 
 
 def test_values_that_the_answer_does_not_need_may_be_left_out(tmp_path: Path) -> None:
@@ -647,7 +745,8 @@ def test_error_names_the_file_the_line_and_the_key(question: str, tmp_path: Path
 
 @pytest.mark.parametrize(
     ("text", "reason"),
-    {"{foo}": "unknown name 'foo'", "{rates}": "add 'rates'", "{p": "a brace { has no partner",
+    {"{foo}": "unknown name 'foo'; known: pose, rates, velocity, given, base, p,", "{poses}": "did you mean 'pose'",
+      "{rates}": "add 'rates'", "{p": "a brace { has no partner",
      "p}": "a brace } has no partner", "{p.x.y}": ".x, .y and .z"}.items(),
 )  # fmt: skip
 def test_placeholders_are_checked(text: str, reason: str, tmp_path: Path) -> None:

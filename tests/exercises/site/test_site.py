@@ -192,7 +192,7 @@ def _examples_are_told_in_german(site: Path) -> None:
         told = json.loads((site / "examples" / f"{number}.de.json").read_text())
         page = (site / "examples" / f"{number}.html").read_text()
         assert told["title"] == f"Beispiel {number.replace('-', '.')}"
-        assert 'data-told-in="de"' in page
+        assert 'data-languages="de"' in page
         for mark in ("<section", "<table", "<figure", 'data-arm="', 'href="'):  # all that the English page has
             main = page[page.index("<main") : page.index("</main>")]
             assert told["body"].count(mark) == main.count(mark), (number, mark)

@@ -283,6 +283,15 @@ def test_decimals_are_german_in_formulas_and_nowhere_else() -> None:
     assert load_catalogue("de").translate_phrase("within 0.01 rad/s") == "auf 0,01 rad/s genau"
 
 
+def test_a_mistake_without_optional_words_is_translated() -> None:
+    mistake, every = CATALOGUE["shoulder-missed"], "Set every factor of det J to zero"
+    sentence = mistake.format_message({"instead": "", "every": every})
+    assert load_catalogue("de").translate_mistake_sentence(mistake.name, mistake.message, "(6.8)", sentence) == (
+        "Anscheinend hast du eine Bedingung vergessen, die mehrere Gelenke verknüpft. "
+        "Setze jeden Faktor von det J gleich null. Siehe (6.8)."
+    )
+
+
 def test_an_arm_or_a_phrase_that_nobody_translated_is_shown_as_it_is() -> None:
     words, own = load_catalogue("de"), "The one in our lab"
     assert words.translate_arm_title(own) == own and words.translate_arm_in_sentence(own) == f"den Arm „{own}“"

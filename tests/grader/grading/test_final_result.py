@@ -364,7 +364,7 @@ def test_an_override_survives_every_regrade_and_is_in_every_report(folder: Path,
     pages = {student: (folder / "graded" / "feedback" / f"{student}.html").read_text() for student in first}
     for words in ("1.5 points: &lt;on paper&gt;", "1 day 1 h", "20 % of your 2.2 points"):
         assert words in pages["s1"]
-    assert "2 points: told" in pages["s2"] and "1 point: ill" in pages["s3"]
+    assert "2 points for p1.position: told" in pages["s2"] and "1 point in total: ill" in pages["s3"]
     (folder / "assignment.toml").write_text(TOML.format(RULE).replace('"T"', '"another title"'))
     submit_answers(folder, released, "s1/hw.ipynb", 25, position="blank", determinant="blank")
     again, _ = run(folder)

@@ -21,8 +21,9 @@ from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading import check
 from qdot.grader.grading.check import check_notebook, find_claimed_form
-from qdot.grader.judging.answer_parser import OR_HINT, read_numbers
+from qdot.grader.judging.answer_parser import OR_HINT, read_matrix, read_numbers
 from qdot.grader.judging.expected_form import ExpectedForm, find_expected_form, read_answer, read_in_form
+from qdot.grader.judging.formulas import judge_matrix
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import mark
@@ -241,12 +242,11 @@ def assert_metadata_describes_forms(problem: Problem) -> None:
     metadata = json.loads(json.dumps(make_notebook_metadata("student", "hw", "ada", [("p1", problem)])))
     for part in problem.parts:
         expected, claimed = find_expected_form(problem, part), find_claimed_form(metadata, "p1", part.name)
-        if part.answer.offered_options:
-            assert claimed is None
-            continue
         assert claimed is not None and claimed.answer.shape == part.shape
         assert type(claimed.answer) is type(expected.answer)
         assert claimed.answer.expected_units == part.answer.expected_units
+        assert claimed.answer.offered_options == part.answer.offered_options
+        assert claimed.answer.matched_items == part.answer.matched_items
         assert set(claimed.domain.roles) == set(expected.domain.roles)
         assert replace(claimed, answer=expected.answer, domain=expected.domain) == expected
 
@@ -256,6 +256,8 @@ INVALID_FORMS: tuple[object, ...] = (
     5, [], {"type": 5}, {"type": "choice"}, {"type": "pickle", "shape": [2, 2]}, {"shape": [2, 2]},
     *(FORMS | {"shape": shape} for shape in (5, [2], ["2", "2"], [2, 1e9], [0, 2], [2, -1], [10**9, 10**9], [[2], 2])),
     FORMS | {"labels": 5}, FORMS | {"columns": [5]}, FORMS | {"metres": "3"},
+    {"type": "choice", "options": 5}, {"type": "selection", "options": [1]}, {"type": "choice", "options": ["a"] * 9},
+    {"type": "matching", "options": ["a"]},
     {"type": "number", "shape": [2, 1], "units": ["m"]}, {"type": "number", "shape": [2, 1], "units": [1, 2]},
 )  # fmt: skip
 
@@ -269,6 +271,30 @@ def test_invalid_form_metadata_is_ignored(form: object) -> None:
         for claim in (5, {}, {"p1": 5}, {"p1": [3]}):
             invalid = metadata | {"answers": {"p1": {"jacobian": FORMS}}, key: claim}
             assert find_claimed_form(invalid, "p1", "jacobian") is None
+
+
+MATRIX_OF_MASS = "[[m*cos(theta1), 1], [0, m]]"
+
+
+@pytest.mark.parametrize(
+    ("text", "is_accepted"),
+    [
+        (f"M = {MATRIX_OF_MASS}", True), (f"{MATRIX_OF_MASS} = M", True), (f"M(q) = {MATRIX_OF_MASS}", True),
+        (f"M(θ) := {MATRIX_OF_MASS}", True), (f"M: {MATRIX_OF_MASS}", True), ("M = m [[c1, 1/m], [0, 1]]", True),
+        (r"\mathbf{M} = m \begin{bmatrix} c_1 & \tfrac{1}{m} \\ 0 & 1 \end{bmatrix}", True),
+        ("M = [m c1, 1; 0, m]", True), (f"2*M = {MATRIX_OF_MASS}", False), (f"m J = {MATRIX_OF_MASS}", False),
+        ("M = 3", False),
+    ],
+)  # fmt: skip
+def test_a_matrix_may_have_the_name_of_a_symbol(text: str, is_accepted: bool) -> None:
+    domain = Domain(dict.fromkeys(("m", "theta1"), "signed"))
+    answer = read_matrix(text, (2, 2), domain)
+    expected = read_matrix(MATRIX_OF_MASS, (2, 2), domain)
+    if is_accepted:
+        assert answer.refusal is None and expected.rows is not None
+        assert judge_matrix(answer, expected.rows, domain, "seed").outcome is Outcome.CORRECT
+    else:
+        assert answer.refusal is not None and answer.refusal.reason.endswith("write the expression alone")
 
 
 NAMED_VECTORS = (

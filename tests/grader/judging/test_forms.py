@@ -18,7 +18,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import LETTERS, Choice, Number
 from qdot.grader.grading.check import find_claimed_form, is_readable
 from qdot.grader.judging.answer_parser import ParsedAnswer
-from qdot.grader.judging.expected_form import find_expected_form, read_answer
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.functions import sample_function_arguments
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.sandbox.sandbox import Sandbox
@@ -112,16 +112,11 @@ def test_every_form_gets_its_outcome_and_message(typed: list[TypedAnswer]) -> No
 
 
 def test_check_agrees_with_the_grader_on_what_is_readable(typed: list[TypedAnswer]) -> None:
-    """Notebooks have no options to choose from, so for those `qdot check` gets the grader's form."""
     metadata = make_notebook_metadata("student", "hw", "ada", [("p1", problem())])
     for answer in typed:
         if answer.text is not None:
             part = part_of(answer.form)
-            form = (
-                find_expected_form(problem(), part)
-                if part.answer.offered_options
-                else find_claimed_form(metadata, "p1", part.name)
-            )
+            form = find_claimed_form(metadata, "p1", part.name)
             has_unknown_symbols = not part.answer.is_set and answer.parsed.symbols - set(problem().domain.roles)
             is_gradable = answer.parsed.refusal is None and not has_unknown_symbols
             assert form is not None and is_readable(answer.text, form) == is_gradable, answer.form

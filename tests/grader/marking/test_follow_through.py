@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from qdot.exercises.mistakes.catalogue import CATALOGUE, apply_mistake
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.custom.definition import Definition, GivenValue, Texts
 from qdot.exercises.questions.results import comes_from_stages, compute_answer
 from qdot.exercises.reference_answers import Expression
 from qdot.grader.judging.verdict import Outcome, Verdict
@@ -345,3 +347,74 @@ def test_a_self_motion_follows_up_to_a_factor() -> None:
         verdict = mark_answers(problem, answers)["self-motion"]
         assert verdict.followed_from == source, verdict
         motion[0] = motion[0] + 1
+
+
+def define(answer: str, **settings: Any) -> Definition:
+    return Definition("mine", answer, (("en", Texts("Mine", "x")),), **settings)
+
+
+SIGN_OF_Y = "[a1*c1 + a2*c12, a1*s1 - a2*s12]"
+"""A wrong position, which depends on the same symbols as the right one."""
+CUSTOM_FOLLOWING = [
+    ("position", SIGN_OF_Y, define("p.x^2 + p.y^2"), "(a1*c1 + a2*c12)^2 + (a1*s1 - a2*s12)^2"),
+    ("position", SIGN_OF_Y, define("cross([0, 0, 1], p - o1)", is_up_to_factor=True, rows=("x", "y")), "[-s12, -c12]"),
+    ("position", SIGN_OF_Y, define("v", rows=("v_x", "v_y")),
+     "[-a1*qd1*s1 - a2*(qd1 + qd2)*s12, a1*qd1*c1 - a2*(qd1 + qd2)*c12]"),
+    ("jacobian", RELATIVE_ANGLES["jacobian"], define("zeros(det(J))"), "theta2 = theta1 or theta2 = theta1 + pi"),
+    ("jacobian", RELATIVE_ANGLES["jacobian"], define("zeros(J[1,1], J[2,2])"), "sin(theta1) = 0 and cos(theta2) = 0"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "wrong", "definition", "following"), CUSTOM_FOLLOWING)
+def test_custom_questions_follow_the_students_own_result(
+    name: str, wrong: str, definition: Definition, following: str
+) -> None:
+    problem = generate(ProblemId("planar-2r", 3, (name, "mine"), variation="chapter"), definitions=[definition])
+    verdict = mark_answers(problem, {name: wrong, "mine": following})["mine"]
+    assert (verdict.points, verdict.followed_from) == (0.8, name), verdict.judgement.reason
+    unrelated = mark_answers(problem, {name: wrong, "mine": following.replace("theta2", "2*theta2").replace("12", "2")})
+    assert unrelated["mine"].followed_from is None
+
+
+@pytest.mark.parametrize("answer", ["norm(v)", "v.x", "sqrt(v.x^2 + v.y^2)", "norm(J*qd)", "norm(p)"])
+@pytest.mark.parametrize("family", ["planar-2r", "elbow-3r"])
+def test_a_number_follows_from_the_students_position(answer: str, family: str) -> None:
+    """A number that no earlier answer explains is wrong, never ungraded."""
+    definition = define(answer, given=(GivenValue("pose"), GivenValue("rates")))
+    problem = generate(ProblemId(family, 3, ("position", "mine"), variation="chapter"), definitions=[definition])
+    position = sp.Matrix(problem["position"].answer.as_matrix())
+    position[1] = position[1].subs(problem.chain.q[1], 2 * problem.chain.q[1])
+    details = problem["mine"].details
+    values = {sp.Symbol(name): value for name, value in details.list_given_values(problem.chain).items()}
+    velocity = (position.jacobian(problem.chain.q) * sp.Matrix(problem.chain.rates)).subs(values).evalf()
+    numbers = {
+        "norm(p)": position.subs(values).evalf().norm(), "v.x": velocity[0],
+        "sqrt(v.x^2 + v.y^2)": velocity[:2, :].norm(),
+    }  # fmt: skip
+    expected = numbers.get(answer, velocity.norm())
+    answers = {"position": str(position.tolist()), "mine": f"{float(expected):.6g}"}
+    verdict = mark_answers(problem, answers)["mine"]
+    assert verdict.judgement.outcome is not Outcome.UNGRADED, verdict.judgement.reason
+    if answer not in ("v.x", "norm(J*qd)"):  # v.x is right, and J is that of the reference
+        assert (verdict.points, verdict.followed_from) == (0.8, "position"), verdict.judgement.reason
+    other = mark_answers(problem, {**answers, "mine": "12.34"})["mine"]
+    assert (other.judgement.outcome, other.points) == (Outcome.WRONG, 0)
+
+
+def test_zeros_of_a_matrix_earn_nothing_for_following() -> None:
+    definition = define("m*transpose(J)*J", units=(("m", "kg"),))
+    problem = generate(ProblemId("spherical", 3, ("jacobian", "mine"), variation="chapter"), definitions=[definition])
+    right = problem["jacobian"].answer.as_typed()
+    diagonal = "[[m*d3*sin(theta2), 0, 0], [0, 5*m*d3, 0], [0, 0, 7*m]]"
+    for jacobian in (right, right.replace("d3", "(d3 + 0.4)")):
+        assert mark_answers(problem, {"jacobian": jacobian, "mine": diagonal})["mine"].points == 0
+
+
+def test_one_wrong_number_is_one_mistake() -> None:
+    problem = generate(
+        ProblemId("planar-2r", 3, ("mine",), variation="chapter"),
+        definitions=[define("ddt(o1 + (o2 - o1)/3)", rows=("v_x", "v_y"))],
+    )
+    right = problem["mine"].answer.as_typed()
+    for wrong in (right.replace("/3", "/2"), right.replace("/3", "")):
+        assert mark_answers(problem, {"mine": wrong})["mine"].points == 0.5, wrong
