@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import nbformat
 import pytest
 import sympy as sp
 
@@ -24,7 +25,11 @@ from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.stack_parts import StackPart, convert_part
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import find_names
-from qdot.exercises.notebook.notebook import draw_singular_configurations, make_notebook_metadata
+from qdot.exercises.notebook.notebook import (
+    draw_singular_configurations,
+    make_notebook_metadata,
+    make_student_notebook,
+)
 from qdot.exercises.notebook.problem_formats import show_assignment
 from qdot.exercises.problem.problem import Part, Problem, list_table_numbers
 from qdot.exercises.questions import QUESTIONS
@@ -40,12 +45,13 @@ from qdot.exercises.writing.problem_texts import write_hints, write_prompt, writ
 from qdot.exercises.writing.short_answer import write_short_answer
 from qdot.grader.cli.main import app
 from qdot.grader.diagnosis.advice import advise
+from qdot.grader.grading.attempt import grade_notebook
 from qdot.grader.grading.certify import find_failures
-from qdot.grader.grading.check import _check_answer, find_claimed_form
+from qdot.grader.grading.check import _check_answer, check_notebook, find_claimed_form
 from qdot.grader.integrations.nbgrader_cells import restore_cells
 from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.judge import judge
-from qdot.grader.judging.verdict import Outcome
+from qdot.grader.judging.verdict import AWAITS_PERSON, Outcome
 from qdot.grader.marking.marking import mark
 from tests.support.command import run, run_and_fail, runner
 from tests.support.gallery import CHAPTER_ARMS, GALLERY, GALLERY_FOLDER
@@ -309,6 +315,39 @@ def test_text_answer_is_left_for_manual_grading(tmp_path: Path) -> None:
     assert (answered.judgement.outcome, answered.points) == (Outcome.UNGRADED, None)
     (blank,) = mark(problem, {"mine": "\nblank\n"}, secret="s")
     assert (blank.judgement.outcome, blank.points) == (Outcome.MISSING, 0)
+
+
+@pytest.mark.parametrize(
+    ("source", "cell_type", "answer"),
+    [
+        ("p1_mine = The third joint is redundant.", "code", "The third joint is redundant."),
+        ("p1_mine = 'It's det J\nthat is zero.'", "code", "It's det J\nthat is zero."),
+        ('p1_mine = """It has rank 1', "code", "It has rank 1"),
+        ("Because det J = 0, it can't move.", "code", "Because det J = 0, it can't move."),
+        ("Because det J = 0.", "markdown", "Because det J = 0."),
+        ("p1_mine = redundant", "code", "redundant"),
+        ("p1_mine = Two words\n\np1_other = 3", "code", "Two words"),
+        ("p1_mine = ", "code", None), ("p1_mine = blank blank", "code", None), ("import sympy", "code", None),
+    ],
+)  # fmt: skip
+def test_text_without_quotes_is_shown_to_the_person_who_marks_it(
+    source: str, cell_type: str, answer: str | None, tmp_path: Path
+) -> None:
+    problem = make_problem(tmp_path, 'prompt = "Why?"\nanswer = "text"')
+    notebook = make_student_notebook("T", "hw", "s1", [("p1", problem)])
+    (cell,) = (cell for cell in notebook.cells if cell.metadata.get("qdot", {}).get("part"))
+    cell.source, cell.cell_type = source, cell_type
+    if cell_type == "markdown":
+        del cell["outputs"], cell["execution_count"]
+    path = tmp_path / "mine.ipynb"
+    path.write_text(nbformat.writes(notebook), encoding="utf-8")
+    (verdict,) = grade_notebook(path, {"p1": problem})["p1"]
+    (row,) = check_notebook(path).rows
+    if answer is None:
+        assert (verdict.judgement.outcome, row.is_readable) == (Outcome.MISSING, False)
+    else:
+        assert (verdict.judgement.reason, verdict.points, verdict.answer) == (AWAITS_PERSON, None, answer)
+        assert row.is_readable and row.message.startswith("a text, which a person marks: ")
 
 
 def test_accelerations_and_own_symbols_may_be_typed(tmp_path: Path) -> None:
