@@ -202,7 +202,11 @@ def _sample_configurations(chain: Chain, part: Part, stream: Stream) -> Iterator
                 break
         rate_values = {rate: sp.Rational(stream.nonzero_integer(9), 10) for rate in chain.rates}
         velocity_values = {sp.Symbol(row): sp.Rational(stream.nonzero_integer(8), 20) for row in chain.task}
-        load_values = {sp.Symbol(name): sp.Integer(stream.nonzero_integer(20)) for name in part.symbols}
+        load_numbers = {name: stream.nonzero_integer(20) for name in part.symbols}
+        load_values = {
+            sp.Symbol(name): sp.Integer(abs(number) if part.symbols[name].is_positive else number)
+            for name, number in load_numbers.items()
+        }
         yield {**lengths, **joints, **rate_values, **velocity_values, **load_values}
 
 

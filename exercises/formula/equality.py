@@ -42,6 +42,8 @@ READABLE_POINTS = 8
 
 PRINTED_DOUBLE_DIGITS, ROOT_DIGITS = 13, 16
 """Minimum number of digits at which a typed decimal counts as a printed double, and a problem's number as a root."""
+MIN_VISIBLE_SHARE = 0.02
+"""Minimum size of the values of a counterexample, relative to their median."""
 DOUBLE_TOLERANCE = 1e-12
 """Relative error allowed for joint values, and for entries with decimals of PRINTED_DOUBLE_DIGITS or more."""
 
@@ -52,8 +54,8 @@ _RELATIVE_ROUNDING = 64 * np.finfo(float).eps
 class Domain:
     """The role of each symbol: a kind of random value, a fixed number, or an array with one number for each point.
 
-    The kinds are "angle" (whole circle), "length" (positive), "signed" (positive or negative), and "travel". The last
-    is the value of a prismatic joint in metres, in both directions, as far as any arm reaches.
+    The kinds are "angle" (whole circle), "length" and "positive" (positive numbers), "signed" (positive or negative),
+    and "travel". The last is the value of a prismatic joint in metres, in both directions, as far as any arm reaches.
 
     An irrational number (a root) is given as a double; other doubles stand for the decimals that they print as.
     """
@@ -83,11 +85,11 @@ def _as_fraction(number: float | Fraction) -> Fraction | None:
 
 
 def _sample_role(role: str, point_count: int, stream: Stream) -> np.ndarray:
-    """Return random values for a role; the logarithms of lengths are uniformly distributed."""
+    """Return random values for a role; the logarithms of positive values are uniformly distributed."""
     fractions = (np.frombuffer(stream.take_bytes(8 * point_count), dtype=">u8") >> np.uint64(11)) / float(1 << 53)
     if role == "angle":
         values = np.pi * (2 * fractions - 1)
-    elif role == "length":
+    elif role in ("length", "positive"):
         values = 0.05 * 800.0**fractions
         values[:READABLE_POINTS] = 0.2 + 1.3 * fractions[:READABLE_POINTS]
     elif role == "travel":
@@ -280,7 +282,7 @@ class _NumericComparison:
     ) -> None:  # fmt: skip
         self.programs, self.values, self.fixed_values, self.point_count = programs, values, fixed_values, point_count
         self.evaluated_steps = [(p, program.evaluate_steps(p, values, point_count)) for p in programs]
-        results = [program.select_outputs(*evaluated) for evaluated in self.evaluated_steps]
+        results = [program.select_outputs(p, steps) for p, steps in self.evaluated_steps]
         (self.student_values, magnitudes), (self.reference_values, reference_magnitudes) = results
         self.scale = _compute_term_scales(reference_magnitudes)
         with np.errstate(all="ignore"):
@@ -383,12 +385,19 @@ class _NumericComparison:
         return self.precise_results[point, digits]
 
     def find_counterexample(self, entry: int) -> EntryDifference:
-        """Return a point where an entry differs, preferably one with two decimals, and both values there."""
+        """Return a point where an entry differs, preferably one with two decimals, and both values there.
+
+        Points at which both values are tiny are avoided, because they convince nobody.
+        """
         is_defined = np.isfinite(self.reference_values[entry])
         is_wrong = self._is_clearly_different(entry) | ~np.isfinite(self.student_values[entry])
         points = np.flatnonzero(is_wrong & is_defined)
         if len(points):
-            point = int(points[0])
+            with np.errstate(invalid="ignore"):
+                sizes = np.fmax(np.abs(self.student_values[entry]), np.abs(self.reference_values[entry]))
+            readable_points = points[points < READABLE_POINTS]
+            is_visible = sizes[readable_points] >= MIN_VISIBLE_SHARE * np.median(sizes[points])
+            point = int([*readable_points[is_visible], *points][0])
             yours, expected = self.student_values[entry, point], self.reference_values[entry, point]
         else:
             point, yours, expected = self.examples.get(entry) or self._find_tiny_difference(entry)

@@ -15,6 +15,7 @@ from qdot.exercises.arm.conventions.screws import Screws
 from qdot.exercises.common.errors import QdotError, find_most_similar, make_name_error
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_AXES, VARIATION_STEPS, find_canonical_name
 from qdot.exercises.formula.equality import Domain, Rounding
+from qdot.exercises.formula.units import parse_unit
 from qdot.exercises.problem.credit import Credit
 from qdot.exercises.reference_answers import Answer
 
@@ -170,6 +171,19 @@ class SymbolInfo:
     role: str
     unit: str
     value: sp.Expr | None = None
+
+    @property
+    def is_positive(self) -> bool:
+        """Whether the symbol is a quantity that is never negative, according to its unit, such as a mass."""
+        unit = parse_unit(self.unit)
+        return unit is not None and unit.dimension in _POSITIVE_DIMENSIONS
+
+
+_POSITIVE_DIMENSIONS = {(1, 0, 0), (1, -1, 0), (1, -3, 0), (1, 0, -1), (1, 0, -2)}
+"""The powers of kg, m and s of masses, densities, damping constants and stiffnesses.
+
+Forces, moments and accelerations may be negative, and so may products of inertia.
+"""
 
 
 def list_values_by_name(values: Mapping[sp.Symbol, sp.Expr]) -> dict[str, float]:
@@ -364,7 +378,8 @@ class Problem:
             elif info.role == "joint":
                 roles[name] = "angle" if info.unit == "rad" else "signed"
             else:
-                roles[name] = info.role if info.role in ("length", "angle") else "signed"
+                default_role = "positive" if info.is_positive else "signed"
+                roles[name] = info.role if info.role in ("length", "angle") else default_role
         return Domain(roles)
 
     @property

@@ -312,6 +312,11 @@ class Question:
         value = select_components(compute_value(stages), self.name_entries(stages.chain, details))
         return value[None] if value.ndim == 1 else value
 
+    @property
+    def typed_formula(self) -> str:
+        """The answer in the language of custom questions; "" if it is not written in it."""
+        return self.formula
+
     def ask(self, chain: Chain, rng: Stream) -> AnswerAndDetails:
         """Return the answer for an arm, and the details. Raises RuntimeError if there is nothing to ask."""
         if self.sample is not None:

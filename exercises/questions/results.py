@@ -1,5 +1,6 @@
 """Compute the answer to a part from the stages of a derivation, correct or with mistakes in it."""
 
+import re
 from collections.abc import Iterable
 
 import numpy as np
@@ -31,6 +32,13 @@ def _is_made_of_minors(part: Part) -> bool:
 def is_product(part: Part) -> bool:
     """Return whether the answer to a part is a product whose factors are compared, such as a determinant."""
     return _is_made_of_minors(part) and part.shape is None
+
+
+def solves_equations(part: Part) -> bool:
+    """Return whether the answer to a part solves linear equations, so that it can be checked by substitution."""
+    question = find_question(part)
+    is_solution = question is not None and re.search(r"\b(?:inv|least_norm)\(", question.typed_formula) is not None
+    return part.answer.is_direction or is_solution
 
 
 def find_determinant_in_denominator(chain: Chain, part: Part, symbol_names: Iterable[str]) -> Node | None:

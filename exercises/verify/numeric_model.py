@@ -105,10 +105,12 @@ class NumericModel:
             symbol.name: np.repeat([lengths[symbol.name] for lengths in self.lengths], CONFIGURATIONS_PER_ARM)
             for symbol in self.chain.parameters
         }
-        symbols_of_parts = [name for part in self.problem.parts for name in part.symbols]
-        for name in (*(rate.name for rate in self.chain.rates), *VELOCITY_NAMES, *symbols_of_parts):
+        symbols = {name: info for part in self.problem.parts for name, info in part.symbols.items()}
+        for name in (*(rate.name for rate in self.chain.rates), *VELOCITY_NAMES, *symbols):
             if name not in values:
                 values[name] = np.array([self.rng.uniform(-2, 2) for _ in range(self.sample_count)])
+                if name in symbols and symbols[name].is_positive:
+                    values[name] = np.abs(values[name])
         return values
 
     @property

@@ -5,7 +5,7 @@ remark gives the reference away. A remark names a factor common to all entries, 
 should not depend, or a simple configuration.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, islice, product
 
@@ -16,12 +16,13 @@ from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.figure.lettering import write_symbol
 from qdot.exercises.formula.conditions import ConfigurationSpace, compare_sets
+from qdot.exercises.formula.order import natural_sort_key
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.set_parser import parse_typed_set
 from qdot.exercises.formula.trees import Node, ParseError, find_names
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import comes_from_stages, compute_answer
+from qdot.exercises.questions.results import comes_from_stages, compute_answer, solves_equations
 from qdot.exercises.reference_answers import ConditionSet
 from qdot.grader.diagnosis.numbers import normalize
 from qdot.grader.diagnosis.wrong_answer import THREE_DIGITS_TOLERANCE
@@ -45,6 +46,8 @@ FACTOR_WORDS = {
 }
 """The words for a factor between an answer and the reference, or for its reciprocal."""
 REWORK_ADVICE = "Calculate your answer again step by step, and check each number that you took from the problem."
+MAX_MISSING_SYMBOLS = 4
+"""Maximum number of symbols of the reference that a remark names; an answer that lacks more of them is another one."""
 SIMPLE_ANGLES = (0.0, np.pi / 2, np.pi / 6)
 """The joint angles of configurations that are easy to draw."""
 MAX_CONFIGURATIONS = 81
@@ -83,6 +86,7 @@ def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswe
     if parsed_answer.symbols - set(values):
         return None
     pair = _AnswerAndReference(problem.chain, part, compile_program(parsed_answer.entries))
+    missing_names = sorted(_find_names_of_reference(problem, part) - parsed_answer.symbols, key=natural_sort_key)
     try:
         answer_values, expected_values = pair.evaluate(values)
         if answer_values.shape != expected_values.shape:
@@ -91,6 +95,7 @@ def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswe
         remarks = chain(
             _remark_on_factor(answer_values, expected_values, tolerance),
             _remark_on_joints(pair, values),
+            _remark_on_missing_symbols(pair, values, missing_names),
             _remark_on_configuration(pair, values),
         )
         return next(remarks)
@@ -166,6 +171,28 @@ def _remark_on_joints(pair: _AnswerAndReference, values: SymbolValues) -> Iterat
             return
 
 
+def _find_names_of_reference(problem: Problem, part: Part) -> set[str]:
+    """Return the names of the symbols without a given value in a reference that consists of formulas."""
+    names = {symbol.name for entry in part.answer.list_entries() for symbol in entry.free_symbols}
+    return {name for name in names if isinstance(problem.domain.roles.get(name), str)}
+
+
+def _remark_on_missing_symbols(
+    pair: _AnswerAndReference, values: SymbolValues, missing_names: Sequence[str]
+) -> Iterator[str]:
+    """Yield a remark on the symbols that the answer lacks and on which the reference depends, if there are only few."""
+    _, values_before = pair.evaluate(values)
+    names = [
+        name
+        for name in missing_names
+        if _has_changed(pair.evaluate({**values, name: values[name] + JOINT_CHANGE})[1], values_before)
+    ]
+    if 0 < len(names) <= MAX_MISSING_SYMBOLS:
+        listing = " or ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
+        pronoun = "it" if len(names) == 1 else "them"
+        yield f"Your answer does not contain {listing}, but the requested result depends on {pronoun}."
+
+
 def _write_name(symbol: str) -> str:
     """Return the name of a joint variable as in the drawings, such as θ1."""
     return "".join(text for text, _, _ in write_symbol(symbol))
@@ -179,9 +206,9 @@ def _has_changed(values_after: np.ndarray, values_before: np.ndarray) -> bool:
 def _remark_on_configuration(pair: _AnswerAndReference, values: SymbolValues) -> Iterator[str]:
     """Yield a remark that names a configuration with simple angles at which the answer is wrong."""
     if pair.part.details.list_given_values(pair.chain) or pair.part.details.given_joints:
-        is_single = pair.part.shape in (None, (1, 1))
         check = "To check them, substitute them into the equation that they solve."
-        yield REWORK_ADVICE if is_single else f"Calculate the numbers again step by step. {check}"
+        solves_several = solves_equations(pair.part) and pair.part.shape not in (None, (1, 1))
+        yield f"Calculate the numbers again step by step. {check}" if solves_several else REWORK_ADVICE
         return
     revolute_joints = [q for q, joint in zip(pair.chain.q, pair.chain.joints, strict=True) if joint.is_revolute]
     first_values = {name: value[:1] for name, value in values.items()}

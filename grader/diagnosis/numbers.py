@@ -62,8 +62,9 @@ class NumericAnswer:
 
     @cached_property
     def _largest_size(self) -> np.ndarray:
-        """The largest size of the terms of any entry, (N,)."""
-        return np.asarray(np.fmax.reduce(self.term_size, axis=(0, 1)))
+        """The largest finite size of the terms of any entry, (N,)."""
+        finite_size = np.where(np.isfinite(self.term_size), self.term_size, np.nan)  # an infinite size allows any error
+        return np.asarray(np.fmax.reduce(finite_size, axis=(0, 1)))
 
     @cached_property
     def _allowed_error(self) -> np.ndarray:

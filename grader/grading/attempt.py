@@ -17,6 +17,7 @@ from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.errors import QdotError, make_open_files_error
 from qdot.exercises.notebook.setup_cell import write_setup_cell
 from qdot.exercises.problem.problem import ENGINE, Problem
+from qdot.exercises.reference_answers import Words
 from qdot.grader.diagnosis.groups import format_group_key
 from qdot.grader.grading.copied_answers import ClassAnswers
 from qdot.grader.grading.result import MarkingVersions, NotebookMarks, PartResult, ProblemResult
@@ -41,7 +42,7 @@ from qdot.grader.submissions.submission import (
 
 MAX_ERROR_LENGTH = 300
 """Maximum number of characters that are recorded of an error's message."""
-GRADER_VERSION = 14
+GRADER_VERSION = 15
 """Version of the grader; increase it if a submission may earn different points or if stored results change."""
 
 
@@ -186,13 +187,16 @@ def run_notebook(
     configurations at which a student's Python functions are called. Raises OverLimit.
     """
     parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
+    parts_in_words = {
+        f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts if isinstance(part.answer, Words)
+    }
     arguments = {slot: sample_function_arguments(problem, problem.domain, seed) for slot, problem in problems}
     setup = write_setup_cell(problems)
 
     def run(cells: Sequence[str | None], names: Sequence[str]) -> Run:
         return _run_with_retries(sandbox, partial(sandbox.run, cells, names, arguments, setup, submission.modules))
 
-    return find_answers(empty_self_checks(submission.cells, problems), parts, run)
+    return find_answers(empty_self_checks(submission.cells, problems), parts, run, parts_in_words)
 
 
 def _run_with_retries(sandbox: Sandbox, run: Callable[[], Run]) -> Run:

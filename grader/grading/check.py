@@ -83,20 +83,20 @@ def check_notebook(path: Path) -> CheckedNotebook:
     parts = guess_parts(submission.cells, tuple(ALL_QUESTIONS))
     if not parts:
         raise QdotError(f"{path} has no answer cells; check that it is a notebook that qdot generated")
+    forms = {part: find_claimed_form(submission.qdot_metadata, *part.split(".", 1)) for part in parts}
+    parts_in_words = {part for part, form in forms.items() if form is not None and isinstance(form.answer, Words)}
     with Sandbox(warm_up=False) as sandbox:
         setup = write_setup_cell_for_names(_list_claimed_symbols(submission))
         run = partial(sandbox.run, setup=setup, modules=submission.modules)
         try:
-            answers = find_answers(submission.cells, parts, run)
+            answers = find_answers(submission.cells, parts, run, parts_in_words)
         except OverLimit as error:
             raise QdotError(f"{path}: {error}") from None
     rows = []
     for part in parts:
-        slot, kind = part.split(".", 1)
-        name = name_answer_variable(slot, kind)
+        name = name_answer_variable(*part.split(".", 1))
         if name in answers.run.answers:
-            form = find_claimed_form(submission.qdot_metadata, slot, kind)
-            rows.append(_check_answer(part, answers.run.answers[name], form))
+            rows.append(_check_answer(part, answers.run.answers[name], forms[part]))
         else:
             rows.append(CheckedAnswer(part, False, answers.missing_reasons[name]))
     return CheckedNotebook(tuple(rows), tuple(note for note in (*submission.notes, *answers.notes) if note))

@@ -11,6 +11,7 @@ import functools
 import itertools
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 
 import sympy
@@ -59,10 +60,13 @@ class Answers:
         return self.missing_reasons.get(name_answer_variable(slot, part), "")
 
 
-def find_answers(cells: Sequence[Cell], parts: Sequence[str], run_cells: RunCells) -> Answers:
+def find_answers(
+    cells: Sequence[Cell], parts: Sequence[str], run_cells: RunCells, parts_in_words: AbstractSet[str] = frozenset()
+) -> Answers:
     """Run a notebook and find the answers to `parts`, which have names such as "p1.jacobian".
 
-    Raises OverLimit if the search would take too long.
+    An answer to one of the `parts_in_words` is the text of its cell if Python can't run the cell. Raises OverLimit if
+    the search would take too long.
     """
     names = {part: name_answer_variable(*part.split(".", 1)) for part in parts}
     notebook = _Notebook(cells, names)
@@ -90,6 +94,8 @@ def find_answers(cells: Sequence[Cell], parts: Sequence[str], run_cells: RunCell
         setters = [index for index in cells_lacking_name if index in notebook.find_setters(name)]
         if _is_missing(run, name) and setters and run.end == "done":
             _use_second_run(answers, name, setters, run_again())
+        if _is_missing(run, name) and part in parts_in_words:
+            _use_words_of_cell(answers, part, name, notebook)
         if name in run.answers:
             _note_several_values(answers, part, name, notebook)
         else:
@@ -339,6 +345,23 @@ def _use_second_run(answers: Answers, name: str, setters: Sequence[int], second_
         answers.run.answers[name] = value
         cause = f"{_name_cells(setters)} stopped ({answers.run.cell_errors[setters[-1]]})"
         answers.notes.append(f"{cause}; qdot ran it again after all other cells and got {name}")
+
+
+def _use_words_of_cell(answers: Answers, part: str, name: str, notebook: _Notebook) -> None:
+    """Use the text after `name =`, or of a whole answer cell without this, of the last cell that Python can't run."""
+    marked_cells = notebook.find_marked_cells(part)
+    for index in sorted({*notebook.find_setters(name), *marked_cells}, reverse=True):
+        is_run = index in notebook.sources and index not in answers.run.cell_errors
+        source = notebook.cells[index].source[:MAX_CELL_CHARACTERS]
+        match = re.search(rf"(?ms)^[ \t]*{name}[ \t]*=(?!=)(.*?)(?=^[ \t]*p\d+_\w+[ \t]*=(?!=)|\Z)", source)
+        text = match[1] if match else source if index in marked_cells else ""
+        words = text.strip().strip("\"'").strip().encode(errors="replace").decode()
+        if not is_run and not _is_blank(words):
+            answers.run.answers[name] = words
+            answers.run.unreadable_reasons.pop(name, None)
+            reason = "can't be run as Python code" if index in notebook.sources else "is a text cell"
+            answers.notes.append(f"{_name_cells([index])} {reason}; qdot used its text as the answer {name}")
+            return
 
 
 def _note_several_values(answers: Answers, part: str, name: str, notebook: _Notebook) -> None:

@@ -142,7 +142,11 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
             for student in owner.students:
                 doubtful_paths[student].append(submitted_path.path)
             if owner.students:
-                message = f"{name} may belong to {' or '.join(owner.students)}: {owner.reason}; not graded"
+                advice = ""
+                if submitted_path.platform and submitted_path.ids:
+                    column = f"{submitted_path.platform.lower()} id"
+                    advice = f"; enter {submitted_path.ids[0]} in the column {column!r} of the owner in roster.csv"
+                message = f"{name} may belong to {' or '.join(owner.students)}: {owner.reason}; not graded{advice}"
                 folder.uncertain_owners.append(message)
             else:
                 folder.not_on_roster.append(name)

@@ -106,6 +106,11 @@ class CustomQuestion(Question):
     _: KW_ONLY
     definition: Definition
 
+    @property
+    def typed_formula(self) -> str:
+        """The answer as the instructor wrote it."""
+        return self.definition.answer
+
 
 @lru_cache(maxsize=1024)
 def make_question(definition: Definition) -> CustomQuestion:

@@ -85,15 +85,20 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
   const [dismissedRequest, setDismissed] = useState(""); // the request at the time of the last return to the first pose
   const isDismissed = dismissedRequest === requestKey;
   const shownValues = { ...firstValues, ...(isDismissed ? {} : requestedValues) };
-  // a question or counterexample may give lengths and angles of the table
-  const lengths = JSON.stringify(Object.keys(describedRobot.values).map((name) => shownValues[name]));
-  const robot = useMemo(() => {
-    const values = Object.entries(describedRobot.values).map(([name, value]) => [name, shownValues[name] ?? value]);
-    return { ...describedRobot, values: Object.fromEntries(values) as Robot["values"] };
-  }, [describedRobot, lengths]);
+  // a question or counterexample may give values of symbolic lengths and angles, too
+  const lengths = Object.entries(describedRobot.values).map(
+    ([name, value]) => [name, shownValues[name] ?? value] as const,
+  );
+  const robot = useMemo(
+    () => ({ ...describedRobot, values: Object.fromEntries(lengths) }),
+    [describedRobot, JSON.stringify(lengths)],
+  );
   const arm = useMemo(() => {
-    const arm = armOf(robot);
-    return widenRanges(arm, [posesToShow(arm, firstValues), posesToShow(arm, requestedValues)]);
+    const describedArm = armOf(robot);
+    return widenRanges(
+      describedArm,
+      [firstValues, requestedValues].map((values) => poseToShow(describedArm, values)),
+    );
   }, [robot, firstValues, requestKey]);
   const reach = useMemo(() => reachOf(arm), [arm]);
   const startPose = useMemo(() => (firstValues ? poseFrom(arm, firstValues) : firstPose(arm)), [arm, firstValues]);
@@ -179,7 +184,7 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
 }
 
 /** Return a pose with the given joint values; other joints are where their table begins. */
-const posesToShow = (arm: Arm, values: NamedPose | undefined): Pose =>
+const poseToShow = (arm: Arm, values: NamedPose | undefined): Pose =>
   arm.joints.map(({ name, kind, offset }) => values?.[name] ?? (kind === "P" ? -offset : 0));
 
 /** Return a named pose within the joints' ranges; other joints are as in `fallback`, or 0. */

@@ -244,9 +244,12 @@ it("is painted again when the system changes to its dark scheme", () => {
 });
 
 it("begins in the pose of the figure in a page of text", () => {
-  document.body.innerHTML = "<div></div>";
-  const element = document.querySelector("div")!;
+  render(null, document.body);
+  const element = document.createElement("div");
+  document.body.append(element);
   element.dataset["arm"] = JSON.stringify({ robot: PLAIN, symbols, pose: { theta1: 0.5, theta2: 1 } });
   void act(() => showArm(element));
   expect(numbers()).toEqual(["28.6", "57.3"]);
+  render(null, element);
+  element.remove();
 });

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import nbformat
 import pytest
 import sympy as sp
 
@@ -18,12 +19,17 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.items import ChoiceForm, make_items
 from qdot.exercises.exports.known_wrong_answers import find_known_wrong_answers
+from qdot.exercises.exports.numeric_part import _sample_configurations
 from qdot.exercises.exports.paper import make_pdf_preview
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.stack_parts import StackPart, convert_part
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import find_names
-from qdot.exercises.notebook.notebook import draw_singular_configurations, make_notebook_metadata
+from qdot.exercises.notebook.notebook import (
+    draw_singular_configurations,
+    make_notebook_metadata,
+    make_student_notebook,
+)
 from qdot.exercises.notebook.problem_formats import show_assignment
 from qdot.exercises.problem.problem import Part, Problem, list_table_numbers
 from qdot.exercises.questions import QUESTIONS
@@ -38,12 +44,14 @@ from qdot.exercises.site.record import make_site_record, translate_record
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from qdot.exercises.writing.short_answer import write_short_answer
 from qdot.grader.cli.main import app
+from qdot.grader.diagnosis.advice import advise
+from qdot.grader.grading.attempt import grade_notebook
 from qdot.grader.grading.certify import find_failures
-from qdot.grader.grading.check import _check_answer, find_claimed_form
+from qdot.grader.grading.check import _check_answer, check_notebook, find_claimed_form
 from qdot.grader.integrations.nbgrader_cells import restore_cells
 from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.judge import judge
-from qdot.grader.judging.verdict import Outcome
+from qdot.grader.judging.verdict import AWAITS_PERSON, Outcome
 from qdot.grader.marking.marking import mark
 from tests.support.command import run, run_and_fail, runner
 from tests.support.gallery import CHAPTER_ARMS, GALLERY, GALLERY_FOLDER
@@ -230,6 +238,50 @@ def test_options_are_shuffled_and_several_may_be_correct(tmp_path: Path) -> None
     assert judge_answer(problem, right) == "correct" and judge_answer(problem, right[0]) == "partial"
 
 
+@pytest.mark.parametrize(
+    ("question", "family", "answer", "advice"),
+    [
+        (
+            'answer = "m*transpose(J)*J"\nunits = {m = "kg"}', "planar-2r",
+            "[[a1^2+a2^2+2*a1*a2*c2, a2^2+a1*a2*c2], [a1*s2, a2^2/2]]", "Your answer does not contain m, but",
+        ),
+        (
+            'answer = "ddt((o1 + o2)/2)"\nrows = ["v_x", "v_y"]', "planar-3r", "[a1*c1 + a2/2*c12, a1*s1 + a2/2*s12]",
+            "Your answer does not contain qd1 or qd2, but the requested result depends on them.",
+        ),
+        (
+            'answer = "v"\ngiven = ["pose", "rates"]\nrows = ["v_x", "v_y"]', "planar-2r", "[1.234, 2.345]",
+            "Calculate your answer again step by step, and check each number",
+        ),
+        (
+            'answer = "inv(J)*xd"\ngiven = ["pose", "velocity"]', "planar-2r", "[1.234, 2.345]",
+            "To check them, substitute them into the equation that they solve.",
+        ),
+    ],
+)  # fmt: skip
+def test_advice_names_missing_symbols_and_only_equations_that_exist(
+    question: str, family: str, answer: str, advice: str, tmp_path: Path
+) -> None:
+    prompt = "Find it at {given}." if "given" in question else "Find it."
+    problem = make_problem(tmp_path, f'prompt = "{prompt}"\n{question}', family)
+    parsed = read_answer(problem, problem["mine"], answer)
+    remark = advise(problem, problem["mine"], parsed, "seed")
+    assert remark is not None and advice in remark.feedback
+
+
+def test_masses_are_positive_in_counterexamples_and_on_platforms(tmp_path: Path) -> None:
+    units = 'units = {m = "kg", b = "kg/s", F = "N", g = "m/s^2"}'
+    problem = make_problem(tmp_path, f'prompt = "M?"\nanswer = "[sqrt(m^2)*g*p.x + b, F]"\n{units}')
+    assert {name: problem.domain.roles[name] for name in "mbFg"} == {
+        "m": "positive", "b": "positive", "F": "signed", "g": "signed"
+    }  # fmt: skip
+    part = problem["mine"]
+    right = part.answer.as_typed().replace("sqrt(m**2)", "m")
+    assert judge(problem, part, right, "seed").outcome is Outcome.CORRECT
+    configurations = _sample_configurations(problem.chain, part, Stream("s"))
+    assert all(configuration[sp.Symbol("m")] > 0 for configuration in configurations)
+
+
 OPTIONS = """
 options = [
   {text = "It is never singular.", right = true}, {text = "It has three joints.", right = true}, "It has two lengths."
@@ -263,6 +315,39 @@ def test_text_answer_is_left_for_manual_grading(tmp_path: Path) -> None:
     assert (answered.judgement.outcome, answered.points) == (Outcome.UNGRADED, None)
     (blank,) = mark(problem, {"mine": "\nblank\n"}, secret="s")
     assert (blank.judgement.outcome, blank.points) == (Outcome.MISSING, 0)
+
+
+@pytest.mark.parametrize(
+    ("source", "cell_type", "answer"),
+    [
+        ("p1_mine = The third joint is redundant.", "code", "The third joint is redundant."),
+        ("p1_mine = 'It's det J\nthat is zero.'", "code", "It's det J\nthat is zero."),
+        ('p1_mine = """It has rank 1', "code", "It has rank 1"),
+        ("Because det J = 0, it can't move.", "code", "Because det J = 0, it can't move."),
+        ("Because det J = 0.", "markdown", "Because det J = 0."),
+        ("p1_mine = redundant", "code", "redundant"),
+        ("p1_mine = Two words\n\np1_other = 3", "code", "Two words"),
+        ("p1_mine = ", "code", None), ("p1_mine = blank blank", "code", None), ("import sympy", "code", None),
+    ],
+)  # fmt: skip
+def test_text_without_quotes_is_shown_to_the_person_who_marks_it(
+    source: str, cell_type: str, answer: str | None, tmp_path: Path
+) -> None:
+    problem = make_problem(tmp_path, 'prompt = "Why?"\nanswer = "text"')
+    notebook = make_student_notebook("T", "hw", "s1", [("p1", problem)])
+    (cell,) = (cell for cell in notebook.cells if cell.metadata.get("qdot", {}).get("part"))
+    cell.source, cell.cell_type = source, cell_type
+    if cell_type == "markdown":
+        del cell["outputs"], cell["execution_count"]
+    path = tmp_path / "mine.ipynb"
+    path.write_text(nbformat.writes(notebook), encoding="utf-8")
+    (verdict,) = grade_notebook(path, {"p1": problem})["p1"]
+    (row,) = check_notebook(path).rows
+    if answer is None:
+        assert (verdict.judgement.outcome, row.is_readable) == (Outcome.MISSING, False)
+    else:
+        assert (verdict.judgement.reason, verdict.points, verdict.answer) == (AWAITS_PERSON, None, answer)
+        assert row.is_readable and row.message.startswith("a text, which a person marks: ")
 
 
 def test_accelerations_and_own_symbols_may_be_typed(tmp_path: Path) -> None:

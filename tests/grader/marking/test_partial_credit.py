@@ -19,6 +19,7 @@ from qdot.exercises.problem.credit import CREDIT_RULES, Credit, parse_credit_pol
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.reference_answers import ConditionSet, Expression
 from qdot.grader.judging.verdict import Judgement, Outcome
+from qdot.grader.marking.marking import mark
 from tests.support import ROOT
 from tests.support.judging import judge_with_credit
 from tests.support.problems import ask_question, get_problem
@@ -331,3 +332,15 @@ def test_numbers_are_marked_as_a_vector() -> None:
 def test_without_settings_each_question_has_its_credit_rule() -> None:
     assert parse_credit_policy(None, ["jacobian"]) == ()
     assert parse_credit_policy("whole", ["jacobian"]) == (("jacobian", Credit("whole")),)
+
+
+NUMBERS = (("planar-2r", "joint-rates"), ("planar-3r", "least-norm-rates"), ("scara", "joint-rates"))
+
+
+@pytest.mark.parametrize(("family", "name"), NUMBERS)
+@pytest.mark.parametrize("infinite", ["1/0", "1e400", "-1/0", "0/0"])
+def test_an_infinite_number_makes_no_other_number_right(family: str, name: str, infinite: str) -> None:
+    problem = generate(ProblemId(family, 3, (name,)))
+    numbers = [f"{1.7 * float(number) + 0.3:.4g}" for number in problem.parts[0].answer.as_matrix()]
+    (verdict,) = mark(problem, {name: f"[{', '.join([infinite, *numbers[1:]])}]"}, secret="s")
+    assert (verdict.judgement.outcome, verdict.points) == (Outcome.WRONG, 0), verdict.judgement.reason
