@@ -605,6 +605,27 @@ def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str, warning: str |
 
 
 @pytest.mark.parametrize(
+    ("question", "family", "warning"),
+    [
+        ('answer = "v"', "planar-2r", 'its z component is always 0; to ask for the others only'),
+        ('prompt = "{given}"\ngiven = ["pose", "rates"]\nanswer = "v"', "planar-2r", "its z component is always 0"),
+        ('answer = "v"\nrows = ["v_x", "v_y"]', "planar-2r", ""), ('answer = "v"', "elbow-3r", ""),
+        ('answer = "w"', "planar-2r", ""), ('options = ["x1", "z0"]\nshown = "formula"', "planar-2r", ""),
+        ('options = ["cross(z1, p)", "z0"]', "planar-2r", "its option 'cross(z1, p)' is shown as a text"),
+        ('options = ["2", "$p$", "none of these", "o9", "it"]', "planar-2r", ""),
+    ],
+)  # fmt: skip
+def test_what_is_probably_not_meant_is_a_warning_with_its_line(
+    question: str, family: str, warning: str, tmp_path: Path
+) -> None:
+    prompt = "" if "prompt" in question else 'prompt = "x"\n'
+    text = f'[question.mine]\n{prompt}{question}\n[[problem]]\nfamily = "{family}"\nquestions = ["mine"]\n'
+    notes = [note for note in make_assignment(tmp_path, text).notes if "mine" in note]
+    assert [warning] == [warning for note in notes if warning in note] if warning else not notes
+    assert all("assignment.toml: line " in note and f": for {family}, " in note for note in notes)
+
+
+@pytest.mark.parametrize(
     ("answer", "given", "unit"),
     [
         ("norm(p)", "d2 = [0.2, 0.8], a1 = [0.2, 0.8]", "m"), ("p.x*f[1]", 'd2 = "length", fx = [1, 5]', "N m"),
