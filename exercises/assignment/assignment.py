@@ -596,8 +596,8 @@ def check_definition_on_family(
             except QdotError as error:
                 prefix = "" if language == ENGLISH else f"{language}."
                 raise QdotError(f"{prefix}{key}: {error}") from None
-    objection = maker.find_objection_to_unit(problem.chain)
-    return [f"the answer of {definition.name} for {family.name}: {objection}"] if objection else []
+    location = definition.location or definition.name
+    return [f"{location}: for {family.name}, {warning}" for warning in maker.list_warnings(problem.chain)]
 
 
 def _choose_twist_order(setting: str | None, default: str | None, family: Family, convention: str) -> str:

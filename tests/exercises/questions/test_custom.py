@@ -450,6 +450,27 @@ def test_stack_export_leaves_out_only_what_fails_and_names_it(tmp_path: Path, mo
     assert "p1-001, midpoint: T" in text and "p1-001, tip: T" not in text
 
 
+def test_wrong_units_are_expected_only_where_they_change_the_number(tmp_path: Path) -> None:
+    """Millimetres leave angles unchanged, make torques a thousand times too large, and rates as much too small."""
+    definitions = {
+        "slope": ('"atan(p.y/p.x)"\ngiven = ["pose"]', "rad", {"result-in-degrees": 180 / sp.pi}),
+        "torque": ('"p.x*F"\ngiven = {theta1 = "angle", theta2 = "angle", F = [1, 9]}\nunits = {F = "N"}', "N m",
+                   {"millimetres": 1000, "centimetres": 100, "thousandth": 0.001}),
+        "rate": ('"dot(inv(J)*xd, [1, 0])"\ngiven = ["pose", "velocity"]', "rad/s",
+                 {"result-in-degrees": 180 / sp.pi, "millimetres": 0.001, "thousandth": 1000}),
+    }  # fmt: skip
+    for name, (answer, unit, expected_factors) in definitions.items():
+        question = f'prompt = "{{given}}"\nunit = "{unit}"\nanswer = {answer}'
+        problem = make_problem(tmp_path / name, question)
+        (part,) = problem.parts
+        units = {"result-in-degrees", "millimetres", "thousandth", "centimetres"}
+        wrong_answers = {known.mistake: known for known in find_known_wrong_answers(problem, part, 20)}
+        factors = {
+            name: wrong_answers[name].matrix[0] / part.answer.as_matrix()[0] for name in units & set(wrong_answers)
+        }
+        assert factors == pytest.approx({name: float(factor) for name, factor in expected_factors.items()}, rel=1e-4)
+
+
 def test_questions_of_the_same_name_have_their_own_wrong_answers() -> None:
     wrong_answers = []
     for answer in ("dot(p, p)", "p.x"):
@@ -581,6 +602,27 @@ def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str, warning: str |
     assert bool(notes) == (warning is not None) and (warning is None or warning in notes[0])
     errors = runner.invoke(app, ["show", str(assignment.folder)]).stderr
     assert (warning or "") in errors and bool(errors) == (warning is not None)
+
+
+@pytest.mark.parametrize(
+    ("question", "family", "warning"),
+    [
+        ('answer = "v"', "planar-2r", 'its z component is always 0; to ask for the others only'),
+        ('prompt = "{given}"\ngiven = ["pose", "rates"]\nanswer = "v"', "planar-2r", "its z component is always 0"),
+        ('answer = "v"\nrows = ["v_x", "v_y"]', "planar-2r", ""), ('answer = "v"', "elbow-3r", ""),
+        ('answer = "w"', "planar-2r", ""), ('options = ["x1", "z0"]\nshown = "formula"', "planar-2r", ""),
+        ('options = ["cross(z1, p)", "z0"]', "planar-2r", "its option 'cross(z1, p)' is shown as a text"),
+        ('options = ["2", "$p$", "none of these", "o9", "it"]', "planar-2r", ""),
+    ],
+)  # fmt: skip
+def test_what_is_probably_not_meant_is_a_warning_with_its_line(
+    question: str, family: str, warning: str, tmp_path: Path
+) -> None:
+    prompt = "" if "prompt" in question else 'prompt = "x"\n'
+    text = f'[question.mine]\n{prompt}{question}\n[[problem]]\nfamily = "{family}"\nquestions = ["mine"]\n'
+    notes = [note for note in make_assignment(tmp_path, text).notes if "mine" in note]
+    assert [warning] == [warning for note in notes if warning in note] if warning else not notes
+    assert all("assignment.toml: line " in note and f": for {family}, " in note for note in notes)
 
 
 @pytest.mark.parametrize(
