@@ -412,6 +412,7 @@ answer = "zeros(det(J))"
 [question.which]
 prompt = "Which of these is $x_2$?"
 options = ["x2", "y2", "x1", "z0"]
+shown = "formula"
 [question.why]
 prompt = "Explain why."
 answer = "text"
@@ -682,6 +683,14 @@ def test_show_and_verify_accept_custom_questions(tmp_path: Path) -> None:
     result = runner.invoke(app, ["verify", str(folder / "assignment.toml"), "--family", "planar-3r", "--count", "1"])
     assert "4 problems verified, 0 failed" in result.stdout and "where: answer" in result.stderr
     assert "--family planar-2r" in run_and_fail("verify", path, "planar-2r/7", "--family", "planar-2r")
+
+
+def test_preview_needs_only_the_assignment_file(tmp_path: Path) -> None:
+    folder = make_assignment(tmp_path, EVERY_KIND).folder
+    (folder / "secret.txt").unlink()
+    (folder / "roster.csv").unlink()
+    assert "Which of these is" in run("show", folder)
+    assert "roster.csv: file not found" in run_and_fail("show", folder, "--student", "s1")
 
 
 def test_students_are_told_that_multiples_count(tmp_path: Path) -> None:
