@@ -38,6 +38,11 @@ def is_angle_symbol(symbol: sp.Symbol) -> bool:
     return symbol.name.startswith(("alpha", "beta"))
 
 
+def is_joint_angle(joint: sp.Symbol) -> bool:
+    """Return whether a joint variable is the angle of a revolute joint, such as theta2, and not a distance."""
+    return joint.name.startswith("theta")
+
+
 @dataclass(frozen=True)
 class HasKind:
     """The base class of joints, axes and table rows: `kind` is "R" for a revolute joint, "P" for a prismatic one."""

@@ -67,6 +67,7 @@ SECRET_VARIABLE = "QDOT_SECRET"  # noqa: S105 - a variable's name
 _MISSING_FILE_HINT = "'qdot init' creates a folder with this file"
 MISSING_ROSTER_HINT = "give your class list, as saved by Canvas, Moodle or a spreadsheet"
 MIN_SECRET_LENGTH = 16
+PREVIEW_SECRET = "secret of a preview"  # noqa: S105 - no student has problems of a preview
 MAX_QUESTION_POINTS = 1e6
 
 
@@ -362,8 +363,11 @@ def _compute_short_hash(content: str) -> str:
     return hashlib.sha256(content.encode()).hexdigest()[:16]
 
 
-def load_assignment(folder: Path) -> Assignment:
+def load_assignment(folder: Path, is_preview: bool = False) -> Assignment:
     """Read and check an assignment folder. Raises QdotError with the file, the line and the key.
+
+    A preview needs only assignment.toml: without secret.txt and roster.csv, the assignment has a known secret and no
+    students.
 
     >>> import tempfile
     >>> from qdot.exercises.assignment.release import init_assignment
@@ -404,14 +408,17 @@ def load_assignment(folder: Path) -> Assignment:
                 slots.append(_read_slot(file, content, index, variation, notes, definitions, definition_files))
     roster = folder / "roster.csv"
     with errors.collect():
-        students, gradebook = read_roster(roster), read_export(roster)
+        students, gradebook = (
+            ((), None) if is_preview and not roster.exists() else (read_roster(roster), read_export(roster))
+        )
     errors.raise_all()
     with file.locate_errors("twist_order"):
         uses_twist_order = any(_has_twist_order(slot.convention, slot.family) for slot in slots)
         if content.twist_order is not None and not uses_twist_order:
             raise QdotError(f"no arm of this assignment is described by screw axes; {TWIST_ORDER_HINT}")
     return Assignment(
-        folder, content.title, content.key, tuple(slots), students, read_secret(folder),
+        folder, content.title, content.key, tuple(slots), students,
+        read_secret(folder, PREVIEW_SECRET if is_preview else ""),
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
         content.hints, late_rule, attempt_policy, content.sandbox, gradebook,
         read_replacements(folder), front_page,
@@ -596,8 +603,8 @@ def check_definition_on_family(
             except QdotError as error:
                 prefix = "" if language == ENGLISH else f"{language}."
                 raise QdotError(f"{prefix}{key}: {error}") from None
-    objection = maker.find_objection_to_unit(problem.chain)
-    return [f"the answer of {definition.name} for {family.name}: {objection}"] if objection else []
+    location = definition.location or definition.name
+    return [f"{location}: for {family.name}, {warning}" for warning in maker.list_warnings(problem.chain)]
 
 
 def _choose_twist_order(setting: str | None, default: str | None, family: Family, convention: str) -> str:
@@ -726,10 +733,13 @@ def _check_identifier(location: str, identifier: str) -> None:
         raise QdotError(f"{location}: {identifier!r} {advice}")
 
 
-def read_secret(folder: Path) -> str:
-    """Return the assignment's secret, from its file or from the environment. Raises QdotError."""
+def read_secret(folder: Path, default: str = "") -> str:
+    """Return the assignment's secret, from its file or from the environment.
+
+    If there is none, return `default`; raise QdotError if this is "".
+    """
     path = folder / SECRET_FILE
-    secret, source = os.environ.get(SECRET_VARIABLE, "").strip(), f"${SECRET_VARIABLE}"
+    secret, source = os.environ.get(SECRET_VARIABLE, "").strip() or default, f"${SECRET_VARIABLE}"
     if path.exists():
         secret, source = read_text(path).strip(), str(path)
     elif not secret:

@@ -46,8 +46,8 @@ class Handout:
 
 def make_index_csv(assignment: Assignment) -> str:
     """Return the table of the released notebooks: student, name, e-mail address and file."""
-    released = [student for student in assignment.roster if notebook_path(assignment, student.id).exists()]
-    rows = [[s.id, s.name, s.email, f"{s.id}/{assignment.key}.ipynb"] for s in released]
+    recipients = [student for student in assignment.roster if notebook_path(assignment, student.id).exists()]
+    rows = [[s.id, s.name, s.email, f"{s.id}/{assignment.key}.ipynb"] for s in recipients]
     return format_csv([["student", "name", "email", "file"], *rows])
 
 

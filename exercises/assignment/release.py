@@ -174,14 +174,14 @@ def _make_notebooks(assignment: Assignment, student: str, problems: Problems) ->
 
 
 def make_notebook(
-    assignment: Assignment, student: str, problems: Problems, released: "NotebookNode | None" = None
+    assignment: Assignment, student: str, problems: Problems, released_notebook: "NotebookNode | None" = None
 ) -> "NotebookNode":
-    """Return the notebook to release, or the staff's notebook with solutions if the `released` notebook is given."""
+    """Return the notebook to release, or the staff's notebook with solutions if `released_notebook` is given."""
     content = assignment.title, assignment.key, student, problems, assignment.hints
-    if released is None:
+    if released_notebook is None:
         notebook = make_student_notebook(*content)
     else:
-        notebook = make_solution_notebook(*content, released_notebook=released)
+        notebook = make_solution_notebook(*content, released_notebook=released_notebook)
     notebook.metadata["qdot"].update(
         digest=assignment.problems_digest_of(student),
         edition=assignment.notebook_digest_of(student),

@@ -13,6 +13,7 @@ only 30 seconds for a question. The functions have these arguments and variables
 
 from pathlib import Path
 
+from qdot.exercises.arm.chain import is_joint_angle
 from qdot.exercises.formula.printers.maxima import print_maxima
 from qdot.exercises.problem.problem import Problem
 
@@ -55,7 +56,7 @@ def write_definitions(problem: Problem, functions: tuple[str, ...], *constants: 
 
 def list_short_names(problem: Problem) -> dict[str, str]:
     """Return short names such as c12 and their meanings: sines and cosines of angles and of sums of adjacent angles."""
-    angles = {i: q for i, q in enumerate(problem.chain.q, 1) if q.name.startswith("theta")}
+    angles = {i: q for i, q in enumerate(problem.chain.q, 1) if is_joint_angle(q)}
     meanings = {}
     for first_joint in angles:
         for last_joint in range(first_joint, min(first_joint + MAX_JOINTS_IN_NAME, MAX_JOINT_NUMBER + 1)):

@@ -14,6 +14,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises import reference_answers
+from qdot.exercises.arm.chain import is_joint_angle
 from qdot.exercises.common.errors import Reason
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports import stack_maxima
@@ -403,7 +404,7 @@ def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tu
 
 def _write_unusual_form(problem: Problem, reference: sp.Matrix) -> sp.Matrix | None:
     """Return the reference in an unusual form that the grader judges as equal; None if the arm has no such form."""
-    first_angle = next(filter(_is_angle, problem.chain.q), None)
+    first_angle = next(filter(is_joint_angle, problem.chain.q), None)
     if first_angle is None:
         return None
     one_as_squares = sp.sin(first_angle) ** 2 + sp.cos(first_angle) ** 2
@@ -560,7 +561,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
 
     def write_equations(components: tuple[Component, ...], full_turns: int = 0) -> str:
         equations = [
-            f"{joint} = {print_maxima(value + 2 * sp.pi * (full_turns if _is_angle(joint) else 0))}"
+            f"{joint} = {print_maxima(value + 2 * sp.pi * (full_turns if is_joint_angle(joint) else 0))}"
             for joint, value in _iterate_joint_values(components)
         ]
         return "{" + ", ".join(dict.fromkeys(equations)) + "}"
@@ -578,7 +579,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
     ]  # fmt: skip
     value_count = len(list(_iterate_joint_values(answer.components)))
     nodes = [ResponseNode("AlgEquiv", "[right, beyond]", f"[{value_count}, 0]", CORRECT_NOTE, "1")]
-    turning_line = f"turning: [{', '.join(q.name for q in problem.chain.q if _is_angle(q))}];"
+    turning_line = f"turning: [{', '.join(q.name for q in problem.chain.q if is_joint_angle(q))}];"
     variables = stack_maxima.write_definitions(problem, stack_maxima.SET_FUNCTIONS, turning_line)
     variables.append(f"ta1: {write_equations(answer.components)};")
     feedback = (
@@ -609,14 +610,10 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
     return stack_part
 
 
-def _is_angle(joint: sp.Symbol) -> bool:
-    return joint.name.startswith("theta")
-
-
 def _explain_set_typing(problem: Problem) -> str:
     """Return instructions on how to type a set, with an example for each kind of joint of the arm."""
-    angles = [q.name for q in problem.chain.q if _is_angle(q)]
-    lengths = [q.name for q in problem.chain.q if not _is_angle(q)]
+    angles = [q.name for q in problem.chain.q if is_joint_angle(q)]
+    lengths = [q.name for q in problem.chain.q if not is_joint_angle(q)]
     units = "; type angles in radians, within one turn" * bool(angles) + "; type lengths in metres" * bool(lengths)
     examples = [f"{name} = pi/3" for name in angles[-1:]] + [f"{name} = 1/2" for name in lengths[-1:]]
     if len(examples) == 1:
@@ -644,7 +641,7 @@ def _list_joint_values(components: tuple[Component, ...]) -> set[tuple[str, floa
     """Return the pairs of a joint variable and a rounded value in a singular set, with angles wrapped to one turn."""
     full_turn, joint_values = 2 * float(sp.pi), set()
     for joint, value in _iterate_joint_values(components):
-        wrapped_value = float(value) % full_turn if _is_angle(joint) else float(value)
+        wrapped_value = float(value) % full_turn if is_joint_angle(joint) else float(value)
         joint_values.add((joint.name, round(wrapped_value, 9) % round(full_turn, 9)))
     return joint_values
 

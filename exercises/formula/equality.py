@@ -282,7 +282,7 @@ class _NumericComparison:
     ) -> None:  # fmt: skip
         self.programs, self.values, self.fixed_values, self.point_count = programs, values, fixed_values, point_count
         self.evaluated_steps = [(p, program.evaluate_steps(p, values, point_count)) for p in programs]
-        results = [program.select_outputs(*evaluated) for evaluated in self.evaluated_steps]
+        results = [program.select_outputs(p, steps) for p, steps in self.evaluated_steps]
         (self.student_values, magnitudes), (self.reference_values, reference_magnitudes) = results
         self.scale = _compute_term_scales(reference_magnitudes)
         with np.errstate(all="ignore"):

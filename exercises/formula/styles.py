@@ -30,11 +30,13 @@ def _find_styled_characters() -> dict[str, dict[str, str]]:
 
 _STYLED_CHARACTERS = _find_styled_characters()
 _TABLES = {
-    command: {plain: styled for name in names for plain, styled in _STYLED_CHARACTERS[name].items()}
+    command: {letter: styled_letter for name in names for letter, styled_letter in _STYLED_CHARACTERS[name].items()}
     for command, names in STYLES.items()
 }
 STYLED_LETTERS = {
-    styled: (command, plain) for command, table in reversed(_TABLES.items()) for plain, styled in table.items()
+    styled_letter: (command, letter)
+    for command, table in reversed(_TABLES.items())
+    for letter, styled_letter in table.items()
 }
 """The command and the plain letter of each styled letter."""
 

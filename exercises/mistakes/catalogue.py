@@ -55,6 +55,9 @@ MISTAKES_FOR_ONE_NUMBER = frozenset(
 )
 """The mistakes considered if the answer is a single number. Other mistakes would often give this number by chance."""
 
+IN_DEGREES, ANGULAR_UNITS = "result-in-degrees", ("rad", "rad/s", "rad/s^2")
+"""The mistake of giving a result in degrees, and the units of the results in which it is made."""
+
 SIGN_MISTAKES_AT_ONE_PLACE = frozenset({
     "link-subtracted", "term-sign", "column-sign", "row-sign", "axis-sign", "twist-sign", "velocity-sign",
 })  # fmt: skip
@@ -114,9 +117,10 @@ def list_likely_mistakes(part: Part, is_precise: bool = False) -> list[Mistake]:
         mistakes = sorted(mistakes, key=lambda mistake: (mistake.is_rare, mistake.name not in _LAST_STEP_MISTAKES))
     if part.type != "number":
         return [mistake for mistake in mistakes if mistake.name not in NUMERIC_MISTAKES]
-    return [
-        mistake for mistake in mistakes if is_precise or part.shape != (1, 1) or mistake.name in MISTAKES_FOR_ONE_NUMBER
-    ]
+    impossible_mistakes = set() if all(unit in ANGULAR_UNITS for unit in part.answer.expected_units) else {IN_DEGREES}
+    if not is_precise and part.shape == (1, 1):
+        impossible_mistakes |= CATALOGUE.keys() - MISTAKES_FOR_ONE_NUMBER
+    return [mistake for mistake in mistakes if mistake.name not in impossible_mistakes]
 
 
 def predict_wrong_answers(stages: StageResults, part: Part, is_precise: bool = False) -> Iterator[PredictedAnswer]:

@@ -66,8 +66,24 @@ def _flip_value(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         yield MistakeVariant({"table": partial(flip, i=i)}, {"variable": q})
 
 
-def _scale_result(factor: float) -> VariantGenerator:
-    return vary_always({RESULT: lambda stages, values: values * factor})
+def _scale_lengths(factor: sp.Expr) -> VariantGenerator:
+    """Return a function that yields the variant with all lengths scaled, and with them the rates of prismatic joints.
+
+    The answer is then scaled by the power with which it depends on lengths; an angle is not changed at all.
+    """
+
+    def scale_table(stages: StageResults, table: Table) -> Table:
+        scale = stages.arithmetic.convert_entry(factor)
+        return replace(
+            table, rows=tuple(replace(row, a=row.a * scale, d=row.d * scale) for row in table.rows),
+            base_position=table.base_position * scale, point_offset=table.point_offset * scale,
+        )  # fmt: skip
+
+    def scale_rates(stages: StageResults, rates: np.ndarray) -> np.ndarray:
+        scale = stages.arithmetic.convert_entry(factor)
+        return np.stack([r * scale if j.is_prismatic else r for r, j in zip(rates, stages.chain.joints, strict=True)])
+
+    return vary_always({"table": scale_table, "joint rates": scale_rates})
 
 
 def _scale_revolute_entries(factor: float) -> VariantGenerator:
@@ -157,9 +173,10 @@ VARIANTS: dict[str, VariantGenerator] = {
     "degrees-as-radians": _use_degrees,
     "rates-in-degrees": _scale_revolute_entries(float(180 / np.pi)),
     "rates-in-turns": _scale_revolute_entries(float(0.5 / np.pi)),
-    "millimetres": _scale_result(1000.0),
-    "thousandth": _scale_result(0.001),
-    "centimetres": _scale_result(100.0),
+    "result-in-degrees": vary_always({RESULT: lambda stages, values: values * float(180 / np.pi)}),
+    "millimetres": _scale_lengths(sp.Integer(1000)),
+    "thousandth": _scale_lengths(sp.Rational(1, 1000)),
+    "centimetres": _scale_lengths(sp.Integer(100)),
     "root-forgotten": vary_always({"manipulability": lambda stages, _: stages["gram determinant"]}),
     "value-sign": _flip_value,
     "ratio-inverted": vary_always({"condition number": lambda stages, value: 1 / value}),

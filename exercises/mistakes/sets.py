@@ -13,7 +13,7 @@ from operator import mul
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import Chain, is_joint_angle
 from qdot.exercises.mistakes.base import AnswerGenerator, MistakenAnswer, join_words
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.reference_answers import ConditionSet
@@ -191,7 +191,7 @@ def _use_other_joint(chain: Chain, components: Components) -> Iterator[MistakenA
             continue
         ((singular_joint, values),) = component.solutions
         for joint, q in zip(chain.joints, chain.q, strict=True):
-            if q != singular_joint and joint.is_revolute == singular_joint.name.startswith("theta"):
+            if q != singular_joint and joint.is_revolute == is_joint_angle(singular_joint):
                 other_component = replace(component, solutions=((q, values),))
                 yield _make_answer(_replace_component(components, k, other_component), joint=q)
 
@@ -199,7 +199,7 @@ def _use_other_joint(chain: Chain, components: Components) -> Iterator[MistakenA
 def _find_revolute_components(components: Components) -> list[int]:
     """Return the indices of the components that give only values of revolute joints."""
     solutions = [component.solutions for component in components]
-    return [k for k, s in enumerate(solutions) if s is not None and all(q.name.startswith("theta") for q, _ in s)]
+    return [k for k, s in enumerate(solutions) if s is not None and all(is_joint_angle(q) for q, _ in s)]
 
 
 def _change_values(

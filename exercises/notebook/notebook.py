@@ -131,14 +131,16 @@ def make_notebook_metadata(kind: str, key: str, student: str, problems: Problems
 def _describe_form(problem: Problem, part: Part) -> dict[str, object]:
     """Return the type, shape, units, labels and options of an answer, without those that are empty.
 
-    `metres` is k if the unit of a determinant is m^k. The prompt lists the options, too; which are correct stays out.
+    `metres` is k if the unit of a determinant is m^k. The options are as in the prompt, without any hint which are
+    correct; the texts of drawn options are empty, because they would reveal the configurations in the drawings.
     """
     question = question_of(part)
     form: dict[str, object] = {
         "type": part.type, "shape": list(part.shape or ()), "units": list(part.answer.expected_units),
         "labels": list(question.list_names_to_type(problem.chain, part)),
         "columns": list(question.name_columns(problem.chain)), "metres": find_determinant_power_of_metres(part),
-        "options": list(part.answer.offered_options), "items": list(part.answer.matched_items),
+        "options": ["" if part.details.has_drawn_options else option for option in part.answer.offered_options],
+        "items": list(part.answer.matched_items),
     }  # fmt: skip
     return {key: value for key, value in form.items() if value not in ([], None)}
 

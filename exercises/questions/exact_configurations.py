@@ -15,7 +15,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.arithmetic import compile_expressions
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import Chain, is_joint_angle
 from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
@@ -199,7 +199,7 @@ def sample_regular_configuration(
 def sample_false_root(roots: Roots, lengths: Lengths, rng: Stream) -> JointValues:
     """Return a value of a random joint: a root with an error of sign, of 90 degrees (revolute) or 0.1 m (prismatic)."""
     joint, values = rng.choice(roots)
-    shift = rng.choice((sp.pi / 2, -sp.pi / 2)) if joint.name.startswith("theta") else sp.Rational(1, 10)
+    shift = rng.choice((sp.pi / 2, -sp.pi / 2)) if is_joint_angle(joint) else sp.Rational(1, 10)
     value = rng.choice(values).xreplace(dict(lengths))
     return {joint: rng.choice((-value, value + shift, shift - value))}
 

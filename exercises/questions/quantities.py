@@ -235,13 +235,15 @@ class SymbolicQuantities(StageQuantities):
         value = compute(formula, self)
 
         def differentiate(entry: sp.Expr) -> sp.Expr:
-            real = {symbol: sp.Symbol(symbol.name, real=True) for symbol in entry.free_symbols if entry.has(sp.Abs)}
-            formula_of_reals, symbols = entry.xreplace(real), {symbol: plain for plain, symbol in real.items()}
-            partials = (
-                sp.diff(formula_of_reals, real.get(sp.Symbol(name), sp.Symbol(name))).xreplace(symbols) * rate[0]
+            symbols = entry.free_symbols if entry.has(sp.Abs) else ()
+            real_symbols = {symbol: sp.Symbol(symbol.name, real=True) for symbol in symbols}
+            formula_of_reals = entry.xreplace(real_symbols)
+            derivatives = (
+                (sp.diff(formula_of_reals, real_symbols.get(sp.Symbol(name), sp.Symbol(name))), rate[0])
                 for name, rate in rates.items()
             )
-            return sp.Add(*partials)
+            original_symbols = {real_symbol: symbol for symbol, real_symbol in real_symbols.items()}
+            return sp.Add(*(derivative.xreplace(original_symbols) * rate for derivative, rate in derivatives))
 
         return self._for_each_entry(differentiate, value)
 

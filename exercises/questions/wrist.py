@@ -113,10 +113,6 @@ class WristAxisDetails(Details):
 
 def derive_blocks(chain: Chain) -> BlockDetails:
     """Return the blocks of an arm with a spherical wrist, and the steps to their determinants."""
-
-    def wrap_angle(angle: sp.Expr) -> sp.Expr:
-        return sp.pi - sp.Mod(sp.pi - angle, 2 * sp.pi) if angle.is_number else angle
-
     derivation, symbolic_chain = derive(chain), make_symbolic_arm(chain).chain
     wrist_block = derive_wrist_block(chain)
     arm_determinant, _ = _factor_determinants(symbolic_chain)
@@ -128,9 +124,14 @@ def derive_blocks(chain: Chain) -> BlockDetails:
         wrist_block=wrist_block,
         expanded_wrist_determinant=wrist_block[0, 1] * wrist_block[1, 2] - wrist_block[1, 1] * wrist_block[0, 2],
         arm_factors=tuple(-factor if factor.could_extract_minus_sign() else factor for factor in joint_factors),
-        wrist_zeros=(wrap_angle(-chain.offsets[4]), wrap_angle(sp.pi - chain.offsets[4])),
+        wrist_zeros=(wrap_if_numeric(-chain.offsets[4]), wrap_if_numeric(sp.pi - chain.offsets[4])),
         has_collinear_axes=all((2 * joint.alpha / sp.pi).is_Integer for joint in chain.joints[3:5]),
     )
+
+
+def wrap_if_numeric(angle: sp.Expr) -> sp.Expr:
+    """Return an angle, reduced to (-pi, pi] if it is a number."""
+    return sp.pi - sp.Mod(sp.pi - angle, 2 * sp.pi) if angle.is_number else angle
 
 
 def _make_wrist_details(chain: Chain, rng: Stream) -> WristAxisDetails:

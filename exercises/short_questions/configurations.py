@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import Chain, is_joint_angle
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.common.stream import Stream
@@ -159,7 +159,7 @@ def _write_configuration(configuration: ExactConfiguration) -> str:
     def write_value(q: sp.Symbol) -> str:
         value = find_shown_value(configuration, q)
         number = str(value) if value.is_Integer else f"{float(value):.10g}"
-        return f"{number} {'deg' if q.name.startswith('theta') else 'm'}"
+        return f"{number} {'deg' if is_joint_angle(q) else 'm'}"
 
     return ", ".join(f"{q} = {write_value(q)}" for q in configuration.joints)
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import Chain, is_joint_angle
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes.base import Mistake
 from qdot.exercises.mistakes.catalogue import CATALOGUE
@@ -121,13 +121,13 @@ class ConfigurationOptions(Details):
 
     def format_rounded_joint(self, configuration: ExactConfiguration, q: sp.Symbol) -> str:
         """Return a joint's value in degrees or metres as text, with the same number of decimals in all options."""
-        decimals = 2 if q.name.startswith("theta") else 4
+        decimals = 2 if is_joint_angle(q) else 4
         return f"{float(find_shown_value(configuration, q)) + 0.0:.{decimals}f}"
 
 
 def find_shown_value(configuration: ExactConfiguration, q: sp.Symbol) -> sp.Expr:
     """Return the value of a joint variable in degrees or metres, rounded if it is not a simple number."""
-    unit = 180 / sp.pi if q.name.startswith("theta") else sp.S.One
+    unit = 180 / sp.pi if is_joint_angle(q) else sp.S.One
     return configuration.rounded_values.get(q, configuration.joints[q] * unit)
 
 

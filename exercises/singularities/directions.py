@@ -14,7 +14,7 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import Chain, is_joint_angle
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.trigonometry import Factored, count_terms, factor_trig, to_textbook_form
@@ -102,7 +102,7 @@ def _substitute_joint_value(
     sin q = -A t are substituted, with the unknown t = `scale`. This is possible if A and B do not contain angles that
     occur in J.
     """
-    if not joint.name.startswith("theta") or (2 * value / sp.pi).is_Integer:
+    if not is_joint_angle(joint) or (2 * value / sp.pi).is_Integer:
         return jacobian.applyfunc(lambda entry: sp.expand(entry.xreplace({joint: value})))
     cosine, sine = sp.Dummy("c"), sp.Dummy("s")
     trig = sp.expand(_split_off_angle(condition, joint, cosine, sine))

@@ -13,6 +13,7 @@ from math import prod
 
 import sympy as sp
 
+from qdot.exercises.arm.chain import is_joint_angle
 from qdot.exercises.arm.trigonometry import count_written_terms
 from qdot.exercises.common.stream import Stream
 
@@ -203,7 +204,7 @@ class _Field:
     def __init__(self, joints: Sequence[sp.Symbol], prime: int) -> None:
         self.prime = prime
         self.circles: dict[sp.Symbol, tuple[sp.Symbol, sp.Symbol]] = {  # the unknowns for the cosine and the sine
-            q: sp.symbols(f"c_{q.name} s_{q.name}") for q in joints if q.name.startswith("theta")
+            q: sp.symbols(f"c_{q.name} s_{q.name}") for q in joints if is_joint_angle(q)
         }
         prismatic_variables = {q for q in joints if q not in self.circles}
         self.unknowns = prismatic_variables.union(*self.circles.values())

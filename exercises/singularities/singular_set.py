@@ -12,7 +12,7 @@ from itertools import combinations, product
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import Chain, is_joint_angle
 from qdot.exercises.arm.derivation import Derivation, TooLong, derive
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.singularities.joint_solvability import (
@@ -491,7 +491,7 @@ def _holds(condition: sp.Expr, values: JointValues, known_conditions: Conjunctio
 def _solve_for_last_joint(factor: sp.Expr, root: sp.Expr) -> JointValues:
     """Return the value of the last joint in the angle of a sine or cosine, at which this angle is `root`."""
     angle = factor.args[0]
-    joint = max(angle.free_symbols, key=lambda q: (q.name.startswith("theta"), len(q.name), q.name))
+    joint = max(angle.free_symbols, key=lambda q: (is_joint_angle(q), len(q.name), q.name))
     return {joint: sp.expand((root - angle) / sp.diff(angle, joint) + joint)}
 
 

@@ -24,7 +24,12 @@ from qdot.exercises.questions import rank, screws
 from qdot.exercises.questions.inversion import Configuration, ConfigurationAndVelocity, evaluate_jacobian_precisely
 from qdot.exercises.questions.rank import JacobianOnBranch, MeaningDetails
 from qdot.exercises.questions.singular import ConfigurationsOfOneKind, find_components_containing
-from qdot.exercises.questions.wrist import derive_block_determinants, derive_wrist_block, find_block_objection
+from qdot.exercises.questions.wrist import (
+    derive_block_determinants,
+    derive_wrist_block,
+    find_block_objection,
+    wrap_if_numeric,
+)
 from qdot.exercises.singularities.classification import Classification, classify, is_one_sided, split_by_value
 from qdot.exercises.singularities.existence_conditions import ExistenceCondition, find_existence_condition
 from qdot.exercises.singularities.singular_set import Component, ValueCombination, find_singular_set, never_vanishes
@@ -319,8 +324,7 @@ class SolutionSteps:
     def joint_1_value(self) -> sp.Expr:
         """The value of joint 1 at which the entries of J are shortest."""
         value_with_offset = expansion.find_joint_1_value(self._structure).xreplace(self._values)
-        value = sp.expand(value_with_offset - self.chain.offsets[0])
-        return sp.pi - sp.Mod(sp.pi - value, 2 * sp.pi) if value.is_number else value
+        return wrap_if_numeric(sp.expand(value_with_offset - self.chain.offsets[0]))
 
     @property
     def jacobian_at_joint_1(self) -> sp.Matrix | None:

@@ -250,7 +250,7 @@ def _preview_assignment(
     from qdot.exercises.assignment.assignment import load_assignment
     from qdot.grader.grading.batch import find_student
 
-    assignment = load_assignment(folder)
+    assignment = load_assignment(folder, is_preview=not student)
     for message in assignment.notes:
         note(message)
     identifier = find_student(assignment, student).id if student else SAMPLE_STUDENT

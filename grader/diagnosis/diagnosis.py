@@ -272,8 +272,6 @@ def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer])
         return single_mistake
     likeliest = [candidate for candidate in candidates if candidate.frequency == highest_frequency][:2]
     diagnosis = name_alternatives([(each.mistake, each.variant.words, _write_message(each)) for each in likeliest])
-    if len(likeliest) > 1:
-        return diagnosis
     return replace(diagnosis, cause=(likeliest[0].mistake.name, dict(likeliest[0].variant.words)))
 
 

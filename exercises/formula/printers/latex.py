@@ -23,7 +23,7 @@ _NAMES_AND_CHARACTERS = [*reversed(SIGNS.items()), *reversed(LETTERS.items())]
 _COMMANDS = {char: f"\\{name}" for name, char in _NAMES_AND_CHARACTERS if not char.isascii() or char in "{}%"}
 _COMMANDS |= {"−": "-"}
 _COMMANDS |= {
-    char: f"\\{command}{{{_COMMANDS.get(plain, plain)}}}" for char, (command, plain) in STYLED_LETTERS.items()
+    char: f"\\{command}{{{_COMMANDS.get(letter, letter)}}}" for char, (command, letter) in STYLED_LETTERS.items()
 }
 """The LaTeX of each character that is not printed as it is."""
 _TABLES = {brackets: name for name, brackets in SYMBOLS["tables"].items()}

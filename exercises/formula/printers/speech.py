@@ -10,8 +10,8 @@ from qdot.exercises.formula.styles import STYLED_LETTERS
 _LETTER_NAMES = {char: name for name, char in LETTERS.items()} | SYMBOLS["spoken_letters"]
 _STYLE_NAMES = {"mathbf": "bold", "boldsymbol": "bold", "mathbb": "double", "mathcal": "script"}
 _LETTER_NAMES |= {
-    char: " ".join(filter(None, (_STYLE_NAMES.get(command), _LETTER_NAMES.get(plain, plain))))
-    for char, (command, plain) in STYLED_LETTERS.items()
+    char: " ".join(filter(None, (_STYLE_NAMES.get(command), _LETTER_NAMES.get(letter, letter))))
+    for char, (command, letter) in STYLED_LETTERS.items()
 }
 _SIGNS_WITH_BOUNDS = frozenset("∑∏∫")
 _POWER_WORDS = {"2": "squared", "3": "cubed", "T": "transposed", "minus 1": "inverse"}

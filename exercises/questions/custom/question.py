@@ -27,8 +27,8 @@ from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_term_count_objection
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, TEXT_ANSWER, Definition, GivenValue
 from qdot.exercises.questions.custom.units import find_unit_objection
-from qdot.exercises.questions.language import FormulaError, UnknownName, find_calls, find_names, parse
-from qdot.exercises.questions.quantities import compile_formula, name_accelerations, select_components
+from qdot.exercises.questions.language import AXES, FormulaError, UnknownName, find_calls, find_names, parse
+from qdot.exercises.questions.quantities import compile_formula, make_quantities, name_accelerations, select_components
 from qdot.exercises.questions.reference import derive_reference
 from qdot.exercises.reference_answers import (
     Choice,
@@ -426,6 +426,44 @@ class QuestionMaker:
             if tolerance and max(map(abs, numbers)) <= tolerance:
                 value = ", ".join(f"{number:.3g}" for number in numbers)
                 return f"tolerance: it must be smaller than the answer; 0 would be right where the answer is {value}"
+        return None
+
+    def list_warnings(self, chain: Chain) -> list[str]:
+        """Return what the instructor probably does not want, as clauses about the answer or the options."""
+        functions = (self.find_objection_to_unit, self._find_zero_component, self._find_formula_shown_as_text)
+        return [warning for function in functions if (warning := function(chain)) is not None]
+
+    def _find_zero_component(self, chain: Chain) -> str | None:
+        """Return a warning if a vector has a component that is always zero and not part of the task; else None.
+
+        The built-in questions ask for the components of the task only.
+        """
+        if not self.formulas or self.is_set or self.definition.rows:
+            return None
+        is_number = bool(self.definition.given)
+        matrix = self._compute_symbolic_answer(chain) if is_number else _derive_answer(self.definition, chain)
+        if matrix.shape != (len(AXES), 1):
+            return None
+        zero_axes = [axis for axis, k in AXES.items() if matrix[k] == 0 and f"v{axis}" not in chain.task]
+        if not zero_axes:
+            return None
+        names = ", ".join(f'"v_{axis}"' for axis in AXES if axis not in zero_axes)
+        components = " and ".join(zero_axes)
+        return (
+            f"its {components} component is always 0; to ask for the others only, write, for example, rows = [{names}]"
+        )
+
+    def _find_formula_shown_as_text(self, chain: Chain) -> str | None:
+        """Return a warning if an option is shown as a text although it is a formula on the arm; else None."""
+        stages = compute_symbolic_stages(chain)
+        known_names = {*make_quantities(stages, frozenset(), {}).names, *map(str, (*chain.q, *chain.parameters))}
+        for option in self.definition.options:
+            try:
+                names = set() if option.is_formula else find_names(parse(option.content))
+            except FormulaError:
+                continue
+            if names and names <= known_names:
+                return f'its option {option.content!r} is shown as a text; shown = "formula" shows its value'
         return None
 
     def find_objection_to_unit(self, chain: Chain) -> str | None:

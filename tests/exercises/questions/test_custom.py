@@ -412,6 +412,7 @@ answer = "zeros(det(J))"
 [question.which]
 prompt = "Which of these is $x_2$?"
 options = ["x2", "y2", "x1", "z0"]
+shown = "formula"
 [question.why]
 prompt = "Explain why."
 answer = "text"
@@ -448,6 +449,27 @@ def test_stack_export_leaves_out_only_what_fails_and_names_it(tmp_path: Path, mo
     assert f"p1: STACK leaves out 'tip': {reason}" in result.stderr and result.exit_code == 0
     text = (folder / "exports" / "stack" / "hw-stack.xml").read_text()
     assert "p1-001, midpoint: T" in text and "p1-001, tip: T" not in text
+
+
+def test_wrong_units_are_expected_only_where_they_change_the_number(tmp_path: Path) -> None:
+    """Millimetres leave angles unchanged, make torques a thousand times too large, and rates as much too small."""
+    definitions = {
+        "slope": ('"atan(p.y/p.x)"\ngiven = ["pose"]', "rad", {"result-in-degrees": 180 / sp.pi}),
+        "torque": ('"p.x*F"\ngiven = {theta1 = "angle", theta2 = "angle", F = [1, 9]}\nunits = {F = "N"}', "N m",
+                   {"millimetres": 1000, "centimetres": 100, "thousandth": 0.001}),
+        "rate": ('"dot(inv(J)*xd, [1, 0])"\ngiven = ["pose", "velocity"]', "rad/s",
+                 {"result-in-degrees": 180 / sp.pi, "millimetres": 0.001, "thousandth": 1000}),
+    }  # fmt: skip
+    for name, (answer, unit, expected_factors) in definitions.items():
+        question = f'prompt = "{{given}}"\nunit = "{unit}"\nanswer = {answer}'
+        problem = make_problem(tmp_path / name, question)
+        (part,) = problem.parts
+        units = {"result-in-degrees", "millimetres", "thousandth", "centimetres"}
+        wrong_answers = {known.mistake: known for known in find_known_wrong_answers(problem, part, 20)}
+        factors = {
+            name: wrong_answers[name].matrix[0] / part.answer.as_matrix()[0] for name in units & set(wrong_answers)
+        }
+        assert factors == pytest.approx({name: float(factor) for name, factor in expected_factors.items()}, rel=1e-4)
 
 
 def test_questions_of_the_same_name_have_their_own_wrong_answers() -> None:
@@ -584,6 +606,27 @@ def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str, warning: str |
 
 
 @pytest.mark.parametrize(
+    ("question", "family", "warning"),
+    [
+        ('answer = "v"', "planar-2r", 'its z component is always 0; to ask for the others only'),
+        ('prompt = "{given}"\ngiven = ["pose", "rates"]\nanswer = "v"', "planar-2r", "its z component is always 0"),
+        ('answer = "v"\nrows = ["v_x", "v_y"]', "planar-2r", ""), ('answer = "v"', "elbow-3r", ""),
+        ('answer = "w"', "planar-2r", ""), ('options = ["x1", "z0"]\nshown = "formula"', "planar-2r", ""),
+        ('options = ["cross(z1, p)", "z0"]', "planar-2r", "its option 'cross(z1, p)' is shown as a text"),
+        ('options = ["2", "$p$", "none of these", "o9", "it"]', "planar-2r", ""),
+    ],
+)  # fmt: skip
+def test_what_is_probably_not_meant_is_a_warning_with_its_line(
+    question: str, family: str, warning: str, tmp_path: Path
+) -> None:
+    prompt = "" if "prompt" in question else 'prompt = "x"\n'
+    text = f'[question.mine]\n{prompt}{question}\n[[problem]]\nfamily = "{family}"\nquestions = ["mine"]\n'
+    notes = [note for note in make_assignment(tmp_path, text).notes if "mine" in note]
+    assert [warning] == [warning for note in notes if warning in note] if warning else not notes
+    assert all("assignment.toml: line " in note and f": for {family}, " in note for note in notes)
+
+
+@pytest.mark.parametrize(
     ("answer", "given", "unit"),
     [
         ("norm(p)", "d2 = [0.2, 0.8], a1 = [0.2, 0.8]", "m"), ("p.x*f[1]", 'd2 = "length", fx = [1, 5]', "N m"),
@@ -640,6 +683,14 @@ def test_show_and_verify_accept_custom_questions(tmp_path: Path) -> None:
     result = runner.invoke(app, ["verify", str(folder / "assignment.toml"), "--family", "planar-3r", "--count", "1"])
     assert "4 problems verified, 0 failed" in result.stdout and "where: answer" in result.stderr
     assert "--family planar-2r" in run_and_fail("verify", path, "planar-2r/7", "--family", "planar-2r")
+
+
+def test_preview_needs_only_the_assignment_file(tmp_path: Path) -> None:
+    folder = make_assignment(tmp_path, EVERY_KIND).folder
+    (folder / "secret.txt").unlink()
+    (folder / "roster.csv").unlink()
+    assert "Which of these is" in run("show", folder)
+    assert "roster.csv: file not found" in run_and_fail("show", folder, "--student", "s1")
 
 
 def test_students_are_told_that_multiples_count(tmp_path: Path) -> None:

@@ -77,7 +77,7 @@ def diagnose_chapter(name: str, answer: str, chain: Chain = PLANAR) -> tuple[str
     [
         ("position", f"[a1*{C1} + a2*cos(theta2), a1*{S1} + a2*sin(theta2)]", "relative-angle"),
         ("position", f"[a1*{C1}, a1*{S1}]", "link-left-out"),
-        ("position", f"[a1*{S1} + a2*{S12}, a1*{C1} + a2*{C12}]", "all-sines-for-cosines"),
+        ("position", f"[a1*{S1} + a2*{S12}, a1*{C1} + a2*{C12}]", "all-sines-for-cosines and rows-exchanged"),
         ("position", f"[a1*{C1} - a2*{C12}, a1*{S1} - a2*{S12}]", "link-subtracted"),
         ("jacobian", f"[[-a1*{S1}, -a2*{S12}], [a1*{C1}, a2*{C12}]]", "chain-rule: Column 1|link 2|(6.3)"),
         ("jacobian", f"[[-a1*{S1} - a2*{S12}, a1*{C1} + a2*{C12}], [-a2*{S12}, a2*{C12}]]", "transposed"),

@@ -245,10 +245,20 @@ def assert_metadata_describes_forms(problem: Problem) -> None:
         assert claimed is not None and claimed.answer.shape == part.shape
         assert type(claimed.answer) is type(expected.answer)
         assert claimed.answer.expected_units == part.answer.expected_units
-        assert claimed.answer.offered_options == part.answer.offered_options
+        options = part.answer.offered_options
+        assert claimed.answer.offered_options == (("",) * len(options) if part.details.has_drawn_options else options)
         assert claimed.answer.matched_items == part.answer.matched_items
         assert set(claimed.domain.roles) == set(expected.domain.roles)
         assert replace(claimed, answer=expected.answer, domain=expected.domain) == expected
+
+
+def test_metadata_do_not_reveal_the_configurations_in_drawings() -> None:
+    problem = generate("planar-2r/1", ["singular-drawing"])
+    metadata = json.dumps(make_notebook_metadata("student", "hw", "ada", [("p1", problem)]))
+    assert " deg" in problem.parts[0].answer.offered_options[0] and " deg" not in metadata
+    assert_metadata_describes_forms(problem)
+    form = find_claimed_form(json.loads(metadata), "p1", "singular-drawing")
+    assert form is not None and read_in_form(form, "b").chosen == (1,) and read_in_form(form, "z").refusal is not None
 
 
 FORMS: dict[str, object] = {"type": "matrix", "shape": [2, 2], "labels": [], "columns": []}
