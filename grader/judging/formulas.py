@@ -183,7 +183,8 @@ def judge_numbers(
         is_close = np.isfinite(values) & (np.abs(values - expected) <= np.maximum(tolerance * np.abs(expected), floor))
     is_correct = [bool(flag) for flag in is_close & ~np.array(is_blank)]
     if all(is_correct):
-        judgement = correct_judgement(Certificate("numeric", 1, 0.0), f"right to {100 * tolerance:g} %")
+        max_error = f"{100 * tolerance:g} %" if tolerance else f"{floor:g} {units[0]}".strip()
+        judgement = correct_judgement(Certificate("numeric", 1, 0.0), f"right to {max_error}")
     else:
         wrong_index = is_correct.index(False)
         is_zero = [abs(value) <= floor for value in reference]

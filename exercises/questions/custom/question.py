@@ -5,6 +5,7 @@ give.
 """
 
 import ast
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import lru_cache
@@ -65,6 +66,9 @@ def _find_sources(formula: ast.expr) -> Iterator[str]:
         else:
             stack.extend(ast.iter_child_nodes(node))
 
+
+_ABOUT_OTHER_OPTIONS = re.compile(r"\s*(none|all|any) of (these|them|the (others|above))", re.IGNORECASE)
+"""Matches an option that is about the others, such as "none of these". It stays the last one."""
 
 ZEROS = "zeros"
 """The function whose result is a set of configurations; it must be the whole answer."""
@@ -318,7 +322,10 @@ class QuestionMaker:
 
     def sample_choice(self, chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         """Return a choice or selection with the options in random order."""
-        order = rng.permutation(tuple(range(len(self.option_formulas))))
+        random_order = rng.permutation(tuple(range(len(self.option_formulas))))
+        order = sorted(
+            random_order, key=lambda index: bool(_ABOUT_OTHER_OPTIONS.match(self.definition.options[index].content))
+        )
         options = [self.definition.options[index] for index in order]
         texts = tuple(self._write_option(chain, index) for index in order)
         correct = tuple(position for position, option in enumerate(options) if option.is_correct)

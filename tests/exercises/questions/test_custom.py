@@ -685,6 +685,30 @@ def test_show_and_verify_accept_custom_questions(tmp_path: Path) -> None:
     assert "--family planar-2r" in run_and_fail("verify", path, "planar-2r/7", "--family", "planar-2r")
 
 
+def test_option_about_the_others_stays_last(tmp_path: Path) -> None:
+    options = 'prompt = "x"\nshown = "formula"\noptions = ["x1", {text = "None of these"}, "y2", "z0"]'
+    text = f'[question.mine]\n{options}\n[[problem]]\nfamily = "planar-2r"\nquestions = ["mine"]\n'
+    slot = make_assignment(tmp_path, text).slots[0]
+    answers = [slot.generate_from_seed(seed).parts[0].answer.offered_options for seed in range(8)]
+    assert {options[-1] for options in answers} == {"None of these"} and len(set(answers)) > 1
+
+
+def test_precision_of_a_right_number_is_stated_as_the_question_states_it(tmp_path: Path) -> None:
+    question = 'prompt = "{given}"\ngiven = ["pose", "rates"]\nunit = "m/s"\nanswer = "norm(v)"'
+    for precision, reason in (('tolerance = "0.001 m/s"', "right to 0.001 m/s"), ("digits = 2", "right to 5 %")):
+        problem = make_problem(tmp_path / precision[:3], f"{question}\n{precision}")
+        answer = problem.parts[0].answer.as_typed()
+        assert judge(problem, problem.parts[0], answer, "seed").reason == reason
+        assert re.search(r"\$\$\n[^\n]+\n\$\$", write_solution(problem, problem.parts[0]))
+
+
+@pytest.mark.parametrize("format", ["text", "html", "latex"])
+def test_an_answer_in_words_has_no_typed_form(format: str, tmp_path: Path) -> None:
+    problem = make_problem(tmp_path, 'prompt = "x"\nanswer = "text"\nsolution = "Because."')
+    shown = show_assignment("T", [("p1", problem)], solution=True, format=format)
+    assert "Because." in shown and "Typed answer" not in shown and "A person marks this answer" not in shown
+
+
 def test_preview_needs_only_the_assignment_file(tmp_path: Path) -> None:
     folder = make_assignment(tmp_path, EVERY_KIND).folder
     (folder / "secret.txt").unlink()
