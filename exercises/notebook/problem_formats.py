@@ -62,7 +62,7 @@ def _describe_parts(
                 for number, hint in enumerate(problem_texts.write_hints(problem, part) if with_hints else (), 1)
             ],
             "solution": convert(solutions[part.name]) if with_solutions else "",
-            "code": problem_texts.write_answer_code(problem, part) if with_solutions else "",
+            "code": problem_texts.write_answer_code(problem, part) if with_solutions and part.type != "text" else "",
             "figure": draw_part_svg(problem.chain, part, part.name) if with_figures else "",
             "solution_figure": notebook.draw_singular_configurations(problem, part, f"{part.name}-solution")
             if with_figures and with_solutions

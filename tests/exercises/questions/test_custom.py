@@ -702,6 +702,13 @@ def test_precision_of_a_right_number_is_stated_as_the_question_states_it(tmp_pat
         assert re.search(r"\$\$\n[^\n]+\n\$\$", write_solution(problem, problem.parts[0]))
 
 
+@pytest.mark.parametrize("format", ["text", "html", "latex"])
+def test_an_answer_in_words_has_no_typed_form(format: str, tmp_path: Path) -> None:
+    problem = make_problem(tmp_path, 'prompt = "x"\nanswer = "text"\nsolution = "Because."')
+    shown = show_assignment("T", [("p1", problem)], solution=True, format=format)
+    assert "Because." in shown and "Typed answer" not in shown and "A person marks this answer" not in shown
+
+
 def test_preview_needs_only_the_assignment_file(tmp_path: Path) -> None:
     folder = make_assignment(tmp_path, EVERY_KIND).folder
     (folder / "secret.txt").unlink()
