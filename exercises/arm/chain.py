@@ -251,16 +251,22 @@ class Chain:
 
     @property
     def is_planar(self) -> bool:
-        """Whether the arm stays in the world's xy plane in every configuration."""
+        """Whether the arm is known to stay in the world's xy plane in every configuration.
+
+        Arms of revolute joints, and arms whose joint 1 rotates in the plane while joint 2 moves along a line of the
+        plane, are recognized.
+        """
         if self.base.tilt not in (0, sp.pi):
             return False
+        twist = self.joints[self.point.frame - 1].alpha if self.point.frame else sp.S.Zero
+        _, y, z = self.point.offset
+        offset_y, offset_z = sp.cos(twist) * y - sp.sin(twist) * z, sp.sin(twist) * y + sp.cos(twist) * z  # untwisted
         if all(joint.alpha in (0, sp.pi) for joint in self.joints[:-1]):
-            return all(joint.is_revolute and joint.d == 0 for joint in self.joints) and self.point.offset[2] == 0
-        # the only other planar arm: joint 1 rotates in the plane, and joint 2 moves along a line of the plane
+            return all(joint.is_revolute and joint.d == 0 for joint in self.joints) and bool(offset_z == 0)
         if [joint.kind for joint in self.joints] != [REVOLUTE, PRISMATIC] or self.joints[0].d != 0:
             return False
         is_in_plane = self.joints[0].alpha in (sp.pi / 2, -sp.pi / 2) and self.joints[1].theta in (0, sp.pi)
-        return bool(is_in_plane and self.point.offset[1] == 0)
+        return bool(is_in_plane and offset_y == 0)
 
     @cached_property
     def parameters(self) -> tuple[sp.Symbol, ...]:

@@ -96,7 +96,10 @@ def compute_digests(problem: Problem) -> Digests:
 
 
 def _make_part_json(part: Part) -> Json:
-    content = {"kind": part.kind, "reference": part.answer.as_json(), "details": to_plain_data(part.details)}
+    """Return what is asked, and the answer; without the words about wrong options, which may be improved later."""
+    details = to_plain_data(part.details)
+    details.pop("blames", None)
+    content = {"kind": part.kind, "reference": part.answer.as_json(), "details": details}
     return {"options": None, **content, **part.answer.to_options_json()}
 
 

@@ -103,7 +103,7 @@ def _make_result(
         name = f"{slot}.{part.name}"
         override = overrides.find(student.id, name, part.answer or "") or overrides.by_group.get(part.group or "")
         if override is None:
-            if overrides.has_other_answer(student.id, name):
+            if overrides.has_marked_answer(student.id, name):
                 staff_notes.append(f"the answer to {name} has changed since a person marked it")
             return part
         points = part.points if override.points is None else override.points

@@ -23,7 +23,7 @@ OVERRIDES_FILE = "overrides.csv"
 COLUMN_NAMES = ("student", "part", "points", "comment")
 HEADER = ",".join(COLUMN_NAMES)
 GROUP_COLUMN = "group"
-"""The optional column."""
+"""An optional column: the group of equal wrong answers to which a line applies, instead of a student."""
 ANSWER_COLUMN = "answer"
 """A column of graded/to-mark.csv: the answer in words. A line that was copied from there may have no points yet."""
 TOTAL_PART = ""
@@ -34,8 +34,8 @@ TOTAL_PART = ""
 class Overrides:
     """The contents of overrides.csv.
 
-    `by_part` has the overrides by student, part and answer in one line; the answer is "" if the override applies to any
-    answer. `by_group` has the overrides by the key of a group.
+    `by_part` has the overrides by student, part and answer (see `flatten_answer`); the answer is "" if the override
+    applies to any answer. `by_group` has the overrides by the key of a group.
     """
 
     by_part: Mapping[tuple[str, str, str], Override] = field(default_factory=dict)
@@ -43,15 +43,15 @@ class Overrides:
 
     def find(self, student: str, part: str, answer: str = "") -> Override | None:
         """Return the override of a student's part with this answer; None if there is none."""
-        return self.by_part.get((student, part, write_in_one_line(answer))) or self.by_part.get((student, part, ""))
+        return self.by_part.get((student, part, flatten_answer(answer))) or self.by_part.get((student, part, ""))
 
-    def has_other_answer(self, student: str, part: str) -> bool:
-        """Return whether a person has marked another answer of a student to a part."""
-        return any(key[:2] == (student, part) for key in self.by_part)
+    def has_marked_answer(self, student: str, part: str) -> bool:
+        """Return whether a person has marked a single answer of a student to a part."""
+        return any(marked[:2] == (student, part) and marked[2] for marked in self.by_part)
 
 
-def write_in_one_line(answer: str) -> str:
-    """Return an answer in words in one line, as it stands in graded/to-mark.csv except for a quote at its beginning."""
+def flatten_answer(answer: str) -> str:
+    """Return a free-text answer on a single line, in the form of graded/to-mark.csv without a leading quote."""
     line = escape_controls(" ".join(answer.split()))
     return unicodedata.normalize("NFC", line).removeprefix("'")
 
@@ -105,7 +105,7 @@ def read_overrides(assignment: Assignment) -> Overrides:
         if group:
             by_group[group] = Override(new_points, comment, None, group)
         else:
-            by_part[student, part, write_in_one_line(answer)] = Override(new_points, comment, None)
+            by_part[student, part, flatten_answer(answer)] = Override(new_points, comment, None)
     return Overrides(by_part, by_group)
 
 

@@ -8,7 +8,7 @@ from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common.console import escape_controls
 from qdot.exercises.common.input_file import format_csv
 from qdot.exercises.common.json_form import to_jsonable
-from qdot.grader.grading.overrides import write_in_one_line
+from qdot.grader.grading.overrides import flatten_answer
 from qdot.grader.grading.result import Result
 from qdot.grader.judging.verdict import AWAITS_PERSON
 from qdot.grader.marking.marking import format_points, sum_points
@@ -71,7 +71,7 @@ def make_to_mark_csv(results: Sequence[Result]) -> str | None:
     Its columns are those of overrides.csv and the answer in one line.
     """
     rows = [
-        [result.student, name, "", "", escape_formula(write_in_one_line(part.answer or ""))]
+        [result.student, name, "", "", escape_formula(flatten_answer(part.answer or ""))]
         for result in results
         if result.override is None
         for name, part in result.parts.items()

@@ -67,6 +67,17 @@ def test_planar_arms_are_distinguished_from_spatial_ones() -> None:
     assert not Chain("arm", (FIRST, SECOND), ("vx", "vy"), Base(tilt=sp.pi / 2)).is_planar
 
 
+def test_a_point_beside_the_plane_of_a_twisted_last_frame_is_not_planar() -> None:
+    offset, zero = sp.Rational(1, 10), sp.S.Zero
+    twisted = Joint(SECOND.kind, SECOND.theta, SECOND.d, SECOND.a, sp.pi / 2)
+    for joint, point, is_planar in (
+        (SECOND, (zero, offset, zero), True), (SECOND, (zero, zero, offset), False),
+        (twisted, (zero, offset, zero), False), (twisted, (zero, zero, offset), True),
+    ):  # fmt: skip
+        arm = make_planar_arm(FIRST, joint, tool=Point(2, point))
+        assert arm.is_planar is is_planar, (joint, point)
+
+
 def test_changing_the_task_keeps_the_joints() -> None:
     arm = make_planar_arm(FIRST, SECOND).with_task("vx", "wz")
     assert arm.task == ("vx", "wz")
