@@ -13,9 +13,11 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.questions.custom.question import CustomDetails
 from qdot.exercises.reference_answers import LETTERS
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.short_questions.options import ConfigurationOptions, Options
+from qdot.exercises.writing.custom_texts import write_custom_options
 from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.latex import tex, tex_angle
 from qdot.exercises.writing.render import make_environment
@@ -57,6 +59,8 @@ def write_option(problem: Problem, part: Part, index: int, language: str = ENGLI
     if isinstance(details, ConfigurationOptions):
         option = templates.get_template("questions/rank.md.j2").module.option
         return messages.localize_formulas(str(option(details, details.offered_configurations[index], chain)))
+    if isinstance(details, CustomDetails):
+        return messages.localize_formulas(write_custom_options(part, Wording(chain, messages))[index])
     text = write_prompt(problem, part, language)
     option_line = re.search(rf"^- \*\*{LETTERS[index]}\.\*\* (.*)$", text, re.MULTILINE)
     return option_line[1] if option_line is not None else messages.translate_phrase(part.answer.offered_options[index])

@@ -2,6 +2,7 @@
 
 import ast
 import json
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -16,6 +17,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student, load_assig
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError, Reason
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.exports.boxes import arrange_options
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.items import ChoiceForm, make_items
 from qdot.exercises.exports.known_wrong_answers import find_known_wrong_answers
@@ -683,6 +685,28 @@ def test_show_and_verify_accept_custom_questions(tmp_path: Path) -> None:
     result = runner.invoke(app, ["verify", str(folder / "assignment.toml"), "--family", "planar-3r", "--count", "1"])
     assert "4 problems verified, 0 failed" in result.stdout and "where: answer" in result.stderr
     assert "--family planar-2r" in run_and_fail("verify", path, "planar-2r/7", "--family", "planar-2r")
+
+
+def test_options_that_are_matrices_are_displayed_over_several_lines(tmp_path: Path) -> None:
+    problem = make_problem(tmp_path, 'prompt = "x"\nshown = "formula"\noptions = ["x1", {text = "none of these"}, "p"]')
+    (part,) = problem.parts
+    rows = [line for line in show_assignment("T", [("p1", problem)]).splitlines() if re.search("[⎡⎢⎣]", line)]
+    assert len(rows) == 6 and all(re.fullmatch(r" +([AB]\. )?[⎡⎢⎣][^⎡⎢⎣]*", row) for row in rows)
+    options = arrange_options(problem, part)
+    assert options is not None and [option.text[:2] for option in options.options] == ["$$", "$$", "no"]
+    (item,) = make_items(ExportRequest(load_assignment(tmp_path / "hw"), find_failures, variant_count=1))
+    assert isinstance(item.form, ChoiceForm) and "bmatrix" not in str(item.body[-1])
+
+
+def test_millimetres_are_no_cause_of_a_wrong_angle(tmp_path: Path) -> None:
+    question = 'prompt = "{given}"\ngiven = ["pose"]\nunit = "rad"\nanswer = "atan(p.y/p.x)"'
+    problem = make_problem(tmp_path, question)
+    number = float(problem.parts[0].answer.as_matrix()[0])
+    for factor, cause in ((1000, ""), (180 / math.pi, "degrees")):
+        (marked_part,) = mark(problem, {"mine": f"{factor * number:.8g}"}, secret="s")
+        assert marked_part.diagnosis is not None
+        text = str(marked_part.diagnosis)
+        assert "metres" not in text and cause in text
 
 
 def test_option_about_the_others_stays_last(tmp_path: Path) -> None:
