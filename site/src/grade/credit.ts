@@ -29,7 +29,7 @@ export interface Coverage {
 }
 
 /** Return the factor by which a condition reduces the share: 1 if all of its pieces are found. */
-function factorOfCondition({ found, expected }: Coverage): number {
+function computeFactorOfCondition({ found, expected }: Coverage): number {
   if (found === expected) return 1;
   return found > 0 ? FORGOTTEN_FACTOR : MISSING_FACTOR;
 }
@@ -39,7 +39,7 @@ export function computeShareOfSet(coverages: readonly Coverage[], falseCount: nu
   const foundConditions = coverages.filter(({ found }) => found > 0).length;
   if (foundConditions === 0 || falseCount > foundConditions) return 0;
   const share = coverages.reduce(
-    (product, coverage) => product * factorOfCondition(coverage),
+    (product, coverage) => product * computeFactorOfCondition(coverage),
     MISSING_FACTOR ** falseCount * (isRounded ? 1 - DEDUCTION : 1),
   );
   return share < 1 ? share : MISSING_FACTOR; // the caller has found something wrong

@@ -41,22 +41,22 @@ export function explainWrongNumbers(
   key: NumbersKey,
   text: string,
 ): Explanation {
-  const typed = { values, rightFlags, key, relativeTolerance: toleranceOfDigits(text, key) };
+  const typed = { values, rightFlags, key, relativeTolerance: computeToleranceOfDigits(text, key) };
   const isMeasured = key.tolerance >= EXACT_TOLERANCE;
-  if (isMeasured && hasTooFewDigits(typed)) return { slips: [roundingMessage("slip.rounded", key)] };
+  if (isMeasured && hasTooFewDigits(typed)) return { slips: [makeRoundingMessage("slip.rounded", key)] };
   const mistake = findMistake(typed);
   if (mistake !== undefined) return { mistake };
   if (!isMeasured) return {};
   const slips = findUnitSlips(typed) ?? findMistakeAndUnitSlip(typed);
   if (slips) return { slips };
-  return areAllClose(typed) ? { slips: [roundingMessage("slip.close", key)] } : {};
+  return areAllClose(typed) ? { slips: [makeRoundingMessage("slip.close", key)] } : {};
 }
 
-const roundingMessage = (key: TextKey, { tolerance }: NumbersKey): Message =>
+const makeRoundingMessage = (key: TextKey, { tolerance }: NumbersKey): Message =>
   message(key, { percent: 100 * tolerance });
 
 /** Return the relative tolerance of typed numbers: a little more than half a unit of the last digit. */
-function toleranceOfDigits(text: string, { tolerance }: NumbersKey): number {
+function computeToleranceOfDigits(text: string, { tolerance }: NumbersKey): number {
   const decimals = text.match(/\d*[.,]\d+/g) ?? [];
   const digits = decimals.map((number) => number.replace(/^[0.,]+|[.,]/g, "").length);
   const maxDigits = Math.max(MIN_DIGITS, ...digits);
@@ -118,7 +118,7 @@ type UnitSlip = { readonly factor: (unit: string) => number; readonly report: (w
 const isAngularRate = (unit: string): boolean => unit === "rad/s";
 
 /** Return the power of metres in a unit: 1 for m/s, 2 for m^2, 0 for rad/s. */
-function metresIn(unit: string): number {
+function countMetres(unit: string): number {
   const [, power = "1"] = /^m(?:\^(\d))?(?![a-z])/.exec(unit) ?? [null, "0"];
   return Number(power);
 }
@@ -135,7 +135,7 @@ const UNIT_SLIPS: readonly UnitSlip[] = [
     report: (where) => message("slip.radians-twice", { where }),
   },
   ...[1000, 100, 1 / 100, 1 / 1000].map((unitsPerMetre) => ({
-    factor: (unit: string) => unitsPerMetre ** metresIn(unit),
+    factor: (unit: string) => unitsPerMetre ** countMetres(unit),
     report: (where: Message) => message(unitsPerMetre > 1 ? "slip.metres-large" : "slip.metres-small", { where }),
   })),
   ...[10, 100, 1000, 1 / 10, 1 / 100, 1 / 1000].map((factor) => ({

@@ -6,7 +6,7 @@ import { evaluate, type Value } from "../read/evaluate.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
 import { convertNumbers, convertTable } from "../read/tables.js";
-import { hasBlank, namesIn, type Node, type SymbolValues } from "../read/tree.js";
+import { hasBlank, findNames, type Node, type SymbolValues } from "../read/tree.js";
 import { convertUnitsOfNumbers, findUnits, parseUnit, replaceLatexUnits } from "../read/units.js";
 import { message } from "../text/text.js";
 import { computeShareForDeviations, computeShareOfEntries } from "./credit.js";
@@ -14,7 +14,7 @@ import { EXACT_TOLERANCE, explainWrongNumbers } from "./number-slips.js";
 import { correct, isVerdict, listNames, missing, parseOrVerdict, verdictOf, wrong } from "./verdict.js";
 import type { Verdict } from "./verdict.js";
 import { extractEntries, labelOf, parseRowsOrTable } from "./forms.js";
-import { configurationText, findUnknownSymbols, fingerprintWeight, getConfiguration } from "./values.js";
+import { writeConfiguration, findUnknownSymbols, computeFingerprintWeight, getConfiguration } from "./values.js";
 import { correctOrUnsure } from "./values.js";
 
 const NO_SYMBOLS: ReadonlySet<string> = new Set();
@@ -54,8 +54,8 @@ function findWrongUnit(text: string, labels: readonly string[], units: readonly 
     const indexByName = names.indexOf(labelOf(name));
     const index = indexByName >= 0 ? indexByName : indexByPlace; // -1 if the unit may be that of any entry
     const possibleUnits = index < 0 ? units : units.slice(index, index + 1);
-    const dimension = dimensionText(unit);
-    const possibleDimensions = possibleUnits.map(dimensionText);
+    const dimension = findDimension(unit);
+    const possibleDimensions = possibleUnits.map(findDimension);
     const isKnown = dimension !== null && possibleDimensions.length > 0 && !possibleDimensions.includes(null);
     if (!isKnown || possibleDimensions.includes(dimension)) continue;
     const expected = possibleUnits[0] as string;
@@ -67,14 +67,14 @@ function findWrongUnit(text: string, labels: readonly string[], units: readonly 
 }
 
 /** Return a text that is equal for units of the same dimension; null if there is no unit, or an unknown one. */
-const dimensionText = (unit: string): string | null =>
+const findDimension = (unit: string): string | null =>
   unit === "" ? null : (parseUnit(unit)?.dimension.join() ?? null);
 
 function judgeEntries(entries: readonly Node[], key: NumbersKey, text: string): Verdict {
   const { right: correctValues, floor: absoluteTolerance, tolerance: relativeTolerance } = key;
-  const names = namesIn(...entries);
+  const names = findNames(...entries);
   if (names.size > 0) return wrong("read.numbers", { names: listNames(names) });
-  const values = entries.map((entry) => (hasBlank(entry) ? NaN : realOrNaN(entry)));
+  const values = entries.map((entry) => (hasBlank(entry) ? NaN : evaluateReal(entry)));
   const isNear = (value: number, expected: number) =>
     Math.abs(value - expected) <= Math.max(relativeTolerance * Math.abs(expected), absoluteTolerance);
   const rightFlags = values.map((value, i) => isNear(value, correctValues[i] as number));
@@ -104,7 +104,7 @@ function judgeEntries(entries: readonly Node[], key: NumbersKey, text: string): 
   });
 }
 
-function realOrNaN(entry: Node): number {
+function evaluateReal(entry: Node): number {
   const { re, im, size: termSize } = evaluate(entry, {});
   return Math.abs(im) <= FORMULA_TOLERANCE * termSize ? re : NaN;
 }
@@ -121,7 +121,7 @@ export function judgeDirection(answer: string, key: ValuesKey, labels: readonly 
 }
 
 function judgeVector(entries: readonly Node[], key: ValuesKey): Verdict {
-  const names = namesIn(...entries);
+  const names = findNames(...entries);
   const isNumeric = typeof key.tolerance === "number"; // formulas have no tolerance
   if (isNumeric) return judgeNumericVector(entries, names, key, key.tolerance);
   const vectorsByPoint = key.points.map((_, k) => {
@@ -135,7 +135,7 @@ function judgeVector(entries: readonly Node[], key: ValuesKey): Verdict {
     const tolerance = FORMULA_TOLERANCE * Math.max(...vector.map(({ size: termSize }) => termSize));
     if (!Number.isFinite(tolerance)) return true;
     const realAndImaginaryParts = [vector.map(({ re }) => re), vector.map(({ im }) => im)];
-    return realAndImaginaryParts.some((part) => distanceFromLine(part, expected) > tolerance);
+    return realAndImaginaryParts.some((part) => computeDistanceFromLine(part, expected) > tolerance);
   });
   if (firstWrongPoint < 0) return correctOrUnsure(entries, message("verdict.direction"), vectorsByPoint);
   const unknownMessage = findUnknownSymbols(names, key);
@@ -159,7 +159,8 @@ const MIN_FINGERPRINT = 0.1;
 
 /** Return a fingerprint of a direction, independent of its length and sign, as in ../../../exercises/site/keys.py. */
 const computeFingerprint = (vector: readonly number[]): number =>
-  Math.abs(vector.reduce((sum, component, i) => sum + fingerprintWeight(i) * component, 0)) / Math.hypot(...vector);
+  Math.abs(vector.reduce((sum, component, i) => sum + computeFingerprintWeight(i) * component, 0)) /
+  Math.hypot(...vector);
 
 /** Judge a numeric vector. Unit vectors in its direction and in the correct one may differ by `tolerance` in length. */
 function judgeNumericVector(
@@ -177,12 +178,12 @@ function judgeNumericVector(
   const length = Math.hypot(...components.map(({ re }) => re));
   if (isReal && length === 0) return wrong("verdict.zero-vector");
   const unitVector = components.map(({ re }) => re / length);
-  if (isReal && differenceOfDirections(unitVector, expected) <= tolerance) return correct(message("verdict.direction"));
+  if (isReal && compareDirections(unitVector, expected) <= tolerance) return correct(message("verdict.direction"));
   // in a plane, many directions are near that of some mistake
   const mistakes = isReal && unitVector.length > 2 ? key.mistakes : [];
   const mistake = findMistakeIndex(
     mistakes,
-    (mistakenVector) => differenceOfDirections(unitVector, mistakenVector) <= tolerance,
+    (mistakenVector) => compareDirections(unitVector, mistakenVector) <= tolerance,
   );
   return reportDifference(names, getConfiguration(key, 0), mistake);
 }
@@ -196,18 +197,18 @@ function reportDifference(
   const usedSymbols = [...names].filter((name) => name in configuration).sort();
   const values = Object.fromEntries(usedSymbols.map((symbol) => [symbol, configuration[symbol] as number]));
   if (usedSymbols.length === 0) return { ...wrong("verdict.other-direction"), mistake };
-  const reason = message("verdict.not-along", { at: configurationText(values) });
+  const reason = message("verdict.not-along", { at: writeConfiguration(values) });
   return verdictOf(0, [reason], { counterexample: values, mistake });
 }
 
 /** Return the distance of a vector's head from the line through the origin along another vector. */
-function distanceFromLine(vector: readonly number[], line: readonly number[]): number {
+function computeDistanceFromLine(vector: readonly number[], line: readonly number[]): number {
   const factor = dot(vector, line) / dot(line, line); // the vector's projection onto the line is `factor` times `line`
   return Math.hypot(...vector.map((component, i) => component - factor * (line[i] as number)));
 }
 
 /** Return the distance of a unit vector from the unit vector along `expected`, or from its negative if that is less. */
-function differenceOfDirections(unitVector: readonly number[], expected: readonly number[]): number {
+function compareDirections(unitVector: readonly number[], expected: readonly number[]): number {
   const length = Math.hypot(...expected);
   const distanceWithSign = (sign: 1 | -1) =>
     Math.hypot(...unitVector.map((component, i) => component - (sign * (expected[i] as number)) / length));

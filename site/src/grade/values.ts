@@ -8,19 +8,19 @@ import { convertTable } from "../read/tables.js";
 import type { Node, Rows, SymbolValues } from "../read/tree.js";
 import {
   anyNode,
-  columnsOf,
-  digitsOfDecimals,
+  transposeRows,
+  countDigitsOfDecimals,
   hasBlank,
   isConstant,
-  namesIn,
-  placeOfEntry,
+  findNames,
+  locateEntry,
   visitNodes,
 } from "../read/tree.js";
 import { UNITS } from "../read/vocabulary.js";
 import { formatNumber, message, type Message, numberSeparator, say, type TextKey, withGreek } from "../text/text.js";
 import { computeShareForDeviations, computeShareOfEntries } from "./credit.js";
-import { extractEntries, isBlank, matrixOf, otherComponent } from "./forms.js";
-import { parseRowsOrTable, requireScalars, rightSide, withShape } from "./forms.js";
+import { extractEntries, isBlank, buildMatrix, findOtherComponent } from "./forms.js";
+import { parseRowsOrTable, requireScalars, takeRightSide, checkShape } from "./forms.js";
 import { findSlips } from "./slips.js";
 import { correct, isVerdict, listNames, missing, parseOrVerdict, type Verdict, verdictOf, wrong } from "./verdict.js";
 
@@ -57,7 +57,7 @@ export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], 
       : parseRowsOrTable(
           (text) => {
             const tree = parse(text, symbols);
-            const rows = isBlank(tree) ? null : matrixOf(tree, symbols, labels, key, columnNames);
+            const rows = isBlank(tree) ? null : buildMatrix(tree, symbols, labels, key, columnNames);
             return rows && isTransposed(rows, key)
               ? judgeTransposed(rows, key)
               : extractEntries(tree, key, symbols, labels, columnNames);
@@ -72,9 +72,9 @@ export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], 
 function parseFormula(answer: string, symbols: ReadonlySet<string>, labels: readonly string[]): Rows | Verdict {
   const typed = parse(answer, symbols);
   if (isBlank(typed)) return missing();
-  const otherName = otherComponent(typed, labels);
+  const otherName = findOtherComponent(typed, labels);
   if (otherName) return wrong("read.component", { other: otherName, asked: labels[0] as string });
-  const tree = rightSide(onlyEntry(rightSide(typed, symbols, labels)), symbols, labels);
+  const tree = takeRightSide(unwrapOnlyEntry(takeRightSide(typed, symbols, labels)), symbols, labels);
   const withDecimalPoints = readCommasAsPoints(answer);
   if (tree.kind === "list" && withDecimalPoints !== answer)
     return parseOrVerdict(() => parseFormula(withDecimalPoints, symbols, labels));
@@ -82,9 +82,9 @@ function parseFormula(answer: string, symbols: ReadonlySet<string>, labels: read
 }
 
 /** Return the entry of Matrix([a]), [a] or [[a]]: a matrix of one entry is read as this entry. */
-function onlyEntry(tree: Node): Node {
+function unwrapOnlyEntry(tree: Node): Node {
   const [only] = tree.args;
-  return tree.kind === "list" && tree.args.length === 1 && only ? onlyEntry(only) : tree;
+  return tree.kind === "list" && tree.args.length === 1 && only ? unwrapOnlyEntry(only) : tree;
 }
 
 /** Return whether a matrix has the expected shape when transposed. */
@@ -96,16 +96,16 @@ function isTransposed(rows: Rows, key: ValuesKey): boolean {
 
 /** Return the verdict on a transposed matrix; it says whether the transposition is the only mistake. */
 function judgeTransposed(rows: Node[][], key: ValuesKey): Verdict {
-  const isRight = judgeEntries(requireScalars(columnsOf(rows)), key).outcome === "correct";
+  const isRight = judgeEntries(requireScalars(transposeRows(rows)), key).outcome === "correct";
   const slip = message(isRight ? "slip.transposed" : "slip.turned");
-  return { ...(withShape(rows, key) as Verdict), slips: [slip] };
+  return { ...(checkShape(rows, key) as Verdict), slips: [slip] };
 }
 
 function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   if (key.points.length === 0) throw new Error("a key without configurations"); // else every answer would be right
   const entries = rows.flat();
   const blankFlags = entries.map(hasBlank);
-  const names = namesIn(...entries);
+  const names = findNames(...entries);
   const valuesByPoint: EntryValues[] = [];
   // a wrong answer differs at one of the first configurations, so later values are computed only when needed
   const configurationAt = (k: number) => getConfiguration(key, k, names);
@@ -181,16 +181,16 @@ export function correctOrUnsure(
   const points = values.length;
   const functions = new Set<string>();
   for (const entry of entries) visitNodes(entry, ({ text }) => BRANCHING.has(text) && functions.add(text));
-  const digits = Math.max(...entries.map(digitsOfDecimals));
+  const digits = Math.max(...entries.map(countDigitsOfDecimals));
   if (digits > 8 && digits < 16) return correct(message("verdict.decimals", { points, digits }), false);
-  const hidingNumber = entries.map(extremeNumber).find((number) => number !== null) ?? cancellationSize(values);
+  const hidingNumber = entries.map(findExtremeNumber).find((number) => number !== null) ?? findCancellationSize(values);
   if (hidingNumber) return correct(message("verdict.out-of-sight", { points, number: hidingNumber }), false);
   if (functions.size === 0) return correct(sureReason);
   return correct(message("verdict.branches", { points, functions: [...functions].sort().join(", ") }), false);
 }
 
 /** Return a number or power so small or large that nine digits can't distinguish it from zero or infinity; or null. */
-function extremeNumber(tree: Node): string | null {
+function findExtremeNumber(tree: Node): string | null {
   let text: string | null = null;
   anyNode(tree, (node) => {
     const isNumber = node.kind === "number" || node.kind === "decimal";
@@ -204,7 +204,7 @@ function extremeNumber(tree: Node): string | null {
 }
 
 /** Return the size of an entry's terms if they cancel so far that rounding errors may hide a difference; else null. */
-function cancellationSize(values: readonly EntryValues[]): string | null {
+function findCancellationSize(values: readonly EntryValues[]): string | null {
   const maxByEntry = (sizeOf: (value: Value) => number) =>
     (values[0] ?? []).map((_, i) =>
       Math.max(...values.map((entryValues) => (entryValues[i] ? sizeOf(entryValues[i]) : 0))),
@@ -245,7 +245,7 @@ function findDeviation(
     ratios.push(ratio);
   }
   const constants = (key.constants ?? []).slice(0, MAX_CONSTANTS).map((name) => key.symbols.indexOf(name));
-  for (const powers of powersOf(constants.length)) {
+  for (const powers of listPowers(constants.length)) {
     const factors = ratios.map((ratio, k) =>
       powers.reduce((product, power, j) => product * (key.points[k]?.[constants[j]!] ?? NaN) ** power, ratio),
     );
@@ -273,8 +273,8 @@ const POWERS = [0, 1, -1, 0.5, -0.5];
 const isNear = (a: number, b: number): boolean => Math.abs(a - b) <= FORMULA_TOLERANCE * Math.abs(b);
 
 /** Return all combinations of such powers for a number of symbols. */
-function powersOf(count: number): number[][] {
-  return count === 0 ? [[]] : powersOf(count - 1).flatMap((rest) => POWERS.map((power) => [power, ...rest]));
+function listPowers(count: number): number[][] {
+  return count === 0 ? [[]] : listPowers(count - 1).flatMap((rest) => POWERS.map((power) => [power, ...rest]));
 }
 
 /** Return a message on how many nonzero entries are right; an empty list if there is only one entry. */
@@ -292,13 +292,13 @@ function describeDifference(
   key: ValuesKey,
   k: number,
 ): Message {
-  const place = placeOfEntry(i, key.columns);
+  const place = locateEntry(i, key.columns);
   if (!value) return message("verdict.blank", place);
   const expected = key.right[i]?.[k] ?? null;
   const values = {
-    at: configurationText(valuesForStudent(key, k, entries[i] as Node)),
-    yours: complexText(value),
-    expected: numberText(expected),
+    at: writeConfiguration(listValuesForStudent(key, k, entries[i] as Node)),
+    yours: writeComplexNumber(value),
+    expected: writeNumber(expected),
   };
   return entries.length === 1 ? message("verdict.differs", values) : message("verdict.entry", { ...place, ...values });
 }
@@ -316,7 +316,7 @@ function findMistake(
       return value && value.im === 0 ? value.re : NaN;
     });
   const computeFingerprint = (values: readonly number[]) =>
-    values.reduce((total, value, i) => total + fingerprintWeight(i) * value, 0);
+    values.reduce((total, value, i) => total + computeFingerprintWeight(i) * value, 0);
   const fingerprints = key.points.slice(0, FINGERPRINT_COUNT).map((_, k) => computeFingerprint(valuesAtPlaces(k)));
   const difference = (k: number) => fingerprints[k]! - computeFingerprint(key.right.map((values) => values[k] ?? NaN));
   return findMistakeIndex(mistakes, (mistakenFingerprints) =>
@@ -332,27 +332,27 @@ function findMistake(
 }
 
 /** Return the weight of an entry in the fingerprint of an answer, as in ../../../exercises/site/keys.py. */
-export const fingerprintWeight = (index: number): number => 1 + ((index * GOLDEN_RATIO) % 1);
+export const computeFingerprintWeight = (index: number): number => 1 + ((index * GOLDEN_RATIO) % 1);
 
 const NO_NAMES: ReadonlySet<string> = new Set();
 
 /** Return the values of all symbols at configuration k, and an arbitrary number for each other name in an answer. */
 export function getConfiguration(key: ValuesKey, k: number, names = NO_NAMES): SymbolValues {
   const values: Record<string, number> = {};
-  for (const unknown of names) values[unknown] = arbitraryNumber(unknown, k);
+  for (const unknown of names) values[unknown] = makeArbitraryNumber(unknown, k);
   key.symbols.forEach((symbol, i) => (values[symbol] = key.points[k]?.[i] ?? NaN));
   return values;
 }
 
 /** Return a number from 0.3 to 1.7 that depends only on a name and on the index of a configuration. */
-export function arbitraryNumber(name: string, k: number): number {
+export function makeArbitraryNumber(name: string, k: number): number {
   const hash = [...name].reduce((sum, sign) => (sum * 31 + (sign.codePointAt(0) ?? 0)) % 9973, 7 + k);
   return 0.3 + ((hash * GOLDEN_RATIO) % 1.4);
 }
 
 /** Return the values with which a student can check an entry at configuration k. */
-function valuesForStudent(key: ValuesKey, k: number, entry: Node): SymbolValues {
-  const used = namesIn(entry);
+function listValuesForStudent(key: ValuesKey, k: number, entry: Node): SymbolValues {
+  const used = findNames(entry);
   const isMoving = [...used].some(isRate);
   const relevant = key.symbols.filter(
     (symbol) =>
@@ -365,16 +365,17 @@ function valuesForStudent(key: ValuesKey, k: number, entry: Node): SymbolValues 
   return Object.fromEntries(relevant.map((symbol) => [symbol, key.points[k]?.[key.symbols.indexOf(symbol)] ?? NaN]));
 }
 
-export function configurationText(configuration: SymbolValues): string {
+export function writeConfiguration(configuration: SymbolValues): string {
   return Object.entries(configuration)
     .map(
-      ([symbol, value]) => `${withGreek(symbol)} = ${formatNumber(asShownOnSliders(symbol, value))}${unitOf(symbol)}`,
+      ([symbol, value]) =>
+        `${withGreek(symbol)} = ${formatNumber(convertToSliderValue(symbol, value))}${unitOf(symbol)}`,
     )
     .join(numberSeparator());
 }
 
 /** Return a joint angle in degrees within a turn, as the page's sliders show it; other values unchanged. */
-function asShownOnSliders(symbol: string, value: number): number {
+function convertToSliderValue(symbol: string, value: number): number {
   if (!isAngle(symbol)) return value;
   const degrees = (value * 180) / Math.PI;
   return Number((degrees - 360 * Math.round(degrees / 360)).toFixed(1));
@@ -398,12 +399,12 @@ export function findUnknownSymbols(names: ReadonlySet<string>, key: ValuesKey): 
   return message("read.unknown", { names: listNames(unknown), known: knownSymbols });
 }
 
-function numberText(value: number | null): string {
+function writeNumber(value: number | null): string {
   return value === null || !isFinite(value) ? say("verdict.undefined") : formatNumber(value);
 }
 
-function complexText({ re, im, size }: Value): string {
-  if (!Number.isFinite(re) || !Number.isFinite(im)) return numberText(null);
-  if (Math.abs(im) <= FORMULA_TOLERANCE * size) return numberText(re);
-  return `${numberText(re)} ${im < 0 ? "−" : "+"} ${numberText(Math.abs(im))} i`;
+function writeComplexNumber({ re, im, size }: Value): string {
+  if (!Number.isFinite(re) || !Number.isFinite(im)) return writeNumber(null);
+  if (Math.abs(im) <= FORMULA_TOLERANCE * size) return writeNumber(re);
+  return `${writeNumber(re)} ${im < 0 ? "−" : "+"} ${writeNumber(Math.abs(im))} i`;
 }

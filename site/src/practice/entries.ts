@@ -2,13 +2,13 @@
 
 import { readCommasAsPoints } from "../read/points.js";
 import { convertTable } from "../read/tables.js";
-import { inRows } from "../read/tree.js";
+import { splitIntoRows } from "../read/tree.js";
 
 /** Return entries as the text of a matrix; an empty entry is a blank, and 0,5 in an entry is one number. */
 export function writeMatrix(entries: readonly string[], columns: number): string {
   if (entries.every((entry) => !entry.trim())) return "";
   const typedEntries = entries.map((entry) => readCommasAsPoints(entry).trim() || "blank");
-  return `[${inRows(typedEntries, columns)
+  return `[${splitIntoRows(typedEntries, columns)
     .map((row) => `[${row.join(", ")}]`)
     .join(", ")}]`;
 }

@@ -3,8 +3,8 @@
 
 import { convertLatex } from "./latex.js";
 import { normalizeUnit } from "./units.js";
-import { anyOf, compile, escapeSigns, lengthOf, LIMITS, pattern, SUPERSCRIPTS, table } from "./vocabulary.js";
-import { UNITS, VOCABULARY, wholePattern, withoutSpacesAtEnd } from "./vocabulary.js";
+import { anyOf, compile, escapeSigns, countCharacters, LIMITS, pattern, SUPERSCRIPTS, table } from "./vocabulary.js";
+import { UNITS, VOCABULARY, wholePattern, stripEnd } from "./vocabulary.js";
 
 const SUPERSCRIPT = compile(`[${[...SUPERSCRIPTS.keys()].join("")}]+`, "g");
 const SIGNS = table(VOCABULARY.signs);
@@ -69,12 +69,12 @@ const isAscii = (text: string): boolean => /^[\x00-\x7f]*$/.test(text);
 
 /** Return an answer as plain text; the names in `symbols` are never read as units. */
 export function toPlainText(answer: string, symbols: ReadonlySet<string>): string {
-  let text = withoutSpacesAtEnd(isAscii(answer) ? answer : replaceLookAlikes(answer));
-  if (lengthOf(text, LIMITS.long_text) > LIMITS.long_text)
+  let text = stripEnd(isAscii(answer) ? answer : replaceLookAlikes(answer));
+  if (countCharacters(text, LIMITS.long_text) > LIMITS.long_text)
     text = text.replace(SYMBOLS_IN_A_ROW, (row) => countEqualTerms(row, symbols));
   for (const habit of HABITS) if (text.includes(habit.mark)) text = text.replace(habit.pattern, habit.replacement);
   text = convertUnits(text, symbols);
-  const isShort = lengthOf(text, LIMITS.latex_characters) <= LIMITS.latex_characters;
+  const isShort = countCharacters(text, LIMITS.latex_characters) <= LIMITS.latex_characters;
   const isLatex = isShort && ["\\", "_{", "^{"].some((mark) => text.includes(mark));
   const last = text.at(-1) ?? "";
   const isPlain = isAscii(text) && !isLatex && !".;$".includes(last) && !/[A-Za-z]/.test(last);
@@ -84,7 +84,7 @@ export function toPlainText(answer: string, symbols: ReadonlySet<string>): strin
   text = [...text].map((sign) => SIGNS.get(sign) ?? sign).join("");
   text = DOLLARS.exec(text)?.[2] ?? text;
   if (isLatex) text = convertLatex(text);
-  text = nameRatesAndEntries(withoutSpacesAtEnd(text).replace(END_OF_TEXT, ""), symbols);
+  text = nameRatesAndEntries(stripEnd(text).replace(END_OF_TEXT, ""), symbols);
   return removeFinalUnit(convertUnits(text, symbols), symbols);
 }
 

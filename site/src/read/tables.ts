@@ -72,7 +72,7 @@ function splitIntoTables(text: string, rowCount: number, columnCount: number): C
   const isSpreadsheet = contentLines.every((line) => line.search(SPREADSHEET_SIGN) === 0);
   const lines = isSpreadsheet ? contentLines.map((line) => line.replace(SPREADSHEET_SIGN, "$1")) : contentLines;
   if (rowCount > 1 && !lines.slice(1).some((line) => CONTINUATION.test(line)))
-    for (const split of splitsOfLines(columnCount, isMarkdown))
+    for (const split of chooseLineSplits(columnCount, isMarkdown))
       tables.push(lines.map((line) => splitEntries(line, split)));
   const matlabMatch = MATLAB_ROWS.exec(strip(text));
   if (!matlabMatch) return tables;
@@ -90,7 +90,7 @@ function splitIntoTables(text: string, rowCount: number, columnCount: number): C
 }
 
 /** Return the ways to split the lines of a table into entries. */
-function splitsOfLines(columnCount: number, isMarkdown: boolean): readonly Split[] {
+function chooseLineSplits(columnCount: number, isMarkdown: boolean): readonly Split[] {
   if (columnCount === 1) return [keepWhole];
   return isMarkdown ? [splitAtBars] : [splitAtTableGaps, ...MATLAB_SPLITS];
 }
