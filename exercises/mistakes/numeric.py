@@ -63,7 +63,7 @@ def _flip_value(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         return table.with_row(i, **{entry: value})
 
     for i, q in enumerate(chain.q):
-        yield MistakeVariant({"table": partial(flip, i=i)}, {"variable": q})
+        yield MistakeVariant({"table": partial(flip, i=i)}, words={"variable": q})
 
 
 def _scale_lengths(factor: sp.Expr) -> VariantGenerator:
@@ -119,7 +119,7 @@ def _change_path_rates(list_wrong_rates: Callable[[Chain, DistanceDetails], Rate
             for rates, extra_words in list_wrong_rates(chain, part.details_as(DistanceDetails)):
                 if np.isfinite(rates).all():
                     reference = sp.Matrix([sp.Float(float(rate)) for rate in rates])
-                    yield MistakenAnswer(replace(part.answer, reference=reference), {"more": extra_words})
+                    yield MistakenAnswer(replace(part.answer, reference=reference), words={"more": extra_words})
 
     return generate
 

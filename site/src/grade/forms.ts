@@ -3,41 +3,43 @@
 import { type Part, ROWS, type ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { parse } from "../read/reader.js";
-import { numbersText, tableText } from "../read/tables.js";
+import { convertNumbers, convertTable } from "../read/tables.js";
 import type { Node, Rows } from "../read/tree.js";
 import { asMatrix, CHAIN, chainOf, columnsOf, hasBlank, hasNameOf, inRows, isConstant } from "../read/tree.js";
 import { isListOrSet, listOf, namesIn, node, ParseError, visitNodes } from "../read/tree.js";
 import { respell, VOCABULARY, wholePattern } from "../read/vocabulary.js";
-import { parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
+import { isVerdict, missing, parseOrVerdict, type Verdict, wrong } from "./verdict.js";
 
+/** The parsed entries, or the verdict on an answer that has no such entries. */
+type RowsOrVerdict = Rows | Verdict;
 type Names = readonly string[];
 type Symbols = ReadonlySet<string>;
 /** The expected rows and columns. */
 type Shape = Pick<ValuesKey, "rows" | "columns">;
 
-/** Return the parsed rows or a verdict; if the shape is wrong, try the text that `convertTable` returns, if any. */
+/** Return the parsed rows or a verdict; if the shape is wrong, parse the text that `convert` makes of a table, if any. */
 export function parseRowsOrTable(
-  parse: (text: string) => Rows | Verdict,
+  parse: (text: string) => RowsOrVerdict,
   text: string,
-  convertTable: () => string | null,
-): Rows | Verdict {
-  const rows = parseOrVerdict(() => parse(text));
-  if (!("outcome" in rows) || rows.outcome === "missing") return rows;
-  const table = convertTable();
-  return table === null ? rows : parseOrVerdict(() => parse(table));
+  convert: () => string | null,
+): RowsOrVerdict {
+  const rowsOrVerdict = parseOrVerdict(() => parse(text));
+  if (!isVerdict(rowsOrVerdict) || rowsOrVerdict.outcome === "missing") return rowsOrVerdict;
+  const convertedText = convert();
+  return convertedText === null ? rowsOrVerdict : parseOrVerdict(() => parse(convertedText));
 }
 
 /** Return the entries of a vector or matrix, or a verdict if it has another shape. Throws ParseError. */
-export function entriesOf(
+export function extractEntries(
   tree: Node,
   shape: Shape,
   symbols: Symbols,
   labels: Names,
   columnNames: Names = [],
-): Rows | Verdict {
+): RowsOrVerdict {
   if (isBlank(tree)) return missing();
-  const rows = withShape(matrixOf(tree, symbols, labels, shape, columnNames), shape);
-  return "outcome" in rows ? rows : requireScalars(rows);
+  const rowsOrVerdict = withShape(matrixOf(tree, symbols, labels, shape, columnNames), shape);
+  return isVerdict(rowsOrVerdict) ? rowsOrVerdict : requireScalars(rowsOrVerdict);
 }
 
 /** Return the rows if no entry is a list or statement; blank entries are allowed. Throws ParseError. */
@@ -137,13 +139,13 @@ function exampleOfShape(rows: number, columns: number): string {
 }
 
 /** Return rows if they have the expected shape (a row may stand for a column); else a verdict. */
-export function withShape(rows: Node[][], shape: Shape): Rows | Verdict {
+export function withShape(rows: Node[][], shape: Shape): RowsOrVerdict {
   const row = rows[0] as Node[];
   if (shape.columns === 1 && rows.length === 1 && row.length === shape.rows) return row.map((entry) => [entry]);
   if (rows.length === shape.rows && row.length === shape.columns) return rows;
   return wrong("read.shape", {
     found: `${rows.length} × ${row.length}`,
-    due: `${shape.rows} × ${shape.columns}`,
+    expected: `${shape.rows} × ${shape.columns}`,
     typed: exampleOfShape(shape.rows, shape.columns),
   });
 }
@@ -152,9 +154,11 @@ export function withShape(rows: Node[][], shape: Shape): Rows | Verdict {
 export function parseAnswer(text: string, symbols: ReadonlySet<string>, { key, shape }: Part): Node {
   const [rows, columns] = shape ?? [1, 1];
   if (rows * columns === 1 || !["values", "numbers", "direction"].includes(key.type)) return parse(text, symbols);
-  const table = key.type === "numbers" ? numbersText(text, rows) : tableText(text, rows, columns);
-  const matrix = parseOrVerdict(() => withShape(asMatrix(rightSide(parse(text, symbols), symbols)), { rows, columns }));
-  return parse("outcome" in matrix ? (table ?? text) : text, symbols);
+  const listText = key.type === "numbers" ? convertNumbers(text, rows) : convertTable(text, rows, columns);
+  const rowsOrVerdict = parseOrVerdict(() =>
+    withShape(asMatrix(rightSide(parse(text, symbols), symbols)), { rows, columns }),
+  );
+  return parse(isVerdict(rowsOrVerdict) ? (listText ?? text) : text, symbols);
 }
 
 /** Return the formula in "J = …", "… = J" or "det: …" if the other side is the student's own name or the only label. */

@@ -1,4 +1,4 @@
-// Answers by letters of options: one, several, or one per item; true or false. The rules of ../../../grader/choices.py.
+// Answers by letters of options: one, several, or one per item; true or false. The rules of ../../../grader/judging/choices.py.
 
 import type { LettersKey } from "../bank.js";
 import { message, type Message } from "../text/text.js";

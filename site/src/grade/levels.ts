@@ -1,4 +1,4 @@
-// How much feedback a wrong answer gets, by the `feedback` of an assignment: the levels of ../../../grader/levels.py.
+// How much feedback a wrong answer gets, by the `feedback` of an assignment: the levels of ../../../grader/reports/feedback_levels.py.
 
 import { message, type Message, type TextKey } from "../text/text.js";
 import type { Verdict } from "./verdict.js";

@@ -44,7 +44,7 @@ interface ClaimedSet {
 type SetSlip = { readonly slip: Message; readonly claim?: Claim; readonly piece?: readonly SymbolValues[] };
 
 /** Return what went wrong in a set that is not right; too wide conditions first. */
-export function slipsInSet(set: ClaimedSet): SetSlip[] {
+export function findSlipsInSet(set: ClaimedSet): SetSlip[] {
   const slips = new Map<string, SetSlip>();
   const add = (setSlip: SetSlip): void => {
     const key = JSON.stringify(setSlip.slip);
@@ -52,7 +52,7 @@ export function slipsInSet(set: ClaimedSet): SetSlip[] {
   };
   for (const claim of set.wrongClaims.slice(0, MAX_CLAIMS)) {
     if (slips.size === MAX_SLIPS) break;
-    const slip = slipInClaim(set, claim);
+    const slip = findSlipInClaim(set, claim);
     if (slip) add({ slip, claim });
   }
   if (set.wrongClaims.length === 0) findMissing(set).forEach(add);
@@ -60,7 +60,7 @@ export function slipsInSet(set: ClaimedSet): SetSlip[] {
 }
 
 /** Return why a claim is too wide: the change that makes it right, or what it lacks. */
-function slipInClaim(set: ClaimedSet, claim: Claim): Message | null {
+function findSlipInClaim(set: ClaimedSet, claim: Claim): Message | null {
   return (
     findUnitSlip(set, claim) ??
     findFormulaSlip(set, claim) ??

@@ -1,14 +1,14 @@
 // Judge sets of configurations: every pose of the reference must be covered, and every claimed pose must be singular.
 //
 // Gauss-Newton steps from random starts find poses on a claim, and the arm decides whether they are singular. As in
-// ../../../grader/formulas.py, only true claims earn points: a claim that always holds would cover everything.
+// ../../../grader/judging/formulas.py, only true claims earn points: a claim that always holds would cover everything.
 
 import { solveDamped } from "../arm/svd.js";
 import { clamp } from "../arm/vector.js";
 import type { ConfigurationsKey } from "../bank.js";
 import { makeRandomNumbers } from "../random.js";
 import { evaluate } from "../read/evaluate.js";
-import { withPointsOfLengths } from "../read/notation.js";
+import { usePointsInLengths } from "../read/notation.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
 import { countNodes } from "../read/products.js";
@@ -18,8 +18,8 @@ import { isListOrSet, name, namesIn, node, ParseError, replaceName } from "../re
 import { LIMITS, VOCABULARY } from "../read/vocabulary.js";
 import { message, type Message } from "../text/text.js";
 import { type Atom, parseClaims, type Claim, vanishingModuloTurns } from "./claims.js";
-import { countFalseConditions, shareOfSet } from "./credit.js";
-import { slipsInSet } from "./set-slips.js";
+import { countFalseConditions, computeShareOfSet } from "./credit.js";
+import { findSlipsInSet } from "./set-slips.js";
 import { correct, listNames, missing, parseOrVerdict, type Verdict, verdictOf, wrong } from "./verdict.js";
 import { isBlank } from "./forms.js";
 import { arbitraryNumber, configurationText } from "./values.js";
@@ -61,7 +61,7 @@ export function judgeSet(
   offsets: ReadonlyMap<string, number> = new Map(),
 ): Verdict {
   if (!typed.trim()) return missing();
-  const answer = withPointsOfLengths(typed);
+  const answer = usePointsInLengths(typed);
   const armSymbols = { joints: key.joints, angles, offsets, symbols: key.symbols };
   return parseOrVerdict(() => {
     const tree = parse(answer, new Set(key.symbols));
@@ -199,15 +199,15 @@ function judgeClaims(
     return correct(message("verdict.set"), false);
   // A claim with regular poses must not earn points for the pieces that it happens to cover.
   const isCovered = (piece: readonly SymbolValues[]) => findUncoveredPose(soundClaims, piece) === undefined;
-  const share = shareOfSet(
-    conditions.map((pieces) => [pieces.filter(isCovered).length, pieces.length]),
+  const share = computeShareOfSet(
+    conditions.map((pieces) => ({ found: pieces.filter(isCovered).length, expected: pieces.length })),
     countFalseConditions(
       wrongClaims.map((claim) => jointsOf(claim, armSymbols)),
       new Set(soundClaims.map((claim) => jointsOf(claim, armSymbols))),
     ),
     roundedClaim !== undefined,
   );
-  const slips = slipsInSet({
+  const slips = findSlipsInSet({
     claims,
     wrongClaims,
     pieces,

@@ -56,10 +56,10 @@ export function findSlips(answer: WrongAnswer, key: ValuesKey): Explanation {
   const { chosenFindings, unexplainedPlaces } = coverPlaces(findings, answer.wrongIndices, MAX_REPORTED);
   const isAll = unexplainedPlaces.length === 0 && chosenFindings.length > 1;
   const locations = chosenFindings.map(({ places }) => describePlaces(places, answer.wrongIndices, key));
-  const hasManyPlaces = locations.map(
+  const longListFlags = locations.map(
     ({ key }, k) => key === "slip.entries" && chosenFindings[k]!.places.length > MAX_LISTED,
   );
-  const longIndex = isAll ? hasManyPlaces.indexOf(true) : -1; // its places are all those of no other slip
+  const longIndex = isAll ? longListFlags.indexOf(true) : -1; // its places are all those of no other slip
   if (longIndex >= 0) locations[longIndex] = message("slip.others");
   const firstColumnOf = (k: number) =>
     k === longIndex ? Infinity : (chosenFindings[k]!.places[0] as number) % key.columns;
@@ -107,7 +107,7 @@ function findMissingColumns({ entries, wrongIndices }: WrongAnswer, { columns }:
 
 const isZero = ({ kind, value }: Node): boolean => kind === "number" && value === 0;
 
-/** Relative tolerance for values with six digits. */
+/** Tolerance for coefficients with six digits, relative to the largest of the expected value and the missing terms. */
 const SIX_DIGITS = 1e-5;
 /** The absence of a symbol's terms is noticed only if they are this many times the tolerance. */
 const NOTICEABLE = 100;

@@ -5,6 +5,7 @@ import { evaluate } from "../read/evaluate.js";
 import { parse } from "../read/reader.js";
 import { catchParseError, hasBlank } from "../read/tree.js";
 import { matrixOf, withShape } from "./forms.js";
+import { isVerdict } from "./verdict.js";
 
 /** A function that returns vx, vy, vz of each column of J at a pose (m/s at unit joint rate); null if undefined. */
 export type ColumnsAt = (pose: NamedPose) => readonly (readonly number[])[] | null;
@@ -21,7 +22,7 @@ export function typedColumns(problem: Problem, part: Part, answer: string): Colu
   return catchParseError(
     () => {
       const matrix = withShape(matrixOf(parse(answer, symbolNames), symbolNames, part.labels, key), key);
-      if ("outcome" in matrix || matrix.length !== rows.length || matrix.flat().some(hasBlank)) return null;
+      if (isVerdict(matrix) || matrix.length !== rows.length || matrix.flat().some(hasBlank)) return null;
       const symbolValues = Object.fromEntries(
         Object.entries(symbols).flatMap(([name, { value }]) => (value === undefined ? [] : [[name, value]])),
       );

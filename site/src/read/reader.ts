@@ -4,7 +4,7 @@
 import { type Message, message, type Values, type TextKey } from "../text/text.js";
 import { METRE, withoutMetres } from "./metres.js";
 import { ARITY, splitAtDots, FUNCTIONS, MAX_NAME_LENGTH, type Piece, piecesOf, plainName, SHORTHAND } from "./names.js";
-import { plainText } from "./notation.js";
+import { toPlainText } from "./notation.js";
 import { carryOutProducts } from "./products.js";
 import { depthChange, type Token, tokensOf } from "./tokens.js";
 import {
@@ -60,7 +60,7 @@ const WORDS_BETWEEN_CONDITIONS = new Set(["and", "&", "or", "|"]);
 export function parse(text: string, symbols: ReadonlySet<string>): Node {
   const length = lengthOf(text, LIMITS.characters);
   if (length > LIMITS.characters) throw new ParseError("read.long", { length, most: LIMITS.characters });
-  return new Parser(plainText(text, symbols), symbols).parse();
+  return new Parser(toPlainText(text, symbols), symbols).parse();
 }
 
 /**
@@ -224,8 +224,8 @@ class Parser {
 
   private expect(text: string): void {
     if (this.take(text)) return;
-    if (this.currentToken().kind === "end") throw this.errorHere("read.unclosed", { due: text });
-    throw this.errorHere("read.expected", { due: text, found: this.describeToken() });
+    if (this.currentToken().kind === "end") throw this.errorHere("read.unclosed", { expected: text });
+    throw this.errorHere("read.expected", { expected: text, found: this.describeToken() });
   }
 
   /** Parse something nested one level deeper; throw the error `tooDeep` beyond the limit. */
@@ -711,7 +711,7 @@ class Parser {
     this.bracesAreLists ||= openingSign === "[";
     const expectedCount = ARITY.get(functionName) ?? 1;
     if (args.length !== expectedCount)
-      throw this.errorHere("read.arguments", { name: functionName, due: expectedCount, count: args.length });
+      throw this.errorHere("read.arguments", { name: functionName, expected: expectedCount, count: args.length });
     const isInverse = power?.kind === "neg" && power.args[0]?.kind === "number" && power.args[0].value === 1;
     const inverseName = isInverse ? INVERSE_FUNCTIONS.get(functionName) : undefined;
     if (inverseName !== undefined) return apply(inverseName, args); // sin^-1(x) is the arc sine
