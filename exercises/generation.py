@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cache
 from itertools import count, islice
 
-from qdot.exercises.arm.chain import CONVENTIONS, Chain
+from qdot.exercises.arm.chain import DEFAULT_CONVENTION, Chain
 from qdot.exercises.arm.library import list_robots
 from qdot.exercises.common.errors import QdotError, make_name_error
 from qdot.exercises.common.stream import Stream, derive_seed
@@ -219,7 +219,8 @@ def check_questions(
     _check_names(questions, questions_by_name)
     if FAMILIES.get(known_family.name) is known_family:
         for name in questions:
-            if (reason := questions_by_name[name].find_convention_objection(convention or CONVENTIONS[0])) is not None:
+            reason = questions_by_name[name].find_convention_objection(convention or DEFAULT_CONVENTION)
+            if reason is not None:
                 raise QdotError(f"question {name!r} can't be asked about {known_family.name}: {reason}")
     listed = None if convention else _look_up_listing(known_family)
     if listed is not None:

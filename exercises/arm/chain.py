@@ -14,6 +14,7 @@ import sympy as sp
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.conventions.screws import Screws
+from qdot.exercises.arm.conventions.standard_dh import StandardDh
 from qdot.exercises.common.errors import QdotError, make_name_error
 
 REVOLUTE, PRISMATIC = "R", "P"
@@ -25,9 +26,14 @@ ANGLE_PREFIXES = ("alpha", "fixed", "base_yaw", "base_tilt")
 CONVENTIONS = tuple(REGISTRY)
 """The names of the conventions in which an arm can be described."""
 
+DEFAULT_CONVENTION = StandardDh.name
+"""The convention of an arm for which none is stated."""
+
 TWIST_ORDERS = Screws.twist_orders
 """The possible orders of omega and v in a twist, for arms described by their axes."""
 
+DEFAULT_TWIST_ORDER = TWIST_ORDERS[0]
+"""The order of twists for which none is stated: omega first."""
 
 Triple = tuple[sp.Expr, sp.Expr, sp.Expr]
 """The coordinates x, y, z of a point (m), or the angles roll, pitch, yaw (rad)."""
@@ -45,7 +51,10 @@ def is_joint_angle(joint: sp.Symbol) -> bool:
 
 @dataclass(frozen=True)
 class HasKind:
-    """The base class of joints, axes and table rows: `kind` is "R" for a revolute joint, "P" for a prismatic one."""
+    """The base class of `Joint`, and of other classes that describe a joint, such as its axis at home.
+
+    `kind` is "R" for a revolute joint, "P" for a prismatic one.
+    """
 
     kind: str
 
@@ -158,9 +167,9 @@ class Chain:
     base: Base = field(default_factory=Base)
     tool: Point | None = None
     title: str = ""
-    convention: str = CONVENTIONS[0]
+    convention: str = DEFAULT_CONVENTION
     axis_points: tuple[Triple | None, ...] = ()
-    twist_order: str = TWIST_ORDERS[0]
+    twist_order: str = DEFAULT_TWIST_ORDER
 
     def __repr__(self) -> str:
         kinds = "".join(joint.kind for joint in self.joints)
@@ -236,7 +245,7 @@ class Chain:
 
     @cached_property
     def rates(self) -> tuple[sp.Symbol, ...]:
-        """The joint rates qd_1 ... qd_n (6.5)."""
+        """The symbols qd1 ... qdn of the joint rates."""
         return tuple(sp.Symbol(f"qd{i}") for i in range(1, self.n + 1))
 
     @cached_property
@@ -251,16 +260,18 @@ class Chain:
 
     @property
     def is_planar(self) -> bool:
-        """Whether the arm is known to stay in the world's xy plane in every configuration.
+        """Whether the arm is known to stay in one plane, parallel to the world's xy plane, in every configuration.
 
-        Arms of revolute joints, and arms whose joint 1 rotates in the plane while joint 2 moves along a line of the
-        plane, are recognized.
+        Two kinds of planar arms are recognized: arms of revolute joints only, and arms of two joints of which joint 1
+        rotates in the plane and joint 2 moves along a line of the plane. For other planar arms, such as R-P-R, this is
+        False.
         """
         if self.base.tilt not in (0, sp.pi):
             return False
-        twist = self.joints[self.point.frame - 1].alpha if self.point.frame else sp.S.Zero
+        # P's offset in the axes of its frame before they are rotated by alpha about x, so that z is its joint's axis
+        alpha = self.joints[self.point.frame - 1].alpha if self.point.frame else sp.S.Zero
         _, y, z = self.point.offset
-        offset_y, offset_z = sp.cos(twist) * y - sp.sin(twist) * z, sp.sin(twist) * y + sp.cos(twist) * z  # untwisted
+        offset_y, offset_z = sp.cos(alpha) * y - sp.sin(alpha) * z, sp.sin(alpha) * y + sp.cos(alpha) * z
         if all(joint.alpha in (0, sp.pi) for joint in self.joints[:-1]):
             return all(joint.is_revolute and joint.d == 0 for joint in self.joints) and bool(offset_z == 0)
         if [joint.kind for joint in self.joints] != [REVOLUTE, PRISMATIC] or self.joints[0].d != 0:

@@ -73,7 +73,7 @@ def parse_entry(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Exp
 def _parse_degrees(raw: object) -> sp.Expr:
     """Parse an angle in degrees, and return the angle in radians. Raises QdotError."""
     try:
-        value = parse_entry(raw, False)
+        value = parse_entry(raw, is_angle=False)  # as an angle in radians, 90 would be refused
     except QdotError:
         raise QdotError('expected a number of degrees, or an expression in quotes, as in 90 or "theta1 + 90"') from None
     constant = _sum_constant_terms(value)
@@ -88,7 +88,7 @@ def _parse_quoted_formula(text: str, is_angle: bool) -> sp.Expr:
         raise QdotError(f"the formula has {len(text)} characters; at most {_MAX_CHARACTERS} are allowed")
     tokens = list(_TOKEN.finditer(text))
     for word in (token.group() for token in tokens):
-        if (word if len(word) == 1 else word.lower()) in _UNITS:
+        if (word if word == "M" else word.lower()) in _UNITS:  # M is a length; m is the metre
             raise QdotError(f"{word} is a unit; write the entry without a unit: {_UNIT_HINT[is_angle]}")
     for token, next_token in itertools.pairwise(tokens):
         if _lacks_product_sign(token, next_token):
@@ -103,16 +103,21 @@ def _parse_quoted_formula(text: str, is_angle: bool) -> sp.Expr:
     try:
         return to_sympy(parse_formula(text))
     except ParseError as error:
-        raise QdotError(str(error) if "as in" in str(error) else f"{error}; {_UNIT_HINT[is_angle]}") from None
+        has_example = "as in" in str(error)  # an example is a hint, so no other hint is needed
+        raise QdotError(str(error) if has_example else f"{error}; {_UNIT_HINT[is_angle]}") from None
 
 
 def _lacks_product_sign(token: re.Match[str], next_token: re.Match[str]) -> bool:
-    """Return whether two successive tokens are factors of an ambiguous product, such as "a1 b2"."""
+    """Return whether two successive tokens are factors of a product without *, such as a1 b2, (a1)b2 and (a1)(b2).
+
+    A number may stand before a symbol or a bracket, as in 2a1. a1(b2) is left to the parser of formulas.
+    """
+    is_number_or_name = next_token.lastgroup in ("number", "name")
     if token.lastgroup == "number":
         return next_token.lastgroup == "number"
-    is_symbol = token.lastgroup == "name" and token.group().lower() not in FUNCTIONS
-    starts_factor = next_token.lastgroup in ("number", "name") or (next_token.group() == "(" and not is_symbol)
-    return starts_factor and (is_symbol or token.group() == ")")
+    if token.lastgroup == "name":
+        return is_number_or_name and token.group().lower() not in FUNCTIONS
+    return token.group() == ")" and (is_number_or_name or next_token.group() == "(")
 
 
 # --- angles and lengths ---
@@ -201,7 +206,8 @@ def _make_symbol(name: str) -> sp.Expr:
     if name in ("k", "n"):
         raise ParseError(f"the name {name} is reserved for whole numbers in answers; write {name}1")
     letters = name.rstrip("0123456789")
-    if not (re.fullmatch(r"[A-Za-z]", letters) or letters in (*_ANGLE_NAMES, "theta")) or name in ("E", "I"):
+    is_constant = name in ("E", "I")  # Euler's number and the imaginary unit
+    if is_constant or not (re.fullmatch(r"[A-Za-z]", letters) or letters in (*_ANGLE_NAMES, "theta")):
         hint = "use one letter, or alpha or beta, optionally with a number, as in a1, h or alpha2"
         raise ParseError(f"{name!r} is not a name for a length or angle; {hint}")
     return sp.Symbol(name)

@@ -5,7 +5,7 @@ from decimal import Decimal
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain, Point
+from qdot.exercises.arm.chain import DEFAULT_CONVENTION, DEFAULT_TWIST_ORDER, Chain, Point
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.robot_file import Robot
@@ -28,8 +28,8 @@ def write_robot_text(robot: Robot, convention: str) -> str:
     point_and_base, joints = _make_table_entries(presentation) if is_table else _make_screw_entries(chain)
     top_entries = [("name", format_toml(chain.title or chain.name))]
     top_entries += [("source", format_toml(robot.source))] if robot.source else []
-    top_entries += [("convention", format_toml(convention))] if convention != CONVENTIONS[0] else []
-    if presentation.twist_orders and chain.twist_order != TWIST_ORDERS[0]:
+    top_entries += [("convention", format_toml(convention))] if convention != DEFAULT_CONVENTION else []
+    if presentation.twist_orders and chain.twist_order != DEFAULT_TWIST_ORDER:
         top_entries.append(("twist_order", format_toml(chain.twist_order)))
     top_entries += [("task", format_toml(list(chain.task))), *point_and_base]
     limits = [*robot.limits, *[None] * (chain.n - len(robot.limits))]

@@ -18,7 +18,7 @@ from typing import Any, Literal, TypeVar
 import pydantic
 
 from qdot.exercises import generation
-from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
+from qdot.exercises.arm.chain import DEFAULT_CONVENTION, DEFAULT_TWIST_ORDER
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.library import find_robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
@@ -391,9 +391,9 @@ def load_assignment(folder: Path, is_preview: bool = False) -> Assignment:
     with errors.collect():
         attempt_policy = _parse(file, ("attempts",), read_attempt_policy, content.attempts)
     with errors.collect():
-        _parse(file, ("convention",), normalize_convention, content.convention or CONVENTIONS[0])
+        _parse(file, ("convention",), normalize_convention, content.convention or DEFAULT_CONVENTION)
     with errors.collect():
-        _parse(file, ("twist_order",), normalize_twist_order, content.twist_order or TWIST_ORDERS[0])
+        _parse(file, ("twist_order",), normalize_twist_order, content.twist_order or DEFAULT_TWIST_ORDER)
     with errors.collect():
         front_page = _parse(file, ("paper",), read_front_page, content.paper, folder)
     variation = DEFAULT_VARIATION
@@ -626,7 +626,7 @@ def _has_twist_order(convention: str, family: Family) -> bool:
 
     If `convention` is "", a family has the first convention, and a robot has the convention of its file.
     """
-    default = CONVENTIONS[0] if family.textbook_arm is None else family.textbook_arm.convention
+    default = DEFAULT_CONVENTION if family.textbook_arm is None else family.textbook_arm.convention
     return bool(REGISTRY[convention or default].twist_orders)
 
 

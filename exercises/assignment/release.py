@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from qdot.exercises.assignment.assignment import MISSING_ROSTER_HINT, SECRET_FILE, Assignment, Student, read_roster
 from qdot.exercises.assignment.certified_problems import (
@@ -39,7 +39,8 @@ def init_assignment(
 ) -> None:  # fmt: skip
     """Make a new assignment folder. Raises QdotError if it exists already, and overwrites nothing.
 
-    `roster` is a file to copy as roster.csv; if it is given, `students` is ignored.
+    `key` is the short name of the assignment in file names. `secret` is the text from which problems are generated; a
+    random one if it is None. `roster` is a file to copy as roster.csv; if it is given, `students` is ignored.
     """
     if roster is not None:
         read_roster(roster, MISSING_ROSTER_HINT)
@@ -88,12 +89,20 @@ class ReleaseResult:
 class Certifier:
     """Two functions of the grader, which this package must not import.
 
-    `make_record` certifies a problem and returns its record (see `RecordMaker`). `make_certificate` returns a student's
-    certificate as text, from the assignment, the student, the records by slot and the notebook.
+    `make_record` checks a problem and returns its record, the evidence that the problem is sound (see `RecordMaker`).
+    `make_certificate` returns a student's certificate as text, which lists the records of the student's problems. Its
+    arguments are the assignment, the student, the records by slot and the notebook.
     """
 
     make_record: RecordMaker[Any]
     make_certificate: Callable[[Assignment, str, Mapping[str, Any], "NotebookNode"], str]
+
+
+class ReleaseContext(NamedTuple):
+    """What `release_notebooks_of_student` needs for every student."""
+
+    assignment: Assignment
+    certifier: Certifier
 
 
 def certificate_path(assignment: Assignment, student: str) -> Path:
@@ -106,12 +115,12 @@ def notebook_path(assignment: Assignment, student: str, kind: str = "released") 
     return assignment.folder / kind / student / f"{assignment.key}.ipynb"
 
 
-def release_notebooks_of_student(state: tuple[Assignment, Certifier], student: str) -> ReleaseResult:
+def release_notebooks_of_student(context: ReleaseContext, student: str) -> ReleaseResult:
     """Certify the problems of one student and write both notebooks, unless all files are up to date.
 
     If a problem has to be replaced, write nothing and return the replacement, which the caller records.
     """
-    assignment, certifier = state
+    assignment, certifier = context
     if is_up_to_date(assignment, student):
         return ReleaseResult(student, "kept")
     student_problems = generate_student_problems(assignment, student, certifier.make_record)
@@ -140,9 +149,10 @@ def _write_files(assignment: Assignment, student: str, notebooks: "Sequence[Note
     released_path, solution_path = (notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS)
     new_text, solution = map(write_notebook, notebooks)
     existing_text = read_if_present(released_path)
-    # If only the solution is old, an earlier run changed the released notebook and was stopped before it reported this.
-    is_new_version = _read_notebook_digest(solution_path) not in ("", assignment.notebook_digest_of(student))
-    if existing_text not in (None, "", new_text) or is_new_version:
+    # An outdated solution beside an up-to-date released notebook means that an earlier run rewrote the released
+    # notebook, but was stopped before it reported this.
+    is_solution_outdated = _read_notebook_digest(solution_path) not in ("", assignment.notebook_digest_of(student))
+    if existing_text not in (None, "", new_text) or is_solution_outdated:
         outcome = "rewritten"
     else:
         outcome = "written" if existing_text is None and not solution_path.exists() else "completed"
@@ -182,7 +192,7 @@ def make_notebook(
         notebook = make_student_notebook(*content)
     else:
         notebook = make_solution_notebook(*content, released_notebook=released_notebook)
-    notebook.metadata["qdot"].update(
+    notebook.metadata["qdot"].update(  # released notebooks have these keys, so they must not change
         digest=assignment.problems_digest_of(student),
         edition=assignment.notebook_digest_of(student),
         secret=assignment.secret_digest,
@@ -224,8 +234,9 @@ def release_notebooks(
     """Write the notebooks of the whole class in `jobs` processes; return the assignment with its replaced problems.
 
     `on_result` is called for every student, in roster order. Students with newly replaced problems come last, because
-    redrawn.csv must list these problems before the notebooks are written. A second run after an interruption continues:
-    files that are up to date stay unchanged. When this function ends, partly written files are removed.
+    the table of replacements (redrawn.csv) must list these problems before the notebooks are written. A second run
+    after an interruption continues: files that are up to date stay unchanged. When this function ends, partly written
+    files are removed.
     """
     students = [student.id for student in assignment.roster]
     paths = [notebook_path(assignment, student, kind) for student in students for kind in NOTEBOOK_FOLDERS]
@@ -234,9 +245,9 @@ def release_notebooks(
     with clean_up_after([*paths, assignment.folder / REPLACEMENTS_FILE]), sync_disks_after():
         while students:
             waiting_students: list[str] = []
-            state = assignment, certifier
-            with closing(
-                map_in_order(release_notebooks_of_student, students, jobs, setup=return_state, arguments=(state,))
+            context = ReleaseContext(assignment, certifier)
+            with closing(  # `return_state` gives each process the context as its state
+                map_in_order(release_notebooks_of_student, students, jobs, setup=return_state, arguments=(context,))
             ) as results:
                 for result in results:
                     if result.outcome == "replaced":

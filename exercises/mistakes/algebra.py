@@ -1,4 +1,10 @@
-"""Mistakes in results that are computed from a Jacobian: its determinant, its inverse, joint rates and torques."""
+"""Mistakes in results that are computed from a Jacobian: its determinant, its inverse, joint rates and torques.
+
+For an arm with n joints, the stage "jacobian" is J (task rows, n, …). If J is square, "minors" and "cofactors" are
+(n, n, …), and entry (i, j) belongs to J without row i and column j. "link derivatives" are
+(n joints, n + 1 links, 3, …); the last of these axes holds x, y and z. Here "…" stands for the axes of the arithmetic
+(`mistakes.base`). Maximal minors are determinants of J with only as many columns as rows; det J is that of a square J.
+"""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -22,7 +28,7 @@ from qdot.exercises.mistakes.base import (
 )
 
 
-def _has_square_jacobian(chain: Chain, min_joints: int = 2, max_joints: int = 6) -> bool:
+def _has_square_jacobian(chain: Chain, *, min_joints: int = 2, max_joints: int = 6) -> bool:
     """Return whether J is square, and the number of joints is in a range."""
     return chain.has_square_jacobian and min_joints <= chain.n <= max_joints
 
@@ -36,7 +42,7 @@ def _vary_if_wide(stage: str, *changes: Change) -> VariantGenerator:
     return combine(*(vary_if(_has_wide_jacobian, {stage: change}) for change in changes))
 
 
-def _vary_if_square(stage: str, change: Change, min_joints: int = 2, max_joints: int = 6) -> VariantGenerator:
+def _vary_if_square(stage: str, change: Change, *, min_joints: int = 2, max_joints: int = 6) -> VariantGenerator:
     """Return a function that yields one variant, for arms with a square Jacobian and a number of joints in a range."""
     return vary_if(partial(_has_square_jacobian, min_joints=min_joints, max_joints=max_joints), {stage: change})
 
@@ -48,10 +54,11 @@ def _expand_without_signs(stages: StageResults, _: np.ndarray) -> np.ndarray:
 
 def _list_determinant_factors(chain: Chain) -> list[tuple[sp.Expr, int]]:
     """Return the factors of this arm's det J with their powers; no factors if J is not square."""
-    if not _has_square_jacobian(chain, 1):
+    if not chain.has_square_jacobian:
         return []
-    values = dict(make_symbolic_arm(chain).values)
-    return [(factor.xreplace(values), power) for factor, power in derive(chain).symbolic_minors[0].factors]
+    values_of_symbols = dict(make_symbolic_arm(chain).values)  # this arm's value of each symbol of the symbolic arm
+    (symbolic_determinant,) = derive(chain).symbolic_minors
+    return [(factor.xreplace(values_of_symbols), power) for factor, power in symbolic_determinant.factors]
 
 
 def _drop_factor(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -94,19 +101,21 @@ def _make_variant_without_factor(stage: str, chain: Chain, factor: sp.Expr, divi
     factor_words = "one that depends on the joints" if joint_symbols else "a length"
     return MistakeVariant(
         {stage: _divide_by(divisor)},
-        {"factor": factor_words},
+        words={"factor": factor_words},
         missing_symbols=", ".join(sorted(joint_symbols or symbols)),
     )
 
 
 def _divide_by(divisor: sp.Expr) -> Change:
+    """Return the change that divides the result of a stage, which carries no derivatives, by an expression."""
     return lambda stages, value: value / stages.arithmetic.drop_derivatives(stages.arithmetic.convert_entry(divisor))
 
 
 def _take_reciprocals(stages: StageResults, _: np.ndarray) -> np.ndarray:
     """Return the reciprocal of each entry of J, but zero for an entry that is zero."""
     jacobian = stages["jacobian"]
-    return np.where(jacobian == 0, jacobian, (jacobian * 0 + 1) / np.where(jacobian == 0, 1, jacobian))
+    ones = jacobian * 0 + 1  # 1 as an entry of the arithmetic, such as a formula tree
+    return np.where(jacobian == 0, jacobian, ones / np.where(jacobian == 0, 1, jacobian))
 
 
 def _compute_maximal_minor(stages: StageResults, columns: Sequence[int]) -> np.ndarray:
@@ -148,18 +157,20 @@ def _flip_product_sign(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]
         factor = stages["jacobian"][i, j] if link is None else stages["link derivatives"][j, link, chain.task_rows[i]]
         return correct_determinant - 2 * factor * stages["cofactors"][i, j]
 
-    for i, j in product(range(chain.n), repeat=2) if _has_square_jacobian(chain, 2, 3) else ():
+    for i, j in product(range(chain.n), repeat=2) if _has_square_jacobian(chain, max_joints=3) else ():
         yield MistakeVariant({"determinant": partial(flip, i=i, j=j)})
-        for link in list_links_to_point(chain) if chain.task_rows[i] < 3 else ():
+        for link in list_links_to_point(chain) if chain.task[i] in ("vx", "vy", "vz") else ():
             yield MistakeVariant({"determinant": partial(flip, i=i, j=j, link=link)})
 
 
 VARIANTS: dict[str, VariantGenerator] = {
-    "determinant-plus": _vary_if_square("determinant", lambda stages, _: determinant(stages["jacobian"], 1), 2, 3),
-    "expansion-signs": _vary_if_square("determinant", _expand_without_signs, 3, 3),
+    "determinant-plus": _vary_if_square(
+        "determinant", lambda stages, _: determinant(stages["jacobian"], sign=1), max_joints=3
+    ),
+    "expansion-signs": _vary_if_square("determinant", _expand_without_signs, min_joints=3, max_joints=3),
     "diagonal-only": _vary_if_square("determinant", lambda stages, _: np.diagonal(stages["jacobian"]).prod(axis=-1)),
-    "determinant-sign": _vary_if_square("determinant", lambda stages, value: -value, 1),
-    "wave-exchanged": _exchange_sine_and_cosine,
+    "determinant-sign": _vary_if_square("determinant", lambda stages, value: -value, min_joints=1),
+    "wave-exchanged": _exchange_sine_and_cosine,  # sine for cosine, or cosine for sine
     "factor-lost": _drop_factor,
     "transpose-for-inverse": combine(
         _vary_if_square("inverse", lambda stages, _: stages["transposed jacobian"]),
@@ -170,14 +181,17 @@ VARIANTS: dict[str, VariantGenerator] = {
     ),
     "determinant-forgotten": _vary_if_square("inverse", lambda stages, _: stages["adjugate"]),
     "determinant-multiplied": _vary_if_square(
-        "inverse", lambda stages, _: stages["adjugate"] * stages["determinant"], 1
+        "inverse", lambda stages, _: stages["adjugate"] * stages["determinant"], min_joints=1
     ),
-    "determinant-squared": _vary_if_square("inverse", lambda stages, value: value / stages["determinant"], 1),
+    "determinant-squared": _vary_if_square(
+        "inverse", lambda stages, value: value / stages["determinant"], min_joints=1
+    ),
     "adjugate-not-transposed": _vary_if_square("adjugate", lambda stages, _: stages["cofactors"]),
     "cofactor-signs": combine(
         _vary_if_square("cofactors", lambda stages, _: stages["minors"]),
         vary_if(
             lambda chain: chain.n == len(chain.task) + 1,
+            # joint rate i of the self-motion is the maximal minor without column i, with the signs + - + …
             {"self-motion": lambda stages, motion: motion * cofactor_signs(stages.n)[0][:, None]},
         ),
     ),
@@ -197,16 +211,24 @@ VARIANTS: dict[str, VariantGenerator] = {
     "jacobian-for-transpose": _vary_if_square("transposed jacobian", lambda stages, _: stages["jacobian"]),
     "product-sign": _flip_product_sign,
     "blocks-added": _vary_if_square(
-        "determinant", lambda stages, _: determinant(stages["arm block"]) + determinant(stages["wrist block"]), 6
+        "determinant",
+        lambda stages, _: determinant(stages["arm block"]) + determinant(stages["wrist block"]),
+        min_joints=6,
     ),
-    "wrist-alone": _vary_if_square("jacobian", scale_entries((slice(3, None), slice(3)), 0), 6),
+    "wrist-alone": _vary_if_square(  # the angular rows of joints 1 to 3 are zero
+        "jacobian", scale_entries((slice(3, None), slice(3)), 0), min_joints=6
+    ),
     "sum-squared": _vary_if_wide(
-        "gram determinant", lambda stages, _: _add_minors(stages) ** 2, lambda stages, _: _add_minors(stages, -1) ** 2
+        "gram determinant",
+        lambda stages, _: _add_minors(stages) ** 2,
+        lambda stages, _: _add_minors(stages, sign=-1) ** 2,
     ),
     "square-lost": _drop_repeated_factor,
     "velocity-sign": vary_each(
         lambda chain: enumerate(chain.task),
-        lambda i, name: MistakeVariant({"wanted velocity": scale_entries(i, -1)}, {"name": name}),
+        lambda i, name: MistakeVariant({"wanted velocity": scale_entries(i, -1)}, words={"name": name}),
     ),
-    "velocity-components-exchanged": _vary_if_square("wanted velocity", lambda stages, velocity: velocity[::-1], 2, 2),
+    "velocity-components-exchanged": _vary_if_square(
+        "wanted velocity", lambda stages, velocity: velocity[::-1], max_joints=2
+    ),
 }

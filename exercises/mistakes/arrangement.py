@@ -27,7 +27,7 @@ PLANAR_ROWS = ("vx", "vy", "wz")
 def _exchange_two(axis: int) -> VariantGenerator:
     """Return a function that yields variants with two rows (axis 0) or columns (axis 1) of the result exchanged."""
     return lambda chain, shape: (
-        MistakeVariant({RESULT: exchange(i, j, axis)}, {"one": _name_lines(axis, shape, [i, j])})
+        MistakeVariant({RESULT: exchange(i, j, axis)}, words={"one": _name_lines(axis, shape, [i, j])})
         for i, j in combinations(range(shape[axis]), 2)
     )
 
@@ -45,7 +45,7 @@ def _negate_one(axis: int) -> VariantGenerator:
     """
     return lambda chain, shape: (
         MistakeVariant(
-            {RESULT: scale_entries((slice(None),) * axis + (i,), -1)}, {"one": _name_lines(axis, shape, [i])}
+            {RESULT: scale_entries((slice(None),) * axis + (i,), -1)}, words={"one": _name_lines(axis, shape, [i])}
         )
         for i in (range(shape[axis]) if shape[axis] > 1 else ())
     )
@@ -84,7 +84,7 @@ def _take_other_rows(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVarian
     for words, rows in row_choices:
         if tuple(rows) != tuple(expected_rows):
             change = partial(select_rows, row_indices=[order.index(row) for row in rows])
-            yield MistakeVariant({RESULT: change}, {"rows": words})
+            yield MistakeVariant({RESULT: change}, words={"rows": words})
 
 
 VARIANTS: dict[str, VariantGenerator] = {
@@ -102,7 +102,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     ),
     "rates-left-out": vary_always({"joint rates": lambda stages, rates: rates * 0 + 1}),
     "rates-exchanged": lambda chain, _: (
-        MistakeVariant({"joint rates": exchange(i, j)}, {"one": i + 1, "other": j + 1})
+        MistakeVariant({"joint rates": exchange(i, j)}, words={"one": i + 1, "other": j + 1})
         for i, j in combinations(range(chain.n), 2)
     ),
 }

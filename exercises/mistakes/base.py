@@ -1,15 +1,16 @@
 """Define a mistake: a change to a derivation, or to an answer, and the message to the student.
 
 A derivation consists of stages, such as the table, the link vectors and the Jacobian (`arm.derivation_graph`). A
-mistake changes the results of some stages; all later stages are computed from the changed results. Values may carry
-derivatives by the joint variables; `drop_derivatives` removes these. In shapes, "…" stands for the axes of the
-arithmetic: the configurations, or a single formula.
+mistake changes the results of some stages; all later stages are computed from the changed results. A change is a
+function of all stages and of one stage's correct result, and returns the wrong result. Values may carry derivatives by
+the joint variables; `drop_derivatives` removes these. In shapes, "…" stands for the axes of the arithmetic: the
+configurations, or a single formula.
 """
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from itertools import starmap
 from typing import Any
 
@@ -39,6 +40,7 @@ class MistakeVariant:
     """
 
     changes: Mapping[str, Change]
+    _: KW_ONLY
     words: Mapping[str, object] = field(default_factory=dict)
     missing_symbols: str = ""
     joints: tuple[int, ...] = ()
@@ -60,6 +62,7 @@ class MistakenAnswer:
     """
 
     answer: Answer
+    _: KW_ONLY
     words: Mapping[str, object] = field(default_factory=dict)
 
 
@@ -147,7 +150,7 @@ def vary_if(
     applies: Callable[[Chain], object], changes: Mapping[str, Change], words: Mapping[str, object] | None = None
 ) -> VariantGenerator:
     """Return a function that yields one variant if `applies` is true of the arm, and none otherwise."""
-    return lambda chain, shape: iter([MistakeVariant(changes, words or {})] if applies(chain) else [])
+    return lambda chain, shape: iter([MistakeVariant(changes, words=words or {})] if applies(chain) else [])
 
 
 def vary_each(
@@ -167,7 +170,7 @@ def make_propagated_variant(changes: Mapping[str, Change], words: Mapping[str, o
 
     Linear rows are otherwise derivatives of the link vectors, on which mistakes in the axes or in p* have no effect.
     """
-    return MistakeVariant({**changes, "linear rows": propagate_linear_rows}, words or {})
+    return MistakeVariant({**changes, "linear rows": propagate_linear_rows}, words=words or {})
 
 
 def vary_each_joint_and_all(

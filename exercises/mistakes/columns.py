@@ -55,7 +55,7 @@ def _scale_term(factor: int, min_terms: int) -> VariantGenerator:
             links = [link for link in list_moving_links(chain) if link >= joint]
             for link in links if len(links) >= min_terms else ():
                 words = {"joint": joint + 1, **make_link_words(chain, link)}
-                yield MistakeVariant({"link derivatives": scale_entries((joint, link), factor)}, words)
+                yield MistakeVariant({"link derivatives": scale_entries((joint, link), factor)}, words=words)
 
     return generate
 
@@ -125,7 +125,7 @@ def _vary_propagation(*change_sets: Mapping[str, Change], names_axis: bool = Fal
     If `names_axis`, the message names the frame on the axis of joint i, and this axis.
     """
     return lambda chain, _: (
-        make_propagated_variant(changes, _make_axis_words(chain) if names_axis else {}) for changes in change_sets
+        make_propagated_variant(changes, words=_make_axis_words(chain) if names_axis else {}) for changes in change_sets
     )
 
 
@@ -157,7 +157,7 @@ def _start_at_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVari
     for i, j in permutations(range(chain.n), 2):
         frame_on_axis = convention_of(chain).frame_on_axis
         words = {"joint": i + 1, "frame": frame_on_axis(i + 1), "other": frame_on_axis(j + 1)}
-        yield MistakeVariant({"vectors to point": partial(replace_vector, i=i, j=j)}, words)
+        yield MistakeVariant({"vectors to point": partial(replace_vector, i=i, j=j)}, words=words)
 
 
 def _stop_at_next_origin(stages: StageResults, vectors_to_point: np.ndarray) -> np.ndarray:
@@ -173,7 +173,7 @@ def _treat_joints_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
         def apply_change(stages: StageResults, correct_kinds: list[str]) -> list[str]:
             return [wrong_kind if i in treated_joints else kind for i, kind in enumerate(correct_kinds)]
 
-        return make_propagated_variant({"joint kinds": apply_change}, make_joint_words(treated_joints))
+        return make_propagated_variant({"joint kinds": apply_change}, words=make_joint_words(treated_joints))
 
     return lambda chain, shape: vary_each_joint_and_all(chain.list_joints_of_kind(correct_kind), treat)
 
@@ -189,18 +189,20 @@ def _replace_angular(
     def apply_change(stages: StageResults, angular_rows: np.ndarray) -> np.ndarray:
         return np.stack([make_column(stages, i, angular_rows[:, i]) for i in range(stages.n)], axis=1)
 
-    return MistakeVariant({"angular rows": apply_change}, words)
+    return MistakeVariant({"angular rows": apply_change}, words=words)
 
 
 def _rotate_prismatic_joints(joints: Sequence[int]) -> MistakeVariant:
     """Return the variant that gives prismatic joints an angular velocity."""
     return _replace_angular(
-        lambda stages, i, column: stages["axes"][i] if i in joints else column, make_joint_words(joints)
+        lambda stages, i, column: stages["axes"][i] if i in joints else column, words=make_joint_words(joints)
     )
 
 
 def _drop_angular(joints: Sequence[int]) -> MistakeVariant:
-    return _replace_angular(lambda stages, i, column: 0 * column if i in joints else column, make_joint_words(joints))
+    return _replace_angular(
+        lambda stages, i, column: 0 * column if i in joints else column, words=make_joint_words(joints)
+    )
 
 
 def _keep_one_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -213,7 +215,7 @@ def _use_next_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant that uses the next joint's axis in the angular column of each revolute joint."""
     yield _replace_angular(
         lambda stages, i, column: column if stages["joint kinds"][i] == PRISMATIC else stages["axes"][i + 1],
-        _make_axis_words(chain),
+        words=_make_axis_words(chain),
     )
 
 
@@ -254,14 +256,14 @@ def _use_frame_axis(axis: str, joint: int | None = None) -> MistakeVariant:
         return np.stack([column if joint in (i, None) else axes[i] for i, column in enumerate(columns)])
 
     words = {"axis": axis} if joint is None else {"axis": axis, "joint": joint + 1}
-    return make_propagated_variant({"axes": apply_change}, words)
+    return make_propagated_variant({"axes": apply_change}, words=words)
 
 
 def _drop_joint(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants that omit the contribution of one joint to the velocities."""
     for i in range(chain.n) if chain.n > 1 else ():
         drop = scale_entries((slice(None), i), 0)
-        yield MistakeVariant({"linear rows": drop, "angular rows": drop}, {"joint": i + 1})
+        yield MistakeVariant({"linear rows": drop, "angular rows": drop}, words={"joint": i + 1})
 
 
 def _leave_vectors_in_base(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -270,9 +272,9 @@ def _leave_vectors_in_base(chain: Chain, _: AnswerShape) -> Iterator[MistakeVari
     The variants change the answers only to questions that ask for another frame.
     """
     for words, rows in (("vectors", slice(0, 6)), ("angular vectors", slice(3, 6)), ("linear vectors", slice(0, 3))):
-        yield MistakeVariant({"tool jacobian": _leave_in_base(rows)}, {"vectors": words})
+        yield MistakeVariant({"tool jacobian": _leave_in_base(rows)}, words={"vectors": words})
     yield MistakeVariant(
-        {"wrist block": lambda stages, _: np.moveaxis(stages["axes"][3:6], 0, 1)}, {"vectors": "vectors"}
+        {"wrist block": lambda stages, _: np.moveaxis(stages["axes"][3:6], 0, 1)}, words={"vectors": "vectors"}
     )
 
 
@@ -292,7 +294,7 @@ def _use_earlier_frame(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVari
         return rotate_rows(compute_convention_rotation(stages, frame).swapaxes(0, 1), stages["geometric jacobian"])
 
     for frame in range(1, chain.n):
-        yield MistakeVariant({"tool jacobian": partial(rotate, frame=frame)}, {"frame": frame})
+        yield MistakeVariant({"tool jacobian": partial(rotate, frame=frame)}, words={"frame": frame})
 
 
 def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
@@ -316,10 +318,11 @@ def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
     last_frame_words = "the last frame" if convention_of(chain).point.is_origin else "the point of interest"
     for frame in range(1, chain.n + 1) if shape == (6, 1) else ():
         words = {"frame": "another frame" if frame < chain.n else last_frame_words}
-        yield MistakeVariant({RESULT: partial(replace_by_frame_velocity, frame=frame)}, words)
+        yield MistakeVariant({RESULT: partial(replace_by_frame_velocity, frame=frame)}, words=words)
         if frame < chain.n:
             yield MistakeVariant(
-                {RESULT: partial(replace_by_partial_velocity, last_joint=frame)}, {"frame": "the point of interest"}
+                {RESULT: partial(replace_by_partial_velocity, last_joint=frame)},
+                words={"frame": "the point of interest"},
             )
 
 
@@ -371,7 +374,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     ),
     "axis-sign": vary_each(
         lambda chain: zip(range(chain.n)),
-        lambda i: make_propagated_variant({"axes": scale_entries(i, -1)}, {"joint": i + 1}),
+        lambda i: make_propagated_variant({"axes": scale_entries(i, -1)}, words={"joint": i + 1}),
     ),
     "vectors-left-in-base": _leave_vectors_in_base,
     "rotated-the-wrong-way": vary_always(
@@ -381,6 +384,8 @@ VARIANTS: dict[str, VariantGenerator] = {
     "velocity-of-other-frame": _use_other_velocity,
     "arms-exchanged": vary_each(
         lambda chain: combinations(range(chain.n), 2),
-        lambda i, j: make_propagated_variant({"vectors to point": exchange(i, j)}, {"joint": i + 1, "other": j + 1}),
+        lambda i, j: make_propagated_variant(
+            {"vectors to point": exchange(i, j)}, words={"joint": i + 1, "other": j + 1}
+        ),
     ),
 }

@@ -83,7 +83,7 @@ def _change_links(
     def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         for link in list_moving_links(chain):
             if applies(chain, link):
-                yield MistakeVariant({"link vectors": _change_link(link, change)}, make_link_words(chain, link))
+                yield MistakeVariant({"link vectors": _change_link(link, change)}, words=make_link_words(chain, link))
 
     return generate
 
@@ -122,10 +122,10 @@ def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVarian
     for keeps_constants in _list_choices_for_constants(chain):
         changes: dict[str, Change] = {"link vectors": partial(change_links, keeps_constants=keeps_constants)}
         if relative_link_count > 1:
-            yield MistakeVariant(changes, {"link": "each"})
+            yield MistakeVariant(changes, words={"link": "each"})
         if relative_link_count:
             changes = {"rotations": partial(change_rotations, keeps_constants=keeps_constants), **changes}
-            yield MistakeVariant(changes, {"link": "each"})
+            yield MistakeVariant(changes, words={"link": "each"})
 
 
 def _list_earlier_joints_of_runs(chain: Chain, frame: int) -> list[int]:
@@ -172,7 +172,7 @@ def _slide_along_world_axes(chain: Chain, _: AnswerShape) -> Iterator[MistakeVar
 
     if 1 < chain.n <= 3 and not chain.revolute_joints:
         joints, axes = join_words([str(k + 1) for k in range(chain.n)]), join_words("xyz"[: chain.n])
-        yield MistakeVariant({"link vectors": apply_change}, {"joint": joints, "axis": axes})
+        yield MistakeVariant({"link vectors": apply_change}, words={"joint": joints, "axis": axes})
 
 
 VARIANTS: dict[str, VariantGenerator] = {
@@ -190,7 +190,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     "links-not-rotated": vary_if(
         lambda chain: sum(k > 0 for k in list_moving_links(chain)) > 1,
         {"link vectors": lambda stages, _: stages["local link vectors"]},
-        {"link": "each"},
+        words={"link": "each"},
     ),
     "prismatic-joints-along-xyz": _slide_along_world_axes,
 }

@@ -96,10 +96,10 @@ def _use_other_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     yield MistakeVariant(
         # the body Jacobian is computed from the space Jacobian, so it must not contain this change
         {"space jacobian": lambda stages, _: stages.without_changes_of("space jacobian")["body jacobian"]},
-        {"wanted": "space", "taken": "body"},
+        words={"wanted": "space", "taken": "body"},
     )
     yield MistakeVariant(
-        {"body jacobian": lambda stages, _: stages["space jacobian"]}, {"wanted": "body", "taken": "space"}
+        {"body jacobian": lambda stages, _: stages["space jacobian"]}, words={"wanted": "body", "taken": "space"}
     )
 
 
@@ -243,9 +243,9 @@ def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     all_joints = [translating_joints] if len(translating_joints) > 1 else []
     for joints in (*all_joints, *([i] for i in translating_joints)):
         words = make_joint_words(joints)
-        yield MistakeVariant({"point": partial(change_point, changed_joints=joints)}, words)
+        yield MistakeVariant({"point": partial(change_point, changed_joints=joints)}, words=words)
         if joints[0] < chain.n - 1:  # the last joint moves no screw
-            yield MistakeVariant({"space jacobian": partial(change_columns, changed_joints=joints)}, words)
+            yield MistakeVariant({"space jacobian": partial(change_columns, changed_joints=joints)}, words=words)
 
 
 def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:

@@ -62,7 +62,7 @@ def mentions_determinant(words: Iterable[str]) -> bool:
 
 
 def _make_answer(components: Sequence[Component], **words: object) -> MistakenAnswer:
-    return MistakenAnswer(ConditionSet(tuple(components)), words)
+    return MistakenAnswer(ConditionSet(tuple(components)), words=words)
 
 
 def _replace_component(components: Components, index: int, new_component: Component) -> Components:

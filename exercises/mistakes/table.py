@@ -48,7 +48,7 @@ def _change_row(
     def apply_change(stages: StageResults, table: Table) -> Table:
         return _change_entries(stages, table, index, **change(stages, _find_convention_row(stages, table, index)))
 
-    return MistakeVariant({"table": apply_change}, {"joint": index + 1, "link": index + 1, **words})
+    return MistakeVariant({"table": apply_change}, words={"joint": index + 1, "link": index + 1, **words})
 
 
 def _find_convention_row(stages: StageResults, table: Table, index: int) -> TableRow:
@@ -93,7 +93,7 @@ def _drop_offsets(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
                 table = table.with_row(i, **{chain.joints[i].variable_key: stages.arithmetic.convert_entry(chain.q[i])})
             return table
 
-        return MistakeVariant({"table": apply_change}, _make_offset_words(chain, joints))
+        return MistakeVariant({"table": apply_change}, words=_make_offset_words(chain, joints))
 
     return vary_each_joint_and_all([i for i, offset in enumerate(chain.offsets) if offset != 0], drop)
 
@@ -147,7 +147,7 @@ def _scale_offsets_of_joints(
 
     offset_texts = dict.fromkeys(f"{sp.nsimplify(offsets[i] * 180 / sp.pi)}°" for i in joints)
     words = {**_make_offset_words(chain, joints), "degrees": join_words([*offset_texts])}
-    return MistakeVariant({"table": apply_change}, words)
+    return MistakeVariant({"table": apply_change}, words=words)
 
 
 def _make_offset_words(chain: Chain, joints: Sequence[int]) -> dict[str, object]:
@@ -184,7 +184,7 @@ def _exchange_lengths(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     rows = convention_of(chain).rows
     for i, j in combinations(range(chain.n), 2):
         if 0 != rows[i].a != rows[j].a != 0:
-            yield MistakeVariant({"table": partial(exchange, i=i, j=j)}, {"joint": i + 1, "other": j + 1})
+            yield MistakeVariant({"table": partial(exchange, i=i, j=j)}, words={"joint": i + 1, "other": j + 1})
 
 
 def _depends_on_twist_sign(joint: Joint) -> bool:
@@ -240,14 +240,14 @@ def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant with the last frame's origin instead of P, or the origin before it if P is on that frame."""
     if convention_of(chain).is_proximal:
         if chain.point.frame == chain.n > 1:
-            yield MistakeVariant({"table": _move_point_to_earlier_origin}, {"frame": chain.n - 1})
+            yield MistakeVariant({"table": _move_point_to_earlier_origin}, words={"frame": chain.n - 1})
         return
 
     frame = chain.n - 1 if chain.point.frame == chain.n else chain.n
     if frame > 0:
         yield MistakeVariant(
             {"point": lambda stages, _: stages["origins"][frame], "link derivatives": _keep_derivatives_up_to(frame)},
-            {"frame": frame},
+            words={"frame": frame},
         )
 
 
@@ -285,8 +285,8 @@ def _use_other_units(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         return replace(table, point_offset=table.point_offset * factor) if has_numeric_point else table
 
     if any(joint.a != 0 or joint.d != 0 for joint in chain.joints):
-        yield MistakeVariant({"table": partial(scale, factor=100)}, {"unit": "centimetres"})
-        yield MistakeVariant({"table": partial(scale, factor=1000)}, {"unit": "millimetres"})
+        yield MistakeVariant({"table": partial(scale, factor=100)}, words={"unit": "centimetres"})
+        yield MistakeVariant({"table": partial(scale, factor=1000)}, words={"unit": "millimetres"})
 
 
 def _read_as_modified(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:

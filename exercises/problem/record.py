@@ -13,7 +13,7 @@ from typing import Any
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import CONVENTIONS, Chain
+from qdot.exercises.arm.chain import DEFAULT_CONVENTION, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.problem.problem import RECORDED_NAME, Details, Part, Problem, SymbolInfo
@@ -28,7 +28,7 @@ def make_arm_json(chain: Chain) -> Json:
     the rows of the arm's twists are not in the default order.
     """
     base, point = chain.base, chain.point
-    description = {} if chain.convention == CONVENTIONS[0] else {"convention": chain.convention}
+    description = {} if chain.convention == DEFAULT_CONVENTION else {"convention": chain.convention}
     if chain.twist_order in convention_of(chain).twist_orders[1:]:
         description["twist_order"] = chain.twist_order
     row_keys = ("theta", "d", "a", "alpha")

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS
+from qdot.exercises.arm.chain import CONVENTIONS, DEFAULT_CONVENTION, DEFAULT_TWIST_ORDER, TWIST_ORDERS
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_AXES, VARIATION_STEPS
 
 Names = Iterable[str] | Callable[[], Iterable[str]]
@@ -42,12 +42,12 @@ def name_argument(metavar: str, help: str, *names: Names, suffix: str = "") -> A
 
 
 def _make_convention_option(default: str) -> Any:
-    choices = f"{', '.join(CONVENTIONS)}; default: {default}{CONVENTIONS[0]}"
+    choices = f"{', '.join(CONVENTIONS)}; default: {default}{DEFAULT_CONVENTION}"
     return name_option(f"How arms are described: {choices}.", "--convention", names=CONVENTIONS)
 
 
 def _make_twist_order_option(default: str) -> Any:
-    text = f"Order of twists, for screw axes: {' or '.join(TWIST_ORDERS)}; default: {default}{TWIST_ORDERS[0]}."
+    text = f"Order of twists, for screw axes: {' or '.join(TWIST_ORDERS)}; default: {default}{DEFAULT_TWIST_ORDER}."
     return name_option(text, "--twist-order", names=TWIST_ORDERS, metavar="ORDER")
 
 

@@ -48,6 +48,8 @@ FACTOR_WORDS = {
 REWORK_ADVICE = "Calculate your answer again step by step, and check each number that you took from the problem."
 MAX_MISSING_SYMBOLS = 4
 """Maximum number of symbols of the reference that a remark names; an answer that lacks more of them is another one."""
+FACTORS_OF_LENGTHS = (100.0, 1000.0)
+"""The factors between units of length, by which an angle can't be wrong."""
 SIMPLE_ANGLES = (0.0, np.pi / 2, np.pi / 6)
 """The joint angles of configurations that are easy to draw."""
 MAX_CONFIGURATIONS = 81
@@ -77,7 +79,7 @@ def _advise_on_numbers(part: Part, parsed_answer: ParsedAnswer) -> str | None:
     if all(entry.is_Integer for entry in expected):  # a count, such as a rank
         return REWORK_ADVICE
     expected_numbers = np.array([complex(entry) for entry in expected])[:, None]
-    return next(_remark_on_factor(typed_numbers, expected_numbers, THREE_DIGITS_TOLERANCE), REWORK_ADVICE)
+    return next(_remark_on_factor(typed_numbers, expected_numbers, THREE_DIGITS_TOLERANCE, part), REWORK_ADVICE)
 
 
 def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> str | None:
@@ -93,7 +95,7 @@ def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswe
             return None  # the verdict's reason says so
         tolerance = THREE_DIGITS_TOLERANCE if part.answer.is_numeric else RELATIVE_TOLERANCE
         remarks = chain(
-            _remark_on_factor(answer_values, expected_values, tolerance),
+            _remark_on_factor(answer_values, expected_values, tolerance, part),
             _remark_on_joints(pair, values),
             _remark_on_missing_symbols(pair, values, missing_names),
             _remark_on_configuration(pair, values),
@@ -129,7 +131,7 @@ class _AnswerAndReference:
         return (direction[:, None] * direction[None]).reshape(-1, entries.shape[-1])
 
 
-def _remark_on_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float) -> Iterator[str]:
+def _remark_on_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float, part: Part) -> Iterator[str]:
     """Yield a remark if all entries of an answer differ from the expected entries by the same factor."""
     if answer.shape != expected.shape:
         return
@@ -143,7 +145,10 @@ def _remark_on_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float
         return
     if len(ratios) == 1:  # a single wrong number always differs by some factor
         tolerance = SINGLE_NUMBER_TOLERANCE
+    are_angles = set(part.answer.expected_units) == {"rad"}
     for candidate, words in FACTOR_WORDS.items():
+        if are_angles and candidate in FACTORS_OF_LENGTHS:
+            continue
         for size_word, known_factor in (("large", candidate), ("small", 1 / candidate)):
             if abs(factor / known_factor - 1) < tolerance:
                 yield f"Your answer is too {size_word} by a factor of {words}"

@@ -8,7 +8,7 @@ from functools import cache
 
 import sympy as sp
 
-from qdot.exercises.arm.chain import CONVENTIONS, Chain, Point
+from qdot.exercises.arm.chain import DEFAULT_CONVENTION, Chain, Point
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
@@ -36,7 +36,7 @@ def get_problem(
 
 def choose_convention(question: Question) -> str:
     """Return the convention that a question needs; empty if it can be asked about the default DH table."""
-    return "" if CONVENTIONS[0] in question.conventions else question.conventions[0]
+    return "" if DEFAULT_CONVENTION in question.conventions else question.conventions[0]
 
 
 @cache

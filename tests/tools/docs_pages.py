@@ -14,7 +14,7 @@ from types import MappingProxyType
 import pydantic
 from pydantic.fields import FieldInfo
 
-from qdot.exercises.arm.chain import CONVENTIONS, Chain
+from qdot.exercises.arm.chain import DEFAULT_CONVENTION, Chain
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.library import list_robots
 from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry
@@ -85,7 +85,7 @@ def families_page() -> str:
         listed=listed,
         alike={name: first for name, f in listed.items() if (first := first_with[tuple(f.questions)]) != name},
         tasks={name: Wording(_first_arm(name)).task for name in FAMILIES},
-        questions=[question.name for question in QUESTIONS.values() if CONVENTIONS[0] in question.conventions],
+        questions=[question.name for question in QUESTIONS.values() if DEFAULT_CONVENTION in question.conventions],
     )
 
 
@@ -95,7 +95,7 @@ def questions_page() -> str:
         name: sum(name in listed.questions for listed in list_families().values()) for name in QUESTIONS
     }
     for question in QUESTIONS.values():
-        if CONVENTIONS[0] not in question.conventions:
+        if DEFAULT_CONVENTION not in question.conventions:
             asked[question.name] = ", ".join(f"`{convention}`" for convention in question.conventions)
     return render(
         "docs/questions.md.j2",

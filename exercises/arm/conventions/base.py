@@ -147,6 +147,7 @@ class Convention:
     def convert_standard_frames(self, frames: np.ndarray, corners: np.ndarray, base_origin: np.ndarray) -> np.ndarray:
         """Convert numeric poses of the standard frames to the poses of the convention's frames, (…, n + 1, 4, 4).
 
+        - `frames`: the standard frames 0 to n, (…, n + 1, 4, 4).
         - `corners`: for each link i, the point at which the link bends from the axis of joint i into x_i, (…, n, 3).
         - `base_origin`: the position of O_0, (3).
         """

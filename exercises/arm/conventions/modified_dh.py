@@ -25,7 +25,7 @@ class ModifiedDh(Convention):
 
     name, title = "modified-dh", "modified"
     aliases = ("craig", "mdh", "proximal")
-    features = frozenset({FRAMES, FRAMES_OF_JOINTS})
+    features = frozenset({FRAMES, FRAMES_OF_JOINTS})  # each link has a frame, whose z axis is the axis of its joint
     specific_mistakes = frozenset({"standard-dh", "length-and-twist-of-link-i", "previous-frame"})
     columns = (r"\alpha_{i-1}", "a_{i-1}", "d_i", r"\theta_i")
     row_transform = r"R_x(\alpha_{i-1})\, T_x(a_{i-1})\, R_z(\theta_i)\, T_z(d_i)"
@@ -40,12 +40,11 @@ class ModifiedDh(Convention):
         along x also belongs to that row, if the base has neither yaw nor another shift.
         """
         base, joints = self.chain.base, self.chain.joints
-        if base.yaw != 0 or any(base.position[1:]):
-            remaining_base, first_link = replace(base, tilt=sp.S.Zero), (sp.S.Zero, base.tilt)
-        else:
-            remaining_base, first_link = type(base)(), (base.position[0], base.tilt)
-        links = [first_link, *((joint.a, joint.alpha) for joint in joints[:-1])]
-        rows = [replace(joint, a=a, alpha=alpha) for joint, (a, alpha) in zip(joints, links, strict=True)]
+        remaining_base, first_a = replace(base, tilt=sp.S.Zero), sp.S.Zero
+        if base.yaw == 0 and not any(base.position[1:]):
+            remaining_base, first_a = replace(remaining_base, position=(sp.S.Zero,) * 3), base.position[0]
+        links = [(base.tilt, first_a), *((joint.alpha, joint.a) for joint in joints[:-1])]
+        rows = [replace(joint, alpha=alpha, a=a) for joint, (alpha, a) in zip(joints, links, strict=True)]
         return remaining_base, rows
 
     @property
@@ -74,7 +73,7 @@ class ModifiedDh(Convention):
 
     @staticmethod
     def split_row(row: "Joint") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
-        """Yield the two screw motions of a row: along and about x, then along and about the joint's z axis."""
+        """Yield the two screw motions of a row: about and along x, then about and along the joint's z axis."""
         yield "x", row.alpha, row.a
         yield "z", row.theta, row.d
 
@@ -83,7 +82,7 @@ class ModifiedDh(Convention):
         return sp.Matrix([row.a, -row.d * sp.sin(row.alpha), row.d * sp.cos(row.alpha)])
 
     def distance_along_axis(self, row: "Joint") -> sp.Expr:
-        """Return d (m), because the frame on a joint's axis follows the joint's motion."""
+        """Return the distance (m) along z_i from the standard origin on it, O_{i-1}, to the modified origin O_i: d."""
         return row.d
 
     def frame_on_axis(self, joint: int) -> int:
@@ -91,16 +90,19 @@ class ModifiedDh(Convention):
         return joint
 
     def step_to_standard_frame(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
-        """Return alpha (rad) and a (m) of a link, which lead from the link's modified frame to its standard frame."""
+        """Return alpha (rad) and a (m) of the step Rx(alpha) Tx(a) from a link's modified to its standard frame.
+
+        For the base, frame 0, these are the entries of the first modified row, which tilt and shift the base.
+        """
         link = self.chain.joints[frame - 1] if frame else self.rows[0]
         return link.alpha, link.a
 
     def convert_standard_frames(self, frames: np.ndarray, corners: np.ndarray, base_origin: np.ndarray) -> np.ndarray:
         """Convert numeric poses of the standard frames to those of the modified frames, (…, n + 1, 4, 4).
 
-        Frame i has the x axis of standard frame i, the axis of joint i as its z axis, and corner i-1 as its origin.
-        Frame 0 is upright, at `base_origin`: rotations about x_0 and shifts along x_0 before joint 1 belong to the
-        first row.
+        Frame i has the x axis of standard frame i, the axis of joint i as its z axis, and as its origin the point at
+        which link i bends from this axis into x_i (`corners`, see the base class). Frame 0 is upright, at
+        `base_origin`: rotations about x_0 and shifts along x_0 before joint 1 belong to the first row.
         """
         poses = np.array(frames)
         poses[..., 1:, :3, 2] = frames[..., :-1, :3, 2]
@@ -116,7 +118,7 @@ class ModifiedDh(Convention):
         return replace(shortened_arm, joints=(*first_rows, replace(last_row, a=sp.S.Zero, alpha=sp.S.Zero)))
 
     def origin_name(self, frame: int) -> str | None:
-        """Return the name of a standard origin; None if it always coincides with neither P nor a modified origin."""
+        """Return the name of the point P or modified origin that always coincides with a standard origin, or None."""
         chain = self.chain
         if frame < chain.n and chain.joints[frame].is_revolute and chain.joints[frame].d == 0:
             return f"O_{frame + 1}"

@@ -11,7 +11,7 @@ import sympy as sp
 from jinja2.runtime import Macro
 
 from qdot.exercises.arm.axes_to_dh import Axis
-from qdot.exercises.arm.chain import CONVENTIONS, Base, Chain, Joint, Point
+from qdot.exercises.arm.chain import CONVENTIONS, DEFAULT_CONVENTION, Base, Chain, Joint, Point
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.library import find_robot_path, list_robots
@@ -409,7 +409,7 @@ def list_called_macros(convention: str) -> Iterator[str]:
 
 @pytest.mark.parametrize("convention", CONVENTIONS)
 def test_convention_defines_everything_that_callers_use(convention: str) -> None:
-    macros, standard_macros = list_macros(convention), list_macros(CONVENTIONS[0])
+    macros, standard_macros = list_macros(convention), list_macros(DEFAULT_CONVENTION)
     assert set(list_called_macros(convention)) <= set(macros)
     assert all(macros[name] == standard_macros[name] for name in macros.keys() & standard_macros.keys())
     assert convention in CONVENTION_CHECKS

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.arm.chain import CONVENTIONS
+from qdot.exercises.arm.chain import DEFAULT_CONVENTION
 from qdot.exercises.chapter import solve_examples
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
@@ -80,7 +80,7 @@ def test_families_page_lists_every_family_with_figure_and_questions() -> None:
             assert expected == set(list_questions_of_family(reference[1]))
             continue
         listed = set(re.findall(r"`([a-z-]+)`", text))
-        possible = {question.name for question in QUESTIONS.values() if CONVENTIONS[0] in question.conventions}
+        possible = {question.name for question in QUESTIONS.values() if DEFAULT_CONVENTION in question.conventions}
         assert listed == (possible - expected if "all but" in text or "): all." in text else expected)
 
 

@@ -2,6 +2,7 @@
 
 import ast
 import json
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -461,9 +462,10 @@ def test_wrong_units_are_expected_only_where_they_change_the_number(tmp_path: Pa
         "rate": ('"dot(inv(J)*xd, [1, 0])"\ngiven = ["pose", "velocity"]', "rad/s",
                  {"result-in-degrees": 180 / sp.pi, "millimetres": 0.001, "thousandth": 1000}),
     }  # fmt: skip
+    definitions["speed"] = ('"v.x"\ngiven = ["pose", "rates"]', "m/s", definitions["torque"][2])
     for name, (answer, unit, expected_factors) in definitions.items():
         question = f'prompt = "{{given}}"\nunit = "{unit}"\nanswer = {answer}'
-        problem = make_problem(tmp_path / name, question)
+        problem = make_problem(tmp_path / name, question, "polar-rp" if name == "speed" else "planar-2r")
         (part,) = problem.parts
         units = {"result-in-degrees", "millimetres", "thousandth", "centimetres"}
         wrong_answers = {known.mistake: known for known in find_known_wrong_answers(problem, part, 20)}
@@ -695,6 +697,17 @@ def test_options_that_are_matrices_are_displayed_over_several_lines(tmp_path: Pa
     assert options is not None and [option.text[:2] for option in options.options] == ["$$", "$$", "no"]
     (item,) = make_items(ExportRequest(load_assignment(tmp_path / "hw"), find_failures, variant_count=1))
     assert isinstance(item.form, ChoiceForm) and "bmatrix" not in str(item.body[-1])
+
+
+def test_millimetres_are_no_cause_of_a_wrong_angle(tmp_path: Path) -> None:
+    question = 'prompt = "{given}"\ngiven = ["pose"]\nunit = "rad"\nanswer = "atan(p.y/p.x)"'
+    problem = make_problem(tmp_path, question)
+    number = float(problem.parts[0].answer.as_matrix()[0])
+    for factor, cause in ((1000, ""), (180 / math.pi, "degrees")):
+        (marked_part,) = mark(problem, {"mine": f"{factor * number:.8g}"}, secret="s")
+        assert marked_part.diagnosis is not None
+        text = str(marked_part.diagnosis)
+        assert "metres" not in text and cause in text
 
 
 def test_option_about_the_others_stays_last(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.assignment.assignment import load_assignment
-from qdot.exercises.assignment.release import init_assignment, release_notebooks_of_student
+from qdot.exercises.assignment.release import ReleaseContext, init_assignment, release_notebooks_of_student
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.notebook.problem_formats import show
 from qdot.exercises.problem.problem import Part, Problem
@@ -247,13 +247,16 @@ def folder(tmp_path: Path) -> Path:
 
 def test_hints_make_another_edition_of_the_same_problems(folder: Path) -> None:
     plain = load_assignment(folder)
-    assert not plain.hints and (release_notebooks_of_student((plain, CERTIFIER), "s001").outcome) == "written"
+    assert (
+        not plain.hints
+        and (release_notebooks_of_student(ReleaseContext(plain, CERTIFIER), "s001").outcome) == "written"
+    )
     (folder / "assignment.toml").write_text("hints = false\n" + TOML)
     assert load_assignment(folder).notebook_digest == plain.notebook_digest
     (folder / "assignment.toml").write_text("hints = true\n" + TOML)
     hinted = load_assignment(folder)
     assert hinted.problems_digest == plain.problems_digest and hinted.notebook_digest != plain.notebook_digest
-    assert [release_notebooks_of_student((hinted, CERTIFIER), "s001").outcome for _ in range(2)] == [
+    assert [release_notebooks_of_student(ReleaseContext(hinted, CERTIFIER), "s001").outcome for _ in range(2)] == [
         "rewritten",
         "kept",
     ]
