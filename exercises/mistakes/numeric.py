@@ -74,14 +74,19 @@ def _scale_lengths(factor: sp.Expr) -> VariantGenerator:
 
     def scale_table(stages: StageResults, table: Table) -> Table:
         scale = stages.arithmetic.convert_entry(factor)
+
+        def scale_displacement(d: np.ndarray) -> np.ndarray:
+            """Return a displacement whose derivative by itself, which is its imaginary step, remains 1."""
+            return np.asarray(d + d.real * (scale - 1))
+
         return replace(
-            table, rows=tuple(replace(row, a=row.a * scale, d=row.d * scale) for row in table.rows),
+            table, rows=tuple(replace(row, a=row.a * scale, d=scale_displacement(row.d)) for row in table.rows),
             base_position=table.base_position * scale, point_offset=table.point_offset * scale,
         )  # fmt: skip
 
     def scale_rates(stages: StageResults, rates: np.ndarray) -> np.ndarray:
-        scale = stages.arithmetic.convert_entry(factor)
-        return np.stack([r * scale if j.is_prismatic else r for r, j in zip(rates, stages.chain.joints, strict=True)])
+        factors = np.array([float(factor) if joint.is_prismatic else 1.0 for joint in stages.chain.joints])
+        return np.asarray(rates * factors[:, None])
 
     return vary_always({"table": scale_table, "joint rates": scale_rates})
 

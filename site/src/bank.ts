@@ -168,6 +168,12 @@ type AnswerKey = ValuesKey | NumbersKey | ConfigurationsKey | LettersKey;
  */
 export type KnownMistake = readonly number[];
 
+/** Return the index, in `Problem.said`, of the first mistake whose numbers match; undefined if there is none. */
+export const findMistakeIndex = (
+  mistakes: readonly KnownMistake[],
+  matches: (numbers: readonly number[]) => boolean,
+): number | undefined => mistakes.find(([, ...numbers]) => matches(numbers))?.[0];
+
 /** The key of formulas, or of a direction: a vector whose length does not count. Entries are numbered row by row. */
 export interface ValuesKey {
   readonly type: "values" | "direction";
@@ -204,6 +210,7 @@ export interface NumbersKey {
   readonly tolerance: number;
   /** Absolute tolerance, which applies to numbers near 0. */
   readonly floor: number;
+  /** The correct numbers, in SI units. */
   readonly right: readonly number[];
   readonly mistakes: readonly KnownMistake[];
   /** Mistakes considered only if the answer is a single number with many digits. */

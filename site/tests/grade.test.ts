@@ -7,7 +7,7 @@ import { judge } from "../src/grade/judge.js";
 import { parseLetters, judgeLetters } from "../src/grade/letters.js";
 import { judgeDirection, judgeNumbers } from "../src/grade/numbers.js";
 import { judgeSet } from "../src/grade/sets.js";
-import { configurationText, judgeValues, fingerprintWeight } from "../src/grade/values.js";
+import { writeConfiguration, judgeValues, computeFingerprintWeight } from "../src/grade/values.js";
 import { isParsed } from "../src/grade/verdict.js";
 import { readCommasAsPoints } from "../src/read/points.js";
 import { message, textOf } from "../src/text/text.js";
@@ -216,7 +216,9 @@ const ALONG: ValuesKey = {
 
 test("the mistake behind a direction is reported, for vectors of any length", () => {
   const print = (vectors: readonly (readonly [number, number])[]) =>
-    vectors.map(([x, y]) => Math.abs(fingerprintWeight(0) * x + fingerprintWeight(1) * y) / Math.hypot(x, y));
+    vectors.map(
+      ([x, y]) => Math.abs(computeFingerprintWeight(0) * x + computeFingerprintWeight(1) * y) / Math.hypot(x, y),
+    );
   const turned = [0.3, -2].map((angle) => [-Math.sin(angle), Math.cos(angle)] as const);
   const key = { ...ALONG, mistakes: [[6, ...print(turned)]] };
   for (const typed of ["[-s1, c1]", "[2*a1*s1, -2*a1*c1]"]) expect(judgeDirection(typed, key).mistake).toBe(6);
@@ -354,7 +356,7 @@ test("a rounded angle is reported as rounded, and a wrong one is not", () => {
 });
 
 test("a pose is written as on the sliders: angles in degrees within a full turn, lengths in metres", () => {
-  expect(configurationText({ theta1: Math.PI / 3 + 4 * Math.PI, d2: 0.25, a1: 1 })).toBe(
+  expect(writeConfiguration({ theta1: Math.PI / 3 + 4 * Math.PI, d2: 0.25, a1: 1 })).toBe(
     "θ1 = 60°, d2 = 0.25 m, a1 = 1 m",
   );
 });

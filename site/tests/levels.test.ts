@@ -2,7 +2,7 @@
 import { expect, test } from "vitest";
 
 import type { NumbersKey, ValuesKey } from "../src/bank.js";
-import { type Level, LEVELS, lowerLevel, limitVerdict } from "../src/grade/levels.js";
+import { type Level, LEVELS, chooseLowerLevel, limitVerdict } from "../src/grade/levels.js";
 import { judgeNumbers } from "../src/grade/numbers.js";
 import { judgeValues } from "../src/grade/values.js";
 import { verdictOf, type Verdict, wrong } from "../src/grade/verdict.js";
@@ -37,8 +37,8 @@ const WRONG: readonly (readonly [string, Verdict, RegExp])[] = [
 const text = (verdict: Verdict): string => verdict.reasons.map((reason) => textOf(reason)).join(" ");
 
 test("the lower of two levels is the one that reveals less", () => {
-  expect(lowerLevel("solutions", "counterexample")).toBe("counterexample");
-  expect(lowerLevel("mistake", "counterexample")).toBe("mistake");
+  expect(chooseLowerLevel("solutions", "counterexample")).toBe("counterexample");
+  expect(chooseLowerLevel("mistake", "counterexample")).toBe("mistake");
 });
 
 test.each(WRONG)("%s: each level reveals more", (_, verdict, right) => {

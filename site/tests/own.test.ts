@@ -3,7 +3,7 @@ import { expect, test } from "vitest";
 
 import { armOf, stateAt } from "../src/arm/model.js";
 import type { Part, Problem } from "../src/bank.js";
-import { typedColumns } from "../src/grade/typed-jacobian.js";
+import { parseTypedColumns } from "../src/grade/typed-jacobian.js";
 import { PLAIN } from "./arm/robots.js";
 
 const role = (name: string) => ({ role: name.startsWith("theta") ? "joint" : "length", unit: "", latex: name });
@@ -16,7 +16,7 @@ const part = (kind: string): Part =>
 const RIGHT = "[[-a1*s1 - a2*s12, -a2*s12], [a1*c1 + a2*c12, a2*c12]]";
 
 test("a right Jacobian has the arm's columns at every pose", () => {
-  const columns = typedColumns(problem, part("jacobian"), RIGHT)!;
+  const columns = parseTypedColumns(problem, part("jacobian"), RIGHT)!;
   for (const [theta1, theta2] of [
     [0.3, 1.1],
     [-2, 0.4],
@@ -28,10 +28,12 @@ test("a right Jacobian has the arm's columns at every pose", () => {
 });
 
 test("a wrong Jacobian differs, and other answers have no columns", () => {
-  const columns = typedColumns(problem, part("jacobian"), RIGHT.replace("-a2*s12]", "a2*s12]"))!;
+  const columns = parseTypedColumns(problem, part("jacobian"), RIGHT.replace("-a2*s12]", "a2*s12]"))!;
   expect(columns({ theta1: 0.3, theta2: 1.1 })![1]![0]).toBeCloseTo(0.4 * Math.sin(1.4));
-  expect(typedColumns(problem, part("jacobian"), "[[1/0, 1], [1, 1]]")?.({ theta1: 0, theta2: 0 }) ?? null).toBeNull();
+  expect(
+    parseTypedColumns(problem, part("jacobian"), "[[1/0, 1], [1, 1]]")?.({ theta1: 0, theta2: 0 }) ?? null,
+  ).toBeNull();
   for (const typed of ["", "a1", "[[1, 2]]", "[[a1,", "[[a1, blank], [blank, blank]]"])
-    expect(typedColumns(problem, part("jacobian"), typed)).toBeNull();
-  expect(typedColumns(problem, part("position"), RIGHT)).toBeNull();
+    expect(parseTypedColumns(problem, part("jacobian"), typed)).toBeNull();
+  expect(parseTypedColumns(problem, part("position"), RIGHT)).toBeNull();
 });

@@ -5,7 +5,7 @@ import { expect, test } from "vitest";
 import type { ConfigurationsKey, ValuesKey } from "../src/bank.js";
 import { limitVerdict } from "../src/grade/levels.js";
 import { judgeSet } from "../src/grade/sets.js";
-import { judgeValues, fingerprintWeight } from "../src/grade/values.js";
+import { judgeValues, computeFingerprintWeight } from "../src/grade/values.js";
 import type { Verdict } from "../src/grade/verdict.js";
 import { describeMissingFactor } from "../src/practice/feedback.js";
 import { evaluate } from "../src/read/evaluate.js";
@@ -156,7 +156,7 @@ test("of two wrong entries in a column, only the one with a known slip is report
 /** The sum of an answer's entries in numbers, as keys have it of what mistakes give. */
 const print = (rows: readonly (readonly string[])[]) =>
   POINTS.map((_, k) =>
-    keyOf(rows).right.reduce((sum, values, i) => sum + fingerprintWeight(i) * (values[k] as number), 0),
+    keyOf(rows).right.reduce((sum, values, i) => sum + computeFingerprintWeight(i) * (values[k] as number), 0),
   );
 
 test("a known mistake in one column is reported beside a slip in another, with its place", () => {

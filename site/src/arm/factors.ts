@@ -2,7 +2,7 @@
 
 import type { Factor, Robot } from "../bank.js";
 import { parse } from "../read/reader.js";
-import { realValue } from "../read/real.js";
+import { evaluateRealTree } from "../read/real.js";
 import { type Arm, namedPose, type Pose, signedVolume } from "./model.js";
 import { makeRandomPoses } from "../random.js";
 import { rangeOf } from "./ranges.js";
@@ -46,7 +46,7 @@ function liveFactors(arm: Arm, robot: Robot, factors: readonly Factor[]): LiveFa
   const samples = samplesOf(arm);
   return factors.map(([html, typed]) => {
     const tree = parse(typed, knownNames);
-    const valueAt = (pose: Pose): number => realValue(tree, { ...robot.values, ...namedPose(arm, pose) });
+    const valueAt = (pose: Pose): number => evaluateRealTree(tree, { ...robot.values, ...namedPose(arm, pose) });
     return { html, valueAt, maxSize: Math.max(1e-9, ...samples.map((pose) => Math.abs(valueAt(pose)))) };
   });
 }

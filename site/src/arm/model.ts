@@ -6,7 +6,7 @@
 
 import { nameJoint, type NamedPose, type Robot, ROWS } from "../bank.js";
 import { parse } from "../read/reader.js";
-import { realValue } from "../read/real.js";
+import { evaluateRealTree } from "../read/real.js";
 import { singularValues } from "./svd.js";
 import { add, addScaled, cross, determinant, type Matrix, norm, subtract, type Vec3, ZERO } from "./vector.js";
 
@@ -72,7 +72,7 @@ export function armOf(robot: Robot): Arm {
   const names = robot.joints.map(nameJoint);
   const knownNames = new Set([...names, ...Object.keys(robot.values)]);
   const zeros = Object.fromEntries(names.map((name) => [name, 0]));
-  const number = (text: string): number => realValue(parse(text, knownNames), { ...zeros, ...robot.values });
+  const number = (text: string): number => evaluateRealTree(parse(text, knownNames), { ...zeros, ...robot.values });
   const vector = ([x, y, z]: readonly [string, string, string]): Vec3 => [number(x), number(y), number(z)];
   const { base, point } = robot;
   const orientation = nextFrame(WORLD, number(base.yaw), 0, 0, number(base.tilt));

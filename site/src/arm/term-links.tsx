@@ -5,7 +5,7 @@ import type { JSX } from "preact";
 import { useEffect, useId, useRef, useState } from "preact/hooks";
 
 import { parse } from "../read/reader.js";
-import { realValue } from "../read/real.js";
+import { evaluateRealTree } from "../read/real.js";
 import { resultOrNull } from "../storage.js";
 import { formatNumber, say, withGreek } from "../text/text.js";
 import { termAfterKey, useFormulaStops } from "./formula-keys.js";
@@ -195,7 +195,7 @@ function valueOf(text: string, stage: Stage, ratesAt: ValueProps["rates"]): numb
   };
   if (!/[a-z]/.test(text)) return null;
   // a term with letters of something else has no value
-  const value = resultOrNull(() => realValue(parse(text, new Set(Object.keys(values))), values));
+  const value = resultOrNull(() => evaluateRealTree(parse(text, new Set(Object.keys(values))), values));
   return Number.isFinite(value) ? value : null;
 }
 

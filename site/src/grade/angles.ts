@@ -8,7 +8,7 @@ const FULL_TURN = 2 * Math.PI;
 
 /** Whether a node is a sine or cosine ("wave", here and below). */
 export const isWave = ({ kind, text }: Node): boolean => kind === "call" && (text === "sin" || text === "cos");
-export const otherWave = (tree: Node): Node => ({ ...tree, text: tree.text === "sin" ? "cos" : "sin" });
+export const exchangeWave = (tree: Node): Node => ({ ...tree, text: tree.text === "sin" ? "cos" : "sin" });
 
 /** Return a tree in which each sine and cosine is changed. */
 export function changeEveryWave(tree: Node, change: (wave: Node) => Node): Node {
@@ -20,7 +20,7 @@ export function changeEveryWave(tree: Node, change: (wave: Node) => Node): Node 
 type AngleSum = { readonly joints: ReadonlyMap<string, number>; readonly constant: number };
 
 /** Return an angle as a sum; null if it contains anything else. */
-function sumOfAngles(angle: Node): AngleSum | null {
+function toAngleSum(angle: Node): AngleSum | null {
   const joints = new Map<string, number>();
   let constant = 0;
   const visit = (tree: Node, sign: number): boolean => {
@@ -40,8 +40,8 @@ function sumOfAngles(angle: Node): AngleSum | null {
 }
 
 /** Return a text that is equal for equal sums of angles; "" if the angle is no such sum. */
-export function angleText(angle: Node): string {
-  const sum = sumOfAngles(angle);
+export function makeAngleKey(angle: Node): string {
+  const sum = toAngleSum(angle);
   if (!sum || sum.joints.size === 0) return "";
   const joints = [...sum.joints].sort().map(([joint, count]) => `${count} ${joint}`);
   const constant = ((sum.constant % FULL_TURN) + FULL_TURN) % FULL_TURN;
@@ -49,25 +49,25 @@ export function angleText(angle: Node): string {
 }
 
 /** Return the distinct angles of sines and cosines in some entries. */
-export function anglesIn(entries: readonly Node[]): Node[] {
+export function findAngles(entries: readonly Node[]): Node[] {
   const angles = new Map<string, Node>();
   for (const entry of entries)
     visitNodes(entry, (node) => {
       const [angle] = node.args;
-      if (isWave(node) && angle && angleText(angle)) angles.set(angleText(angle), angle);
+      if (isWave(node) && angle && makeAngleKey(angle)) angles.set(makeAngleKey(angle), angle);
     });
   return [...angles.values()];
 }
 
 /** Return a sine or cosine with the new angle if it has the old one; else unchanged. */
-export function withAngle(wave: Node, oldAngle: Node, newAngle: Node): Node {
-  return angleText(wave.args[0] as Node) === angleText(oldAngle) ? { ...wave, args: [newAngle] } : wave;
+export function replaceAngle(wave: Node, oldAngle: Node, newAngle: Node): Node {
+  return makeAngleKey(wave.args[0] as Node) === makeAngleKey(oldAngle) ? { ...wave, args: [newAngle] } : wave;
 }
 
 /** Return angles that may be correct: sums of successive joints; the angle with a joint added, removed or negated. */
-export function otherAngles(angle: Node, angles: readonly Node[]): Node[] {
+export function listOtherAngles(angle: Node, angles: readonly Node[]): Node[] {
   const joints = angles.filter(({ kind }) => kind === "name");
-  const sum = sumOfAngles(angle);
+  const sum = toAngleSum(angle);
   const negated = joints.flatMap((joint) => {
     const count = sum?.joints.get(joint.text) ?? 0;
     if (count === 0) return [];
@@ -75,17 +75,17 @@ export function otherAngles(angle: Node, angles: readonly Node[]): Node[] {
     return [node(count > 0 ? "-" : "+", angle, twice)];
   });
   const changed = joints.flatMap((joint) => [node("+", angle, joint), node("-", angle, joint)]);
-  const candidates = [...angles, ...withConstant(sum?.constant ?? 0, angles), ...changed, ...negated];
+  const candidates = [...angles, ...addConstant(sum?.constant ?? 0, angles), ...changed, ...negated];
   return candidates.filter(dependsOnJoint);
 }
 
 /** Return whether an angle depends on a joint: theta1 - theta1 does not. */
 function dependsOnJoint(angle: Node): boolean {
-  const sum = sumOfAngles(angle);
+  const sum = toAngleSum(angle);
   return sum === null || [...sum.joints.values()].some((count) => count !== 0);
 }
 
-function withConstant(constant: number, angles: readonly Node[]): Node[] {
+function addConstant(constant: number, angles: readonly Node[]): Node[] {
   return constant === 0 ? [] : angles.map((angle) => node("+", angle, decimal(constant)));
 }
 
@@ -96,7 +96,7 @@ const ANGLE_STEP = Math.PI / 12;
  * Return the angle of a sine or cosine plus a constant with which it has the wanted value, in every way. The angle's
  * value is now `currentAngle` (rad). Quarter turns are omitted, because they exchange sine and cosine.
  */
-export function anglesWithValue(wave: Node, currentAngle: number, wantedSine: number): Node[] {
+export function findAnglesWithValue(wave: Node, currentAngle: number, wantedSine: number): Node[] {
   if (!(Math.abs(wantedSine) <= 1)) return [];
   const principalAngle = wave.text === "sin" ? Math.asin(wantedSine) : Math.acos(wantedSine);
   return [principalAngle, wave.text === "sin" ? Math.PI - principalAngle : -principalAngle].flatMap((angle) => {
@@ -107,21 +107,21 @@ export function anglesWithValue(wave: Node, currentAngle: number, wantedSine: nu
 }
 
 /** Return the sine or cosine of the sum from joint `first` to the last joint of this angle; null if there is none. */
-export function withJointsFrom(first: Node, wave: Node, angles: readonly Node[]): Node | null {
+export function addJointsFrom(first: Node, wave: Node, angles: readonly Node[]): Node | null {
   const [angle] = wave.args as [Node];
-  const typedSum = sumOfAngles(angle);
+  const typedSum = toAngleSum(angle);
   const absoluteAngle = angles.find((candidate) => {
-    const joints = [...(sumOfAngles(candidate)?.joints.keys() ?? [])];
+    const joints = [...(toAngleSum(candidate)?.joints.keys() ?? [])];
     return joints[0] === first.text && typedSum && [...typedSum.joints.keys()].sort().at(-1) === joints.at(-1);
   });
   if (!absoluteAngle || !typedSum) return null;
-  const [expected] = typedSum.constant === 0 ? [absoluteAngle] : withConstant(typedSum.constant, [absoluteAngle]);
+  const [expected] = typedSum.constant === 0 ? [absoluteAngle] : addConstant(typedSum.constant, [absoluteAngle]);
   return expected && isRelative(angle, expected) ? { ...wave, args: [expected] } : null;
 }
 
 /** Return whether an angle lacks only joints before its first one, as theta2 instead of theta1 + theta2. */
 export function isRelative(typed: Node, expected: Node): boolean {
-  const [typedSum, expectedSum] = [sumOfAngles(typed), sumOfAngles(expected)];
+  const [typedSum, expectedSum] = [toAngleSum(typed), toAngleSum(expected)];
   if (!typedSum || !expectedSum || Math.abs(typedSum.constant - expectedSum.constant) > 1e-9) return false;
   const hasOnlyExpectedJoints = [...typedSum.joints].every(
     ([joint, count]) => count === 1 && expectedSum.joints.get(joint) === 1,

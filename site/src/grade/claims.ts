@@ -3,7 +3,7 @@
 import { evaluate } from "../read/evaluate.js";
 import { countNodes } from "../read/products.js";
 import type { Node } from "../read/tree.js";
-import { call, decimal, hasNameOf, integer, isConstant, isListOrSet, namesIn } from "../read/tree.js";
+import { call, decimal, hasNameOf, integer, isConstant, isListOrSet, findNames } from "../read/tree.js";
 import { node, ParseError, replaceName } from "../read/tree.js";
 import { VOCABULARY } from "../read/vocabulary.js";
 
@@ -25,11 +25,12 @@ const NODES_PER_CASE = 10;
 /** Return the claims of an answer. Throws ParseError, also if there would be too many cases. */
 export function parseClaims(tree: Node, joints: ReadonlySet<string>): Claim[] {
   if (countCaseNodes(tree) > MAX_CASE_NODES) throw new ParseError("read.many-cases");
-  return claimsOf(tree, joints);
+  return buildClaims(tree, joints);
 }
 
 /** Return the letters in a tree that stand for any whole number, such as k. */
-const wholeNumbersIn = (tree: Node): string[] => VOCABULARY.whole_numbers.filter((letter) => namesIn(tree).has(letter));
+const findWholeNumbers = (tree: Node): string[] =>
+  VOCABULARY.whole_numbers.filter((letter) => findNames(tree).has(letter));
 
 /** Return the number of nodes in the cases for all whole numbers together. */
 function countCaseNodes(tree: Node): number {
@@ -42,48 +43,48 @@ function countCaseNodes(tree: Node): number {
       for (const arg of top.args) stack.push(arg);
     } else {
       const nodeCount = NODES_PER_CASE + countNodes(top, Infinity);
-      count += nodeCount * WHOLE_NUMBER_VALUES.length ** wholeNumbersIn(top).length;
+      count += nodeCount * WHOLE_NUMBER_VALUES.length ** findWholeNumbers(top).length;
     }
   }
   return count;
 }
 
 /** Return the claims that a tree describes. Throws ParseError. */
-function claimsOf(tree: Node, joints: ReadonlySet<string>): Claim[] {
+function buildClaims(tree: Node, joints: ReadonlySet<string>): Claim[] {
   const [left, right] = tree.args;
-  if (["or", "list", "set"].includes(tree.kind)) return claimsOfUnion(tree, joints);
+  if (["or", "list", "set"].includes(tree.kind)) return buildClaimsOfUnion(tree, joints);
   if (tree.kind === "and" && !tree.args.some((arg) => hasNameOf(arg, joints))) throw new ParseError("read.no-joint");
-  if (tree.kind === "and") return refuseContradictions(intersect(tree.args.map((arg) => claimsOf(arg, joints))));
+  if (tree.kind === "and") return refuseContradictions(intersect(tree.args.map((arg) => buildClaims(arg, joints))));
   if (tree.kind === "dict")
-    return intersect(tree.args.map((pair) => claimsOfValues(pair.args[0] as Node, pair.args[1] as Node, joints)));
-  if (tree.kind === "in" && left && right) return claimsOfValues(left, right, joints);
-  if (tree.kind === "eq" && left && right) return claimsOfEquation(left, right, joints);
+    return intersect(tree.args.map((pair) => buildClaimsOfValues(pair.args[0] as Node, pair.args[1] as Node, joints)));
+  if (tree.kind === "in" && left && right) return buildClaimsOfValues(left, right, joints);
+  if (tree.kind === "eq" && left && right) return buildClaimsOfEquation(left, right, joints);
   if (tree.kind === "name" && joints.has(tree.text)) throw new ParseError("read.alone", { joint: tree.text });
-  return vanishingClaims(tree);
+  return buildVanishingClaims(tree);
 }
 
-function claimsOfEquation(left: Node, right: Node, joints: ReadonlySet<string>): Claim[] {
-  if (isListOrSet(right)) return claimsOfValues(left, right, joints);
+function buildClaimsOfEquation(left: Node, right: Node, joints: ReadonlySet<string>): Claim[] {
+  if (isListOrSet(right)) return buildClaimsOfValues(left, right, joints);
   for (const [side, other] of [[left, right] as const, [right, left] as const]) {
-    if (side.kind === "name" && joints.has(side.text) && !namesIn(other).has(side.text))
-      return claimsOfValues(side, other, joints);
+    if (side.kind === "name" && joints.has(side.text) && !findNames(other).has(side.text))
+      return buildClaimsOfValues(side, other, joints);
   }
-  return vanishingClaims(node("-", left, right));
+  return buildVanishingClaims(node("-", left, right));
 }
 
 /** Return the union unchanged. Throws ParseError if each claim gives some joint two values. */
 function refuseContradictions(union: Claim[]): Claim[] {
-  const conflicts = union.map(jointWithTwoValues);
+  const conflicts = union.map(findJointWithTwoValues);
   const [joint] = conflicts;
   if (joint && conflicts.every((conflict) => conflict !== null)) throw new ParseError("read.two-values", { joint });
   return union;
 }
 
 /** Return a joint to which a claim gives two different values; null if there is none. */
-function jointWithTwoValues(claim: Claim): string | null {
+function findJointWithTwoValues(claim: Claim): string | null {
   const values = new Map<string, string>();
   for (const { joint, expression } of claim) {
-    const value = joint === null ? null : textModuloTurns(expression);
+    const value = joint === null ? null : writeModuloTurns(expression);
     if (joint === null || value === null) continue;
     if ((values.get(joint) ?? value) !== value) return joint;
     values.set(joint, value);
@@ -92,7 +93,7 @@ function jointWithTwoValues(claim: Claim): string | null {
 }
 
 /** Return the claims of a list; a bare value belongs to the joint before it: theta3 = 0, pi, or (theta3, [0, pi]). */
-function claimsOfUnion(tree: Node, joints: ReadonlySet<string>): Claim[] {
+function buildClaimsOfUnion(tree: Node, joints: ReadonlySet<string>): Claim[] {
   const union: Claim[] = [];
   let currentJoint: Node | null = null;
   for (const arg of tree.args) {
@@ -104,8 +105,8 @@ function claimsOfUnion(tree: Node, joints: ReadonlySet<string>): Claim[] {
         lastStatement.kind === "eq" || lastStatement.kind === "in" ? (lastStatement.args[0] as Node) : lastStatement;
       const isSum =
         side !== lastStatement &&
-        [...namesIn(side)].every((symbol) => joints.has(symbol)) &&
-        coefficientsOf(side, joints);
+        [...findNames(side)].every((symbol) => joints.has(symbol)) &&
+        findCoefficients(side, joints);
       currentJoint = isSum || (side.kind === "name" && joints.has(side.text)) ? side : null;
       const [, secondArg] = tree.args;
       const isLabel = currentJoint && arg.kind === "name" && tree.args.length === 2 && arg === tree.args[0];
@@ -113,9 +114,9 @@ function claimsOfUnion(tree: Node, joints: ReadonlySet<string>): Claim[] {
       const [first = "", second = ""] = joints;
       if (isLabel && joints.size === 2 && arg.text === first && !isListOrSet(secondArg))
         throw new ParseError("read.pair", { first, second });
-      if (!isLabel || hasJointLater) union.push(...claimsOf(arg, joints));
+      if (!isLabel || hasJointLater) union.push(...buildClaims(arg, joints));
     } else if (currentJoint) {
-      union.push(...claimsOfValues(currentJoint, arg, joints));
+      union.push(...buildClaimsOfValues(currentJoint, arg, joints));
     } else {
       throw new ParseError("read.no-joint");
     }
@@ -128,19 +129,19 @@ function claimsOfUnion(tree: Node, joints: ReadonlySet<string>): Claim[] {
  *
  * Each angle may change by a full turn, so 2 theta1 = pi means pi/2 only. Other expressions are returned unchanged.
  */
-export function vanishingModuloTurns(expression: Node, angles: ReadonlySet<string>): Node {
-  const sizes = [...(coefficientsOf(expression, angles) ?? [])]
+export function allowFullTurns(expression: Node, angles: ReadonlySet<string>): Node {
+  const sizes = [...(findCoefficients(expression, angles) ?? [])]
     .map(([, factor]) => Math.abs(factor))
     .filter((size) => size > 1e-9);
   if (sizes.length === 0) return expression;
-  return call("sin", node("/", expression, decimal(2 * sizes.reduce(commonDivisor))));
+  return call("sin", node("/", expression, decimal(2 * sizes.reduce(findCommonDivisor))));
 }
 
-const commonDivisor = (a: number, b: number): number =>
-  b < 1e-6 ? a : commonDivisor(b, a - b * Math.floor(a / b + 1e-9));
+const findCommonDivisor = (a: number, b: number): number =>
+  b < 1e-6 ? a : findCommonDivisor(b, a - b * Math.floor(a / b + 1e-9));
 
 /** Return the coefficient of each angle in a sum; null if an angle occurs in any other term, such as a product. */
-function coefficientsOf(tree: Node, angles: ReadonlySet<string>): ReadonlyMap<string, number> | null {
+function findCoefficients(tree: Node, angles: ReadonlySet<string>): ReadonlyMap<string, number> | null {
   const coefficients = new Map<string, number>();
   const pending: (readonly [term: Node, factor: number])[] = [[tree, 1]];
   for (let top = pending.pop(); top; top = pending.pop()) {
@@ -172,10 +173,10 @@ function intersect(sets: readonly (readonly Claim[])[]): Claim[] {
   );
 }
 
-function claimsOfValues(joint: Node, values: Node, joints: ReadonlySet<string>): Claim[] {
-  const valueNodes = valuesIn(values);
+function buildClaimsOfValues(joint: Node, values: Node, joints: ReadonlySet<string>): Claim[] {
+  const valueNodes = listSingleValues(values);
   if (joint.kind !== "name" || !joints.has(joint.text)) {
-    return valueNodes.flatMap((value) => vanishingClaims(node("-", joint, value)));
+    return valueNodes.flatMap((value) => buildVanishingClaims(node("-", joint, value)));
   }
   return valueNodes.flatMap((value) =>
     substituteWholeNumbers(value).map((expression) => [{ joint: joint.text, expression }]),
@@ -183,12 +184,12 @@ function claimsOfValues(joint: Node, values: Node, joints: ReadonlySet<string>):
 }
 
 /** Return the single values: 0, pi and -pi for [0, ±pi]. */
-function valuesIn(values: Node): readonly Node[] {
+function listSingleValues(values: Node): readonly Node[] {
   if (!["list", "set", "or"].includes(values.kind)) return [values];
   return values.args.flatMap((arg) => (arg.kind === "set" ? arg.args : [arg]));
 }
 
-const vanishingClaims = (tree: Node): Claim[] =>
+const buildVanishingClaims = (tree: Node): Claim[] =>
   substituteWholeNumbers(simplifyZero(tree)).map((expression) => [{ joint: null, expression }]);
 
 /** Return an expression with the same zeros: X for sqrt(X) or X^4. The search for zeros needs a nonzero slope there. */
@@ -204,20 +205,20 @@ function simplifyZero(tree: Node): Node {
 
 /** Return an expression for each whole number k in it; values that differ by full turns appear once. */
 function substituteWholeNumbers(tree: Node): Node[] {
-  const letters = wholeNumbersIn(tree);
+  const letters = findWholeNumbers(tree);
   if (letters.length === 0) return [tree];
   let expressions = [tree];
   for (const name of letters)
     expressions = expressions.flatMap((expression) => WHOLE_NUMBER_VALUES.map((k) => replaceName(expression, name, k)));
   return [
     ...new Map(
-      expressions.map((expression, index) => [textModuloTurns(expression) ?? `case ${index}`, expression]),
+      expressions.map((expression, index) => [writeModuloTurns(expression) ?? `case ${index}`, expression]),
     ).values(),
   ];
 }
 
 /** Return a rational multiple of pi as a text, modulo full turns; null for other expressions. */
-function textModuloTurns(tree: Node): string | null {
+function writeModuloTurns(tree: Node): string | null {
   if (!isConstant(tree)) return null;
   const { re, im } = evaluate(tree, {});
   const steps = (re / Math.PI) * 720;

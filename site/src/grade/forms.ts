@@ -3,41 +3,52 @@
 import { type Part, ROWS, type ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { parse } from "../read/reader.js";
-import { numbersText, tableText } from "../read/tables.js";
+import { convertNumbers, convertTable } from "../read/tables.js";
 import type { Node, Rows } from "../read/tree.js";
-import { asMatrix, CHAIN, chainOf, columnsOf, hasBlank, hasNameOf, inRows, isConstant } from "../read/tree.js";
-import { isListOrSet, listOf, namesIn, node, ParseError, visitNodes } from "../read/tree.js";
+import {
+  asMatrix,
+  CHAIN,
+  listSides,
+  transposeRows,
+  hasBlank,
+  hasNameOf,
+  splitIntoRows,
+  isConstant,
+} from "../read/tree.js";
+import { isListOrSet, listOf, findNames, node, ParseError, visitNodes } from "../read/tree.js";
 import { respell, VOCABULARY, wholePattern } from "../read/vocabulary.js";
-import { parseOrVerdict, missing, type Verdict, wrong } from "./verdict.js";
+import { isVerdict, missing, parseOrVerdict, type Verdict, wrong } from "./verdict.js";
 
+/** The parsed entries, or the verdict on an answer that has no such entries. */
+type RowsOrVerdict = Rows | Verdict;
 type Names = readonly string[];
 type Symbols = ReadonlySet<string>;
 /** The expected rows and columns. */
 type Shape = Pick<ValuesKey, "rows" | "columns">;
 
-/** Return the parsed rows or a verdict; if the shape is wrong, try the text that `convertTable` returns, if any. */
+/** Return the parsed rows or a verdict; if the shape is wrong, parse the text that `convert` makes of a table, if any. */
 export function parseRowsOrTable(
-  parse: (text: string) => Rows | Verdict,
+  parse: (text: string) => RowsOrVerdict,
   text: string,
-  convertTable: () => string | null,
-): Rows | Verdict {
-  const rows = parseOrVerdict(() => parse(text));
-  if (!("outcome" in rows) || rows.outcome === "missing") return rows;
-  const table = convertTable();
-  return table === null ? rows : parseOrVerdict(() => parse(table));
+  convert: () => string | null,
+): RowsOrVerdict {
+  const rowsOrVerdict = parseOrVerdict(() => parse(text));
+  if (!isVerdict(rowsOrVerdict) || rowsOrVerdict.outcome === "missing") return rowsOrVerdict;
+  const convertedText = convert();
+  return convertedText === null ? rowsOrVerdict : parseOrVerdict(() => parse(convertedText));
 }
 
 /** Return the entries of a vector or matrix, or a verdict if it has another shape. Throws ParseError. */
-export function entriesOf(
+export function extractEntries(
   tree: Node,
   shape: Shape,
   symbols: Symbols,
   labels: Names,
   columnNames: Names = [],
-): Rows | Verdict {
+): RowsOrVerdict {
   if (isBlank(tree)) return missing();
-  const rows = withShape(matrixOf(tree, symbols, labels, shape, columnNames), shape);
-  return "outcome" in rows ? rows : requireScalars(rows);
+  const rowsOrVerdict = checkShape(buildMatrix(tree, symbols, labels, shape, columnNames), shape);
+  return isVerdict(rowsOrVerdict) ? rowsOrVerdict : requireScalars(rowsOrVerdict);
 }
 
 /** Return the rows if no entry is a list or statement; blank entries are allowed. Throws ParseError. */
@@ -53,7 +64,7 @@ function refuseNonScalar(tree: Node): void {
 }
 
 /** Return the entries of a matrix; `labels` name entries. Throws ParseError for an unordered set. */
-export function matrixOf(
+export function buildMatrix(
   typed: Node,
   symbols: Symbols,
   labels: Names,
@@ -61,24 +72,24 @@ export function matrixOf(
   columnNames: Names = [],
 ): Node[][] {
   const { rows, columns } = shape;
-  const tree = rightSide(splitChains(typed, [...labels, ...columnNames]), symbols);
+  const tree = takeRightSide(splitChains(typed, [...labels, ...columnNames]), symbols);
   const hasOrder = ({ kind }: Node) => ["eq", "pair", "set", "list"].includes(kind);
   if (tree.kind === "set" && tree.args.length > 1 && !tree.args.some(hasOrder)) throw new ParseError("read.no-order");
   return asMatrix(
-    matrixOfNamedVectors(tree, labels, columnNames, { rows, columns }) ??
+    buildMatrixOfNamedVectors(tree, labels, columnNames, { rows, columns }) ??
       orderByLabels(tree, labels, { rows, columns }),
   );
 }
 
 /** Return the matrix given as v = […], ω = […] or as z0 = […], z1 = […], in any order; null for other forms. */
-function matrixOfNamedVectors(
+function buildMatrixOfNamedVectors(
   { kind, args }: Node,
   labels: Names,
   columnNames: Names,
   { rows: rowCount, columns: columnCount }: Shape,
 ): Node | null {
-  if (!["dict", "list", "set", "and"].includes(kind) || !args.every(nameBefore)) return null;
-  const firstLetter = args[0] ? labelOf(nameBefore(args[0])).slice(0, 1) : "";
+  if (!["dict", "list", "set", "and"].includes(kind) || !args.every(findNameBefore)) return null;
+  const firstLetter = args[0] ? labelOf(findNameBefore(args[0])).slice(0, 1) : "";
   const isNumbered = columnNames.length === 0 && columnCount > 1 && (firstLetter === "j" || firstLetter === "s"); // J1, J2 or S1, S2
   const expectedColumns = isNumbered
     ? Array.from({ length: columnCount }, (_, i) => `${firstLetter}${i + 1}`)
@@ -87,13 +98,15 @@ function matrixOfNamedVectors(
   const componentOrders = [COMPONENTS, [...COMPONENTS.slice(3), ...COMPONENTS.slice(0, 3)]];
   const isTwist = componentOrders.some((components) => components.join() === names.join());
   const expectedNames = isTwist ? [0, 3].map((i) => (names[i] as string)[0] as string) : expectedColumns.map(labelOf);
-  const vectorOfName = new Map(args.map((arg) => [labelOf(nameBefore(arg)), vectorOf(arg.args[1] as Node)]));
+  const vectorOfName = new Map(
+    args.map((arg) => [labelOf(findNameBefore(arg)), listVectorEntries(arg.args[1] as Node)]),
+  );
   const columnVectors = expectedNames.map((name) => vectorOfName.get(name) ?? []);
   const areAllNamed =
     expectedNames.length > 0 && args.length === expectedNames.length && vectorOfName.size === expectedNames.length;
   if (!areAllNamed || columnVectors.some(({ length }) => length * (isTwist ? 2 : 1) !== rowCount)) return null;
   if (isTwist) return node("list", ...columnVectors.flat());
-  return listOf(columnsOf(columnVectors));
+  return listOf(transposeRows(columnVectors));
 }
 
 /** Rewrite z0 = z1 = a as z0 = a, z1 = a if these names are expected, also in a list. */
@@ -102,7 +115,7 @@ function splitChains(tree: Node, expectedNames: readonly string[]): Node {
   const expectedLabels = expectedNames.map(labelOf);
   const isChain = tree.kind === "and" && tree.text === CHAIN;
   const parts = (isChain ? [tree] : tree.args).flatMap((statement) => {
-    const sides = chainOf(statement);
+    const sides = listSides(statement);
     const left = sides.slice(0, -1);
     const isExpected = ({ kind, text }: Node): boolean => kind === "name" && expectedLabels.includes(labelOf(text));
     return left.length > 0 && left.every(isExpected)
@@ -113,7 +126,7 @@ function splitChains(tree: Node, expectedNames: readonly string[]): Node {
 }
 
 /** Return the name before an entry, or ""; S1 before an entry is a name and no sine. */
-function nameBefore(tree: Node): string {
+function findNameBefore(tree: Node): string {
   if (tree.kind !== "pair" && tree.kind !== "eq") return "";
   const [{ kind, text, args }] = tree.args as readonly [Node];
   const [angle] = args;
@@ -122,14 +135,14 @@ function nameBefore(tree: Node): string {
 }
 
 /** Return the entries of a row or column; an empty list for other nodes. */
-function vectorOf({ kind, args }: Node): readonly Node[] {
+function listVectorEntries({ kind, args }: Node): readonly Node[] {
   const rows = kind === "list" ? args : [];
   const entries = rows.map((row) => (row.kind === "list" && row.args.length === 1 ? (row.args[0] as Node) : row));
   return entries.some((entry) => entry.kind === "list") ? [] : entries;
 }
 
 /** Return an example of how a shape is typed: [a, b], or [[a, b], [c, d]]. */
-function exampleOfShape(rows: number, columns: number): string {
+function writeExampleOfShape(rows: number, columns: number): string {
   const letters = [..."abcdefghi"];
   if (Math.max(rows, columns) > 3) return columns === 1 ? "[a, …, b]" : "[[a, …, b], …, [c, …, d]]";
   const rowTexts = Array.from({ length: rows }, () => letters.splice(0, columns).join(", "));
@@ -137,14 +150,14 @@ function exampleOfShape(rows: number, columns: number): string {
 }
 
 /** Return rows if they have the expected shape (a row may stand for a column); else a verdict. */
-export function withShape(rows: Node[][], shape: Shape): Rows | Verdict {
+export function checkShape(rows: Node[][], shape: Shape): RowsOrVerdict {
   const row = rows[0] as Node[];
   if (shape.columns === 1 && rows.length === 1 && row.length === shape.rows) return row.map((entry) => [entry]);
   if (rows.length === shape.rows && row.length === shape.columns) return rows;
   return wrong("read.shape", {
     found: `${rows.length} × ${row.length}`,
-    due: `${shape.rows} × ${shape.columns}`,
-    typed: exampleOfShape(shape.rows, shape.columns),
+    expected: `${shape.rows} × ${shape.columns}`,
+    typed: writeExampleOfShape(shape.rows, shape.columns),
   });
 }
 
@@ -152,15 +165,17 @@ export function withShape(rows: Node[][], shape: Shape): Rows | Verdict {
 export function parseAnswer(text: string, symbols: ReadonlySet<string>, { key, shape }: Part): Node {
   const [rows, columns] = shape ?? [1, 1];
   if (rows * columns === 1 || !["values", "numbers", "direction"].includes(key.type)) return parse(text, symbols);
-  const table = key.type === "numbers" ? numbersText(text, rows) : tableText(text, rows, columns);
-  const matrix = parseOrVerdict(() => withShape(asMatrix(rightSide(parse(text, symbols), symbols)), { rows, columns }));
-  return parse("outcome" in matrix ? (table ?? text) : text, symbols);
+  const listText = key.type === "numbers" ? convertNumbers(text, rows) : convertTable(text, rows, columns);
+  const rowsOrVerdict = parseOrVerdict(() =>
+    checkShape(asMatrix(takeRightSide(parse(text, symbols), symbols)), { rows, columns }),
+  );
+  return parse(isVerdict(rowsOrVerdict) ? (listText ?? text) : text, symbols);
 }
 
 /** Return the formula in "J = …", "… = J" or "det: …" if the other side is the student's own name or the only label. */
-export function rightSide(typed: Node, symbols: ReadonlySet<string>, labels: readonly string[] = []): Node {
+export function takeRightSide(typed: Node, symbols: ReadonlySet<string>, labels: readonly string[] = []): Node {
   const tree = typed.kind === "dict" && typed.args.length === 1 ? (typed.args[0] as Node) : typed;
-  const sides = tree.kind === "pair" ? tree.args : chainOf(tree); // det J = J11*J22 - J12*J21 = …
+  const sides = tree.kind === "pair" ? tree.args : listSides(tree); // det J = J11*J22 - J12*J21 = …
   const [left, right] = [sides[0], sides.at(-1)];
   const isOfSymbols = (side: Node) => hasNameOf(side, symbols);
   // det J = a1*a2*sin(theta2) = 0
@@ -186,7 +201,7 @@ const COMPONENTS: readonly string[] = ROWS;
 const LINEAR_COMPONENTS = COMPONENTS.slice(0, 3);
 
 /** Return the name before a formula if the name is a velocity component other than the expected one; else "". */
-export function otherComponent(typed: Node, labels: readonly string[]): string {
+export function findOtherComponent(typed: Node, labels: readonly string[]): string {
   const [label] = labels;
   if (label === undefined || labels.length !== 1 || !LINEAR_COMPONENTS.includes(labelOf(label))) return "";
   let tree = typed;
@@ -199,7 +214,7 @@ export function otherComponent(typed: Node, labels: readonly string[]): string {
 
 /** Return whether a formula consists of entries of the Jacobian, as in J11*J22 - J12*J21. */
 function isOfEntries(tree: Node): boolean {
-  const names = [...namesIn(tree)];
+  const names = [...findNames(tree)];
   return names.length > 0 && names.every((symbol) => /^[jJ]_?[1-6]{2}$/.test(symbol));
 }
 
@@ -241,7 +256,7 @@ function orderByLabels(tree: Node, labels: readonly string[], { rows, columns }:
   const orderedMatrixEntries = entriesInOrderOf(
     Array.from({ length: rows * columns }, (_, k) => `j${Math.floor(k / columns) + 1}${(k % columns) + 1}`),
   );
-  if (orderedMatrixEntries) return listOf(inRows(orderedMatrixEntries, columns));
+  if (orderedMatrixEntries) return listOf(splitIntoRows(orderedMatrixEntries, columns));
   if (names.length > 0 && areNamed) throw new ParseError("read.names", { names: names.slice(0, 5).join(", ") });
   return tree;
 }

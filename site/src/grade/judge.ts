@@ -11,7 +11,7 @@ import { type IsSingular, judgeSet } from "./sets.js";
 import { judgeValues } from "./values.js";
 import type { Verdict } from "./verdict.js";
 
-export { typedColumns as ownColumns } from "./typed-jacobian.js";
+export { parseTypedColumns as ownColumns } from "./typed-jacobian.js";
 
 /**
  * Judge an answer; `isSingular` decides whether a configuration of this problem's arm is singular. A formula that can't
@@ -21,13 +21,13 @@ export function judge(problem: Problem, part: Part, answer: string, isSingular: 
   const verdict = judgeByKey(problem, part, answer, isSingular);
   const withDecimalPoints = readCommasAsPoints(answer);
   if (withDecimalPoints === answer || part.key.type !== "values" || !isUnparsed(verdict))
-    return withRemedy(verdict, answer);
+    return addRemedy(verdict, answer);
   const verdictWithPoints = judgeByKey(problem, part, withDecimalPoints, isSingular);
-  return isUnparsed(verdictWithPoints) ? withRemedy(verdict, answer) : verdictWithPoints;
+  return isUnparsed(verdictWithPoints) ? addRemedy(verdict, answer) : verdictWithPoints;
 }
 
 /** If decimal commas made too many entries of a list, say how to separate numbers with commas. */
-function withRemedy(verdict: Verdict, answer: string): Verdict {
+function addRemedy(verdict: Verdict, answer: string): Verdict {
   const [reason] = verdict.reasons;
   if (reason?.key !== "read.shape" || !/\p{Nd},\p{Nd}/u.test(answer)) return verdict;
   return { ...verdict, reasons: [message("read.shape-commas", reason.values)] };
@@ -41,7 +41,7 @@ function judgeByKey(problem: Problem, part: Part, answer: string, isSingular: Is
   if (key.type === "numbers") return judgeNumbers(answer, key, labels);
   if (key.type === "configurations") {
     const angles = new Set(problem.robot.joints.flatMap((row, i) => (row.kind === "R" ? [nameJoint(row, i)] : [])));
-    const offsets = offsetsOf(problem.robot, angles);
+    const offsets = findOffsets(problem.robot, angles);
     return suggestAnd(answer, (text) => judgeSet(text, key, angles, isSingular, offsets));
   }
   const keyWithNames = { ...key, mentioned: names };
@@ -51,7 +51,7 @@ function judgeByKey(problem: Problem, part: Part, answer: string, isSingular: Is
 }
 
 /** Return the constants that a standard table adds to variables of revolute joints. */
-function offsetsOf({ joints, convention }: Robot, angles: ReadonlySet<string>): Map<string, number> {
+function findOffsets({ joints, convention }: Robot, angles: ReadonlySet<string>): Map<string, number> {
   const offsets = joints.map((row, i): [string, number] => {
     const joint = nameJoint(row, i);
     const isAngle = convention === undefined && row.kind === "R";

@@ -1,4 +1,4 @@
-// Answers by letters of options: one, several, or one per item; true or false. The rules of ../../../grader/choices.py.
+// Answers by letters of options: one, several, or one per item; true or false. The rules of ../../../grader/judging/choices.py.
 
 import type { LettersKey } from "../bank.js";
 import { message, type Message } from "../text/text.js";
@@ -34,7 +34,7 @@ function judgeChoice(letter: number, { right, option_mistakes }: LettersKey): Ve
 }
 
 /** Return the mistakes that lead to wrong letters, each once, and with its place if it was made in one place only. */
-function slipsBehind(
+function findSlipsBehindLetters(
   letters: readonly (readonly [letter: number, where: Message])[],
   { option_mistakes }: LettersKey,
 ): readonly Slip[] | undefined {
@@ -60,7 +60,7 @@ function judgeSelection(chosenLetters: readonly number[], key: LettersKey): Verd
   );
   const share = hits / key.right.length - misses / Math.max(key.options - key.right.length, 1);
   return verdictOf(Math.max(share, 0), [message("verdict.letters", { hits, misses })], {
-    slips: slipsBehind(places, key),
+    slips: findSlipsBehindLetters(places, key),
   });
 }
 
@@ -73,7 +73,9 @@ function judgeMatching(letters: readonly number[], key: LettersKey): Verdict {
   const misplacedItems = wrongItems.filter((item) => letters[item - 1] !== right[item - 1]);
   const places = misplacedItems.map((item) => [letters[item - 1] as number, message("slip.item", { item })] as const);
   const reasons = [message("verdict.matching", { items: wrongItems.join(", ") })];
-  return verdictOf((right.length - wrongItems.length) / right.length, reasons, { slips: slipsBehind(places, key) });
+  return verdictOf((right.length - wrongItems.length) / right.length, reasons, {
+    slips: findSlipsBehindLetters(places, key),
+  });
 }
 
 /** Return the indices of the letters in an answer, with or without separators; null if it has anything else. */

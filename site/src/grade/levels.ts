@@ -1,4 +1,4 @@
-// How much feedback a wrong answer gets, by the `feedback` of an assignment: the levels of ../../../grader/levels.py.
+// How much feedback a wrong answer gets, by the `feedback` of an assignment: the levels of ../../../grader/reports/feedback_levels.py.
 
 import { message, type Message, type TextKey } from "../text/text.js";
 import type { Verdict } from "./verdict.js";
@@ -24,18 +24,18 @@ const REPLACEMENTS_WITHOUT_NUMBERS: Partial<Record<TextKey, TextKey>> = {
   "verdict.not-along": "verdict.other-direction",
 };
 
-export const atLeast = (level: Level, minLevel: Level): boolean => LEVELS.indexOf(level) >= LEVELS.indexOf(minLevel);
+export const isAtLeast = (level: Level, minLevel: Level): boolean => LEVELS.indexOf(level) >= LEVELS.indexOf(minLevel);
 
 /** Return the level that reveals less. */
-export const lowerLevel = (a: Level, b: Level): Level => (atLeast(a, b) ? b : a);
+export const chooseLowerLevel = (a: Level, b: Level): Level => (isAtLeast(a, b) ? b : a);
 
 /** Return a verdict without what the level hides. The verdict on a correct or missing answer stays unchanged. */
 export function limitVerdict(verdict: Verdict, level: Level): Verdict {
   const { outcome, share, isSure, reasons } = verdict;
-  if (outcome === "correct" || outcome === "missing" || atLeast(level, "values")) return verdict;
-  if (!atLeast(level, "mistake")) return { outcome, share, isSure, reasons: reasons.filter(isParseMessage) };
+  if (outcome === "correct" || outcome === "missing" || isAtLeast(level, "values")) return verdict;
+  if (!isAtLeast(level, "mistake")) return { outcome, share, isSure, reasons: reasons.filter(isParseMessage) };
   const withoutValues = reasons.map((reason) => replaceKey(reason, REPLACEMENTS_WITHOUT_VALUES));
-  const showsCounterexample = atLeast(level, "counterexample");
+  const showsCounterexample = isAtLeast(level, "counterexample");
   const revealsPose = reasons.some(({ key }) => key === "verdict.uncovered"); // a pose that belongs to the answer
   return {
     ...verdict,

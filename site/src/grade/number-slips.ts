@@ -11,50 +11,52 @@ export const EXACT_TOLERANCE = 1e-5;
 const STORED_TOLERANCE = 1e-5;
 /** Numbers are assumed to have at least this many digits. */
 const MIN_DIGITS = 3;
-/** Highest accepted probability that some pair explains a wrong answer by chance, as in ../../../grader/pairs.py. */
+/** Highest accepted probability that some pair explains a wrong answer by chance. */
 const MAX_CHANCE = 0.01;
-/** Numbers are close within this share of the number, or of a tenth of the largest number. */
+/** Numbers are close within this share of the correct number, or of a tenth of the largest correct number. */
 const CLOSE_TOLERANCE = 0.03;
-/** At this relative tolerance, a wrong mistake hardly matches by chance, as in ../../../grader/numbers.py. */
+/** At this relative tolerance, a wrong mistake hardly matches by chance, as in ../../../grader/diagnosis/numbers.py. */
 const PRECISE_TOLERANCE = 1e-4;
 const DEGREES_PER_RADIAN = 180 / Math.PI;
 
 /** What is reported: the index of a known mistake, or slips, or nothing. */
 type Explanation = { readonly mistake?: number; readonly slips?: readonly Slip[] };
 
-/** Typed numbers (NaN for a blank), whether each is right, the key, and the relative tolerance of the typed digits. */
 interface TypedNumbers {
-  readonly values: readonly number[];
-  readonly isRight: readonly boolean[];
+  /** NaN for a blank. */
+  readonly values: Numbers;
+  /** For each number, whether it is right. */
+  readonly rightFlags: readonly boolean[];
   readonly key: NumbersKey;
+  /** Tolerance for the digits that the student typed, relative to each number. */
   readonly relativeTolerance: number;
 }
 
 type Numbers = readonly number[];
 
 /** Return what went wrong in `values`, not all of which are right; `text` is the typed answer. */
-export function slipsInNumbers(
+export function explainWrongNumbers(
   values: Numbers,
-  isRight: readonly boolean[],
+  rightFlags: readonly boolean[],
   key: NumbersKey,
   text: string,
 ): Explanation {
-  const typed = { values, isRight, key, relativeTolerance: toleranceOf(text, key) };
+  const typed = { values, rightFlags, key, relativeTolerance: computeToleranceOfDigits(text, key) };
   const isMeasured = key.tolerance >= EXACT_TOLERANCE;
-  if (isMeasured && hasTooFewDigits(typed)) return { slips: [roundingMessage("slip.rounded", key)] };
+  if (isMeasured && hasTooFewDigits(typed)) return { slips: [makeRoundingMessage("slip.rounded", key)] };
   const mistake = findMistake(typed);
   if (mistake !== undefined) return { mistake };
   if (!isMeasured) return {};
   const slips = findUnitSlips(typed) ?? findMistakeAndUnitSlip(typed);
   if (slips) return { slips };
-  return areAllClose(typed) ? { slips: [roundingMessage("slip.close", key)] } : {};
+  return areAllClose(typed) ? { slips: [makeRoundingMessage("slip.close", key)] } : {};
 }
 
-const roundingMessage = (key: TextKey, { tolerance }: NumbersKey): Message =>
+const makeRoundingMessage = (key: TextKey, { tolerance }: NumbersKey): Message =>
   message(key, { percent: 100 * tolerance });
 
-/** Return the relative tolerance of typed numbers: half a unit of the last digit. */
-function toleranceOf(text: string, { tolerance }: NumbersKey): number {
+/** Return the relative tolerance of typed numbers: a little more than half a unit of the last digit. */
+function computeToleranceOfDigits(text: string, { tolerance }: NumbersKey): number {
   const decimals = text.match(/\d*[.,]\d+/g) ?? [];
   const digits = decimals.map((number) => number.replace(/^[0.,]+|[.,]/g, "").length);
   const maxDigits = Math.max(MIN_DIGITS, ...digits);
@@ -116,7 +118,7 @@ type UnitSlip = { readonly factor: (unit: string) => number; readonly report: (w
 const isAngularRate = (unit: string): boolean => unit === "rad/s";
 
 /** Return the power of metres in a unit: 1 for m/s, 2 for m^2, 0 for rad/s. */
-function metresIn(unit: string): number {
+function countMetres(unit: string): number {
   const [, power = "1"] = /^m(?:\^(\d))?(?![a-z])/.exec(unit) ?? [null, "0"];
   return Number(power);
 }
@@ -133,7 +135,7 @@ const UNIT_SLIPS: readonly UnitSlip[] = [
     report: (where) => message("slip.radians-twice", { where }),
   },
   ...[1000, 100, 1 / 100, 1 / 1000].map((unitsPerMetre) => ({
-    factor: (unit: string) => unitsPerMetre ** metresIn(unit),
+    factor: (unit: string) => unitsPerMetre ** countMetres(unit),
     report: (where: Message) => message(unitsPerMetre > 1 ? "slip.metres-large" : "slip.metres-small", { where }),
   })),
   ...[10, 100, 1000, 1 / 10, 1 / 100, 1 / 1000].map((factor) => ({
@@ -145,10 +147,10 @@ const UNIT_SLIPS: readonly UnitSlip[] = [
   })),
 ];
 
-/** Return slips in unit or sign that explain all wrong numbers; null if some number stays unexplainedPlaces. */
+/** Return slips in unit or sign that explain all wrong numbers; null if some wrong number stays unexplained. */
 function findUnitSlips(typed: TypedNumbers): Slip[] | null {
-  const { values, isRight, key, relativeTolerance } = typed;
-  const wrongPlaces = values.flatMap((_, i) => (isRight[i] ? [] : [i]));
+  const { values, rightFlags, key, relativeTolerance } = typed;
+  const wrongPlaces = values.flatMap((_, i) => (rightFlags[i] ? [] : [i]));
   const placesExplainedBy = (unitSlip: UnitSlip) =>
     wrongPlaces.filter((i) => {
       const factor = unitSlip.factor(key.units[i] ?? "");
@@ -168,12 +170,11 @@ function findUnitSlips(typed: TypedNumbers): Slip[] | null {
   );
 }
 
-/** Return whether all numbers are right to one or two digits, and some to two, as in ../../../grader/rounded.py. */
-function hasTooFewDigits({ values, isRight, key }: TypedNumbers): boolean {
-  const isRightToTwoDigits = values.map((value, i) => isRight[i]! || isRoundedTo(2, value, key.right[i]!));
+/** Return whether all numbers are right to one or two digits, and some to two, as in ../../../grader/diagnosis/rounding.py. */
+function hasTooFewDigits({ values, rightFlags, key }: TypedNumbers): boolean {
+  const twoDigitFlags = values.map((value, i) => rightFlags[i]! || isRoundedTo(2, value, key.right[i]!));
   return (
-    values.every((value, i) => isRightToTwoDigits[i]! || isRoundedTo(1, value, key.right[i]!)) &&
-    isRightToTwoDigits.some(Boolean)
+    values.every((value, i) => twoDigitFlags[i]! || isRoundedTo(1, value, key.right[i]!)) && twoDigitFlags.some(Boolean)
   );
 }
 

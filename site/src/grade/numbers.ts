@@ -1,150 +1,168 @@
 // Judge numbers with units, and vectors whose length does not matter.
 
 import { dot } from "../arm/vector.js";
-import type { KnownMistake, NumbersKey, ValuesKey } from "../bank.js";
-import { evaluate } from "../read/evaluate.js";
+import { findMistakeIndex, type NumbersKey, type ValuesKey } from "../bank.js";
+import { evaluate, type Value } from "../read/evaluate.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
-import { numbersText, tableText } from "../read/tables.js";
-import { hasBlank, namesIn, type Node, type SymbolValues } from "../read/tree.js";
-import { parseUnit, unitsOfNumbers, withoutUnitsOfNumbers, withPlainUnits } from "../read/units.js";
+import { convertNumbers, convertTable } from "../read/tables.js";
+import { hasBlank, findNames, type Node, type SymbolValues } from "../read/tree.js";
+import { convertUnitsOfNumbers, findUnits, parseUnit, replaceLatexUnits } from "../read/units.js";
 import { message } from "../text/text.js";
-import { shareUpToDeviations, shareOfEntries } from "./credit.js";
-import { EXACT_TOLERANCE, slipsInNumbers } from "./number-slips.js";
-import { correct, listNames, missing, parseOrVerdict, verdictOf, wrong } from "./verdict.js";
+import { computeShareForDeviations, computeShareOfEntries } from "./credit.js";
+import { EXACT_TOLERANCE, explainWrongNumbers } from "./number-slips.js";
+import { correct, isVerdict, listNames, missing, parseOrVerdict, verdictOf, wrong } from "./verdict.js";
 import type { Verdict } from "./verdict.js";
-import { entriesOf, labelOf, parseRowsOrTable } from "./forms.js";
-import { configurationOf, configurationText, findUnknownSymbols, fingerprintWeight } from "./values.js";
-import { verdictOnAgreement } from "./values.js";
+import { extractEntries, labelOf, parseRowsOrTable } from "./forms.js";
+import { writeConfiguration, findUnknownSymbols, computeFingerprintWeight, getConfiguration } from "./values.js";
+import { correctOrUnsure } from "./values.js";
 
 const NO_SYMBOLS: ReadonlySet<string> = new Set();
-const TOLERANCE = 1e-9;
-/** A component below this share of a number is a rounding error. */
+/** Tolerance of formulas for rounding errors, relative to the size of the terms (`Value.size`). */
+const FORMULA_TOLERANCE = 1e-9;
+/** A smaller number, relative to the terms from which it was computed, is a rounding error. */
 const ZERO_TOLERANCE = 1e-12;
 
 /** Judge numbers, which are right within the key's tolerance. */
 export function judgeNumbers(answer: string, key: NumbersKey, labels: readonly string[] = []): Verdict {
   if (!answer.trim()) return missing();
-  const typedNumbers = withPlainUnits(answer);
-  const unitVerdict = findWrongUnit(typedNumbers, labels, key.units);
+  const textWithUnits = replaceLatexUnits(answer);
+  const unitVerdict = findWrongUnit(textWithUnits, labels, key.units);
   if (unitVerdict) return unitVerdict;
-  const numbers = withoutUnitsOfNumbers(typedNumbers);
+  const text = convertUnitsOfNumbers(textWithUnits);
   const count = key.right.length;
-  const rows = parseRowsOrTable(
-    (typed) => entriesOf(parse(typed, NO_SYMBOLS), { rows: count, columns: 1 }, NO_SYMBOLS, labels),
-    count === 1 ? readCommasAsPoints(numbers) : numbers,
-    () => numbersText(numbers, count),
+  const rowsOrVerdict = parseRowsOrTable(
+    (typed) => extractEntries(parse(typed, NO_SYMBOLS), { rows: count, columns: 1 }, NO_SYMBOLS, labels),
+    count === 1 ? readCommasAsPoints(text) : text,
+    () => convertNumbers(text, count),
   );
-  return "outcome" in rows ? rows : parseOrVerdict(() => judgeEntries(rows.flat(), key, answer));
+  return isVerdict(rowsOrVerdict)
+    ? rowsOrVerdict
+    : parseOrVerdict(() => judgeEntries(rowsOrVerdict.flat(), key, answer));
 }
 
 /** Return the verdict on a unit of another dimension than the expected one; null if all units can be right. */
 function findWrongUnit(text: string, labels: readonly string[], units: readonly string[]): Verdict | null {
-  const inner = text.trim();
-  const separator = [";", "\n"].find((candidate) => inner.includes(candidate)) ?? ",";
-  const separatorsIn = (part: string): number => part.split(separator).length - 1;
+  const numbersText = text.trim();
+  const separator = [";", "\n"].find((candidate) => numbersText.includes(candidate)) ?? ",";
+  const countSeparators = (part: string): number => part.split(separator).length - 1;
+  const isListOfExpectedLength = countSeparators(numbersText) + 1 === units.length;
   const names = labels.map(labelOf);
-  for (const { name, unit, end } of unitsOfNumbers(inner)) {
-    const isInList = separatorsIn(inner) + 1 === units.length && !"]}".includes(inner[end - 1] as string);
-    const indexInList = isInList ? separatorsIn(inner.slice(0, end)) : -1;
-    const index = names.includes(labelOf(name)) ? names.indexOf(labelOf(name)) : indexInList;
-    const expectedUnits = index < 0 ? units : units.slice(index, index + 1);
-    const dimensions = expectedUnits.map((expected) => (expected ? parseUnit(expected)?.dimension.join() : undefined));
-    const dimension = parseUnit(unit)?.dimension.join();
-    if (!dimension || dimensions.length === 0 || dimensions.includes(undefined) || dimensions.includes(dimension))
-      continue;
+  for (const { name, unit, end } of findUnits(numbersText)) {
+    const isAfterBrackets = "]}".includes(numbersText[end - 1] as string); // in [1, 2] m, the unit is that of all entries
+    const indexByPlace = isListOfExpectedLength && !isAfterBrackets ? countSeparators(numbersText.slice(0, end)) : -1;
+    const indexByName = names.indexOf(labelOf(name));
+    const index = indexByName >= 0 ? indexByName : indexByPlace; // -1 if the unit may be that of any entry
+    const possibleUnits = index < 0 ? units : units.slice(index, index + 1);
+    const dimension = findDimension(unit);
+    const possibleDimensions = possibleUnits.map(findDimension);
+    const isKnown = dimension !== null && possibleDimensions.length > 0 && !possibleDimensions.includes(null);
+    if (!isKnown || possibleDimensions.includes(dimension)) continue;
+    const expected = possibleUnits[0] as string;
     return index >= 0 && units.length > 1
-      ? wrong("read.unit-of-entry", { unit, entry: index + 1, due: expectedUnits[0] as string })
-      : wrong("read.unit", { unit, due: expectedUnits[0] as string });
+      ? wrong("read.unit-of-entry", { unit, entry: index + 1, expected })
+      : wrong("read.unit", { unit, expected });
   }
   return null;
 }
 
+/** Return a text that is equal for units of the same dimension; null if there is no unit, or an unknown one. */
+const findDimension = (unit: string): string | null =>
+  unit === "" ? null : (parseUnit(unit)?.dimension.join() ?? null);
+
 function judgeEntries(entries: readonly Node[], key: NumbersKey, text: string): Verdict {
-  const symbols = namesIn(...entries);
-  if (symbols.size > 0) return wrong("read.numbers", { names: listNames(symbols) });
-  const values = entries.map((entry) => (hasBlank(entry) ? NaN : realOrNaN(entry)));
+  const { right: correctValues, floor: absoluteTolerance, tolerance: relativeTolerance } = key;
+  const names = findNames(...entries);
+  if (names.size > 0) return wrong("read.numbers", { names: listNames(names) });
+  const values = entries.map((entry) => (hasBlank(entry) ? NaN : evaluateReal(entry)));
   const isNear = (value: number, expected: number) =>
-    Math.abs(value - expected) <= Math.max(key.tolerance * Math.abs(expected), key.floor);
-  const isRight = values.map((value, i) => isNear(value, key.right[i] as number));
-  if (isRight.every(Boolean))
+    Math.abs(value - expected) <= Math.max(relativeTolerance * Math.abs(expected), absoluteTolerance);
+  const rightFlags = values.map((value, i) => isNear(value, correctValues[i] as number));
+  if (rightFlags.every(Boolean))
     return correct(
-      key.tolerance < EXACT_TOLERANCE ? undefined : message("verdict.numbers", { percent: 100 * key.tolerance }),
+      relativeTolerance < EXACT_TOLERANCE
+        ? undefined
+        : message("verdict.numbers", { percent: 100 * relativeTolerance }),
     );
-  const firstWrong = isRight.indexOf(false);
+  const firstWrong = rightFlags.indexOf(false);
   const reason = message("verdict.number", {
     index: firstWrong + 1,
     yours: Number.isFinite(values[firstWrong]) ? (values[firstWrong] as number) : "—",
-    expected: Number((key.right[firstWrong] as number).toPrecision(4)),
+    expected: Number((correctValues[firstWrong] as number).toPrecision(4)),
   });
-  const isZero = key.right.map((expected) => Math.abs(expected) <= key.floor);
+  const zeroFlags = correctValues.map((expected) => Math.abs(expected) <= absoluteTolerance);
   const isRightUpToSigns =
-    isRight.length > 1 &&
-    !isZero.every(Boolean) &&
-    key.units.every(Boolean) &&
-    values.every((value, i) => isNear(value, key.right[i] as number) || isNear(-value, key.right[i] as number));
-  const shareByEntries = shareOfEntries(isRight, isZero, entries.map(hasBlank));
-  const share = isRightUpToSigns ? Math.max(shareByEntries, shareUpToDeviations(1)) : shareByEntries;
+    rightFlags.length > 1 &&
+    !zeroFlags.every(Boolean) &&
+    key.units.every(Boolean) && // numbers without units are counts, such as a rank
+    values.every((value, i) => [value, -value].some((signed) => isNear(signed, correctValues[i] as number)));
+  const shareByEntries = computeShareOfEntries(rightFlags, zeroFlags, entries.map(hasBlank));
+  const share = isRightUpToSigns ? Math.max(shareByEntries, computeShareForDeviations(1)) : shareByEntries;
   return verdictOf(share, isRightUpToSigns ? [message("verdict.but-signs"), reason] : [reason], {
-    entries: isRight.map((ok) => [ok]),
-    ...slipsInNumbers(values, isRight, key, text),
+    entries: rightFlags.map((isRight) => [isRight]),
+    ...explainWrongNumbers(values, rightFlags, key, text),
   });
 }
 
-function realOrNaN(entry: Node): number {
-  const { re, im, size } = evaluate(entry, {});
-  return Math.abs(im) <= TOLERANCE * size ? re : NaN;
+function evaluateReal(entry: Node): number {
+  const { re, im, size: termSize } = evaluate(entry, {});
+  return Math.abs(im) <= FORMULA_TOLERANCE * termSize ? re : NaN;
 }
 
 /** Judge a vector that is right if it is the reference times any nonzero factor. */
 export function judgeDirection(answer: string, key: ValuesKey, labels: readonly string[] = []): Verdict {
   if (!answer.trim()) return missing();
   const symbols = new Set(key.symbols);
-  const entriesIn = (text: string) => entriesOf(parse(text, symbols), key, symbols, labels);
-  const rows = parseRowsOrTable(entriesIn, answer, () => tableText(answer, key.rows, 1));
-  if ("outcome" in rows) return rows;
-  return rows.flat().some(hasBlank) ? missing() : parseOrVerdict(() => judgeVector(rows.flat(), key));
+  const parseEntries = (text: string) => extractEntries(parse(text, symbols), key, symbols, labels);
+  const rowsOrVerdict = parseRowsOrTable(parseEntries, answer, () => convertTable(answer, key.rows, 1));
+  if (isVerdict(rowsOrVerdict)) return rowsOrVerdict;
+  const entries = rowsOrVerdict.flat();
+  return entries.some(hasBlank) ? missing() : parseOrVerdict(() => judgeVector(entries, key));
 }
 
 function judgeVector(entries: readonly Node[], key: ValuesKey): Verdict {
-  const names = namesIn(...entries);
-  if (typeof key.tolerance === "number") return judgeNumericVector(entries, names, key, key.tolerance);
-  const vectorValues = key.points.map((_, k) => {
-    const values = configurationOf(key, k, names);
-    return entries.map((entry) => evaluate(entry, values));
+  const names = findNames(...entries);
+  const isNumeric = typeof key.tolerance === "number"; // formulas have no tolerance
+  if (isNumeric) return judgeNumericVector(entries, names, key, key.tolerance);
+  const vectorsByPoint = key.points.map((_, k) => {
+    const configuration = getConfiguration(key, k, names);
+    return entries.map((entry) => evaluate(entry, configuration));
   });
-  if (vectorValues.every((values) => values.every(({ re, im, size }) => Math.hypot(re, im) <= ZERO_TOLERANCE * size)))
-    return wrong("verdict.zero-vector");
-  const wrongPoint = vectorValues.findIndex((values, k) => {
-    const expected = key.right.map((values) => values[k] ?? NaN);
-    const tolerance = TOLERANCE * Math.max(...values.map(({ size }) => size));
+  const isZero = ({ re, im, size: termSize }: Value) => Math.hypot(re, im) <= ZERO_TOLERANCE * termSize;
+  if (vectorsByPoint.every((vector) => vector.every(isZero))) return wrong("verdict.zero-vector");
+  const firstWrongPoint = vectorsByPoint.findIndex((vector, k) => {
+    const expected = key.right.map((correctValues) => correctValues[k] ?? NaN);
+    const tolerance = FORMULA_TOLERANCE * Math.max(...vector.map(({ size: termSize }) => termSize));
     if (!Number.isFinite(tolerance)) return true;
-    const parts = (["re", "im"] as const).map((part) => values.map((value) => value[part]));
-    return parts.some((vector) => distanceFromLine(vector, expected) > tolerance);
+    const realAndImaginaryParts = [vector.map(({ re }) => re), vector.map(({ im }) => im)];
+    return realAndImaginaryParts.some((part) => computeDistanceFromLine(part, expected) > tolerance);
   });
-  if (wrongPoint < 0) return verdictOnAgreement(entries, message("verdict.direction"), vectorValues);
-  const unknown = findUnknownSymbols(names, key);
-  if (unknown) return verdictOf(0, [unknown]);
-  const vectors = vectorValues.map((values) => values.map(({ re, im }) => (im === 0 ? re : NaN)));
-  const mistake = key.mistakes.find(([, ...fingerprints]) =>
-    fingerprints.every(
-      (fingerprint, k) =>
-        Math.abs(fingerprintOf(vectors[k] ?? []) - fingerprint) <=
-        FINGERPRINT_TOLERANCE * Math.max(fingerprint, MIN_FINGERPRINT),
-    ),
+  if (firstWrongPoint < 0) return correctOrUnsure(entries, message("verdict.direction"), vectorsByPoint);
+  const unknownMessage = findUnknownSymbols(names, key);
+  if (unknownMessage) return verdictOf(0, [unknownMessage]);
+  const realVectors = vectorsByPoint.map((vector) => vector.map(({ re, im }) => (im === 0 ? re : NaN)));
+  const mistake = findMistakeIndex(key.mistakes, (mistakenFingerprints) =>
+    mistakenFingerprints.every((mistakenFingerprint, k) => {
+      const tolerance = FINGERPRINT_TOLERANCE * Math.max(mistakenFingerprint, MIN_FINGERPRINT);
+      return Math.abs(computeFingerprint(realVectors[k] ?? []) - mistakenFingerprint) <= tolerance;
+    }),
   );
-  return reportDifference(names, configurationOf(key, wrongPoint, new Set()), mistake);
+  return reportDifference(names, getConfiguration(key, firstWrongPoint), mistake);
 }
 
-/** Relative tolerance for a direction's fingerprint, which has six digits; as if it were at least MIN_FINGERPRINT. */
+/**
+ * Tolerance for the fingerprint of a direction, relative to the fingerprint, which is stored with six digits. Smaller
+ * fingerprints than MIN_FINGERPRINT get the tolerance of MIN_FINGERPRINT.
+ */
 const FINGERPRINT_TOLERANCE = 1e-5;
 const MIN_FINGERPRINT = 0.1;
 
-/** Return a fingerprint of a direction, independent of its length, as in ../../../exercises/site/keys.py. */
-const fingerprintOf = (vector: readonly number[]): number =>
-  Math.abs(vector.reduce((sum, component, i) => sum + fingerprintWeight(i) * component, 0)) / Math.hypot(...vector);
+/** Return a fingerprint of a direction, independent of its length and sign, as in ../../../exercises/site/keys.py. */
+const computeFingerprint = (vector: readonly number[]): number =>
+  Math.abs(vector.reduce((sum, component, i) => sum + computeFingerprintWeight(i) * component, 0)) /
+  Math.hypot(...vector);
 
-/** Judge a numeric vector, whose direction may deviate by `tolerance`. */
+/** Judge a numeric vector. Unit vectors in its direction and in the correct one may differ by `tolerance` in length. */
 function judgeNumericVector(
   entries: readonly Node[],
   names: ReadonlySet<string>,
@@ -152,44 +170,47 @@ function judgeNumericVector(
   tolerance: number,
 ): Verdict {
   if (names.size > 0) return wrong("read.numbers", { names: listNames(names) });
-  const values = entries.map((entry) => evaluate(entry, {}));
-  const expected = key.right.map((values) => values[0] ?? NaN);
-  const isReal = values.every(
+  const components = entries.map((entry) => evaluate(entry, {}));
+  const expected = key.right.map(([correctValue]) => correctValue ?? NaN);
+  const isReal = components.every(
     ({ re, im }) => Number.isFinite(re) && Math.abs(im) <= ZERO_TOLERANCE * Math.hypot(re, im),
   );
-  const size = Math.hypot(...values.map(({ re }) => re));
-  if (isReal && size === 0) return wrong("verdict.zero-vector");
-  const unit = values.map(({ re }) => re / size);
-  if (isReal && directionDifference(unit, expected) <= tolerance) return correct(message("verdict.direction"));
+  const length = Math.hypot(...components.map(({ re }) => re));
+  if (isReal && length === 0) return wrong("verdict.zero-vector");
+  const unitVector = components.map(({ re }) => re / length);
+  if (isReal && compareDirections(unitVector, expected) <= tolerance) return correct(message("verdict.direction"));
   // in a plane, many directions are near that of some mistake
-  const mistakes = isReal && unit.length > 2 ? key.mistakes : [];
-  const mistake = mistakes.find(([, ...mistaken]) => directionDifference(unit, mistaken) <= tolerance);
-  return reportDifference(names, configurationOf(key, 0, new Set()), mistake);
+  const mistakes = isReal && unitVector.length > 2 ? key.mistakes : [];
+  const mistake = findMistakeIndex(
+    mistakes,
+    (mistakenVector) => compareDirections(unitVector, mistakenVector) <= tolerance,
+  );
+  return reportDifference(names, getConfiguration(key, 0), mistake);
 }
 
 /** Return the verdict that a direction differs at a configuration, with the values of the names in the answer. */
 function reportDifference(
   names: ReadonlySet<string>,
   configuration: SymbolValues,
-  [mistake]: KnownMistake = [],
+  mistake: number | undefined,
 ): Verdict {
-  const used = [...names].filter((symbol) => symbol in configuration).sort();
-  const values = Object.fromEntries(used.map((symbol) => [symbol, configuration[symbol] as number]));
-  if (used.length === 0) return { ...wrong("verdict.other-direction"), mistake };
-  const reason = message("verdict.not-along", { at: configurationText(values) });
+  const usedSymbols = [...names].filter((name) => name in configuration).sort();
+  const values = Object.fromEntries(usedSymbols.map((symbol) => [symbol, configuration[symbol] as number]));
+  if (usedSymbols.length === 0) return { ...wrong("verdict.other-direction"), mistake };
+  const reason = message("verdict.not-along", { at: writeConfiguration(values) });
   return verdictOf(0, [reason], { counterexample: values, mistake });
 }
 
 /** Return the distance of a vector's head from the line through the origin along another vector. */
-function distanceFromLine(v: readonly number[], line: readonly number[]): number {
-  const projection = dot(v, line) / dot(line, line);
-  return Math.hypot(...v.map((x, i) => x - projection * (line[i] as number)));
+function computeDistanceFromLine(vector: readonly number[], line: readonly number[]): number {
+  const factor = dot(vector, line) / dot(line, line); // the vector's projection onto the line is `factor` times `line`
+  return Math.hypot(...vector.map((component, i) => component - factor * (line[i] as number)));
 }
 
-/** Return the distance between two unit vectors, or between one and the negative of the other if that is less. */
-function directionDifference(vector: readonly number[], expected: readonly number[]): number {
+/** Return the distance of a unit vector from the unit vector along `expected`, or from its negative if that is less. */
+function compareDirections(unitVector: readonly number[], expected: readonly number[]): number {
   const length = Math.hypot(...expected);
-  const distanceFrom = (sign: number) =>
-    Math.hypot(...vector.map((x, i) => x - (sign * (expected[i] as number)) / length));
-  return Math.min(distanceFrom(1), distanceFrom(-1));
+  const distanceWithSign = (sign: 1 | -1) =>
+    Math.hypot(...unitVector.map((component, i) => component - (sign * (expected[i] as number)) / length));
+  return Math.min(distanceWithSign(1), distanceWithSign(-1));
 }

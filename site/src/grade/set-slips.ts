@@ -2,9 +2,9 @@
 // are too wide or too narrow, and missing conditions.
 
 import { evaluate } from "../read/evaluate.js";
-import { decimal, isConstant, name, namesIn, type Node, node, type SymbolValues } from "../read/tree.js";
+import { decimal, isConstant, name, findNames, type Node, node, type SymbolValues } from "../read/tree.js";
 import { message, type Message, withGreek } from "../text/text.js";
-import { type Kind, KINDS, repairsFor, singleChanges } from "./single-changes.js";
+import { type Kind, KINDS, buildRepairs, findSingleChanges } from "./single-changes.js";
 import type { Atom, Claim } from "./claims.js";
 
 const HALF_TURN = Math.PI;
@@ -44,7 +44,7 @@ interface ClaimedSet {
 type SetSlip = { readonly slip: Message; readonly claim?: Claim; readonly piece?: readonly SymbolValues[] };
 
 /** Return what went wrong in a set that is not right; too wide conditions first. */
-export function slipsInSet(set: ClaimedSet): SetSlip[] {
+export function findSlipsInSet(set: ClaimedSet): SetSlip[] {
   const slips = new Map<string, SetSlip>();
   const add = (setSlip: SetSlip): void => {
     const key = JSON.stringify(setSlip.slip);
@@ -52,15 +52,15 @@ export function slipsInSet(set: ClaimedSet): SetSlip[] {
   };
   for (const claim of set.wrongClaims.slice(0, MAX_CLAIMS)) {
     if (slips.size === MAX_SLIPS) break;
-    const slip = slipInClaim(set, claim);
+    const slip = findSlipInClaim(set, claim);
     if (slip) add({ slip, claim });
   }
-  if (set.wrongClaims.length === 0) findMissing(set).forEach(add);
+  if (set.wrongClaims.length === 0) findMissingParts(set).forEach(add);
   return [...slips.values()].slice(0, MAX_SLIPS);
 }
 
 /** Return why a claim is too wide: the change that makes it right, or what it lacks. */
-function slipInClaim(set: ClaimedSet, claim: Claim): Message | null {
+function findSlipInClaim(set: ClaimedSet, claim: Claim): Message | null {
   return (
     findUnitSlip(set, claim) ??
     findFormulaSlip(set, claim) ??
@@ -127,7 +127,7 @@ function scaleAngle(
 function findValueSlip(set: ClaimedSet, claim: Claim): Message | null {
   const { angles, offsets, joints } = set;
   const claimed = new Set(
-    claim.flatMap(({ joint, expression }) => (joint === null ? [...namesIn(expression)] : [joint])),
+    claim.flatMap(({ joint, expression }) => (joint === null ? [...findNames(expression)] : [joint])),
   );
   const fitsAfterRotation = (joint: string, angle: number) =>
     fits(set, claim, rotateJoint(joint, angle), rotateJoint(joint, -angle));
@@ -182,8 +182,8 @@ function findFormulaSlip({ uncovered, symbols, joints }: ClaimedSet, claim: Clai
   const entry = node("+", atom.expression, name(ONE_SYMBOL));
   const slips = new Map<Kind, string>();
   for (const poses of uncovered) {
-    const repairs = repairsFor([atom.expression], { ...poses[0], [ONE_SYMBOL]: 1 }, { symbols });
-    for (const { kind, what = "", entry: changed } of singleChanges(entry, 1, repairs))
+    const repairs = buildRepairs([atom.expression], { ...poses[0], [ONE_SYMBOL]: 1 }, { symbols });
+    for (const { kind, what = "", entry: changed } of findSingleChanges(entry, 1, repairs))
       if (
         !slips.has(kind) &&
         poses.every((pose) => vanishes(changed, pose) && !vanishes(changed, moveAllJoints(pose, joints)))
@@ -223,17 +223,17 @@ function findMissingCondition({ pieces, holds }: ClaimedSet, claim: Claim): Mess
 }
 
 /** Return the joints in a condition. */
-const jointsOf = ({ joint, expression }: Atom, joints: readonly string[]): string =>
-  joint ?? joints.filter((joint) => namesIn(expression).has(joint)).join(", ");
+const nameJointsOfAtom = ({ joint, expression }: Atom, joints: readonly string[]): string =>
+  joint ?? joints.filter((joint) => findNames(expression).has(joint)).join(", ");
 
 /** Report what is missing in an answer whose claims are all sound. */
-function findMissing({ claims, uncovered, angles, joints, holds, isSound }: ClaimedSet): SetSlip[] {
+function findMissingParts({ claims, uncovered, angles, joints, holds, isSound }: ClaimedSet): SetSlip[] {
   for (const claim of claims.filter(({ length }) => length > 1))
     for (const atom of claim) {
       const others = claim.filter((condition) => condition !== atom);
       const piece = uncovered.find((poses) => poses.every((pose) => holds(others, pose)));
       if (piece && isSound(others, keepPose))
-        return [{ slip: message("slip.too-narrow", { joint: withGreek(jointsOf(atom, joints)) }), piece }];
+        return [{ slip: message("slip.too-narrow", { joint: withGreek(nameJointsOfAtom(atom, joints)) }), piece }];
     }
   for (const joint of angles) {
     const piece = uncovered.find((poses) =>

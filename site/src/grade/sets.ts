@@ -1,28 +1,28 @@
 // Judge sets of configurations: every pose of the reference must be covered, and every claimed pose must be singular.
 //
 // Gauss-Newton steps from random starts find poses on a claim, and the arm decides whether they are singular. As in
-// ../../../grader/formulas.py, only true claims earn points: a claim that always holds would cover everything.
+// ../../../grader/judging/formulas.py, only true claims earn points: a claim that always holds would cover everything.
 
 import { solveDamped } from "../arm/svd.js";
 import { clamp } from "../arm/vector.js";
 import type { ConfigurationsKey } from "../bank.js";
 import { makeRandomNumbers } from "../random.js";
 import { evaluate } from "../read/evaluate.js";
-import { withPointsOfLengths } from "../read/notation.js";
+import { usePointsInLengths } from "../read/notation.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
 import { countNodes } from "../read/products.js";
 import type { Node, SymbolValues } from "../read/tree.js";
-import { anyNode, CHAIN, chainOf, decimal, hasBlank, hasNameOf, integer, isConstant } from "../read/tree.js";
-import { isListOrSet, name, namesIn, node, ParseError, replaceName } from "../read/tree.js";
+import { anyNode, CHAIN, listSides, decimal, hasBlank, hasNameOf, integer, isConstant } from "../read/tree.js";
+import { isListOrSet, name, findNames, node, ParseError, replaceName } from "../read/tree.js";
 import { LIMITS, VOCABULARY } from "../read/vocabulary.js";
 import { message, type Message } from "../text/text.js";
-import { type Atom, parseClaims, type Claim, vanishingModuloTurns } from "./claims.js";
-import { countFalseConditions, shareOfSet } from "./credit.js";
-import { slipsInSet } from "./set-slips.js";
+import { type Atom, parseClaims, type Claim, allowFullTurns } from "./claims.js";
+import { countFalseConditions, computeShareOfSet } from "./credit.js";
+import { findSlipsInSet } from "./set-slips.js";
 import { correct, listNames, missing, parseOrVerdict, type Verdict, verdictOf, wrong } from "./verdict.js";
 import { isBlank } from "./forms.js";
-import { arbitraryNumber, configurationText } from "./values.js";
+import { makeArbitraryNumber, writeConfiguration } from "./values.js";
 
 /** Tolerance of a condition, and of a joint's value (rad or m): keys have nine decimals. */
 const CONDITION_TOLERANCE = 1e-6;
@@ -61,16 +61,16 @@ export function judgeSet(
   offsets: ReadonlyMap<string, number> = new Map(),
 ): Verdict {
   if (!typed.trim()) return missing();
-  const answer = withPointsOfLengths(typed);
+  const answer = usePointsInLengths(typed);
   const armSymbols = { joints: key.joints, angles, offsets, symbols: key.symbols };
   return parseOrVerdict(() => {
     const tree = parse(answer, new Set(key.symbols));
     if (isBlank(tree)) return missing();
-    const statements = withoutBlanks(substituteIntegers(tree));
-    const ambiguity = ambiguityIn(answer, statements, key);
+    const statements = removeBlanks(substituteIntegers(tree));
+    const ambiguity = findAmbiguity(answer, statements, key);
     if (ambiguity) return ambiguity;
     const claims = parseClaims(assignJoint(statements, armSymbols), new Set(key.joints));
-    return judgeClaims(claims, posesOf(key, statements), armSymbols, isSingular);
+    return judgeClaims(claims, listPosesByCondition(key, statements), armSymbols, isSingular);
   });
 }
 
@@ -80,10 +80,10 @@ type Pieces = readonly (readonly SymbolValues[])[];
 type Conditions = readonly Pieces[];
 
 /** Return the poses of each nonempty piece; names that the problem does not have get arbitrary numbers. */
-function posesOf(key: ConfigurationsKey, tree: Node): Conditions {
-  const unknown = [...namesIn(tree)].filter((symbol) => !key.symbols.includes(symbol));
+function listPosesByCondition(key: ConfigurationsKey, tree: Node): Conditions {
+  const unknown = [...findNames(tree)].filter((symbol) => !key.symbols.includes(symbol));
   const poseOf = (values: readonly number[], k: number): SymbolValues => ({
-    ...Object.fromEntries(unknown.map((symbol) => [symbol, arbitraryNumber(symbol, k)])),
+    ...Object.fromEntries(unknown.map((symbol) => [symbol, makeArbitraryNumber(symbol, k)])),
     ...Object.fromEntries(key.symbols.map((symbol, i) => [symbol, values[i] as number])),
   });
   let firstPiece = 0;
@@ -119,21 +119,21 @@ function listsWholeNumbers({ kind, args: [left, right] }: Node): boolean {
 }
 
 /** Return conditions without parts that state nothing: blanks, the dots in 0, pi, 2*pi, …, det J = 0, and k in Z. */
-function withoutBlanks(tree: Node): Node {
+function removeBlanks(tree: Node): Node {
   const [left, right] = tree.args;
   if (["eq", "in", "pair"].includes(tree.kind) && left && right && isListOrSet(right))
-    return node(tree.kind, left, withoutBlanks(right));
+    return node(tree.kind, left, removeBlanks(right));
   if (!["and", "or", "list", "set"].includes(tree.kind)) return tree;
   const statements = tree.args.filter((arg) => !isEmptyStatement(arg));
   const remaining = statements.length > 0 ? statements : tree.args;
-  if (!isListOrSet(tree) && remaining.length === 1) return withoutBlanks(remaining[0] as Node);
-  return { ...tree, args: tree.kind === "and" ? remaining : remaining.map(withoutBlanks) };
+  if (!isListOrSet(tree) && remaining.length === 1) return removeBlanks(remaining[0] as Node);
+  return { ...tree, args: tree.kind === "and" ? remaining : remaining.map(removeBlanks) };
 }
 
 /** Return whether an entry is blank, or only states that k is an integer, or that det J is zero. */
 function isEmptyStatement(tree: Node): boolean {
   const [left, right] = tree.args;
-  const names = tree.kind === "eq" && left ? [...namesIn(left)] : [];
+  const names = tree.kind === "eq" && left ? [...findNames(left)] : [];
   if (names.length > 0 && names.every((symbol) => VOCABULARY.determinant.includes(symbol))) return true;
   if (tree.kind === "in" && VOCABULARY.number_sets.includes(right?.text ?? "")) return true;
   if (tree.kind === "in" && VOCABULARY.whole_numbers.includes(left?.text ?? ""))
@@ -143,9 +143,9 @@ function isEmptyStatement(tree: Node): boolean {
 }
 
 /** Return the verdict if a condition is ambiguous or is no condition; else null. */
-function ambiguityIn(answer: string, tree: Node, key: ConfigurationsKey): Verdict | null {
+function findAmbiguity(answer: string, tree: Node, key: ConfigurationsKey): Verdict | null {
   const known = [...key.symbols, ...VOCABULARY.whole_numbers];
-  const unknown = [...namesIn(tree)].filter((symbol) => !known.includes(symbol));
+  const unknown = [...findNames(tree)].filter((symbol) => !known.includes(symbol));
   if (unknown.length > 0) return wrong("read.unknown", { names: listNames(unknown), known: key.symbols.join(", ") });
   if (readCommasAsPoints(answer) !== answer) return wrong("read.comma");
   if (hasProductInChain(tree, key.joints)) return wrong("read.chain");
@@ -162,7 +162,7 @@ function hasProductInChain(tree: Node, joints: readonly string[]): boolean {
   return anyNode(
     tree,
     (statement) =>
-      statement.kind === "and" && statement.text === CHAIN && chainOf(statement).slice(1, -1).some(endsInJoint),
+      statement.kind === "and" && statement.text === CHAIN && listSides(statement).slice(1, -1).some(endsInJoint),
   );
 }
 
@@ -184,7 +184,7 @@ function judgeClaims(
   isSingular: IsSingular,
 ): Verdict {
   const pieces = conditions.flat();
-  const claims = typedClaims.map((claim) => withExactValues(claim, pieces, armSymbols));
+  const claims = typedClaims.map((claim) => replaceRoundedValues(claim, pieces, armSymbols));
   const counterexamples = claims.map((claim, i) => findCounterexample(claim, armSymbols, isSingular, i, pieces.flat()));
   const roundedClaim = typedClaims.find((claim, i) => claim !== claims[i] && counterexamples[i] === null);
   const soundClaims = claims.filter((_, i) => counterexamples[i] === null);
@@ -199,15 +199,15 @@ function judgeClaims(
     return correct(message("verdict.set"), false);
   // A claim with regular poses must not earn points for the pieces that it happens to cover.
   const isCovered = (piece: readonly SymbolValues[]) => findUncoveredPose(soundClaims, piece) === undefined;
-  const share = shareOfSet(
-    conditions.map((pieces) => [pieces.filter(isCovered).length, pieces.length]),
+  const share = computeShareOfSet(
+    conditions.map((pieces) => ({ found: pieces.filter(isCovered).length, expected: pieces.length })),
     countFalseConditions(
-      wrongClaims.map((claim) => jointsOf(claim, armSymbols)),
-      new Set(soundClaims.map((claim) => jointsOf(claim, armSymbols))),
+      wrongClaims.map((claim) => nameJointsOfClaim(claim, armSymbols)),
+      new Set(soundClaims.map((claim) => nameJointsOfClaim(claim, armSymbols))),
     ),
     roundedClaim !== undefined,
   );
-  const slips = slipsInSet({
+  const slips = findSlipsInSet({
     claims,
     wrongClaims,
     pieces,
@@ -230,13 +230,13 @@ function judgeClaims(
   );
   if (regularPose)
     return verdictWith(
-      [message("verdict.unsound", { at: configurationText(jointValues(regularPose, armSymbols)) })],
+      [message("verdict.unsound", { at: writeConfiguration(pickJointValues(regularPose, armSymbols)) })],
       regularPose,
     );
   const missedPose = (slip?.piece && findUncoveredPose(claims, slip.piece)) ?? uncoveredPoses[0];
   if (missedPose)
     return verdictWith(
-      [message("verdict.uncovered", { at: configurationText(jointValues(missedPose, armSymbols)) })],
+      [message("verdict.uncovered", { at: writeConfiguration(pickJointValues(missedPose, armSymbols)) })],
       missedPose,
     );
   if (roundedClaim) {
@@ -249,41 +249,43 @@ function judgeClaims(
 }
 
 /** Return the names of the joints in a claim, separated by spaces. */
-function jointsOf(claim: Claim, { joints }: JointSpace): string {
-  const named = new Set(claim.flatMap(({ joint, expression }) => [joint, ...namesIn(expression)]));
+function nameJointsOfClaim(claim: Claim, { joints }: JointSpace): string {
+  const named = new Set(claim.flatMap(({ joint, expression }) => [joint, ...findNames(expression)]));
   return joints.filter((joint) => named.has(joint)).join(" ");
 }
 
-function jointValues(pose: SymbolValues, { joints }: JointSpace): SymbolValues {
+function pickJointValues(pose: SymbolValues, { joints }: JointSpace): SymbolValues {
   return Object.fromEntries(joints.map((joint) => [joint, pose[joint] as number]));
 }
 
 /** Return whether a claim holds in a pose, within tolerances. */
 function holdsAt(claim: Claim, pose: SymbolValues, space: JointSpace): boolean {
   return claim.every((atom) => {
-    const difference = vanishingExpression(atom);
-    const moduloTurns = vanishingModuloTurns(difference, space.angles);
+    const difference = makeVanishingExpression(atom);
+    const moduloTurns = allowFullTurns(difference, space.angles);
     const isNumber = isConstant(atom.expression);
     if (atom.joint !== null && (isNumber || moduloTurns === difference)) {
       const { re, im } = evaluate(atom.expression, pose);
       const tolerance = isNumber ? VALUE_TOLERANCE : CONDITION_TOLERANCE;
-      return Math.abs(im) < tolerance && jointDistance(atom.joint, pose[atom.joint] as number, re, space) < tolerance;
+      return (
+        Math.abs(im) < tolerance && computeJointDistance(atom.joint, pose[atom.joint] as number, re, space) < tolerance
+      );
     }
     const { re, im, size } = evaluate(moduloTurns, pose);
     if (!Number.isFinite(re)) return false;
-    const slope = Math.hypot(...space.joints.map((joint) => slopeOf(moduloTurns, pose, joint)));
+    const slope = Math.hypot(...space.joints.map((joint) => computeSlope(moduloTurns, pose, joint)));
     return Math.hypot(re, im) <= Math.max(CONDITION_TOLERANCE * slope, 1e-11 * size);
   });
 }
 
-function jointDistance(joint: string, a: number, b: number, { angles }: JointSpace): number {
+function computeJointDistance(joint: string, a: number, b: number, { angles }: JointSpace): number {
   const difference = Math.abs(a - b);
   if (!angles.has(joint)) return difference;
   const remainder = difference % FULL_TURN;
   return Math.min(remainder, FULL_TURN - remainder);
 }
 
-function slopeOf(expression: Node, pose: SymbolValues, joint: string): number {
+function computeSlope(expression: Node, pose: SymbolValues, joint: string): number {
   const valueAfter = (step: number): number => evaluate(expression, { ...pose, [joint]: pose[joint]! + step }).re;
   return (valueAfter(DIFFERENCE_STEP) - valueAfter(-DIFFERENCE_STEP)) / (2 * DIFFERENCE_STEP);
 }
@@ -301,11 +303,16 @@ function findCounterexample(
 ): SymbolValues | "nowhere" | "close" | null {
   const random = makeRandomNumbers((seed + 1) * 0x9e3779b9);
   const lengthsFor = (k: number): SymbolValues => knownPoses[k % Math.max(knownPoses.length, 1)] ?? {};
-  const expressions = vanishingExpressions(claim, space);
-  const constrainedJoints = space.joints.filter((joint) => namesIn(...expressions).has(joint));
+  const expressions = listVanishingExpressions(claim, space);
+  const constrainedJoints = space.joints.filter((joint) => findNames(...expressions).has(joint));
   let foundCount = 0;
   for (let start = 0; start < START_COUNT; start += 1) {
-    const pose = moveOntoClaim(claim, expressions, constrainedJoints, randomPose(lengthsFor(start), space, random));
+    const pose = moveOntoClaim(
+      claim,
+      expressions,
+      constrainedJoints,
+      sampleRandomPose(lengthsFor(start), space, random),
+    );
     if (!pose || !holdsAt(claim, pose, space)) continue;
     foundCount += 1;
     if (!isSingular(pose)) return pose;
@@ -313,14 +320,14 @@ function findCounterexample(
   if (foundCount > 0) return null;
   const leastResidual = Math.min(
     ...Array.from({ length: RANDOM_POSE_COUNT }, (_, k) =>
-      residualOf(expressions, randomPose(lengthsFor(k), space, random)),
+      computeResidual(expressions, sampleRandomPose(lengthsFor(k), space, random)),
     ),
   );
   return leastResidual < CLOSE_RESIDUAL ? "close" : "nowhere";
 }
 
 /** Return the largest absolute value of the expressions in a pose, relative to their terms. */
-function residualOf(expressions: readonly Node[], pose: SymbolValues): number {
+function computeResidual(expressions: readonly Node[], pose: SymbolValues): number {
   const residuals = expressions.map((expression) => {
     const { re, im, size } = evaluate(expression, pose);
     return Math.abs(im) < CONDITION_TOLERANCE ? Math.abs(re) / Math.max(size, 1e-300) : Infinity;
@@ -329,19 +336,19 @@ function residualOf(expressions: readonly Node[], pose: SymbolValues): number {
 }
 
 /** Return a claim with rounded values of joints replaced by exact ones: pi for 3.14 or 355/113. */
-function withExactValues(claim: Claim, pieces: Pieces, space: JointSpace): Claim {
+function replaceRoundedValues(claim: Claim, pieces: Pieces, space: JointSpace): Claim {
   const atoms = claim.map((atom) => {
-    if (atom.joint === null || !isConstant(atom.expression)) return withExactSum(atom, pieces, space);
-    const exact = exactValueOf(atom.joint, atom.expression, pieces, space);
+    if (atom.joint === null || !isConstant(atom.expression)) return replaceRoundedSum(atom, pieces, space);
+    const exact = findExactValue(atom.joint, atom.expression, pieces, space);
     return exact === null ? atom : { ...atom, expression: integer(exact) };
   });
   return atoms.every((atom, i) => atom === claim[i]) ? claim : atoms;
 }
 
 /** Return a condition on a sum of angles with its rounded value replaced by the exact one: theta1 + theta2 = 3.14. */
-function withExactSum(atom: Atom, pieces: Pieces, { angles }: JointSpace): Atom {
-  const difference = vanishingExpression(atom);
-  if (vanishingModuloTurns(difference, angles) === difference) return atom;
+function replaceRoundedSum(atom: Atom, pieces: Pieces, { angles }: JointSpace): Atom {
+  const difference = makeVanishingExpression(atom);
+  if (allowFullTurns(difference, angles) === difference) return atom;
   const exact = pieces
     .map((piece) => piece.map((pose) => Math.asin(Math.sin(evaluate(difference, pose).re / 2)) * 2))
     .find(([firstDifference = NaN, ...otherDifferences]) => {
@@ -352,14 +359,14 @@ function withExactSum(atom: Atom, pieces: Pieces, { angles }: JointSpace): Atom 
 }
 
 /** Return the exact value of a joint on a piece if the condition states it rounded; else null. */
-function exactValueOf(joint: string, expression: Node, pieces: Pieces, space: JointSpace): number | null {
+function findExactValue(joint: string, expression: Node, pieces: Pieces, space: JointSpace): number | null {
   const value = evaluate(expression, {}).re;
   const nearest = pieces
     .map((piece) => piece.map((pose) => pose[joint] as number))
     .filter((values) =>
-      values.every((exact) => jointDistance(joint, exact, values[0] as number, space) < VALUE_TOLERANCE),
+      values.every((exact) => computeJointDistance(joint, exact, values[0] as number, space) < VALUE_TOLERANCE),
     )
-    .map(([exact]) => ({ exact: exact as number, error: jointDistance(joint, value, exact as number, space) }))
+    .map(([exact]) => ({ exact: exact as number, error: computeJointDistance(joint, value, exact as number, space) }))
     .filter(({ error }) => error < MAX_ROUNDING)
     .sort((a, b) => a.error - b.error)[0];
   if (!nearest) return null;
@@ -370,19 +377,23 @@ function exactValueOf(joint: string, expression: Node, pieces: Pieces, space: Jo
     : null;
 }
 
-function randomPose(fixedValues: SymbolValues, { joints, angles }: JointSpace, random: () => number): SymbolValues {
+function sampleRandomPose(
+  fixedValues: SymbolValues,
+  { joints, angles }: JointSpace,
+  random: () => number,
+): SymbolValues {
   const values = joints.map((joint) => [joint, angles.has(joint) ? FULL_TURN * (random() - 0.5) : 0.2 + random()]);
   return { ...fixedValues, ...Object.fromEntries(values) };
 }
 
 /** Return the expressions that vanish if the conditions of a claim hold. */
-const vanishingExpressions = (claim: Claim, { angles }: JointSpace): Node[] =>
+const listVanishingExpressions = (claim: Claim, { angles }: JointSpace): Node[] =>
   claim.map((atom) => {
     const isValue = atom.joint !== null && isConstant(atom.expression);
-    return isValue ? vanishingExpression(atom) : vanishingModuloTurns(vanishingExpression(atom), angles);
+    return isValue ? makeVanishingExpression(atom) : allowFullTurns(makeVanishingExpression(atom), angles);
   });
 
-const vanishingExpression = ({ joint, expression }: Atom): Node =>
+const makeVanishingExpression = ({ joint, expression }: Atom): Node =>
   joint === null ? expression : node("-", name(joint), expression);
 
 /** Return the pose moved by Gauss-Newton steps of least norm to where a claim holds; null if the steps fail. */
@@ -402,8 +413,8 @@ function moveOntoClaim(
       return Number.isFinite(size) && Math.abs(re) <= ROUNDING_ERROR * size ? 0 : re;
     });
     if (errors.every((value) => value === 0)) break;
-    const moves = leastNorm(
-      expressions.map((expression) => joints.map((joint) => slopeOf(expression, currentPose, joint))),
+    const moves = solveLeastNorm(
+      expressions.map((expression) => joints.map((joint) => computeSlope(expression, currentPose, joint))),
       errors,
     );
     if (!moves.every(Number.isFinite)) return null;
@@ -415,7 +426,7 @@ function moveOntoClaim(
 }
 
 /** Return the shortest x with A x = b. Rows are normalised because slopes vanish at a double zero, as of sin². */
-function leastNorm(a: readonly (readonly number[])[], b: readonly number[]): number[] {
+function solveLeastNorm(a: readonly (readonly number[])[], b: readonly number[]): number[] {
   const equations = a.flatMap((row, i) => {
     const length = Math.hypot(...row);
     return b[i] === 0 ? [] : [{ row: row.map((x) => x / length), value: (b[i] as number) / length }];

@@ -5,21 +5,21 @@
 
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
-import { decimal, integer, namesIn, type Node, node, type SymbolValues } from "../read/tree.js";
+import { decimal, integer, findNames, type Node, node, type SymbolValues } from "../read/tree.js";
 import { formatNumber, type TextKey, withGreek } from "../text/text.js";
 import {
-  anglesIn,
-  withJointsFrom,
+  findAngles,
+  addJointsFrom,
   changeEveryWave,
   isRelative,
   isWave,
-  otherAngles,
-  anglesWithValue,
-  otherWave,
-  withAngle,
+  listOtherAngles,
+  findAnglesWithValue,
+  exchangeWave,
+  replaceAngle,
 } from "./angles.js";
 import type { ValuedTree, Library, Terms } from "./terms.js";
-import { withValue, libraryOf, termsNear, termsOf, times, wavesOf } from "./terms.js";
+import { evaluateTree, buildLibrary, findTermsNear, buildTerms, multiplyTerms, listWaves } from "./terms.js";
 
 /** Relative tolerance for equal values at one configuration. */
 const RELATIVE_TOLERANCE = 1e-7;
@@ -72,81 +72,84 @@ export interface Repairs {
   readonly factors: readonly ValuedTree[];
 }
 
-export function repairsFor(
+export function buildRepairs(
   entries: readonly Node[],
   configuration: SymbolValues,
   { symbols }: Pick<ValuesKey, "symbols">,
 ): Repairs {
-  const library = libraryOf(symbols, entries);
+  const library = buildLibrary(symbols, entries);
   const factors = [
-    ...wavesOf(library, configuration),
-    ...library.lengths.map((length) => withValue(length, configuration)),
+    ...listWaves(library, configuration),
+    ...library.lengths.map((length) => evaluateTree(length, configuration)),
   ];
   return {
     library,
     configuration,
-    terms: termsOf(library, configuration),
-    fewTerms: termsOf(library, configuration, MAX_PAIRED_TERMS),
+    terms: buildTerms(library, configuration),
+    fewTerms: buildTerms(library, configuration, MAX_PAIRED_TERMS),
     factors,
   };
 }
 
 /** Yield an entry with one change that gives it the expected value, in every way; likelier changes first. */
-export function* singleChanges(entry: Node, expected: number, repairs: Repairs): Generator<Change> {
+export function* findSingleChanges(entry: Node, expected: number, repairs: Repairs): Generator<Change> {
   const { library, configuration } = repairs;
   const isRight = (changedEntry: Node) => isNear(evaluate(changedEntry, configuration).re, expected);
   const yieldIfRight = function* (kind: Kind, changedEntry: Node): Generator<Change> {
     if (isRight(changedEntry)) yield { kind, entry: changedEntry };
   };
   yield* yieldIfRight("slip.whole-sign", node("neg", entry));
-  yield* yieldIfRight("slip.all-waves", changeEveryWave(entry, otherWave));
-  for (const angle of anglesIn([entry]))
-    for (const otherAngle of otherAngles(angle, library.angles))
+  yield* yieldIfRight("slip.all-waves", changeEveryWave(entry, exchangeWave));
+  for (const angle of findAngles([entry]))
+    for (const otherAngle of listOtherAngles(angle, library.angles))
       yield* yieldIfRight(
-        kindOfAngle(angle, otherAngle),
-        changeEveryWave(entry, (wave) => withAngle(wave, angle, otherAngle)),
+        classifyAngleSlip(angle, otherAngle),
+        changeEveryWave(entry, (wave) => replaceAngle(wave, angle, otherAngle)),
       );
   for (const first of library.angles.filter(({ kind }) => kind === "name"))
     yield* yieldIfRight(
       "slip.relative",
-      changeEveryWave(entry, (wave) => withJointsFrom(first, wave, library.angles) ?? wave),
+      changeEveryWave(entry, (wave) => addJointsFrom(first, wave, library.angles) ?? wave),
     );
-  yield* withMissingLengths(entry, expected, repairs);
-  for (const subexpression of subexpressionsOf(entry)) {
-    yield* withMissingBrackets(subexpression);
-    const target = targetOf(subexpression, expected, configuration);
-    if (target !== null) yield* changesOf(subexpression, target, repairs);
+  yield* addMissingLengths(entry, expected, repairs);
+  for (const subexpression of listSubexpressions(entry)) {
+    yield* addMissingBrackets(subexpression);
+    const target = computeTarget(subexpression, expected, configuration);
+    if (target !== null) yield* findChanges(subexpression, target, repairs);
   }
 }
 
-const kindOfAngle = (typed: Node, expected: Node): Kind =>
+const classifyAngleSlip = (typed: Node, expected: Node): Kind =>
   isRelative(typed, expected) ? "slip.relative" : "slip.angle";
 
 /** Yield an entry in which it or a numerator has two more terms; neither term may cancel one of the existing terms. */
-export function* withTwoTerms(entry: Node, expected: number, repairs: Repairs): Generator<Change> {
+export function* addTwoTerms(entry: Node, expected: number, repairs: Repairs): Generator<Change> {
   const isSum = ({ tree, parent, isNumerator }: Subexpression) => parent === null || (isNumerator && tree.kind !== "/");
-  for (const { tree, replace } of subexpressionsOf(entry).filter(isSum)) {
-    const target = replace(tree) === tree ? expected : targetOf({ tree, replace }, expected, repairs.configuration);
+  for (const { tree, replace } of listSubexpressions(entry).filter(isSum)) {
+    const target =
+      replace(tree) === tree ? expected : computeTarget({ tree, replace }, expected, repairs.configuration);
     if (target !== null)
-      for (const { sum, what } of sumsOfThree(tree, target, repairs))
+      for (const { sum, what } of findSumsOfThree(tree, target, repairs))
         yield { kind: "slip.terms-missing", what, entry: replace(sum) };
   }
 }
 
 /** Yield a sum with two added terms that give it the target value, and the text of these terms. */
-function* sumsOfThree(tree: Node, target: number, { configuration, fewTerms }: Repairs) {
+function* findSumsOfThree(tree: Node, target: number, { configuration, fewTerms }: Repairs) {
   const currentValue = evaluate(tree, configuration).re;
-  const ownTerms = valuesOfExpandedTerms(tree, configuration) ?? [];
+  const ownTerms = listExpandedTermValues(tree, configuration) ?? [];
   const cancelsTerm = (value: number) => ownTerms.some((term) => isNear(term, -value));
   for (const multiplier of ownTerms.length > 0 ? fewTerms.multipliers : [])
     for (const product of fewTerms.products) {
-      const firstTerm = times(product, multiplier);
+      const firstTerm = multiplyTerms(product, multiplier);
       for (const value of [firstTerm.value, -firstTerm.value].filter((candidate) => !cancelsTerm(candidate))) {
         const missingValue = target - currentValue - value;
-        for (const secondTerm of cancelsTerm(missingValue) ? [] : termsNear(fewTerms, missingValue, RELATIVE_TOLERANCE))
+        for (const secondTerm of cancelsTerm(missingValue)
+          ? []
+          : findTermsNear(fewTerms, missingValue, RELATIVE_TOLERANCE))
           yield {
-            sum: withTerm(withTerm(tree, firstTerm, value), secondTerm, missingValue),
-            what: termsText([firstTerm.tree, secondTerm.tree]),
+            sum: addTerm(addTerm(tree, firstTerm, value), secondTerm, missingValue),
+            what: nameTerms([firstTerm.tree, secondTerm.tree]),
           };
       }
     }
@@ -156,13 +159,13 @@ function* sumsOfThree(tree: Node, target: number, { configuration, fewTerms }: R
 const MAX_EXPANDED_TERMS = 64;
 
 /** Return the values of the terms of an expanded expression; null if there are too many. */
-function valuesOfExpandedTerms(tree: Node, configuration: SymbolValues): number[] | null {
+function listExpandedTermValues(tree: Node, configuration: SymbolValues): number[] | null {
   const [left, right] = tree.args;
-  if (tree.kind === "neg" && left) return valuesOfExpandedTerms(left, configuration)?.map((value) => -value) ?? null;
+  if (tree.kind === "neg" && left) return listExpandedTermValues(left, configuration)?.map((value) => -value) ?? null;
   if (!left || !right || !["+", "-", "*"].includes(tree.kind)) return [evaluate(tree, configuration).re];
   const [leftValues, rightValues] = [
-    valuesOfExpandedTerms(left, configuration),
-    valuesOfExpandedTerms(right, configuration),
+    listExpandedTermValues(left, configuration),
+    listExpandedTermValues(right, configuration),
   ];
   if (!leftValues || !rightValues) return null;
   const values =
@@ -173,11 +176,11 @@ function valuesOfExpandedTerms(tree: Node, configuration: SymbolValues): number[
 }
 
 /** Return the text that names a term: its lengths and rates, or else its angles, with θ2 for theta2. */
-function termText(tree: Node): string {
+function nameTerm(tree: Node): string {
   const factors = new Set<string>();
   const angles = new Set<string>();
   const visit = (part: Node): void => {
-    if (isWave(part)) return namesIn(part).forEach((joint) => angles.add(withGreek(joint)));
+    if (isWave(part)) return findNames(part).forEach((joint) => angles.add(withGreek(joint)));
     if (part.kind === "decimal") factors.add(formatNumber(part.value));
     if (part.kind === "name") factors.add(part.text);
     part.args.forEach(visit);
@@ -186,10 +189,10 @@ function termText(tree: Node): string {
   return factors.size > 0 ? [...factors].sort().join("·") : [...angles].sort().join(", ");
 }
 
-const termsText = (trees: readonly Node[]): string => [...new Set(trees.map(termText))].sort().join(", ");
+const nameTerms = (trees: readonly Node[]): string => [...new Set(trees.map(nameTerm))].sort().join(", ");
 
 /** Return the value of a subexpression with which the entry is right at a configuration; null if there is none. */
-function targetOf(
+function computeTarget(
   { tree, replace }: Pick<Subexpression, "tree" | "replace">,
   expected: number,
   configuration: SymbolValues,
@@ -209,39 +212,40 @@ function targetOf(
 }
 
 /** Yield expressions that may be correct instead of a subexpression, with the kind of slip and the missing part. */
-function* replacementsFor(
+function* listReplacements(
   { tree, parent }: Subexpression,
   { library, factors }: Repairs,
 ): Generator<[Kind, Node, string?]> {
   yield [parent === null ? "slip.whole-sign" : "slip.sign", node("neg", tree)];
   if (isWave(tree)) {
     const [angle] = tree.args as [Node];
-    yield ["slip.wave", otherWave(tree)];
-    for (const other of otherAngles(angle, library.angles))
-      yield [kindOfAngle(angle, other), { ...tree, args: [other] }];
+    yield ["slip.wave", exchangeWave(tree)];
+    for (const other of listOtherAngles(angle, library.angles))
+      yield [classifyAngleSlip(angle, other), { ...tree, args: [other] }];
   }
   if (tree.kind === "name")
     for (const other of [...library.lengths, ...library.multipliers])
-      if (other.kind === "name" && symbolKind(other.text) === symbolKind(tree.text)) yield ["slip.symbol", other];
+      if (other.kind === "name" && classifySymbol(other.text) === classifySymbol(tree.text))
+        yield ["slip.symbol", other];
   if (tree.kind === "*") yield ["slip.factor-extra", tree.args[1] as Node];
   if (tree.kind === "*" || tree.kind === "/") yield ["slip.factor-extra", tree.args[0] as Node];
   for (const factor of [2, 0.5]) yield ["slip.number", node("*", decimal(factor), tree)];
   for (const { tree: factor } of factors) {
     const kind = factor.kind === "call" ? "slip.factor-missing" : "slip.length-missing";
-    for (const sign of ["*", "/"] as const) yield [kind, node(sign, tree, factor), termText(factor)];
+    for (const sign of ["*", "/"] as const) yield [kind, node(sign, tree, factor), nameTerm(factor)];
   }
 }
 
 /** Yield the changes of a subexpression that give it the target value. */
-function* changesOf(subexpression: Subexpression, target: number, repairs: Repairs): Generator<Change> {
+function* findChanges(subexpression: Subexpression, target: number, repairs: Repairs): Generator<Change> {
   const { tree, parent, replace } = subexpression;
   const { configuration } = repairs;
   const currentValue = evaluate(tree, configuration).re;
   const change = (kind: Kind, other: Node, what = ""): Change => ({ kind, what, entry: replace(other) });
-  for (const [kind, other, what] of replacementsFor(subexpression, repairs))
+  for (const [kind, other, what] of listReplacements(subexpression, repairs))
     if (isNear(target, evaluate(other, configuration).re)) yield change(kind, other, what);
   if (isWave(tree))
-    for (const other of anglesWithValue(tree, evaluate(tree.args[0] as Node, configuration).re, target))
+    for (const other of findAnglesWithValue(tree, evaluate(tree.args[0] as Node, configuration).re, target))
       yield change("slip.angle", { ...tree, args: [other] });
   if (tree.kind === "decimal") yield change("slip.constant", decimal(Number(target.toPrecision(6))));
   const isTerm = parent?.kind === "+" || parent?.kind === "-";
@@ -250,18 +254,18 @@ function* changesOf(subexpression: Subexpression, target: number, repairs: Repai
   const missingValue = target - currentValue;
   // a term that would cancel an existing one is not missing
   const cancelsTerm = () =>
-    valuesOfExpandedTerms(tree, configuration)?.some((term) => isNear(term, -missingValue)) ?? true;
+    listExpandedTermValues(tree, configuration)?.some((term) => isNear(term, -missingValue)) ?? true;
   if (Math.abs(missingValue) > RELATIVE_TOLERANCE * Math.abs(currentValue) && !cancelsTerm())
-    for (const term of termsNear(repairs.terms, missingValue, RELATIVE_TOLERANCE))
-      yield change("slip.term-missing", withTerm(tree, term, missingValue), termText(term.tree));
+    for (const term of findTermsNear(repairs.terms, missingValue, RELATIVE_TOLERANCE))
+      yield change("slip.term-missing", addTerm(tree, term, missingValue), nameTerm(term.tree));
 }
 
 /** Return a sum with one more term, with the sign that gives the term this value. */
-const withTerm = (sum: Node, term: ValuedTree, value: number): Node =>
+const addTerm = (sum: Node, term: ValuedTree, value: number): Node =>
   node(value * term.value > 0 ? "+" : "-", sum, term.tree);
 
 /** Yield a*(b + c) for a*b + c: the brackets are missing. */
-function* withMissingBrackets({ tree, replace }: Subexpression): Generator<Change> {
+function* addMissingBrackets({ tree, replace }: Subexpression): Generator<Change> {
   const [left, right] = tree.args;
   if ((tree.kind !== "+" && tree.kind !== "-") || left?.kind !== "*") return;
   const [factor, inner] = left.args as [Node, Node];
@@ -272,9 +276,9 @@ function* withMissingBrackets({ tree, replace }: Subexpression): Generator<Chang
 const MAX_COMBINATIONS = 3000;
 
 /** Yield the entry with two or more missing lengths: one or two in each of its terms. */
-function* withMissingLengths(entry: Node, expected: number, { library, configuration }: Repairs): Generator<Change> {
-  const terms = summandsOf(entry).map(({ tree, sign }) => ({ tree, sign, value: evaluate(tree, configuration).re }));
-  const lengths = library.lengths.map((length) => withValue(length, configuration));
+function* addMissingLengths(entry: Node, expected: number, { library, configuration }: Repairs): Generator<Change> {
+  const terms = listSummands(entry).map(({ tree, sign }) => ({ tree, sign, value: evaluate(tree, configuration).re }));
+  const lengths = library.lengths.map((length) => evaluateTree(length, configuration));
   const pairs = lengths.flatMap((a, i) =>
     lengths.slice(i).map((b) => ({ count: 2, value: a.value * b.value, tree: node("*", a.tree, b.tree) })),
   );
@@ -305,16 +309,16 @@ function* withMissingLengths(entry: Node, expected: number, { library, configura
 }
 
 /** Return the terms of a sum with their signs. */
-function summandsOf(tree: Node, sign = 1): { tree: Node; sign: number }[] {
+function listSummands(tree: Node, sign = 1): { tree: Node; sign: number }[] {
   const [left, right] = tree.args;
-  if (tree.kind === "neg" && left) return summandsOf(left, -sign);
+  if (tree.kind === "neg" && left) return listSummands(left, -sign);
   if ((tree.kind === "+" || tree.kind === "-") && left && right)
-    return [...summandsOf(left, sign), ...summandsOf(right, tree.kind === "-" ? -sign : sign)];
+    return [...listSummands(left, sign), ...listSummands(right, tree.kind === "-" ? -sign : sign)];
   return [{ tree, sign }];
 }
 
 /** Return all subexpressions of an entry except those in angles and exponents, which are neither terms nor factors. */
-function subexpressionsOf(entry: Node): Subexpression[] {
+function listSubexpressions(entry: Node): Subexpression[] {
   const subexpressions: Subexpression[] = [];
   const visit = (subexpression: Subexpression): void => {
     const { tree, replace } = subexpression;
@@ -334,7 +338,7 @@ function subexpressionsOf(entry: Node): Subexpression[] {
   return subexpressions;
 }
 
-const symbolKind = (text: string): string =>
+const classifySymbol = (text: string): string =>
   /^[vwfm][xyz]$/.test(text) ? (text[0] as string) : text.replace(/\d+$/, "");
 
 const isNear = (a: number, b: number): boolean =>

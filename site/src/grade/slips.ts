@@ -6,10 +6,10 @@
 import type { ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { countNodes } from "../read/products.js";
-import { namesIn, type Node, placeOfEntry, type SymbolValues } from "../read/tree.js";
+import { findNames, type Node, locateEntry, type SymbolValues } from "../read/tree.js";
 import { message, type Message } from "../text/text.js";
 import type { Change, Kind, Repairs } from "./single-changes.js";
-import { KINDS, repairsFor, singleChanges, withTwoTerms } from "./single-changes.js";
+import { KINDS, buildRepairs, findSingleChanges, addTwoTerms } from "./single-changes.js";
 import type { Slip } from "./verdict.js";
 
 /** Maximum number of nodes of an entry that is examined, and of all entries. */
@@ -56,10 +56,10 @@ export function findSlips(answer: WrongAnswer, key: ValuesKey): Explanation {
   const { chosenFindings, unexplainedPlaces } = coverPlaces(findings, answer.wrongIndices, MAX_REPORTED);
   const isAll = unexplainedPlaces.length === 0 && chosenFindings.length > 1;
   const locations = chosenFindings.map(({ places }) => describePlaces(places, answer.wrongIndices, key));
-  const hasManyPlaces = locations.map(
+  const longListFlags = locations.map(
     ({ key }, k) => key === "slip.entries" && chosenFindings[k]!.places.length > MAX_LISTED,
   );
-  const longIndex = isAll ? hasManyPlaces.indexOf(true) : -1; // its places are all those of no other slip
+  const longIndex = isAll ? longListFlags.indexOf(true) : -1; // its places are all those of no other slip
   if (longIndex >= 0) locations[longIndex] = message("slip.others");
   const firstColumnOf = (k: number) =>
     k === longIndex ? Infinity : (chosenFindings[k]!.places[0] as number) % key.columns;
@@ -107,7 +107,7 @@ function findMissingColumns({ entries, wrongIndices }: WrongAnswer, { columns }:
 
 const isZero = ({ kind, value }: Node): boolean => kind === "number" && value === 0;
 
-/** Relative tolerance for values with six digits. */
+/** Tolerance for coefficients with six digits, relative to the largest of the expected value and the missing terms. */
 const SIX_DIGITS = 1e-5;
 /** The absence of a symbol's terms is noticed only if they are this many times the tolerance. */
 const NOTICEABLE = 100;
@@ -129,7 +129,7 @@ function findSymbolSlips(answer: WrongAnswer, key: ValuesKey): [missing: Finding
   const findings = SYMBOL_SLIPS.map(({ kind, change, isPresent }) => {
     const places = new Map<string, number[]>();
     for (const i of answer.wrongIndices) {
-      const used = namesIn(answer.entries[i] as Node);
+      const used = findNames(answer.entries[i] as Node);
       const candidates = linear.filter(
         ([symbol, factors]) => used.has(symbol) === isPresent && factors[i]?.some(Boolean),
       );
@@ -182,7 +182,7 @@ function findSlipsAndMistakes(answer: WrongAnswer, key: ValuesKey): Finding[] {
   const mistakes = findMistakes(answer, key);
   if (wrongIndices.reduce((sum, i) => sum + countNodes(entries[i] as Node, MAX_ANSWER_SIZE + 1), 0) > MAX_ANSWER_SIZE)
     return mistakes;
-  const repairs = repairsFor(entries, configurationAt(0), key);
+  const repairs = buildRepairs(entries, configurationAt(0), key);
   const slipsByPlace = new Map(wrongIndices.map((i) => [i, findSlipsInEntry(answer, i, key, repairs)]));
   const slipByName = new Map([...slipsByPlace.values()].flatMap((slips) => [...slips]));
   const findingsOfKinds = (isIncluded: (kind: Kind) => boolean): Finding[] =>
@@ -229,12 +229,12 @@ export function describePlaces(
   wrongIndices: readonly number[],
   { rows, columns }: Pick<ValuesKey, "rows" | "columns">,
 ): Message {
-  const places = indices.map((i) => placeOfEntry(i, columns));
+  const places = indices.map((i) => locateEntry(i, columns));
   const firstPlace = places[0]!;
   const { row } = firstPlace;
   if (rows * columns === 1) return message("slip.answer");
   if (indices.length === 1) return columns === 1 ? message("slip.row", { row }) : message("slip.entry", firstPlace);
-  const inColumn = wrongIndices.filter((i) => placeOfEntry(i, columns).column === firstPlace.column);
+  const inColumn = wrongIndices.filter((i) => locateEntry(i, columns).column === firstPlace.column);
   if (columns > 1 && inColumn.join() === indices.join()) return message("slip.column", firstPlace);
   const placeTexts = places.map(({ row, column }) => (columns === 1 ? `${row}` : `(${row}, ${column})`));
   return message("slip.entries", { entries: placeTexts.join(", ") });
@@ -259,9 +259,9 @@ function findSlipsInEntry(
       if (!slips.has(slip) && answer.isRight(index, changed)) slips.set(slip, { kind, what });
     }
   };
-  collect(singleChanges(entry, expected, repairs));
+  collect(findSingleChanges(entry, expected, repairs));
   // if products add up to zero, two terms seem to be missing in the others
-  if (slips.size === 0 && expected !== 0) collect(withTwoTerms(entry, expected, repairs));
+  if (slips.size === 0 && expected !== 0) collect(addTwoTerms(entry, expected, repairs));
   return slips;
 }
 

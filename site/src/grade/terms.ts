@@ -1,8 +1,8 @@
 // The terms and factors that answers consist of: lengths, rates, and sines and cosines of sums of joint angles.
 
-import { call, integer, name, namesIn, type Node, node, type SymbolValues, visitNodes } from "../read/tree.js";
+import { call, integer, name, findNames, type Node, node, type SymbolValues, visitNodes } from "../read/tree.js";
 import { evaluate } from "../read/evaluate.js";
-import { anglesIn, angleText } from "./angles.js";
+import { findAngles, makeAngleKey } from "./angles.js";
 
 /**
  * Maximum number of symbols of one kind, and of the answer's own angles; and the number of angles up to which products
@@ -32,8 +32,8 @@ export interface Library {
 export type ValuedTree = { readonly tree: Node; readonly value: number };
 
 /** Return what terms may consist of: symbols of the problem, and decimals of the answer, which count as lengths. */
-export function libraryOf(symbols: readonly string[], entries: readonly Node[]): Library {
-  const used = namesIn(...entries);
+export function buildLibrary(symbols: readonly string[], entries: readonly Node[]): Library {
+  const used = findNames(...entries);
   const decimals = new Map<number, Node>();
   for (const entry of entries) visitNodes(entry, (term) => term.kind === "decimal" && decimals.set(term.value, term));
   decimals.delete(0);
@@ -42,34 +42,34 @@ export function libraryOf(symbols: readonly string[], entries: readonly Node[]):
       .filter((symbol) => kind.test(symbol))
       .slice(0, MAX_SYMBOLS)
       .map(name);
-  const angleSums = successiveSums(symbolsOf(ANGLE));
-  const sumTexts = new Set(angleSums.map(angleText));
-  const ownAngles = anglesIn(entries).filter((angle) => !sumTexts.has(angleText(angle)));
+  const angleSums = listSuccessiveSums(symbolsOf(ANGLE));
+  const sumTexts = new Set(angleSums.map(makeAngleKey));
+  const ownAngles = findAngles(entries).filter((angle) => !sumTexts.has(makeAngleKey(angle)));
   const angles = [...angleSums, ...ownAngles.slice(0, MAX_OWN_ANGLES)];
   const multipliers = MULTIPLIERS.filter((kind) => [...used].some((symbol) => kind.test(symbol))).flatMap(symbolsOf);
   const lengths = [...symbolsOf(LENGTH), ...[...decimals.values()].slice(0, MAX_SYMBOLS)];
   const rates = multipliers.filter(({ text }) => RATE.test(text));
-  return { angles, lengths, multipliers, rateSums: successiveSums(rates).filter(({ kind }) => kind === "+") };
+  return { angles, lengths, multipliers, rateSums: listSuccessiveSums(rates).filter(({ kind }) => kind === "+") };
 }
 
 /** Return the sums of successive nodes, including each node alone. */
-function successiveSums(names: readonly Node[]): Node[] {
+function listSuccessiveSums(names: readonly Node[]): Node[] {
   return names.flatMap((_, start) =>
-    names.slice(start).map((_each, count) => sumOf(names.slice(start, start + count + 1))),
+    names.slice(start).map((_each, count) => addNodes(names.slice(start, start + count + 1))),
   );
 }
 
-const sumOf = (terms: readonly Node[]): Node => terms.reduce((total, term) => node("+", total, term));
+const addNodes = (terms: readonly Node[]): Node => terms.reduce((total, term) => node("+", total, term));
 
 /** Return sines and cosines of the angles with their values at a configuration. */
-export function wavesOf({ angles }: Library, configuration: SymbolValues): ValuedTree[] {
+export function listWaves({ angles }: Library, configuration: SymbolValues): ValuedTree[] {
   return angles.flatMap((angle) => [
-    withValue(call("sin", angle), configuration),
-    withValue(call("cos", angle), configuration),
+    evaluateTree(call("sin", angle), configuration),
+    evaluateTree(call("cos", angle), configuration),
   ]);
 }
 
-export const withValue = (tree: Node, configuration: SymbolValues): ValuedTree => ({
+export const evaluateTree = (tree: Node, configuration: SymbolValues): ValuedTree => ({
   tree,
   value: evaluate(tree, configuration).re,
 });
@@ -82,19 +82,19 @@ export interface Terms {
 }
 
 /** Return terms with products of up to two or three sines and cosines; of fewer if there were more than `maxTerms`. */
-export function termsOf(library: Library, configuration: SymbolValues, maxTerms = Infinity): Terms {
-  const waves = wavesOf(library, configuration);
-  const lengths = [ONE, ...library.lengths.map((length) => withValue(length, configuration))];
-  const rates = [...library.multipliers, ...library.rateSums].map((rate) => withValue(rate, configuration));
+export function buildTerms(library: Library, configuration: SymbolValues, maxTerms = Infinity): Terms {
+  const waves = listWaves(library, configuration);
+  const lengths = [ONE, ...library.lengths.map((length) => evaluateTree(length, configuration))];
+  const rates = [...library.multipliers, ...library.rateSums].map((rate) => evaluateTree(rate, configuration));
   const multipliers = (rates.length > 0 ? rates : [ONE]).flatMap((rate) =>
-    lengths.map((length) => times(length, rate)),
+    lengths.map((length) => multiplyTerms(length, rate)),
   );
   const allowsThree = library.angles.length <= MAX_ANGLES_FOR_THREE;
   let products = [ONE];
   let longestProducts = products.map((product) => ({ product, lastWave: 0 })); // waves by their indices
   for (let count = 0; count < (allowsThree ? 3 : 2); count += 1) {
     longestProducts = longestProducts.flatMap(({ product, lastWave }) =>
-      waves.slice(lastWave).map((wave, k) => ({ product: times(product, wave), lastWave: lastWave + k })),
+      waves.slice(lastWave).map((wave, k) => ({ product: multiplyTerms(product, wave), lastWave: lastWave + k })),
     );
     if ((products.length + longestProducts.length) * multipliers.length > maxTerms) break;
     products = [...products, ...longestProducts.map(({ product }) => product)];
@@ -104,7 +104,11 @@ export function termsOf(library: Library, configuration: SymbolValues, maxTerms 
 }
 
 /** Yield the terms whose absolute value equals that of `value`, up to a relative tolerance. */
-export function* termsNear({ multipliers, products }: Terms, value: number, tolerance: number): Generator<ValuedTree> {
+export function* findTermsNear(
+  { multipliers, products }: Terms,
+  value: number,
+  tolerance: number,
+): Generator<ValuedTree> {
   for (const multiplier of multipliers) {
     const target = Math.abs(value / multiplier.value);
     let [low, high] = [0, products.length];
@@ -116,14 +120,14 @@ export function* termsNear({ multipliers, products }: Terms, value: number, tole
     for (; low < products.length; low += 1) {
       const product = products[low] as ValuedTree;
       if (!(Math.abs(product.value) <= target * (1 + tolerance))) break;
-      yield times(product, multiplier);
+      yield multiplyTerms(product, multiplier);
     }
   }
 }
 
 const ONE: ValuedTree = { tree: integer(1), value: 1 };
 
-export function times(left: ValuedTree, right: ValuedTree): ValuedTree {
+export function multiplyTerms(left: ValuedTree, right: ValuedTree): ValuedTree {
   if (left === ONE) return right;
   return right === ONE ? left : { tree: node("*", left.tree, right.tree), value: left.value * right.value };
 }

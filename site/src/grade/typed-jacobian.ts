@@ -4,7 +4,8 @@ import { type NamedPose, type Part, type Problem, ROWS } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { parse } from "../read/reader.js";
 import { catchParseError, hasBlank } from "../read/tree.js";
-import { matrixOf, withShape } from "./forms.js";
+import { buildMatrix, checkShape } from "./forms.js";
+import { isVerdict } from "./verdict.js";
 
 /** A function that returns vx, vy, vz of each column of J at a pose (m/s at unit joint rate); null if undefined. */
 export type ColumnsAt = (pose: NamedPose) => readonly (readonly number[])[] | null;
@@ -12,7 +13,7 @@ export type ColumnsAt = (pose: NamedPose) => readonly (readonly number[])[] | nu
 const LINEAR_ROWS = ROWS.slice(0, 3);
 
 /** Return an answer to a question for J as a function of the pose; null for other questions or invalid answers. */
-export function typedColumns(problem: Problem, part: Part, answer: string): ColumnsAt | null {
+export function parseTypedColumns(problem: Problem, part: Part, answer: string): ColumnsAt | null {
   const { robot, symbols } = problem;
   const { key } = part;
   const rows = { jacobian: robot.task, "geometric-jacobian": ROWS }[part.kind];
@@ -20,8 +21,8 @@ export function typedColumns(problem: Problem, part: Part, answer: string): Colu
   const symbolNames = new Set(Object.keys(symbols));
   return catchParseError(
     () => {
-      const matrix = withShape(matrixOf(parse(answer, symbolNames), symbolNames, part.labels, key), key);
-      if ("outcome" in matrix || matrix.length !== rows.length || matrix.flat().some(hasBlank)) return null;
+      const matrix = checkShape(buildMatrix(parse(answer, symbolNames), symbolNames, part.labels, key), key);
+      if (isVerdict(matrix) || matrix.length !== rows.length || matrix.flat().some(hasBlank)) return null;
       const symbolValues = Object.fromEntries(
         Object.entries(symbols).flatMap(([name, { value }]) => (value === undefined ? [] : [[name, value]])),
       );

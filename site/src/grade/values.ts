@@ -1,32 +1,32 @@
 // Judge formulas by their values at the configurations of a key.
 
-import type { ValuesKey } from "../bank.js";
+import { findMistakeIndex, type ValuesKey } from "../bank.js";
 import { evaluate, type Value } from "../read/evaluate.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
-import { tableText } from "../read/tables.js";
+import { convertTable } from "../read/tables.js";
 import type { Node, Rows, SymbolValues } from "../read/tree.js";
 import {
   anyNode,
-  columnsOf,
-  digitsOfDecimals,
+  transposeRows,
+  countDigitsOfDecimals,
   hasBlank,
   isConstant,
-  namesIn,
-  placeOfEntry,
+  findNames,
+  locateEntry,
   visitNodes,
 } from "../read/tree.js";
 import { UNITS } from "../read/vocabulary.js";
 import { formatNumber, message, type Message, numberSeparator, say, type TextKey, withGreek } from "../text/text.js";
-import { shareUpToDeviations, shareOfEntries } from "./credit.js";
-import { entriesOf, isBlank, matrixOf, otherComponent } from "./forms.js";
-import { parseRowsOrTable, requireScalars, rightSide, withShape } from "./forms.js";
+import { computeShareForDeviations, computeShareOfEntries } from "./credit.js";
+import { extractEntries, isBlank, buildMatrix, findOtherComponent } from "./forms.js";
+import { parseRowsOrTable, requireScalars, takeRightSide, checkShape } from "./forms.js";
 import { findSlips } from "./slips.js";
-import { correct, listNames, missing, parseOrVerdict, type Verdict, verdictOf, wrong } from "./verdict.js";
+import { correct, isVerdict, listNames, missing, parseOrVerdict, type Verdict, verdictOf, wrong } from "./verdict.js";
 
-/** Tolerance for rounding errors, relative to the size of the terms. */
-const TOLERANCE = 1e-9;
-/** Relative tolerance for the fingerprint of a mistake, stored with six digits. */
+/** Tolerance for rounding errors, relative to the size of the terms (`Value.size`), or to the expected value. */
+const FORMULA_TOLERANCE = 1e-9;
+/** Tolerance for the fingerprint of a mistake, relative to the fingerprint, which is stored with six digits. */
 const FINGERPRINT_TOLERANCE = 2e-5;
 /** Mistakes have fingerprints at most at this many configurations, the first ones of the key. */
 const FINGERPRINT_COUNT = 3;
@@ -34,6 +34,9 @@ const FINGERPRINT_COUNT = 3;
 const NOTICEABLE = 100;
 /** If terms are at most this many times as large as the entry, rounding errors are far below the entry. */
 const MAX_CANCELLATION = 1e4;
+/** A larger value is infinite up to rounding errors. */
+const MIN_INFINITE = 1e12;
+/** Multiples of this number modulo 1 are spread evenly over the interval from 0 to 1. */
 const GOLDEN_RATIO = 0.6180339887498949;
 /** Functions with branches: two formulas with them may be equal in one region and differ in another. */
 const BRANCHING = new Set(["sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log"]);
@@ -48,30 +51,30 @@ type ValuesAt = (k: number) => EntryValues;
 export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], columnNames: Names = []): Verdict {
   if (!answer.trim()) return missing();
   const symbols = new Set(key.symbols);
-  const answerRows =
+  const rowsOrVerdict =
     key.rows * key.columns === 1
       ? parseOrVerdict(() => parseFormula(answer, symbols, labels))
       : parseRowsOrTable(
           (text) => {
             const tree = parse(text, symbols);
-            const rows = isBlank(tree) ? null : matrixOf(tree, symbols, labels, key, columnNames);
+            const rows = isBlank(tree) ? null : buildMatrix(tree, symbols, labels, key, columnNames);
             return rows && isTransposed(rows, key)
               ? judgeTransposed(rows, key)
-              : entriesOf(tree, key, symbols, labels, columnNames);
+              : extractEntries(tree, key, symbols, labels, columnNames);
           },
           answer,
-          () => tableText(answer, key.rows, key.columns),
+          () => convertTable(answer, key.rows, key.columns),
         );
-  return "outcome" in answerRows ? answerRows : parseOrVerdict(() => judgeEntries(answerRows, key));
+  return isVerdict(rowsOrVerdict) ? rowsOrVerdict : parseOrVerdict(() => judgeEntries(rowsOrVerdict, key));
 }
 
 /** Parse an answer of one entry; if a decimal comma makes it a list, as in 0,5, commas are read as points. */
 function parseFormula(answer: string, symbols: ReadonlySet<string>, labels: readonly string[]): Rows | Verdict {
   const typed = parse(answer, symbols);
   if (isBlank(typed)) return missing();
-  const otherName = otherComponent(typed, labels);
+  const otherName = findOtherComponent(typed, labels);
   if (otherName) return wrong("read.component", { other: otherName, asked: labels[0] as string });
-  const tree = rightSide(onlyEntry(rightSide(typed, symbols, labels)), symbols, labels);
+  const tree = takeRightSide(unwrapOnlyEntry(takeRightSide(typed, symbols, labels)), symbols, labels);
   const withDecimalPoints = readCommasAsPoints(answer);
   if (tree.kind === "list" && withDecimalPoints !== answer)
     return parseOrVerdict(() => parseFormula(withDecimalPoints, symbols, labels));
@@ -79,9 +82,9 @@ function parseFormula(answer: string, symbols: ReadonlySet<string>, labels: read
 }
 
 /** Return the entry of Matrix([a]), [a] or [[a]]: a matrix of one entry is read as this entry. */
-function onlyEntry(tree: Node): Node {
+function unwrapOnlyEntry(tree: Node): Node {
   const [only] = tree.args;
-  return tree.kind === "list" && tree.args.length === 1 && only ? onlyEntry(only) : tree;
+  return tree.kind === "list" && tree.args.length === 1 && only ? unwrapOnlyEntry(only) : tree;
 }
 
 /** Return whether a matrix has the expected shape when transposed. */
@@ -93,21 +96,21 @@ function isTransposed(rows: Rows, key: ValuesKey): boolean {
 
 /** Return the verdict on a transposed matrix; it says whether the transposition is the only mistake. */
 function judgeTransposed(rows: Node[][], key: ValuesKey): Verdict {
-  const isRight = judgeEntries(requireScalars(columnsOf(rows)), key).outcome === "correct";
+  const isRight = judgeEntries(requireScalars(transposeRows(rows)), key).outcome === "correct";
   const slip = message(isRight ? "slip.transposed" : "slip.turned");
-  return { ...(withShape(rows, key) as Verdict), slips: [slip] };
+  return { ...(checkShape(rows, key) as Verdict), slips: [slip] };
 }
 
 function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdict {
   if (key.points.length === 0) throw new Error("a key without configurations"); // else every answer would be right
   const entries = rows.flat();
-  const isBlankEntry = entries.map(hasBlank);
-  const names = namesIn(...entries);
+  const blankFlags = entries.map(hasBlank);
+  const names = findNames(...entries);
   const valuesByPoint: EntryValues[] = [];
   // a wrong answer differs at one of the first configurations, so later values are computed only when needed
-  const configurationAt = (k: number) => configurationOf(key, k, names);
+  const configurationAt = (k: number) => getConfiguration(key, k, names);
   const evaluateEntries = (configuration: SymbolValues) =>
-    entries.map((entry, i) => (isBlankEntry[i] ? null : evaluate(entry, configuration)));
+    entries.map((entry, i) => (blankFlags[i] ? null : evaluate(entry, configuration)));
   const valuesAt = (k: number) => (valuesByPoint[k] ??= evaluateEntries(configurationAt(k)));
   const expectedAt = (i: number, k: number) => key.right[i]?.[k] ?? null;
   const scales = key.right.map((values) => Math.max(...values.map((value) => Math.abs(value ?? 0))));
@@ -116,20 +119,20 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
     key.points.findIndex((_point, k) => !isExpected(valuesAt(k)[i] ?? null, expectedAt(i, k))),
   );
   if (firstDifferences.every((k) => k < 0))
-    return verdictOnAgreement(
+    return correctOrUnsure(
       entries,
       message("verdict.values", { points: key.points.length }),
       Array.from(key.points.keys(), valuesAt),
     );
-  const isRightEntry = firstDifferences.map((k) => k < 0);
-  const isZero = scales.map((scale) => scale === 0 && largest > 0);
-  const deviation = isBlankEntry.some(Boolean) ? null : deviationOf(valuesAt, key, isZero, isRightEntry);
+  const rightFlags = firstDifferences.map((k) => k < 0);
+  const zeroFlags = scales.map((scale) => scale === 0 && largest > 0);
+  const deviation = blankFlags.some(Boolean) ? null : findDeviation(valuesAt, key, zeroFlags, rightFlags);
   const movingEntries = key.moving ?? [];
-  const areMovingEntriesWrong = movingEntries.length > 0 && !movingEntries.some((i) => isRightEntry[i]);
+  const areMovingEntriesWrong = movingEntries.length > 0 && !movingEntries.some((i) => rightFlags[i]);
   const shareByEntries =
-    isRightEntry.length === 1 || areMovingEntriesWrong ? 0 : shareOfEntries(isRightEntry, isZero, isBlankEntry);
-  const share = Math.max(shareByEntries, deviation === null ? 0 : shareUpToDeviations(deviation.count));
-  const isRightByRow = rows.map((row, r) => row.map((_, c) => isRightEntry[r * row.length + c] as boolean));
+    rightFlags.length === 1 || areMovingEntriesWrong ? 0 : computeShareOfEntries(rightFlags, zeroFlags, blankFlags);
+  const share = Math.max(shareByEntries, deviation === null ? 0 : computeShareForDeviations(deviation.count));
+  const isRightByRow = rows.map((row, r) => row.map((_, c) => rightFlags[r * row.length + c] as boolean));
   const firstWrong = firstDifferences.findIndex((k) => k >= 0);
   const firstPoint = firstDifferences[firstWrong] as number;
   const unknownMessage = findUnknownSymbols(names, key);
@@ -139,7 +142,7 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
   const mistake = findMistake(valuesAt, key.mistakes, key);
   const isRight = (i: number, entry: Node) =>
     key.points.every((_, k) => isExpected(evaluate(entry, configurationAt(k)), expectedAt(i, k)));
-  const wrongIndices = firstDifferences.flatMap((k, i) => (k >= 0 && !isBlankEntry[i] ? [i] : []));
+  const wrongIndices = firstDifferences.flatMap((k, i) => (k >= 0 && !blankFlags[i] ? [i] : []));
   const findMistakeIn = (places: ReadonlySet<number>) => findMistake(valuesAt, key.mistakes, key, places);
   const isUnexplained = mistake === undefined && wrongIndices.length > 0;
   const explanation = isUnexplained
@@ -150,10 +153,10 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
     explanation && !explanation.explainsAll ? findMistake(valuesAt, key.throughout ?? [], key) : mistake;
   const slips = finalMistake === undefined && explanation?.slips.length ? explanation.slips : undefined;
   const deviationMessages = deviation === null ? [] : [message(deviation.key)];
-  const countMessages = unknownMessage && !isRightEntry.some(Boolean) ? [] : countRightEntries(isRightEntry, isZero);
+  const countMessages = unknownMessage && !rightFlags.some(Boolean) ? [] : countRightEntries(rightFlags, zeroFlags);
   return verdictOf(share, [...deviationMessages, ...countMessages, reason], {
     entries: isRightByRow,
-    counterexample: configurationOf(key, firstPoint, NO_NAMES),
+    counterexample: getConfiguration(key, firstPoint),
     mistake: finalMistake,
     slips,
   });
@@ -162,15 +165,15 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
 /** Return whether a value is the expected one; null is expected if the entry is undefined at the configuration. */
 function isExpected(value: Value | null, expected: number | null): boolean {
   if (!value) return false;
-  if (expected === null) return !isFinite(value.re) || Math.abs(value.re) > 1e12;
-  const tolerance = TOLERANCE * Math.max(value.size, Math.abs(expected), 1e-300);
+  if (expected === null) return !isFinite(value.re) || Math.abs(value.re) > MIN_INFINITE;
+  const tolerance = FORMULA_TOLERANCE * Math.max(value.size, Math.abs(expected), 1e-300);
   return (
     Number.isFinite(value.re) && Number.isFinite(value.im) && Math.hypot(value.re - expected, value.im) <= tolerance
   );
 }
 
 /** Return the verdict on entries that are right at all configurations; it is unsure if these may hide a difference. */
-export function verdictOnAgreement(
+export function correctOrUnsure(
   entries: readonly Node[],
   sureReason: Message,
   values: readonly EntryValues[],
@@ -178,16 +181,16 @@ export function verdictOnAgreement(
   const points = values.length;
   const functions = new Set<string>();
   for (const entry of entries) visitNodes(entry, ({ text }) => BRANCHING.has(text) && functions.add(text));
-  const digits = Math.max(...entries.map(digitsOfDecimals));
+  const digits = Math.max(...entries.map(countDigitsOfDecimals));
   if (digits > 8 && digits < 16) return correct(message("verdict.decimals", { points, digits }), false);
-  const hidingNumber = entries.map(extremeNumber).find((number) => number !== null) ?? cancellationSize(values);
+  const hidingNumber = entries.map(findExtremeNumber).find((number) => number !== null) ?? findCancellationSize(values);
   if (hidingNumber) return correct(message("verdict.out-of-sight", { points, number: hidingNumber }), false);
   if (functions.size === 0) return correct(sureReason);
   return correct(message("verdict.branches", { points, functions: [...functions].sort().join(", ") }), false);
 }
 
 /** Return a number or power so small or large that nine digits can't distinguish it from zero or infinity; or null. */
-function extremeNumber(tree: Node): string | null {
+function findExtremeNumber(tree: Node): string | null {
   let text: string | null = null;
   anyNode(tree, (node) => {
     const isNumber = node.kind === "number" || node.kind === "decimal";
@@ -201,7 +204,7 @@ function extremeNumber(tree: Node): string | null {
 }
 
 /** Return the size of an entry's terms if they cancel so far that rounding errors may hide a difference; else null. */
-function cancellationSize(values: readonly EntryValues[]): string | null {
+function findCancellationSize(values: readonly EntryValues[]): string | null {
   const maxByEntry = (sizeOf: (value: Value) => number) =>
     (values[0] ?? []).map((_, i) =>
       Math.max(...values.map((entryValues) => (entryValues[i] ? sizeOf(entryValues[i]) : 0))),
@@ -218,16 +221,16 @@ function cancellationSize(values: readonly EntryValues[]): string | null {
 type Deviation = { readonly count: 1 | 2; readonly key: TextKey };
 
 /** Return the deviation if all wrong entries are right up to signs, a constant factor, or both; else null. */
-function deviationOf(
+function findDeviation(
   valuesAt: ValuesAt,
   key: ValuesKey,
-  isZero: readonly boolean[],
-  isRight: readonly boolean[],
+  zeroFlags: readonly boolean[],
+  rightFlags: readonly boolean[],
 ): Deviation | null {
   const movingEntries = key.moving ?? [];
-  const wrongIndices = isRight.flatMap((right, i) => (right ? [] : [i]));
-  const isOneNumber = movingEntries.length === 0 && isZero.filter((zero) => !zero).length === 1;
-  if (isOneNumber || wrongIndices.some((i) => isZero[i])) return null;
+  const wrongIndices = rightFlags.flatMap((isRight, i) => (isRight ? [] : [i]));
+  const isOneNumber = movingEntries.length === 0 && zeroFlags.filter((isZero) => !isZero).length === 1;
+  if (isOneNumber || wrongIndices.some((i) => zeroFlags[i])) return null;
   const ratios: number[] = [];
   let expectedSigns: readonly number[] = [];
   for (let k = 0; k < key.points.length; k += 1) {
@@ -242,17 +245,18 @@ function deviationOf(
     ratios.push(ratio);
   }
   const constants = (key.constants ?? []).slice(0, MAX_CONSTANTS).map((name) => key.symbols.indexOf(name));
-  for (const powers of powersOf(constants.length)) {
+  for (const powers of listPowers(constants.length)) {
     const factors = ratios.map((ratio, k) =>
       powers.reduce((product, power, j) => product * (key.points[k]?.[constants[j]!] ?? NaN) ** power, ratio),
     );
     const [firstFactor] = factors as [number];
-    if (!(Math.abs(firstFactor) > TOLERANCE) || !factors.every((factor) => isNear(factor, firstFactor))) continue;
+    if (!(Math.abs(firstFactor) > FORMULA_TOLERANCE) || !factors.every((factor) => isNear(factor, firstFactor)))
+      continue;
     const hasFactor = powers.some((power) => power !== 0) || !isNear(firstFactor, 1);
     const hasWrongSign = expectedSigns.includes(-1);
     if (!hasWrongSign && !hasFactor) return null;
     if (hasFactor && !wrongIndices.some((i) => movingEntries.includes(i))) return null; // any number would be right up to a factor
-    const hasSeveralEntries = isRight.length > 1;
+    const hasSeveralEntries = rightFlags.length > 1;
     if (hasWrongSign && hasFactor)
       return { count: 2, key: hasSeveralEntries ? "verdict.but-signs-both" : "verdict.but-both" };
     if (!hasWrongSign) return { count: 1, key: "verdict.but-factor" };
@@ -266,18 +270,19 @@ const MAX_CONSTANTS = 5;
 /** Powers of these lengths; `qdot grade` accepts any factor that no joint changes. */
 const POWERS = [0, 1, -1, 0.5, -0.5];
 
-const isNear = (a: number, b: number): boolean => Math.abs(a - b) <= TOLERANCE * Math.abs(b);
+const isNear = (a: number, b: number): boolean => Math.abs(a - b) <= FORMULA_TOLERANCE * Math.abs(b);
 
 /** Return all combinations of such powers for a number of symbols. */
-function powersOf(count: number): number[][] {
-  return count === 0 ? [[]] : powersOf(count - 1).flatMap((rest) => POWERS.map((power) => [power, ...rest]));
+function listPowers(count: number): number[][] {
+  return count === 0 ? [[]] : listPowers(count - 1).flatMap((rest) => POWERS.map((power) => [power, ...rest]));
 }
 
-/** Return a message on how many nonzero entries of several are right. */
-function countRightEntries(isRight: readonly boolean[], isZero: readonly boolean[]): Message[] {
-  const isNonzeroRight = isRight.filter((_, i) => !isZero[i]);
-  if (isRight.length === 1) return [];
-  return [message("verdict.entries", { right: isNonzeroRight.filter(Boolean).length, count: isNonzeroRight.length })];
+/** Return a message on how many nonzero entries are right; an empty list if there is only one entry. */
+function countRightEntries(rightFlags: readonly boolean[], zeroFlags: readonly boolean[]): Message[] {
+  if (rightFlags.length === 1) return [];
+  const nonzeroRightFlags = rightFlags.filter((_, i) => !zeroFlags[i]);
+  const right = nonzeroRightFlags.filter(Boolean).length;
+  return [message("verdict.entries", { right, count: nonzeroRightFlags.length })];
 }
 
 function describeDifference(
@@ -287,13 +292,13 @@ function describeDifference(
   key: ValuesKey,
   k: number,
 ): Message {
-  const place = placeOfEntry(i, key.columns);
+  const place = locateEntry(i, key.columns);
   if (!value) return message("verdict.blank", place);
   const expected = key.right[i]?.[k] ?? null;
   const values = {
-    at: configurationText(valuesForStudent(key, k, entries[i] as Node)),
-    yours: complexText(value),
-    expected: numberText(expected),
+    at: writeConfiguration(listValuesForStudent(key, k, entries[i] as Node)),
+    yours: writeComplexNumber(value),
+    expected: writeNumber(expected),
   };
   return entries.length === 1 ? message("verdict.differs", values) : message("verdict.entry", { ...place, ...values });
 }
@@ -310,11 +315,11 @@ function findMistake(
       if (places && !places.has(i)) return key.right[i]?.[k] ?? NaN;
       return value && value.im === 0 ? value.re : NaN;
     });
-  const fingerprintOf = (values: readonly number[]) =>
-    values.reduce((total, value, i) => total + fingerprintWeight(i) * value, 0);
-  const fingerprints = key.points.slice(0, FINGERPRINT_COUNT).map((_, k) => fingerprintOf(valuesAtPlaces(k)));
-  const difference = (k: number) => fingerprints[k]! - fingerprintOf(key.right.map((values) => values[k] ?? NaN));
-  const mistake = mistakes.find(([, ...mistakenFingerprints]) =>
+  const computeFingerprint = (values: readonly number[]) =>
+    values.reduce((total, value, i) => total + computeFingerprintWeight(i) * value, 0);
+  const fingerprints = key.points.slice(0, FINGERPRINT_COUNT).map((_, k) => computeFingerprint(valuesAtPlaces(k)));
+  const difference = (k: number) => fingerprints[k]! - computeFingerprint(key.right.map((values) => values[k] ?? NaN));
+  return findMistakeIndex(mistakes, (mistakenFingerprints) =>
     mistakenFingerprints.every((fingerprint, k) => {
       const tolerance = FINGERPRINT_TOLERANCE * Math.max(Math.abs(fingerprint), 1e-9);
       // a part must make a difference that is not lost in the other entries
@@ -324,30 +329,30 @@ function findMistake(
       );
     }),
   );
-  return mistake?.[0];
 }
 
 /** Return the weight of an entry in the fingerprint of an answer, as in ../../../exercises/site/keys.py. */
-export const fingerprintWeight = (index: number): number => 1 + ((index * GOLDEN_RATIO) % 1);
+export const computeFingerprintWeight = (index: number): number => 1 + ((index * GOLDEN_RATIO) % 1);
 
-/** Return the values of all symbols at configuration k; an unknown name gets an arbitrary number. */
-export function configurationOf(key: ValuesKey, k: number, names: ReadonlySet<string>): SymbolValues {
+const NO_NAMES: ReadonlySet<string> = new Set();
+
+/** Return the values of all symbols at configuration k, and an arbitrary number for each other name in an answer. */
+export function getConfiguration(key: ValuesKey, k: number, names = NO_NAMES): SymbolValues {
   const values: Record<string, number> = {};
-  for (const unknown of names) values[unknown] = arbitraryNumber(unknown, k);
+  for (const unknown of names) values[unknown] = makeArbitraryNumber(unknown, k);
   key.symbols.forEach((symbol, i) => (values[symbol] = key.points[k]?.[i] ?? NaN));
   return values;
 }
 
-const NO_NAMES: ReadonlySet<string> = new Set();
-
-export function arbitraryNumber(name: string, k: number): number {
+/** Return a number from 0.3 to 1.7 that depends only on a name and on the index of a configuration. */
+export function makeArbitraryNumber(name: string, k: number): number {
   const hash = [...name].reduce((sum, sign) => (sum * 31 + (sign.codePointAt(0) ?? 0)) % 9973, 7 + k);
   return 0.3 + ((hash * GOLDEN_RATIO) % 1.4);
 }
 
 /** Return the values with which a student can check an entry at configuration k. */
-function valuesForStudent(key: ValuesKey, k: number, entry: Node): SymbolValues {
-  const used = namesIn(entry);
+function listValuesForStudent(key: ValuesKey, k: number, entry: Node): SymbolValues {
+  const used = findNames(entry);
   const isMoving = [...used].some(isRate);
   const relevant = key.symbols.filter(
     (symbol) =>
@@ -360,16 +365,17 @@ function valuesForStudent(key: ValuesKey, k: number, entry: Node): SymbolValues 
   return Object.fromEntries(relevant.map((symbol) => [symbol, key.points[k]?.[key.symbols.indexOf(symbol)] ?? NaN]));
 }
 
-export function configurationText(configuration: SymbolValues): string {
+export function writeConfiguration(configuration: SymbolValues): string {
   return Object.entries(configuration)
     .map(
-      ([symbol, value]) => `${withGreek(symbol)} = ${formatNumber(asShownOnSliders(symbol, value))}${unitOf(symbol)}`,
+      ([symbol, value]) =>
+        `${withGreek(symbol)} = ${formatNumber(convertToSliderValue(symbol, value))}${unitOf(symbol)}`,
     )
     .join(numberSeparator());
 }
 
 /** Return a joint angle in degrees within a turn, as the page's sliders show it; other values unchanged. */
-function asShownOnSliders(symbol: string, value: number): number {
+function convertToSliderValue(symbol: string, value: number): number {
   if (!isAngle(symbol)) return value;
   const degrees = (value * 180) / Math.PI;
   return Number((degrees - 360 * Math.round(degrees / 360)).toFixed(1));
@@ -393,12 +399,12 @@ export function findUnknownSymbols(names: ReadonlySet<string>, key: ValuesKey): 
   return message("read.unknown", { names: listNames(unknown), known: knownSymbols });
 }
 
-function numberText(value: number | null): string {
+function writeNumber(value: number | null): string {
   return value === null || !isFinite(value) ? say("verdict.undefined") : formatNumber(value);
 }
 
-function complexText({ re, im, size }: Value): string {
-  if (!Number.isFinite(re) || !Number.isFinite(im)) return numberText(null);
-  if (Math.abs(im) <= TOLERANCE * size) return numberText(re);
-  return `${numberText(re)} ${im < 0 ? "−" : "+"} ${numberText(Math.abs(im))} i`;
+function writeComplexNumber({ re, im, size }: Value): string {
+  if (!Number.isFinite(re) || !Number.isFinite(im)) return writeNumber(null);
+  if (Math.abs(im) <= FORMULA_TOLERANCE * size) return writeNumber(re);
+  return `${writeNumber(re)} ${im < 0 ? "−" : "+"} ${writeNumber(Math.abs(im))} i`;
 }

@@ -20,6 +20,9 @@ export interface Verdict {
   readonly slips?: readonly Slip[] | undefined;
 }
 
+/** Return whether a result is a verdict, because the answer was refused before it was judged. */
+export const isVerdict = (result: object): result is Verdict => "outcome" in result;
+
 /** A message; or a known mistake (an index as in `Verdict`), with its place if it was made only there. */
 export type Slip = Message | { readonly mistake: number; readonly where?: Message };
 

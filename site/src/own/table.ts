@@ -4,8 +4,8 @@
 
 import { nameJoint, ROWS, type TaskRow } from "../bank.js";
 import { parse } from "../read/reader.js";
-import { realValue } from "../read/real.js";
-import { anyNode, catchParseError, namesIn, type Node, ParseError, type SymbolValues } from "../read/tree.js";
+import { evaluateRealTree } from "../read/real.js";
+import { anyNode, catchParseError, findNames, type Node, ParseError, type SymbolValues } from "../read/tree.js";
 import { type Message, message } from "../text/text.js";
 
 export const CONVENTIONS = ["dh", "modified-dh"] as const;
@@ -155,9 +155,10 @@ export function parseVariable(text: string, kind: Kind, index: number, angles: A
   const names = [nameVariable(index), nameJoint({ kind }, index)];
   const tree = parseCell(text, new Set(names));
   refuseOtherNames(tree, new Set(names));
-  const usedNames = [...namesIn(tree)].filter((name) => names.includes(name));
+  const usedNames = [...findNames(tree)].filter((name) => names.includes(name));
   if (usedNames.length === 0) return [evaluateInUnit(tree, {}, angles), false];
-  const evaluateAt = (value: number): number => realValue(tree, Object.fromEntries(names.map((name) => [name, value])));
+  const evaluateAt = (value: number): number =>
+    evaluateRealTree(tree, Object.fromEntries(names.map((name) => [name, value])));
   const [constantPart, valueAtOne, atTwo, distant] = [evaluateAt(0), evaluateAt(1), evaluateAt(2), evaluateAt(-7.5)];
   const slope = valueAtOne - constantPart;
   const isLinear = [atTwo - constantPart - 2 * slope, distant - constantPart + 7.5 * slope].every(
@@ -173,7 +174,7 @@ export function parseVariable(text: string, kind: Kind, index: number, angles: A
 const EXAMPLES = { length: "0.2", degrees: "90", radians: "pi/2" } as const;
 
 function refuseOtherNames(tree: Node, symbols: ReadonlySet<string>): void {
-  const unknownNames = [...namesIn(tree)].filter((name) => !symbols.has(name));
+  const unknownNames = [...findNames(tree)].filter((name) => !symbols.has(name));
   if (unknownNames.length > 0) throw new ParseError("own.letters", { names: unknownNames.join(", ") });
 }
 
@@ -181,7 +182,7 @@ function refuseOtherNames(tree: Node, symbols: ReadonlySet<string>): void {
 const ANGLE_FUNCTIONS = /^(a?(sin|cos|tan)|atan2)$/;
 
 function evaluateInUnit(tree: Node, values: SymbolValues, angles: Angles | null): number {
-  const value = requireFinite(realValue(tree, values));
+  const value = requireFinite(evaluateRealTree(tree, values));
   refuseOtherUnit(value, angles, tree);
   return convertToRadians(value, angles);
 }

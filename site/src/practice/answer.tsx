@@ -8,7 +8,7 @@ import type { Part, Problem } from "../bank.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parseAnswer } from "../grade/forms.js";
 import { parse } from "../read/reader.js";
-import { catchParseError, placeOfEntry } from "../read/tree.js";
+import { catchParseError, locateEntry } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
 import { useDebounced } from "../scheduling.js";
 import { textOf, say } from "../text/text.js";
@@ -126,7 +126,7 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: AnswerProp
     changeEntries(pasted);
   };
   const describeEntry = (i: number) =>
-    say(columns === 1 ? "answer.component" : "answer.entry", placeOfEntry(i, columns));
+    say(columns === 1 ? "answer.component" : "answer.entry", locateEntry(i, columns));
   return (
     <Fields problem={problem} part={part} hasSymbols={part.key.type !== "numbers"}>
       <Grid rows={rows} columns={columns} labels={part.grid} onPaste={pasteMatrix}>

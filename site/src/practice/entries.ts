@@ -1,14 +1,14 @@
 // Convert the entries of a vector or matrix in its grid to text, and text in any form of a matrix to entries (by rows).
 
 import { readCommasAsPoints } from "../read/points.js";
-import { tableText } from "../read/tables.js";
-import { inRows } from "../read/tree.js";
+import { convertTable } from "../read/tables.js";
+import { splitIntoRows } from "../read/tree.js";
 
 /** Return entries as the text of a matrix; an empty entry is a blank, and 0,5 in an entry is one number. */
 export function writeMatrix(entries: readonly string[], columns: number): string {
   if (entries.every((entry) => !entry.trim())) return "";
   const typedEntries = entries.map((entry) => readCommasAsPoints(entry).trim() || "blank");
-  return `[${inRows(typedEntries, columns)
+  return `[${splitIntoRows(typedEntries, columns)
     .map((row) => `[${row.join(", ")}]`)
     .join(", ")}]`;
 }
@@ -17,7 +17,7 @@ export function writeMatrix(entries: readonly string[], columns: number): string
 export function parseEntries(text: string, rows: number, columns: number): string[] | null {
   return (
     parseBracketedEntries(text, rows, columns) ??
-    parseBracketedEntries(tableText(text, rows, columns) ?? "", rows, columns)
+    parseBracketedEntries(convertTable(text, rows, columns) ?? "", rows, columns)
   );
 }
 

@@ -6,7 +6,7 @@ import { useState } from "preact/hooks";
 
 import { Button, Choice, optionsOf } from "../controls.js";
 import type { Index, Part, Problem } from "../bank.js";
-import { atLeast } from "../grade/levels.js";
+import { isAtLeast } from "../grade/levels.js";
 import { useLoaded } from "../scheduling.js";
 import { loadProblem, loadSolutions } from "../load.js";
 import { parse } from "../read/reader.js";
@@ -46,7 +46,7 @@ type SheetArm = { readonly problem: Problem; readonly questions: readonly SheetQ
 type SheetProps = { index: Index; wish: Wish; initialSheet: SheetWish };
 
 export function Sheet({ index, wish, initialSheet }: SheetProps): JSX.Element {
-  const hasSolutions = atLeast(index.feedback, "solutions"); // else there are no answers in the bank
+  const hasSolutions = isAtLeast(index.feedback, "solutions"); // else there are no answers in the bank
   const [sheet, setSheet] = useState({ ...initialSheet, hasKey: initialSheet.hasKey && hasSolutions });
   const listSheetItems = (): readonly Item[] => listSetItems(index, { ...wish, count: sheet.count });
   const { loaded: arms, error } = useLoaded(() => loadArms(listSheetItems(), hasSolutions), [sheet.count]);

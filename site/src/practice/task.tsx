@@ -9,7 +9,7 @@ import { createSingularityTest } from "../arm/is-singular.js";
 import type { Stage } from "../arm/stage.js";
 import type { View } from "../arm/view.js";
 import { type Factor, nameJoint, type Part, type Problem, type Solutions } from "../bank.js";
-import { atLeast, lowerLevel, type Level, limitVerdict } from "../grade/levels.js";
+import { isAtLeast, chooseLowerLevel, type Level, limitVerdict } from "../grade/levels.js";
 import type { ColumnsAt } from "../grade/typed-jacobian.js";
 import { isParsed, type Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
@@ -105,7 +105,7 @@ export function Task(props: TaskProps): JSX.Element {
     [ownColumns],
   );
   const [factors, setFactors] = useState<readonly Factor[]>([]);
-  const showsFactors = step === 3 && mayShowFactors && !wouldReveal && atLeast(level, "solutions");
+  const showsFactors = step === 3 && mayShowFactors && !wouldReveal && isAtLeast(level, "solutions");
   useEffect(() => {
     if (!showsFactors) return;
     loadSolutions(item.family, item.key).then(
@@ -127,10 +127,10 @@ export function Task(props: TaskProps): JSX.Element {
     const grading = await loadGrading().catch((error: unknown) => setLoadError(String(error)));
     if (!grading) return;
     const fullVerdict = grading.judge(problem, part, answer, isSingular);
-    const shownVerdict = limitVerdict(fullVerdict, lowerLevel(level, maxLevel));
+    const shownVerdict = limitVerdict(fullVerdict, chooseLowerLevel(level, maxLevel));
     setVerdict(shownVerdict);
     const isDrawn =
-      fullVerdict.outcome !== "correct" && fullVerdict.outcome !== "missing" && atLeast(level, "counterexample");
+      fullVerdict.outcome !== "correct" && fullVerdict.outcome !== "missing" && isAtLeast(level, "counterexample");
     const columns = isDrawn ? grading.ownColumns(problem, part, answer) : null;
     setOwnColumns(() => columns);
     const isNew = answer !== lastJudged.current && !(isSolutionShown && fullVerdict.outcome === "correct");
@@ -183,7 +183,7 @@ export function Task(props: TaskProps): JSX.Element {
         item={item}
         part={part}
         lang={problem.lang}
-        hasSolutions={atLeast(level, "solutions")}
+        hasSolutions={isAtLeast(level, "solutions")}
         isSolved={isDone}
         onHint={() => (hasSeenHints.current = true)}
         onSolution={() => {

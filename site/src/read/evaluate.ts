@@ -35,16 +35,16 @@ const minus = (x: Scalar): Scalar => (typeof x === "number" ? -x : x.neg());
 
 /** Return the value of a tree with these values of names, NaN if undefined. Throws ParseError if it is no scalar. */
 export function evaluate(tree: Node, values: SymbolValues): Value {
-  const value = valueOf(tree, values);
+  const value = evaluateNode(tree, values);
   return typeof value === "number"
     ? { re: value, im: 0, size: latestSize }
     : { re: value.re, im: value.im, size: latestSize };
 }
 
-/** The size of the last result of `valueOf`. Returning a pair for each node would take longer than everything else. */
+/** The size of the last result of `evaluateNode`. Returning a pair for each node would take longer than everything else. */
 let latestSize = 0;
 
-function valueOf(tree: Node, values: SymbolValues): Scalar {
+function evaluateNode(tree: Node, values: SymbolValues): Scalar {
   switch (tree.kind) {
     case "number":
     case "decimal":
@@ -56,31 +56,31 @@ function valueOf(tree: Node, values: SymbolValues): Scalar {
       return value;
     }
     case "neg":
-      return minus(argumentValue(tree, 0, values));
+      return minus(evaluateArgument(tree, 0, values));
     case "+":
     case "-":
-      return chainValue(tree, values, "+-");
+      return evaluateChain(tree, values, "+-");
     case "*":
     case "/":
-      return chainValue(tree, values, "*/");
+      return evaluateChain(tree, values, "*/");
     case "^":
-      return powerValue(tree, values);
+      return evaluatePower(tree, values);
     case "call":
-      return callValue(tree, values);
+      return evaluateCall(tree, values);
     default:
       throw new ParseError("read.no-expression", { what: message(KIND_NAMES[tree.kind] ?? "read.a-condition") });
   }
 }
 
 /** Return the value of a sum or product along its left spine, without recursion: a long one would exhaust the stack. */
-function chainValue(tree: Node, values: SymbolValues, kinds: string): Scalar {
+function evaluateChain(tree: Node, values: SymbolValues, kinds: string): Scalar {
   const spine: Node[] = [];
   let top = tree;
   for (; kinds.includes(top.kind); top = top.args[0] as Node) spine.push(top);
-  let total = valueOf(top, values);
+  let total = evaluateNode(top, values);
   let totalSize = latestSize;
   for (const operation of spine.reverse()) {
-    const x = argumentValue(operation, 1, values);
+    const x = evaluateArgument(operation, 1, values);
     if (operation.kind === "+") total = plus(total, x);
     else if (operation.kind === "-") total = plus(total, minus(x));
     else if (operation.kind === "*") total = times(total, x);
@@ -94,14 +94,14 @@ function chainValue(tree: Node, values: SymbolValues, kinds: string): Scalar {
   return total;
 }
 
-function argumentValue(tree: Node, index: number, values: SymbolValues): Scalar {
-  return valueOf(tree.args[index] as Node, values);
+function evaluateArgument(tree: Node, index: number, values: SymbolValues): Scalar {
+  return evaluateNode(tree.args[index] as Node, values);
 }
 
-function powerValue(tree: Node, values: SymbolValues): Scalar {
-  const x = argumentValue(tree, 0, values);
+function evaluatePower(tree: Node, values: SymbolValues): Scalar {
+  const x = evaluateArgument(tree, 0, values);
   const sizeOfX = latestSize;
-  const y = argumentValue(tree, 1, values);
+  const y = evaluateArgument(tree, 1, values);
   const sizeOfY = latestSize;
   const value = power(x, y);
   if (typeof y === "number" && Number.isInteger(y) && y > 0) {
@@ -123,11 +123,11 @@ function isWholeNumber(exponent: Node): boolean {
   return exponent.kind === "number" || (exponent.kind === "neg" && exponent.args[0]?.kind === "number");
 }
 
-function callValue(tree: Node, values: SymbolValues): Scalar {
-  const x = argumentValue(tree, 0, values);
+function evaluateCall(tree: Node, values: SymbolValues): Scalar {
+  const x = evaluateArgument(tree, 0, values);
   const sizeOfX = latestSize;
   if (tree.text === "atan2") {
-    const y = argumentValue(tree, 1, values);
+    const y = evaluateArgument(tree, 1, values);
     const areReal = typeof x === "number" && typeof y === "number";
     latestSize = areReal ? 1 + (sizeOfX * Math.abs(y) + latestSize * Math.abs(x)) / (x * x + y * y) : NaN;
     return areReal ? Math.atan2(x, y) : NaN;

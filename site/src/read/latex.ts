@@ -13,7 +13,7 @@ const CONTINUATION_TOKENS = new Set(["", "=", "+", "-", "*", "/", ")", "]", ...l
 const SUM_OF_DIGITS = wholePattern("sum_of_digits");
 const ROW_HEIGHT = compile(`^${VOCABULARY.patterns.height_of_row}`);
 
-export const latexAsText = (text: string): string => new Converter(text.match(TOKEN) ?? []).convertUntil([]);
+export const convertLatex = (text: string): string => new Converter(text.match(TOKEN) ?? []).convertUntil([]);
 
 /** Converts a formula token by token. */
 class Converter {

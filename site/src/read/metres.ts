@@ -22,7 +22,7 @@ interface Visit {
 }
 
 /** Return a tree without the unit m after a number, list or product; with pi or an angle, m is an integer. */
-export function withoutMetres(tree: Node): Node {
+export function removeMetres(tree: Node): Node {
   const results: Node[] = [];
   const pending: Visit[] = [{ node: tree, areArgsDone: false, isWholeNumber: false, isLast: true }];
   for (let visit = pending.pop(); visit; visit = pending.pop()) {

@@ -27,10 +27,10 @@ const INDEXED_JOINT = compile(`^(${[...JOINT_SYMBOLS.keys()].join("|")})([0-9]{1
 /** A part of a typed name. `parts`: the name of a symbol or function, or the angles that "sin", "cos" or "sum" adds. */
 export type Piece = { readonly kind: "name" | "function" | "sin" | "cos" | "sum"; readonly parts: readonly string[] };
 
-const namePiece = (symbol: string): Piece => ({ kind: "name", parts: [symbol] });
+const makeNamePiece = (symbol: string): Piece => ({ kind: "name", parts: [symbol] });
 
 /** Return a name as the symbol tables write it: without module, Greek letters, and underscores before digits. */
-export function plainName(name: string): string {
+export function toPlainName(name: string): string {
   if (/^[a-z]+[0-9]*$/.test(name)) return name; // the common case, for speed
   let plain = name;
   for (const module of VOCABULARY.modules) if (plain.startsWith(module)) plain = plain.slice(module.length);
@@ -41,65 +41,65 @@ export function plainName(name: string): string {
 }
 
 /** Return the meaning of a name; `symbols` are the names of the problem's symbols, which have precedence. */
-export function piecesOf(typedName: string, symbols: ReadonlySet<string>): readonly Piece[] {
-  const plain = plainName(typedName);
+export function splitIntoPieces(typedName: string, symbols: ReadonlySet<string>): readonly Piece[] {
+  const plain = toPlainName(typedName);
   const name = symbols.has(plain) || !symbols.has(plain.toLowerCase()) ? plain : plain.toLowerCase();
-  if (symbols.has(name)) return [namePiece(name)];
+  if (symbols.has(name)) return [makeNamePiece(name)];
   const functionName = FUNCTIONS.get(name) ?? FUNCTIONS.get(name.toLowerCase());
   if (functionName !== undefined) return [{ kind: "function", parts: [functionName] }];
-  const conventional = conventionalPiece(name, symbols);
+  const conventional = findConventionalPiece(name, symbols);
   if (conventional) return [conventional];
   for (const letter of VOCABULARY.whole_numbers) {
-    if (name === `${letter}pi` || name === `pi${letter}`) return [namePiece(letter), namePiece("pi")]; // kπ
+    if (name === `${letter}pi` || name === `pi${letter}`) return [makeNamePiece(letter), makeNamePiece("pi")]; // kπ
   }
-  if (/^[ij]/.test(name) && symbols.has(name.slice(1))) return [namePiece("I"), namePiece(name.slice(1))]; // e^(iθ1)
+  if (/^[ij]/.test(name) && symbols.has(name.slice(1))) return [makeNamePiece("I"), makeNamePiece(name.slice(1))]; // e^(iθ1)
   const product = splitProduct(name, symbols);
-  return product.length > 0 ? product : [namePiece(name)];
+  return product.length > 0 ? product : [makeNamePiece(name)];
 }
 
 /** Return the names in a product with dots, as in a1.a2.sin; an empty list if one is unknown, as in a1.subs. */
 export function splitAtDots(typedName: string, symbols: ReadonlySet<string>): readonly string[] {
-  if (!plainName(typedName).includes(".")) return [];
+  if (!toPlainName(typedName).includes(".")) return [];
   const names = typedName.split(".");
   const isKnown = ({ kind, parts: [symbol = ""] }: Piece) =>
     kind !== "name" || CONSTANT_NAMES.has(symbol) || (symbols.size > 0 ? symbols.has(symbol) : /[0-9]$/.test(symbol));
-  return names.flatMap((name) => piecesOf(name, symbols)).every(isKnown) ? names : [];
+  return names.flatMap((name) => splitIntoPieces(name, symbols)).every(isKnown) ? names : [];
 }
 
 /** Return what a name that is no symbol of the problem means by convention; null if it means nothing. */
-function conventionalPiece(name: string, symbols: ReadonlySet<string>): Piece | null {
+function findConventionalPiece(name: string, symbols: ReadonlySet<string>): Piece | null {
   const shorthand = SHORTHAND_NAME.exec(name);
-  const anglesInSum = shorthand ? anglesOf(shorthand[3] as string, symbols, shorthand[2]) : [];
+  const anglesInSum = shorthand ? listAngles(shorthand[3] as string, symbols, shorthand[2]) : [];
   if (shorthand && anglesInSum.length > 0)
     return { kind: SHORTHAND.get(shorthand[1] as string) as "sin" | "cos", parts: anglesInSum };
   const rate = RATE.exec(name);
   if (rate) {
     const symbol = `qd${rate.slice(1).find((digit) => digit)}`;
-    return symbols.has(symbol) || symbols.size === 0 ? namePiece(symbol) : null;
+    return symbols.has(symbol) || symbols.size === 0 ? makeNamePiece(symbol) : null;
   }
   const constant = CONSTANTS.get(name);
-  if (constant !== undefined) return namePiece(constant);
-  return symbols.size === 0 ? null : symbolPiece(name, symbols);
+  if (constant !== undefined) return makeNamePiece(constant);
+  return symbols.size === 0 ? null : findSymbolPiece(name, symbols);
 }
 
 /** Return the symbol that a name means in another spelling, or the sum of angles that theta12 means; else null. */
-function symbolPiece(name: string, symbols: ReadonlySet<string>): Piece | null {
+function findSymbolPiece(name: string, symbols: ReadonlySet<string>): Piece | null {
   const spelling = respell(name);
   const symbolName = [spelling, spelling.toLowerCase()].find((candidate) => symbols.has(candidate));
-  if (symbolName !== undefined) return namePiece(symbolName);
+  if (symbolName !== undefined) return makeNamePiece(symbolName);
   const [, jointName = "", digits = ""] = INDEXED_JOINT.exec(spelling.toLowerCase()) ?? [];
   if (!digits) return null;
   if (digits.length === 1) {
     const candidates = JOINT_SYMBOLS.get(jointName)?.map((symbol) => symbol + digits);
     const symbol = candidates?.find((candidate) => symbols.has(candidate));
-    return symbol === undefined ? null : namePiece(symbol);
+    return symbol === undefined ? null : makeNamePiece(symbol);
   }
-  const anglesInSum = VOCABULARY.sums_of_angles.includes(jointName) ? anglesOf(digits, symbols) : [];
+  const anglesInSum = VOCABULARY.sums_of_angles.includes(jointName) ? listAngles(digits, symbols) : [];
   return anglesInSum.length > 0 ? { kind: "sum", parts: anglesInSum } : null;
 }
 
 /** Return the angles whose sum c12 or theta12 means; an empty list if the problem lacks one of them. */
-function anglesOf(digits: string, symbols: ReadonlySet<string>, letter = "theta"): string[] {
+function listAngles(digits: string, symbols: ReadonlySet<string>, letter = "theta"): string[] {
   const names = [...digits].map((digit) => letter + digit);
   return symbols.size === 0 || names.every((angle) => symbols.has(angle)) ? names : [];
 }
@@ -116,10 +116,10 @@ function splitProduct(name: string, symbols: ReadonlySet<string>): Piece[] {
     const functionName = FUNCTIONS.get(word) ?? SHORTHAND.get(word);
     const piece: Piece | null =
       symbols.has(word) || word === "pi"
-        ? namePiece(word)
+        ? makeNamePiece(word)
         : functionName !== undefined
           ? { kind: "function", parts: [functionName] }
-          : conventionalPiece(word, symbols);
+          : findConventionalPiece(word, symbols);
     if (!piece) return [];
     factors.push(piece);
     end = pattern.lastIndex;

@@ -1,10 +1,10 @@
 // Convert the notations of answers to the plain text that the grammar parses: LaTeX, typography, units.
 // The rules of ../../../exercises/formula/notation.py; ../../tests/readers.test.ts compares both.
 
-import { latexAsText } from "./latex.js";
-import { unitOf } from "./units.js";
-import { anyOf, compile, escapeSigns, lengthOf, LIMITS, pattern, SUPERSCRIPTS, table } from "./vocabulary.js";
-import { UNITS, VOCABULARY, wholePattern, withoutSpacesAtEnd } from "./vocabulary.js";
+import { convertLatex } from "./latex.js";
+import { normalizeUnit } from "./units.js";
+import { anyOf, compile, escapeSigns, countCharacters, LIMITS, pattern, SUPERSCRIPTS, table } from "./vocabulary.js";
+import { UNITS, VOCABULARY, wholePattern, stripEnd } from "./vocabulary.js";
 
 const SUPERSCRIPT = compile(`[${[...SUPERSCRIPTS.keys()].join("")}]+`, "g");
 const SIGNS = table(VOCABULARY.signs);
@@ -15,9 +15,9 @@ const END_OF_TEXT = pattern("end_of_text");
 
 const { whole_numbers: WHOLE_NUMBERS, before_whole_numbers: BEFORE_WHOLE_NUMBERS } = VOCABULARY;
 /** Return a pattern for any of these units, also with spaces around the slash, as in rad / s. */
-const unitsPattern = (units: Iterable<string>): string =>
+const patternOfUnits = (units: Iterable<string>): string =>
   anyOf(units, (unit) => escapeSigns(unit).replace("\\/", " ?/ ?"));
-const UNIT_NAMES = unitsPattern(UNITS.keys());
+const UNIT_NAMES = patternOfUnits(UNITS.keys());
 const UNIT_AT_END = compile(`${VOCABULARY.patterns.before_unit}(${UNIT_NAMES})$`);
 
 /**
@@ -33,7 +33,7 @@ const HABITS = VOCABULARY.habits.map(({ mark, pattern: source, replacement }) =>
 /** Plain characters for digits of all scripts, wide signs, typographic spaces, invisible marks; null until needed. */
 let lookAlikes: ReadonlyMap<string, string> | null = null;
 
-function withoutLookAlikes(text: string): string {
+function replaceLookAlikes(text: string): string {
   lookAlikes ??= new Map([
     ...Object.entries(VOCABULARY.look_alikes),
     ...[...VOCABULARY.zeros].flatMap((zero) =>
@@ -51,7 +51,7 @@ const SYMBOLS_IN_A_ROW = pattern("symbols_in_a_row", "g");
 const SIGNED_SYMBOL = pattern("signed_symbol", "g");
 
 /** Shorten + a1 - a1 + a1 … by counting equal terms; the first and last may belong to their neighbours, and stay. */
-function countTerms(row: string, symbols: ReadonlySet<string>): string {
+function countEqualTerms(row: string, symbols: ReadonlySet<string>): string {
   const terms = [...row.matchAll(SIGNED_SYMBOL)].map(([, sign = "", symbol = ""]) => ({ sign, symbol }));
   const inner = terms.slice(1, -1);
   const first = terms[0];
@@ -68,24 +68,24 @@ function countTerms(row: string, symbols: ReadonlySet<string>): string {
 const isAscii = (text: string): boolean => /^[\x00-\x7f]*$/.test(text);
 
 /** Return an answer as plain text; the names in `symbols` are never read as units. */
-export function plainText(answer: string, symbols: ReadonlySet<string>): string {
-  let text = withoutSpacesAtEnd(isAscii(answer) ? answer : withoutLookAlikes(answer));
-  if (lengthOf(text, LIMITS.long_text) > LIMITS.long_text)
-    text = text.replace(SYMBOLS_IN_A_ROW, (row) => countTerms(row, symbols));
+export function toPlainText(answer: string, symbols: ReadonlySet<string>): string {
+  let text = stripEnd(isAscii(answer) ? answer : replaceLookAlikes(answer));
+  if (countCharacters(text, LIMITS.long_text) > LIMITS.long_text)
+    text = text.replace(SYMBOLS_IN_A_ROW, (row) => countEqualTerms(row, symbols));
   for (const habit of HABITS) if (text.includes(habit.mark)) text = text.replace(habit.pattern, habit.replacement);
-  text = withoutUnits(text, symbols);
-  const isShort = lengthOf(text, LIMITS.latex_characters) <= LIMITS.latex_characters;
+  text = convertUnits(text, symbols);
+  const isShort = countCharacters(text, LIMITS.latex_characters) <= LIMITS.latex_characters;
   const isLatex = isShort && ["\\", "_{", "^{"].some((mark) => text.includes(mark));
   const last = text.at(-1) ?? "";
   const isPlain = isAscii(text) && !isLatex && !".;$".includes(last) && !/[A-Za-z]/.test(last);
-  if (isPlain && !text.slice(-5).includes("^")) return withJointNames(text, symbols);
+  if (isPlain && !text.slice(-5).includes("^")) return nameRatesAndEntries(text, symbols);
   const exponentOf = (superscripts: string): string => [...superscripts].map((sign) => SUPERSCRIPTS.get(sign)).join("");
   text = text.replace(SUPERSCRIPT, (superscripts) => `^(${exponentOf(superscripts)})`).replace(RATE_WITH_DOT, "qd");
   text = [...text].map((sign) => SIGNS.get(sign) ?? sign).join("");
   text = DOLLARS.exec(text)?.[2] ?? text;
-  if (isLatex) text = latexAsText(text);
-  text = withJointNames(withoutSpacesAtEnd(text).replace(END_OF_TEXT, ""), symbols);
-  return withoutUnit(withoutUnits(text, symbols), symbols);
+  if (isLatex) text = convertLatex(text);
+  text = nameRatesAndEntries(stripEnd(text).replace(END_OF_TEXT, ""), symbols);
+  return removeFinalUnit(convertUnits(text, symbols), symbols);
 }
 
 const NUMBER_WITH_UNIT = compile(
@@ -94,20 +94,20 @@ const NUMBER_WITH_UNIT = compile(
 );
 
 /** Remove the units of numbers, as in 0.5 rad/s or 30 cm; the parser handles m. */
-export function withoutUnits(text: string, symbols: ReadonlySet<string>): string {
+export function convertUnits(text: string, symbols: ReadonlySet<string>): string {
   return text.replace(NUMBER_WITH_UNIT, (match: string, number: string, typedUnit: string) => {
-    const unit = unitOf(typedUnit);
+    const unit = normalizeUnit(typedUnit);
     return symbols.has(unit) || WHOLE_NUMBERS.includes(unit) ? match : number + (UNITS.get(unit) ?? "");
   });
 }
 
 const LENGTH_WITH_COMMA = compile(
-  `${VOCABULARY.patterns.decimal_before_length}(${unitsPattern(VOCABULARY.lengths)})${VOCABULARY.patterns.after_unit}`,
+  `${VOCABULARY.patterns.decimal_before_length}(${patternOfUnits(VOCABULARY.lengths)})${VOCABULARY.patterns.after_unit}`,
   "g",
 );
 
 /** Replace the decimal commas of lengths by points, as in 0,2 m; such a comma does not separate values. */
-export const withPointsOfLengths = (text: string): string => text.replace(LENGTH_WITH_COMMA, "$1.$2$3");
+export const usePointsInLengths = (text: string): string => text.replace(LENGTH_WITH_COMMA, "$1.$2$3");
 
 const RATES_AS_DERIVATIVES = pattern("rate_as_derivative", "g");
 const ENTRIES_OF_VECTORS = pattern("entry_of_vector", "g");
@@ -117,7 +117,7 @@ const ENTRIES_OF_VECTORS = pattern("entry_of_vector", "g");
  * square brackets, the first joint has index 0, as in Python. It has index 1, as in Maple, if index 0 is missing and
  * the last joint would otherwise be unknown. In parentheses, it has index 1, as in Matlab.
  */
-function withJointNames(answer: string, symbols: ReadonlySet<string>): string {
+function nameRatesAndEntries(answer: string, symbols: ReadonlySet<string>): string {
   let text = answer;
   if (text.includes("'") || (text.includes("/") && text.includes("t"))) {
     text = text.replace(
@@ -139,9 +139,9 @@ function withJointNames(answer: string, symbols: ReadonlySet<string>): string {
 }
 
 /** Remove or convert the unit at the end of a text. */
-function withoutUnit(text: string, symbols: ReadonlySet<string>): string {
+function removeFinalUnit(text: string, symbols: ReadonlySet<string>): string {
   const match = UNIT_AT_END.exec(text);
-  const unit = unitOf(match?.[1] ?? "");
+  const unit = normalizeUnit(match?.[1] ?? "");
   if (!match || symbols.has(unit)) return text;
   const factor = UNITS.get(unit) ?? "";
   const value = text.slice(0, match.index);

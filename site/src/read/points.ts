@@ -14,13 +14,13 @@ const AFTER_GROUPING_BRACKET = /^\s*[-+*/^·−]/u;
 export function readCommasAsPoints(text: string): string {
   if (!text.includes(",")) return text;
   const signs = [...text];
-  const isGrouping: boolean[] = []; // for each open bracket, outermost first: whether it only groups
+  const groupingFlags: boolean[] = []; // for each open bracket, outermost first: whether it only groups
   return signs
     .map((sign, i) => {
-      if ("([{".includes(sign)) isGrouping.push(sign === "(" && isGroupingBracket(signs, i));
-      if (")]}".includes(sign)) isGrouping.pop();
+      if ("([{".includes(sign)) groupingFlags.push(sign === "(" && isGroupingBracket(signs, i));
+      if (")]}".includes(sign)) groupingFlags.pop();
       const isBetweenDigits = DIGIT.test(signs[i - 1] ?? "") && DIGIT.test(signs[i + 1] ?? "");
-      return sign === "," && isBetweenDigits && (isGrouping.at(-1) ?? true) ? "." : sign;
+      return sign === "," && isBetweenDigits && (groupingFlags.at(-1) ?? true) ? "." : sign;
     })
     .join("");
 }

@@ -2,7 +2,7 @@
 // The rules of ../../../exercises/formula/products.py; ../../tests/readers.test.ts compares both.
 
 import type { Kind, Node, Rows } from "./tree.js";
-import { anyNode, columnsOf, integer, listOf, node, ParseError, rebuild } from "./tree.js";
+import { anyNode, transposeRows, integer, listOf, node, ParseError, rebuild } from "./tree.js";
 import { LIMITS, VOCABULARY } from "./vocabulary.js";
 
 const OPERATIONS: ReadonlySet<Kind> = new Set<Kind>(["+", "-", "*", "/", "neg", "^"]);
@@ -47,21 +47,21 @@ function applyOperation(top: Node, operands: readonly Node[]): Node {
   const [left, right] = args as [Node, Node];
   if (!args.some(isList)) return { ...top, args };
   if (top.kind === "^")
-    return isList(left) && !isList(right) ? transposeOrInvert(rowsOf(left), right) : refuseOperation("^", args);
-  if (top.kind === "neg") return mapEntries(rowsOf(left), (entry) => node("neg", entry));
+    return isList(left) && !isList(right) ? transposeOrInvert(listRows(left), right) : refuseOperation("^", args);
+  if (top.kind === "neg") return mapEntries(listRows(left), (entry) => node("neg", entry));
   const areBothLists = isList(left) && isList(right);
   if ((top.kind === "+" || top.kind === "-") && areBothLists) return addMatrices(top.kind, args);
   if (top.kind === "*" && areBothLists) return multiplyMatrices(args);
-  if (top.kind === "*" && isList(right)) return mapEntries(rowsOf(right), (entry) => node("*", left, entry));
+  if (top.kind === "*" && isList(right)) return mapEntries(listRows(right), (entry) => node("*", left, entry));
   if ((top.kind === "*" || top.kind === "/") && !isList(right))
-    return mapEntries(rowsOf(left), (entry) => node(top.kind, entry, right));
+    return mapEntries(listRows(left), (entry) => node(top.kind, entry, right));
   return refuseOperation(top.kind, args);
 }
 
 const isBracket = (tree: Node): boolean => isList(tree) && tree.args.length === 1 && !isList(tree.args[0] as Node);
 
 /** Return the rows of a list; a list of entries is a column. */
-function rowsOf(list: Node): Rows {
+function listRows(list: Node): Rows {
   const rows = list.args.map((item) => (isList(item) ? item.args : [item]));
   const width = rows[0]?.length;
   if (width === undefined || rows.some((row) => row.length !== width) || rows.flat().some(isList))
@@ -72,7 +72,7 @@ function rowsOf(list: Node): Rows {
 const mapEntries = (rows: Rows, change: (entry: Node) => Node): Node => listOf(rows.map((row) => row.map(change)));
 
 function addMatrices(sign: Kind, args: readonly Node[]): Node {
-  const [left, right] = args.map(rowsOf) as [Rows, Rows];
+  const [left, right] = args.map(listRows) as [Rows, Rows];
   if (left.length !== right.length || left[0]?.length !== right[0]?.length) return refuseOperation(sign, args);
   return listOf(left.map((row, i) => row.map((entry, j) => node(sign, entry, right[i]?.[j] as Node))));
 }
@@ -80,7 +80,7 @@ function addMatrices(sign: Kind, args: readonly Node[]): Node {
 /** Return an equation of vectors or matrices as one equation per entry; if one side is a name, it comes first. */
 function equateEntries(args: readonly [Node, Node]): Node {
   if (isBracket(args[0])) return node("eq", args[0].args[0] as Node, args[1]); // [theta2] = [0, pi]
-  const [leftRows, rightRows] = args.map(rowsOf) as [Rows, Rows];
+  const [leftRows, rightRows] = args.map(listRows) as [Rows, Rows];
   const shapes = [leftRows, rightRows].map((rows) => [rows.length, rows[0]?.length as number]);
   const isVector = shapes.every((shape) => shape.includes(1));
   const [leftShape, rightShape] = shapes.map((shape) => (isVector ? Math.max(...shape) : shape.join()));
@@ -96,36 +96,36 @@ function equateEntries(args: readonly [Node, Node]): Node {
 }
 
 function multiplyMatrices(args: readonly Node[]): Node {
-  const [left, right] = args.map(rowsOf) as [Rows, Rows];
+  const [left, right] = args.map(listRows) as [Rows, Rows];
   if (left[0]?.length !== right.length) return refuseOperation("*", args);
   if (left.length * right.length * (right[0] as readonly Node[]).length >= LIMITS.nodes_of_results)
     throw new ParseError("read.long-products");
   const times = (row: readonly Node[], column: readonly Node[]): Node =>
     row.map((entry, i) => node("*", entry, column[i] as Node)).reduce((total, term) => node("+", total, term));
-  return listOf(left.map((row) => columnsOf(right).map((column) => times(row, column))));
+  return listOf(left.map((row) => transposeRows(right).map((column) => times(row, column))));
 }
 
 /** Return the transpose of a matrix, or its inverse by cofactors. */
 function transposeOrInvert(rows: Rows, exponent: Node): Node {
-  if (exponent.kind === "name" && VOCABULARY.transposed.includes(exponent.text)) return listOf(columnsOf(rows));
+  if (exponent.kind === "name" && VOCABULARY.transposed.includes(exponent.text)) return listOf(transposeRows(rows));
   const [negated] = exponent.args;
   const isInverse = exponent.kind === "neg" && negated?.kind === "number" && negated.value === 1;
   if (!isInverse || rows.length !== rows[0]?.length || rows.length > MAX_INVERTED_SIZE)
     throw new ParseError("read.power-of-matrix", { most: MAX_INVERTED_SIZE });
-  const determinantOfMatrix = determinant(rows);
-  const cofactors = rows.map((_, i) => rows.map((_row, j) => applySign(i + j, minor(rows, j, i))));
+  const determinantOfMatrix = computeDeterminant(rows);
+  const cofactors = rows.map((_, i) => rows.map((_row, j) => applySign(i + j, computeMinor(rows, j, i))));
   return mapEntries(cofactors, (entry) => node("/", entry, determinantOfMatrix));
 }
 
-function minor(rows: Rows, i: number, j: number): Node {
-  return determinant(rows.filter((_, r) => r !== i).map((row) => row.filter((_, c) => c !== j)));
+function computeMinor(rows: Rows, i: number, j: number): Node {
+  return computeDeterminant(rows.filter((_, r) => r !== i).map((row) => row.filter((_, c) => c !== j)));
 }
 
-function determinant(rows: Rows): Node {
+function computeDeterminant(rows: Rows): Node {
   const [first] = rows;
   if (!first) return integer(1);
   return first
-    .map((entry, j) => (rows.length === 1 ? entry : applySign(j, node("*", entry, minor(rows, 0, j)))))
+    .map((entry, j) => (rows.length === 1 ? entry : applySign(j, node("*", entry, computeMinor(rows, 0, j)))))
     .reduce((total, term) => node("+", total, term));
 }
 
@@ -133,7 +133,7 @@ const applySign = (index: number, tree: Node): Node => (index % 2 ? node("neg", 
 
 function refuseOperation(sign: Kind | "=", args: readonly Node[]): never {
   const shapes = args.filter(isList).map((arg) => {
-    const rows = rowsOf(arg);
+    const rows = listRows(arg);
     return `${rows.length} × ${rows[0]?.length}`;
   });
   throw new ParseError("read.no-product", { sign, shapes: shapes.join(", ") });

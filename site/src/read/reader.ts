@@ -2,22 +2,31 @@
 // The grammar of ../../../exercises/formula/parser.py; ../../tests/readers.test.ts compares both.
 
 import { type Message, message, type Values, type TextKey } from "../text/text.js";
-import { METRE, withoutMetres } from "./metres.js";
-import { ARITY, splitAtDots, FUNCTIONS, MAX_NAME_LENGTH, type Piece, piecesOf, plainName, SHORTHAND } from "./names.js";
-import { plainText } from "./notation.js";
+import { METRE, removeMetres } from "./metres.js";
+import {
+  ARITY,
+  splitAtDots,
+  FUNCTIONS,
+  MAX_NAME_LENGTH,
+  type Piece,
+  splitIntoPieces,
+  toPlainName,
+  SHORTHAND,
+} from "./names.js";
+import { toPlainText } from "./notation.js";
 import { carryOutProducts } from "./products.js";
-import { depthChange, type Token, tokensOf } from "./tokens.js";
+import { computeDepthChange, type Token, splitIntoTokens } from "./tokens.js";
 import {
   call,
   CHAIN,
-  columnsOf,
-  inRows,
+  transposeRows,
+  splitIntoRows,
   integer,
   isRectangle,
   type Kind,
   listOf,
   name,
-  namesIn,
+  findNames,
   type Node,
   node,
   errorAt,
@@ -27,7 +36,7 @@ import {
   rebuild,
   replaceName,
 } from "./tree.js";
-import { lengthOf, LIMITS, pattern, table, UNITS, VOCABULARY, wholePattern } from "./vocabulary.js";
+import { countCharacters, LIMITS, pattern, table, UNITS, VOCABULARY, wholePattern } from "./vocabulary.js";
 
 /** Calls of SymPy, NumPy or Python that are no functions of numbers, with their meanings, such as "set" or "matrix". */
 const CALL_MEANINGS = table(VOCABULARY.call_meanings);
@@ -58,9 +67,9 @@ const WORDS_BETWEEN_CONDITIONS = new Set(["and", "&", "or", "|"]);
 
 /** Parse a text; `symbols` are the names of the problem's symbols, which have precedence over shorthand. */
 export function parse(text: string, symbols: ReadonlySet<string>): Node {
-  const length = lengthOf(text, LIMITS.characters);
+  const length = countCharacters(text, LIMITS.characters);
   if (length > LIMITS.characters) throw new ParseError("read.long", { length, most: LIMITS.characters });
-  return new Parser(plainText(text, symbols), symbols).parse();
+  return new Parser(toPlainText(text, symbols), symbols).parse();
 }
 
 /**
@@ -89,7 +98,7 @@ class Parser {
     private readonly text: string,
     private readonly symbols: ReadonlySet<string>,
   ) {
-    this.tokens = tokensOf(text).flatMap((token) => this.translate(token));
+    this.tokens = splitIntoTokens(text).flatMap((token) => this.translate(token));
     const count = this.tokens.filter((token) => token.text === "±").length;
     if (count > LIMITS.plus_minus_signs) throw new ParseError("read.either", { count });
   }
@@ -122,7 +131,7 @@ class Parser {
     };
     const tree = this.bracesAreLists ? rebuild(parsed, asList) : parsed;
     const isMetre = !this.symbols.has(METRE) && this.tokens.some(({ text }) => text === METRE);
-    return carryOutProducts(isMetre ? withoutMetres(tree) : tree);
+    return carryOutProducts(isMetre ? removeMetres(tree) : tree);
   }
 
   /** Parse everything up to the end. */
@@ -186,7 +195,7 @@ class Parser {
         last.push(item); // theta2: 0, pi
       else throw this.errorHere("read.dictionary");
     }
-    return node("dict", ...pairs.map(([called, ...values]) => node("pair", called as Node, oneOrSet(values))));
+    return node("dict", ...pairs.map(([called, ...values]) => node("pair", called as Node, wrapValues(values))));
   }
 
   private currentToken(): Token {
@@ -224,8 +233,8 @@ class Parser {
 
   private expect(text: string): void {
     if (this.take(text)) return;
-    if (this.currentToken().kind === "end") throw this.errorHere("read.unclosed", { due: text });
-    throw this.errorHere("read.expected", { due: text, found: this.describeToken() });
+    if (this.currentToken().kind === "end") throw this.errorHere("read.unclosed", { expected: text });
+    throw this.errorHere("read.expected", { expected: text, found: this.describeToken() });
   }
 
   /** Parse something nested one level deeper; throw the error `tooDeep` beyond the limit. */
@@ -321,7 +330,7 @@ class Parser {
       }
       values.push(other);
     }
-    return oneOrSet(values);
+    return wrapValues(values);
   }
 
   /** Parse theta2 = 0 mod pi, or (mod pi): the value, and all values that differ by multiples of pi. */
@@ -383,7 +392,7 @@ class Parser {
         throw this.errorHere("read.point", { number: this.peek(), factor: this.peek().slice(1) }); // a1.2
       } else if (this.peek() === "(" && MODULO_WORDS.has(this.textAhead(1))) return product;
       else if (this.isUnit()) {
-        product = inUnit(product, this.peek());
+        product = convertUnit(product, this.peek());
         this.position += 1;
       } else if (
         this.position === divisorEnd &&
@@ -431,7 +440,7 @@ class Parser {
     for (; ; end += 1) {
       const { kind, text } = this.tokens[end] as Token;
       if (kind === "end" || (text === "|" && depth === 0)) break;
-      depth += depthChange(text);
+      depth += computeDepthChange(text);
       if (depth < 0 || (depth === 0 && (NEVER_BETWEEN_BARS.has(text) || OPERATOR_WORDS.has(text)))) return false;
       hasSymbol ||= kind === "name" && !beginsWithConstant(text);
     }
@@ -453,7 +462,7 @@ class Parser {
     let depth = 0;
     for (let index = this.position; index < this.tokens.length; index += 1) {
       const { text } = this.tokens[index] as Token;
-      depth += depthChange(text);
+      depth += computeDepthChange(text);
       if (depth === 0) return false;
       if ((text === ";" && depth === 1) || (text === "[" && index === this.position + 1)) return true;
     }
@@ -523,7 +532,7 @@ class Parser {
     const { kind, text } = this.currentToken();
     if (kind === "number") {
       this.position += 1;
-      return numberOf(text);
+      return parseNumber(text);
     }
     if (kind === "name" && !OPERATOR_WORDS.has(text)) {
       this.position += 1;
@@ -569,7 +578,7 @@ class Parser {
 
   /** Parse what begins with a name, which was already taken, such as a function with its arguments. */
   private parseNamed(typedName: string): Node {
-    const length = lengthOf(typedName, MAX_NAME_LENGTH);
+    const length = countCharacters(typedName, MAX_NAME_LENGTH);
     if (length > MAX_NAME_LENGTH) throw this.errorHere("read.long-name", { length });
     const hasBracket = this.peek() === "(";
     const meaning = this.meanings.get(typedName);
@@ -577,7 +586,7 @@ class Parser {
     if (meaning && !hasBracket) return meaning;
     if (typedName.endsWith(".diff") && hasBracket)
       return this.parseBindingCall("Derivative", this.firstPiece(typedName.slice(0, -".diff".length)));
-    const plainTypedName = plainName(typedName);
+    const plainTypedName = toPlainName(typedName);
     if (hasBracket && BINDING_CALLS.has(plainTypedName)) return this.parseBindingCall(plainTypedName, null);
     const isVariable = this.symbols.has(plainTypedName) || JOINT.test(plainTypedName);
     if (hasBracket && isVariable && this.textAhead(1) === "t" && this.textAhead(2) === ")") {
@@ -614,7 +623,7 @@ class Parser {
     }
     const onlyPiece = pieces.length === 1 && plainTypedName === typedName ? pieces[0] : undefined;
     if (onlyPiece?.kind === "function") this.meanings.set(typedName, onlyPiece.parts[0] as string);
-    else if (onlyPiece && this.symbols.has(plainTypedName)) this.meanings.set(typedName, treeOfPiece(onlyPiece));
+    else if (onlyPiece && this.symbols.has(plainTypedName)) this.meanings.set(typedName, buildTreeOfPiece(onlyPiece));
     const product = this.buildProduct(pieces);
     if (FUNCTIONS.has(pieces.at(-1)?.kind ?? "") && SHORTHAND_OF_ANGLE.test(plainTypedName))
       this.bareArgumentEnd = this.position;
@@ -625,7 +634,7 @@ class Parser {
   private findEndOfBracket(): number {
     let depth = 0;
     for (let index = this.position; index < this.tokens.length; index += 1) {
-      depth += depthChange((this.tokens[index] as Token).text);
+      depth += computeDepthChange((this.tokens[index] as Token).text);
       if (depth === 0) return index + 1;
     }
     return 0;
@@ -645,19 +654,19 @@ class Parser {
     const start = this.position;
     const functionName = SHORTHAND.get(shorthand) as string;
     const result = this.parseFunction(functionName);
-    if ([...namesIn(result)].some((symbol) => ANGLE.test(symbol))) return result;
+    if ([...findNames(result)].some((symbol) => ANGLE.test(symbol))) return result;
     this.position = start;
     throw this.errorHere("read.shorthand", { name: shorthand, function: functionName });
   }
 
   private piecesOf(typedName: string): readonly Piece[] {
-    const pieces = this.piecesOfNames.get(typedName) ?? piecesOf(typedName, this.symbols);
+    const pieces = this.piecesOfNames.get(typedName) ?? splitIntoPieces(typedName, this.symbols);
     this.piecesOfNames.set(typedName, pieces);
     return pieces;
   }
 
   private firstPiece(typedName: string): Node {
-    return treeOfPiece(this.piecesOf(typedName)[0] as Piece);
+    return buildTreeOfPiece(this.piecesOf(typedName)[0] as Piece);
   }
 
   /** Return the product that joined names mean, such as a1c2; a function applies to the piece or text after it. */
@@ -667,9 +676,9 @@ class Parser {
       const piece = pieces[i] as Piece;
       const next = pieces[i + 1];
       const functionName = piece.parts[0] as string;
-      if (piece.kind !== "function") factors.push(treeOfPiece(piece));
+      if (piece.kind !== "function") factors.push(buildTreeOfPiece(piece));
       else if (next && next.kind !== "function" && !ARITY.has(functionName)) {
-        factors.push(apply(functionName, [treeOfPiece(next)]));
+        factors.push(applyFunction(functionName, [buildTreeOfPiece(next)]));
         i += 1;
         this.bareArgumentEnd = i + 1 >= pieces.length ? this.position : -1;
       } else if (!next) factors.push(this.parseFunction(functionName));
@@ -711,11 +720,11 @@ class Parser {
     this.bracesAreLists ||= openingSign === "[";
     const expectedCount = ARITY.get(functionName) ?? 1;
     if (args.length !== expectedCount)
-      throw this.errorHere("read.arguments", { name: functionName, due: expectedCount, count: args.length });
+      throw this.errorHere("read.arguments", { name: functionName, expected: expectedCount, count: args.length });
     const isInverse = power?.kind === "neg" && power.args[0]?.kind === "number" && power.args[0].value === 1;
     const inverseName = isInverse ? INVERSE_FUNCTIONS.get(functionName) : undefined;
-    if (inverseName !== undefined) return apply(inverseName, args); // sin^-1(x) is the arc sine
-    const result = apply(functionName, args);
+    if (inverseName !== undefined) return applyFunction(inverseName, args); // sin^-1(x) is the arc sine
+    const result = applyFunction(functionName, args);
     return power ? node("^", result, power) : result;
   }
 
@@ -723,7 +732,7 @@ class Parser {
   private parseBareArgument(functionName: string): Node {
     const factors: Node[] = [];
     if (this.currentToken().kind === "number") {
-      factors.push(numberOf(this.peek()));
+      factors.push(parseNumber(this.peek()));
       this.position += 1;
     }
     if (this.currentToken().kind === "name" && !OPERATOR_WORDS.has(this.peek())) {
@@ -755,7 +764,7 @@ class Parser {
     }
     if (first && args.length === 1) return first;
     if (meaning === "matrix" && args.length === 3 && first && second && third?.kind === "list") {
-      const filled = matrixFromEntries(first, second, third);
+      const filled = buildMatrix(first, second, third);
       if (filled) return filled;
     }
     if (meaning === "diagonal" && args.length <= LIMITS.matrix_rows) {
@@ -769,54 +778,54 @@ class Parser {
 const beginsWithConstant = (text: string): boolean =>
   VOCABULARY.before_whole_numbers.some((constant) => text.startsWith(constant));
 
-const oneOrSet = (values: readonly Node[]): Node =>
+const wrapValues = (values: readonly Node[]): Node =>
   values.length === 1 ? (values[0] as Node) : node("set", ...values);
 
 const isValue = (value: Node): boolean =>
   !["eq", "in", "and", "or"].includes(value.kind) &&
-  [...namesIn(value)].every((symbol) => VOCABULARY.whole_numbers.includes(symbol));
+  [...findNames(value)].every((symbol) => VOCABULARY.whole_numbers.includes(symbol));
 
 /** Convert a value to metres and radians: a hundredth of cm, pi/180 of degrees. */
-function inUnit(value: Node, unit: string): Node {
+function convertUnit(value: Node, unit: string): Node {
   const factor = UNITS.get(unit) as string;
   if (factor.startsWith("/")) return node("/", value, integer(Number(factor.slice(1))));
-  return factor ? apply("radians", [value]) : value;
+  return factor ? applyFunction("radians", [value]) : value;
 }
 
 /** Return the transpose of a list of rows; a list of entries, which may be a column, stays unchanged. */
 function transposeList(matrix: Node): Node {
   const rows = matrix.args.map(({ args }) => args);
-  return isRectangle(matrix.args) && rows[0]?.length ? listOf(columnsOf(rows)) : matrix;
+  return isRectangle(matrix.args) && rows[0]?.length ? listOf(transposeRows(rows)) : matrix;
 }
 
 const isWholeNumbers = ({ text }: Node): boolean => VOCABULARY.whole_number_sets.includes(text);
 
 /** Return the matrix of Matrix(rows, columns, [entries]); null if the number of entries differs. */
-function matrixFromEntries(rows: Node, columns: Node, entries: Node): Node | null {
+function buildMatrix(rows: Node, columns: Node, entries: Node): Node | null {
   const [r, c] = [rows.value, columns.value];
   const { args } = entries;
   if (r > 0 && r === args.length && args.every(({ kind, args }) => kind === "list" && args.length === c))
     return entries; // as in Maple
   const isWhole = rows.kind === "number" && columns.kind === "number";
-  return isWhole && r * c > 0 && r * c === args.length ? listOf(inRows(args, c)) : null;
+  return isWhole && r * c > 0 && r * c === args.length ? listOf(splitIntoRows(args, c)) : null;
 }
 
 /** Return the tree of a piece of a name. */
-function treeOfPiece(piece: Piece): Node {
+function buildTreeOfPiece(piece: Piece): Node {
   if (piece.kind === "name") return name(piece.parts[0] as string);
   const angle = piece.parts.map(name).reduce((total, part) => node("+", total, part));
   return piece.kind === "sum" ? angle : call(piece.kind, angle);
 }
 
 /** Return a function applied to arguments; "radians" converts from degrees. */
-function apply(functionName: string, args: readonly Node[]): Node {
+function applyFunction(functionName: string, args: readonly Node[]): Node {
   if (functionName === "radians") return node("/", node("*", args[0] as Node, name("pi")), integer(180));
   return call(functionName, ...args);
 }
 
 const DIGITS = /^[0-9]+$/;
 
-function numberOf(text: string): Node {
+function parseNumber(text: string): Node {
   if (text.length < 16 && DIGITS.test(text)) return integer(Number(text), text);
   const [mantissa = "", exponent = ""] = text.toLowerCase().split("e");
   const isLong = mantissa.length > LIMITS.mantissa || exponent.length > LIMITS.exponent_characters;

@@ -46,9 +46,9 @@ export const REAL: Readonly<Record<string, RealFunction>> = {
 };
 
 /** Return the value of an entry of an arm's table. Throws ParseError if it is no real expression. */
-export function realValue(tree: Node, values: SymbolValues): number {
+export function evaluateRealTree(tree: Node, values: SymbolValues): number {
   const { kind, text } = tree;
-  const [x = NaN, y = NaN] = tree.args.map((arg) => realValue(arg, values));
+  const [x = NaN, y = NaN] = tree.args.map((arg) => evaluateRealTree(arg, values));
   if (kind === "number" || kind === "decimal") return tree.value;
   if (kind === "name") return text === "pi" ? Math.PI : text === "E" ? Math.E : (values[text] ?? NaN);
   if (kind === "neg") return -x;

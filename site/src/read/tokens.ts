@@ -10,7 +10,7 @@ const TOKEN = compile(`${gap}|(${number})|(${name})|(${operator})`, "gy");
 export type Token = { readonly kind: "number" | "name" | "op" | "end"; readonly text: string; readonly start: number };
 
 /** Return the tokens of a text, the last one of kind "end". Throws ParseError for unknown signs and deep nesting. */
-export function tokensOf(text: string): Token[] {
+export function splitIntoTokens(text: string): Token[] {
   const tokens: Token[] = [];
   let depth = 0;
   for (let start = 0; start < text.length; start = TOKEN.lastIndex) {
@@ -22,7 +22,7 @@ export function tokensOf(text: string): Token[] {
     else if (name !== undefined) tokens.push({ kind: "name", text: name, start });
     else if (sign !== undefined) {
       tokens.push({ kind: "op", text: sign, start });
-      depth += depthChange(sign);
+      depth += computeDepthChange(sign);
       if (depth > LIMITS.depth) throw errorAt("read.brackets", { most: LIMITS.depth }, text, start);
     } // else a space or a comment
   }
@@ -30,5 +30,5 @@ export function tokensOf(text: string): Token[] {
 }
 
 /** Return how a sign changes the depth of nested brackets: 1, 0 or -1. */
-export const depthChange = (sign: string): number =>
+export const computeDepthChange = (sign: string): number =>
   sign === "" ? 0 : Number("([{".includes(sign)) - Number(")]}".includes(sign));

@@ -72,7 +72,7 @@ export const decimal = (value: number): Node => ({ ...node("decimal"), value });
 export const CHAIN = "=";
 
 /** Return the sides of A = B = C; an empty list for other nodes. */
-export function chainOf({ kind, args, text }: Node): readonly Node[] {
+export function listSides({ kind, args, text }: Node): readonly Node[] {
   if (kind === "eq") return args;
   if (kind !== "and" || text !== CHAIN || args.some((arg) => arg.kind !== "eq")) return [];
   return [args[0]?.args[0] as Node, ...args.map((arg) => arg.args[1] as Node)];
@@ -123,7 +123,7 @@ export function visitNodes(tree: Node, visit: (node: Node) => void): void {
 }
 
 /** Return the names in trees, without constants. */
-export function namesIn(...trees: readonly Node[]): Set<string> {
+export function findNames(...trees: readonly Node[]): Set<string> {
   const names = new Set<string>();
   for (const tree of trees) visitNodes(tree, ({ kind, text }) => kind === "name" && names.add(text));
   for (const constant of CONSTANTS) names.delete(constant);
@@ -131,14 +131,14 @@ export function namesIn(...trees: readonly Node[]): Set<string> {
 }
 
 /** Return whether a tree contains no names, or only those of constants. */
-export const isConstant = (tree: Node): boolean => namesIn(tree).size === 0;
+export const isConstant = (tree: Node): boolean => findNames(tree).size === 0;
 
 /** Return whether a tree contains one of some names. */
 export const hasNameOf = (tree: Node, names: { readonly has: (name: string) => boolean }): boolean =>
   anyNode(tree, ({ kind, text }) => kind === "name" && names.has(text));
 
 /** Return the number of significant digits of the longest decimal in a tree; 0 without one. */
-export function digitsOfDecimals(tree: Node): number {
+export function countDigitsOfDecimals(tree: Node): number {
   let maxDigits = 0;
   visitNodes(tree, ({ digits }) => (maxDigits = Math.max(maxDigits, digits)));
   return maxDigits;
@@ -155,17 +155,17 @@ export type Rows = readonly (readonly Node[])[];
 export const listOf = (rows: Rows): Node => node("list", ...rows.map((row) => node("list", ...row)));
 
 /** Return entries as rows of a given length. */
-export const inRows = <T>(entries: readonly T[], columns: number): T[][] =>
+export const splitIntoRows = <T>(entries: readonly T[], columns: number): T[][] =>
   Array.from({ length: entries.length / columns }, (_, i) => entries.slice(i * columns, (i + 1) * columns));
 
 /** Return the row and the column (from 1) of an entry, given its index row by row (from 0). */
-export const placeOfEntry = (index: number, columns: number): { readonly row: number; readonly column: number } => ({
+export const locateEntry = (index: number, columns: number): { readonly row: number; readonly column: number } => ({
   row: Math.floor(index / columns) + 1,
   column: (index % columns) + 1,
 });
 
 /** Return the columns of rows of equal length. */
-export const columnsOf = <T>(rows: readonly (readonly T[])[]): T[][] =>
+export const transposeRows = <T>(rows: readonly (readonly T[])[]): T[][] =>
   (rows[0] ?? []).map((_, j) => rows.map((row) => row[j] as T));
 
 /** Return whether all nodes are lists of one length. */
@@ -193,7 +193,7 @@ export function asMatrix(tree: Node): Node[][] {
   const { args: items } = top;
   const areColumns = items.every(({ args }) => args.length > 1 && args.every(isRowOfOne));
   if (items.length > 0 && areColumns && isRectangle(items))
-    return columnsOf(items.map(({ args }) => args.map((entry) => entry.args[0] as Node))); // [[[a], [b]], [[c], [d]]]
+    return transposeRows(items.map(({ args }) => args.map((entry) => entry.args[0] as Node))); // [[[a], [b]], [[c], [d]]]
   const rows = items.map((item) => (item.kind === "list" ? [...item.args] : [item]));
   const lengths = rows.map((row) => row.length);
   if (rows.length === 0) throw new ParseError("read.empty-list");

@@ -45,14 +45,14 @@ function typesetNode(tree: Node, symbols: Symbols): Typeset {
   const { kind, text } = tree;
   if (kind === "number" || kind === "decimal")
     return { latex: decimalSign() === "," ? text.replace(".", "{,}") : text, level: ATOM_LEVEL };
-  if (kind === "name") return { latex: symbolLatex(text, symbols), level: ATOM_LEVEL };
+  if (kind === "name") return { latex: typesetSymbol(text, symbols), level: ATOM_LEVEL };
   if (kind === "blank") return { latex: "\\square", level: ATOM_LEVEL };
   if (kind === "neg") return { latex: `-${argumentLatex(0, PRODUCT_LEVEL)}`, level: SUM_LEVEL };
   if (kind === "+" || kind === "-")
     return { latex: `${argumentLatex(0, SUM_LEVEL)} ${kind} ${argumentLatex(1, PRODUCT_LEVEL)}`, level: SUM_LEVEL };
   if (kind === "*")
     return {
-      latex: productLatex(argumentLatex(0, PRODUCT_LEVEL), argumentLatex(1, FACTOR_LEVEL)),
+      latex: typesetProduct(argumentLatex(0, PRODUCT_LEVEL), argumentLatex(1, FACTOR_LEVEL)),
       level: PRODUCT_LEVEL,
     };
   if (kind === "/")
@@ -70,18 +70,18 @@ function typesetNode(tree: Node, symbols: Symbols): Typeset {
 const bracketBelow = ({ latex, level }: Typeset, minLevel: number): string =>
   level >= minLevel ? latex : `\\left(${latex}\\right)`;
 
-function productLatex(left: string, right: string): string {
+function typesetProduct(left: string, right: string): string {
   return /^[\d]/.test(right) ? `${left} \\cdot ${right}` : `${left} \\, ${right}`;
 }
 
-function symbolLatex(name: string, symbols: Symbols): string {
+function typesetSymbol(name: string, symbols: Symbols): string {
   const symbolText = CONSTANTS.get(name) ?? (Object.hasOwn(symbols, name) ? symbols[name]?.latex : undefined);
   return symbolText ?? `\\text{${name.replace(/[^\p{L}\p{N}.]/gu, " ")}}`;
 }
 
 function typesetCall(tree: Node, symbols: Symbols): Typeset {
   const args = tree.args.map((arg) => typesetNode(arg, symbols).latex).join(", ");
-  const angleIndices = /^(sin|cos)$/.test(tree.text) ? indicesOfAngle(tree.args[0] as Node) : null;
+  const angleIndices = /^(sin|cos)$/.test(tree.text) ? findAngleIndices(tree.args[0] as Node) : null;
   if (angleIndices) return { latex: `${tree.text[0]}_{${angleIndices}}`, level: ATOM_LEVEL };
   if (tree.text === "sqrt") return { latex: `\\sqrt{${args}}`, level: ATOM_LEVEL };
   if (tree.text === "abs") return { latex: `\\left|${args}\\right|`, level: ATOM_LEVEL };
@@ -89,9 +89,9 @@ function typesetCall(tree: Node, symbols: Symbols): Typeset {
 }
 
 /** Return the joints' digits, as "12" for theta1 + theta2; null for other angles. */
-function indicesOfAngle(tree: Node): string | null {
+function findAngleIndices(tree: Node): string | null {
   if (tree.kind === "name") return /^theta(\d)$/.exec(tree.text)?.[1] ?? null;
   if (tree.kind !== "+") return null;
-  const [left, right] = tree.args.map(indicesOfAngle);
+  const [left, right] = tree.args.map(findAngleIndices);
   return left && right ? left + right : null;
 }

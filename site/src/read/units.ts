@@ -23,7 +23,7 @@ const NAME_OF_NUMBER = pattern("name_of_number", "g");
 const MAX_UNITS = 100;
 
 /** Return a unit without spaces around its slash, as the vocabulary writes it. */
-export const unitOf = (typedUnit: string): string => typedUnit.replace(" /", "/").replace("/ ", "/");
+export const normalizeUnit = (typedUnit: string): string => typedUnit.replace(" /", "/").replace("/ ", "/");
 
 /** Return the unit that a text names; null if there is no such unit. */
 export function parseUnit(text: string): Unit | null {
@@ -48,24 +48,26 @@ export function parseUnit(text: string): Unit | null {
 }
 
 /** Return the unit of each value that has one, the name before the value ("" if none), and the index of its end. */
-export function unitsOfNumbers(text: string): { name: string; unit: string; end: number }[] {
+export function findUnits(text: string): { name: string; unit: string; end: number }[] {
   let endOfLastUnit = 0;
   return [...text.matchAll(VALUE_WITH_UNIT)].slice(0, MAX_UNITS).map((match) => {
     const names = [...text.slice(endOfLastUnit, match.index).matchAll(NAME_OF_NUMBER)];
     endOfLastUnit = match.index + match[0].length;
-    return { name: names.at(-1)?.[1] ?? "", unit: unitOf((match[1] ?? match[2]) as string), end: match.index };
+    return { name: names.at(-1)?.[1] ?? "", unit: normalizeUnit((match[1] ?? match[2]) as string), end: match.index };
   });
 }
 
-/** Remove the units that `plainText` leaves, because they could be symbols; an answer in numbers has none. */
-export function withoutUnitsOfNumbers(text: string): string {
+/** Remove the units that `toPlainText` leaves, because they could be symbols; an answer in numbers has none. */
+export function convertUnitsOfNumbers(text: string): string {
   return text.replace(VALUE_WITH_UNIT, (match: string, bare: string | undefined, inBrackets: string, index: number) => {
     const typedUnit = bare ?? inBrackets;
     const unit = parseUnit(typedUnit);
     const isList = "]}".includes(text[index - 1] as string);
-    return unit === null || UNITS.has(unitOf(typedUnit)) || (isList && unit.conversion) ? match : unit.conversion;
+    return unit === null || UNITS.has(normalizeUnit(typedUnit)) || (isList && unit.conversion)
+      ? match
+      : unit.conversion;
   });
 }
 
 /** Replace the units of LaTeX, as in 0.5\,\mathrm{m/s}, by plain ones. */
-export const withPlainUnits = (text: string): string => text.replace(LATEX_UNIT, " $1");
+export const replaceLatexUnits = (text: string): string => text.replace(LATEX_UNIT, " $1");

@@ -51,7 +51,7 @@ const SPACES = new Set(vocabulary.spaces);
 export const isSpace = (sign: string | undefined): boolean => sign !== undefined && SPACES.has(sign);
 
 /** Remove the spaces at the end of a text; trimEnd also removes signs that Python's rstrip keeps. */
-export function withoutSpacesAtEnd(text: string): string {
+export function stripEnd(text: string): string {
   let end = text.length;
   while (isSpace(text[end - 1])) end -= 1;
   return text.slice(0, end);
@@ -61,8 +61,9 @@ export function withoutSpacesAtEnd(text: string): string {
 export function strip(text: string): string {
   let start = 0;
   while (isSpace(text[start])) start += 1;
-  return withoutSpacesAtEnd(text.slice(start));
+  return stripEnd(text.slice(start));
 }
 
 /** Return the number of characters of a text as Python counts them, if its UTF-16 length exceeds `limit`; else that. */
-export const lengthOf = (text: string, limit: number): number => (text.length > limit ? [...text].length : text.length);
+export const countCharacters = (text: string, limit: number): number =>
+  text.length > limit ? [...text].length : text.length;

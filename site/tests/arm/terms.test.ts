@@ -4,7 +4,7 @@
 import { describe, expect, it } from "vitest";
 
 import { parse } from "../../src/read/reader.js";
-import { realValue } from "../../src/read/real.js";
+import { evaluateRealTree } from "../../src/read/real.js";
 import { armOf } from "../../src/arm/model.js";
 import { termAfterKey } from "../../src/arm/formula-keys.js";
 import { jointOf, symbolsOf, termAt, termsOf, typedText } from "../../src/arm/terms.js";
@@ -92,7 +92,7 @@ describe("the text of a term", () => {
     const names = ["theta1", "theta2", "a1", "a2"];
     const at = { theta1: 0.3, theta2: -1.1, a1: 0.5, a2: 0.4 };
     const row = formula(sum).firstElementChild!;
-    const value = realValue(parse(typedText([...row.children])!, new Set(names)), at);
+    const value = evaluateRealTree(parse(typedText([...row.children])!, new Set(names)), at);
     expect(value).toBeCloseTo(0.5 * Math.cos(0.3) + 0.4 * Math.cos(-0.8), 12);
   });
 });

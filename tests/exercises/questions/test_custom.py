@@ -462,9 +462,10 @@ def test_wrong_units_are_expected_only_where_they_change_the_number(tmp_path: Pa
         "rate": ('"dot(inv(J)*xd, [1, 0])"\ngiven = ["pose", "velocity"]', "rad/s",
                  {"result-in-degrees": 180 / sp.pi, "millimetres": 0.001, "thousandth": 1000}),
     }  # fmt: skip
+    definitions["speed"] = ('"v.x"\ngiven = ["pose", "rates"]', "m/s", definitions["torque"][2])
     for name, (answer, unit, expected_factors) in definitions.items():
         question = f'prompt = "{{given}}"\nunit = "{unit}"\nanswer = {answer}'
-        problem = make_problem(tmp_path / name, question)
+        problem = make_problem(tmp_path / name, question, "polar-rp" if name == "speed" else "planar-2r")
         (part,) = problem.parts
         units = {"result-in-degrees", "millimetres", "thousandth", "centimetres"}
         wrong_answers = {known.mistake: known for known in find_known_wrong_answers(problem, part, 20)}
