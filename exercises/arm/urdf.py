@@ -114,8 +114,8 @@ class _UrdfReader:
             raise QdotError(f"{self.path}: {make_name_error('link', tip, self.links)}")
         if not tip and len(end_links) != 1:
             command = f"qdot solve {self.path.name} --tip LINK (--convert dh writes it as a ROBOT.toml)"
-            links = ", ".join(end_links) or "none"
-            raise QdotError(f"{self.path}: the robot has several last links: {links}; choose one: {command}")
+            problem = f"several last links: {', '.join(end_links)}" if end_links else "its links form a loop"
+            raise QdotError(f"{self.path}: {problem}; choose the last link: {command}")
         chain_joints, link = list[ElementTree.Element](), tip or end_links[0]
         while link in self.parent_joints:
             joint = self.parent_joints[link]
@@ -133,7 +133,8 @@ class _UrdfReader:
         if kind == "fixed":
             return ""
         if kind not in JOINT_KINDS:
-            raise self.make_joint_error(joint, f"unknown type {kind!r}; known: {', '.join([*JOINT_KINDS, 'fixed'])}")
+            supported = ", ".join([*JOINT_KINDS, "fixed"])
+            raise self.make_joint_error(joint, f"type {kind!r} is not supported; use {supported}")
         if joint.find("mimic") is not None:
             hint = "each joint up to the last link must move on its own"
             raise self.make_joint_error(joint, f"the joint copies another joint (mimic); {hint}")

@@ -26,8 +26,8 @@ class UndefinedValue(ParseError):
 class Node:
     """A node of an expression: its `kind`, and its arguments; `value` holds a number (Fraction) or a name.
 
-    The kinds are number, decimal, name, blank (an unanswered entry), call (of the function `value`), neg, + - * / ^,
-    list, set, dict, pair (an item of a dict), eq, in, and, or.
+    The kinds are number, decimal (a number typed with a point or an exponent), name, blank (an unanswered entry), call
+    (of the function `value`), neg, + - * / ^, list, set, dict, pair (an item of a dict), eq, in, and, or.
 
     The operators + - * / ** combine nodes or integers, and leave out operands 0 and 1 that change nothing:
 
@@ -171,7 +171,9 @@ def _split_decimal(decimal: Fraction) -> tuple[int, int]:
     (1225, 2)
     """
     twos = (decimal.denominator & -decimal.denominator).bit_length() - 1  # the denominator is 2^twos 5^fives
-    fives = round(log(decimal.denominator >> twos, 5))  # at most 1,400, so that this is exact
+    # The parser limits a number to 1,000 characters and an exponent of 400, so fives is at most 1,400 and log is exact
+    # enough to be rounded.
+    fives = round(log(decimal.denominator >> twos, 5))
     places = max(twos, fives)
     return decimal.numerator * (10**places // decimal.denominator), places
 
@@ -248,9 +250,10 @@ def _has_rows(node: Node) -> bool:
 def as_matrix(node: Node) -> list[list[Node]]:
     """Return the rows of a matrix. A list of scalars is a column, and a scalar is a matrix of one entry.
 
-    Raises ParseError if rows differ in length, or if lists are nested deeper.
+    The comments below show other notations that are accepted. Raises ParseError if rows differ in length, or if lists
+    are nested deeper.
     """
-    while node.kind == "list" and len(node.args) == 1 and _has_rows(node.args[0]):
+    while node.kind == "list" and len(node.args) == 1 and _has_rows(node.args[0]):  # [[[a, b], [c, d]]]
         node = node.args[0]
     if node.kind == "list" and node.args and all(_is_row_matrix(item) for item in node.args):  # [[[a, b]], [[c, d]]]
         node = Node("list", tuple(item.args[0] for item in node.args))
@@ -258,7 +261,7 @@ def as_matrix(node: Node) -> list[list[Node]]:
         node = Node("list", tuple(Node("list", item.args) for item in node.args))
     if node.kind != "list":
         return [[node]]
-    if node.args and all(_is_column(item) for item in node.args):  # a list of column vectors, side by side
+    if node.args and all(_is_column(item) for item in node.args):  # [[[a], [c]], [[b], [d]]]: columns
         columns = [[entry.args[0] for entry in item.args] for item in node.args]
         if len({len(column) for column in columns}) == 1:
             return [list(row) for row in zip(*columns, strict=True)]
@@ -273,7 +276,10 @@ def as_matrix(node: Node) -> list[list[Node]]:
 
 
 def format_tree(node: Node) -> str:
-    """Return a text that is parsed as the same tree; long sums and products have no nested brackets."""
+    """Return a text that is parsed as an expression of the same value; long sums and products have no nested brackets.
+
+    The tree is a single expression, without lists, conditions and blanks (see `find_nonscalar`).
+    """
     return fold(node, _combine_texts)
 
 

@@ -216,7 +216,7 @@ VARIANTS: dict[str, VariantGenerator] = {
         min_joints=6,
     ),
     "wrist-alone": _vary_if_square(  # the angular rows of joints 1 to 3 are zero
-        "jacobian", scale_entries((slice(3, None), slice(3)), 0), min_joints=6
+        "jacobian", scale_entries((slice(3, None), slice(3)), factor=0), min_joints=6
     ),
     "sum-squared": _vary_if_wide(
         "gram determinant",
@@ -226,7 +226,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     "square-lost": _drop_repeated_factor,
     "velocity-sign": vary_each(
         lambda chain: enumerate(chain.task),
-        lambda i, name: MistakeVariant({"wanted velocity": scale_entries(i, -1)}, words={"name": name}),
+        lambda i, name: MistakeVariant({"wanted velocity": scale_entries(i, factor=-1)}, words={"name": name}),
     ),
     "velocity-components-exchanged": _vary_if_square(
         "wanted velocity", lambda stages, velocity: velocity[::-1], max_joints=2

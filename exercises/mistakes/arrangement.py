@@ -44,8 +44,9 @@ def _negate_one(axis: int) -> VariantGenerator:
     An answer with a single row or column has no such variant.
     """
     return lambda chain, shape: (
-        MistakeVariant(
-            {RESULT: scale_entries((slice(None),) * axis + (i,), -1)}, words={"one": _name_lines(axis, shape, [i])}
+        MistakeVariant(  # the index is (i,) for row i, and (slice(None), i) for column i
+            {RESULT: scale_entries((slice(None),) * axis + (i,), factor=-1)},
+            words={"one": _name_lines(axis, shape, [i])},
         )
         for i in (range(shape[axis]) if shape[axis] > 1 else ())
     )

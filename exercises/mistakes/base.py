@@ -156,7 +156,10 @@ def vary_if(
 def vary_each(
     list_cases: Callable[[Chain], Iterable[tuple[Any, ...]]], make_variant: Callable[..., MistakeVariant]
 ) -> VariantGenerator:
-    """Return a function that yields one variant for each of the cases of an arm, such as each pair of joints."""
+    """Return a function that yields one variant for each of the cases of an arm, such as each pair of joints.
+
+    A case is a tuple of the arguments of `make_variant`.
+    """
     return lambda chain, shape: starmap(make_variant, list_cases(chain))
 
 

@@ -63,14 +63,14 @@ def _scale_term(factor: int, min_terms: int) -> VariantGenerator:
 def _keep_own_link(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
     """Return the derivative of the link vector after each joint, and zero for those of later links."""
     later_links = ~np.eye(stages.n, stages.n + 1, dtype=bool)
-    return np.asarray(scale_entries(later_links, 0)(stages, link_derivatives))
+    return np.asarray(scale_entries(later_links, factor=0)(stages, link_derivatives))
 
 
 def _keep_last_link(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant in which only the last link contributes to the columns."""
     links = list_moving_links(chain)
     if len(links) > 1:
-        yield MistakeVariant({"link derivatives": scale_entries((slice(None), links[:-1]), 0)})
+        yield MistakeVariant({"link derivatives": scale_entries((slice(None), links[:-1]), factor=0)})
 
 
 def _mirror_link_derivatives(stages: StageResults, joint: int) -> np.ndarray:
@@ -262,7 +262,7 @@ def _use_frame_axis(axis: str, joint: int | None = None) -> MistakeVariant:
 def _drop_joint(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants that omit the contribution of one joint to the velocities."""
     for i in range(chain.n) if chain.n > 1 else ():
-        drop = scale_entries((slice(None), i), 0)
+        drop = scale_entries((slice(None), i), factor=0)
         yield MistakeVariant({"linear rows": drop, "angular rows": drop}, words={"joint": i + 1})
 
 
@@ -327,13 +327,13 @@ def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
 
 
 VARIANTS: dict[str, VariantGenerator] = {
-    "chain-rule": _scale_term(0, min_terms=2),
+    "chain-rule": _scale_term(factor=0, min_terms=2),
     "joint-left-out": _drop_joint,
     "own-link-only": vary_always({"link derivatives": _keep_own_link}),
     "last-link-only": _keep_last_link,
-    "term-sign": _scale_term(-1, min_terms=1),
-    "derivative-of-cosine": _flip_derivative(-1),
-    "derivative-of-sine": _flip_derivative(1),
+    "term-sign": _scale_term(factor=-1, min_terms=1),
+    "derivative-of-cosine": _flip_derivative(sign=-1),
+    "derivative-of-sine": _flip_derivative(sign=1),
     "not-differentiated": vary_always({"link derivatives": _skip_differentiation}),
     "next-axis": _vary_propagation(
         {"axes": _shift_to_next},
@@ -359,12 +359,14 @@ VARIANTS: dict[str, VariantGenerator] = {
     "revolute-as-prismatic": _treat_joints_as(PRISMATIC, REVOLUTE),
     "slide-turns": vary_each(lambda chain: (([i],) for i in chain.prismatic_joints), _rotate_prismatic_joints),
     "no-angular-part": lambda chain, _: vary_each_joint_and_all(chain.revolute_joints, _drop_angular),
-    "slides-turn": vary_each(
+    "slides-turn": vary_each(  # all prismatic joints; "slide-turns" is one of them
         lambda chain: [(chain.prismatic_joints,)] if len(chain.prismatic_joints) > 1 else [], _rotate_prismatic_joints
     ),
     "angular-of-one-joint": _keep_one_angular,
     "angular-of-next-axis": _use_next_angular,
-    "blocks-exchanged": vary_always({"geometric jacobian": lambda stages, rows: np.roll(rows, 3, axis=0)}),
+    "blocks-exchanged": vary_always(  # the angular rows before the linear rows
+        {"geometric jacobian": lambda stages, rows: np.roll(rows, shift=3, axis=0)}
+    ),
     "tool-frame": _use_tool_frame,
     "axes-in-own-frames": _vary_propagation({"axes": _use_local_axes}),
     "wrong-axis": vary_each(lambda _: [("x",), ("y",)], _use_frame_axis),
@@ -373,8 +375,8 @@ VARIANTS: dict[str, VariantGenerator] = {
         {"axes": lambda stages, _: np.stack([rotation[2] for rotation in _list_rotations_on_axes(stages)])}
     ),
     "axis-sign": vary_each(
-        lambda chain: zip(range(chain.n)),
-        lambda i: make_propagated_variant({"axes": scale_entries(i, -1)}, words={"joint": i + 1}),
+        lambda chain: ((i,) for i in range(chain.n)),
+        lambda i: make_propagated_variant({"axes": scale_entries(i, factor=-1)}, words={"joint": i + 1}),
     ),
     "vectors-left-in-base": _leave_vectors_in_base,
     "rotated-the-wrong-way": vary_always(

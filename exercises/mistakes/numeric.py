@@ -22,7 +22,7 @@ from qdot.exercises.mistakes.base import (
 )
 from qdot.exercises.mistakes.table import scale_angles
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.path import SAMPLE_SPACING, DistanceDetails
+from qdot.exercises.questions.path import NONSINGULAR_CONDITIONING, SAMPLE_SPACING, DistanceDetails
 from qdot.exercises.reference_answers import Number
 
 
@@ -131,7 +131,7 @@ def _compute_rates(line: StraightPath, distance: SupportsFloat, path_speed: Supp
     """
     end = float(distance)
     step = end / max(1, round(end / SAMPLE_SPACING)) if end else 1.0
-    samples = list(line.follow(step, 1e-3, end))
+    samples = list(line.follow(step, NONSINGULAR_CONDITIONING, end))
     is_reached = bool(samples) and abs(samples[-1].s - end) < 1e-9
     return np.array(samples[-1].derivatives) * float(path_speed) if is_reached else np.array([np.nan])
 
@@ -176,8 +176,8 @@ def _reverse_path(chain: Chain, details: DistanceDetails) -> RatesWithWords:
 
 VARIANTS: dict[str, VariantGenerator] = {
     "degrees-as-radians": _use_degrees,
-    "rates-in-degrees": _scale_revolute_entries(float(180 / np.pi)),
-    "rates-in-turns": _scale_revolute_entries(float(0.5 / np.pi)),
+    "rates-in-degrees": _scale_revolute_entries(factor=float(180 / np.pi)),
+    "rates-in-turns": _scale_revolute_entries(factor=float(0.5 / np.pi)),
     "result-in-degrees": vary_always({RESULT: lambda stages, values: values * float(180 / np.pi)}),
     "millimetres": _scale_lengths(sp.Integer(1000)),
     "thousandth": _scale_lengths(sp.Rational(1, 1000)),

@@ -23,6 +23,7 @@ from qdot.exercises.arm.derivation_graph import (
 from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator, join_words, vary_if
 
 LinkVectors = list[np.ndarray]
+"""The n + 1 link vectors, each (3, …)."""
 
 
 def find_first_joint_of_run(chain: Chain, link: int) -> int:
@@ -62,8 +63,9 @@ def _compute_relative_link(stages: StageResults, link: int, keeps_constants: boo
 
 def list_moving_links(chain: Chain) -> list[int]:
     """Return the links between the base and P whose vectors are not zero."""
-    lengths = [joint.is_prismatic or (joint.a, joint.d) != (0, 0) for joint in chain.joints]
-    return [k for k in list_links_to_point(chain) if [*lengths, not chain.point.is_origin][k]]
+    is_nonzero = [joint.is_prismatic or (joint.a, joint.d) != (0, 0) for joint in chain.joints]
+    is_nonzero.append(not chain.point.is_origin)
+    return [link for link in list_links_to_point(chain) if is_nonzero[link]]
 
 
 def make_link_words(chain: Chain, link: int) -> dict[str, object]:
@@ -109,7 +111,9 @@ def _list_choices_for_constants(chain: Chain) -> tuple[bool, ...]:
 def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants in which every frame ignores the earlier joints of its run."""
 
-    def change_rotations(stages: StageResults, correct_rotations: LinkVectors, keeps_constants: bool) -> LinkVectors:
+    def change_rotations(
+        stages: StageResults, correct_rotations: list[np.ndarray], keeps_constants: bool
+    ) -> list[np.ndarray]:
         frames = range(len(correct_rotations))
         return [
             _rotate_without(stages, k, _list_earlier_joints_of_runs(stages.chain, k), keeps_constants) for k in frames

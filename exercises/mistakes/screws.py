@@ -44,7 +44,7 @@ def _vary_each_stage(change: Change, *stages: str) -> VariantGenerator:
 
 def _flip_linear_parts(stages: StageResults, columns: np.ndarray) -> np.ndarray:
     """Return the screws with the sign of v flipped for revolute joints."""
-    return scale_entries((slice(3, None), list_joints_of_kind(stages, REVOLUTE)), -1)(stages, columns)
+    return scale_entries((slice(3, None), list_joints_of_kind(stages, REVOLUTE)), factor=-1)(stages, columns)
 
 
 def _replace_linear_parts(compute_linear: Callable[[StageResults, np.ndarray, int, Axis], np.ndarray]) -> Change:
@@ -69,7 +69,7 @@ def _move_prismatic_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[Mi
     def apply_change(stages: StageResults, columns: np.ndarray) -> np.ndarray:
         prismatic_joints = list_joints_of_kind(stages, PRISMATIC)
         new_columns = np.array(columns)
-        new_columns[:, prismatic_joints] = np.roll(columns[:, prismatic_joints], 3, axis=0)
+        new_columns[:, prismatic_joints] = np.roll(columns[:, prismatic_joints], shift=3, axis=0)
         return new_columns
 
     if {joint.kind for joint in chain.joints} == {REVOLUTE, PRISMATIC}:
@@ -105,7 +105,7 @@ def _use_other_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 def _reorder_geometric_rows(stages: StageResults) -> np.ndarray:
     """Return the geometric Jacobian, whose linear velocities are those of P, with its rows in the order (omega, v)."""
-    return np.roll(stages["geometric jacobian"], 3, axis=0)
+    return np.roll(stages["geometric jacobian"], shift=3, axis=0)
 
 
 # --- the adjoint ---
@@ -123,7 +123,7 @@ def _stack_blocks(
     upper_left: np.ndarray, upper_right: np.ndarray, lower_left: np.ndarray, lower_right: np.ndarray
 ) -> np.ndarray:
     """Return the matrix (6, 6, …) that consists of four blocks (3, 3, …)."""
-    upper, lower = np.concatenate([upper_left, upper_right], 1), np.concatenate([lower_left, lower_right], 1)
+    upper, lower = np.concatenate([upper_left, upper_right], axis=1), np.concatenate([lower_left, lower_right], axis=1)
     return np.concatenate([upper, lower])
 
 
@@ -270,7 +270,7 @@ VARIANTS: dict[str, VariantGenerator] = {
         _replace_linear_parts(lambda stages, _, i, axis: convert_constant_vector(stages, axis.point)), "home screws"
     ),
     "twist-rows-exchanged": _vary_each_stage(
-        lambda stages, columns: np.roll(columns, 3, axis=0), *SCREW_STAGES, "geometric jacobian"
+        lambda stages, columns: np.roll(columns, shift=3, axis=0), *SCREW_STAGES, "geometric jacobian"
     ),
     "slide-above": _move_prismatic_to_angular_rows,
     "screws-at-home": _use_home_screws,

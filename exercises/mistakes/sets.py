@@ -280,7 +280,7 @@ def _split_conjunction(chain: Chain, components: Components) -> Iterator[Mistake
     """Yield answers in which conditions that must hold simultaneously are alternatives."""
     for k, component in enumerate(components):
         if len(component.conditions) > 1:
-            yield _make_answer((*components[:k], *_keep_conditions(component, 1), *components[k + 1 :]))
+            yield _make_answer((*components[:k], *_keep_conditions(component, condition_count=1), *components[k + 1 :]))
 
 
 def _keep_one_root_each(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
@@ -389,8 +389,8 @@ ANSWERS: dict[str, AnswerGenerator] = {
     "sign-in-condition": _change_tied_condition(lambda condition: (condition - 2 * term for term in condition.args)),
     "term-lost-in-condition": _change_tied_condition(lambda condition: (condition - term for term in condition.args)),
     "waves-exchanged-in-condition": _change_tied_condition(_exchange_sines_and_cosines),
-    "offset-forgotten-in-set": _misuse_offsets(1),
-    "offset-sign-in-set": _misuse_offsets(2),
+    "offset-forgotten-in-set": _misuse_offsets(factor=1),
+    "offset-sign-in-set": _misuse_offsets(factor=2),
     "or-for-and": _change_sets(_split_conjunction),
     "one-root-of-each": _change_sets(_keep_one_root_each),
     "and-for-or": _change_sets(_join_alternatives),

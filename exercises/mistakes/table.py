@@ -183,7 +183,7 @@ def _exchange_lengths(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
     rows = convention_of(chain).rows
     for i, j in combinations(range(chain.n), 2):
-        if 0 != rows[i].a != rows[j].a != 0:
+        if rows[i].a != rows[j].a and 0 not in (rows[i].a, rows[j].a):
             yield MistakeVariant({"table": partial(exchange, i=i, j=j)}, words={"joint": i + 1, "other": j + 1})
 
 

@@ -138,7 +138,8 @@ def _describe_form(problem: Problem, part: Part) -> dict[str, object]:
     form: dict[str, object] = {
         "type": part.type, "shape": list(part.shape or ()), "units": list(part.answer.expected_units),
         "labels": list(question.list_names_to_type(problem.chain, part)),
-        "columns": list(question.name_columns(problem.chain)), "metres": find_determinant_power_of_metres(part),
+        "columns": list(question.name_columns(problem.chain)),
+        "metres": find_determinant_power_of_metres(problem.chain, part),
         "options": ["" if part.details.has_drawn_options else option for option in part.answer.offered_options],
         "items": list(part.answer.matched_items),
     }  # fmt: skip

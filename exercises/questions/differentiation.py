@@ -27,14 +27,16 @@ class TaskDetails(Details):
     task: tuple[str, ...]
 
 
-def find_determinant_power_of_metres(part: Part) -> int | None:
-    """Return k if the unit of a determinant is m^k (the number of its linear rows); None for other questions."""
-    return sum(row[0] == "v" for row in part.details_as(TaskDetails).task) if part.kind == "determinant" else None
+def find_determinant_power_of_metres(chain: Chain, part: Part) -> int | None:
+    """Return k if the unit of a determinant is m^k: the linear rows minus the prismatic joints; None for others."""
+    if part.kind != "determinant":
+        return None
+    return sum(row[0] == "v" for row in part.details_as(TaskDetails).task) - (chain.n - len(chain.revolute_joints))
 
 
 @dataclass(frozen=True, kw_only=True)
 class AxesDetails(Details):
-    """Details of a question about coordinates of P: those of "x", "y", "z" that are asked for.
+    """Details of a question about coordinates of P; `axes` lists those of "x", "y", "z" that it asks for.
 
     `by_links` says whether their rates of change are written link by link, as in Example 6.1.
     """
@@ -54,8 +56,9 @@ class AxisDetails(ResultChoiceDetails):
 def write_linear_velocity(chain: Chain) -> sp.Matrix:
     """Return the components of the velocity of P that are in the task, as a column (6.2).
 
-    If every term of the position has the sine or cosine of at most one angle, the velocity is written link by link, as
-    in Example 6.1: -a1 s1 qd1 - a2 s12 (qd1 + qd2). Otherwise it is written joint by joint, as J qd.
+    If every term of the position has the sine or cosine of at most one angle, and at least one angle is a sum, the
+    velocity is written link by link, as in Example 6.1: -a1 s1 qd1 - a2 s12 (qd1 + qd2). Otherwise it is written joint
+    by joint, as J qd.
     """
     derivation, rows = derive(chain), list_linear_task_rows(chain)
     if _is_written_by_links(chain):
@@ -101,7 +104,10 @@ def _find_task_objection(chain: Chain) -> str | None:
 
 
 def _substitute_position(position: np.ndarray) -> dict[str, Change]:
-    """Return the changes that put a student's position, stepped (rows, 1, …), into the point and the linear rows."""
+    """Return the changes that replace the point and the linear rows by those of a student's position.
+
+    `position` carries its derivatives; its shape is (rows, 1, …).
+    """
 
     def move_point(stages: StageResults, correct: np.ndarray) -> np.ndarray:
         point = correct.copy()

@@ -20,12 +20,17 @@ from qdot.grader.grading.result import Override
 from qdot.grader.marking.marking import compute_points, map_max_points, sum_points
 
 OVERRIDES_FILE = "overrides.csv"
-COLUMN_NAMES = ("student", "part", "points", "comment")
+STUDENT_COLUMN = "student"
+COLUMN_NAMES = (STUDENT_COLUMN, "part", "points", "comment")
+"""The columns that overrides.csv always has; the optional columns follow."""
 HEADER = ",".join(COLUMN_NAMES)
 GROUP_COLUMN = "group"
 """An optional column: the group of equal wrong answers to which a line applies, instead of a student."""
 ANSWER_COLUMN = "answer"
-"""A column of graded/to-mark.csv: the answer in words. A line that was copied from there may have no points yet."""
+"""An optional column, as in graded/to-mark.csv: the only answer in words to which a line applies.
+
+A line that was copied from graded/to-mark.csv may have no points yet.
+"""
 TOTAL_PART = ""
 """The value of the column part that means a student's total."""
 
@@ -47,7 +52,8 @@ class Overrides:
 
     def has_marked_answer(self, student: str, part: str) -> bool:
         """Return whether a person has marked a single answer of a student to a part."""
-        return any(marked[:2] == (student, part) and marked[2] for marked in self.by_part)
+        marked_parts = {(marked_student, marked_part) for marked_student, marked_part, answer in self.by_part if answer}
+        return (student, part) in marked_parts
 
 
 def flatten_answer(answer: str) -> str:
@@ -74,7 +80,7 @@ def read_overrides(assignment: Assignment) -> Overrides:
     by_part: dict[tuple[str, str, str], Override] = {}
     by_group: dict[str, Override] = {}
     first_lines: dict[tuple[str, str, str], int] = {}
-    for line_number, cells in read_table(path, COLUMN_NAMES[0], HEADER):
+    for line_number, cells in read_table(path, STUDENT_COLUMN, HEADER):
         location = f"{path}: line {line_number}"
         if not {"part", "points"} <= set(cells):
             raise QdotError(f"{location}: there is no cell for part or points; the columns are {HEADER}")
@@ -93,8 +99,10 @@ def read_overrides(assignment: Assignment) -> Overrides:
         if part not in max_points:
             raise _make_unknown_part_error(location, part, list(max_points))
         target = f"the group {group!r}" if group else f"{part or 'the total'} of {student!r}"
-        if (first_line := first_lines.setdefault((student, group or part, answer), line_number)) != line_number:
-            raise QdotError(f"{location}: {target} was already set on line {first_line}")
+        target_key = (student, group or part, answer)  # the key of a group begins with its part
+        if target_key in first_lines:
+            raise QdotError(f"{location}: {target} was already set on line {first_lines[target_key]}")
+        first_lines[target_key] = line_number
         if group and not points and not comment:
             raise QdotError(
                 f"{location}: there are neither points nor a comment for {target}; enter at least one of them"
@@ -103,9 +111,9 @@ def read_overrides(assignment: Assignment) -> Overrides:
             continue  # an answer that is not marked yet
         new_points = None if group and not points else _parse_points(location, part, points, max_points[part])
         if group:
-            by_group[group] = Override(new_points, comment, None, group)
+            by_group[group] = Override(new_points, comment, was=None, group=group)
         else:
-            by_part[student, part, flatten_answer(answer)] = Override(new_points, comment, None)
+            by_part[student, part, flatten_answer(answer)] = Override(new_points, comment, was=None)
     return Overrides(by_part, by_group)
 
 
@@ -134,8 +142,8 @@ MAX_GROUPS_LISTED = 8
 def _parse_group(location: str, part: str, group: str, part_names: Sequence[str]) -> tuple[str, str]:
     """Return the part and the key of the group that a line names. Raises QdotError.
 
-    If the line also names the part, `group` may contain just the letters of the key. `location` is the
-    file and the line.
+    If the line also names the part, `group` may contain just the letters of the key. `location` is the file and the
+    line, for messages.
     """
     part_of_group, _, letters = group.rpartition("/")
     if not re.fullmatch(f"[{KEY_LETTERS}]{{{KEY_LENGTH}}}", letters.lower()) or not (part_of_group or part):
@@ -160,7 +168,7 @@ def _parse_points(location: str, part: str, text: str, max_points: float) -> flo
     number_text = text.replace(",", ".")  # a spreadsheet that separates cells by semicolons may write a decimal comma
     percentage = re.fullmatch(r"(\d+(?:\.\d{1,4})?) ?%", number_text)
     if percentage and Fraction(percentage[1]) <= 100:
-        return compute_points(max_points, 1.0, Fraction(percentage[1]) / 100)
+        return compute_points(max_points, share=1.0, factor=Fraction(percentage[1]) / 100)
     if not re.fullmatch(r"\d+(\.\d{1,4})?", number_text):
         forms = f"a number from 0 to {max_points:g} with at most four decimals, as in 1.5, or a percentage, as in 50 %"
         raise QdotError(f"{location}: points = {text!r}: expected {forms}")

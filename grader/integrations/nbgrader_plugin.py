@@ -90,7 +90,7 @@ class Mark(Execute):
         nb.cells = [from_dict(cell) for cell in remove_self_checks(nb.cells, problems)]
         late, penalty = result.late, None
         if late is not None:  # the penalty is rounded as in qdot's own results
-            penalty = compute_points(late.points_before, 1.0, Fraction(str(late.penalty)))
+            penalty = compute_points(late.points_before, share=1.0, factor=Fraction(str(late.penalty)))
         resources["qdot"] = {"late_penalty": penalty}
         if result.override is not None and result.override.points is not None:
             total = format_points(result.override.points)

@@ -7,6 +7,7 @@ from qdot.exercises import reference_answers
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.differentiation import find_determinant_power_of_metres
+from qdot.exercises.questions.inversion import write_power_of_metres
 from qdot.exercises.short_questions import question_of
 from qdot.grader.judging import answer_parser
 from qdot.grader.judging.choices import BLANK_TEXTS, read_choice, read_matching, read_selection
@@ -34,7 +35,8 @@ def find_expected_form(problem: Problem, part: Part) -> ExpectedForm:
     """Return the form in which the answer to a part is expected."""
     question, joints = question_of(part), tuple(q.name for q in problem.chain.q)
     labels, columns = question.list_names_to_type(problem.chain, part), question.name_columns(problem.chain)
-    return ExpectedForm(part.answer, problem.domain, joints, labels, columns, find_determinant_power_of_metres(part))
+    metre_power = find_determinant_power_of_metres(problem.chain, part)
+    return ExpectedForm(part.answer, problem.domain, joints, labels, columns, metre_power)
 
 
 def read_answer(problem: Problem, part: Part, text: str, functions_seed: str = "") -> answer_parser.ParsedAnswer:
@@ -55,9 +57,10 @@ def read_in_form(expected: ExpectedForm, text: str, functions_seed: str = "") ->
         if constant is None:
             return answer_parser.ParsedAnswer(text, table=read_table(text, expected.domain, functions_seed))
         return replace(read_in_form(expected, constant), text=text)
-    if expected.metre_power not in (None, _CUBIC_POWER) and _CUBIC_METRES.search(text):
-        unit = f"m^{expected.metre_power}"
-        return answer_parser.refuse(text, f"the unit m^3 does not fit: the result is in {unit}; write only the formula")
+    if expected.metre_power is not None and expected.metre_power != _CUBIC_POWER and _CUBIC_METRES.search(text):
+        unit = write_power_of_metres(expected.metre_power)
+        actual = f"is in {unit}" if unit else "has no unit"
+        return answer_parser.refuse(text, f"the unit m^3 does not fit: the result {actual}; write only the formula")
     parsed = _AnswerReader(text, expected).visit(expected.answer)
     is_formula = isinstance(expected.answer, reference_answers.Expression | reference_answers.Matrix)
     text_with_points = answer_parser.replace_decimal_commas(text)  # pages in many languages print decimal commas

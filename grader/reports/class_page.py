@@ -77,8 +77,8 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     work_by_part = {name: _collect_work(name, results, problems) for name in names}
     status_counts = Counter(map(find_work_status, results))
     similar_pairs = _find_similar_answers(work_by_part)
-    overrides = [(result.student, name, line) for result in results for name, line in result.overrides.items()]
-    outcome_words = {outcome: word for outcome, (word, *_) in charts.OUTCOME_STYLES.items()}
+    overrides = [(result.student, name, override) for result in results for name, override in result.overrides.items()]
+    outcome_words = {outcome: style.label for outcome, style in charts.OUTCOME_STYLES.items()}
     if not any(map(status_counts.get, UNMARKED_STATUSES)):
         del outcome_words[Outcome.UNGRADED]
     mistake_counts = {mistake.title: len(mistake.students) for mistake in mistakes[:MAX_CHARTED_MISTAKES]}

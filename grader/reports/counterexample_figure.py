@@ -35,11 +35,6 @@ MIN_REFERENCE_DISTANCE = 0.3
 MAX_ANSWER_LENGTH = 2_000
 """Maximum number of characters of an answer whose point is computed."""
 
-SET_CAPTIONS = {
-    True: ("singular, but not in your answer", "in your answer, but not singular"),
-    False: ("missing from your answer", "in your answer, but wrong"),
-}
-"""Captions of a missing and of a wrong configuration, for the set of singular configurations and for other sets."""
 CROSS_CAPTION = "Dot: P. Cross: P according to your answer."
 
 
@@ -47,14 +42,23 @@ def draw_example(problem: Problem, part: Part, example: Counterexample, answer: 
     """Return the counterexample of a wrong answer as an SVG element, empty if there is nothing to draw."""
     name = f"{part.name}-example"
     if isinstance(example, SetDifference):
-        captions = SET_CAPTIONS[part.answer_as(ConditionSet).is_singular_set]
-        candidates = zip(captions, (example.missing, example.surplus), strict=True)
-        arms = [_pose_arm(problem.chain, caption, values) for caption, values in candidates if values is not None]
+        configurations = caption_configurations(part, example)
+        arms = [_pose_arm(problem.chain, caption, configuration) for caption, configuration in configurations]
         return draw_examples_svg([arm for arm in arms if arm], name) if arms and all(arms) else ""
     if part.kind != "position" or answer is None or answer == FUNCTION_TEXT or len(answer) > MAX_ANSWER_LENGTH:
         return ""
     arm_with_answer = _mark_answer_point(problem, part, example.at, answer)
     return "" if arm_with_answer is None else draw_examples_svg([arm_with_answer], name, CROSS_CAPTION)
+
+
+def caption_configurations(part: Part, example: SetDifference) -> list[tuple[str, Mapping[str, float]]]:
+    """Return the configurations at which an answer is wrong, each after its caption."""
+    if part.answer_as(ConditionSet).is_singular_set:
+        captions = ("singular, but not in your answer", "in your answer, but not singular")
+    else:
+        captions = ("missing from your answer", "in your answer, but wrong")
+    candidates = zip(captions, (example.missing, example.surplus), strict=True)
+    return [(caption, configuration) for caption, configuration in candidates if configuration is not None]
 
 
 def _pose_arm(chain: Chain, caption: str, values: Mapping[str, float]) -> Example | None:

@@ -11,18 +11,16 @@ from qdot.exercises.formula.equality import Counterexample, EntryDifference, Set
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.printers.mathml import print_mathml
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.writing.latex import list_prismatic_joints, write_symbol
 from qdot.exercises.writing.units import format_unit
 from qdot.grader.judging.verdict import name_entry
 from qdot.grader.reports.answer_display import make_visible
-from qdot.grader.reports.counterexample_figure import SET_CAPTIONS
+from qdot.grader.reports.counterexample_figure import caption_configurations
 
 DIGITS, MAX_DIGITS = 4, 16
 """Number of significant digits that are shown; if two values then look the same, up to the maximum."""
 ZERO_TOLERANCE = 1e-12
 """Values of symbols below this bound are shown as 0, because numeric searches end near zero, not at zero."""
-VALUE_WORDS = {"not a finite number": "not a finite number", "blank": "left blank"}
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -47,13 +45,17 @@ class CounterexampleTable:
 
 
 def make_counterexample_table(problem: Problem, part: Part, example: Counterexample) -> CounterexampleTable | None:
-    """Return a counterexample as a table that leaves out the correct values which the feedback level withholds.
+    """Return a counterexample as a table.
 
-    Return None if the answer contains symbols that the problem doesn't define, or if the table would only repeat a
-    number of the answer.
+    Correct values that the feedback level withholds are None in the counterexample, and are left out (see
+    `feedback_levels.limit_feedback`). Return None if the answer contains symbols that the problem doesn't define, or if
+    the table would only repeat a number of the answer.
     """
-    candidates = (example.missing, example.surplus) if isinstance(example, SetDifference) else (example.at,)
-    configurations = [configuration for configuration in candidates if configuration is not None]
+    captioned_configurations = (
+        caption_configurations(part, example) if isinstance(example, SetDifference) else [("value", example.at)]
+    )
+    columns = ("Quantity", *(caption[0].upper() + caption[1:] for caption, _ in captioned_configurations))
+    configurations = [configuration for _, configuration in captioned_configurations]
     symbol_infos, prismatic_names = problem.symbols, list_prismatic_joints(problem.chain)
     if any(set(configuration) - set(symbol_infos) for configuration in configurations):
         return None
@@ -65,20 +67,12 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
         cells = tuple(_format_quantity(value, symbol_infos[name].unit) for value in values)
         symbol_rows.append(ExampleRow(print_mathml(parse_latex(write_symbol(name, prismatic_names))), cells))
     if isinstance(example, SetDifference):
-        captions = SET_CAPTIONS[part.answer_as(ConditionSet).is_singular_set]
-        columns = [
-            caption[0].upper() + caption[1:]
-            for caption, configuration in zip(captions, candidates, strict=True)
-            if configuration is not None
-        ]
-        if not columns or not symbol_rows:
-            return None
         caption = "Configurations where your answer is wrong"
-        return CounterexampleTable(caption, ("Quantity", *columns), tuple(symbol_rows))
+        return CounterexampleTable(caption, columns, tuple(symbol_rows)) if symbol_rows else None
     if not symbol_rows and example.expected is None:
         return None
     caption = _write_caption(part, example, bool(symbol_rows))
-    return CounterexampleTable(caption, ("Quantity", "Value"), tuple(symbol_rows), _make_result_rows(part, example))
+    return CounterexampleTable(caption, columns, tuple(symbol_rows), _make_result_rows(part, example))
 
 
 def _write_caption(part: Part, example: EntryDifference, has_configuration: bool) -> str:
@@ -93,7 +87,7 @@ def _describe_entry(part: Part, example: EntryDifference) -> str:
     rows, columns = part.shape or (1, 1)
     if rows * columns == 1:
         return ""
-    if part.answer.expected_units:
+    if part.answer.expected_units:  # the answer consists of numbers, each with a unit
         return f"number {example.entry + 1}"
     return name_entry(example.entry, columns)
 
@@ -103,10 +97,12 @@ def _make_result_rows(part: Part, example: EntryDifference) -> tuple[ExampleRow,
     unit = units[example.entry] if units else ""
     if example.expected is None:
         return (ExampleRow("Your answer", (_format_value(example.yours, DIGITS, unit),)),)
+    # a correct value is shown with the digits that an answer needs to be accepted
     digits = part.count_digits(example.expected, DIGITS) if isinstance(example.expected, float) else DIGITS
     answer_text, correct_text = _format_distinctly(example.yours, example.expected, unit, digits)
     heading = "Correct"
     if part.answer.is_direction and example.pivot is not None:
+        # the correct direction is scaled so that its entry `pivot` equals the student's
         heading = f"Correct for your entry {example.pivot + 1}"
     return ExampleRow("Your answer", (answer_text,)), ExampleRow(heading, (correct_text,))
 
@@ -146,10 +142,18 @@ def _format_distinctly(
 
 
 def _format_value(value: float | str, digits: int, unit: str) -> str:
+    """Return a value of an `EntryDifference` as a text.
+
+    >>> _format_value(2.0, 4, "rad/s"), _format_value("blank", 4, ""), _format_value("0.3 + -0.2i", 4, "")
+    ('2 rad/s', 'left blank', '0.3 − 0.2 i')
+    """
+    if value == "blank":
+        return "left blank"
     if isinstance(value, str):
+        # 1 + -2i is our own form, (1 - 2j) is Python's or mpmath's
         complex_number = re.fullmatch(r"\(?([-\d.e]+) ([+-]) (-?)([\d.e-]+)[ij]\)?", value)
         if complex_number is None:
-            return VALUE_WORDS.get(value) or make_visible(value).replace("-", "−")
+            return make_visible(value).replace("-", "−")
         real_part, sign, inner_minus, imaginary_part = complex_number.groups()
         sign = "−" if (sign == "-") != bool(inner_minus) else "+"
         return f"{format_decimal(float(real_part), digits)} {sign} {format_decimal(float(imaginary_part), digits)} i"

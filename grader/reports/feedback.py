@@ -52,7 +52,7 @@ NO_ANSWERS_NOTE = "Your notebook has no answer to any question. Did you submit t
 MAX_PARTS_WITHOUT_OVERVIEW = 6
 """If a student has more parts than this, the page begins with an overview of them."""
 
-_END = r"(?=$|\. )"
+_END = r"(?=$|\. )"  # the end of a sentence
 SHORT_REASONS = (
     (rf"\. Compared with the solution: your answer differs{_END}", ""),
     (rf"^your answer differs{_END}(\. )?", ""),

@@ -18,9 +18,9 @@ from qdot.exercises.formula.equality import SetDifference
 from qdot.grader.grading.result import PartResult
 from qdot.grader.marking.marking import WRONG_OR_PARTIAL
 
-_NAMED_VALUE = r"\w+ = [-+\d.e]*\d"
-_CONFIGURATION = rf": (?:\(any\)|{_NAMED_VALUE}(?:, {_NAMED_VALUE})*)"
-_VALUE = r"(?:\([^()]*\)|[^,;().]|\.(?! ))+"
+_NAMED_VALUE = r"\w+ = [-+\d.e]*\d"  # theta1 = 0.5
+_CONFIGURATION = rf": (?:\(any\)|{_NAMED_VALUE}(?:, {_NAMED_VALUE})*)"  # : theta1 = 0.5, a1 = 2
+_VALUE = r"(?:\([^()]*\)|[^,;().]|\.(?! ))+"  # 0.5, blank or (1 - 2j)
 
 _CORRECT_VALUE_PATTERNS = (
     (rf"(\ban? [a-z ]+ is missing){_CONFIGURATION}", r"\1"),

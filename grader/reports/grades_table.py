@@ -106,7 +106,7 @@ REASONS_WITHOUT_MARK = {
     "over limit": "judging a part took too long",
     "to mark": "an answer in words has no points yet",
 }
-"""For each of these statuses, the reason for the staff."""
+"""For each of `UNMARKED_STATUSES`, the reason for the staff."""
 TO_MARK_FILE = "to-mark.csv"
 """The table of the answers that a person has to mark."""
 
@@ -116,18 +116,18 @@ def find_work_status(result: Result) -> str:
 
     - "missing": nothing was submitted
     - "unusable": the submission has no notebook of this assignment
-    - "over limit": a part exceeded a limit of grading
     - "ungraded": qdot failed to grade a part
-    - "to mark": a person has to mark an answer in words
-    - "late": it was graded and submitted late
-    - "graded": it was graded and submitted in time
+    - "over limit": a part exceeded a limit of grading, and qdot failed on no part
+    - "to mark": only answers in words have no points yet; a person has to mark them
+    - "late": the work was graded and submitted late
+    - "graded": the work was graded and submitted in time
     """
     ungraded_parts = [part for part in result.parts.values() if part.points is None]
     if ungraded_parts and result.override is None:
         if all(part.reason == AWAITS_PERSON for part in ungraded_parts):
             return "to mark"
-        has_limit = all(part.over_limit or part.reason == AWAITS_PERSON for part in ungraded_parts)
-        return "over limit" if has_limit else "ungraded"
+        has_no_failure = all(part.over_limit or part.reason == AWAITS_PERSON for part in ungraded_parts)
+        return "over limit" if has_no_failure else "ungraded"
     if result.submission is None:
         return "missing"
     if result.obstacle is not None:

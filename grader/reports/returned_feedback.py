@@ -18,7 +18,7 @@ from qdot.grader.grading.result import Result
 from qdot.grader.reports.gradebooks import make_brightspace_csv, make_canvas_csv, make_moodle_csv
 from qdot.grader.reports.graded_folder import read_current_page
 from qdot.grader.reports.grades_table import make_grades_csv
-from qdot.grader.submissions.layouts import SubmittedPath, check_safely
+from qdot.grader.submissions.layouts import check_safely
 from qdot.grader.submissions.submission import find_certain_paths
 
 MAX_STUDENTS_LISTED = 10
@@ -120,8 +120,9 @@ def _find_places(
     submitted_paths = find_certain_paths(assignment.roster, submissions)
     places = {}
     for student in students:
-        of_platform = [entry for entry in submitted_paths.get(student, ()) if entry.platform == target.layout]
-        places[student] = next(filter(None, map(target.find_place, _list_paths(of_platform))), None)
+        entries = submitted_paths.get(student, ())
+        paths = [entry.path for entry in entries if entry.platform == target.layout]
+        places[student] = next(filter(None, map(target.find_place, paths)), None)
     unplaced_students = [student for student, place in places.items() if place is None]
     if unplaced_students:
         names = list_first(unplaced_students, MAX_STUDENTS_LISTED)
@@ -131,10 +132,6 @@ def _find_places(
             f"--to {FOLDER}"
         )
     return {student: place for student, place in places.items() if place is not None}
-
-
-def _list_paths(submitted_paths: Sequence[SubmittedPath]) -> list[Path]:
-    return [entry.path for entry in submitted_paths]
 
 
 def _note_absent_students(results: Sequence[Result], submitted_ids: Sequence[str]) -> list[str]:

@@ -17,8 +17,9 @@ HIDDEN_PACKAGES = ("qdot",)
 def find_library_folders() -> list[str]:
     """Return the folders from which Python imports modules, except a checkout of qdot (an editable install)."""
     package_folders = [path for path in sys.path if "site-packages" in path or "dist-packages" in path]
-    checkouts = [path for path in sys.path if any(Path(path, name).is_dir() for name in HIDDEN_PACKAGES)]
-    return package_folders + [path for path in sys.path if path and path not in (*package_folders, *checkouts)]
+    other_folders = [path for path in sys.path if path and path not in package_folders]
+    checkouts = [path for path in other_folders if any(Path(path, name).is_dir() for name in HIDDEN_PACKAGES)]
+    return package_folders + [path for path in other_folders if path not in checkouts]
 
 
 LIBRARY_FOLDERS = tuple(find_library_folders())
@@ -48,7 +49,11 @@ CHANGING_EVENTS = ("os.rename", "os.remove", "os.rmdir", "os.mkdir", "os.chmod",
 
 
 def is_inside(path: Any, folders: tuple[str, ...]) -> bool:
-    """Return whether a path, with links resolved, is in one of the folders; also True for an open file's descriptor."""
+    """Return whether a path, with links resolved, is in one of the folders.
+
+    The result is also True for the descriptor of an open file, which was checked when it was opened, and for None,
+    which stands for the current folder: the notebook's own folder, or one that it may read.
+    """
     if isinstance(path, int) or path is None:
         return True
     resolved_path = os.path.realpath(os.fsdecode(path))
@@ -73,17 +78,18 @@ def make_audit_hook(folder: str) -> Callable[[str, tuple[Any, ...]], None]:
     def hook(event: str, args: tuple[Any, ...]) -> None:
         if event == "open":
             path, _, flags = args
-            may_write = isinstance(flags, int) and flags & writing_flags and path not in ("/dev/null", b"/dev/null")
-            is_allowed = is_inside(path, notebook_folders if may_write else readable_paths)
+            opens_for_writing = isinstance(flags, int) and flags & writing_flags
+            is_harmless = path in ("/dev/null", b"/dev/null")
+            is_allowed = is_inside(path, notebook_folders if opens_for_writing and not is_harmless else readable_paths)
             if not is_allowed or (not isinstance(path, int) and is_inside(path, hidden_paths)):
                 refuse(f"open {str(path)[:200]!r}")
         elif event == "import" and str(args[0]).split(".")[0] in HIDDEN_PACKAGES:
             refuse(f"import {str(args[0])[:100]}")
-        elif event.startswith(("os.listdir", "os.scandir", "os.chdir")):  # os.walk and glob use them
+        elif event.startswith(("os.listdir", "os.scandir", "os.chdir")):  # allowed for os.walk and glob in libraries
             if not is_inside(args[0], readable_paths):
                 refuse(f"list {str(args[0])[:200]!r}")
         elif event.startswith(CHANGING_EVENTS):
-            # An open file that is changed by its descriptor may be a library.
+            # chmod and utime also change a file that is open for reading only, such as a library.
             is_descriptor = isinstance(args[0], int) and event in ("os.chmod", "os.utime")
             paths = [arg for arg in args[:2] if isinstance(arg, (str, bytes))]
             if is_descriptor or not all(is_inside(path, notebook_folders) for path in paths):

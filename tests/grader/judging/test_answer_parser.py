@@ -326,11 +326,14 @@ def test_named_vectors_are_accepted_in_every_convention(problem_id: str, questio
 
 @pytest.mark.parametrize("unit", ["m^3", "m³", "m^(3)", "[m^3]", "(m³)", r"\,\mathrm{m}^3"])
 def test_a_determinant_of_three_linear_rows_is_in_cubic_metres(unit: str) -> None:
-    for family, is_right in (("elbow-3r", True), ("planar-2r", False)):
+    for family, right_unit in (("elbow-3r", "m^3"), ("planar-2r", "m^2"), ("polar-rp", "m")):
         problem = generate(ProblemId(family, 0, ("determinant",)))
         part = problem["determinant"]
         answer = read_answer(problem, part, f"{part.answer.as_typed()} {unit}")
-        assert (answer.refusal is None) == is_right and (is_right or "is in m^2" in str(answer.refusal))
+        if right_unit == "m^3":
+            assert answer.refusal is None
+        else:
+            assert f"is in {right_unit}" in str(answer.refusal)
 
 
 def test_too_many_conditions_on_an_integer_are_refused() -> None:
