@@ -60,7 +60,7 @@ export function parseLink(search: string, languages: readonly string[]): Link | 
     if (!PARAMETER_NAMES.includes(name))
       return message("link.unknown", { name: shorten(typedName), known: PARAMETER_NAMES.join(", ") });
     if (values.has(name)) return message("link.twice", { name: typedName });
-    if (value.length > MAX_VALUE_LENGTH) return message("link.long", { name: typedName, most: MAX_VALUE_LENGTH });
+    if (value.length > MAX_VALUE_LENGTH) return message("link.long", { name: typedName, limit: MAX_VALUE_LENGTH });
     values.set(name, value);
   }
   const valueOf = (name: string): string => values.get(name) ?? "";
@@ -70,8 +70,8 @@ export function parseLink(search: string, languages: readonly string[]): Link | 
   const fault =
     [
       !["", "0", "1"].includes(valueOf("embed")) && message("link.embed", { value: valueOf("embed") }),
-      !(count >= 1 && count <= MAX_QUESTIONS) && message("link.count", { value: valueOf("n"), most: MAX_QUESTIONS }),
-      !(tries >= 0 && tries <= MAX_TRIES) && message("link.tries", { value: valueOf("tries"), most: MAX_TRIES }),
+      !(count >= 1 && count <= MAX_QUESTIONS) && message("link.count", { value: valueOf("n"), limit: MAX_QUESTIONS }),
+      !(tries >= 0 && tries <= MAX_TRIES) && message("link.tries", { value: valueOf("tries"), limit: MAX_TRIES }),
       !(difficulty <= 4) && message("practice.unknown-difficulty", { name: valueOf("difficulty") }),
       values.has("origin") && !isOrigin(valueOf("origin")) && message("link.origin", { value: valueOf("origin") }),
       valueOf("lang") !== "" &&

@@ -166,7 +166,7 @@ function findCoefficients(tree: Node, angles: ReadonlySet<string>): ReadonlyMap<
 /** Return the claims of an intersection: every combination of one claim from each set. */
 function intersect(sets: readonly (readonly Claim[])[]): Claim[] {
   const count = sets.reduce((product, set) => product * set.length, 1);
-  if (count > MAX_CLAIMS) throw new ParseError("read.cases", { count, most: MAX_CLAIMS });
+  if (count > MAX_CLAIMS) throw new ParseError("read.cases", { count, limit: MAX_CLAIMS });
   return sets.reduce<Claim[]>(
     (claims, set) => claims.flatMap((claim) => set.map((atoms) => [...claim, ...atoms])),
     [[]],

@@ -1,6 +1,6 @@
 // Partial credit by the rules of ../../../exercises/problem/credit.py (docs/partial-credit.md).
 
-/** Deduction for wrong signs (of any number), for a wrong common factor, or for rounded joint values. */
+/** Share deducted for wrong signs (of any number), for a wrong common factor, or for rounded joint values. */
 const DEDUCTION = 1 / 5;
 /** Factors for a condition of which some pieces are forgotten, and for a condition that is missing or false. */
 const [FORGOTTEN_FACTOR, MISSING_FACTOR] = [2 / 3, 1 / 2];

@@ -11,7 +11,7 @@ import { type IsSingular, judgeSet } from "./sets.js";
 import { judgeValues } from "./values.js";
 import type { Verdict } from "./verdict.js";
 
-export { parseTypedColumns as ownColumns } from "./typed-jacobian.js";
+export { parseTypedColumns } from "./typed-jacobian.js";
 
 /**
  * Judge an answer; `isSingular` decides whether a configuration of this problem's arm is singular. A formula that can't

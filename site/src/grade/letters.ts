@@ -24,58 +24,69 @@ export function judgeLetters(answer: string, key: LettersKey): Verdict {
   return key.type === "choice" ? judgeChoice(chosenLetters[0] as number, key) : judgeSelection(chosenLetters, key);
 }
 
-function judgeChoice(letter: number, { right, option_mistakes }: LettersKey): Verdict {
-  if (right.includes(letter)) return correct();
-  const verdict = wrong("verdict.letter", { letter: LETTERS[letter] ?? "" });
-  const mistakes = option_mistakes[letter] ?? [];
+function judgeChoice(option: number, { right, option_mistakes }: LettersKey): Verdict {
+  if (right.includes(option)) return correct();
+  const verdict = wrong("verdict.letter", { letter: LETTERS[option] ?? "" });
+  const mistakes = option_mistakes[option] ?? [];
   return mistakes.length > 1
     ? { ...verdict, slips: mistakes.map((mistake) => ({ mistake })) }
     : { ...verdict, mistake: mistakes[0] };
 }
 
+/** A wrong letter, and where it is in the answer. */
+interface WrongLetter {
+  /** The index of the option, from 0. */
+  readonly option: number;
+  readonly where: Message;
+}
+
 /** Return the mistakes that lead to wrong letters, each once, and with its place if it was made in one place only. */
 function findSlipsBehindLetters(
-  letters: readonly (readonly [letter: number, where: Message])[],
+  wrongLetters: readonly WrongLetter[],
   { option_mistakes }: LettersKey,
 ): readonly Slip[] | undefined {
   const placesByMistake = new Map<number, Message[]>();
-  for (const [letter, where] of letters)
-    for (const mistake of option_mistakes[letter] ?? [])
+  for (const { option, where } of wrongLetters)
+    for (const mistake of option_mistakes[option] ?? [])
       placesByMistake.set(mistake, [...(placesByMistake.get(mistake) ?? []), where]);
-  const slips = [...placesByMistake].map(([mistake, [where, ...more]]) =>
-    where && more.length === 0 ? { mistake, where } : { mistake },
+  const slips = [...placesByMistake].map(([mistake, [firstPlace, ...otherPlaces]]) =>
+    firstPlace && otherPlaces.length === 0 ? { mistake, where: firstPlace } : { mistake },
   );
   return slips.length > 0 ? slips : undefined;
 }
 
 /** Judge several letters: the share of right letters chosen, minus the share of wrong letters chosen; at least 0. */
 function judgeSelection(chosenLetters: readonly number[], key: LettersKey): Verdict {
-  const letters = new Set(chosenLetters);
-  const hits = [...letters].filter((index) => key.right.includes(index)).length;
-  const misses = letters.size - hits;
+  const chosenOptions = [...new Set(chosenLetters)];
+  const wrongOptions = chosenOptions.filter((option) => !key.right.includes(option));
+  const [hits, misses] = [chosenOptions.length - wrongOptions.length, wrongOptions.length];
   if (hits === key.right.length && misses === 0) return correct();
-  const wrongLetters = [...letters].filter((index) => !key.right.includes(index));
-  const places = wrongLetters.map(
-    (index) => [index, message("slip.option", { letter: LETTERS[index] ?? "" })] as const,
-  );
+  const wrongLetters = wrongOptions.map((option) => ({
+    option,
+    where: message("slip.option", { letter: LETTERS[option] ?? "" }),
+  }));
   const share = hits / key.right.length - misses / Math.max(key.options - key.right.length, 1);
   return verdictOf(Math.max(share, 0), [message("verdict.letters", { hits, misses })], {
-    slips: findSlipsBehindLetters(places, key),
+    slips: findSlipsBehindLetters(wrongLetters, key),
   });
 }
 
 /** Judge one letter per item: each right pair counts, unless its letter is chosen for another item, too. */
 function judgeMatching(letters: readonly number[], key: LettersKey): Verdict {
-  const { right } = key;
+  const { right: correctLetters } = key;
   const isChosenOnce = (letter: number) => letters.indexOf(letter) === letters.lastIndexOf(letter);
-  const wrongItems = right.flatMap((expected, i) => (letters[i] === expected && isChosenOnce(expected) ? [] : [i + 1]));
+  const wrongItems = correctLetters.flatMap((expected, i) =>
+    letters[i] === expected && isChosenOnce(expected) ? [] : [i + 1],
+  );
   if (wrongItems.length === 0) return correct();
-  const misplacedItems = wrongItems.filter((item) => letters[item - 1] !== right[item - 1]);
-  const places = misplacedItems.map((item) => [letters[item - 1] as number, message("slip.item", { item })] as const);
+  const misplacedItems = wrongItems.filter((item) => letters[item - 1] !== correctLetters[item - 1]);
+  const wrongLetters = misplacedItems.map((item) => ({
+    option: letters[item - 1] as number,
+    where: message("slip.item", { item }),
+  }));
   const reasons = [message("verdict.matching", { items: wrongItems.join(", ") })];
-  return verdictOf((right.length - wrongItems.length) / right.length, reasons, {
-    slips: findSlipsBehindLetters(places, key),
-  });
+  const share = (correctLetters.length - wrongItems.length) / correctLetters.length;
+  return verdictOf(share, reasons, { slips: findSlipsBehindLetters(wrongLetters, key) });
 }
 
 /** Return the indices of the letters in an answer, with or without separators; null if it has anything else. */

@@ -7,6 +7,7 @@ import { message, type Message, withGreek } from "../text/text.js";
 import { type Kind, KINDS, buildRepairs, findSingleChanges } from "./single-changes.js";
 import type { Atom, Claim } from "./claims.js";
 
+/** Angles in radians. */
 const HALF_TURN = Math.PI;
 const DEGREE = Math.PI / 180;
 /** Angles of at least the first size are hardly radians; angles of at most the second are hardly degrees. */
@@ -16,7 +17,7 @@ const MAX_TINY_RADIANS = 0.12;
 const MAX_SLIPS = 3;
 /** At most this many wrong claims are examined: whole numbers make hundreds. */
 const MAX_CLAIMS = 24;
-/** Relative tolerance for zero at a configuration whose values have nine decimals. */
+/** Tolerance for zero, relative to the terms, at a configuration whose values have nine decimals. */
 const ZERO_TOLERANCE = 1e-7;
 /** The name of a symbol that is added to a formula; nobody can type it, because it begins with a space. */
 const ONE_SYMBOL = " one";
@@ -27,14 +28,17 @@ interface ClaimedSet {
   /** Claims that hold at regular configurations, too. */
   readonly wrongClaims: readonly Claim[];
   /** Pieces of the right set that no claim covers. */
-  readonly uncovered: readonly (readonly SymbolValues[])[];
+  readonly uncoveredPieces: readonly (readonly SymbolValues[])[];
   /** All pieces of the right set, each given by some configurations on it. */
   readonly pieces: readonly (readonly SymbolValues[])[];
+  /** Names of the joint variables, and of those that are angles. */
   readonly joints: readonly string[];
   readonly angles: ReadonlySet<string>;
   /** Nonzero constants that the table adds to joint variables (rad). */
   readonly offsets: ReadonlyMap<string, number>;
+  /** Names of all symbols that have values in a configuration. */
   readonly symbols: readonly string[];
+  /** Return whether a configuration is on a claim. */
   readonly holds: (claim: Claim, pose: SymbolValues) => boolean;
   /** Return whether all configurations on a claim are singular once `substitute` has changed their joint values. */
   readonly isSound: (claim: Claim, substitute: (pose: SymbolValues) => SymbolValues) => boolean;
@@ -78,12 +82,12 @@ const keepPose = (pose: SymbolValues): SymbolValues => pose;
  * cover a piece that no claim covers.
  */
 function fits(
-  { uncovered, holds, isSound }: ClaimedSet,
+  { uncoveredPieces, holds, isSound }: ClaimedSet,
   claim: Claim,
   toMeant = keepPose,
   toTyped = keepPose,
 ): boolean {
-  return uncovered.some((poses) => poses.every((pose) => holds(claim, toTyped(pose)))) && isSound(claim, toMeant);
+  return uncoveredPieces.some((poses) => poses.every((pose) => holds(claim, toTyped(pose)))) && isSound(claim, toMeant);
 }
 
 const rotateJoint =
@@ -126,12 +130,12 @@ function scaleAngle(
 /** Report values that would be right for another angle of the joint, or for another joint. */
 function findValueSlip(set: ClaimedSet, claim: Claim): Message | null {
   const { angles, offsets, joints } = set;
-  const claimed = new Set(
+  const claimedJoints = new Set(
     claim.flatMap(({ joint, expression }) => (joint === null ? [...findNames(expression)] : [joint])),
   );
   const fitsAfterRotation = (joint: string, angle: number) =>
     fits(set, claim, rotateJoint(joint, angle), rotateJoint(joint, -angle));
-  for (const joint of [...claimed].filter((joint) => angles.has(joint))) {
+  for (const joint of [...claimedJoints].filter((joint) => angles.has(joint))) {
     if ([HALF_TURN / 2, -HALF_TURN / 2].some((turn) => fitsAfterRotation(joint, turn)))
       return message("slip.quarter-turn", { joint: withGreek(joint) });
     const offset = offsets.get(joint) ?? 0;
@@ -142,7 +146,7 @@ function findValueSlip(set: ClaimedSet, claim: Claim): Message | null {
     if (hasValue && fits(set, claim, mirrorJoint(joint), mirrorJoint(joint)))
       return message("slip.value-sign", { joint: withGreek(joint) });
   }
-  for (const joint of claimed)
+  for (const joint of claimedJoints)
     for (const other of joints)
       if (other !== joint && angles.has(joint) === angles.has(other)) {
         const swap = exchangeJoints(joint, other);
@@ -175,13 +179,13 @@ function isFixed(piece: readonly SymbolValues[], joint: string, angles: Readonly
 }
 
 /** Report the slip in a formula that should vanish: once undone, it vanishes on a piece that no claim covers. */
-function findFormulaSlip({ uncovered, symbols, joints }: ClaimedSet, claim: Claim): Message | null {
+function findFormulaSlip({ uncoveredPieces, symbols, joints }: ClaimedSet, claim: Claim): Message | null {
   const [atom, ...others] = claim;
   if (!atom || atom.joint !== null || others.length > 0) return null;
   // a symbol is added to the expression that should be zero, so that relative tolerances apply
   const entry = node("+", atom.expression, name(ONE_SYMBOL));
   const slips = new Map<Kind, string>();
-  for (const poses of uncovered) {
+  for (const poses of uncoveredPieces) {
     const repairs = buildRepairs([atom.expression], { ...poses[0], [ONE_SYMBOL]: 1 }, { symbols });
     for (const { kind, what = "", entry: changed } of findSingleChanges(entry, 1, repairs))
       if (
@@ -222,29 +226,32 @@ function findMissingCondition({ pieces, holds }: ClaimedSet, claim: Claim): Mess
   return coversPiece && joints.length > 0 ? message("slip.and-missing", { joint: withGreek(joints.join(", ")) }) : null;
 }
 
-/** Return the joints in a condition. */
+/** Return the names of the joints in a condition, with commas. */
 const nameJointsOfAtom = ({ joint, expression }: Atom, joints: readonly string[]): string =>
   joint ?? joints.filter((joint) => findNames(expression).has(joint)).join(", ");
 
 /** Report what is missing in an answer whose claims are all sound. */
-function findMissingParts({ claims, uncovered, angles, joints, holds, isSound }: ClaimedSet): SetSlip[] {
+function findMissingParts({ claims, uncoveredPieces, angles, joints, holds, isSound }: ClaimedSet): SetSlip[] {
   for (const claim of claims.filter(({ length }) => length > 1))
     for (const atom of claim) {
       const others = claim.filter((condition) => condition !== atom);
-      const piece = uncovered.find((poses) => poses.every((pose) => holds(others, pose)));
+      const piece = uncoveredPieces.find((poses) => poses.every((pose) => holds(others, pose)));
       if (piece && isSound(others, keepPose))
         return [{ slip: message("slip.too-narrow", { joint: withGreek(nameJointsOfAtom(atom, joints)) }), piece }];
     }
   for (const joint of angles) {
-    const piece = uncovered.find((poses) =>
+    const piece = uncoveredPieces.find((poses) =>
       poses.every((pose) => claims.some((claim) => holds(claim, rotateJoint(joint, HALF_TURN)(pose)))),
     );
     if (piece) return [{ slip: message("slip.half-turn", { joint: withGreek(joint) }), piece }];
   }
   const fixesJoint = (piece: readonly SymbolValues[]) => joints.some((joint) => isFixed(piece, joint, angles));
-  const [piecesOfValues, tiePiece] = [uncovered.find(fixesJoint), uncovered.find((piece) => !fixesJoint(piece))];
+  const [pieceOfValues, tiePiece] = [
+    uncoveredPieces.find(fixesJoint),
+    uncoveredPieces.find((piece) => !fixesJoint(piece)),
+  ];
   return [
-    ...(piecesOfValues ? [{ slip: message("slip.values-left-out"), piece: piecesOfValues }] : []),
+    ...(pieceOfValues ? [{ slip: message("slip.values-left-out"), piece: pieceOfValues }] : []),
     ...(tiePiece ? [{ slip: message("slip.tie-left-out"), piece: tiePiece }] : []),
   ];
 }

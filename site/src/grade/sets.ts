@@ -24,10 +24,10 @@ import { correct, listNames, missing, parseOrVerdict, type Verdict, verdictOf, w
 import { isBlank } from "./forms.js";
 import { makeArbitraryNumber, writeConfiguration } from "./values.js";
 
-/** Tolerance of a condition, and of a joint's value (rad or m): keys have nine decimals. */
+/** Absolute tolerances of a condition and of a joint's value, in rad or m of the joints: keys have nine decimals. */
 const CONDITION_TOLERANCE = 1e-6;
 const VALUE_TOLERANCE = 1e-9;
-/** Relative tolerance of a typed value, and its maximum distance (rad or m) from the exact value if it is rounded. */
+/** Tolerance of a typed value, relative to the exact one; and its maximum distance from it (rad or m) if rounded. */
 const TYPED_TOLERANCE = 1e-12;
 const MAX_ROUNDING = 5e-3;
 /** Number of random starts from which poses on a claim are searched, and the steps of each search. */
@@ -47,6 +47,7 @@ const CLOSE_RESIDUAL = 1e-3;
 /** Return whether the arm is singular in a pose. */
 export type IsSingular = (pose: SymbolValues) => boolean;
 
+/** Names of the joint variables, and of those that are angles. */
 type JointSpace = { readonly joints: readonly string[]; readonly angles: ReadonlySet<string> };
 
 /** For slips, too: all symbols of the problem, and the constants (rad) that the table adds to joint variables. */
@@ -211,7 +212,7 @@ function judgeClaims(
     claims,
     wrongClaims,
     pieces,
-    uncovered: pieces.filter((piece) => findUncoveredPose(claims, piece) !== undefined),
+    uncoveredPieces: pieces.filter((piece) => findUncoveredPose(claims, piece) !== undefined),
     ...armSymbols,
     holds: (claim, pose) => holdsAt(claim, pose, armSymbols),
     isSound: (claim, substitute) =>

@@ -21,7 +21,7 @@ import {
 import type { ValuedTree, Library, Terms } from "./terms.js";
 import { evaluateTree, buildLibrary, findTermsNear, buildTerms, multiplyTerms, listWaves } from "./terms.js";
 
-/** Relative tolerance for equal values at one configuration. */
+/** Tolerance for equal values at one configuration, relative to the larger value. */
 const RELATIVE_TOLERANCE = 1e-7;
 
 /** At most this many terms are tried in pairs. */
@@ -66,9 +66,11 @@ interface Subexpression {
 export interface Repairs {
   readonly library: Library;
   readonly configuration: SymbolValues;
+  /** Terms that may be missing in a sum. */
   readonly terms: Terms;
   /** The terms of which pairs are tried. */
   readonly fewTerms: Terms;
+  /** Lengths, sines and cosines that may be missing in a product. */
   readonly factors: readonly ValuedTree[];
 }
 
@@ -211,28 +213,28 @@ function computeTarget(
   return Number.isFinite(change) ? currentValue + change : null;
 }
 
-/** Yield expressions that may be correct instead of a subexpression, with the kind of slip and the missing part. */
-function* listReplacements(
-  { tree, parent }: Subexpression,
-  { library, factors }: Repairs,
-): Generator<[Kind, Node, string?]> {
-  yield [parent === null ? "slip.whole-sign" : "slip.sign", node("neg", tree)];
+/** An expression that may be correct instead of a subexpression; `what` names the missing part, as in `Change`. */
+type Replacement = { readonly kind: Kind; readonly tree: Node; readonly what?: string };
+
+/** Yield expressions that may be correct instead of a subexpression. */
+function* listReplacements({ tree, parent }: Subexpression, { library, factors }: Repairs): Generator<Replacement> {
+  yield { kind: parent === null ? "slip.whole-sign" : "slip.sign", tree: node("neg", tree) };
   if (isWave(tree)) {
     const [angle] = tree.args as [Node];
-    yield ["slip.wave", exchangeWave(tree)];
+    yield { kind: "slip.wave", tree: exchangeWave(tree) };
     for (const other of listOtherAngles(angle, library.angles))
-      yield [classifyAngleSlip(angle, other), { ...tree, args: [other] }];
+      yield { kind: classifyAngleSlip(angle, other), tree: { ...tree, args: [other] } };
   }
   if (tree.kind === "name")
     for (const other of [...library.lengths, ...library.multipliers])
       if (other.kind === "name" && classifySymbol(other.text) === classifySymbol(tree.text))
-        yield ["slip.symbol", other];
-  if (tree.kind === "*") yield ["slip.factor-extra", tree.args[1] as Node];
-  if (tree.kind === "*" || tree.kind === "/") yield ["slip.factor-extra", tree.args[0] as Node];
-  for (const factor of [2, 0.5]) yield ["slip.number", node("*", decimal(factor), tree)];
+        yield { kind: "slip.symbol", tree: other };
+  if (tree.kind === "*") yield { kind: "slip.factor-extra", tree: tree.args[1] as Node };
+  if (tree.kind === "*" || tree.kind === "/") yield { kind: "slip.factor-extra", tree: tree.args[0] as Node };
+  for (const factor of [2, 0.5]) yield { kind: "slip.number", tree: node("*", decimal(factor), tree) };
   for (const { tree: factor } of factors) {
     const kind = factor.kind === "call" ? "slip.factor-missing" : "slip.length-missing";
-    for (const sign of ["*", "/"] as const) yield [kind, node(sign, tree, factor), nameTerm(factor)];
+    for (const sign of ["*", "/"] as const) yield { kind, tree: node(sign, tree, factor), what: nameTerm(factor) };
   }
 }
 
@@ -242,7 +244,7 @@ function* findChanges(subexpression: Subexpression, target: number, repairs: Rep
   const { configuration } = repairs;
   const currentValue = evaluate(tree, configuration).re;
   const change = (kind: Kind, other: Node, what = ""): Change => ({ kind, what, entry: replace(other) });
-  for (const [kind, other, what] of listReplacements(subexpression, repairs))
+  for (const { kind, tree: other, what } of listReplacements(subexpression, repairs))
     if (isNear(target, evaluate(other, configuration).re)) yield change(kind, other, what);
   if (isWave(tree))
     for (const other of findAnglesWithValue(tree, evaluate(tree.args[0] as Node, configuration).re, target))

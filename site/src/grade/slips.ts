@@ -46,7 +46,7 @@ type Explanation = { readonly slips: readonly Slip[]; readonly explainsAll: bool
 
 /** Return as few slips as explain most wrong entries, each entry by one slip, and where they are. */
 export function findSlips(answer: WrongAnswer, key: ValuesKey): Explanation {
-  const [missingTerms, otherFindings] = findSymbolSlips(answer, key);
+  const { missingTerms, otherFindings } = findSymbolSlips(answer, key);
   const findings = [
     ...findMissingColumns(answer, key),
     ...missingTerms,
@@ -110,7 +110,7 @@ const isZero = ({ kind, value }: Node): boolean => kind === "number" && value ==
 /** Tolerance for coefficients with six digits, relative to the largest of the expected value and the missing terms. */
 const SIX_DIGITS = 1e-5;
 /** The absence of a symbol's terms is noticed only if they are this many times the tolerance. */
-const NOTICEABLE = 100;
+const MIN_CHANGE_IN_TOLERANCES = 100;
 
 /**
  * Ways in which all terms with a rate, velocity or force may be wrong. With the slip, an entry differs from the
@@ -123,15 +123,18 @@ const SYMBOL_SLIPS = [
   { kind: "slip.symbol-left-out", change: (x: number) => x - 1, isPresent: false },
 ] as const;
 
-/** Report slips in all terms with one symbol, which is a factor of these terms; missing terms come first. */
-function findSymbolSlips(answer: WrongAnswer, key: ValuesKey): [missing: Finding[], otherFindings: Finding[]] {
+/** Report slips in all terms with one symbol, which is a factor of these terms. */
+function findSymbolSlips(
+  answer: WrongAnswer,
+  key: ValuesKey,
+): { readonly missingTerms: Finding[]; readonly otherFindings: Finding[] } {
   const linear = Object.entries(key.linear ?? {});
   const findings = SYMBOL_SLIPS.map(({ kind, change, isPresent }) => {
     const places = new Map<string, number[]>();
     for (const i of answer.wrongIndices) {
-      const used = findNames(answer.entries[i] as Node);
+      const usedNames = findNames(answer.entries[i] as Node);
       const candidates = linear.filter(
-        ([symbol, factors]) => used.has(symbol) === isPresent && factors[i]?.some(Boolean),
+        ([symbol, factors]) => usedNames.has(symbol) === isPresent && factors[i]?.some(Boolean),
       );
       // all of several symbols, or one of them
       for (const symbols of candidates.length > 1
@@ -148,7 +151,8 @@ function findSymbolSlips(answer: WrongAnswer, key: ValuesKey): [missing: Finding
       report: (where: Message) => message(kind, { where, what }),
     }));
   });
-  return [findings[0] ?? [], findings.slice(1).flat()];
+  const [missingTerms = [], ...otherFindings] = findings; // in the order of SYMBOL_SLIPS
+  return { missingTerms, otherFindings: otherFindings.flat() };
 }
 
 type SymbolFactors = readonly [symbol: string, factors: readonly (readonly number[])[]];
@@ -172,7 +176,8 @@ function lacksTermsWith(
     const tolerance = SIX_DIGITS * Math.max(Math.abs(expected), ...contributions.map(Math.abs));
     const difference = expected - evaluate(entries[index] as Node, configurationAt(k)).re;
     return (
-      Math.abs(expectedDifference) > NOTICEABLE * tolerance && Math.abs(difference - expectedDifference) <= tolerance
+      Math.abs(expectedDifference) > MIN_CHANGE_IN_TOLERANCES * tolerance &&
+      Math.abs(difference - expectedDifference) <= tolerance
     );
   });
 }

@@ -33,7 +33,7 @@ export type ValuedTree = { readonly tree: Node; readonly value: number };
 
 /** Return what terms may consist of: symbols of the problem, and decimals of the answer, which count as lengths. */
 export function buildLibrary(symbols: readonly string[], entries: readonly Node[]): Library {
-  const used = findNames(...entries);
+  const usedNames = findNames(...entries);
   const decimals = new Map<number, Node>();
   for (const entry of entries) visitNodes(entry, (term) => term.kind === "decimal" && decimals.set(term.value, term));
   decimals.delete(0);
@@ -46,7 +46,9 @@ export function buildLibrary(symbols: readonly string[], entries: readonly Node[
   const sumTexts = new Set(angleSums.map(makeAngleKey));
   const ownAngles = findAngles(entries).filter((angle) => !sumTexts.has(makeAngleKey(angle)));
   const angles = [...angleSums, ...ownAngles.slice(0, MAX_OWN_ANGLES)];
-  const multipliers = MULTIPLIERS.filter((kind) => [...used].some((symbol) => kind.test(symbol))).flatMap(symbolsOf);
+  const multipliers = MULTIPLIERS.filter((kind) => [...usedNames].some((symbol) => kind.test(symbol))).flatMap(
+    symbolsOf,
+  );
   const lengths = [...symbolsOf(LENGTH), ...[...decimals.values()].slice(0, MAX_SYMBOLS)];
   const rates = multipliers.filter(({ text }) => RATE.test(text));
   return { angles, lengths, multipliers, rateSums: listSuccessiveSums(rates).filter(({ kind }) => kind === "+") };

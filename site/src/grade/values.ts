@@ -31,7 +31,7 @@ const FINGERPRINT_TOLERANCE = 2e-5;
 /** Mistakes have fingerprints at most at this many configurations, the first ones of the key. */
 const FINGERPRINT_COUNT = 3;
 /** A mistake in some entries counts only if it changes the fingerprint by this many times the tolerance. */
-const NOTICEABLE = 100;
+const MIN_CHANGE_IN_TOLERANCES = 100;
 /** If terms are at most this many times as large as the entry, rounding errors are far below the entry. */
 const MAX_CANCELLATION = 1e4;
 /** A larger value is infinite up to rounding errors. */
@@ -114,7 +114,7 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
   const valuesAt = (k: number) => (valuesByPoint[k] ??= evaluateEntries(configurationAt(k)));
   const expectedAt = (i: number, k: number) => key.right[i]?.[k] ?? null;
   const scales = key.right.map((values) => Math.max(...values.map((value) => Math.abs(value ?? 0))));
-  const largest = Math.max(...scales);
+  const largestScale = Math.max(...scales);
   const firstDifferences = entries.map((_, i) =>
     key.points.findIndex((_point, k) => !isExpected(valuesAt(k)[i] ?? null, expectedAt(i, k))),
   );
@@ -125,14 +125,14 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
       Array.from(key.points.keys(), valuesAt),
     );
   const rightFlags = firstDifferences.map((k) => k < 0);
-  const zeroFlags = scales.map((scale) => scale === 0 && largest > 0);
+  const zeroFlags = scales.map((scale) => scale === 0 && largestScale > 0);
   const deviation = blankFlags.some(Boolean) ? null : findDeviation(valuesAt, key, zeroFlags, rightFlags);
   const movingEntries = key.moving ?? [];
   const areMovingEntriesWrong = movingEntries.length > 0 && !movingEntries.some((i) => rightFlags[i]);
   const shareByEntries =
     rightFlags.length === 1 || areMovingEntriesWrong ? 0 : computeShareOfEntries(rightFlags, zeroFlags, blankFlags);
   const share = Math.max(shareByEntries, deviation === null ? 0 : computeShareForDeviations(deviation.count));
-  const isRightByRow = rows.map((row, r) => row.map((_, c) => rightFlags[r * row.length + c] as boolean));
+  const rightFlagsByRow = rows.map((row, r) => row.map((_, c) => rightFlags[r * row.length + c] as boolean));
   const firstWrong = firstDifferences.findIndex((k) => k >= 0);
   const firstPoint = firstDifferences[firstWrong] as number;
   const unknownMessage = findUnknownSymbols(names, key);
@@ -155,7 +155,7 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
   const deviationMessages = deviation === null ? [] : [message(deviation.key)];
   const countMessages = unknownMessage && !rightFlags.some(Boolean) ? [] : countRightEntries(rightFlags, zeroFlags);
   return verdictOf(share, [...deviationMessages, ...countMessages, reason], {
-    entries: isRightByRow,
+    entries: rightFlagsByRow,
     counterexample: getConfiguration(key, firstPoint),
     mistake: finalMistake,
     slips,
@@ -325,7 +325,7 @@ function findMistake(
       // a part must make a difference that is not lost in the other entries
       return (
         Math.abs((fingerprints[k] ?? NaN) - fingerprint) <= tolerance &&
-        (!places || Math.abs(difference(k)) > NOTICEABLE * tolerance)
+        (!places || Math.abs(difference(k)) > MIN_CHANGE_IN_TOLERANCES * tolerance)
       );
     }),
   );
@@ -352,17 +352,19 @@ export function makeArbitraryNumber(name: string, k: number): number {
 
 /** Return the values with which a student can check an entry at configuration k. */
 function listValuesForStudent(key: ValuesKey, k: number, entry: Node): SymbolValues {
-  const used = findNames(entry);
-  const isMoving = [...used].some(isRate);
-  const relevant = key.symbols.filter(
+  const usedNames = findNames(entry);
+  const isMoving = [...usedNames].some(isRate);
+  const relevantSymbols = key.symbols.filter(
     (symbol) =>
       isJoint(symbol) ||
       (key.constants ?? []).includes(symbol) ||
-      used.has(symbol) ||
+      usedNames.has(symbol) ||
       (key.mentioned ?? []).includes(symbol) ||
       (isMoving && isRate(symbol)),
   );
-  return Object.fromEntries(relevant.map((symbol) => [symbol, key.points[k]?.[key.symbols.indexOf(symbol)] ?? NaN]));
+  return Object.fromEntries(
+    relevantSymbols.map((symbol) => [symbol, key.points[k]?.[key.symbols.indexOf(symbol)] ?? NaN]),
+  );
 }
 
 export function writeConfiguration(configuration: SymbolValues): string {

@@ -136,7 +136,7 @@ const DECIMAL_COMMA = /^\s*[-+−]?\d*,\d+\s*$/u;
 
 /** Parse a cell; an empty cell is zero. Throws ParseError. */
 function parseCell(text: string, symbols: ReadonlySet<string>): Node {
-  if (text.length > MAX_CHARACTERS) throw new ParseError("read.long", { length: text.length, most: MAX_CHARACTERS });
+  if (text.length > MAX_CHARACTERS) throw new ParseError("read.long", { length: text.length, limit: MAX_CHARACTERS });
   return parse(DECIMAL_COMMA.test(text) ? text.replace(",", ".") : text.trim() || "0", symbols);
 }
 

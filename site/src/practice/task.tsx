@@ -83,7 +83,7 @@ export function Task(props: TaskProps): JSX.Element {
   const [verdict, setVerdict] = useState<Verdict | null>(null);
   const [loadError, setLoadError] = useState("");
   const [pose, setPose] = useState<SymbolValues | undefined>(undefined);
-  const [ownColumns, setOwnColumns] = useState<ColumnsAt | null>(null);
+  const [typedColumns, setTypedColumns] = useState<ColumnsAt | null>(null);
   const [isSolutionShown, setSolutionShown] = useState(false); // an answer after the solution was shown does not count
   const hasSeenHints = useRef(false);
   const isPrepared = useRef(false);
@@ -99,10 +99,10 @@ export function Task(props: TaskProps): JSX.Element {
   const wouldReveal = REVEALED_BY_FACTORS.has(part.kind) && verdict?.outcome !== "correct" && !isSolutionShown;
   const overlay = useMemo(
     () =>
-      ownColumns
-        ? (stage: Stage, view: View) => <TypedColumns stage={stage} view={view} columns={ownColumns} />
+      typedColumns
+        ? (stage: Stage, view: View) => <TypedColumns stage={stage} view={view} columns={typedColumns} />
         : undefined,
-    [ownColumns],
+    [typedColumns],
   );
   const [factors, setFactors] = useState<readonly Factor[]>([]);
   const showsFactors = step === 3 && mayShowFactors && !wouldReveal && isAtLeast(level, "solutions");
@@ -131,8 +131,8 @@ export function Task(props: TaskProps): JSX.Element {
     setVerdict(shownVerdict);
     const isDrawn =
       fullVerdict.outcome !== "correct" && fullVerdict.outcome !== "missing" && isAtLeast(level, "counterexample");
-    const columns = isDrawn ? grading.ownColumns(problem, part, answer) : null;
-    setOwnColumns(() => columns);
+    const columns = isDrawn ? grading.parseTypedColumns(problem, part, answer) : null;
+    setTypedColumns(() => columns);
     const isNew = answer !== lastJudged.current && !(isSolutionShown && fullVerdict.outcome === "correct");
     lastJudged.current = answer;
     if (isParsed(fullVerdict) && isNew)
@@ -177,7 +177,9 @@ export function Task(props: TaskProps): JSX.Element {
       </form>
       {loadError ? <p role="alert">{say("practice.failed", { why: loadError })}</p> : null}
       <div role="status" ref={verdictPlace}>
-        {verdict ? <Feedback problem={problem} verdict={verdict} isDrawn={ownColumns !== null} notes={notes} /> : null}
+        {verdict ? (
+          <Feedback problem={problem} verdict={verdict} isDrawn={typedColumns !== null} notes={notes} />
+        ) : null}
       </div>
       <Help
         item={item}

@@ -25,11 +25,12 @@ const KIND_NAMES: Readonly<Partial<Record<Node["kind"], TextKey>>> = {
 };
 
 const toComplex = (x: Scalar): Complex => (typeof x === "number" ? new Complex(x, 0) : x);
+// Real numbers stay plain numbers, which are faster than objects.
 const plus = (x: Scalar, y: Scalar): Scalar =>
   typeof x === "number" && typeof y === "number" ? x + y : toComplex(x).add(y);
 const times = (x: Scalar, y: Scalar): Scalar =>
   typeof x === "number" && typeof y === "number" ? x * y : toComplex(x).mul(y);
-const over = (x: Scalar, y: Scalar): Scalar =>
+const dividedBy = (x: Scalar, y: Scalar): Scalar =>
   typeof x === "number" && typeof y === "number" ? x / y : toComplex(x).div(y);
 const minus = (x: Scalar): Scalar => (typeof x === "number" ? -x : x.neg());
 
@@ -84,7 +85,7 @@ function evaluateChain(tree: Node, values: SymbolValues, kinds: string): Scalar 
     if (operation.kind === "+") total = plus(total, x);
     else if (operation.kind === "-") total = plus(total, minus(x));
     else if (operation.kind === "*") total = times(total, x);
-    else total = over(total, x);
+    else total = dividedBy(total, x);
     totalSize =
       kinds === "+-"
         ? totalSize + latestSize
@@ -140,12 +141,16 @@ function evaluateCall(tree: Node, values: SymbolValues): Scalar {
     return value;
   }
   const apply = (z: Complex): Scalar => (tree.text === "abs" ? absolute(z) : z[tree.text as "sin"]());
-  const [z, step] = [toComplex(x), 1e-6 * (1 + absolute(x))];
+  const z = toComplex(x);
+  const step = DIFFERENCE_STEP * (1 + absolute(x));
   const value = apply(z);
   const difference = plus(apply(z.add(step)), minus(apply(z.sub(step))));
   latestSize = absolute(value) + (absolute(difference) / (2 * step)) * sizeOfX;
   return value;
 }
+
+/** Step of numeric derivatives, relative to the argument if it is large. */
+const DIFFERENCE_STEP = 1e-6;
 
 function absolute(value: Scalar): number {
   return typeof value === "number" ? Math.abs(value) : Math.hypot(value.re, value.im);

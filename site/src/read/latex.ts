@@ -8,11 +8,17 @@ const { latex } = VOCABULARY;
 const WORDS = table(latex.words);
 const RATES = table(latex.rates);
 /** The velocities that a command such as \dot means for a coordinate: vx for \dot{x}. */
-const VELOCITIES = new Map(Object.entries(latex.velocities).map(([dot, of]) => [dot, table<string>(of)]));
+const VELOCITIES = new Map(
+  Object.entries(latex.velocities).map(([command, velocities]) => [command, table<string>(velocities)]),
+);
+/** Tokens that continue the statement before \\ or &; "" is the end of the text. */
 const CONTINUATION_TOKENS = new Set(["", "=", "+", "-", "*", "/", ")", "]", ...latex.row_ends]);
+/** As "1+2" in the subscript {1+2}. */
 const SUM_OF_DIGITS = wholePattern("sum_of_digits");
+/** As "[2pt]" after the end of a row. */
 const ROW_HEIGHT = compile(`^${VOCABULARY.patterns.height_of_row}`);
 
+/** Return a formula in LaTeX as plain text. */
 export const convertLatex = (text: string): string => new Converter(text.match(TOKEN) ?? []).convertUntil([]);
 
 /** Converts a formula token by token. */
@@ -52,7 +58,7 @@ class Converter {
     return token.startsWith("\\") && token.length > 1 ? this.convertCommand(token.slice(1)) : token;
   }
 
-  /** Return the separator of two statements for \\\\ or &; a space if the statement continues after it, as in & = b. */
+  /** Return the separator of two statements for \\ or &; a space if the statement continues after it, as in & = b. */
   private convertSeparator(sign: string): string {
     const isGap = (token: string): boolean =>
       isSpace(token[0]) || token === "&" || (token.length > 1 && latex.spaces.includes(token.slice(1)));
@@ -147,11 +153,11 @@ class Converter {
         this.skipHeight();
       } else if (token !== "&") break;
     }
-    const filled = rows.filter((row) => row.some((entry) => entry !== ""));
-    return `[${filled.map((row) => `[${row.join(", ")}]`).join(", ")}]`;
+    const nonemptyRows = rows.filter((row) => row.some((entry) => entry !== ""));
+    return `[${nonemptyRows.map((row) => `[${row.join(", ")}]`).join(", ")}]`;
   }
 
-  /** Consume the distance between two rows, as in \\\\[2pt]. */
+  /** Consume the distance between two rows, as in \\[2pt]. */
   private skipHeight(): void {
     if (this.peek() !== "[" || !ROW_HEIGHT.test(this.tokens.slice(this.position, this.position + 12).join(""))) return;
     while (this.peek() !== "]") this.position += 1;

@@ -6,12 +6,11 @@ import { VOCABULARY, wholePattern } from "./vocabulary.js";
 
 export const METRE = "m";
 const ANGLE = wholePattern("angle");
-const SQUARE = 2;
 const NUMBER_KINDS: ReadonlySet<Kind> = new Set<Kind>(["number", "decimal"]);
 const INVERSES: ReadonlySet<string> = new Set([...Object.values(VOCABULARY.inverses), "atan2"]);
 const PRODUCT_KINDS: ReadonlySet<Kind> = new Set<Kind>(["*", "/", "^"]);
 
-/** A node that is visited twice: before its arguments, and when these have been rebuilt. */
+/** A visit of a node; each node is visited twice: before its arguments, and when these have been rebuilt. */
 interface Visit {
   readonly node: Node;
   readonly areArgsDone: boolean;
@@ -45,8 +44,10 @@ export function removeMetres(tree: Node): Node {
   return results[0] as Node;
 }
 
+/** Return whether a node is m or m^2. */
 function isMetre({ kind, args: [base, exponent], text }: Node): boolean {
-  if (kind === "^" && exponent?.kind === "number" && exponent.value === SQUARE)
+  if (kind === "^" && exponent?.kind === "number" && exponent.value === 2)
+    // an area, or a determinant
     return base?.kind === "name" && base.text === METRE;
   return kind === "name" && text === METRE;
 }

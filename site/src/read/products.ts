@@ -111,7 +111,7 @@ function transposeOrInvert(rows: Rows, exponent: Node): Node {
   const [negated] = exponent.args;
   const isInverse = exponent.kind === "neg" && negated?.kind === "number" && negated.value === 1;
   if (!isInverse || rows.length !== rows[0]?.length || rows.length > MAX_INVERTED_SIZE)
-    throw new ParseError("read.power-of-matrix", { most: MAX_INVERTED_SIZE });
+    throw new ParseError("read.power-of-matrix", { limit: MAX_INVERTED_SIZE });
   const determinantOfMatrix = computeDeterminant(rows);
   const cofactors = rows.map((_, i) => rows.map((_row, j) => applySign(i + j, computeMinor(rows, j, i))));
   return mapEntries(cofactors, (entry) => node("/", entry, determinantOfMatrix));

@@ -40,14 +40,19 @@ import { countCharacters, LIMITS, pattern, table, UNITS, VOCABULARY, wholePatter
 
 /** Calls of SymPy, NumPy or Python that are no functions of numbers, with their meanings, such as "set" or "matrix". */
 const CALL_MEANINGS = table(VOCABULARY.call_meanings);
+/** Calls that bind a variable, with what they mean: a rate for Derivative(theta1(t), t), a whole number for Lambda. */
 const BINDING_CALLS = table(VOCABULARY.binding_calls);
+/** Names of what is no formula: NaN of NumPy, oo of SymPy. */
 const UNDEFINED_NAMES = new Set(Object.keys(VOCABULARY.undefined));
 const BLANK_NAMES = new Set(VOCABULARY.blank);
 /** Words such as "and" between two conditions; they are never factors. */
 const OPERATOR_WORDS = new Set(VOCABULARY.operator_words);
 const INVERSE_FUNCTIONS = table(VOCABULARY.inverses);
+/** As theta1, q1 and d1; group: the digits. */
 const JOINT = wholePattern("joint");
+/** As theta1, alpha1 and beta1. */
 const ANGLE = wholePattern("angle");
+/** The angle at the end of a shorthand, as in ctheta1 and st12. */
 const SHORTHAND_OF_ANGLE = pattern("shorthand_of_angle");
 const SYNONYMS = table<string>(VOCABULARY.synonyms);
 /** Names that a bracket after them multiplies, because nobody defines functions with these names. */
@@ -68,7 +73,7 @@ const WORDS_BETWEEN_CONDITIONS = new Set(["and", "&", "or", "|"]);
 /** Parse a text; `symbols` are the names of the problem's symbols, which have precedence over shorthand. */
 export function parse(text: string, symbols: ReadonlySet<string>): Node {
   const length = countCharacters(text, LIMITS.characters);
-  if (length > LIMITS.characters) throw new ParseError("read.long", { length, most: LIMITS.characters });
+  if (length > LIMITS.characters) throw new ParseError("read.long", { length, limit: LIMITS.characters });
   return new Parser(toPlainText(text, symbols), symbols).parse();
 }
 
@@ -138,8 +143,8 @@ class Parser {
   private parseAnswer(): Node {
     const parsedRows = this.parseRows("");
     if (this.currentToken().kind !== "end") throw this.errorHere("read.unexpected", { found: this.describeToken() });
-    const flat = parsedRows.rows.every((row) => row.length === 1); // a; b
-    const rows = parsedRows.rows.length > 1 && flat ? [parsedRows.rows.flat()] : parsedRows.rows;
+    const isColumn = parsedRows.rows.every((row) => row.length === 1); // a; b
+    const rows = parsedRows.rows.length > 1 && isColumn ? [parsedRows.rows.flat()] : parsedRows.rows;
     if (rows.length > 1) return listOf(rows);
     const items = rows[0] as readonly Node[];
     if (items.length === 0) throw new ParseError("read.nothing"); // only semicolons
@@ -177,8 +182,8 @@ class Parser {
         break;
       }
     }
-    const filled = rows.filter((row) => row.length > 0);
-    return { rows: filled.length > 0 ? filled : [[]], hasComma };
+    const nonemptyRows = rows.filter((row) => row.length > 0);
+    return { rows: nonemptyRows.length > 0 ? nonemptyRows : [[]], hasComma };
   }
 
   private takeEnd(closingSign: string): boolean {
@@ -195,7 +200,7 @@ class Parser {
         last.push(item); // theta2: 0, pi
       else throw this.errorHere("read.dictionary");
     }
-    return node("dict", ...pairs.map(([called, ...values]) => node("pair", called as Node, wrapValues(values))));
+    return node("dict", ...pairs.map(([key, ...values]) => node("pair", key as Node, wrapValues(values))));
   }
 
   private currentToken(): Token {
@@ -240,7 +245,7 @@ class Parser {
   /** Parse something nested one level deeper; throw the error `tooDeep` beyond the limit. */
   private nest<T>(parse: () => T, tooDeep: TextKey): T {
     this.depth += 1;
-    if (this.depth > LIMITS.depth) throw this.errorHere(tooDeep, { most: LIMITS.depth });
+    if (this.depth > LIMITS.depth) throw this.errorHere(tooDeep, { limit: LIMITS.depth });
     const result = parse();
     this.depth -= 1;
     return result;
@@ -282,8 +287,8 @@ class Parser {
     }
     if (this.position === start) return first;
     const isOnlyEntry = rows.length === 1 && rows[0]?.length === 0;
-    const continues = [",", "or", "|"].includes(this.peek());
-    if (!isOnlyEntry || continues || first.kind === "or") throw this.errorHere("read.unexpected", { found: "'and'" });
+    const isContinued = [",", "or", "|"].includes(this.peek());
+    if (!isOnlyEntry || isContinued || first.kind === "or") throw this.errorHere("read.unexpected", { found: "'and'" });
     return node("and", ...terms);
   }
 
@@ -510,7 +515,7 @@ class Parser {
     const exponents: Node[] = [];
     while (this.take("**", "^")) {
       exponents.push(this.parseSigned(this.parsePrimary));
-      if (exponents.length > LIMITS.depth) throw this.errorHere("read.powers", { most: LIMITS.depth });
+      if (exponents.length > LIMITS.depth) throw this.errorHere("read.powers", { limit: LIMITS.depth });
     }
     const firstExponent = exponents[0];
     const isTransposed = firstExponent?.kind === "name" && VOCABULARY.transposed.includes(firstExponent.text);
@@ -563,8 +568,8 @@ class Parser {
     const { rows, hasComma } = this.parseRows(closingSign);
     this.isInBars = wasInBars;
     this.joinedProduct = null;
-    const isFlat = closingSign !== "]" && rows.every((row) => row.length === 1); // (a; b), {0; pi}
-    if (rows.length > 1 && isFlat && kind !== "list") return node("list", ...rows.flat());
+    const isColumn = closingSign !== "]" && rows.every((row) => row.length === 1); // (a; b), {0; pi}
+    if (rows.length > 1 && isColumn && kind !== "list") return node("list", ...rows.flat());
     if (rows.length > 1) return listOf(rows); // [a, b; c, d]
     const items = rows[0] as readonly Node[];
     const first = items[0];
@@ -764,8 +769,8 @@ class Parser {
     }
     if (first && args.length === 1) return first;
     if (meaning === "matrix" && args.length === 3 && first && second && third?.kind === "list") {
-      const filled = buildMatrix(first, second, third);
-      if (filled) return filled;
+      const matrix = buildMatrix(first, second, third);
+      if (matrix) return matrix;
     }
     if (meaning === "diagonal" && args.length <= LIMITS.matrix_rows) {
       return listOf(args.map((arg, i) => args.map((_, j) => (i === j ? arg : integer(0)))));
@@ -778,9 +783,11 @@ class Parser {
 const beginsWithConstant = (text: string): boolean =>
   VOCABULARY.before_whole_numbers.some((constant) => text.startsWith(constant));
 
+/** Return the only value, or the set of several. */
 const wrapValues = (values: readonly Node[]): Node =>
   values.length === 1 ? (values[0] as Node) : node("set", ...values);
 
+/** Return whether a node is a value of a joint: it has no symbols except whole numbers such as k. */
 const isValue = (value: Node): boolean =>
   !["eq", "in", "and", "or"].includes(value.kind) &&
   [...findNames(value)].every((symbol) => VOCABULARY.whole_numbers.includes(symbol));
@@ -802,12 +809,13 @@ const isWholeNumbers = ({ text }: Node): boolean => VOCABULARY.whole_number_sets
 
 /** Return the matrix of Matrix(rows, columns, [entries]); null if the number of entries differs. */
 function buildMatrix(rows: Node, columns: Node, entries: Node): Node | null {
-  const [r, c] = [rows.value, columns.value];
+  const [rowCount, columnCount] = [rows.value, columns.value];
   const { args } = entries;
-  if (r > 0 && r === args.length && args.every(({ kind, args }) => kind === "list" && args.length === c))
-    return entries; // as in Maple
+  const isRow = (row: Node) => row.kind === "list" && row.args.length === columnCount;
+  if (rowCount > 0 && rowCount === args.length && args.every(isRow)) return entries; // as in Maple
   const isWhole = rows.kind === "number" && columns.kind === "number";
-  return isWhole && r * c > 0 && r * c === args.length ? listOf(splitIntoRows(args, c)) : null;
+  const count = rowCount * columnCount;
+  return isWhole && count > 0 && count === args.length ? listOf(splitIntoRows(args, columnCount)) : null;
 }
 
 /** Return the tree of a piece of a name. */
@@ -825,6 +833,7 @@ function applyFunction(functionName: string, args: readonly Node[]): Node {
 
 const DIGITS = /^[0-9]+$/;
 
+/** Return the node of a number. Throws ParseError if it is too long or too large. */
 function parseNumber(text: string): Node {
   if (text.length < 16 && DIGITS.test(text)) return integer(Number(text), text);
   const [mantissa = "", exponent = ""] = text.toLowerCase().split("e");

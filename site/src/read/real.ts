@@ -5,10 +5,11 @@ import { type Node, ParseError, type SymbolValues } from "./tree.js";
 
 type RealMap = (x: number) => number;
 
-/** A real function: its value, its derivative up to a sign, and the interval from `low` to `high` where it is real. */
 interface RealFunction {
   readonly value: RealMap;
+  /** The derivative, up to a sign. */
   readonly slope: RealMap;
+  /** The function is real from `low` to `high`. */
   readonly low: number;
   readonly high: number;
 }

@@ -23,7 +23,7 @@ export function splitIntoTokens(text: string): Token[] {
     else if (sign !== undefined) {
       tokens.push({ kind: "op", text: sign, start });
       depth += computeDepthChange(sign);
-      if (depth > LIMITS.depth) throw errorAt("read.brackets", { most: LIMITS.depth }, text, start);
+      if (depth > LIMITS.depth) throw errorAt("read.brackets", { limit: LIMITS.depth }, text, start);
     } // else a space or a comment
   }
   return [...tokens, { kind: "end", text: "", start: text.length }];

@@ -16,12 +16,13 @@ const FUNCTIONS: Readonly<Record<string, string>> = {
   acot: "\\operatorname{arccot}",
 };
 const CONSTANTS = new Map(Object.entries({ pi: "\\pi", E: "e", I: "i" }));
-/** Levels of precedence: an expression in a place that requires a higher level gets brackets. */
+/** Levels of precedence, from loose to tight: an expression in a place that requires a higher level gets brackets. */
 const SUM_LEVEL = 0;
 const PRODUCT_LEVEL = 1;
 const FACTOR_LEVEL = 2;
 const ATOM_LEVEL = 3;
 
+/** The LaTeX of an expression, and its level of precedence. */
 type Typeset = { readonly latex: string; readonly level: number };
 
 /** Return the LaTeX of an answer. */
@@ -79,19 +80,21 @@ function typesetSymbol(name: string, symbols: Symbols): string {
   return symbolText ?? `\\text{${name.replace(/[^\p{L}\p{N}.]/gu, " ")}}`;
 }
 
+/** Typeset a function with its arguments; sin(theta1 + theta2) is written s_{12}. */
 function typesetCall(tree: Node, symbols: Symbols): Typeset {
   const args = tree.args.map((arg) => typesetNode(arg, symbols).latex).join(", ");
-  const angleIndices = /^(sin|cos)$/.test(tree.text) ? findAngleIndices(tree.args[0] as Node) : null;
-  if (angleIndices) return { latex: `${tree.text[0]}_{${angleIndices}}`, level: ATOM_LEVEL };
+  const isWave = tree.text === "sin" || tree.text === "cos";
+  const jointDigits = isWave ? findJointDigits(tree.args[0] as Node) : null;
+  if (jointDigits) return { latex: `${tree.text === "sin" ? "s" : "c"}_{${jointDigits}}`, level: ATOM_LEVEL };
   if (tree.text === "sqrt") return { latex: `\\sqrt{${args}}`, level: ATOM_LEVEL };
   if (tree.text === "abs") return { latex: `\\left|${args}\\right|`, level: ATOM_LEVEL };
   return { latex: `${FUNCTIONS[tree.text] ?? `\\${tree.text}`}\\left(${args}\\right)`, level: ATOM_LEVEL };
 }
 
-/** Return the joints' digits, as "12" for theta1 + theta2; null for other angles. */
-function findAngleIndices(tree: Node): string | null {
+/** Return the digits of the joints in a sum of joint angles: "12" for theta1 + theta2; null for other angles. */
+function findJointDigits(tree: Node): string | null {
   if (tree.kind === "name") return /^theta(\d)$/.exec(tree.text)?.[1] ?? null;
   if (tree.kind !== "+") return null;
-  const [left, right] = tree.args.map(findAngleIndices);
+  const [left, right] = tree.args.map(findJointDigits);
   return left && right ? left + right : null;
 }
