@@ -70,7 +70,7 @@ def script(base: Layout, subscript: Layout = EMPTY, superscript: Layout = EMPTY)
 
 
 def fraction(numerator: Sequence[Layout], denominator: Sequence[Layout], is_small: bool = False) -> Layout:
-    """Return a fraction; if `is_small`, a fraction as in the text of a line."""
+    """Return a fraction; if `is_small`, a small fraction, as in running text."""
     return Layout("fraction", "tfrac" if is_small else "frac", (row(*numerator), row(*denominator)))
 
 

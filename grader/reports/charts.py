@@ -153,7 +153,7 @@ def draw_intervals(parts: Sequence[str], intervals: Sequence[Interval | None]) -
         _label_rows(axes, parts)
         axes.grid(axis="x")
         axes.set(xlim=(-1, 1), xticks=[-1, -0.5, 0, 0.5, 1])
-        axes.set_xlabel("correlation with the other points")
+        axes.set_xlabel("correlation with the points of the other parts")
 
     return _make_chart("discrimination", 0.75 + ROW_HEIGHT * len(parts), draw)
 
@@ -183,7 +183,7 @@ def draw_groups(number: int, shares_by_group: Mapping[str, Sequence[float]]) -> 
 
     def draw(axes: "Axes") -> None:
         for row, values in enumerate(shares_by_group.values()):
-            # The dots of equal shares lie beside each other, in the order 0, -1, 1, -2, 2 …
+            # Dots of equal shares are stacked around the row's centre, at the offsets 0, -1, 1, -2, 2 …
             levels: dict[float, int] = {}
             for value in sorted(values):
                 level = levels[value] = levels.get(value, -1) + 1

@@ -201,7 +201,7 @@ def grade_random_round(hostile_class: Class, seed: str, number: int) -> tuple[st
 
 
 def main() -> int:
-    """Run rounds for some time, and count the finds."""
+    """Run rounds until the time is up, and count the failures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=int, default=120, help="how long to run")
     parser.add_argument("--seed", default="1", help="the seed of all rounds")

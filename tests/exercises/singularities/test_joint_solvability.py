@@ -1,4 +1,4 @@
-"""Conditions together: which never hold, tried exactly."""
+"""Test which combinations of conditions can hold at the same time, in exact arithmetic."""
 
 import pytest
 import sympy as sp
@@ -35,7 +35,7 @@ POSSIBLE: list[tuple[sp.Expr, ...]] = [
 
 
 @pytest.mark.parametrize("conditions", [*NEVER_IN_GENERAL, *POSSIBLE])
-def test_what_never_holds_in_general_is_known_and_what_may_hold_is_not_ruled_out(
+def test_impossible_combinations_are_recognised_and_possible_ones_kept(
     conditions: tuple[sp.Expr, ...],
 ) -> None:
     assert may_hold_simultaneously(conditions, (*T, SLIDE)) is (conditions in POSSIBLE)
@@ -43,7 +43,7 @@ def test_what_never_holds_in_general_is_known_and_what_may_hold_is_not_ruled_out
 
 @pytest.mark.parametrize("seed", range(25))
 def test_conditions_through_a_common_point_may_hold(seed: int) -> None:
-    """Random sums, each with a constant by which it vanishes at a point of rational sines and cosines."""
+    """Random sums; a constant is subtracted so that each vanishes at a common point with rational sines and cosines."""
     stream = Stream(f"together/{seed}")
     point: dict[sp.Expr, sp.Expr] = {}
     for joint in T[:2]:
@@ -58,8 +58,8 @@ def test_conditions_through_a_common_point_may_hold(seed: int) -> None:
 
 
 @pytest.mark.whole
-def test_what_is_known_of_some_conditions_is_known_of_more() -> None:
-    """All three are too long for a basis, and two suffice; of joints that are fixed, nothing is left to work out."""
+def test_a_contradiction_between_some_conditions_excludes_all_of_them() -> None:
+    """A Gröbner basis of all three would take too long, but two suffice. Fixed joints are substituted first."""
     whole = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in T for p in T), H)
     assert not may_hold_simultaneously([whole, whole**2 + 1, whole**3 - A], T)
     five = sp.symbols("theta1:6")
@@ -71,7 +71,7 @@ def test_what_is_known_of_some_conditions_is_known_of_more() -> None:
     assert may_hold_simultaneously([*fixed, s(five[0]), s(2 * five[1]), c(2 * five[2] + 2 * ALPHA) + 1], five)
 
 
-def test_what_would_take_long_is_left_undecided() -> None:
+def test_slow_cases_stay_undecided() -> None:
     four = sp.symbols("theta1:5")
     whole = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in four for p in four), H)
     assert may_hold_simultaneously([whole, whole + 1], four)
@@ -90,7 +90,7 @@ def test_conditions_that_follow_from_others_are_left_out() -> None:
     assert drop_implied([s(T[0]), s(T[1]), long + c(T[0]) * H], T) == (s(T[0]), s(T[1]), long + c(T[0]) * H)
 
 
-def test_more_work_decides_more() -> None:
+def test_a_higher_limit_decides_more_cases() -> None:
     """The minors of two rows and three columns: where the first column is not zero, two of them make the third one."""
     minors = [s(T[0]) * c(T[1]) - c(T[0]) * s(T[1]) * A, s(T[0]) * c(T[2]) * B - c(T[0]) * s(T[2])]
     third = A * s(T[1]) * c(T[2]) * B - c(T[1]) * s(T[2])
