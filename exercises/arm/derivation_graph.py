@@ -96,8 +96,7 @@ class StageResults:
     def _compute(self, stage: str) -> Any:
         is_affected = any(name in list_prerequisites(stage) for name, _ in self.new_changes)
         if self.base_results is None or is_affected:
-            compute_result, _ = STAGES[stage]
-            result, changes = compute_result(self), self.changes
+            result, changes = STAGES[stage].compute_result(self), self.changes
         else:
             result, changes = self.base_results[stage], self.new_changes
         for name, change in changes:
@@ -196,11 +195,13 @@ def _make_matrix(*entries: np.ndarray) -> np.ndarray:
 
 
 def _compute_base_rotation(stages: StageResults) -> np.ndarray:
+    """Return the rotation R_0 of frame 0, (3, 3, …)."""
     table = stages["table"]
     return matrix_product(make_rotation_z(stages, table.base_yaw), make_rotation_x(stages, table.base_tilt))
 
 
 def _compute_rotations(stages: StageResults) -> list[np.ndarray]:
+    """Return the rotations R_0 ... R_n of the standard frames, each (3, 3, …)."""
     rotations = [stages["base rotation"]]
     for row in stages["table"].rows:
         rotations.append(matrix_product(rotations[-1], stages.compute_row_rotation(row)))
@@ -208,7 +209,7 @@ def _compute_rotations(stages: StageResults) -> list[np.ndarray]:
 
 
 def _compute_local_links(stages: StageResults) -> list[np.ndarray]:
-    """Return the link vectors r_i in frame i-1 (below (6.13)), and P in the coordinates of P's frame."""
+    """Return the link vectors r_i in frame i-1 (below (6.13)), and P in the coordinates of P's frame, each (3, …)."""
     cos, sin, table = stages.arithmetic.cos, stages.arithmetic.sin, stages["table"]
     vectors = [np.stack([row.a * cos(row.theta), row.a * sin(row.theta), row.d]) for row in table.rows]
     return [*vectors, table.point_offset]
@@ -232,11 +233,13 @@ def _stack_without_derivatives(stages: StageResults, vectors: list[np.ndarray]) 
 
 
 def _compute_origins(stages: StageResults) -> np.ndarray:
+    """Return the origins O_0 ... O_n of the standard frames, (n + 1, 3, …)."""
     vectors = [stages["table"].base_position, *stages["link vectors"][:-1]]
     return np.cumsum(_stack_without_derivatives(stages, vectors), axis=0)
 
 
 def _compute_point(stages: StageResults) -> np.ndarray:
+    """Return the point of interest P, (3, …)."""
     base_position = stages.arithmetic.drop_derivatives(stages["table"].base_position)
     links = _stack_without_derivatives(stages, stages["link vectors"])[list_links_to_point(stages.chain)]
     return np.asarray(base_position + links.sum(axis=0))
@@ -289,17 +292,19 @@ def propagate_linear_rows(stages: StageResults, _: Any = None) -> np.ndarray:
 
 
 def _compute_angular_rows(stages: StageResults) -> np.ndarray:
+    """Return the angular rows, (3, n, …): z for a revolute joint, zero for a prismatic joint."""
     pairs = zip(stages["joint kinds"], stages["axes"], strict=False)
     return np.stack([axis if kind == REVOLUTE else axis * 0 for kind, axis in pairs], axis=1)
 
 
 def _compute_inverse(stages: StageResults) -> np.ndarray:
+    """Return the inverse of a square J, (n, n, …); its entries are not finite if J is singular."""
     with np.errstate(all="ignore"):
         return np.asarray(stages["adjugate"] / stages["determinant"])
 
 
 def _compute_pseudo_inverse(stages: StageResults) -> np.ndarray:
-    """Return J^T (J J^T)^-1."""
+    """Return J^T (J J^T)^-1, (n, task rows, …)."""
     gram = stages["gram matrix"]
     with np.errstate(all="ignore"):
         inverse = (cofactor_signs(len(gram))[..., None] * minors(gram)).swapaxes(0, 1) / determinant(gram)
@@ -400,76 +405,83 @@ def make_adjoint_matrix(rotation: np.ndarray, origin: np.ndarray) -> np.ndarray:
     return np.concatenate([np.concatenate(row, axis=1) for row in blocks])
 
 
-STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
-    "table": (_compute_table, ()),
-    "base rotation": (_compute_base_rotation, ("table",)),
-    "rotations": (_compute_rotations, ("table", "base rotation")),
-    "local link vectors": (_compute_local_links, ("table",)),
-    "link vectors": (_compute_links, ("rotations", "local link vectors")),
-    "origins": (_compute_origins, ("link vectors",)),
-    "point": (_compute_point, ("link vectors",)),
-    "link derivatives": (_compute_link_derivatives, ("link vectors",)),
-    "axes": (
+class Stage(NamedTuple):
+    """The function that computes the result of a stage, and the stages whose results this function uses."""
+
+    compute_result: Callable[[StageResults], Any]
+    direct_prerequisites: tuple[str, ...]
+
+
+STAGES: dict[str, Stage] = {
+    "table": Stage(_compute_table, ()),
+    "base rotation": Stage(_compute_base_rotation, ("table",)),
+    "rotations": Stage(_compute_rotations, ("table", "base rotation")),
+    "local link vectors": Stage(_compute_local_links, ("table",)),
+    "link vectors": Stage(_compute_links, ("rotations", "local link vectors")),
+    "origins": Stage(_compute_origins, ("link vectors",)),
+    "point": Stage(_compute_point, ("link vectors",)),
+    "link derivatives": Stage(_compute_link_derivatives, ("link vectors",)),
+    "axes": Stage(
         lambda stages: _stack_without_derivatives(stages, [rotation[:, 2] for rotation in stages["rotations"]]),
         ("rotations",),
     ),
-    "origins on axes": (_compute_origins_on_axes, ("table", "origins", "rotations")),
-    "vectors to point": (lambda stages: stages["point"] - stages["origins on axes"], ("point", "origins on axes")),
-    "last rotation": (lambda stages: compute_convention_rotation(stages, stages.n), ("rotations", "table")),
-    "last origin": (lambda stages: stages["origins on axes"][-1], ("origins on axes",)),
-    "joint kinds": (lambda stages: [row.kind for row in stages["table"].rows], ("table",)),
-    "cross products": (
+    "origins on axes": Stage(_compute_origins_on_axes, ("table", "origins", "rotations")),
+    "vectors to point": Stage(lambda stages: stages["point"] - stages["origins on axes"], ("point", "origins on axes")),
+    "last rotation": Stage(lambda stages: compute_convention_rotation(stages, stages.n), ("rotations", "table")),
+    "last origin": Stage(lambda stages: stages["origins on axes"][-1], ("origins on axes",)),
+    "joint kinds": Stage(lambda stages: [row.kind for row in stages["table"].rows], ("table",)),
+    "cross products": Stage(
         lambda stages: [cross(stages["axes"][i], stages["vectors to point"][i]) for i in range(stages.n)],
         ("axes", "vectors to point"),
     ),
-    "linear rows": (
+    "linear rows": Stage(
         lambda stages: np.moveaxis(stages["link derivatives"].sum(axis=1), 0, 1),
         ("link derivatives", "cross products", "axes", "joint kinds"),
     ),
-    "angular rows": (_compute_angular_rows, ("axes", "joint kinds")),
-    "geometric jacobian": (
+    "angular rows": Stage(_compute_angular_rows, ("axes", "joint kinds")),
+    "geometric jacobian": Stage(
         lambda stages: np.concatenate([stages["linear rows"], stages["angular rows"]]),
         ("linear rows", "angular rows"),
     ),
-    "tool jacobian": (
+    "tool jacobian": Stage(
         lambda stages: rotate_rows(stages["last rotation"].swapaxes(0, 1), stages["geometric jacobian"]),
         ("last rotation", "geometric jacobian"),
     ),
-    "home screws": (_compute_home_screws, ()),
-    "space jacobian": (_compute_space_jacobian, ("axes", "origins", "joint kinds")),
-    "body rotation": (_compute_body_rotation, ("rotations",)),
-    "body adjoint": (
+    "home screws": Stage(_compute_home_screws, ()),
+    "space jacobian": Stage(_compute_space_jacobian, ("axes", "origins", "joint kinds")),
+    "body rotation": Stage(_compute_body_rotation, ("rotations",)),
+    "body adjoint": Stage(
         lambda stages: make_adjoint_matrix(stages["body rotation"], stages["point"]),
         ("body rotation", "point"),
     ),
-    "body jacobian": (_compute_body_jacobian, ("space jacobian", "body rotation", "point")),
-    "arm block": (lambda stages: stages["geometric jacobian"][:3, :3], ("geometric jacobian",)),
-    "wrist block": (_compute_wrist_block, ("rotations", "axes")),
-    "jacobian": (lambda stages: stages["geometric jacobian"][stages.chain.task_rows], ("geometric jacobian",)),
-    "transposed jacobian": (lambda stages: stages["jacobian"].swapaxes(0, 1), ("jacobian",)),
-    "gram matrix": (
+    "body jacobian": Stage(_compute_body_jacobian, ("space jacobian", "body rotation", "point")),
+    "arm block": Stage(lambda stages: stages["geometric jacobian"][:3, :3], ("geometric jacobian",)),
+    "wrist block": Stage(_compute_wrist_block, ("rotations", "axes")),
+    "jacobian": Stage(lambda stages: stages["geometric jacobian"][stages.chain.task_rows], ("geometric jacobian",)),
+    "transposed jacobian": Stage(lambda stages: stages["jacobian"].swapaxes(0, 1), ("jacobian",)),
+    "gram matrix": Stage(
         lambda stages: matrix_product(stages["jacobian"], stages["transposed jacobian"]),
         ("transposed jacobian",),
     ),
-    "pseudo-inverse": (_compute_pseudo_inverse, ("gram matrix", "transposed jacobian")),
-    "self-motion": (_compute_self_motion, ("jacobian",)),
-    "lost direction": (lambda stages: decompose_jacobian(stages).u[:, -1], ("jacobian",)),
-    "gram determinant": (lambda stages: determinant(stages["gram matrix"]), ("gram matrix",)),
-    "manipulability": (lambda stages: stages.arithmetic.sqrt(stages["gram determinant"]), ("gram determinant",)),
-    "condition number": (_compute_condition_number, ("jacobian",)),
-    "minors": (lambda stages: minors(stages["jacobian"]), ("jacobian",)),
-    "cofactors": (lambda stages: cofactor_signs(stages.n)[..., None] * stages["minors"], ("minors",)),
-    "adjugate": (lambda stages: stages["cofactors"].swapaxes(0, 1), ("cofactors",)),
-    "determinant": (lambda stages: determinant(stages["jacobian"]), ("jacobian",)),
-    "inverse": (_compute_inverse, ("adjugate", "determinant")),
-    "wanted velocity": (lambda stages: stages.stack_symbol_values(stages.chain.task), ()),
-    "joint rates": (lambda stages: stages.stack_symbol_values(stages.chain.rates), ()),
-    "required rates": (
+    "pseudo-inverse": Stage(_compute_pseudo_inverse, ("gram matrix", "transposed jacobian")),
+    "self-motion": Stage(_compute_self_motion, ("jacobian",)),
+    "lost direction": Stage(lambda stages: decompose_jacobian(stages).u[:, -1], ("jacobian",)),
+    "gram determinant": Stage(lambda stages: determinant(stages["gram matrix"]), ("gram matrix",)),
+    "manipulability": Stage(lambda stages: stages.arithmetic.sqrt(stages["gram determinant"]), ("gram determinant",)),
+    "condition number": Stage(_compute_condition_number, ("jacobian",)),
+    "minors": Stage(lambda stages: minors(stages["jacobian"]), ("jacobian",)),
+    "cofactors": Stage(lambda stages: cofactor_signs(stages.n)[..., None] * stages["minors"], ("minors",)),
+    "adjugate": Stage(lambda stages: stages["cofactors"].swapaxes(0, 1), ("cofactors",)),
+    "determinant": Stage(lambda stages: determinant(stages["jacobian"]), ("jacobian",)),
+    "inverse": Stage(_compute_inverse, ("adjugate", "determinant")),
+    "wanted velocity": Stage(lambda stages: stages.stack_symbol_values(stages.chain.task), ()),
+    "joint rates": Stage(lambda stages: stages.stack_symbol_values(stages.chain.rates), ()),
+    "required rates": Stage(
         lambda stages: apply_matrix(stages["inverse"], stages["wanted velocity"]),
         ("inverse", "wanted velocity"),
     ),
 }
-"""For each stage, the function that computes its result, and the stages whose results this function uses.
+"""The stages by name.
 
 "linear rows" is normally computed from "link derivatives" alone. A mistake may replace its result by
 `propagate_linear_rows`, which uses the other stages.
@@ -479,7 +491,7 @@ STAGES: dict[str, tuple[Callable[[StageResults], Any], tuple[str, ...]]] = {
 @cache
 def list_prerequisites(stage: str) -> frozenset[str]:
     """Return all stages on which a stage depends, directly or indirectly."""
-    _, direct_prerequisites = STAGES[stage]
+    direct_prerequisites = STAGES[stage].direct_prerequisites
     return frozenset(direct_prerequisites).union(*map(list_prerequisites, direct_prerequisites))
 
 

@@ -88,7 +88,7 @@ class StraightPath:
         """
         last_distance = float(self.length) if end_distance is None else end_distance
         q, s, step_count = self.start_joint_values, 0.0, 0
-        while s <= last_distance + 1e-12:
+        while s <= last_distance + 1e-12:  # s may exceed the distance by a rounding error
             jacobian = self.arm.compute_task_jacobian(q)
             sigma = np.linalg.svd(np.array(jacobian, dtype=float), compute_uv=False)
             conditioning = float(sigma[-1] / sigma[0])

@@ -152,10 +152,12 @@ def _convert_urdf(path: Path, urdf_chain: UrdfChain) -> Robot:
     if joint_count > MAX_JOINTS:
         raise QdotError(f"{path}: {_describe_excess_joints(joint_count)}")
     base, joints, point = convert_axes(urdf_chain.axes, urdf_chain.tip, joint_count)
-    chain = Chain(urdf_chain.name, joints, _PROVISIONAL_TASK, base, point, urdf_chain.name)
+    chain = Chain(urdf_chain.name, joints, _PROVISIONAL_TASK, base, tool=point, title=urdf_chain.name)
     chain = chain.with_task(*choose_default_task(chain))
     is_rounded, written_arm = is_table_rounded(chain, urdf_chain.axes, urdf_chain.tip), _describe_axes(urdf_chain.axes)
-    return Robot(chain, (), urdf_chain.notes, urdf_chain.limits, written_arm, is_table_rounded=is_rounded)
+    return Robot(
+        chain, notes=urdf_chain.notes, limits=urdf_chain.limits, written_arm=written_arm, is_table_rounded=is_rounded
+    )
 
 
 def parse_robot(file: TomlFile) -> Robot:
@@ -164,7 +166,10 @@ def parse_robot(file: TomlFile) -> Robot:
     chain = reader.read_chain()
     ranges = _parse_length_ranges(file, chain)
     notes, is_rounded = _find_length_warning(file, chain, ranges), is_table_rounded(chain, *reader.exact_home_geometry)
-    return Robot(chain, ranges, notes, reader.read_limits(), reader.written_arm, reader.source, is_rounded)
+    return Robot(
+        chain, ranges, notes, limits=reader.read_limits(), written_arm=reader.written_arm, source=reader.source,
+        is_table_rounded=is_rounded,
+    )  # fmt: skip
 
 
 class _RobotReader:
@@ -200,8 +205,10 @@ class _RobotReader:
     def read_chain(self) -> Chain:
         """Return the arm with the task in the file, or with the default task if the file has none."""
         base, joints, point = self._read_table() if self.has_dh_table else self._read_axes()
-        chain = Chain(self.title, joints, _PROVISIONAL_TASK, base, point, self.title, self.convention.name)
-        chain = replace(chain, axis_points=self.axis_points, twist_order=self.twist_order)
+        chain = Chain(
+            self.title, joints, _PROVISIONAL_TASK, base, tool=point, title=self.title,
+            convention=self.convention.name, axis_points=self.axis_points, twist_order=self.twist_order,
+        )  # fmt: skip
         if "task" not in self.content:
             return chain.with_task(*choose_default_task(chain))
         with self.file.locate_errors("task"):
@@ -277,10 +284,10 @@ class _RobotReader:
         # the entry with the joint variable comes first, because most mistakes are there
         for key in sorted(ENTRY_KEYS, key=lambda key: key != variable_key):
             with self.file.locate_errors("joint", index, key):
-                value = self._parse_value(joint[key], key in ANGLE_KEYS)
+                value = self._parse_value(joint[key], is_angle=key in ANGLE_KEYS)
                 if key == variable_key:
                     value, is_reversed = _split_variable(value, variable, kind)
-                values[key] = self._check_entry(value, key in ANGLE_KEYS)
+                values[key] = self._check_entry(value, is_angle=key in ANGLE_KEYS)
         return WrittenRow(kind, values["theta"], values["d"], values["a"], values["alpha"], is_reversed)
 
     def _read_point_of_interest(self) -> Point | None:
@@ -528,7 +535,7 @@ def _find_nonzero_rows(chain: Chain) -> tuple[bool, ...]:
     """
     rng = Stream("rows of J")  # chooses lengths in m, and joint values in rad or m
     values = {symbol.name: rng.uniform(0.4, 1.4) for symbol in chain.parameters}
-    q = np.array([[rng.uniform(-3, 3) for _ in chain.q] for _ in range(3)])
+    q = np.array([[rng.uniform(-3, 3) for _ in chain.q] for _ in range(3)])  # three configurations, (3, n)
     try:
         largest_entries = np.abs(NumericChain(chain, values).compute_jacobian(q)).max(axis=(0, 2))
     except TypeError:  # a constant is not real for these lengths, e.g. sqrt(a1**2 - d1**2)

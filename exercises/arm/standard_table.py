@@ -117,11 +117,11 @@ def _check_table(chain: Chain, axes: Sequence[Axis], point: sp.Matrix, link_numb
     """Raise RuntimeError unless the chain's table and its axes move the points of a link in the same way."""
     stream = Stream("axes")
     symbols = sorted(set(point.free_symbols).union(*(axis.point.free_symbols for axis in axes)), key=str)
-    for _ in range(3):
+    for _ in range(3):  # three random configurations
         q = np.array([stream.uniform(-2, 2) for _ in axes])
         lengths = {symbol: sp.Float(stream.uniform(0.3, 2)) for symbol in symbols}
         arm = NumericChain(chain, {symbol.name: float(value) for symbol, value in lengths.items()})
-        frames, home = arm.compute_frames(q), arm.compute_frames(0 * q)
+        frames, home = arm.compute_frames(q), arm.compute_frames(np.zeros_like(q))
         link_rotation = frames[link_number, :3, :3] @ home[link_number, :3, :3].T
         for displacement in np.vstack([np.zeros(3), np.eye(3)]):
             moved_point = point + sp.Matrix(displacement)

@@ -396,6 +396,10 @@ def _reduce_squares(expression: sp.Expr) -> list[sp.Expr]:
     return forms
 
 
+_MAX_TEXTBOOK_TERMS = 60
+"""Maximum number of terms of an expression of which the textbook form shows all factors."""
+
+
 def to_textbook_form(expression: sp.Expr) -> sp.Expr:
     """Return a trigonometric polynomial in textbook form: like terms collected, common factors outside.
 
@@ -403,7 +407,7 @@ def to_textbook_form(expression: sp.Expr) -> sp.Expr:
     >>> to_textbook_form(a1 * sp.cos(t1) + a2 * sp.cos(t1) * sp.cos(t2))
     (a1 + a2*cos(theta2))*cos(theta1)
     """
-    return factor_trig(expression, max_terms=60).to_expression()
+    return factor_trig(expression, max_terms=_MAX_TEXTBOOK_TERMS).to_expression()
 
 
 def write_in_textbook_form(expression: sp.Expr) -> sp.Expr:
@@ -434,7 +438,8 @@ def write_in_textbook_form(expression: sp.Expr) -> sp.Expr:
         numerator, denominator = sp.fraction(sp.together(polynomial))
         if denominator.free_symbols:
             divisor = factor_trig(sp.expand(denominator))
-            polynomial = factor_trig(sp.expand(numerator), max_terms=60).divide_by(divisor).to_expression()
+            factored_numerator = factor_trig(sp.expand(numerator), max_terms=_MAX_TEXTBOOK_TERMS)
+            polynomial = factored_numerator.divide_by(divisor).to_expression()
         else:
             polynomial = to_textbook_form(sp.expand(polynomial))
     except (ValueError, sp.PolynomialError):  # for example, an angle outside a sine

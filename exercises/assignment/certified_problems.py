@@ -209,6 +209,10 @@ def certify_class(
 def _certify_student(
     state: tuple[Assignment, RecordMaker[None]], student: str
 ) -> tuple[dict[str, Replacement], tuple[FailedSlot, ...]]:
+    """Return a student's new replacements by slot, and the slots that failed.
+
+    `state` contains the assignment and the function that certifies its problems.
+    """
     assignment, certify = state
     student_problems = generate_student_problems(assignment, student, certify)
     return student_problems.find_new_replacements(assignment), student_problems.failed_slots

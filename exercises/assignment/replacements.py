@@ -38,9 +38,9 @@ def read_replacements(folder: Path) -> dict[tuple[str, str], Replacement]:
     """Return the content of redrawn.csv in an assignment's folder; empty if there is no file. Raises QdotError."""
     path = folder / REPLACEMENTS_FILE
     replacements: dict[tuple[str, str], Replacement] = {}
-    for number, cells in read_table(path, COLUMNS[0], ",".join(COLUMNS)) if path.exists() else ():
+    for number, cells in read_table(path, "student", ",".join(COLUMNS)) if path.exists() else ():
         student, slot, family, draw, why = (cells.get(name, "").strip() for name in COLUMNS)
-        if not (draw.isascii() and draw.isdecimal() and 2 <= int(draw[:9]) <= MAX_SEEDS):
+        if not (draw.isascii() and draw.isdecimal() and 2 <= int(draw[:9]) <= MAX_SEEDS):  # int refuses long texts
             raise QdotError(
                 f"{path}: line {number}: draw = {draw!r}: expected a whole number from 2 to {MAX_SEEDS}, as written "
                 "by 'qdot generate'; restore the file from a backup"

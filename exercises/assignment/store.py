@@ -66,7 +66,7 @@ def store_problems(assignment: Assignment, student: str, problems: list[tuple[st
     answers = [part.answer for _, problem in problems for part in problem.parts]
     entry_texts = [(entry, format_expression(entry)) for answer in answers for entry in answer.list_entries()]
     minors = [_pickle_minors(problem) for _, problem in problems]
-    payload = zlib.compress(_pickle_content((problems, pieces, entry_texts, minors)), 1)
+    payload = zlib.compress(_pickle_content((problems, pieces, entry_texts, minors)), level=1)
     text = f"{_compute_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
     try:
         write_atomically(store_path(assignment.folder, student), text, mode=0o600, is_synced=False)

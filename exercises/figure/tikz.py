@@ -81,7 +81,8 @@ def _convert_elements(parent: ET.Element, frame: _GroupFrame, outer_attributes: 
         elif tag == "rect":
             x, y, width, height = (float(attributes[name]) for name in ("x", "y", "width", "height"))
             corners = ((x, y), (x + width, y), (x + width, y + height), (x, y + height))
-            rounding = f"rounded corners={POINTS_PER_PIXEL * float(attributes.get('rx', 0)):.1f}pt"
+            corner_radius = POINTS_PER_PIXEL * frame.scale * float(attributes.get("rx", 0))
+            rounding = f"rounded corners={corner_radius:.1f}pt"
             points = tuple(frame.transform(*corner) for corner in corners)
             yield Stroke((*_list_tikz_options(attributes, frame), rounding), points, True)
         elif tag == "text":

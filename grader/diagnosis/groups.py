@@ -122,7 +122,7 @@ class _GeneralForm:
 
     def __init__(self, arm: Chain, seed: str) -> None:
         names, self.seed = _name_lengths(arm), seed
-        products = [*_list_products(names, 2)], [*_list_products(names, 3)]
+        products = [*_list_products(names, count=2)], [*_list_products(names, count=3)]
         sums = [*_list_sums(names)]
         self.names_in_products = dict(_drop_ambiguous(names, [*products, sums]))
         self.names_in_sums = dict(_drop_ambiguous(names, [sums, *products]))
@@ -150,9 +150,10 @@ class _GeneralForm:
         if tree.kind in ("number", "decimal"):
             return _replace_number(self.names_in_sums, tree.value) if numbers_are_lengths else tree
         if tree.kind == "call":
-            return Node("call", tuple(self.generalize(arg, False) for arg in tree.args), tree.value)
+            return Node("call", tuple(self.generalize(arg, numbers_are_lengths=False) for arg in tree.args), tree.value)
         if tree.kind == "^":
-            return Node("^", (self.generalize(tree.args[0], numbers_are_lengths), self.generalize(tree.args[1], False)))
+            base = self.generalize(tree.args[0], numbers_are_lengths)
+            return Node("^", (base, self.generalize(tree.args[1], numbers_are_lengths=False)))
         if numbers_are_lengths and tree.kind in ("*", "/", "neg"):
             return self._generalize_product(tree)
         return Node(tree.kind, tuple(self.generalize(arg, numbers_are_lengths) for arg in tree.args), tree.value)
@@ -165,16 +166,16 @@ class _GeneralForm:
         """
         factors, number = list(_split_product(tree)), Fraction(1)
         other_factors = [factor for factor in factors if not _is_number(factor[0])]
-        for factor, in_denominator in factors:
+        for factor, is_in_denominator in factors:
             if _is_number(factor):
-                number *= 1 / factor.value if in_denominator else factor.value
+                number *= 1 / factor.value if is_in_denominator else factor.value
         lengths = self.names_in_products if other_factors else self.names_in_sums
         product = Node("number", value=Fraction(1))
         if abs(number) in lengths:
             product, factors = _replace_number(lengths, number), other_factors
-        for factor, in_denominator in factors:
+        for factor, is_in_denominator in factors:
             general_factor = _replace_number(lengths, factor.value) if _is_number(factor) else self.generalize(factor)
-            product = Node("/" if in_denominator else "*", (product, general_factor))
+            product = Node("/" if is_in_denominator else "*", (product, general_factor))
         return product
 
     def fingerprint_formulas(self, entries: Sequence[Node], is_direction: bool = False) -> tuple[object, ...]:
@@ -284,7 +285,7 @@ def _list_products(name_by_value: Mapping[Fraction, Node], count: int) -> Number
 
 def _list_sums(name_by_value: Mapping[Fraction, Node]) -> NumbersAndNodes:
     """Yield a + b, a - b > 0, 2 a and 2 a b for lengths a and b."""
-    for value, node in [*name_by_value.items(), *_list_products(name_by_value, 2)]:
+    for value, node in [*name_by_value.items(), *_list_products(name_by_value, count=2)]:
         yield 2 * value, Node("+", (node, node))
     for (longer, longer_name), (shorter, shorter_name) in permutations(name_by_value.items(), 2):
         if longer > shorter:
@@ -303,12 +304,12 @@ def _split_product(tree: Node) -> Iterator[tuple[Node, bool]]:
     """
     stack = [(tree, False)]
     while stack:
-        node, in_denominator = stack.pop()
+        node, is_in_denominator = stack.pop()
         if node.kind == "neg":
             yield Node("number", value=Fraction(-1)), False
         if node.kind in ("*", "neg"):
-            stack += [(arg, in_denominator) for arg in reversed(node.args)]
+            stack += [(arg, is_in_denominator) for arg in reversed(node.args)]
         elif node.kind == "/":
-            stack += [(node.args[1], not in_denominator), (node.args[0], in_denominator)]
+            stack += [(node.args[1], not is_in_denominator), (node.args[0], is_in_denominator)]
         else:
-            yield node, in_denominator
+            yield node, is_in_denominator

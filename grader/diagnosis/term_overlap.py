@@ -48,7 +48,8 @@ def has_enough_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, 
     expanded_pairs = [(_expand(entry), _expand(expected_entry)) for entry, expected_entry in pairs]
     values = sample_values(domain, SAMPLE_COUNT, Stream(f"{seed}/terms"))
     varying_names = set(domain.roles) - problem.constants
-    return any(_compute_share(each, varying_names, values) >= MIN_SHARE for each in (pairs, expanded_pairs))
+    shares = (_compute_share(entry_pairs, varying_names, values) for entry_pairs in (pairs, expanded_pairs))
+    return any(share >= MIN_SHARE for share in shares)
 
 
 def _compute_share(
@@ -75,10 +76,10 @@ def _count_common_terms(terms: Sequence[Node], expected_terms: Sequence[Node], v
         return 0
     values_of_terms = evaluate(compile_program([*terms, *expected_terms]), values, SAMPLE_COUNT).values
     remaining_values, count = list(values_of_terms[: len(terms)]), 0
-    for term in values_of_terms[len(terms) :]:
-        tolerance = RELATIVE_TOLERANCE * float(np.abs(term).max())
-        for k, candidate in enumerate(remaining_values):
-            if any(np.all(np.abs(candidate - sign * term) <= tolerance) for sign in (1, -1)):
+    for expected_values in values_of_terms[len(terms) :]:
+        tolerance = RELATIVE_TOLERANCE * float(np.abs(expected_values).max())
+        for k, term_values in enumerate(remaining_values):
+            if any(np.all(np.abs(term_values - sign * expected_values) <= tolerance) for sign in (1, -1)):
                 count += 1
                 del remaining_values[k]
                 break

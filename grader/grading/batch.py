@@ -82,7 +82,9 @@ def grade_class(
             graded_notebooks = _grade_on_cluster(executor, tasks, assignment, limits, cache)
         else:
             setup = (assignment, limits, cache)
-            graded_notebooks = map_in_order(_grade_student_safely, tasks, jobs, _GradingWorker, setup, report_crash)
+            graded_notebooks = map_in_order(
+                _grade_student_safely, tasks, jobs, setup=_GradingWorker, arguments=setup, result_if_lost=report_crash
+            )
         with contextlib.closing(graded_notebooks):
             for student, notebooks in zip(chosen_students, graded_notebooks, strict=True):
                 try:

@@ -12,5 +12,4 @@
     feedback                        write a student's feedback page
     graded_folder                   write the files in graded/ that are not up to date
     returned_feedback               pack the feedback pages as a platform takes them back
-    formats                         list the export formats by name
 """

@@ -40,8 +40,8 @@ def make_workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
             if not is_marked(result, count_zero=True):
                 for column in mark_columns:
                     row[column] = None
-        _fill_sheet(book.add_worksheet("Grades"), formats, header, rows, 2)
-        _fill_sheet(book.add_worksheet("Parts"), formats, *_make_part_table(assignment, results), 1)
+        _fill_sheet(book.add_worksheet("Grades"), formats, header, rows, frozen_column_count=2)
+        _fill_sheet(book.add_worksheet("Parts"), formats, *_make_part_table(assignment, results), frozen_column_count=1)
     return content.getvalue()
 
 

@@ -39,11 +39,17 @@ def write_reports(
     # Drawing the figures takes most of the time, so only outdated pages are written, on several processes.
     outdated_pairs = [pair for pair in pairs if not _is_up_to_date(assignment, *pair)]
     unwritten_students = []
-    result_if_lost = (lambda _: None) if jobs > 1 else None  # None if every attempt to write a page crashes
+    # The result is None if every attempt to write a page crashes its process.
+    result_if_lost = (lambda _: None) if jobs > 1 else None
     grades_path, lines_path, to_mark_path = folder / "grades.csv", results_path(assignment), folder / TO_MARK_FILE
     paths = [*(_find_page_path(folder, student) for student, _ in pairs), lines_path, grades_path, to_mark_path]
     page_results = map_in_order(
-        _write_or_mark_ungraded, outdated_pairs, jobs, return_state, (assignment,), result_if_lost
+        _write_or_mark_ungraded,
+        outdated_pairs,
+        jobs,
+        setup=return_state,
+        arguments=(assignment,),
+        result_if_lost=result_if_lost,
     )
     with clean_up_after(paths):
         with contextlib.closing(page_results), sync_disks_after():

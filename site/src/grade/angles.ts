@@ -3,11 +3,14 @@
 import { evaluate } from "../read/evaluate.js";
 import { anyNode, decimal, isConstant, type Node, node, visitNodes } from "../read/tree.js";
 
+/** The name of a joint angle. */
 const JOINT = /^theta\d+$/;
+/** In radians. */
 const FULL_TURN = 2 * Math.PI;
 
 /** Whether a node is a sine or cosine ("wave", here and below). */
 export const isWave = ({ kind, text }: Node): boolean => kind === "call" && (text === "sin" || text === "cos");
+/** Return the cosine for a sine, and the sine for a cosine. */
 export const exchangeWave = (tree: Node): Node => ({ ...tree, text: tree.text === "sin" ? "cos" : "sin" });
 
 /** Return a tree in which each sine and cosine is changed. */
@@ -85,6 +88,7 @@ function dependsOnJoint(angle: Node): boolean {
   return sum === null || [...sum.joints.values()].some((count) => count !== 0);
 }
 
+/** Return the angles plus a constant (rad); an empty list if it is 0. */
 function addConstant(constant: number, angles: readonly Node[]): Node[] {
   return constant === 0 ? [] : angles.map((angle) => node("+", angle, decimal(constant)));
 }

@@ -17,6 +17,7 @@ export type Claim = readonly Atom[];
 const WHOLE_NUMBER_VALUES = Array.from({ length: 13 }, (_, k) =>
   k < 6 ? node("neg", integer(6 - k)) : integer(k - 6),
 );
+/** Maximum number of claims of an answer. */
 const MAX_CLAIMS = 500;
 /** Maximum number of nodes in the cases for all whole numbers together, and the nodes that each case adds. */
 const MAX_CASE_NODES = 100_000;
@@ -63,6 +64,7 @@ function buildClaims(tree: Node, joints: ReadonlySet<string>): Claim[] {
   return buildVanishingClaims(tree);
 }
 
+/** Return the claims of left = right. If one side is a joint that the other side lacks, the other gives its values. */
 function buildClaimsOfEquation(left: Node, right: Node, joints: ReadonlySet<string>): Claim[] {
   if (isListOrSet(right)) return buildClaimsOfValues(left, right, joints);
   for (const [side, other] of [[left, right] as const, [right, left] as const]) {
@@ -99,7 +101,7 @@ function buildClaimsOfUnion(tree: Node, joints: ReadonlySet<string>): Claim[] {
   for (const arg of tree.args) {
     const isStatement = hasNameOf(arg, joints) || /^(eq|in|and|or|dict)$/.test(arg.kind);
     if (isStatement) {
-      let lastStatement = arg;
+      let lastStatement = arg; // B in "A or B"
       while (lastStatement.kind === "or") lastStatement = lastStatement.args.at(-1) as Node;
       const side =
         lastStatement.kind === "eq" || lastStatement.kind === "in" ? (lastStatement.args[0] as Node) : lastStatement;
@@ -130,40 +132,44 @@ function buildClaimsOfUnion(tree: Node, joints: ReadonlySet<string>): Claim[] {
  * Each angle may change by a full turn, so 2 theta1 = pi means pi/2 only. Other expressions are returned unchanged.
  */
 export function allowFullTurns(expression: Node, angles: ReadonlySet<string>): Node {
-  const sizes = [...(findCoefficients(expression, angles) ?? [])]
+  const magnitudes = [...(findCoefficients(expression, angles) ?? [])]
     .map(([, factor]) => Math.abs(factor))
-    .filter((size) => size > 1e-9);
-  if (sizes.length === 0) return expression;
-  return call("sin", node("/", expression, decimal(2 * sizes.reduce(findCommonDivisor))));
+    .filter((magnitude) => magnitude > 1e-9);
+  if (magnitudes.length === 0) return expression;
+  return call("sin", node("/", expression, decimal(2 * magnitudes.reduce(findCommonDivisor))));
 }
 
+/** Return the greatest common divisor of two positive numbers, up to rounding errors (Euclid's algorithm). */
 const findCommonDivisor = (a: number, b: number): number =>
   b < 1e-6 ? a : findCommonDivisor(b, a - b * Math.floor(a / b + 1e-9));
 
 /** Return the coefficient of each angle in a sum; null if an angle occurs in any other term, such as a product. */
 function findCoefficients(tree: Node, angles: ReadonlySet<string>): ReadonlyMap<string, number> | null {
   const coefficients = new Map<string, number>();
-  const pending: (readonly [term: Node, factor: number])[] = [[tree, 1]];
-  for (let top = pending.pop(); top; top = pending.pop()) {
-    const [term, factor] = top;
+  const pending: { readonly term: Node; readonly factor: number }[] = [{ term: tree, factor: 1 }];
+  for (let product = pending.pop(); product; product = pending.pop()) {
+    const { term, factor } = product;
     const [left, right] = term.args;
     if (term.kind === "name" && angles.has(term.text))
       coefficients.set(term.text, (coefficients.get(term.text) ?? 0) + factor);
     else if (!hasNameOf(term, angles)) continue;
-    else if (term.kind === "neg" && left) pending.push([left, -factor]);
+    else if (term.kind === "neg" && left) pending.push({ term: left, factor: -factor });
     else if (term.kind === "+" || term.kind === "-")
-      pending.push([left as Node, factor], [right as Node, term.kind === "-" ? -factor : factor]);
+      pending.push(
+        { term: left as Node, factor },
+        { term: right as Node, factor: term.kind === "-" ? -factor : factor },
+      );
     else if (term.kind === "*" && left && isConstant(left))
-      pending.push([right as Node, factor * evaluate(left, {}).re]);
+      pending.push({ term: right as Node, factor: factor * evaluate(left, {}).re });
     else if ((term.kind === "*" || term.kind === "/") && left && right && isConstant(right)) {
       const value = evaluate(right, {}).re;
-      pending.push([left, term.kind === "*" ? factor * value : factor / value]);
+      pending.push({ term: left, factor: term.kind === "*" ? factor * value : factor / value });
     } else return null;
   }
   return [...coefficients.values()].every(Number.isFinite) ? coefficients : null;
 }
 
-/** Return the claims of an intersection: every combination of one claim from each set. */
+/** Return the claims of the intersection of some sets: every combination of one claim from each set. */
 function intersect(sets: readonly (readonly Claim[])[]): Claim[] {
   const count = sets.reduce((product, set) => product * set.length, 1);
   if (count > MAX_CLAIMS) throw new ParseError("read.cases", { count, limit: MAX_CLAIMS });
@@ -173,6 +179,7 @@ function intersect(sets: readonly (readonly Claim[])[]): Claim[] {
   );
 }
 
+/** Return the claims that a joint, or another expression, has one of several values. */
 function buildClaimsOfValues(joint: Node, values: Node, joints: ReadonlySet<string>): Claim[] {
   const valueNodes = listSingleValues(values);
   if (joint.kind !== "name" || !joints.has(joint.text)) {
@@ -189,6 +196,7 @@ function listSingleValues(values: Node): readonly Node[] {
   return values.args.flatMap((arg) => (arg.kind === "set" ? arg.args : [arg]));
 }
 
+/** Return the claims that an expression is zero, one for each whole number in it. */
 const buildVanishingClaims = (tree: Node): Claim[] =>
   substituteWholeNumbers(simplifyZero(tree)).map((expression) => [{ joint: null, expression }]);
 
@@ -217,11 +225,14 @@ function substituteWholeNumbers(tree: Node): Node[] {
   ];
 }
 
-/** Return a rational multiple of pi as a text, modulo full turns; null for other expressions. */
+/** Angles are compared as whole numbers of steps, quarters of a degree. */
+const STEPS_PER_TURN = 4 * 360;
+
+/** Return an angle that is a whole number of steps as a text, modulo full turns; null for other expressions. */
 function writeModuloTurns(tree: Node): string | null {
   if (!isConstant(tree)) return null;
   const { re, im } = evaluate(tree, {});
-  const steps = (re / Math.PI) * 720;
+  const steps = (re / Math.PI) * (STEPS_PER_TURN / 2);
   if (im !== 0 || !(Math.abs(steps - Math.round(steps)) < 1e-9 * Math.max(1, Math.abs(steps)))) return null;
-  return String(((Math.round(steps) % 1440) + 1440) % 1440);
+  return String(((Math.round(steps) % STEPS_PER_TURN) + STEPS_PER_TURN) % STEPS_PER_TURN);
 }

@@ -5,9 +5,9 @@ import { message, type Message, type TextKey } from "../text/text.js";
 import { coverPlaces, describePlaces } from "./slips.js";
 import type { Slip } from "./verdict.js";
 
-/** If a key's tolerance is smaller, its numbers are whole or exact, and rounding needs no comment. */
+/** If a key's relative tolerance is smaller, its numbers are whole or exact, and rounding needs no comment. */
 export const EXACT_TOLERANCE = 1e-5;
-/** Mistaken numbers are stored with six digits; this relative tolerance is added to that of the answer. */
+/** Mistaken numbers are stored with six digits; this tolerance, relative to them, is added to that of the answer. */
 const STORED_TOLERANCE = 1e-5;
 /** Numbers are assumed to have at least this many digits. */
 const MIN_DIGITS = 3;
@@ -15,7 +15,7 @@ const MIN_DIGITS = 3;
 const MAX_CHANCE = 0.01;
 /** Numbers are close within this share of the correct number, or of a tenth of the largest correct number. */
 const CLOSE_TOLERANCE = 0.03;
-/** At this relative tolerance, a wrong mistake hardly matches by chance, as in ../../../grader/diagnosis/numbers.py. */
+/** Within this tolerance, relative to the number, a wrong mistake hardly matches by chance, as in ../../../grader/diagnosis/numbers.py. */
 const PRECISE_TOLERANCE = 1e-4;
 const DEGREES_PER_RADIAN = 180 / Math.PI;
 
@@ -52,6 +52,7 @@ export function explainWrongNumbers(
   return areAllClose(typed) ? { slips: [makeRoundingMessage("slip.close", key)] } : {};
 }
 
+/** Return a message that names the tolerance in percent. */
 const makeRoundingMessage = (key: TextKey, { tolerance }: NumbersKey): Message =>
   message(key, { percent: 100 * tolerance });
 
@@ -63,17 +64,21 @@ function computeToleranceOfDigits(text: string, { tolerance }: NumbersKey): numb
   return Math.max(Math.min(tolerance, 0.6 * 10 ** (1 - maxDigits)), EXACT_TOLERANCE);
 }
 
+/**
+ * Return whether numbers are those of a mistake, within a tolerance relative to these. The key's absolute tolerance is
+ * reduced in the same ratio as its relative one.
+ */
 function areNear(
   values: Numbers,
-  mistaken: Numbers,
-  { tolerance, floor }: NumbersKey,
+  mistakenValues: Numbers,
+  { tolerance: keyTolerance, floor: absoluteTolerance }: NumbersKey,
   relativeTolerance: number,
 ): boolean {
-  const minTolerance = floor * (tolerance > 0 ? relativeTolerance / tolerance : 1);
-  return mistaken.every(
-    (value, i) =>
-      Math.abs(values[i]! - value) <= Math.max((relativeTolerance + STORED_TOLERANCE) * Math.abs(value), minTolerance),
-  );
+  const minTolerance = absoluteTolerance * (keyTolerance > 0 ? relativeTolerance / keyTolerance : 1);
+  return mistakenValues.every((value, i) => {
+    const tolerance = (relativeTolerance + STORED_TOLERANCE) * Math.abs(value);
+    return Math.abs(values[i]! - value) <= Math.max(tolerance, minTolerance);
+  });
 }
 
 /**
@@ -81,39 +86,48 @@ function areNear(
  * nearest mistake within the key's tolerance.
  */
 function findMistake({ values, key, relativeTolerance }: TypedNumbers): number | undefined {
-  const candidates = relativeTolerance <= PRECISE_TOLERANCE ? [...key.mistakes, ...(key.precise ?? [])] : key.mistakes;
-  const candidatesWithin = (tolerance: number) =>
-    candidates.filter(([, ...mistaken]) => areNear(values, mistaken, key, tolerance));
-  const [precise] = candidatesWithin(relativeTolerance);
-  if (precise || values.length < 2) return precise?.[0];
-  const distance = ([, ...mistaken]: readonly number[]) =>
-    Math.max(...mistaken.map((value, i) => Math.abs(values[i]! - value) / Math.max(Math.abs(value), key.floor)));
-  return candidatesWithin(key.tolerance).sort((a, b) => distance(a) - distance(b))[0]?.[0];
+  const mistakes = relativeTolerance <= PRECISE_TOLERANCE ? [...key.mistakes, ...(key.precise ?? [])] : key.mistakes;
+  const candidates = mistakes.map(([index, ...mistakenValues]) => ({ index, mistakenValues }));
+  const listCandidatesWithin = (tolerance: number) =>
+    candidates.filter(({ mistakenValues }) => areNear(values, mistakenValues, key, tolerance));
+  const [precise] = listCandidatesWithin(relativeTolerance);
+  if (precise || values.length < 2) return precise?.index;
+  const computeDistance = (mistakenValues: Numbers) =>
+    Math.max(...mistakenValues.map((value, i) => Math.abs(values[i]! - value) / Math.max(Math.abs(value), key.floor)));
+  const [nearest] = listCandidatesWithin(key.tolerance).sort(
+    (a, b) => computeDistance(a.mistakenValues) - computeDistance(b.mistakenValues),
+  );
+  return nearest?.index;
 }
 
 /** Return a mistake and a slip in unit or sign that turns the mistake's numbers into the typed ones. */
 function findMistakeAndUnitSlip({ values, key, relativeTolerance }: TypedNumbers): Slip[] | null {
   if (values.length < 2) return null; // some pair would match by chance
-  const chanceByNumber = values.map(
-    (value) => 2 * (relativeTolerance + (key.floor * relativeTolerance) / key.tolerance / Math.abs(value)),
-  );
+  const minTolerance = (key.floor * relativeTolerance) / key.tolerance;
+  // the probability that a random number of the same size is within the tolerance
+  const chanceByNumber = values.map((value) => 2 * (relativeTolerance + minTolerance / Math.abs(value)));
   let triesLeft = MAX_CHANCE / chanceByNumber.reduce((product, probability) => product * Math.min(1, probability), 1);
   for (const unitSlip of UNIT_SLIPS) {
     const factors = key.units.map((unit) => unitSlip.factor(unit));
     if (factors.every((factor) => factor === 1)) continue;
-    for (const [index, ...mistaken] of key.mistakes) {
+    for (const [index, ...mistakenValues] of key.mistakes) {
       triesLeft -= 1;
       if (triesLeft < 0) return null;
-      const expectedValues = mistaken.map((value, i) => value * factors[i]!);
-      if (areNear(values, expectedValues, key, relativeTolerance))
+      const changedValues = mistakenValues.map((value, i) => value * factors[i]!);
+      if (areNear(values, changedValues, key, relativeTolerance))
         return [{ mistake: index as number }, unitSlip.report(message("slip.answer"))];
     }
   }
   return null;
 }
 
-/** A slip in the unit or sign of numbers: the factor by which it changes a number, and the message that reports it. */
-type UnitSlip = { readonly factor: (unit: string) => number; readonly report: (where: Message) => Message };
+/** A slip in the unit or sign of numbers. */
+interface UnitSlip {
+  /** Return the factor by which the slip changes a number with this unit. */
+  readonly factor: (unit: string) => number;
+  /** Return the message that reports the slip at a place. */
+  readonly report: (where: Message) => Message;
+}
 
 const isAngularRate = (unit: string): boolean => unit === "rad/s";
 
@@ -188,10 +202,11 @@ function isRoundedTo(digits: number, typed: number, expected: number): boolean {
   return roundedValues.some((roundedValue) => Math.abs(typed - roundedValue) <= 1e-9 * Math.abs(expected));
 }
 
+/** Return whether all numbers are close to the correct ones. */
 function areAllClose({ values, key }: TypedNumbers): boolean {
-  const largest = Math.max(...key.right.map(Math.abs));
+  const largestCorrect = Math.max(...key.right.map(Math.abs));
   return values.every((value, i) => {
     const expected = key.right[i]!;
-    return Math.abs(value - expected) <= CLOSE_TOLERANCE * Math.max(Math.abs(expected), largest / 10);
+    return Math.abs(value - expected) <= CLOSE_TOLERANCE * Math.max(Math.abs(expected), largestCorrect / 10);
   });
 }

@@ -33,10 +33,11 @@ const MAX_ROUNDING = 5e-3;
 /** Number of random starts from which poses on a claim are searched, and the steps of each search. */
 const START_COUNT = 12;
 const MAX_STEPS = 40;
-/** Step (rad or m) of numeric derivatives. */
+/** Step of numeric derivatives (rad or m). */
 const DIFFERENCE_STEP = 1e-6;
 /** Damping of least-squares steps, which keeps steps short if conditions depend on each other. */
 const DAMPING = 1e-7;
+/** In radians. */
 const FULL_TURN = 2 * Math.PI;
 /** A smaller value, relative to its terms, is a rounding error. */
 const ROUNDING_ERROR = 4e-16;
@@ -63,7 +64,7 @@ export function judgeSet(
 ): Verdict {
   if (!typed.trim()) return missing();
   const answer = usePointsInLengths(typed);
-  const armSymbols = { joints: key.joints, angles, offsets, symbols: key.symbols };
+  const armSymbols: ArmSymbols = { joints: key.joints, angles, offsets, symbols: key.symbols };
   return parseOrVerdict(() => {
     const tree = parse(answer, new Set(key.symbols));
     if (isBlank(tree)) return missing();
@@ -82,9 +83,9 @@ type Conditions = readonly Pieces[];
 
 /** Return the poses of each nonempty piece; names that the problem does not have get arbitrary numbers. */
 function listPosesByCondition(key: ConfigurationsKey, tree: Node): Conditions {
-  const unknown = [...findNames(tree)].filter((symbol) => !key.symbols.includes(symbol));
+  const unknownNames = [...findNames(tree)].filter((name) => !key.symbols.includes(name));
   const poseOf = (values: readonly number[], k: number): SymbolValues => ({
-    ...Object.fromEntries(unknown.map((symbol) => [symbol, makeArbitraryNumber(symbol, k)])),
+    ...Object.fromEntries(unknownNames.map((name) => [name, makeArbitraryNumber(name, k)])),
     ...Object.fromEntries(key.symbols.map((symbol, i) => [symbol, values[i] as number])),
   });
   let firstPiece = 0;
@@ -99,11 +100,11 @@ function listPosesByCondition(key: ConfigurationsKey, tree: Node): Conditions {
 /** Substitute the listed values of an integer, as in theta2 = k*pi, k = 0, 1; dots after them mean any integer. */
 function substituteIntegers(tree: Node): Node {
   const equationIndex = tree.kind === "list" ? tree.args.findIndex(listsWholeNumbers) : 0;
-  const following = tree.args.slice(equationIndex + 1);
+  const laterArgs = tree.args.slice(equationIndex + 1);
   const isStatement = ({ kind }: Node): boolean => ["eq", "in", "and", "or", "dict", "list"].includes(kind);
-  if (equationIndex <= 0 || following.some(isStatement)) return tree;
-  const [integerName, listed] = (tree.args[equationIndex] as Node).args as readonly [Node, Node];
-  const values = [...(isListOrSet(listed) ? listed.args : [listed]), ...following];
+  if (equationIndex <= 0 || laterArgs.some(isStatement)) return tree;
+  const [integerName, firstValues] = (tree.args[equationIndex] as Node).args as readonly [Node, Node];
+  const values = [...(isListOrSet(firstValues) ? firstValues.args : [firstValues]), ...laterArgs];
   const conditions = node("list", ...tree.args.slice(0, equationIndex));
   if (values.some(hasBlank)) return conditions;
   const allValues = values.flatMap((value) => (value.kind === "set" ? value.args : [value]));
@@ -126,9 +127,9 @@ function removeBlanks(tree: Node): Node {
     return node(tree.kind, left, removeBlanks(right));
   if (!["and", "or", "list", "set"].includes(tree.kind)) return tree;
   const statements = tree.args.filter((arg) => !isEmptyStatement(arg));
-  const remaining = statements.length > 0 ? statements : tree.args;
-  if (!isListOrSet(tree) && remaining.length === 1) return removeBlanks(remaining[0] as Node);
-  return { ...tree, args: tree.kind === "and" ? remaining : remaining.map(removeBlanks) };
+  const remainingArgs = statements.length > 0 ? statements : tree.args;
+  if (!isListOrSet(tree) && remainingArgs.length === 1) return removeBlanks(remainingArgs[0] as Node);
+  return { ...tree, args: tree.kind === "and" ? remainingArgs : remainingArgs.map(removeBlanks) };
 }
 
 /** Return whether an entry is blank, or only states that k is an integer, or that det J is zero. */
@@ -145,9 +146,10 @@ function isEmptyStatement(tree: Node): boolean {
 
 /** Return the verdict if a condition is ambiguous or is no condition; else null. */
 function findAmbiguity(answer: string, tree: Node, key: ConfigurationsKey): Verdict | null {
-  const known = [...key.symbols, ...VOCABULARY.whole_numbers];
-  const unknown = [...findNames(tree)].filter((symbol) => !known.includes(symbol));
-  if (unknown.length > 0) return wrong("read.unknown", { names: listNames(unknown), known: key.symbols.join(", ") });
+  const knownNames = [...key.symbols, ...VOCABULARY.whole_numbers];
+  const unknownNames = [...findNames(tree)].filter((name) => !knownNames.includes(name));
+  if (unknownNames.length > 0)
+    return wrong("read.unknown", { names: listNames(unknownNames), known: key.symbols.join(", ") });
   if (readCommasAsPoints(answer) !== answer) return wrong("read.comma");
   if (hasProductInChain(tree, key.joints)) return wrong("read.chain");
   const conditions = ["list", "set", "or"].includes(tree.kind) ? tree.args : [tree];
@@ -251,8 +253,8 @@ function judgeClaims(
 
 /** Return the names of the joints in a claim, separated by spaces. */
 function nameJointsOfClaim(claim: Claim, { joints }: JointSpace): string {
-  const named = new Set(claim.flatMap(({ joint, expression }) => [joint, ...findNames(expression)]));
-  return joints.filter((joint) => named.has(joint)).join(" ");
+  const jointsInClaim = new Set(claim.flatMap(({ joint, expression }) => [joint, ...findNames(expression)]));
+  return joints.filter((joint) => jointsInClaim.has(joint)).join(" ");
 }
 
 function pickJointValues(pose: SymbolValues, { joints }: JointSpace): SymbolValues {
@@ -291,6 +293,9 @@ function computeSlope(expression: Node, pose: SymbolValues, joint: string): numb
   return (valueAfter(DIFFERENCE_STEP) - valueAfter(-DIFFERENCE_STEP)) / (2 * DIFFERENCE_STEP);
 }
 
+/** A regular pose on a claim, or what was found instead: see `findCounterexample`. */
+type Counterexample = SymbolValues | "nowhere" | "close" | null;
+
 /**
  * Return a regular pose on a claim; null if all poses found are singular. If no pose is found, return "close" if the
  * claim almost holds in some pose, else "nowhere". The poses found have the lengths of `knownPoses`, in turn.
@@ -301,7 +306,7 @@ function findCounterexample(
   isSingular: IsSingular,
   seed: number,
   knownPoses: readonly SymbolValues[],
-): SymbolValues | "nowhere" | "close" | null {
+): Counterexample {
   const random = makeRandomNumbers((seed + 1) * 0x9e3779b9);
   const lengthsFor = (k: number): SymbolValues => knownPoses[k % Math.max(knownPoses.length, 1)] ?? {};
   const expressions = listVanishingExpressions(claim, space);

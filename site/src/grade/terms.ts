@@ -14,7 +14,7 @@ const MAX_ANGLES_FOR_THREE = 10;
 
 const LENGTH = /^[ad]\d+$/;
 const ANGLE = /^theta\d+$/;
-/** Rates, velocities, and forces or moments. The terms of an answer usually contain symbols of one of these kinds. */
+/** Symbols of rates (qd1), velocities (vx, wz), and forces or moments (fx, mz). The terms of an answer usually contain symbols of one of these kinds. */
 const RATE = /^qd\d+$/;
 const MULTIPLIERS = [RATE, /^[vw][xyz]$/, /^[fm][xyz]$/];
 
@@ -22,7 +22,9 @@ const MULTIPLIERS = [RATE, /^[vw][xyz]$/, /^[fm][xyz]$/];
 export interface Library {
   /** Sums of successive joint angles, as theta1 + theta2, and angles of the answer with constants. */
   readonly angles: readonly Node[];
+  /** Symbols of lengths, and decimals of the answer. */
   readonly lengths: readonly Node[];
+  /** Rates, velocities, and forces or moments. */
   readonly multipliers: readonly Node[];
   /** Sums of successive joint rates. */
   readonly rateSums: readonly Node[];
@@ -71,13 +73,15 @@ export function listWaves({ angles }: Library, configuration: SymbolValues): Val
   ]);
 }
 
+/** Return a tree with its value at a configuration. */
 export const evaluateTree = (tree: Node, configuration: SymbolValues): ValuedTree => ({
   tree,
   value: evaluate(tree, configuration).re,
 });
 
-/** Terms of Jacobians: a length or none, a rate (if there are any), and sines and cosines. */
+/** Terms of Jacobians: each is a multiplier times a product. */
 export interface Terms {
+  /** Products of a length or none, and a rate, velocity or force if there are any. */
   readonly multipliers: readonly ValuedTree[];
   /** Products of sines and cosines, sorted by absolute value. */
   readonly products: readonly ValuedTree[];
@@ -105,7 +109,7 @@ export function buildTerms(library: Library, configuration: SymbolValues, maxTer
   return { multipliers, products };
 }
 
-/** Yield the terms whose absolute value equals that of `value`, up to a relative tolerance. */
+/** Yield the terms whose absolute value equals that of `value`, up to a tolerance relative to it. */
 export function* findTermsNear(
   { multipliers, products }: Terms,
   value: number,
@@ -129,6 +133,7 @@ export function* findTermsNear(
 
 const ONE: ValuedTree = { tree: integer(1), value: 1 };
 
+/** Return the product of two terms; a factor 1 is left out. */
 export function multiplyTerms(left: ValuedTree, right: ValuedTree): ValuedTree {
   if (left === ONE) return right;
   return right === ONE ? left : { tree: node("*", left.tree, right.tree), value: left.value * right.value };

@@ -16,13 +16,13 @@ const LINEAR_ROWS = ROWS.slice(0, 3);
 export function parseTypedColumns(problem: Problem, part: Part, answer: string): ColumnsAt | null {
   const { robot, symbols } = problem;
   const { key } = part;
-  const rows = { jacobian: robot.task, "geometric-jacobian": ROWS }[part.kind];
-  if (!rows || key.type !== "values" || !answer.trim()) return null;
+  const rowNames = { jacobian: robot.task, "geometric-jacobian": ROWS }[part.kind];
+  if (!rowNames || key.type !== "values" || !answer.trim()) return null;
   const symbolNames = new Set(Object.keys(symbols));
   return catchParseError(
     () => {
       const matrix = checkShape(buildMatrix(parse(answer, symbolNames), symbolNames, part.labels, key), key);
-      if (isVerdict(matrix) || matrix.length !== rows.length || matrix.flat().some(hasBlank)) return null;
+      if (isVerdict(matrix) || matrix.length !== rowNames.length || matrix.flat().some(hasBlank)) return null;
       const symbolValues = Object.fromEntries(
         Object.entries(symbols).flatMap(([name, { value }]) => (value === undefined ? [] : [[name, value]])),
       );
@@ -30,8 +30,7 @@ export function parseTypedColumns(problem: Problem, part: Part, answer: string):
         const values = { ...symbolValues, ...robot.values, ...pose };
         const columns = robot.joints.map((_, i) =>
           LINEAR_ROWS.map((name) => {
-            const row = rows.indexOf(name);
-            const entry = matrix[row]?.[i];
+            const entry = matrix[rowNames.indexOf(name)]?.[i];
             return entry ? evaluate(entry, values).re : 0;
           }),
         );

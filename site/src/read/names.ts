@@ -18,23 +18,31 @@ export const MAX_NAME_LENGTH = LIMITS.name;
 const CONSTANTS = table(VOCABULARY.constants);
 const CONSTANT_NAMES = new Set(CONSTANTS.values());
 const LETTERS = table(VOCABULARY.letters);
+/** As qd1, dtheta1 and theta_dot1; one of the groups is the digit. */
 const RATE = wholePattern("rate");
+/** As c1, s_12 and calpha1; groups: c or s, the letter of the angle (alpha or beta; none for theta), the digits. */
 const SHORTHAND_NAME = wholePattern("shorthand_name");
 /** The symbols that q1, th1 and t1 may mean; the first one that the problem has is used. */
 const JOINT_SYMBOLS = table<readonly string[]>(VOCABULARY.joints);
+/** As q1 and th12; groups: the letters, and the digits. */
 const INDEXED_JOINT = compile(`^(${[...JOINT_SYMBOLS.keys()].join("|")})([0-9]{1,4})$`);
 
-/** A part of a typed name. `parts`: the name of a symbol or function, or the angles that "sin", "cos" or "sum" adds. */
-export type Piece = { readonly kind: "name" | "function" | "sin" | "cos" | "sum"; readonly parts: readonly string[] };
+/** A part of a typed name. */
+export interface Piece {
+  readonly kind: "name" | "function" | "sin" | "cos" | "sum";
+  /** The name of a symbol or function; or, for "sin", "cos" and "sum", the names of the angles that are added. */
+  readonly parts: readonly string[];
+}
 
 const makeNamePiece = (symbol: string): Piece => ({ kind: "name", parts: [symbol] });
 
 /** Return a name as the symbol tables write it: without module, Greek letters, and underscores before digits. */
 export function toPlainName(name: string): string {
   if (/^[a-z]+[0-9]*$/.test(name)) return name; // the common case, for speed
-  let plain = name;
-  for (const module of VOCABULARY.modules) if (plain.startsWith(module)) plain = plain.slice(module.length);
-  return [...plain.normalize("NFKC")]
+  let withoutModule = name;
+  for (const module of VOCABULARY.modules)
+    if (withoutModule.startsWith(module)) withoutModule = withoutModule.slice(module.length);
+  return [...withoutModule.normalize("NFKC")]
     .map((sign) => LETTERS.get(sign) ?? sign)
     .join("")
     .replace(/_(?=[0-9])/g, "");
@@ -42,13 +50,14 @@ export function toPlainName(name: string): string {
 
 /** Return the meaning of a name; `symbols` are the names of the problem's symbols, which have precedence. */
 export function splitIntoPieces(typedName: string, symbols: ReadonlySet<string>): readonly Piece[] {
-  const plain = toPlainName(typedName);
-  const name = symbols.has(plain) || !symbols.has(plain.toLowerCase()) ? plain : plain.toLowerCase();
+  const plainName = toPlainName(typedName);
+  const isInCapitals = !symbols.has(plainName) && symbols.has(plainName.toLowerCase());
+  const name = isInCapitals ? plainName.toLowerCase() : plainName;
   if (symbols.has(name)) return [makeNamePiece(name)];
   const functionName = FUNCTIONS.get(name) ?? FUNCTIONS.get(name.toLowerCase());
   if (functionName !== undefined) return [{ kind: "function", parts: [functionName] }];
-  const conventional = findConventionalPiece(name, symbols);
-  if (conventional) return [conventional];
+  const conventionalPiece = findConventionalPiece(name, symbols);
+  if (conventionalPiece) return [conventionalPiece];
   for (const letter of VOCABULARY.whole_numbers) {
     if (name === `${letter}pi` || name === `pi${letter}`) return [makeNamePiece(letter), makeNamePiece("pi")]; // kπ
   }

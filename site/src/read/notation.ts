@@ -6,9 +6,12 @@ import { normalizeUnit } from "./units.js";
 import { anyOf, compile, escapeSigns, countCharacters, LIMITS, pattern, SUPERSCRIPTS, table } from "./vocabulary.js";
 import { UNITS, VOCABULARY, wholePattern, stripEnd } from "./vocabulary.js";
 
+/** As "⁻¹". */
 const SUPERSCRIPT = compile(`[${[...SUPERSCRIPTS.keys()].join("")}]+`, "g");
 const SIGNS = table(VOCABULARY.signs);
+/** As "θ̇_" before the index of a joint. */
 const RATE_WITH_DOT = pattern("rate_with_dot", "g");
+/** A whole text between dollar signs, as in "$a_1$"; group 2: the text. */
 const DOLLARS = wholePattern("dollars");
 /** The semicolon or full stop at the end of a statement or sentence. */
 const END_OF_TEXT = pattern("end_of_text");
@@ -18,6 +21,7 @@ const { whole_numbers: WHOLE_NUMBERS, before_whole_numbers: BEFORE_WHOLE_NUMBERS
 const patternOfUnits = (units: Iterable<string>): string =>
   anyOf(units, (unit) => escapeSigns(unit).replace("\\/", " ?/ ?"));
 const UNIT_NAMES = patternOfUnits(UNITS.keys());
+/** As " rad/s" and "*m" at the end of a text; group: the unit. */
 const UNIT_AT_END = compile(`${VOCABULARY.patterns.before_unit}(${UNIT_NAMES})$`);
 
 /**
@@ -33,6 +37,7 @@ const HABITS = VOCABULARY.habits.map(({ mark, pattern: source, replacement }) =>
 /** Plain characters for digits of all scripts, wide signs, typographic spaces, invisible marks; null until needed. */
 let lookAlikes: ReadonlyMap<string, string> | null = null;
 
+/** Return a text in which these characters are replaced by plain ones. */
 function replaceLookAlikes(text: string): string {
   lookAlikes ??= new Map([
     ...Object.entries(VOCABULARY.look_alikes),
@@ -47,21 +52,23 @@ function replaceLookAlikes(text: string): string {
   return [...text].map((sign) => plainSigns.get(sign) ?? sign).join("");
 }
 
+/** As "+ a1 - a1 + a2". */
 const SYMBOLS_IN_A_ROW = pattern("symbols_in_a_row", "g");
+/** As "+ a1"; groups: the sign, and the symbol. */
 const SIGNED_SYMBOL = pattern("signed_symbol", "g");
 
 /** Shorten + a1 - a1 + a1 … by counting equal terms; the first and last may belong to their neighbours, and stay. */
 function countEqualTerms(row: string, symbols: ReadonlySet<string>): string {
   const terms = [...row.matchAll(SIGNED_SYMBOL)].map(([, sign = "", symbol = ""]) => ({ sign, symbol }));
-  const inner = terms.slice(1, -1);
-  const first = terms[0];
-  const last = terms.at(-1);
-  if (terms.length < LIMITS.counted_terms || !first || !last || inner.some(({ symbol }) => !symbols.has(symbol)))
-    return row;
+  const innerTerms = terms.slice(1, -1);
+  const firstTerm = terms[0];
+  const lastTerm = terms.at(-1);
+  const areKnown = innerTerms.every(({ symbol }) => symbols.has(symbol));
+  if (terms.length < LIMITS.counted_terms || !firstTerm || !lastTerm || !areKnown) return row;
   const counts = new Map<string, number>();
-  for (const { sign, symbol } of inner) counts.set(sign + symbol, (counts.get(sign + symbol) ?? 0) + 1);
+  for (const { sign, symbol } of innerTerms) counts.set(sign + symbol, (counts.get(sign + symbol) ?? 0) + 1);
   const sums = [...counts.keys()].sort().map((term) => `${term[0]}${counts.get(term)}*${term.slice(1)}`);
-  return `${first.sign}${first.symbol}${sums.join("")}${last.sign}${last.symbol}`;
+  return `${firstTerm.sign}${firstTerm.symbol}${sums.join("")}${lastTerm.sign}${lastTerm.symbol}`;
 }
 
 // eslint-disable-next-line no-control-regex
@@ -76,8 +83,8 @@ export function toPlainText(answer: string, symbols: ReadonlySet<string>): strin
   text = convertUnits(text, symbols);
   const isShort = countCharacters(text, LIMITS.latex_characters) <= LIMITS.latex_characters;
   const isLatex = isShort && ["\\", "_{", "^{"].some((mark) => text.includes(mark));
-  const last = text.at(-1) ?? "";
-  const isPlain = isAscii(text) && !isLatex && !".;$".includes(last) && !/[A-Za-z]/.test(last);
+  const lastSign = text.at(-1) ?? "";
+  const isPlain = isAscii(text) && !isLatex && !".;$".includes(lastSign) && !/[A-Za-z]/.test(lastSign);
   if (isPlain && !text.slice(-5).includes("^")) return nameRatesAndEntries(text, symbols);
   const exponentOf = (superscripts: string): string => [...superscripts].map((sign) => SUPERSCRIPTS.get(sign)).join("");
   text = text.replace(SUPERSCRIPT, (superscripts) => `^(${exponentOf(superscripts)})`).replace(RATE_WITH_DOT, "qd");
@@ -88,6 +95,7 @@ export function toPlainText(answer: string, symbols: ReadonlySet<string>): strin
   return removeFinalUnit(convertUnits(text, symbols), symbols);
 }
 
+/** As "30 cm"; groups: the number, and the unit. */
 const NUMBER_WITH_UNIT = compile(
   `${VOCABULARY.patterns.number_before_unit}(${UNIT_NAMES})${VOCABULARY.patterns.after_unit}`,
   "g",
@@ -101,6 +109,7 @@ export function convertUnits(text: string, symbols: ReadonlySet<string>): string
   });
 }
 
+/** As "0,2 m"; groups: the digits before the comma, those after it, and the unit. */
 const LENGTH_WITH_COMMA = compile(
   `${VOCABULARY.patterns.decimal_before_length}(${patternOfUnits(VOCABULARY.lengths)})${VOCABULARY.patterns.after_unit}`,
   "g",
@@ -109,7 +118,9 @@ const LENGTH_WITH_COMMA = compile(
 /** Replace the decimal commas of lengths by points, as in 0,2 m; such a comma does not separate values. */
 export const usePointsInLengths = (text: string): string => text.replace(LENGTH_WITH_COMMA, "$1.$2$3");
 
+/** As "dtheta1/dt" and "theta1'"; one of four groups is the digit. */
 const RATES_AS_DERIVATIVES = pattern("rate_as_derivative", "g");
+/** As "q[0]" and "qd(1)"; groups: the name (none for rates), the index from 0, the index from 1. */
 const ENTRIES_OF_VECTORS = pattern("entry_of_vector", "g");
 
 /**
@@ -132,8 +143,8 @@ function nameRatesAndEntries(answer: string, symbols: ReadonlySet<string>): stri
   const jointAfterLast = Math.max(0, ...indices) + 1;
   const isKnownJoint = symbols.has(`theta${jointAfterLast}`) || symbols.has(`d${jointAfterLast}`);
   const indexOffset = indices.length > 0 && !indices.includes(0) && symbols.size > 0 && !isKnownJoint ? 0 : 1;
-  return text.replace(ENTRIES_OF_VECTORS, (_, joint?: string, index?: string, fromOne?: string) => {
-    const number = index === undefined ? fromOne : Number(index) + indexOffset;
+  return text.replace(ENTRIES_OF_VECTORS, (_, joint?: string, indexFromZero?: string, indexFromOne?: string) => {
+    const number = indexFromZero === undefined ? indexFromOne : Number(indexFromZero) + indexOffset;
     return `${joint ? "q" : "qd"}${number}`;
   });
 }

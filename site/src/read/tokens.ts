@@ -4,10 +4,16 @@ import { errorAt } from "./tree.js";
 import { compile, LIMITS, VOCABULARY } from "./vocabulary.js";
 
 const { between_tokens: gap, number, name, operator } = VOCABULARY.patterns;
+/** Groups: a number, a name, a sign; none for a space or comment. */
 const TOKEN = compile(`${gap}|(${number})|(${name})|(${operator})`, "gy");
 
-/** A piece of text. `start`: the index of its first character (UTF-16 unit); "op": a sign. */
-export type Token = { readonly kind: "number" | "name" | "op" | "end"; readonly text: string; readonly start: number };
+/** A piece of text; the kind "op" is a sign such as "+" or "(". */
+export interface Token {
+  readonly kind: "number" | "name" | "op" | "end";
+  readonly text: string;
+  /** The index of the first character (UTF-16 unit). */
+  readonly start: number;
+}
 
 /** Return the tokens of a text, the last one of kind "end". Throws ParseError for unknown signs and deep nesting. */
 export function splitIntoTokens(text: string): Token[] {

@@ -8,21 +8,22 @@ type Collection = "list" | "set" | "dict" | "pair";
 type Statement = "eq" | "in" | "and" | "or";
 export type Kind = Formula | Collection | Statement;
 
-/**
- * `text`: the name of a "name" or "call"; `value`: that of a "number" (a whole number) or "decimal"; `digits`: the
- * significant digits of a decimal, else 0.
- */
 export interface Node {
   readonly kind: Kind;
+  /** The operands, arguments or entries; empty for a leaf. */
   readonly args: readonly Node[];
+  /** The name of a "name" or "call", the typed text of a number, or CHAIN; else "". */
   readonly text: string;
+  /** The value of a "number" (a whole number) or "decimal" (one with a decimal point or exponent); else NaN. */
   readonly value: number;
+  /** The number of significant digits of a decimal that was typed; else 0. */
   readonly digits: number;
 }
 
 /** Values of symbols at a configuration, by name. */
 export type SymbolValues = Readonly<Record<string, number>>;
 
+/** Names of constants, such as pi. */
 export const CONSTANTS: readonly string[] = [...new Set(Object.values(VOCABULARY.constants))];
 
 /** A text that is no valid answer. `why` says what was found, where, and what would be valid. */
@@ -81,13 +82,13 @@ export function listSides({ kind, args, text }: Node): readonly Node[] {
 /** Rebuild a tree from its leaves up, without recursion: `make` gets a node and its rebuilt arguments. */
 export function rebuild(tree: Node, make: (top: Node, args: readonly Node[]) => Node): Node {
   const results: Node[] = [];
-  const pending: (readonly [top: Node, isReady: boolean])[] = [[tree, false]];
+  const pending = [{ top: tree, areArgsDone: false }];
   for (let visit = pending.pop(); visit; visit = pending.pop()) {
-    const [top, isReady] = visit;
-    if (isReady || top.args.length === 0) results.push(make(top, results.splice(results.length - top.args.length)));
+    const { top, areArgsDone } = visit;
+    if (areArgsDone || top.args.length === 0) results.push(make(top, results.splice(results.length - top.args.length)));
     else {
-      pending.push([top, true]);
-      for (let i = top.args.length - 1; i >= 0; i -= 1) pending.push([top.args[i] as Node, false]);
+      pending.push({ top, areArgsDone: true });
+      for (let i = top.args.length - 1; i >= 0; i -= 1) pending.push({ top: top.args[i] as Node, areArgsDone: false });
     }
   }
   return results[0] as Node;
@@ -149,6 +150,7 @@ export const hasBlank = (tree: Node): boolean => anyNode(tree, ({ kind }) => kin
 
 export const isListOrSet = (tree: Node | undefined): boolean => tree?.kind === "list" || tree?.kind === "set";
 
+/** The entries of a matrix, row by row. */
 export type Rows = readonly (readonly Node[])[];
 
 /** Return a matrix as a list of its rows. */

@@ -34,8 +34,11 @@ export const anyOf = (texts: Iterable<string>, escape = escapeSigns): string =>
     .map(escape)
     .join("|");
 
+/** By unit, the text after a number that converts it to SI units, such as "*pi/180"; "" for SI units. */
 export const UNITS = table(vocabulary.units);
+/** By superscript, the plain digit or sign. */
 export const SUPERSCRIPTS = table(vocabulary.superscripts);
+/** By a name such as xdot, the name of the velocity, such as vx. */
 const VELOCITIES = table<string>(vocabulary.velocities);
 
 /** Return a name as symbols are spelled: vx for x_dot, and wx for omega_x. */
