@@ -59,6 +59,7 @@ export function requireScalars(rows: Rows): Rows {
 
 const SCALAR_KINDS = new Set(["number", "decimal", "name", "call", "neg", "+", "-", "*", "/", "^"]);
 
+/** Throw a ParseError if a node is a list or statement. */
 function refuseNonScalar(tree: Node): void {
   if (!SCALAR_KINDS.has(tree.kind)) evaluate(tree, {}); // throws an error that names the kind
 }
@@ -90,7 +91,8 @@ function buildMatrixOfNamedVectors(
 ): Node | null {
   if (!["dict", "list", "set", "and"].includes(kind) || !args.every(findNameBefore)) return null;
   const firstLetter = args[0] ? labelOf(findNameBefore(args[0])).slice(0, 1) : "";
-  const isNumbered = columnNames.length === 0 && columnCount > 1 && (firstLetter === "j" || firstLetter === "s"); // J1, J2 or S1, S2
+  const isNumberedLetter = firstLetter === "j" || firstLetter === "s"; // J1, J2 or S1, S2
+  const isNumbered = columnNames.length === 0 && columnCount > 1 && isNumberedLetter;
   const expectedColumns = isNumbered
     ? Array.from({ length: columnCount }, (_, i) => `${firstLetter}${i + 1}`)
     : columnNames;
@@ -116,10 +118,10 @@ function splitChains(tree: Node, expectedNames: readonly string[]): Node {
   const isChain = tree.kind === "and" && tree.text === CHAIN;
   const parts = (isChain ? [tree] : tree.args).flatMap((statement) => {
     const sides = listSides(statement);
-    const left = sides.slice(0, -1);
+    const leftSides = sides.slice(0, -1);
     const isExpected = ({ kind, text }: Node): boolean => kind === "name" && expectedLabels.includes(labelOf(text));
-    return left.length > 0 && left.every(isExpected)
-      ? left.map((name) => node("eq", name, sides.at(-1) as Node))
+    return leftSides.length > 0 && leftSides.every(isExpected)
+      ? leftSides.map((name) => node("eq", name, sides.at(-1) as Node))
       : [statement];
   });
   return isChain && parts.length === 1 ? tree : node(tree.kind, ...parts);
@@ -261,6 +263,7 @@ function orderByLabels(tree: Node, labels: readonly string[], { rows, columns }:
   return tree;
 }
 
+/** As "px", "xe" and "ytcp"; group: the coordinate. */
 const POINT_OF_ENTRY = wholePattern("point_of_entry");
 
 /** Return the name of an entry for comparison: x for P_x, p_x, px and x; vx for v_x and x_dot; wx for ω_x. */

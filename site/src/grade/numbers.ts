@@ -54,8 +54,8 @@ function findWrongUnit(text: string, labels: readonly string[], units: readonly 
     const indexByName = names.indexOf(labelOf(name));
     const index = indexByName >= 0 ? indexByName : indexByPlace; // -1 if the unit may be that of any entry
     const possibleUnits = index < 0 ? units : units.slice(index, index + 1);
-    const dimension = findDimension(unit);
-    const possibleDimensions = possibleUnits.map(findDimension);
+    const dimension = describeDimension(unit);
+    const possibleDimensions = possibleUnits.map(describeDimension);
     const isKnown = dimension !== null && possibleDimensions.length > 0 && !possibleDimensions.includes(null);
     if (!isKnown || possibleDimensions.includes(dimension)) continue;
     const expected = possibleUnits[0] as string;
@@ -67,9 +67,10 @@ function findWrongUnit(text: string, labels: readonly string[], units: readonly 
 }
 
 /** Return a text that is equal for units of the same dimension; null if there is no unit, or an unknown one. */
-const findDimension = (unit: string): string | null =>
+const describeDimension = (unit: string): string | null =>
   unit === "" ? null : (parseUnit(unit)?.dimension.join() ?? null);
 
+/** Judge numbers one by one; `text` is the typed answer. */
 function judgeEntries(entries: readonly Node[], key: NumbersKey, text: string): Verdict {
   const { right: correctValues, floor: absoluteTolerance, tolerance: relativeTolerance } = key;
   const names = findNames(...entries);
@@ -95,7 +96,7 @@ function judgeEntries(entries: readonly Node[], key: NumbersKey, text: string): 
     rightFlags.length > 1 &&
     !zeroFlags.every(Boolean) &&
     key.units.every(Boolean) && // numbers without units are counts, such as a rank
-    values.every((value, i) => [value, -value].some((signed) => isNear(signed, correctValues[i] as number)));
+    values.every((value, i) => [value, -value].some((candidate) => isNear(candidate, correctValues[i] as number)));
   const shareByEntries = computeShareOfEntries(rightFlags, zeroFlags, entries.map(hasBlank));
   const share = isRightUpToSigns ? Math.max(shareByEntries, computeShareForDeviations(1)) : shareByEntries;
   return verdictOf(share, isRightUpToSigns ? [message("verdict.but-signs"), reason] : [reason], {
@@ -104,6 +105,7 @@ function judgeEntries(entries: readonly Node[], key: NumbersKey, text: string): 
   });
 }
 
+/** Return the value of a number, NaN if it has an imaginary part. */
 function evaluateReal(entry: Node): number {
   const { re, im, size: termSize } = evaluate(entry, {});
   return Math.abs(im) <= FORMULA_TOLERANCE * termSize ? re : NaN;
@@ -120,6 +122,7 @@ export function judgeDirection(answer: string, key: ValuesKey, labels: readonly 
   return entries.some(hasBlank) ? missing() : parseOrVerdict(() => judgeVector(entries, key));
 }
 
+/** Judge a vector of formulas by its values at the configurations of the key, or a numeric vector. */
 function judgeVector(entries: readonly Node[], key: ValuesKey): Verdict {
   const names = findNames(...entries);
   const isNumeric = typeof key.tolerance === "number"; // formulas have no tolerance

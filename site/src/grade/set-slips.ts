@@ -90,6 +90,8 @@ function fits(
   return uncoveredPieces.some((poses) => poses.every((pose) => holds(claim, toTyped(pose)))) && isSound(claim, toMeant);
 }
 
+// These functions make changes of poses, as `toMeant` and `toTyped` above.
+
 const rotateJoint =
   (joint: string, angle: number) =>
   (pose: SymbolValues): SymbolValues => ({ ...pose, [joint]: (pose[joint] ?? NaN) + angle });

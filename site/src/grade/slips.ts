@@ -54,20 +54,18 @@ export function findSlips(answer: WrongAnswer, key: ValuesKey): Explanation {
     ...otherFindings,
   ];
   const { chosenFindings, unexplainedPlaces } = coverPlaces(findings, answer.wrongIndices, MAX_REPORTED);
-  const isAll = unexplainedPlaces.length === 0 && chosenFindings.length > 1;
+  const explainsAll = unexplainedPlaces.length === 0;
   const locations = chosenFindings.map(({ places }) => describePlaces(places, answer.wrongIndices, key));
   const longListFlags = locations.map(
-    ({ key }, k) => key === "slip.entries" && chosenFindings[k]!.places.length > MAX_LISTED,
+    (location, k) => location.key === "slip.entries" && chosenFindings[k]!.places.length > MAX_LISTED,
   );
-  const longIndex = isAll ? longListFlags.indexOf(true) : -1; // its places are all those of no other slip
+  // a long list is not needed if its places are all those of no other slip
+  const longIndex = explainsAll && chosenFindings.length > 1 ? longListFlags.indexOf(true) : -1;
   if (longIndex >= 0) locations[longIndex] = message("slip.others");
   const firstColumnOf = (k: number) =>
     k === longIndex ? Infinity : (chosenFindings[k]!.places[0] as number) % key.columns;
   const order = chosenFindings.map((_, k) => k).sort((a, b) => firstColumnOf(a) - firstColumnOf(b));
-  return {
-    slips: order.map((k) => chosenFindings[k]!.report(locations[k]!)),
-    explainsAll: unexplainedPlaces.length === 0,
-  };
+  return { slips: order.map((k) => chosenFindings[k]!.report(locations[k]!)), explainsAll };
 }
 
 /** Repeatedly choose the finding that explains most of the places not yet explained, at most `maxCount` times. */
@@ -137,9 +135,8 @@ function findSymbolSlips(
         ([symbol, factors]) => usedNames.has(symbol) === isPresent && factors[i]?.some(Boolean),
       );
       // all of several symbols, or one of them
-      for (const symbols of candidates.length > 1
-        ? [candidates, ...candidates.map((factors) => [factors])]
-        : [candidates])
+      const singleCandidates = candidates.length > 1 ? candidates.map((candidate) => [candidate]) : [];
+      for (const symbols of [candidates, ...singleCandidates])
         if (symbols.length > 0 && lacksTermsWith(answer, i, key, symbols, change)) {
           const what = symbols.map(([symbol]) => symbol).join(", ");
           places.set(what, [...(places.get(what) ?? []), i]);
@@ -155,7 +152,9 @@ function findSymbolSlips(
   return { missingTerms, otherFindings: otherFindings.flat() };
 }
 
+/** A symbol, and its factor in each entry at the first configurations, as in `ValuesKey.linear`. */
 type SymbolFactors = readonly [symbol: string, factors: readonly (readonly number[])[]];
+/** A function as `change` in SYMBOL_SLIPS. */
 type ChangeOfValue = (x: number) => number;
 
 /** Return whether an entry differs from the expected one by exactly the change of its terms with some symbols. */
@@ -270,4 +269,5 @@ function findSlipsInEntry(
   return slips;
 }
 
+/** The kind of a slip in an entry, and the missing part, if the kind reports it. */
 type EntrySlip = { readonly kind: Kind; readonly what?: string };

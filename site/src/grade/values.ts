@@ -43,8 +43,9 @@ const BRANCHING = new Set(["sqrt", "abs", "sign", "asin", "acos", "atan", "acot"
 
 type Names = readonly string[];
 type Mistakes = ValuesKey["mistakes"];
-/** The values of an answer's entries, null for a blank; and a function that returns them at configuration k. */
+/** The values of an answer's entries at a configuration; null for a blank. */
 type EntryValues = readonly (Value | null)[];
+/** Returns these values at configuration k (from 0). */
 type ValuesAt = (k: number) => EntryValues;
 
 /** Judge a formula, vector or matrix; `labels` name the entries of a vector. */
@@ -113,7 +114,7 @@ function judgeEntries(rows: readonly (readonly Node[])[], key: ValuesKey): Verdi
     entries.map((entry, i) => (blankFlags[i] ? null : evaluate(entry, configuration)));
   const valuesAt = (k: number) => (valuesByPoint[k] ??= evaluateEntries(configurationAt(k)));
   const expectedAt = (i: number, k: number) => key.right[i]?.[k] ?? null;
-  const scales = key.right.map((values) => Math.max(...values.map((value) => Math.abs(value ?? 0))));
+  const scales = key.right.map((correctValues) => Math.max(...correctValues.map((value) => Math.abs(value ?? 0))));
   const largestScale = Math.max(...scales);
   const firstDifferences = entries.map((_, i) =>
     key.points.findIndex((_point, k) => !isExpected(valuesAt(k)[i] ?? null, expectedAt(i, k))),
@@ -210,15 +211,19 @@ function findCancellationSize(values: readonly EntryValues[]): string | null {
       Math.max(...values.map((entryValues) => (entryValues[i] ? sizeOf(entryValues[i]) : 0))),
     );
   const magnitudes = maxByEntry(({ re, im }) => Math.hypot(re, im));
-  const largest = Math.max(...magnitudes) || 1;
+  const largestMagnitude = Math.max(...magnitudes) || 1;
   const hidingSize = maxByEntry(({ size }) => size).find(
-    (size, i) => !(size <= MAX_CANCELLATION * Math.max(magnitudes[i] as number, largest / 100)),
+    (size, i) => !(size <= MAX_CANCELLATION * Math.max(magnitudes[i] as number, largestMagnitude / 100)),
   );
   return hidingSize === undefined ? null : hidingSize.toExponential(0);
 }
 
-/** A deviation: wrong signs or a wrong constant factor (`count` 1), or both (2); and the key of its message. */
-type Deviation = { readonly count: 1 | 2; readonly key: TextKey };
+interface Deviation {
+  /** 1 for wrong signs or a wrong constant factor, 2 for both. */
+  readonly count: 1 | 2;
+  /** The key of the message that reports the deviation. */
+  readonly key: TextKey;
+}
 
 /** Return the deviation if all wrong entries are right up to signs, a constant factor, or both; else null. */
 function findDeviation(
@@ -231,31 +236,33 @@ function findDeviation(
   const wrongIndices = rightFlags.flatMap((isRight, i) => (isRight ? [] : [i]));
   const isOneNumber = movingEntries.length === 0 && zeroFlags.filter((isZero) => !isZero).length === 1;
   if (isOneNumber || wrongIndices.some((i) => zeroFlags[i])) return null;
-  const ratios: number[] = [];
-  let expectedSigns: readonly number[] = [];
+  const ratios: number[] = []; // of typed to expected values, at each configuration
+  let ratioSigns: readonly number[] = []; // of the wrong entries, at the first configuration
   for (let k = 0; k < key.points.length; k += 1) {
     const values = valuesAt(k);
     const signedRatios = wrongIndices.map((i) =>
       values[i]?.im === 0 ? values[i].re / (key.right[i]?.[k] ?? NaN) : NaN,
     );
-    if (k === 0) expectedSigns = signedRatios.map(Math.sign);
-    const magnitudes = signedRatios.map((ratio, j) => ratio * expectedSigns[j]!);
+    if (k === 0) ratioSigns = signedRatios.map(Math.sign);
+    const magnitudes = signedRatios.map((ratio, j) => ratio * ratioSigns[j]!);
     const ratio = magnitudes[0] as number;
     if (!Number.isFinite(ratio) || !magnitudes.every((other) => isNear(other, ratio))) return null;
     ratios.push(ratio);
   }
-  const constants = (key.constants ?? []).slice(0, MAX_CONSTANTS).map((name) => key.symbols.indexOf(name));
+  const constants = (key.constants ?? []).slice(0, MAX_CONSTANTS);
+  const constantValues = key.points.map((point) => constants.map((name) => point[key.symbols.indexOf(name)] ?? NaN));
   for (const powers of listPowers(constants.length)) {
     const factors = ratios.map((ratio, k) =>
-      powers.reduce((product, power, j) => product * (key.points[k]?.[constants[j]!] ?? NaN) ** power, ratio),
+      powers.reduce((product, power, j) => product * (constantValues[k]?.[j] ?? NaN) ** power, ratio),
     );
     const [firstFactor] = factors as [number];
     if (!(Math.abs(firstFactor) > FORMULA_TOLERANCE) || !factors.every((factor) => isNear(factor, firstFactor)))
       continue;
     const hasFactor = powers.some((power) => power !== 0) || !isNear(firstFactor, 1);
-    const hasWrongSign = expectedSigns.includes(-1);
+    const hasWrongSign = ratioSigns.includes(-1);
     if (!hasWrongSign && !hasFactor) return null;
-    if (hasFactor && !wrongIndices.some((i) => movingEntries.includes(i))) return null; // any number would be right up to a factor
+    // any number would be right up to a factor
+    if (hasFactor && !wrongIndices.some((i) => movingEntries.includes(i))) return null;
     const hasSeveralEntries = rightFlags.length > 1;
     if (hasWrongSign && hasFactor)
       return { count: 2, key: hasSeveralEntries ? "verdict.but-signs-both" : "verdict.but-both" };
@@ -272,7 +279,7 @@ const POWERS = [0, 1, -1, 0.5, -0.5];
 
 const isNear = (a: number, b: number): boolean => Math.abs(a - b) <= FORMULA_TOLERANCE * Math.abs(b);
 
-/** Return all combinations of such powers for a number of symbols. */
+/** Return all combinations of such powers for some number of symbols. */
 function listPowers(count: number): number[][] {
   return count === 0 ? [[]] : listPowers(count - 1).flatMap((rest) => POWERS.map((power) => [power, ...rest]));
 }
@@ -285,6 +292,7 @@ function countRightEntries(rightFlags: readonly boolean[], zeroFlags: readonly b
   return [message("verdict.entries", { right, count: nonzeroRightFlags.length })];
 }
 
+/** Return a message on the value of entry i, which differs from the expected one at configuration k. */
 function describeDifference(
   entries: readonly Node[],
   i: number,
@@ -318,14 +326,15 @@ function findMistake(
   const computeFingerprint = (values: readonly number[]) =>
     values.reduce((total, value, i) => total + computeFingerprintWeight(i) * value, 0);
   const fingerprints = key.points.slice(0, FINGERPRINT_COUNT).map((_, k) => computeFingerprint(valuesAtPlaces(k)));
-  const difference = (k: number) => fingerprints[k]! - computeFingerprint(key.right.map((values) => values[k] ?? NaN));
+  const changeOfFingerprint = (k: number) =>
+    fingerprints[k]! - computeFingerprint(key.right.map((correctValues) => correctValues[k] ?? NaN));
   return findMistakeIndex(mistakes, (mistakenFingerprints) =>
     mistakenFingerprints.every((fingerprint, k) => {
       const tolerance = FINGERPRINT_TOLERANCE * Math.max(Math.abs(fingerprint), 1e-9);
       // a part must make a difference that is not lost in the other entries
       return (
         Math.abs((fingerprints[k] ?? NaN) - fingerprint) <= tolerance &&
-        (!places || Math.abs(difference(k)) > MIN_CHANGE_IN_TOLERANCES * tolerance)
+        (!places || Math.abs(changeOfFingerprint(k)) > MIN_CHANGE_IN_TOLERANCES * tolerance)
       );
     }),
   );
@@ -367,6 +376,7 @@ function listValuesForStudent(key: ValuesKey, k: number, entry: Node): SymbolVal
   );
 }
 
+/** Return the values of a configuration as a text: θ1 = 30°, a1 = 0.5 m. */
 export function writeConfiguration(configuration: SymbolValues): string {
   return Object.entries(configuration)
     .map(

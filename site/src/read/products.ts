@@ -58,6 +58,7 @@ function applyOperation(top: Node, operands: readonly Node[]): Node {
   return refuseOperation(top.kind, args);
 }
 
+/** Return whether square brackets contain a single expression. */
 const isBracket = (tree: Node): boolean => isList(tree) && tree.args.length === 1 && !isList(tree.args[0] as Node);
 
 /** Return the rows of a list; a list of entries is a column. */
@@ -71,6 +72,7 @@ function listRows(list: Node): Rows {
 
 const mapEntries = (rows: Rows, change: (entry: Node) => Node): Node => listOf(rows.map((row) => row.map(change)));
 
+/** Return the sum or difference of two matrices. Throws ParseError if their shapes differ. */
 function addMatrices(sign: Kind, args: readonly Node[]): Node {
   const [left, right] = args.map(listRows) as [Rows, Rows];
   if (left.length !== right.length || left[0]?.length !== right[0]?.length) return refuseOperation(sign, args);
@@ -95,14 +97,15 @@ function equateEntries(args: readonly [Node, Node]): Node {
   return node("and", ...pairs);
 }
 
+/** Return the product of two matrices. Throws ParseError if their shapes don't match or the product is too long. */
 function multiplyMatrices(args: readonly Node[]): Node {
   const [left, right] = args.map(listRows) as [Rows, Rows];
   if (left[0]?.length !== right.length) return refuseOperation("*", args);
   if (left.length * right.length * (right[0] as readonly Node[]).length >= LIMITS.nodes_of_results)
     throw new ParseError("read.long-products");
-  const times = (row: readonly Node[], column: readonly Node[]): Node =>
+  const multiplyVectors = (row: readonly Node[], column: readonly Node[]): Node =>
     row.map((entry, i) => node("*", entry, column[i] as Node)).reduce((total, term) => node("+", total, term));
-  return listOf(left.map((row) => transposeRows(right).map((column) => times(row, column))));
+  return listOf(left.map((row) => transposeRows(right).map((column) => multiplyVectors(row, column))));
 }
 
 /** Return the transpose of a matrix, or its inverse by cofactors. */
@@ -117,18 +120,20 @@ function transposeOrInvert(rows: Rows, exponent: Node): Node {
   return mapEntries(cofactors, (entry) => node("/", entry, determinantOfMatrix));
 }
 
+/** Return the minor without row i and column j. */
 function computeMinor(rows: Rows, i: number, j: number): Node {
   return computeDeterminant(rows.filter((_, r) => r !== i).map((row) => row.filter((_, c) => c !== j)));
 }
 
 function computeDeterminant(rows: Rows): Node {
-  const [first] = rows;
-  if (!first) return integer(1);
-  return first
+  const [firstRow] = rows;
+  if (!firstRow) return integer(1);
+  return firstRow
     .map((entry, j) => (rows.length === 1 ? entry : applySign(j, node("*", entry, computeMinor(rows, 0, j)))))
     .reduce((total, term) => node("+", total, term));
 }
 
+/** Return a tree with the sign (-1)^index. */
 const applySign = (index: number, tree: Node): Node => (index % 2 ? node("neg", tree) : tree);
 
 function refuseOperation(sign: Kind | "=", args: readonly Node[]): never {
