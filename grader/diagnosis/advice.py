@@ -33,7 +33,7 @@ SAMPLE_COUNT = 5
 """Number of configurations at which an answer is compared with the reference."""
 SINGLE_NUMBER_TOLERANCE = 1e-3
 """Relative tolerance for the factor between a single number and the reference."""
-RELATIVE_TOLERANCE = 1e-7
+FORMULA_TOLERANCE = 1e-7
 """Relative error up to which values of formulas count as equal."""
 JOINT_CHANGE = 0.37
 """Change of a joint value (rad or m) that shows whether a result depends on the joint; not a fraction of a turn."""
@@ -93,7 +93,7 @@ def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswe
         answer_values, expected_values = pair.evaluate(values)
         if answer_values.shape != expected_values.shape:
             return None  # the verdict's reason says so
-        tolerance = THREE_DIGITS_TOLERANCE if part.answer.is_numeric else RELATIVE_TOLERANCE
+        tolerance = THREE_DIGITS_TOLERANCE if part.answer.is_numeric else FORMULA_TOLERANCE
         remarks = chain(
             _remark_on_factor(answer_values, expected_values, tolerance, part),
             _remark_on_joints(pair, values),
@@ -135,8 +135,8 @@ def _remark_on_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float
     """Yield a remark if all entries of an answer differ from the expected entries by the same factor."""
     if answer.shape != expected.shape:
         return
-    is_nonzero = np.abs(expected) > RELATIVE_TOLERANCE * np.abs(expected).max(initial=0.0)
-    if not is_nonzero.any() or (np.abs(answer[~is_nonzero]) > RELATIVE_TOLERANCE).any():
+    is_nonzero = np.abs(expected) > FORMULA_TOLERANCE * np.abs(expected).max(initial=0.0)
+    if not is_nonzero.any() or (np.abs(answer[~is_nonzero]) > FORMULA_TOLERANCE).any():
         return
     ratios = answer[is_nonzero] / expected[is_nonzero]
     factor = float(ratios[0].real)
@@ -152,7 +152,7 @@ def _remark_on_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float
         for size_word, known_factor in (("large", candidate), ("small", 1 / candidate)):
             if abs(factor / known_factor - 1) < tolerance:
                 yield f"Your answer is too {size_word} by a factor of {words}"
-    if len(ratios) > 1 and np.ptp(expected[is_nonzero].real) > RELATIVE_TOLERANCE:
+    if len(ratios) > 1 and np.ptp(expected[is_nonzero].real) > FORMULA_TOLERANCE:
         yield (
             "Your answer is wrong by a constant factor. Check units, roots and squares, and whether a vector must have "
             "length 1."
@@ -205,7 +205,7 @@ def _write_name(symbol: str) -> str:
 
 def _has_changed(values_after: np.ndarray, values_before: np.ndarray) -> bool:
     with np.errstate(all="ignore"):
-        return bool((np.abs(values_after - values_before) > RELATIVE_TOLERANCE * (1 + np.abs(values_before))).any())
+        return bool((np.abs(values_after - values_before) > FORMULA_TOLERANCE * (1 + np.abs(values_before))).any())
 
 
 def _remark_on_configuration(pair: _AnswerAndReference, values: SymbolValues) -> Iterator[str]:
@@ -221,7 +221,7 @@ def _remark_on_configuration(pair: _AnswerAndReference, values: SymbolValues) ->
         joint_angles = dict(zip(revolute_joints, angles, strict=True))
         joint_values = {q.name: np.array([angle]) for q, angle in joint_angles.items()}
         answer_values, expected_values = pair.evaluate(first_values | joint_values)
-        is_correct = np.abs(answer_values - expected_values)[:, 0] <= RELATIVE_TOLERANCE * (
+        is_correct = np.abs(answer_values - expected_values)[:, 0] <= FORMULA_TOLERANCE * (
             1 + np.abs(expected_values)[:, 0]
         )
         if not is_correct.all() and np.isfinite(expected_values).all():

@@ -232,7 +232,8 @@ def _arm_can_move(lost_direction: np.ndarray, direction: np.ndarray) -> bool:
         return False
     with np.errstate(all="ignore"):
         component = np.abs((normalize(lost_direction) * normalize(direction)).sum(axis=0))
-    return bool(np.isfinite(component).all() and (component < 1e-3).all())
+    is_zero = component < 1e-3  # of unit vectors, which may be rounded to three decimals
+    return bool(np.isfinite(component).all() and is_zero.all())
 
 
 def _find_cause(prediction: PredictedAnswer, earlier_mistakes: Sequence[EarlierMistake]) -> EarlierMistake | None:
@@ -258,8 +259,8 @@ def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer])
         equivalent_names.append("row-sign")
     if answer.numeric.equals(-answer.correct_values) and first_prediction.mistake.name not in SIGN_MISTAKES_THROUGHOUT:
         sign_predictions = list(apply_mistake(CATALOGUE["sign"], answer.correct_stages, answer.part))
-        alternatives = [each for each in (*sign_predictions, first_prediction) if _has_values(each, answer.numeric)]
-        return name_alternatives([(each.mistake, each.variant.words, _write_message(each)) for each in alternatives])
+        predictions = [*sign_predictions, first_prediction]
+        return _name_predictions([item for item in predictions if _has_values(item, answer.numeric)])
     candidates = [first_prediction] + [
         prediction
         for name in equivalent_names
@@ -271,8 +272,13 @@ def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer])
     if single_mistake is not None:
         return single_mistake
     likeliest = [candidate for candidate in candidates if candidate.frequency == highest_frequency][:2]
-    diagnosis = name_alternatives([(each.mistake, each.variant.words, _write_message(each)) for each in likeliest])
+    diagnosis = _name_predictions(likeliest)
     return replace(diagnosis, cause=(likeliest[0].mistake.name, dict(likeliest[0].variant.words)))
+
+
+def _name_predictions(predictions: Sequence[PredictedAnswer]) -> Diagnosis:
+    """Return the diagnosis that one of the predicted mistakes was made."""
+    return name_alternatives([(item.mistake, item.variant.words, _write_message(item)) for item in predictions])
 
 
 def _find_likelier_mistake(answer: WrongAnswer, prediction: PredictedAnswer, frequency: float) -> Diagnosis | None:
@@ -285,17 +291,21 @@ def _find_likelier_mistake(answer: WrongAnswer, prediction: PredictedAnswer, fre
         return None
     wrong_count = int((~numeric.match_entries(answer.correct_values)).sum())
     is_unlikely = frequency < UNLIKELY_FREQUENCY and wrong_count <= MAX_ENTRIES_OF_ONE_MISTAKE
-    is_only_one_wrong = wrong_count == 1 < numeric.values[..., 0].size
-    is_throughout = is_only_one_wrong and not LOCATION_WORDS & set(prediction.variant.words)
-    is_at_several = prediction.mistake.is_rare and len(prediction.variant.joints) > 1
-    if not (is_unlikely or is_at_several or (is_throughout and frequency < LIKELY_FREQUENCY)):
+    has_one_wrong_entry = wrong_count == 1 < numeric.values[..., 0].size
+    is_made_throughout = has_one_wrong_entry and not LOCATION_WORDS & set(prediction.variant.words)
+    is_made_at_several_joints = prediction.mistake.is_rare and len(prediction.variant.joints) > 1
+    if not (is_unlikely or is_made_at_several_joints or (is_made_throughout and frequency < LIKELY_FREQUENCY)):
         return None
     single_mistake = _explain_formulas(answer)
     if single_mistake is None:
         return None
     names = set(single_mistake.mistakes)
     is_likelier = is_unlikely and not SURPLUS_MISTAKES & names
-    return single_mistake if is_likelier or names <= (EXCHANGE_MISTAKES if is_at_several else SIGN_MISTAKES) else None
+    return (
+        single_mistake
+        if is_likelier or names <= (EXCHANGE_MISTAKES if is_made_at_several_joints else SIGN_MISTAKES)
+        else None
+    )
 
 
 def _write_message(prediction: PredictedAnswer) -> str:

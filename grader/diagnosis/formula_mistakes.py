@@ -64,7 +64,8 @@ def explain_formulas(answer: WrongAnswer, reference: Rows, allows_any_number: bo
     wrong_entries = [(int(i), int(j)) for i, j in np.argwhere(is_wrong)]
     if not wrong_entries:
         return None
-    if not len(wrong_entries) == 1 < is_wrong.size:
+    is_single_entry = len(wrong_entries) == 1 and is_wrong.size > 1  # one of several entries
+    if not is_single_entry:
         diagnosis = (
             _find_exchange(answer, wrong_entries)
             or _find_mistake_everywhere(answer, reference)
@@ -194,7 +195,8 @@ def _find_mistakes_in_entries(
 
     A mistake that explains all wrong entries is preferred.
     """
-    has_other_entries = 3 < answer.correct_values[..., 0].size != len(wrong_entries)
+    entry_count = answer.correct_values[..., 0].size
+    has_other_entries = entry_count > 3 and entry_count != len(wrong_entries)
     mistakes_by_entry: dict[EntryIndex, list[LocatedMistake]] = {}
     for i, j in wrong_entries:
         typed_formula = answer.rows[i][j] if answer.rows else None

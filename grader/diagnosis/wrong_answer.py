@@ -22,6 +22,8 @@ SAMPLE_COUNT = 16
 """Number of configurations, unless the question gives one."""
 THREE_DIGITS_TOLERANCE = 5e-3
 """Relative error of numbers that are rounded to three significant digits (1.00 stands for 0.995 to 1.005)."""
+MIN_NUMBER_TOLERANCE = 1e-5
+"""Minimum relative tolerance of numbers, even if they were typed with many digits."""
 THREE_DECIMALS_TOLERANCE = 6e-4
 """Absolute error of numbers that are rounded to three decimals."""
 
@@ -144,7 +146,8 @@ def _choose_tolerances(part: Part, entries: Sequence[Node]) -> Tolerances:
     digits = max(3, *map(count_decimal_digits, entries))
     allowed_error = (part.rounding.relative if part.rounding else 0.0) or THREE_DIGITS_TOLERANCE
     # 0.6 units of the last digit: rounding changes a number by 0.5 units at most
-    return Tolerances(max(min(allowed_error, 0.6 * 10.0 ** (1 - digits)), 1e-5), 0.0)
+    rounding_error = 0.6 * 10.0 ** (1 - digits)
+    return Tolerances(relative=max(min(allowed_error, rounding_error), MIN_NUMBER_TOLERANCE), absolute=0.0)
 
 
 def _parse_option(part: Part, parsed_answer: ParsedAnswer) -> NumericAnswer | None:

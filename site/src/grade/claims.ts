@@ -97,7 +97,7 @@ function findJointWithTwoValues(claim: Claim): string | null {
 /** Return the claims of a list; a bare value belongs to the joint before it: theta3 = 0, pi, or (theta3, [0, pi]). */
 function buildClaimsOfUnion(tree: Node, joints: ReadonlySet<string>): Claim[] {
   const union: Claim[] = [];
-  let currentJoint: Node | null = null;
+  let currentJoint: Node | null = null; // the joint, or sum of joints, to which bare values belong
   for (const arg of tree.args) {
     const isStatement = hasNameOf(arg, joints) || /^(eq|in|and|or|dict)$/.test(arg.kind);
     if (isStatement) {
@@ -105,17 +105,17 @@ function buildClaimsOfUnion(tree: Node, joints: ReadonlySet<string>): Claim[] {
       while (lastStatement.kind === "or") lastStatement = lastStatement.args.at(-1) as Node;
       const side =
         lastStatement.kind === "eq" || lastStatement.kind === "in" ? (lastStatement.args[0] as Node) : lastStatement;
-      const isSum =
+      const isSumOfJoints =
         side !== lastStatement &&
         [...findNames(side)].every((symbol) => joints.has(symbol)) &&
-        findCoefficients(side, joints);
-      currentJoint = isSum || (side.kind === "name" && joints.has(side.text)) ? side : null;
+        findCoefficients(side, joints) !== null;
+      currentJoint = isSumOfJoints || (side.kind === "name" && joints.has(side.text)) ? side : null;
       const [, secondArg] = tree.args;
       const isLabel = currentJoint && arg.kind === "name" && tree.args.length === 2 && arg === tree.args[0];
       const hasJointLater = secondArg !== undefined && hasNameOf(secondArg, joints);
-      const [first = "", second = ""] = joints;
-      if (isLabel && joints.size === 2 && arg.text === first && !isListOrSet(secondArg))
-        throw new ParseError("read.pair", { first, second });
+      const [firstJoint = "", secondJoint = ""] = joints;
+      if (isLabel && joints.size === 2 && arg.text === firstJoint && !isListOrSet(secondArg))
+        throw new ParseError("read.pair", { first: firstJoint, second: secondJoint });
       if (!isLabel || hasJointLater) union.push(...buildClaims(arg, joints));
     } else if (currentJoint) {
       union.push(...buildClaimsOfValues(currentJoint, arg, joints));

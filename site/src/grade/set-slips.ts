@@ -22,15 +22,18 @@ const ZERO_TOLERANCE = 1e-7;
 /** The name of a symbol that is added to a formula; nobody can type it, because it begins with a space. */
 const ONE_SYMBOL = " one";
 
+/** A piece of the right set, given by some configurations on it. */
+type Piece = readonly SymbolValues[];
+
 /** The claims of an answer, the pieces of the right set, and functions to examine the claims. */
 interface ClaimedSet {
   readonly claims: readonly Claim[];
   /** Claims that hold at regular configurations, too. */
   readonly wrongClaims: readonly Claim[];
   /** Pieces of the right set that no claim covers. */
-  readonly uncoveredPieces: readonly (readonly SymbolValues[])[];
-  /** All pieces of the right set, each given by some configurations on it. */
-  readonly pieces: readonly (readonly SymbolValues[])[];
+  readonly uncoveredPieces: readonly Piece[];
+  /** All pieces of the right set. */
+  readonly pieces: readonly Piece[];
   /** Names of the joint variables, and of those that are angles. */
   readonly joints: readonly string[];
   readonly angles: ReadonlySet<string>;
@@ -45,7 +48,7 @@ interface ClaimedSet {
 }
 
 /** A slip, with the claim of the answer, or the piece of the right set, to which it belongs. */
-type SetSlip = { readonly slip: Message; readonly claim?: Claim; readonly piece?: readonly SymbolValues[] };
+type SetSlip = { readonly slip: Message; readonly claim?: Claim; readonly piece?: Piece };
 
 /** Return what went wrong in a set that is not right; too wide conditions first. */
 export function findSlipsInSet(set: ClaimedSet): SetSlip[] {
@@ -81,7 +84,7 @@ const keepPose = (pose: SymbolValues): SymbolValues => pose;
  * claim to the one that the student meant; all of these must be singular. `toTyped` is its inverse; the claim must then
  * cover a piece that no claim covers.
  */
-function fits(
+function isRightAfterChange(
   { uncoveredPieces, holds, isSound }: ClaimedSet,
   claim: Claim,
   toMeant = keepPose,
@@ -106,12 +109,12 @@ const mirrorJoint =
 
 /** Report values in degrees, or values converted from degrees to radians twice. */
 function findUnitSlip(set: ClaimedSet, claim: Claim): Message | null {
-  const fitsAfterScaling = (factor: number, isInRange: (size: number) => boolean) => {
+  const isRightAfterScaling = (factor: number, isInRange: (size: number) => boolean) => {
     const scaledClaim = claim.map((atom) => scaleAngle(atom, set.angles, factor, isInRange));
-    return scaledClaim.some((atom, i) => atom !== claim[i]) && fits(set, scaledClaim);
+    return scaledClaim.some((atom, i) => atom !== claim[i]) && isRightAfterChange(set, scaledClaim);
   };
-  if (fitsAfterScaling(DEGREE, (size) => size >= MIN_DEGREES)) return message("slip.degrees");
-  if (fitsAfterScaling(1 / DEGREE, (size) => size > 0 && size <= MAX_TINY_RADIANS)) return message("slip.radians");
+  if (isRightAfterScaling(DEGREE, (size) => size >= MIN_DEGREES)) return message("slip.degrees");
+  if (isRightAfterScaling(1 / DEGREE, (size) => size > 0 && size <= MAX_TINY_RADIANS)) return message("slip.radians");
   return null;
 }
 
@@ -135,29 +138,31 @@ function findValueSlip(set: ClaimedSet, claim: Claim): Message | null {
   const claimedJoints = new Set(
     claim.flatMap(({ joint, expression }) => (joint === null ? [...findNames(expression)] : [joint])),
   );
-  const fitsAfterRotation = (joint: string, angle: number) =>
-    fits(set, claim, rotateJoint(joint, angle), rotateJoint(joint, -angle));
+  const isRightAfterRotation = (joint: string, angle: number) =>
+    isRightAfterChange(set, claim, rotateJoint(joint, angle), rotateJoint(joint, -angle));
   for (const joint of [...claimedJoints].filter((joint) => angles.has(joint))) {
-    if ([HALF_TURN / 2, -HALF_TURN / 2].some((turn) => fitsAfterRotation(joint, turn)))
+    if ([HALF_TURN / 2, -HALF_TURN / 2].some((turn) => isRightAfterRotation(joint, turn)))
       return message("slip.quarter-turn", { joint: withGreek(joint) });
     const offset = offsets.get(joint) ?? 0;
-    if (offset !== 0 && fitsAfterRotation(joint, -offset)) return message("slip.offset", { joint: withGreek(joint) });
-    if (offset !== 0 && fitsAfterRotation(joint, -2 * offset))
+    if (offset !== 0 && isRightAfterRotation(joint, -offset))
+      return message("slip.offset", { joint: withGreek(joint) });
+    if (offset !== 0 && isRightAfterRotation(joint, -2 * offset))
       return message("slip.offset-sign", { joint: withGreek(joint) });
     const hasValue = claim.some((atom) => atom.joint === joint);
-    if (hasValue && fits(set, claim, mirrorJoint(joint), mirrorJoint(joint)))
+    if (hasValue && isRightAfterChange(set, claim, mirrorJoint(joint), mirrorJoint(joint)))
       return message("slip.value-sign", { joint: withGreek(joint) });
   }
   for (const joint of claimedJoints)
     for (const other of joints)
       if (other !== joint && angles.has(joint) === angles.has(other)) {
         const swap = exchangeJoints(joint, other);
-        if (fits(set, claim, swap, swap)) return message("slip.other-joint", { joint: withGreek(joint) });
+        if (isRightAfterChange(set, claim, swap, swap)) return message("slip.other-joint", { joint: withGreek(joint) });
       }
   for (const factor of [0.5, 2]) {
     const scaledClaim = claim.map((atom) => scaleAngle(atom, angles, factor, (size) => size > 0));
     const [joint] = claim.flatMap((atom, i) => (atom !== scaledClaim[i] && atom.joint ? [atom.joint] : []));
-    if (joint !== undefined && fits(set, scaledClaim)) return message("slip.half-radians", { joint: withGreek(joint) });
+    if (joint !== undefined && isRightAfterChange(set, scaledClaim))
+      return message("slip.half-radians", { joint: withGreek(joint) });
   }
   return null;
 }
@@ -172,7 +177,7 @@ function findFreeJoint({ pieces, angles }: ClaimedSet, claim: Claim): Message | 
 }
 
 /** Return whether a joint has the same value (modulo turns) in all poses of a piece. */
-function isFixed(piece: readonly SymbolValues[], joint: string, angles: ReadonlySet<string>): boolean {
+function isFixed(piece: Piece, joint: string, angles: ReadonlySet<string>): boolean {
   const difference = (pose: SymbolValues) => {
     const change = (pose[joint] ?? NaN) - (piece[0]?.[joint] ?? NaN);
     return angles.has(joint) ? Math.sin(change / 2) : change;
@@ -247,7 +252,7 @@ function findMissingParts({ claims, uncoveredPieces, angles, joints, holds, isSo
     );
     if (piece) return [{ slip: message("slip.half-turn", { joint: withGreek(joint) }), piece }];
   }
-  const fixesJoint = (piece: readonly SymbolValues[]) => joints.some((joint) => isFixed(piece, joint, angles));
+  const fixesJoint = (piece: Piece) => joints.some((joint) => isFixed(piece, joint, angles));
   const [pieceOfValues, tiePiece] = [
     uncoveredPieces.find(fixesJoint),
     uncoveredPieces.find((piece) => !fixesJoint(piece)),

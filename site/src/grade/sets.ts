@@ -76,7 +76,7 @@ export function judgeSet(
   });
 }
 
-/** For each piece of a set: some poses on it. */
+/** Some poses on each piece of a set. */
 type Pieces = readonly (readonly SymbolValues[])[];
 /** The pieces of each condition of the reference. */
 type Conditions = readonly Pieces[];
@@ -180,6 +180,7 @@ function assignJoint(tree: Node, { joints }: JointSpace): Node {
   return node("in", name(joint), node("set", ...values));
 }
 
+/** Judge the claims of an answer by the poses of each condition of the reference. */
 function judgeClaims(
   typedClaims: readonly Claim[],
   conditions: Conditions,
@@ -203,7 +204,7 @@ function judgeClaims(
   // A claim with regular poses must not earn points for the pieces that it happens to cover.
   const isCovered = (piece: readonly SymbolValues[]) => findUncoveredPose(soundClaims, piece) === undefined;
   const share = computeShareOfSet(
-    conditions.map((pieces) => ({ found: pieces.filter(isCovered).length, expected: pieces.length })),
+    conditions.map((condition) => ({ found: condition.filter(isCovered).length, expected: condition.length })),
     countFalseConditions(
       wrongClaims.map((claim) => nameJointsOfClaim(claim, armSymbols)),
       new Set(soundClaims.map((claim) => nameJointsOfClaim(claim, armSymbols))),
@@ -220,35 +221,36 @@ function judgeClaims(
     isSound: (claim, substitute) =>
       findCounterexample(claim, armSymbols, (pose) => isSingular(substitute(pose)), 0, pieces.flat()) === null,
   });
-  const [slip] = slips;
-  const verdictWith = (reasons: readonly Message[], pose?: SymbolValues) =>
+  const [firstSlip] = slips;
+  const makeVerdict = (reasons: readonly Message[], pose?: SymbolValues) =>
     verdictOf(share, [...(roundedClaim ? [message("verdict.rounded")] : []), ...reasons], {
       counterexample: pose,
-      slips: slip ? slips.map((setSlip) => setSlip.slip) : undefined,
+      slips: firstSlip ? slips.map(({ slip }) => slip) : undefined,
     });
   // show the pose to which the first slip refers
-  const counterexampleOfSlip = slip?.claim && counterexamples[claims.indexOf(slip.claim)];
+  const counterexampleOfSlip = firstSlip?.claim && counterexamples[claims.indexOf(firstSlip.claim)];
   const regularPose = [counterexampleOfSlip, ...counterexamples].find(
     (result) => typeof result === "object" && result !== null,
   );
   if (regularPose)
-    return verdictWith(
+    return makeVerdict(
       [message("verdict.unsound", { at: writeConfiguration(pickJointValues(regularPose, armSymbols)) })],
       regularPose,
     );
-  const missedPose = (slip?.piece && findUncoveredPose(claims, slip.piece)) ?? uncoveredPoses[0];
+  const missedPose = (firstSlip?.piece && findUncoveredPose(claims, firstSlip.piece)) ?? uncoveredPoses[0];
   if (missedPose)
-    return verdictWith(
+    return makeVerdict(
       [message("verdict.uncovered", { at: writeConfiguration(pickJointValues(missedPose, armSymbols)) })],
       missedPose,
     );
   if (roundedClaim) {
     const constants = roundedClaim.filter(({ joint, expression }) => joint !== null && isConstant(expression));
     const values = constants.map(({ joint, expression }) => [joint, evaluate(expression, {}).re]);
-    return verdictWith([], { ...pieces[0]?.[0], ...Object.fromEntries(values) });
+    return makeVerdict([], { ...pieces[0]?.[0], ...Object.fromEntries(values) });
   }
+  // the number (from 1) of the first claim that holds in no pose
   const emptyClaimNumber = counterexamples.findIndex((result) => result === "nowhere" || result === "close") + 1;
-  return verdictWith([message("verdict.nowhere", { text: String(emptyClaimNumber) })]);
+  return makeVerdict([message("verdict.nowhere", { text: String(emptyClaimNumber) })]);
 }
 
 /** Return the names of the joints in a claim, separated by spaces. */
@@ -257,6 +259,7 @@ function nameJointsOfClaim(claim: Claim, { joints }: JointSpace): string {
   return joints.filter((joint) => jointsInClaim.has(joint)).join(" ");
 }
 
+/** Return the values of the joint variables in a pose, without those of other symbols. */
 function pickJointValues(pose: SymbolValues, { joints }: JointSpace): SymbolValues {
   return Object.fromEntries(joints.map((joint) => [joint, pose[joint] as number]));
 }
@@ -281,6 +284,7 @@ function holdsAt(claim: Claim, pose: SymbolValues, space: JointSpace): boolean {
   });
 }
 
+/** Return the distance between two values of a joint (rad or m), modulo full turns if it is an angle. */
 function computeJointDistance(joint: string, a: number, b: number, { angles }: JointSpace): number {
   const difference = Math.abs(a - b);
   if (!angles.has(joint)) return difference;
@@ -288,6 +292,7 @@ function computeJointDistance(joint: string, a: number, b: number, { angles }: J
   return Math.min(remainder, FULL_TURN - remainder);
 }
 
+/** Return the partial derivative of an expression by a joint variable, computed numerically. */
 function computeSlope(expression: Node, pose: SymbolValues, joint: string): number {
   const valueAfter = (step: number): number => evaluate(expression, { ...pose, [joint]: pose[joint]! + step }).re;
   return (valueAfter(DIFFERENCE_STEP) - valueAfter(-DIFFERENCE_STEP)) / (2 * DIFFERENCE_STEP);
@@ -383,6 +388,7 @@ function findExactValue(joint: string, expression: Node, pieces: Pieces, space: 
     : null;
 }
 
+/** Return a pose with these values and random ones of the joints: angles in a full turn, and 0.2 to 1.2 m. */
 function sampleRandomPose(
   fixedValues: SymbolValues,
   { joints, angles }: JointSpace,
@@ -399,6 +405,7 @@ const listVanishingExpressions = (claim: Claim, { angles }: JointSpace): Node[] 
     return isValue ? makeVanishingExpression(atom) : allowFullTurns(makeVanishingExpression(atom), angles);
   });
 
+/** Return the expression that vanishes if a condition holds. */
 const makeVanishingExpression = ({ joint, expression }: Atom): Node =>
   joint === null ? expression : node("-", name(joint), expression);
 
