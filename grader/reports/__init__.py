@@ -1,7 +1,8 @@
 """Write reports on graded work, all based on the same results: one module for each format.
 
-`formats` lists the formats that other programs read. The other modules:
+The formats that other programs read are modules of their own, which `formats` lists. The others:
 
+    formats                         lists the formats that other programs read
     feedback_levels                 limit what a student sees about a wrong answer
     part_rows, grades_table         list a result part by part; write results.jsonl and grades.csv
     class_summary, charts           compute the numbers of `qdot report`; draw its charts

@@ -16,6 +16,15 @@ GIVEN_GROUPS = ("pose", "rates", "velocity")
 """The groups of values that a question may give: joint variables, joint rates, and the velocity of the task."""
 
 
+def split_units(text: str) -> tuple[str, ...]:
+    """Return the units in a text that separates them by commas.
+
+    >>> split_units("rad/s, m/s"), split_units("")
+    (('rad/s', 'm/s'), ('',))
+    """
+    return tuple(unit.strip() for unit in text.split(","))
+
+
 @dataclass(frozen=True)
 class Option:
     """An option of a choice: a formula or a text, and whether it is correct."""
@@ -64,10 +73,10 @@ class Definition:
 
     `rows` are the LaTeX names of the entries of a vector; a vector of three may have the names of only the components
     that are asked for, such as v_x and v_y. `units` maps further symbols of the answer, such as the mass of a load, to
-    their units. `unit` and `rounding` belong to numbers, which need three significant digits by default. If
-    `is_up_to_factor`, every nonzero multiple of a vector is correct, too. `texts` are pairs of a language and its
-    texts; other languages than the first may lack some. `location` is the file, the line and the key of the answer, for
-    messages.
+    their units. `unit` and `rounding` belong to numbers, which need three significant digits by default; `unit` is one
+    for all entries or one for each, separated by commas. If `is_up_to_factor`, every nonzero multiple of a vector is
+    correct, too. `texts` are pairs of a language and its texts; other languages than the first may lack some.
+    `location` is the file, the line and the key of the answer, for messages.
     """
 
     name: str
@@ -82,6 +91,11 @@ class Definition:
     is_up_to_factor: bool = False
     points: float = 1.0
     location: str = field(default="", compare=False, repr=False)
+
+    @property
+    def entry_units(self) -> tuple[str, ...]:
+        """The units of the entries of a number: one for all entries, or one for each."""
+        return split_units(self.unit)
 
     @property
     def digest(self) -> str:

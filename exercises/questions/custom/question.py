@@ -255,7 +255,11 @@ class QuestionMaker:
         return derive(chain).substitute_matrix(formulas)
 
     def _make_numeric_answer(self, values: sp.Matrix) -> Number:
-        units, largest_value = (self.definition.unit,) * len(values), max(abs(float(value)) for value in values)
+        units, largest_value = self.definition.entry_units, max(abs(float(value)) for value in values)
+        if len(units) == 1:
+            units *= len(values)
+        elif len(units) != len(values):
+            raise FormulaError(f"`unit` has {len(units)} units, but the answer has {len(values)} entries")
         return Number(values, units, inversion.THREE_DIGIT_TOLERANCE, inversion.ERROR_NEAR_ZERO * largest_value)
 
     def _sample_values(self, chain: Chain, rng: Stream) -> CustomDetails:
@@ -489,7 +493,7 @@ class QuestionMaker:
         for q, rate, joint in zip(arm.q, arm.rates, arm.joints, strict=True):
             units |= {q.name: "m", rate.name: "m/s"} if joint.is_prismatic else {q.name: "rad", rate.name: "rad/s"}
         units |= {row: "m/s" if row[0] == "v" else "rad/s" for row in arm.task}
-        return find_unit_objection(answer, details.all_values, units, self.definition.unit)
+        return find_unit_objection(answer, details.all_values, units, self.definition.entry_units)
 
 
 @lru_cache(maxsize=1024)

@@ -21,6 +21,7 @@ from qdot.exercises.questions.custom.definition import (
     GivenValue,
     Option,
     Texts,
+    split_units,
 )
 from qdot.exercises.questions.custom.question import make_question
 from qdot.exercises.questions.custom.texts import check_latex, check_text, check_title
@@ -78,7 +79,7 @@ class QuestionEntry(pydantic.BaseModel):
     units: dict[str, str] = {}
     """The units of symbols that the arm does not have, as in {m = "kg"}."""
     unit: str = ""
-    """The unit of a numeric answer."""
+    """The unit of a numeric answer, or the units of its entries, as in "rad/s, m/s"."""
     digits: int = pydantic.Field(default=3, ge=2, le=9)
     """The number of significant digits that a numeric answer needs."""
     tolerance: str | None = None
@@ -231,7 +232,7 @@ def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) ->
     with file.locate_errors("question", name, "rows"):
         for row_name in entry.rows:
             check_latex(row_name)
-    for key, units in (("unit", [entry.unit]), ("units", entry.units.values())):
+    for key, units in (("unit", split_units(entry.unit)), ("units", entry.units.values())):
         with file.locate_errors("question", name, key):
             for unit in units:
                 if not is_si_unit(unit):
@@ -256,9 +257,9 @@ def _read_rounding(entry: QuestionEntry) -> Rounding | None:
     rounding = parse_rounding(entry.tolerance)
     if rounding is None or entry.tolerance is None:
         raise QdotError(FORMS["tolerance"])
-    unit = parse_unit(entry.unit) if entry.unit else None
+    units = [parse_unit(unit) for unit in split_units(entry.unit) if unit]
     tolerance_unit = parse_unit(entry.tolerance.strip().lstrip("0123456789.eE+- "))
-    if unit and tolerance_unit and tolerance_unit.dimension != unit.dimension:
+    if tolerance_unit and any(unit and tolerance_unit.dimension != unit.dimension for unit in units):
         raise QdotError(f"the unit of the tolerance doesn't fit: the answer is in {entry.unit}")
     if rounding.absolute < MIN_TOLERANCE:
         raise QdotError(f"the tolerance must be at least {MIN_TOLERANCE:g}, because references have ten digits")

@@ -10,6 +10,8 @@ from qdot.exercises.formula.units import parse_unit
 UNIT_FORM = "numbers are in SI units, made of m, s, rad, kg, N, J and W, as in m/s^2"
 """The expected form of a unit, for messages."""
 
+_BASE_COUNT = 3
+"""The number of base units: kg, m and s."""
 _SCALES = (1, 2, 4)
 """The factors by which masses, lengths or times are multiplied."""
 _POWER_TOLERANCE = 1e-6
@@ -47,33 +49,40 @@ def describe_dimension(dimension: tuple[int, ...]) -> str:
 
 
 def find_unit_objection(
-    answer: sp.Matrix, values: Mapping[sp.Symbol, sp.Expr], units: Mapping[str, str], answer_unit: str
+    answer: sp.Matrix, values: Mapping[sp.Symbol, sp.Expr], units: Mapping[str, str], answer_units: tuple[str, ...]
 ) -> str | None:
-    """Return why numbers can't have a unit, or None.
+    """Return why numbers can't have their units (one for all, or one for each), or None.
 
     `answer` has formulas in which every length is a symbol, and `units` has the unit of each symbol that is not a
     length. An answer in m^k becomes 2^k times as large if all lengths are doubled, and so on for masses and times.
     """
     dimensions = {symbol: _find_dimension(units.get(symbol.name, "m")) for symbol in values}
-    expected_dimension = _find_dimension(answer_unit)
+    entry_dimensions: list[tuple[int, ...] | None] = []  # None if it can't be found
     for entry in answer:
         powers = []
-        for base in range(len(expected_dimension)):
+        for base in range(_BASE_COUNT):
             symbol_powers = {symbol: dimension[base] for symbol, dimension in dimensions.items()}
             numbers = _evaluate_at_scales(entry, values, symbol_powers)
             if numbers is None:
+                entry_dimensions.append(None)
                 break
             first_power, second_power = (math.log2(numbers[k + 1] / numbers[k]) for k in (0, 1))
             if abs(first_power - second_power) > _POWER_TOLERANCE:
                 return "it has no unit, because it adds quantities of different units, such as a length and an angle"
             powers.append(first_power)
         else:
-            dimension = tuple(map(round, powers))
             are_whole_numbers = all(abs(power - round(power)) < _POWER_TOLERANCE for power in powers)
-            if dimension != expected_dimension and are_whole_numbers:
-                statement = f"its unit {answer_unit} doesn't fit, because" if answer_unit else "it has no unit, but"
-                return f"{statement} the answer is {describe_dimension(dimension)}"
-    return None
+            entry_dimensions.append(tuple(map(round, powers)) if are_whole_numbers else None)
+    expected_units = answer_units if len(answer_units) > 1 else answer_units * len(entry_dimensions)
+    pairs = list(zip(expected_units, entry_dimensions, strict=True))
+    if all(dimension in (None, _find_dimension(unit)) for unit, dimension in pairs):
+        return None
+    answer_unit, found_dimensions = ", ".join(answer_units), {each for each in entry_dimensions if each is not None}
+    statement = f"its unit {answer_unit} doesn't fit, because" if answer_unit else "it has no unit, but"
+    if len(found_dimensions) == 1:
+        return f"{statement} the answer is {describe_dimension(found_dimensions.pop())}"
+    names = ", ".join("?" if each is None else describe_dimension(each) for each in entry_dimensions)
+    return f'{statement} its entries have different units ({names}); give each its own, as in unit = "rad/s, m/s"'
 
 
 def _evaluate_at_scales(

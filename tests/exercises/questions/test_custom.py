@@ -596,6 +596,8 @@ def test_custom_question_with_the_formula_of_a_built_in_question_has_its_answer(
         ("norm(v)", "rad/s", "the answer is in m/s"), ("norm(v)", "m", "its unit m doesn't fit"),
         ("norm(v)", "", "it has no unit, but the answer is in m/s"), ("qd1", "m", "is in rad/s or 1/s"),
         ("qd1*p.x*10", "kg m/s", "its unit kg m/s doesn't fit, because the answer is in m/s"),
+        ("qd", "rad/s, m/s", None), ("qd", "rad/s", "different units (in rad/s or 1/s, in m/s); give each its own"),
+        ("qd", "", "different units"), ("qd", "m/s, rad/s", "different units"),
     ],
 )  # fmt: skip
 def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str, warning: str | None, tmp_path: Path) -> None:
@@ -606,6 +608,29 @@ def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str, warning: str |
     assert bool(notes) == (warning is not None) and (warning is None or warning in notes[0])
     errors = runner.invoke(app, ["show", str(assignment.folder)]).stderr
     assert (warning or "") in errors and bool(errors) == (warning is not None)
+
+
+@pytest.mark.parametrize(
+    ("text", "is_right"),
+    [
+        ("{0} rad/s, {1} m/s", True), ("{0}, {1}", True), ("{2} deg/s, {3} mm/s", True), ("{0} m/s, {1} rad/s", False),
+        ("{0} rad/s, {1} rad/s", False), ("{0} kg, {1} s", False),
+    ],
+)  # fmt: skip
+def test_numbers_may_have_different_units(text: str, is_right: bool, tmp_path: Path) -> None:
+    given = 'prompt = "{given}"\ngiven = ["pose", "rates"]\nanswer = "qd"\nunit = "rad/s, m/s"'
+    problem = make_problem(tmp_path, given, "polar-rp")
+    part = problem["mine"]
+    angle_rate, speed = map(float, part.answer_as(Number).reference)
+    typed = text.format(angle_rate, speed, math.degrees(angle_rate), 1000 * speed)
+    assert (judge_answer(problem, typed) is Outcome.CORRECT) == is_right
+    assert "2 numbers in rad/s, m/s" in write_prompt(problem, part).replace("two", "2")
+
+
+def test_each_entry_has_one_unit(tmp_path: Path) -> None:
+    given = 'prompt = "{given}"\ngiven = ["pose", "rates"]\nanswer = "v"\nunit = "m/s, m/s"'
+    with pytest.raises(QdotError, match="`unit` has 2 units, but the answer has 3 entries"):
+        make_problem(tmp_path, given, "polar-rp")
 
 
 @pytest.mark.parametrize(

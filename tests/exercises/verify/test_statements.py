@@ -26,7 +26,7 @@ def test_that_a_pose_is_singular_is_true_or_false_as_its_rank_says(family: str) 
     pytest.fail(f"of 40 statements, {answers} only")
 
 
-ONE_SIDE = "$P$ can move to one side only"
+ONE_SIDE = "to one side of this point only"
 
 
 @pytest.mark.parametrize(
