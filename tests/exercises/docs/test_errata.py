@@ -85,7 +85,7 @@ def test_solutions_and_kinds_of_planar_arm_are_those_computed() -> None:
     (erratum,) = [erratum for erratum in read_errata() if "inverse solutions" in erratum.place]
     assert f"at {distance:.3f} m" in erratum.values[1][0]
     solutions = [count_inverse_solutions(0.5, 0.4, 0.9), count_inverse_solutions(0.5, 0.4, distance)]
-    assert read_numbers("inverse solutions") == solutions == [1, 2]
+    assert read_numbers("inverse-kinematics solutions") == solutions == [1, 2]
     (erratum,) = [erratum for erratum in read_errata() if "$s_2 = 0$" in erratum.place]
     assert [kind for _, kind in erratum.values] == [classify_folded_arm(HALF), classify_folded_arm(TWO_FIFTHS)]
 
