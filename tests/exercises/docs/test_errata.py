@@ -82,7 +82,7 @@ def test_numbers_of_planar_arm_are_those_computed() -> None:
 def test_solutions_and_kinds_of_planar_arm_are_those_computed() -> None:
     point = NumericChain(make_planar_2r(), {"a1": 0.5, "a2": 0.4}).compute_point(np.array([0.0, np.pi / 3]))
     distance = float(np.linalg.norm(point))
-    (erratum,) = [erratum for erratum in read_errata() if "inverse solutions" in erratum.place]
+    (erratum,) = [erratum for erratum in read_errata() if "inverse-kinematics solutions" in erratum.place]
     assert f"at {distance:.3f} m" in erratum.values[1][0]
     solutions = [count_inverse_solutions(0.5, 0.4, 0.9), count_inverse_solutions(0.5, 0.4, distance)]
     assert read_numbers("inverse-kinematics solutions") == solutions == [1, 2]
