@@ -107,7 +107,7 @@ FORMS = {
     'given = {theta1 = "angle", m = [1, 5]}; kinds are ' + ", ".join(SAMPLED_KINDS),
     "rows": 'expected a list of names in LaTeX, as in rows = ["v_x", "v_y"]',
     "units": 'expected a table, as in units = {m = "kg", g = "m/s^2"}',
-    "unit": 'expected a unit, as in unit = "m/s"',
+    "unit": 'expected a unit, as in unit = "m/s", or one for each entry, as in unit = "rad/s, m/s"',
     "digits": "expected a whole number from 2 to 9, as in digits = 3",
     "tolerance": 'expected a tolerance with its unit in quotes, as in tolerance = "0.01 m/s"',
     "up_to_factor": "expected true or false, without quotes",
@@ -235,6 +235,8 @@ def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) ->
     for key, units in (("unit", split_units(entry.unit)), ("units", entry.units.values())):
         with file.locate_errors("question", name, key):
             for unit in units:
+                if entry.unit and key == "unit" and not unit:
+                    raise QdotError("each entry needs a unit between the commas; write 1 for a number without a unit")
                 if not is_si_unit(unit):
                     raise QdotError(f"{unit!r} is not a unit that qdot knows; {UNIT_FORM}")
 

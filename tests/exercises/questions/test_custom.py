@@ -627,6 +627,13 @@ def test_numbers_may_have_different_units(text: str, is_right: bool, tmp_path: P
     assert "2 numbers in rad/s, m/s" in write_prompt(problem, part).replace("two", "2")
 
 
+@pytest.mark.parametrize("unit", ['","', '"rad/s,"', '", m/s"', '["rad/s", "m/s"]'])
+def test_units_of_entries_are_a_text_without_gaps(unit: str, tmp_path: Path) -> None:
+    given = f'prompt = "{{given}}"\ngiven = ["pose", "rates"]\nanswer = "qd"\nunit = {unit}'
+    with pytest.raises(QdotError, match=r"line [0-9]+: question: mine: unit = .*each entry"):
+        make_problem(tmp_path, given, "polar-rp")
+
+
 def test_each_entry_has_one_unit(tmp_path: Path) -> None:
     given = 'prompt = "{given}"\ngiven = ["pose", "rates"]\nanswer = "v"\nunit = "m/s, m/s"'
     with pytest.raises(QdotError, match="`unit` has 2 units, but the answer has 3 entries"):
