@@ -380,7 +380,9 @@ def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, e
         if is_count:
             return 0.0
         if part.rounding is not None:
-            return max(part.rounding.relative * abs(value), part.rounding.absolute, 1e-9 * abs(value))
+            errors = part.rounding.errors_of_entries
+            absolute_error = errors[index] if errors else part.rounding.absolute
+            return max(part.rounding.relative * abs(value), absolute_error, 1e-9 * abs(value))
         return max(answer.tolerance * abs(value), answer.floor)
 
     value = float(numeric_part.values.ravel()[index])
