@@ -383,7 +383,9 @@ def _judge_set(
     # A piece that is not sound may also cover part of the reference; only sound pieces count for the share.
     pieces_and_soundness = list(zip(claimed_pieces, tolerant_comparison.is_sound, strict=True))
     sound_pieces = [piece for piece, is_sound in pieces_and_soundness if is_sound]
-    is_covered = compare_sets(sound_pieces, reference_pieces, tolerant_space, seed).is_covered
+    is_covered: Sequence[bool | None] = tolerant_comparison.is_covered
+    if len(sound_pieces) < len(claimed_pieces):
+        is_covered = _find_covered_pieces(sound_pieces, reference_pieces, tolerant_space, seed, is_covered)
     match_counts = _count_covered_pieces(is_covered, conditions)
     true_joints = {_find_restricted_joints(piece, space) for piece in sound_pieces}
     false_pieces = [piece for piece, is_sound in pieces_and_soundness if is_sound is False]
@@ -402,6 +404,19 @@ def _judge_set(
     match_words = f"{_describe_matches(match_counts, false_count)}; " if share else ""
     reason = match_words + (reason or "your answer contains no configuration")
     return partial_judgement(float(share), reason, _make_set_certificate(comparison))
+
+
+def _find_covered_pieces(
+    sound_pieces: Sequence[Piece], reference_pieces: Sequence[Piece], space: ConfigurationSpace, seed: str,
+    is_covered: Sequence[bool | None],
+) -> Sequence[bool | None]:  # fmt: skip
+    """Return whether the sound pieces cover each piece of the reference; None for an empty piece.
+
+    `is_covered` is the same for all of the student's pieces.
+    """
+    if sound_pieces:
+        return compare_sets(sound_pieces, reference_pieces, space, seed).is_covered
+    return [None if is_piece_covered is None else False for is_piece_covered in is_covered]
 
 
 _EXACT_VALUE_HINT = "the exact value, such as pi/3 or acos(1/3)"

@@ -1183,10 +1183,10 @@ def formulas_differ(problem: Problem, first: str, second: str) -> bool:
     return abs(complex(sp.N(a)) - complex(sp.N(b))) > 1e-6
 
 
-@pytest.mark.parametrize("block", range(select_for_suite(2, 10)))
+@pytest.mark.parametrize("block", range(select_for_suite(4, 20)))
 def test_random_formulas_are_certified_or_refused(block: int) -> None:
-    certified = sum(check_random_question(number) for number in range(20 * block, 20 * block + 20))
-    assert certified > 2
+    certified = sum(check_random_question(number) for number in range(10 * block, 10 * block + 10))
+    assert certified
 
 
 def test_formula_language_excludes_python_code() -> None:
