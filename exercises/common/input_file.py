@@ -242,10 +242,10 @@ def read_toml(path: Path, missing_hint: str = "", parse_decimal: Callable[[str],
         lines = text.split("\n")
         number = int(line_text or max(1, len(text.splitlines())))
         hint = next((hint for phrase, hint in _HINTS if phrase in problem.lower()), "")
-        if (keys := _TWICE.match(problem)) is not None:
-            headers = (header and split_key(header[2]) for header in map(_HEADER_LINE.match, lines))
-            first_number = next(k for k, header in enumerate(headers, 1) if header and ".".join(header) == keys[1])
-            if "." in keys[1] and first_number < number:
+        if (header_match := _TWICE.match(problem)) is not None:
+            headers = (header and ".".join(split_key(header[2])) for header in map(_HEADER_LINE.match, lines))
+            first_number = next((k for k, header in enumerate(headers, 1) if header == header_match[1]), number)
+            if "." in header_match[1] and first_number < number:
                 hint = f"; the first is in line {first_number}; rename one of them"
         if any(quote in lines[number - 1] for quote in "“”„‘’"):
             hint = '; replace the curly quotes by straight ones: "'
