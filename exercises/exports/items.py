@@ -380,7 +380,9 @@ def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, e
     if is_count:
         relative_tolerance, absolute_tolerance = 0.0, 0.0
     elif part.rounding is not None:
-        relative_tolerance, absolute_tolerance = max(part.rounding.relative, 1e-9), part.rounding.absolute
+        errors = part.rounding.errors_of_entries
+        relative_tolerance = max(part.rounding.relative, 1e-9)
+        absolute_tolerance = errors[index] if errors else part.rounding.absolute
     else:
         relative_tolerance, absolute_tolerance = answer.tolerance, answer.floor
     value = float(numeric_part.values.ravel()[index])

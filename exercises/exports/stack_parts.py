@@ -452,8 +452,8 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     def write_near_count(variable: str) -> str:
         return f"qdot_count(makelist(qdot_near(typed{subscript}, float({variable}{subscript}), room[i]), i, 1, {n}))"
 
-    _, floor = answer.find_tolerance_and_floor(part.rounding)
-    is_zero = [abs(float(value)) <= floor for value in answer.reference]
+    _, floors = answer.find_tolerance_and_floors(part.rounding)
+    is_zero = [abs(float(value)) <= floor for value, floor in zip(answer.reference, floors, strict=True)]
     lines = ["typed: qdot_read(ans1);", f"room: [{', '.join(map(print_maxima, tolerances))}];"]
     lines += [f"right: {write_near_count('ta1')};", *_write_number_share_lines(part, is_zero)]
     variables = stack_maxima.write_definitions(problem, stack_maxima.NUMBER_FUNCTIONS)
