@@ -18,7 +18,7 @@ def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]
     quiz_items = list(items.make_items_for_students(request))
     if any(item.single_number_item for item in quiz_items):
         request.report("Canvas accepts one number per question, so questions on vectors and matrices ask for one entry")
-    groups = items.group_by_category(item.single_number_item or item for item in quiz_items)
+    groups = items.group_items((item.single_number_item or item for item in quiz_items), request.report)
     images: dict[str, str | bytes] = {}
     for item in itertools.chain.from_iterable(groups.values()):
         images |= platform_markup.make_image_files((*item.body, *item.solution))
