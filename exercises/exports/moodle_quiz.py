@@ -70,7 +70,7 @@ class MoodleQuestion:
 
     `files` and `solution_files` are pairs of a name and the content in base 64. `pairs` are stems and their options; an
     option without a stem has the stem "". `allows_several` means that students may choose several options. For a
-    question type that is not part of Moodle, `write_plugin` returns the type's part of a backup, given the question's id.
+    question type that is not part of Moodle, `write_plugin` returns the type's part of a backup, given a question's id.
     """
 
     name: str

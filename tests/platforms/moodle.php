@@ -86,7 +86,8 @@ function answer_question(int $id, array $answer, context $context): array {
     $usage->process_action($slot, make_form_data($usage->get_question_attempt($slot), $answer));
     $usage->finish_question($slot);
     $shown = $usage->render_question($slot, $options, '1');
-    return ['fraction' => $usage->get_question_fraction($slot), 'blank' => $blank, 'shown' => $shown];
+    return ['fraction' => $usage->get_question_fraction($slot), 'state' => (string) $usage->get_question_state($slot),
+        'blank' => $blank, 'shown' => $shown];
 }
 
 // Enrol students and import their marks; return the marks in the gradebook by email address.
