@@ -107,6 +107,19 @@ def parse_frame_name(name: str, chain: Chain) -> FrameName | None:
     return frame_name
 
 
+_SYMBOL = re.compile(r"(?:theta|alpha|a|d|qd|qdd)\d|[vw][xyz]|[fm][xyz]|pi")
+"""The names of symbols of arms, of the components of loads, and of pi."""
+
+
+def is_result_or_symbol(name: str) -> bool:
+    """Return whether a name may be a result of a derivation, or a symbol, of some arm.
+
+    >>> [is_result_or_symbol(name) for name in ("p", "o7", "theta1", "speed")]
+    [True, True, True, False]
+    """
+    return name in RESULTS or any(pattern.fullmatch(name) for pattern in (_FRAME_NAME, _SYMBOL))
+
+
 def list_result_names(chain: Chain) -> list[str]:
     """Return the names of all results that a formula on an arm may use."""
     frames = range(chain.n + 1) if has_frames(chain) else ()

@@ -881,11 +881,32 @@ BAD = {
     'answer = "J[1, 1]"\ngiven = {theta1 = "length"}': 'theta1 is in rad; write theta1 = "angle"',
     'answer = "J[1, 1]"\ngiven = {theta1 = "angel"}': 'given: theta1 = "angel": unknown kind',
     'answer = "det(J)"\nrows = ["a", "b"]': 'line 6: question: mine: rows = ["a", "b"]: ',
-    'answer = "p"\nshown = "formula"': "only options can have this key", 'answer = "text"\nrows = ["a"]': "has a text",
-    'options = ["a", "b"]\nunits = {m = "kg"}': "only formulas can have this key, but this question has options",
+    'answer = "p"\nshown = "formula"': "only options can have this key", 'answer = "text"\nrows = ["a"]': "is a text",
+    'options = ["a", "b"]\nunits = {m = "kg"}': "only formulas can have this key, but the answer is options",
     'answer = "zeros(p.x, 1 + o1.y^2)"': "qdot finds no configuration with",
     'answer = "(lambda: 0)()"': "not part of the formula language", 'answer = "2^99"': "from -8 to 8",
     'answer = "inv(J)*[vx, vy]"\ngiven = {theta1 = 0, theta2 = 0}': "vx",
+}  # fmt: skip
+
+
+BAD |= {
+    'answer = "text"\nshown = "text"\nunits = {m = "kg"}': "but the answer is a text; leave it out",
+    'answer = "zeros(det(J))"\ngiven = ["pose"]': "but the answer is a set of configurations; leave it out",
+    'answer = " "': "expected a formula in quotes", 'answer = "Text"': 'write answer = "text"',
+    'answer = "p.x/0"': "a denominator that is always zero", 'answer = "1e400*p"': "contains a number above 1e+12",
+    'options = ["{foo}", "b"]': 'line 5: question: mine: options = ["{foo}", "b"]: unknown name',
+    'options = ["a", " "]': "option 2 is empty", 'options = [{txt = "a"}, "b"]': "number 1 of the list: expected",
+    'answer = "p"\ngiven = ["pose", "pose"]': "'pose' is listed twice",
+    'answer = "p"\ngiven = {theta1 = true}': "line 6: question: mine: given: theta1 = true: expected a kind (angle,",
+    'answer = "m*p"\nunits = {m = 5}': "line 6: question: mine: units: m = 5: expected a unit in quotes",
+    'answer = "sin"\nunits = {sin = "kg"}': "sin has another meaning in formulas",
+    'answer = "v"\ngiven = ["pose", "rates"]\nunit = "m/s"\ntolerance = "0,01 m/s"': "write decimals with a point",
+    'answer = "p"\nfr.prompt = "x"': "besides English, texts can be in German only, in [question.mine.de]",
+    'answer = "p"\n[question.mine.fast]\nprompt = "x"': "without a dot: [question.mine-fast]",
+    'answer = "2*other"\n[question.other]\nprompt = "x"\nanswer = "p"': "'other' is a question, and a formula can't",
+    'answer = "p"\n[question.mine]\nprompt = "x"': "'question.mine' twice; the first is in line 3; rename one",
+    "answer = \'\'\'\nanswer = 3\n\'\'\'\ndigits = 99": "line 8: question: mine: digits = 99: expected",
+    'answer = "p"\n[question."my q"]\nprompt = "x"': "line 6: question: my q: the name of a question has",
 }  # fmt: skip
 
 
@@ -895,7 +916,7 @@ def test_invalid_question_is_refused_with_file_line_and_reason(question: str, tm
         make_problem(tmp_path, f'prompt = "x"\n{question}')
     message = str(refused.value)
     assert BAD[question] in message and "\n" not in message
-    assert "assignment.toml: line " in message and "question: mine" in message
+    assert "assignment.toml: line " in message and re.search("question(: |[.])m", message)
 
 
 def test_a_misspelt_name_of_an_own_question_gets_a_suggestion(tmp_path: Path) -> None:
@@ -1085,6 +1106,31 @@ answer = "p" """,
     )
     text = write_prompt(problem, problem.parts[0])
     assert r"$\frac{a}{b}^{2}_{i}$" in text and "in {braces}." in text and r"\cos" in text
+
+
+@pytest.mark.parametrize(
+    ("questions", "message"),
+    {
+        '["a.toml", "b.toml"]': "a.toml: line 2: question: mine; ",
+        '["https://example.org/a.toml"]': "is a web address; download the file, and write its path",
+        '["a.tml"]': "'a.tml' is no question; the name of a file of questions ends in .toml",
+        '["empty.toml"]': "empty.toml: it defines no questions; write each in a table [question.NAME]",
+    }.items(),
+)
+def test_files_of_questions_are_named_in_errors(questions: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "hw").mkdir()
+    for name, answer in (("a", "p"), ("b", "v")):
+        (tmp_path / "hw" / f"{name}.toml").write_text(f'\n[question.mine]\nprompt = "x"\nanswer = "{answer}"\n')
+    (tmp_path / "hw" / "empty.toml").write_text("")
+    with pytest.raises(QdotError) as refused:
+        make_assignment(tmp_path, f'[[problem]]\nfamily = "planar-2r"\nquestions = {questions}\n')
+    assert f"assignment.toml: line 5: problem 1: questions = {questions}: " in str(refused.value)
+    assert message in str(refused.value)
+
+
+def test_a_file_without_a_valid_question_is_not_verified(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text('[question.mine]\nprompt = "{posse}"\nanswer = "p"\n[[problem]]\n')
+    assert "unknown name 'posse'" in run_and_fail("verify", tmp_path / "mine.toml", "--family", "planar-2r")
 
 
 def test_invalid_question_name_is_refused(tmp_path: Path) -> None:
