@@ -19,7 +19,7 @@ from qdot.exercises.arm.arithmetic import (
     apply_matrix,
     matrix_product,
 )
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import Chain, is_angle_symbol
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation_graph import StageResults, compute_convention_rotation
@@ -205,7 +205,30 @@ class StageQuantities(ABC):
 
 
 class NumericQuantities(StageQuantities):
-    """The quantities as numbers at several configurations. Derivatives are central differences of order eight."""
+    """The quantities as numbers at several configurations. Derivatives are central differences of order eight.
+
+    If a mistake changes the unit of length, lengths and the rates of prismatic joints have this unit. Derivatives are
+    those with respect to the symbols in SI units.
+    """
+
+    @cached_property
+    def _names_with_length_unit(self) -> set[str]:
+        chain = self.stages.chain
+        lengths = {*self.numbers, *(symbol.name for symbol in chain.parameters if not is_angle_symbol(symbol))}
+        for i in chain.prismatic_joints:
+            lengths |= {chain.q[i].name, chain.rates[i].name}
+        return lengths
+
+    def look_up(self, name: str) -> np.ndarray | None:
+        """Return the value of a name, or of a formula in RESULTS; None if there is none."""
+        value = super().look_up(name)
+        if value is None or name not in self._names_with_length_unit:
+            return value
+        return np.asarray(value * self.stages["length unit"])
+
+    def get_si_value(self, name: str) -> np.ndarray:
+        """Return the value of a symbol in SI units."""
+        return self.stages.arithmetic.get_symbol_value(name)
 
     def apply(self, function: str, value: np.ndarray) -> np.ndarray:
         """Return a function of each entry; nan where it is not defined."""
@@ -238,7 +261,7 @@ def differentiate_numerically(
     derivative: Any = 0
     for step_count, weight in STENCIL:
         for shift in (step_count * step, -step_count * step):
-            shifted_values = {name: quantities.look_up(name) + shift * rate for name, rate in rates.items()}
+            shifted_values = {name: quantities.get_si_value(name) + shift * rate for name, rate in rates.items()}
             derivative = derivative + step_count * weight / shift * quantities.with_values(formula, shifted_values)
     return np.asarray(derivative)
 

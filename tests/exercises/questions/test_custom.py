@@ -454,14 +454,19 @@ def test_stack_export_leaves_out_only_what_fails_and_names_it(tmp_path: Path, mo
 
 
 def test_wrong_units_are_expected_only_where_they_change_the_number(tmp_path: Path) -> None:
-    """Millimetres leave angles unchanged, make torques a thousand times too large, and rates as much too small."""
+    """Millimetres leave angles unchanged, and make torques a thousand times too large; metres, rates as much.
+
+    A number that is nearly zero is no expected answer.
+    """
     definitions = {
         "slope": ('"atan(p.y/p.x)"\ngiven = ["pose"]', "rad", {"result-in-degrees": 180 / sp.pi}),
         "torque": ('"p.x*F"\ngiven = {theta1 = "angle", theta2 = "angle", F = [1, 9]}\nunits = {F = "N"}', "N m",
-                   {"millimetres": 1000, "centimetres": 100, "thousandth": 0.001}),
+                   {"millimetres": 1000, "centimetres": 100}),
         "rate": ('"dot(inv(J)*xd, [1, 0])"\ngiven = ["pose", "velocity"]', "rad/s",
-                 {"result-in-degrees": 180 / sp.pi, "millimetres": 0.001, "thousandth": 1000}),
+                 {"result-in-degrees": 180 / sp.pi, "thousandth": 1000}),
     }  # fmt: skip
+    definitions["lever"] = ('"a1*cos(theta1)"\ngiven = ["pose"]', "m", definitions["torque"][2])
+    definitions["area"] = ('"a2*p.x"\ngiven = ["pose"]', "m^2", {"millimetres": 1e6, "centimetres": 1e4})
     definitions["speed"] = ('"v.x"\ngiven = ["pose", "rates"]', "m/s", definitions["torque"][2])
     for name, (answer, unit, expected_factors) in definitions.items():
         question = f'prompt = "{{given}}"\nunit = "{unit}"\nanswer = {answer}'
