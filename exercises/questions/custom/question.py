@@ -195,7 +195,11 @@ class QuestionMaker:
 
     def compute_answer(self, stages: StageResults, _: Details) -> np.ndarray:
         """Return the answer, (rows, columns, …), in the arithmetic of the stages."""
-        value = select_components(self._compute(self.formulas[0], stages), self.definition.rows)
+        return self.compute_formula(self.formulas[0], stages)
+
+    def compute_formula(self, formula: ast.expr, stages: StageResults) -> np.ndarray:
+        """Return the rows of a formula that the answer has, (rows, columns, …), in the arithmetic of the stages."""
+        value = select_components(self._compute(formula, stages), self.definition.rows)
         return value[None] if value.ndim == 1 else value
 
     def compute_zeros(self, stages: StageResults, _: Details) -> np.ndarray:
