@@ -170,9 +170,9 @@ def describe_unknown_symbols(parsed: ParsedAnswer, domain: Domain) -> str:
 
 
 def judge_numbers(
-    parsed: ParsedAnswer, reference: Sequence[float], units: Sequence[str], tolerance: float, floor: float
+    parsed: ParsedAnswer, reference: Sequence[float], units: Sequence[str], tolerance: float, floors: Sequence[float]
 ) -> Judgement:
-    """Judge numbers. Each number is correct within a relative tolerance, or within the absolute error `floor`.
+    """Judge numbers. Each number is correct within a relative tolerance, or within an absolute error, its floor.
 
     The share is computed as for a vector: numbers that are zero earn nothing.
     """
@@ -180,16 +180,22 @@ def judge_numbers(
     entries = [ZERO if blank else entry for blank, entry in zip(is_blank, parsed.entries, strict=True)]
     values = _evaluate_numbers(entries)
     with np.errstate(all="ignore"):
-        is_close = np.isfinite(values) & (np.abs(values - expected) <= np.maximum(tolerance * np.abs(expected), floor))
+        is_close = np.isfinite(values) & (np.abs(values - expected) <= np.maximum(tolerance * np.abs(expected), floors))
     is_correct = [bool(flag) for flag in is_close & ~np.array(is_blank)]
     if all(is_correct):
-        max_error = f"{100 * tolerance:g} %" if tolerance else f"{floor:g} {units[0]}".strip()
+        max_error = (
+            f"{100 * tolerance:g} %"
+            if tolerance
+            else ", ".join(
+                dict.fromkeys(f"{floor:g} {unit}".strip() for floor, unit in zip(floors, units, strict=True))
+            )
+        )
         judgement = correct_judgement(Certificate("numeric", 1, 0.0), f"right to {max_error}")
     else:
         wrong_index = is_correct.index(False)
-        is_zero = [abs(value) <= floor for value in reference]
+        is_zero = [abs(value) <= floor for value, floor in zip(reference, floors, strict=True)]
         answer_value = "blank" if is_blank[wrong_index] else to_json_number(complex(values[wrong_index]))
-        digits = max(SHOWN_DIGITS, Rounding(tolerance, floor).count_digits(reference[wrong_index]))
+        digits = max(SHOWN_DIGITS, Rounding(tolerance, floors[wrong_index]).count_digits(reference[wrong_index]))
         example = EntryDifference(wrong_index, {}, answer_value, float(f"{reference[wrong_index]:.{digits}g}"))
         count_words = _describe_correct_count(is_correct, is_blank, is_zero, "numbers")
         subject = "your number" if len(reference) == 1 else f"number {wrong_index + 1}"
@@ -377,7 +383,9 @@ def _judge_set(
     # A piece that is not sound may also cover part of the reference; only sound pieces count for the share.
     pieces_and_soundness = list(zip(claimed_pieces, tolerant_comparison.is_sound, strict=True))
     sound_pieces = [piece for piece, is_sound in pieces_and_soundness if is_sound]
-    is_covered = compare_sets(sound_pieces, reference_pieces, tolerant_space, seed).is_covered
+    is_covered: Sequence[bool | None] = tolerant_comparison.is_covered
+    if len(sound_pieces) < len(claimed_pieces):
+        is_covered = _find_covered_pieces(sound_pieces, reference_pieces, tolerant_space, seed, is_covered)
     match_counts = _count_covered_pieces(
         is_covered, conditions, lambda piece: _is_found_in_part(piece, sound_pieces, tolerant_space, seed)
     )
@@ -398,6 +406,19 @@ def _judge_set(
     match_words = f"{_describe_matches(match_counts, false_count)}; " if share else ""
     reason = match_words + (reason or "your answer contains no configuration")
     return partial_judgement(float(share), reason, _make_set_certificate(comparison))
+
+
+def _find_covered_pieces(
+    sound_pieces: Sequence[Piece], reference_pieces: Sequence[Piece], space: ConfigurationSpace, seed: str,
+    is_covered: Sequence[bool | None],
+) -> Sequence[bool | None]:  # fmt: skip
+    """Return whether the sound pieces cover each piece of the reference; None for an empty piece.
+
+    `is_covered` is the same for all of the student's pieces.
+    """
+    if sound_pieces:
+        return compare_sets(sound_pieces, reference_pieces, space, seed).is_covered
+    return [None if is_piece_covered is None else False for is_piece_covered in is_covered]
 
 
 _EXACT_VALUE_HINT = "the exact value, such as pi/3 or acos(1/3)"

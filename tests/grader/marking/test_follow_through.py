@@ -372,8 +372,15 @@ def test_custom_questions_follow_the_students_own_result(
     problem = generate(ProblemId("planar-2r", 3, (name, "mine"), variation="chapter"), definitions=[definition])
     verdict = mark_answers(problem, {name: wrong, "mine": following})["mine"]
     assert (verdict.points, verdict.followed_from) == (0.8, name), verdict.judgement.reason
-    unrelated = mark_answers(problem, {name: wrong, "mine": following.replace("theta2", "2*theta2").replace("12", "2")})
-    assert unrelated["mine"].followed_from is None
+
+
+@pytest.mark.parametrize(("name", "wrong", "definition", "following"), CUSTOM_FOLLOWING)
+def test_custom_questions_do_not_follow_from_an_unrelated_result(
+    name: str, wrong: str, definition: Definition, following: str
+) -> None:
+    problem = generate(ProblemId("planar-2r", 3, (name, "mine"), variation="chapter"), definitions=[definition])
+    unrelated = following.replace("theta2", "2*theta2").replace("12", "2")
+    assert mark_answers(problem, {name: wrong, "mine": unrelated})["mine"].followed_from is None
 
 
 @pytest.mark.parametrize("answer", ["norm(v)", "v.x", "sqrt(v.x^2 + v.y^2)", "norm(J*qd)", "norm(p)"])
