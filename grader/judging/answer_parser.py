@@ -202,10 +202,14 @@ def _read_entries(
         rows = as_matrix(_remove_labels(tree, labels, (0, 0) if are_numbers else shape))
         if tree.kind == "eq":
             refuse_nonscalars(tree)
-        rows = _require_shape(rows, shape, text)
-        if are_numbers and (symbols := _find_symbols(rows)):
+        symbols = _find_symbols(rows)
+        if are_numbers and symbols:
             example = "0.5" if shape == (1, 1) else _make_example(shape, "0.5")
             raise _Refusal(f"{describe_symbols_in_numbers(symbols)}; write only numbers, such as {example}")
+        is_single_formula = shape != (1, 1) == (len(rows), len(rows[0]))
+        if is_single_formula and not are_numbers and (unknown_names := symbols - set(domain.roles)):
+            raise _Refusal(f"{name_unknown_symbols(unknown_names)}; write out every entry, like {_make_example(shape)}")
+        rows = _require_shape(rows, shape, text)
         _require_scalars(rows)
     except (_Refusal, ParseError) as error:
         return _make_refused_answer(error, text, "numbers" if are_numbers else "a matrix", tree, rows)
