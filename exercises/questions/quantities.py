@@ -120,6 +120,21 @@ def is_result_or_symbol(name: str) -> bool:
     return name in RESULTS or any(pattern.fullmatch(name) for pattern in (_FRAME_NAME, _SYMBOL))
 
 
+def is_quantity(formula: ast.expr) -> bool:
+    """Return whether a formula is a quantity of an arm, an entry of one, or the velocity of a frame's origin.
+
+    >>> [is_quantity(ast.parse(text, mode="eval").body) for text in ("v.x", "J[1, 2]", "ddt(o2)", "m*v.x")]
+    [True, True, True, False]
+    """
+    while isinstance(formula, (ast.Attribute, ast.Subscript)):
+        formula = formula.value
+    match formula:
+        case ast.Call(func=ast.Name(id="ddt"), args=[ast.Name(id=name)]):
+            return name == "p" or _FRAME_NAME.fullmatch(name) is not None
+    text = ast.unparse(formula)
+    return text in RESULTS or _FRAME_NAME.fullmatch(text) is not None
+
+
 def list_result_names(chain: Chain) -> list[str]:
     """Return the names of all results that a formula on an arm may use."""
     frames = range(chain.n + 1) if has_frames(chain) else ()

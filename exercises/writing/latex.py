@@ -29,6 +29,8 @@ _TALL = frozenset(("frac", "root"))
 """Kinds of pieces around which brackets grow; a small fraction fits into brackets of normal height."""
 _MAX_DENOMINATOR = 10**6
 """Maximum denominator of a fraction before a root; numbers with a larger denominator are shown as decimals."""
+_HALVES = (2, 4, 8)
+"""The denominators of halves, quarters and eighths."""
 _SYMBOL_PATTERN = re.compile(r"(theta|alpha|beta|qdd?|[a-zA-Z])(\d*)")
 
 
@@ -71,8 +73,10 @@ def _join_terms(signed_terms: Sequence[_SignedTerm]) -> Pieces:
 class _ExpressionLayout:
     """Lays out SymPy expressions. A term is a sign and an absolute value, so that signs can move out of brackets."""
 
-    def __init__(self, prismatic_numbers: tuple[str, ...], lengths: tuple[sp.Rational, ...] = ()) -> None:
-        self.prismatic_numbers, self.lengths = prismatic_numbers, lengths
+    def __init__(
+        self, prismatic_numbers: tuple[str, ...], lengths: tuple[sp.Rational, ...] = (), has_halves: bool = False
+    ) -> None:
+        self.prismatic_numbers, self.lengths, self.has_halves = prismatic_numbers, lengths, has_halves
         self.cached_product = lru_cache(maxsize=2048)(self.lay_out_product)  # several results share terms
 
     def lay_out(self, expression: sp.Expr) -> Pieces:
@@ -191,6 +195,8 @@ class _ExpressionLayout:
             return (), ()
         if not value.is_Rational:
             return self.lay_out_number(value).pieces, ()
+        if self.has_halves and value.q in _HALVES and not is_fraction:
+            return (layout.fraction(number(str(value.p)), number(str(value.q)), is_small=True),), ()
         digits, inverse_digits = write_decimal(value), write_decimal(1 / value)
         if is_fraction and (quotient := _find_quotient_of_lengths(value, self.lengths)) is not None:
             numerator, denominator = map(self.lay_out_number, quotient)
@@ -228,8 +234,13 @@ def _ends_in_angle(pieces: Sequence[Layout]) -> bool:
     return pieces[-1].kind == "script" and pieces[-1].inner[0].text == "φ"
 
 
-def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
+def tex(
+    expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None,
+    has_halves: bool = False,
+) -> str:  # fmt: skip
     r"""Return the LaTeX of an expression or matrix in the textbook's notation, with the names of `angles`.
+
+    If `has_halves`, halves, quarters and eighths are fractions unless a length of the arm is a number.
 
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
     >>> tex(-a1 * sp.sin(t1) - sp.Rational(2, 5) * sp.cos(t1 + t2 + sp.pi / 6))
@@ -237,7 +248,7 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
     >>> tex(a1 * sp.sin(5 * sp.pi / 12) * sp.sin(t1) + sp.cos(7 * sp.pi / 12) / 2)
     '\\cos(15^\\circ) a_{1} s_{1} - \\tfrac{\\sin(15^\\circ)}{2}'
     """
-    return print_latex(lay_out(expression, chain, angles))
+    return print_latex(lay_out(expression, chain, angles, has_halves))
 
 
 def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
@@ -256,11 +267,15 @@ def remove_numeric_factor(condition: sp.Expr) -> sp.Expr:
     return condition if remainder.is_Add or remainder == 1 else remainder
 
 
-def lay_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> Layout:
+def lay_out(
+    expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None,
+    has_halves: bool = False,
+) -> Layout:  # fmt: skip
     """Return the layout of an expression or matrix in the textbook's notation, with the names of `angles`."""
-    options: tuple[Any, ...] = ((), (), ())
+    options: tuple[Any, ...] = ((), (), (), has_halves)
     if chain is not None:
-        options = list_prismatic_joints(chain), list_constant_angles(chain), list_numeric_lengths(chain)
+        lengths = list_numeric_lengths(chain)
+        options = list_prismatic_joints(chain), list_constant_angles(chain), lengths, has_halves and not lengths
     expression = sp.sympify(expression if angles is None else angles.use_names(sp.sympify(expression)))
     if not isinstance(expression, sp.MatrixBase):
         return row(*_lay_out_scalar(expression, *options))
@@ -292,10 +307,11 @@ def _lay_out_scalar(
     prismatic_numbers: tuple[str, ...],
     angles: tuple[sp.Expr, ...],
     lengths: tuple[sp.Rational, ...],
+    has_halves: bool = False,
 ) -> Pieces:
     """Lay out an expression; cached, because steps, results and other parts show the same expressions."""
     rewritten_expression = use_constant_angles(multiply_numbers(expression), angles)
-    return _get_expression_layout(prismatic_numbers, lengths).lay_out(rewritten_expression)
+    return _get_expression_layout(prismatic_numbers, lengths, has_halves).lay_out(rewritten_expression)
 
 
 _get_expression_layout = lru_cache(maxsize=16)(_ExpressionLayout)

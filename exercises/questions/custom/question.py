@@ -228,7 +228,11 @@ class QuestionMaker:
 
     def compute_answer(self, stages: StageResults, _: Details) -> np.ndarray:
         """Return the answer, (rows, columns, …), in the arithmetic of the stages."""
-        value = self._compute(self.formulas[0], stages)
+        return self.compute_formula(self.formulas[0], stages)
+
+    def compute_formula(self, formula: ast.expr, stages: StageResults) -> np.ndarray:
+        """Return the rows of a formula that the answer has, (rows, columns, …), in the arithmetic of the stages."""
+        value = self._compute(formula, stages)
         if self.definition.rows and count_axes(value) != 1:
             shape = describe_shape(value)
             raise FormulaError(f"rows are names of the entries of a vector, but the answer is {shape}", "rows")

@@ -361,6 +361,35 @@ def test_accelerations_and_own_symbols_may_be_typed(tmp_path: Path) -> None:
     assert judge_answer(problem, problem.parts[0].answer.as_typed().replace("m*", "1.0*m*")) == "correct"
 
 
+def test_halves_are_fractions_unless_lengths_are_numbers(tmp_path: Path) -> None:
+    question = 'prompt = "x"\nanswer = "m/2*dot(o1, o1)"\nunits = {m = "kg"}'
+    problem = make_problem(tmp_path, question, more='variation = "chapter"\n')
+    assert r"\tfrac{1}{2} a_{1}^{2} m" in write_solution(problem, problem.parts[0])
+    definition = Definition("mine", "a2*p.x/2", (("en", Texts("Mine", "x")),))
+    problem = generate("planar-2r/3", ["mine"], definitions=[definition])  # a2 is 0.35 m
+    assert "0.175 a_{1}" in write_solution(problem, problem.parts[0])
+
+
+@pytest.mark.parametrize(
+    ("answer", "is_right"),
+    [("M = m*a1^2", True), ("M := m*a1^2", True), ("M = 2*m*a1^2", False), ("m = m*a1^2", False), ("M = M*a1^2", True)],
+)
+def test_an_answer_may_have_a_capital_name_although_the_small_letter_is_a_symbol(
+    answer: str, is_right: bool, tmp_path: Path
+) -> None:
+    question = 'prompt = "x"\nanswer = "m*a1^2"\nunits = {m = "kg"}'
+    problem = make_problem(tmp_path, question, more='variation = "chapter"\n')
+    assert (judge_answer(problem, answer) is Outcome.CORRECT) == is_right
+
+
+def test_message_on_a_symbol_lists_no_symbols_of_other_questions(tmp_path: Path) -> None:
+    text = '[question.mine]\nprompt = "x"\nanswer = "p.x"\n[question.other]\nprompt = "x"\nanswer = "m*p.x"\n'
+    text += 'units = {m = "kg"}\n[[problem]]\nfamily = "planar-2r"\nquestions = ["mine", "other"]\n'
+    ((_, problem),) = make_assignment(tmp_path, text).generate_problems("s1")
+    reasons = [judge(problem, part, "k*a1", "seed").reason for part in problem.parts]
+    assert [", m, " in reason for reason in reasons] == [False, True]
+
+
 def test_preview_shows_the_problems_of_one_student(tmp_path: Path) -> None:
     text = '[question.mine]\nprompt = "At {pose}"\nanswer = "p"\ngiven = ["pose"]\n'
     assignment = make_assignment(tmp_path, text + '[[problem]]\nfamily = "planar-2r"\nquestions = ["mine"]\n')
