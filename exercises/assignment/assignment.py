@@ -28,7 +28,7 @@ from qdot.exercises.assignment.front_page import FrontPage, read_front_page
 from qdot.exercises.assignment.gradebook import Gradebook, normalize_identifier, read_export
 from qdot.exercises.assignment.late_rule import LateRule, add_time_zone, read_late_rule
 from qdot.exercises.assignment.replacements import Replacements, read_replacements
-from qdot.exercises.common.errors import ErrorList, QdotError, count_noun, make_name_error
+from qdot.exercises.common.errors import ErrorList, KeyReason, QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
 from qdot.exercises.common.variation import DEFAULT_VARIATION, find_canonical_name
@@ -235,8 +235,8 @@ class Slot:
                 self.make_id_from_seed(seed), points=self.points, family=self.family, definitions=self.definitions
             )
         except generation.InapplicableQuestion as error:
-            location = next(definition.location for definition in self.definitions if definition.name == error.name)
-            raise QdotError(f"{location}: {error}") from None
+            definition = next(definition for definition in self.definitions if definition.name == error.name)
+            raise QdotError(f"{definition.find_location(error.key)}: {error}") from None
         roundings, rules = dict(self.decimals), dict(self.credit)
         parts = tuple(
             replace(part, rounding=roundings.get(part.name, part.rounding), credit=rules.get(part.name, Credit()))
@@ -582,16 +582,19 @@ def check_definition_on_family(
     Return warnings. Raise QdotError, which begins with the key, if a check fails, for example because a number is the
     same for all given values.
     """
-    answer_key = "options" if definition.options else "answer"
     try:
         generation.check_questions(family, (definition.name,), band, variation, convention, (definition,))
+    except generation.InapplicableQuestion as error:
+        raise QdotError(f"{error.key or definition.answer_key}: {error}") from None
     except QdotError as error:
-        raise QdotError(f"{answer_key}: {error}") from None
+        raise QdotError(f"{definition.answer_key}: {error}") from None
     identity = ProblemId(family.name, 0, (definition.name,), variation=variation, convention=convention)
     problem = generation.generate(identity, family=family, definitions=(definition,))
     maker = QuestionMaker(definition)
     if (number_objection := maker.find_objection_to_numbers(problem.chain)) is not None:
         raise QdotError(f"{number_objection} (for an arm of {family.name})")
+    if (unit_objection := maker.find_wrong_unit(problem.chain)) is not None:
+        raise QdotError(f"unit: for {family.name}, {unit_objection}")
     for language, texts in definition.texts:
         wording = Wording(problem.chain, load_catalogue(language))
         for key, text in texts.list_texts():
@@ -603,8 +606,12 @@ def check_definition_on_family(
             except QdotError as error:
                 prefix = "" if language == ENGLISH else f"{language}."
                 raise QdotError(f"{prefix}{key}: {error}") from None
-    location = definition.location or definition.name
-    return [f"{location}: for {family.name}, {warning}" for warning in maker.list_warnings(problem.chain)]
+    warnings = maker.list_warnings(problem.chain)
+    keys = [warning.key if isinstance(warning, KeyReason) else "" for warning in warnings]
+    return [
+        f"{definition.find_location(key)}: for {family.name}, {warning}"
+        for key, warning in zip(keys, warnings, strict=True)
+    ]
 
 
 def _choose_twist_order(setting: str | None, default: str | None, family: Family, convention: str) -> str:

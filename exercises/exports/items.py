@@ -6,7 +6,7 @@ each question that can't be asked.
 """
 
 import re
-from collections.abc import Generator, Iterable
+from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, NamedTuple
 
@@ -18,8 +18,15 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.bank import convert_bank
 from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.known_wrong_answers import is_divided_by_zero
 from qdot.exercises.exports.numeric_part import NumericPart, ask_in_numbers
-from qdot.exercises.exports.platform_markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
+from qdot.exercises.exports.platform_markup import (
+    Picture,
+    draw_arm,
+    draw_prompt_figure,
+    draw_solution_figure,
+    write_line_html,
+)
 from qdot.exercises.mistakes.base import add_chapter_to_reference
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE, ConditionSet, Matching, Number, Selection, Words
@@ -230,6 +237,25 @@ def group_by_category(items: Iterable[QuizItem]) -> dict[ItemCategory, list[Quiz
     return groups
 
 
+def append_boxes(body: str, form: ItemForm, boxes: Sequence[str]) -> str:
+    """Return the HTML of a text followed by several boxes for numbers, in a column with names or as a matrix.
+
+    `boxes` are in the platform's notation, one for each field. With a single box, return only the text.
+    """
+    if not isinstance(form, NumberForm) or len(boxes) < 2:
+        return body
+    remaining_boxes = iter(boxes)
+
+    def describe(field: NumberField | str) -> str | dict[str, str]:
+        if isinstance(field, str):
+            return field
+        return {"label": write_line_html(f"${field.label}$"), "unit": field.unit, "box": next(remaining_boxes)}
+
+    rows = [list(map(describe, row)) for row in form.rows]
+    fields = render("exports/number-fields.html.j2", rows=rows, column=len(form.rows[0]) == 1)
+    return f"{body}\n{fields.strip()}"
+
+
 def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part) -> QuizItem | None:
     """Return a part of a problem as an item without the variant's key; None if the part can't be asked."""
     explains_mistakes = request.includes_feedback("mistake")
@@ -376,25 +402,30 @@ def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, e
     answer = numeric_part.part.answer_as(Number)
     (rows, columns), is_count = numeric_part.values.shape, answer.is_count
 
-    def compute_tolerance(value: float) -> float:
-        if is_count:
-            return 0.0
-        if part.rounding is not None:
-            return max(part.rounding.relative * abs(value), part.rounding.absolute, 1e-9 * abs(value))
-        return max(answer.tolerance * abs(value), answer.floor)
-
+    if is_count:
+        relative_tolerance, absolute_tolerance = 0.0, 0.0
+    elif part.rounding is not None:
+        errors = part.rounding.errors_of_entries
+        relative_tolerance = max(part.rounding.relative, 1e-9)
+        absolute_tolerance = errors[index] if errors else part.rounding.absolute
+    else:
+        relative_tolerance, absolute_tolerance = answer.tolerance, answer.floor
     value = float(numeric_part.values.ravel()[index])
-    tolerance = compute_tolerance(value)
+    tolerance = max(relative_tolerance * abs(value), absolute_tolerance)
     values_with_tolerance, wrong_values = [(value, tolerance)], list[WrongValue]()
     for feedback, values in numeric_part.wrong_answers if explains_mistakes else ():
-        wrong_value = float(values.ravel()[index]) if values.shape == numeric_part.values.shape else np.nan
-        wrong_tolerance = compute_tolerance(wrong_value)
+        if values.shape != numeric_part.values.shape or is_divided_by_zero(values, numeric_part.values):
+            continue
+        wrong_value = float(values.ravel()[index])
+        wrong_tolerance = relative_tolerance * abs(wrong_value)
+        if absolute_tolerance < abs(wrong_value) / 2:  # no range of wrong values contains zero
+            wrong_tolerance = max(wrong_tolerance, absolute_tolerance)
         is_zero = abs(wrong_value) <= 1e-9 and not is_count  # zero is left out, because many mistakes lead to it
         is_new = all(
             abs(wrong_value - earlier_value) > wrong_tolerance + earlier_tolerance
             for earlier_value, earlier_tolerance in values_with_tolerance
         )
-        if is_new and np.isfinite(wrong_value) and not is_zero:
+        if is_new and not is_zero:
             values_with_tolerance.append((wrong_value, wrong_tolerance))
             wrong_values.append(WrongValue(wrong_value, wrong_tolerance, feedback))
     row, column = divmod(index, columns)

@@ -65,8 +65,8 @@ def _make_question(item: items.QuizItem, key: str) -> MoodleQuestion:
     numbered_boxes = [f"{{#{number}}}" for number in range(1, len(boxes) + 1)]
     return MoodleQuestion(
         make_moodle_name(item.title), _name_question_type(form), item.points,
-        body=_append_boxes(body, form, [box.notation for box in boxes]),
-        body_with_numbered_boxes=_append_boxes(body, form, numbered_boxes), files=_encode_pictures(item.body),
+        body=items.append_boxes(body, form, [box.notation for box in boxes]),
+        body_with_numbered_boxes=items.append_boxes(body, form, numbered_boxes), files=_encode_pictures(item.body),
         solution=_write_html(item.solution), solution_files=_encode_pictures(item.solution),
         id_number=f"{key}-{item.key}"[-MAX_ID_LENGTH:], tags=("qdot", *item.category[1:]),
         hints=tuple(map(platform_markup.write_html, item.hints)), boxes=boxes,
@@ -166,22 +166,6 @@ def _make_filler_number(length: int) -> str:
     '-1.23456E+99'
     """
     return f"-1.{'23456789' * 3}"[: length - 4] + "E+99"
-
-
-def _append_boxes(body: str, form: items.ItemForm, box_texts: Sequence[str]) -> str:
-    """Return a text followed by several boxes, in a column with names or as a matrix; with one box, only the text."""
-    if not isinstance(form, items.NumberForm) or len(box_texts) < 2:
-        return body
-    boxes = iter(box_texts)
-
-    def describe(field: items.NumberField | str) -> str | dict[str, str]:
-        if isinstance(field, str):
-            return field
-        return {"label": platform_markup.write_line_html(f"${field.label}$"), "unit": field.unit, "box": next(boxes)}
-
-    rows = [list(map(describe, row)) for row in form.rows]
-    fields = render("exports/moodle-fields.html.j2", rows=rows, column=len(form.rows[0]) == 1)
-    return f"{body}\n{fields.strip()}"
 
 
 def _escape_feedback(feedback: str) -> str:

@@ -116,12 +116,14 @@ MAX_DIGITS = 15
 class Rounding:
     """The error that an assignment allows for decimals: relative to the value's size, or absolute in SI units.
 
-    `words` describe the error, as in "to three significant digits" or "within 0.01 rad/s".
+    `words` describe the error, as in "to three significant digits" or "within 0.01 rad/s". If the entries of a vector
+    have different absolute errors, `errors_of_entries` are these, and `absolute` is the smallest of them.
     """
 
     relative: float = 0.0
     absolute: float = 0.0
     words: str = ""
+    errors_of_entries: tuple[float, ...] = field(default=(), repr=False)
 
     def count_digits(self, value: float) -> int:
         """Return how many significant digits state a value within this error.

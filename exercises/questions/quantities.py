@@ -91,13 +91,20 @@ class FrameName(NamedTuple):
 
 
 def parse_frame_name(name: str, chain: Chain) -> FrameName | None:
-    """Return the parts of a name such as R12; None for other names, and for frames that the arm does not have."""
+    """Return the parts of a name such as R12; None for other names.
+
+    Raises FormulaError for frames that the arm does not have.
+    """
     match = _FRAME_NAME.fullmatch(name)
-    if match is None or not has_frames(chain):
+    if match is None:
         return None
+    if not has_frames(chain):
+        raise FormulaError(f"{name!r} needs a DH table, but this arm is described by screw axes")
     axis, frame, matrix, first_frame, last_frame = match.groups()
     frame_name = FrameName(axis or matrix, int(frame or first_frame), int(frame or last_frame))
-    return frame_name if max(frame_name.first_frame, frame_name.last_frame) <= chain.n else None
+    if max(frame_name.first_frame, frame_name.last_frame) > chain.n:
+        raise FormulaError(f"{name!r}: the frames of this arm have the numbers 0 to {chain.n}")
+    return frame_name
 
 
 def list_result_names(chain: Chain) -> list[str]:

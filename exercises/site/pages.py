@@ -26,6 +26,8 @@ SCRIPT_SOURCES = {
     "course": "src/course/main.tsx", "package": "src/course/package.tsx", "pages": "src/pages/main.ts",
 }  # fmt: skip
 """The source of each script that pages load; "package" is for packages for learning platforms (`exports.scorm`)."""
+NODE_VERSION = "Node 20.19 or later"
+"""The versions of Node that build the scripts, as in site/package.json. Node includes npm."""
 HOME_CONFIGURATION = {"theta1": math.radians(15), "theta2": math.radians(100)}
 """The initial configuration of the arm on the home page, from which readers drag P across the drawing."""
 LESSON_CONFIGURATION = {"theta1": math.radians(60), "theta2": math.radians(100)}
@@ -62,13 +64,23 @@ def find_docs_folder() -> Path | None:
     return find_folder("site_docs", "docs")
 
 
-def find_assets() -> Assets | None:
-    """Return the scripts and styles that `npm run build` made, or None if there are none.
-
-    Raises QdotError if they belong to another version of qdot.
-    """
+def find_assets() -> Assets:
+    """Return the built scripts and styles. Raises QdotError if there are none, or those of another version of qdot."""
     folder = find_folder("site_dist", "site/dist")
-    return None if folder is None else read_assets(folder)
+    if folder is not None:
+        return read_assets(folder)
+    raise QdotError(f"the site's scripts, which pages and SCORM packages need, are not there; {_explain_build()}")
+
+
+def _explain_build() -> str:
+    """Return how to get the built scripts, in a checkout or after an installation from the source."""
+    source_folder = Path(__file__).resolve().parents[2] / "site"
+    if (source_folder / "package.json").is_file():
+        return f"install {NODE_VERSION}, then run `npm ci` and `npm run bundle` in {source_folder}"
+    return (
+        f"qdot was installed from its source on a machine without Node: install {NODE_VERSION}, then install qdot "
+        "again, or install a wheel that contains them (docs/install.md)"
+    )
 
 
 def read_assets(folder: Path) -> Assets:
@@ -92,7 +104,7 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
     if missing_sources:
         raise QdotError(
             f"the site's scripts in {folder} are incomplete or from another version of qdot; these are missing: "
-            f"{', '.join(missing_sources)}; run `make site` to rebuild them"
+            f"{', '.join(missing_sources)}; {_explain_build()}"
         )
     return content
 

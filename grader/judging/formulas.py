@@ -170,9 +170,9 @@ def describe_unknown_symbols(parsed: ParsedAnswer, domain: Domain) -> str:
 
 
 def judge_numbers(
-    parsed: ParsedAnswer, reference: Sequence[float], units: Sequence[str], tolerance: float, floor: float
+    parsed: ParsedAnswer, reference: Sequence[float], units: Sequence[str], tolerance: float, floors: Sequence[float]
 ) -> Judgement:
-    """Judge numbers. Each number is correct within a relative tolerance, or within the absolute error `floor`.
+    """Judge numbers. Each number is correct within a relative tolerance, or within an absolute error, its floor.
 
     The share is computed as for a vector: numbers that are zero earn nothing.
     """
@@ -180,16 +180,22 @@ def judge_numbers(
     entries = [ZERO if blank else entry for blank, entry in zip(is_blank, parsed.entries, strict=True)]
     values = _evaluate_numbers(entries)
     with np.errstate(all="ignore"):
-        is_close = np.isfinite(values) & (np.abs(values - expected) <= np.maximum(tolerance * np.abs(expected), floor))
+        is_close = np.isfinite(values) & (np.abs(values - expected) <= np.maximum(tolerance * np.abs(expected), floors))
     is_correct = [bool(flag) for flag in is_close & ~np.array(is_blank)]
     if all(is_correct):
-        max_error = f"{100 * tolerance:g} %" if tolerance else f"{floor:g} {units[0]}".strip()
+        max_error = (
+            f"{100 * tolerance:g} %"
+            if tolerance
+            else ", ".join(
+                dict.fromkeys(f"{floor:g} {unit}".strip() for floor, unit in zip(floors, units, strict=True))
+            )
+        )
         judgement = correct_judgement(Certificate("numeric", 1, 0.0), f"right to {max_error}")
     else:
         wrong_index = is_correct.index(False)
-        is_zero = [abs(value) <= floor for value in reference]
+        is_zero = [abs(value) <= floor for value, floor in zip(reference, floors, strict=True)]
         answer_value = "blank" if is_blank[wrong_index] else to_json_number(complex(values[wrong_index]))
-        digits = max(SHOWN_DIGITS, Rounding(tolerance, floor).count_digits(reference[wrong_index]))
+        digits = max(SHOWN_DIGITS, Rounding(tolerance, floors[wrong_index]).count_digits(reference[wrong_index]))
         example = EntryDifference(wrong_index, {}, answer_value, float(f"{reference[wrong_index]:.{digits}g}"))
         count_words = _describe_correct_count(is_correct, is_blank, is_zero, "numbers")
         subject = "your number" if len(reference) == 1 else f"number {wrong_index + 1}"

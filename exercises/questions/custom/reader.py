@@ -11,8 +11,9 @@ import pydantic
 from qdot.exercises.common.errors import ErrorList, QdotError, make_name_error
 from qdot.exercises.common.input_file import TomlFile, read_toml
 from qdot.exercises.formula.equality import Rounding
+from qdot.exercises.formula.names import FUNCTIONS, normalize_name
 from qdot.exercises.formula.units import parse_unit
-from qdot.exercises.problem.rounding import parse_rounding
+from qdot.exercises.problem.rounding import Tolerance, parse_rounding, parse_tolerance
 from qdot.exercises.questions.custom.definition import (
     GIVEN_GROUPS,
     SAMPLED_KINDS,
@@ -25,10 +26,12 @@ from qdot.exercises.questions.custom.definition import (
 )
 from qdot.exercises.questions.custom.question import make_question
 from qdot.exercises.questions.custom.texts import check_latex, check_text, check_title
-from qdot.exercises.questions.custom.units import UNIT_FORM, is_si_unit
+from qdot.exercises.questions.custom.units import check_si_unit
 from qdot.exercises.reference_answers import LETTERS
 
 ONLY_NUMBERS = "only numbers have {}; with given values, a formula becomes a number"
+RESERVED_NAMES = {*FUNCTIONS, "pi"}
+"""Names that can't be those of symbols, because students' answers contain them with another meaning."""
 MAX_TEXT_LENGTH, MAX_OPTIONS, HINT_COUNT = 5000, len(LETTERS), 3
 
 
@@ -83,7 +86,8 @@ class QuestionEntry(pydantic.BaseModel):
     digits: int = pydantic.Field(default=3, ge=2, le=9)
     """The number of significant digits that a numeric answer needs."""
     tolerance: str | None = None
-    """The error that a numeric answer may have, instead of `digits`."""
+    """The error that a numeric answer may have, or the errors of its entries, as in "0.01 rad/s, 0.01 m/s"; instead of
+    `digits`."""
     up_to_factor: bool = False
     """Whether every nonzero multiple of a vector of formulas is also correct, as for a direction."""
     points: float = pydantic.Field(default=1.0, gt=0, lt=1e6)
@@ -109,7 +113,8 @@ FORMS = {
     "units": 'expected a table, as in units = {m = "kg", g = "m/s^2"}',
     "unit": 'expected a unit, as in unit = "m/s", or one for each entry, as in unit = "rad/s, m/s"',
     "digits": "expected a whole number from 2 to 9, as in digits = 3",
-    "tolerance": 'expected a tolerance with its unit in quotes, as in tolerance = "0.01 m/s"',
+    "tolerance": 'expected a tolerance with its unit in quotes, as in tolerance = "0.01 m/s", or one for each entry, '
+    'as in tolerance = "0.01 rad/s, 0.01 m/s"',
     "up_to_factor": "expected true or false, without quotes",
     "points": "expected a positive number, as in points = 2",
     "hints": "expected a list of three texts, from vague to detailed",
@@ -172,6 +177,7 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
         with file.locate_errors("question", name):
             raise QdotError("a question needs either an answer or options")
     _check_texts(file, name, entry)
+    _check_keys_of_answer(file, name, entry)
     _check_options_and_units(file, name, entry)
     with file.locate_errors("question", name, "options"):
         options = _read_options(entry)
@@ -182,22 +188,28 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
             raise QdotError(ONLY_NUMBERS.format("a unit"))
     with file.locate_errors("question", name, "digits" if entry.tolerance is None else "tolerance"):
         rounding = _read_rounding(entry)
-    answer_key = "answer" if entry.options is None else "options"
     title = entry.title or name.replace("-", " ").capitalize()
     texts = [("en", Texts(title, entry.prompt, tuple(entry.hints), entry.solution))]
     if entry.de is not None:
         texts.append(("de", Texts(entry.de.title or "", entry.de.prompt, tuple(entry.de.hints), entry.de.solution)))
     definition = Definition(
         name, entry.answer or "", tuple(texts), options, given, tuple(entry.rows), tuple(sorted(entry.units.items())),
-        entry.unit, rounding, entry.up_to_factor, entry.points,
-        file.describe_value("question", name, answer_key),
+        entry.unit, rounding, entry.up_to_factor, entry.points, _locate_keys(file, name, table),
     )  # fmt: skip
-    with file.locate_errors("question", name, answer_key):
+    with file.locate_errors("question", name, definition.answer_key):
         question = make_question(definition)  # parses the formulas
     with file.locate_errors("question", name, "up_to_factor"):
         if entry.up_to_factor and (question.compute is None or given):
             raise QdotError("only a vector of formulas can count up to a factor; leave this key out")
     return definition
+
+
+def _locate_keys(file: TomlFile, name: str, table: dict[str, Any]) -> dict[str, str]:
+    """Return the file, the line and the key of each value of a question, by key; given.m is a key in a table."""
+    key_paths: list[tuple[str, ...]] = [(key,) for key in table]
+    tables = {key: value for key, value in table.items() if key in ("given", "units") and isinstance(value, dict)}
+    key_paths += [(key, inner_key) for key, inner_table in tables.items() for inner_key in inner_table]
+    return {".".join(key_path): file.describe_value("question", name, *key_path) for key_path in key_paths}
 
 
 def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
@@ -221,6 +233,32 @@ def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
             check_title(texts.title or "", file.text)
 
 
+NAMES_OF_ANSWERS = {
+    "shown": "options", "rows": "a vector", "up_to_factor": "a vector of formulas", "given": "a formula as the answer",
+    "unit": "numbers", "digits": "numbers", "tolerance": "numbers", "units": "formulas",
+}  # fmt: skip
+"""The keys that not all questions have, and what has them."""
+
+
+def _check_keys_of_answer(file: TomlFile, name: str, entry: QuestionEntry) -> None:
+    """Raise QdotError with the line of a key that has no meaning for the question's kind of answer."""
+    is_text = entry.answer == TEXT_ANSWER
+    has_formula_option = entry.shown == "formula" or any(
+        isinstance(option, OptionEntry) and option.formula is not None for option in entry.options or ()
+    )
+    meaningless = {"shown"} if entry.options is None else {*NAMES_OF_ANSWERS} - {"shown", "units"}
+    if is_text:
+        meaningless = {*NAMES_OF_ANSWERS}
+    if entry.options is not None and not has_formula_option:
+        meaningless.add("units")
+    for key in entry.model_fields_set & meaningless:
+        kind = "a text" if is_text else "options" if entry.options is not None else "an answer"
+        with file.locate_errors("question", name, key):
+            raise QdotError(
+                f"only {NAMES_OF_ANSWERS[key]} can have this key, but this question has {kind}; leave it out"
+            )
+
+
 def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) -> None:
     """Raise QdotError with the line and the key of an option, a name of a row or a unit that qdot can't show."""
     with file.locate_errors("question", name, "options"):
@@ -232,13 +270,18 @@ def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) ->
     with file.locate_errors("question", name, "rows"):
         for row_name in entry.rows:
             check_latex(row_name)
-    for key, units in (("unit", split_units(entry.unit)), ("units", entry.units.values())):
-        with file.locate_errors("question", name, key):
-            for unit in units:
-                if entry.unit and key == "unit" and not unit:
-                    raise QdotError("each entry needs a unit between the commas; write 1 for a number without a unit")
-                if not is_si_unit(unit):
-                    raise QdotError(f"{unit!r} is not a unit that qdot knows; {UNIT_FORM}")
+    with file.locate_errors("question", name, "unit"):
+        for unit in split_units(entry.unit):
+            if entry.unit and not unit:
+                raise QdotError("each entry needs a unit between the commas; write 1 for a number without a unit")
+            check_si_unit(unit)
+    for symbol_name, unit in entry.units.items():
+        with file.locate_errors("question", name, "units", symbol_name):
+            if not re.fullmatch(r"[A-Za-z]\w*", symbol_name, re.ASCII) or symbol_name in RESERVED_NAMES:
+                raise QdotError("the name of a symbol has letters and digits, as in m, m1 or F")
+            if normalize_name(symbol_name) != symbol_name:
+                raise QdotError(f"write the name as {normalize_name(symbol_name)}, as students type it")
+            check_si_unit(unit)
 
 
 MIN_TOLERANCE = 1e-9
@@ -256,16 +299,38 @@ def _read_rounding(entry: QuestionEntry) -> Rounding | None:
         return parse_rounding(entry.digits)
     if sets_digits:
         raise QdotError("a number has either digits or a tolerance")
-    rounding = parse_rounding(entry.tolerance)
-    if rounding is None or entry.tolerance is None:
-        raise QdotError(FORMS["tolerance"])
-    units = [parse_unit(unit) for unit in split_units(entry.unit) if unit]
-    tolerance_unit = parse_unit(entry.tolerance.strip().lstrip("0123456789.eE+- "))
-    if tolerance_unit and any(unit and tolerance_unit.dimension != unit.dimension for unit in units):
-        raise QdotError(f"the unit of the tolerance doesn't fit: the answer is in {entry.unit}")
-    if rounding.absolute < MIN_TOLERANCE:
+    units = split_units(entry.unit)
+    tolerances = [parse_tolerance(text, FORMS["tolerance"]) for text in split_units(entry.tolerance)]
+    if len(tolerances) > 1 and len(units) not in (1, len(tolerances)):
+        counts = f"{len(tolerances)} tolerances, but `unit` has {len(units)} units"
+        raise QdotError(f"it has {counts}; write one for each entry, or one for all entries")
+    pairs = zip(
+        tolerances if len(tolerances) > 1 else tolerances * len(units),
+        units if len(units) > 1 else units * len(tolerances), strict=True,
+    )  # fmt: skip
+    for tolerance, unit in pairs:
+        _check_tolerance(tolerance, unit, entry.unit)
+    sizes = tuple(tolerance.size for tolerance in tolerances)
+    words = dict.fromkeys(tolerance.words for tolerance in tolerances)
+    is_same = len(words) == 1
+    all_words = next(iter(words)) if is_same else ", ".join(tolerance.words for tolerance in tolerances)
+    return Rounding(0.0, min(sizes), all_words, sizes if len(sizes) > 1 else ())
+
+
+def _check_tolerance(tolerance: Tolerance, unit_text: str, all_units: str) -> None:
+    """Raise QdotError if the tolerance of an entry is too small, or does not fit the unit of the entry."""
+    unit = parse_unit(unit_text) if unit_text else None
+    if unit is not None and unit_text != "1" and not tolerance.unit_text:
+        raise QdotError(f'its unit is missing; write, for example, tolerance = "{tolerance.amount_text} {unit_text}"')
+    if unit is not None and tolerance.unit.dimension != unit.dimension:
+        several = ", one for each entry" if "," in all_units else ""
+        example = ", ".join(f"0.01 {each}" for each in split_units(all_units))
+        raise QdotError(
+            f"the unit of the tolerance doesn't fit: the answer is in {all_units}; write a tolerance{several}, as in "
+            f'tolerance = "{example}"'
+        )
+    if tolerance.size < MIN_TOLERANCE:
         raise QdotError(f"the tolerance must be at least {MIN_TOLERANCE:g}, because references have ten digits")
-    return rounding
 
 
 def _read_options(entry: QuestionEntry) -> tuple[Option, ...]:
@@ -308,10 +373,10 @@ def _read_given(entry: QuestionEntry) -> tuple[GivenValue, ...]:
 
 def _read_given_value(name: str, value: str | float | list[float]) -> GivenValue:
     if name in GIVEN_GROUPS:
-        raise QdotError(f'write given = ["{name}"], or name each symbol')
+        raise QdotError(f'{name}: write given = ["{name}"], or name each symbol')
     if isinstance(value, str):
         if value not in SAMPLED_KINDS:
-            raise make_name_error("kind of value", value, tuple(SAMPLED_KINDS))
+            raise QdotError(f"{name}: {make_name_error('kind of value', value, tuple(SAMPLED_KINDS))}")
         return GivenValue(name, value)
     limits = value if isinstance(value, list) else [value, value]
     if len(limits) != 2 or not limits[0] <= limits[1] or not all(abs(limit) < 1e6 for limit in limits):

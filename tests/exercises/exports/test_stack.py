@@ -226,7 +226,11 @@ def make_script(quiz: ET.Element, prelude: str) -> tuple[str, list[str]]:
         for test in question.findall("qtest"):
             value, note = get_text(test, "testinput/value"), get_text(test, "expected/expectedanswernote")
             if note == "NULL":
-                assert value == "qdot_unknown(1)" and not get_text(test, "expected/expectedscore")
+                assert not get_text(test, "expected/expectedscore")
+                if value != "qdot_unknown(1)":  # no function of qdot, but STACK reports it
+                    validator = get_text(question, "input/options").removeprefix("validator:")
+                    lines.append(f'print("RAN", "{q} is invalid:", is({validator}({value}) # ""));')
+                    expected.append(f"RAN {q} is invalid: true")
                 continue
             label = f"{q} {get_text(test, 'testcase')}"
             lines.append(f"ans1: {value}; {get_text(tree, 'feedbackvariables/text')}")
@@ -290,7 +294,30 @@ FORMULAS = [
     (AMISS.format("matrix([2*s1, -2*s2])", "matrix([-sin(theta1), sin(theta2)])", [1, 2]), "2"),
     (AMISS.format("matrix([1, 7])", "matrix([1, 1])", []), "0"),
 ]  # fmt: skip
+# The names are those that qdot's own grader reads; STACK doesn't count an invalid answer as an attempt.
+CHECK_FORMULA, INVALID = 'is(qdot_check_formulas({}) # "")', "true"
+FORMULAS += [
+    *((CHECK_FORMULA.format(typed), "false") for typed in ("a_1*sin(theta_2)", "t1 + q2", "C12 + s_1", "th12 - a1*a2")),
+    *(
+        (CHECK_FORMULA.format(typed), INVALID)
+        for typed in ("unknown*s1", "s1 = 1", "{s1}", "#pm#s1", "matrix([s1, x])")
+    ),
+    (SAME.format("a_1*sin(theta_2) + c_1 + t2", "a1*sin(theta2) + cos(theta1) + theta2"), "1"),
+    (SAME.format("S_12*dtheta1 + th12", "sin(theta1 + theta2)*qd1 + theta1 + theta2"), "1"),
+]
+COVERED = "block([c: qdot_claims({}), t: [theta2 = %pi/2, theta2 = -%pi/2]], [qdot_covered(c, t), qdot_beyond(c, t)])"
+CHECK_SET = 'is(qdot_check_set({}) # "")'
+TYPED_SETS = {
+    "{theta2 = %pi/2, theta2 = -%pi/2}": "[2,0]", "{theta_2 = %pi/2 + k*%pi}": "[2,0]", "cos(t2) = 0": "[2,0]",
+    "theta2 = #pm#(%pi/2)": "[2,0]", "theta2 = %pi/2 nounor theta2 = 3*%pi/2": "[2,0]", "{q2 = %pi/2, -%pi/2}": "[2,0]",
+    "th2 = [%pi/2, -%pi/2]": "[2,0]", "2*theta2 = (2*n + 1)*%pi": "[2,0]", "[-%pi/2 = theta2]": "[1,0]",
+    "{theta2 = k*%pi/2}": "[2,2]", "{theta2 = theta1}": "[0,1]", "{theta2 = %pi/2, theta1 = 0, theta1 = %pi}": "[1,1]",
+}  # fmt: skip
+UNREAD_SETS = ("{0, %pi}", "{theta3 = 0}", "{theta2}", "{theta2*sin(theta2) = 0}", "{theta2 = 1.571}", "{theta2 = x}")
 SETS = [
+    *((COVERED.format(typed), counts) for typed, counts in TYPED_SETS.items()),
+    *((CHECK_SET.format(typed), "false") for typed in TYPED_SETS),
+    *((CHECK_SET.format(typed), INVALID) for typed in UNREAD_SETS),
     ("qdot_covered([theta2 = 0.5], [theta2 = 1/2])", "1"),
     ("qdot_covered([theta2 = 2*%pi + 1/2], [theta2 = 1/2])", "1"),
     ("qdot_covered([theta2 = 180], [theta2 = %pi])", "0"),
@@ -309,7 +336,8 @@ def test_typed_answers_are_judged_as_by_qdot(
     quiz: ET.Element, tmp_path: Path, name: str, cases: list[tuple[str, str]]
 ) -> None:
     """Shorthand, lengths by name, decimals, sets: STACK's question gives the same verdict in Maxima as qdot."""
-    lines = [COMMON, get_text(find_question(quiz, name), "questionvariables/text")]
+    operators = 'prefix("#pm#"); infix("nounor", 60, 60);'  # STACK has these operators for +- and or
+    lines = [COMMON, operators, get_text(find_question(quiz, name), "questionvariables/text")]
     lines += [f'print("RAN", {typed});' for typed, _ in cases]
     printed = [line for line in run_maxima("\n".join(lines).replace(";", "$"), tmp_path) if line.startswith("RAN")]
     expected = [f"RAN {value}" for _, value in cases]

@@ -579,7 +579,7 @@ def test_a_number_is_marked_to_the_precision_that_its_prompt_states(
 def test_custom_question_with_the_formula_of_a_built_in_question_has_its_answer(name: str) -> None:
     family = "planar-3r" if name == "gram-determinant" else "planar-2r"
     chain, part = (problem := generate(f"{family}/3", [name])).chain, problem.parts[0]
-    rows = tuple(QUESTIONS[name].name_entries(chain, part.details))
+    rows = () if "determinant" in name else tuple(QUESTIONS[name].name_entries(chain, part.details))
     definition = Definition("mine", QUESTIONS[name].formula, (("en", Texts("Mine", "x")),), rows=rows)
     problem = generate(f"{family}/3", [name, "mine"], definitions=[definition])
     built_in, own = (part.answer.as_matrix() for part in problem.parts)
@@ -591,23 +591,46 @@ def test_custom_question_with_the_formula_of_a_built_in_question_has_its_answer(
     ("answer", "unit", "warning"),
     [
         ("norm(p) + theta1", "m", "adds quantities of different units"),
-        ("det(J)", "m^2", "its unit m^2 doesn't fit, because the answer is in m"),
+        ("sin(p.x)", "m", "a function of a quantity with a unit"),
         ("det(J)*d2", "m^2", None), ("norm(v)", "m/s", None), ("qd1*theta1", "rad/s", None), ("p.x*a1", "m^2", None),
-        ("norm(v)", "rad/s", "the answer is in m/s"), ("norm(v)", "m", "its unit m doesn't fit"),
-        ("norm(v)", "", "it has no unit, but the answer is in m/s"), ("qd1", "m", "is in rad/s or 1/s"),
-        ("qd1*p.x*10", "kg m/s", "its unit kg m/s doesn't fit, because the answer is in m/s"),
-        ("qd", "rad/s, m/s", None), ("qd", "rad/s", "different units (in rad/s or 1/s, in m/s); give each its own"),
-        ("qd", "", "different units"), ("qd", "m/s, rad/s", "different units"),
+        ("norm(v)", "", "it has no unit, but the answer is in m/s"),
+        ("qd1*p.x*10", "kg m/s", "its unit kg m/s doesn't fit, because the answer is in m/s; if a number in the"),
+        ("qd", "rad/s, m/s", None), ("qd", "", "different units"),
+        ("a1 + theta1*qd1", None, "line 6: question: mine: answer = \"a1 + theta1*qd1\": for polar-rp, it has no unit"),
+        ("p.x + 0.3", None, "if a number in the formula has a unit"), ("[p.x, theta1*qd2^2/2]", None, None),
+        ("transpose(J)*f", None, None), ("ddt(v)", None, None),
     ],
 )  # fmt: skip
-def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str, warning: str | None, tmp_path: Path) -> None:
-    given = 'prompt = "{given}"\ngiven = ["pose", "rates"]'
-    question = f'[question.mine]\n{given}\nanswer = "{answer}"\nunit = "{unit}"\n'
+def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str | None, warning: str | None, tmp_path: Path) -> None:
+    given = 'prompt = "{given}"\ngiven = ["pose", "rates"]' if unit is not None else 'prompt = "x"\n'
+    rows = 'rows = ["v_x", "v_y"]\n' if "v)" in answer and unit is None else ""
+    unit_line = f'unit = "{unit}"\n' if unit is not None else rows
+    question = f'[question.mine]\n{given}\nanswer = "{answer}"\n{unit_line}'
     assignment = make_assignment(tmp_path, question + '[[problem]]\nfamily = "polar-rp"\nquestions = ["mine"]\n')
     notes = [note for note in assignment.notes if "mine" in note]
     assert bool(notes) == (warning is not None) and (warning is None or warning in notes[0])
     errors = runner.invoke(app, ["show", str(assignment.folder)]).stderr
     assert (warning or "") in errors and bool(errors) == (warning is not None)
+
+
+@pytest.mark.parametrize(
+    ("answer", "unit", "reason"),
+    [
+        ("det(J)", "m^2", "its unit m^2 doesn't fit, because the answer is in m"),
+        ("norm(v)", "rad/s", "the answer is in m/s"), ("norm(v)", "m", "its unit m doesn't fit"),
+        ("qd1", "m", "is in rad/s or 1/s"), ("qd", "m/s, rad/s", "different units"),
+        ("qd", "rad/s", "different units (in rad/s or 1/s, in m/s); give each its own"),
+        ("v", "m/s, m/s", "it has 2 units, but the answer has 3 entries"),
+        ("norm(v)", "mm/s", "'mm/s' is not an SI unit: write m/s"), ("norm(v)", "meter/sec", "write m/s"),
+    ],
+)  # fmt: skip
+def test_a_unit_that_is_certainly_wrong_is_refused_with_its_line(
+    answer: str, unit: str, reason: str, tmp_path: Path
+) -> None:
+    given = f'prompt = "{{given}}"\ngiven = ["pose", "rates"]\nanswer = "{answer}"\nunit = "{unit}"'
+    with pytest.raises(QdotError) as refused:
+        make_problem(tmp_path, given, "polar-rp")
+    assert f'line 7: question: mine: unit = "{unit}": ' in str(refused.value) and reason in str(refused.value)
 
 
 @pytest.mark.parametrize(
@@ -627,16 +650,31 @@ def test_numbers_may_have_different_units(text: str, is_right: bool, tmp_path: P
     assert "2 numbers in rad/s, m/s" in write_prompt(problem, part).replace("two", "2")
 
 
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("{0} rad/s, {1} m/s", Outcome.CORRECT), ("{2} rad/s, {1} m/s", Outcome.CORRECT),
+        ("{0} rad/s, {3} m/s", Outcome.PARTIAL), ("{2} rad/s, {4} m/s", Outcome.PARTIAL),
+    ],
+)  # fmt: skip
+def test_numbers_may_have_different_tolerances(text: str, expected: Outcome, tmp_path: Path) -> None:
+    """The rate may be off by 0.02 rad/s, the speed by 1 mm/s."""
+    given = 'prompt = "{given}"\ngiven = ["pose", "rates"]\nanswer = "qd"\nunit = "rad/s, m/s"'
+    problem = make_problem(tmp_path, f'{given}\ntolerance = "0.02 rad/s, 1 mm/s"', "polar-rp")
+    part = problem["mine"]
+    angle_rate, speed = map(float, part.answer_as(Number).reference)
+    typed = text.format(angle_rate, speed, angle_rate + 0.019, speed + 0.002, speed - 0.002)
+    assert judge_answer(problem, typed) is expected
+    assert "2 numbers in rad/s, m/s: within 0.02 rad/s, within 1 mm/s." in write_prompt(problem, part).replace(
+        "two", "2"
+    )
+    assert "in rad/s, m/s: auf 0,02 rad/s genau, auf 1 mm/s genau." in write_prompt(problem, part, "de")
+
+
 @pytest.mark.parametrize("unit", ['","', '"rad/s,"', '", m/s"', '["rad/s", "m/s"]'])
 def test_units_of_entries_are_a_text_without_gaps(unit: str, tmp_path: Path) -> None:
     given = f'prompt = "{{given}}"\ngiven = ["pose", "rates"]\nanswer = "qd"\nunit = {unit}'
     with pytest.raises(QdotError, match=r"line [0-9]+: question: mine: unit = .*each entry"):
-        make_problem(tmp_path, given, "polar-rp")
-
-
-def test_each_entry_has_one_unit(tmp_path: Path) -> None:
-    given = 'prompt = "{given}"\ngiven = ["pose", "rates"]\nanswer = "v"\nunit = "m/s, m/s"'
-    with pytest.raises(QdotError, match="`unit` has 2 units, but the answer has 3 entries"):
         make_problem(tmp_path, given, "polar-rp")
 
 
@@ -797,9 +835,15 @@ def test_platforms_ask_for_numbers_in_words_for_numbers(tmp_path: Path) -> None:
 
 BAD = {
     'given = ["pose"]\nunit = "m"\nanswer = "norm(z0)"': "it is 1 for all given values (for an arm of planar-2r)",
-    'answer = "ddt(o1 + o7)"': "unknown name 'o7'", 'answer = "foo(p)"': "unknown function 'foo'",
+    'answer = "ddt(o1 + o7)"': "'o7': the frames of this arm have the numbers 0 to 2",
+    'answer = "foo(p)"': "unknown function 'foo'",
     'answer = "p*p"': "write dot(a, b) or cross(a, b)", 'answer = "det(Jv)"': "needs a square matrix",
-    'answer = "(p"': "is not a formula", 'answer = "p - p"': "always zero", 'answer = "1"': "the same everywhere",
+    'answer = "det(J"': "is not a formula: the bracket ( at character 4 is not closed",
+    'answer = "p)"': "the bracket ) at character 2 does not close a bracket",
+    'answer = "v = J*qd"': "leave out = and what is before it",
+    'answer = "a1^2 theta1"': "at character 6; write products with *",
+    "answer = '\\frac{p}{2}'": "without LaTeX", 'answer = "sin"': "'sin' is a function; write its arguments",
+    'answer = "p - p"': "always zero", 'answer = "1"': "the same everywhere",
     'answer = "p.w"': ".x, .y and .z", 'answer = "J[3, 1]"': "row 1 and column 2",
     'answer = "zeros(det(J), v.x)"': "but these also contain qd1, qd2",
     'answer = "norm(v)"\ngiven = ["pose", "rates"]\ntolerance = "1e-300 m/s"': "at least 1e-09",
@@ -807,7 +851,7 @@ BAD = {
     'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "m/s"\ntolerance = "0.01 rad"': "the answer is in m/s",
     'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "m/s"\ntolerance = "9 m/s"': "smaller than the answer",
     'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "furlong/s"': "'furlong/s' is not a unit that qdot knows",
-    'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "deg"': "numbers are in SI units",
+    'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "deg"': "'deg' is not an SI unit: write rad",
     'answer = "zeros(det(J), 1 + p.x^2)"': "qdot finds no configuration with",
     'answer = "zeros(p)"': "zeros(p.x)", 'answer = "zeros(a1)"': "never zero, or always",
     'answer = "norm(p)"\ngiven = {theta1 = "angle", theta2 = "angle", a2 = 0.1}': "a2 is 0.35 m in the table",
@@ -828,6 +872,18 @@ BAD = {
     'options = [{text = "a", right = false}, "b"]': "no option is right; write right = true",
     'answer = "m*p"': 'write units = {m = "kg"}',
     'answer = "F1*p"\ngiven = {F1 = [1, 2], theta1 = 1, theta2 = 1}': 'write units = {F1 = "kg"}',
+    'answer = "a1*m"\nunits = {m = "kg", a1 = "kg"}': 'line 6: question: mine: units: a1 = "kg": ',
+    'answer = "m*p"\nunits = {"m 2" = "kg"}': "line 6: question: mine: units: m 2 = ",
+    'answer = "m1*p"\nunits = {m_1 = "kg"}': "write the name as m1",
+    'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "m/s"\ntolerance = "0.01"': 'tolerance = "0.01 m/s"',
+    'answer = "v"\ngiven = ["pose", "rates"]\nunit = "m/s"\ntolerance = "1 m/s, 1 m/s"': "it has 2 tolerances, but the",
+    'answer = "J[1, 1]"\ngiven = {theta7 = "angle"}': 'line 6: question: mine: given: theta7 = "angle": ',
+    'answer = "J[1, 1]"\ngiven = {theta1 = "length"}': 'theta1 is in rad; write theta1 = "angle"',
+    'answer = "J[1, 1]"\ngiven = {theta1 = "angel"}': 'given: theta1 = "angel": unknown kind',
+    'answer = "det(J)"\nrows = ["a", "b"]': 'line 6: question: mine: rows = ["a", "b"]: ',
+    'answer = "p"\nshown = "formula"': "only options can have this key", 'answer = "text"\nrows = ["a"]': "has a text",
+    'options = ["a", "b"]\nunits = {m = "kg"}': "only formulas can have this key, but this question has options",
+    'answer = "zeros(p.x, 1 + o1.y^2)"': "qdot finds no configuration with",
     'answer = "(lambda: 0)()"': "not part of the formula language", 'answer = "2^99"': "from -8 to 8",
     'answer = "inv(J)*[vx, vy]"\ngiven = {theta1 = 0, theta2 = 0}': "vx",
 }  # fmt: skip
