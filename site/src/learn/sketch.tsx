@@ -26,16 +26,17 @@ export function Sketch({ arm, degrees }: { readonly arm: Arm; readonly degrees: 
   }, [arm, degrees]);
   const [x, y] = toPixel(view, state.point);
   const angles = degrees.map((angle, i) => `θ${i + 1} = ${angle}°`).join(", ");
+  const caption = say("lesson.sketch", { angles });
   return (
-    <figure class="sketch">
-      <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label={say("lesson.sketch", { angles })}>
+    <div class="sketch">
+      <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} role="img" aria-label={caption}>
         <Body arm={arm} state={state} view={view} reach={reach} />
         {columns.map((vector, i) => (
           <Arrow key={i} view={view} start={state.point} vector={vector} className={`arm-column ${jointClass(i)}`} />
         ))}
         <circle class="arm-point-dot" cx={x} cy={y} r={4} />
       </svg>
-      <figcaption class="muted">{say("lesson.sketch", { angles })}</figcaption>
-    </figure>
+      <p class="muted">{caption}</p>
+    </div>
   );
 }

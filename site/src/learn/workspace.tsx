@@ -29,15 +29,15 @@ export function WorkspaceChart({ arm, state }: { readonly arm: Arm; readonly sta
   const angle = pose[0]!;
   const [x, y] = toChart([point[0] * Math.cos(angle) + point[1] * Math.sin(angle), point[2]]);
   return (
-    <figure class="workspace-chart">
+    <div class="workspace-chart">
       <svg viewBox={`0 0 ${SIZE} ${SIZE}`} role="img" aria-label={say("lesson.workspace-chart")}>
         <path class="workspace-reached" d={paths.reached} />
         <path class="workspace-axis" d={`M${SIZE / 2} 0V${SIZE}`} />
         <path class="workspace-singular" d={paths.singular} />
         <circle class="workspace-point" cx={x} cy={y} r={6} />
       </svg>
-      <figcaption class="muted">{say("lesson.workspace-chart")}</figcaption>
-    </figure>
+      <p class="muted">{say("lesson.workspace-chart")}</p>
+    </div>
   );
 }
 
