@@ -449,9 +449,14 @@ def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> tuple[dict
         for name in entry.questions:
             file_name, chosen_name = split_question_name(name)
             if not file_name:
+                with file.locate_errors("problem", index, "questions"):
+                    if "/" in name or "." in name:
+                        raise QdotError(f"{name!r} is no question; the name of a file of questions ends in .toml")
                 names.append(name)
                 continue
             with file.locate_errors("problem", index, "questions"):
+                if "://" in file_name:
+                    raise QdotError(f"{file_name} is a web address; download the file, and write its path")
                 question_file, new_definitions = read_question_file(file.path.parent / file_name, ALL_QUESTIONS)
                 if chosen_name and chosen_name not in new_definitions:
                     raise make_name_error("question", chosen_name, tuple(new_definitions))
@@ -459,7 +464,9 @@ def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> tuple[dict
                     new_definitions = {chosen_name: new_definitions[chosen_name]}
                 for new_name, definition in new_definitions.items():
                     if definitions.get(new_name, definition) != definition:
-                        raise QdotError(f"two different questions are called {new_name!r}")
+                        other_place = files[new_name].describe_value("question", new_name)
+                        place = question_file.describe_value("question", new_name)
+                        raise QdotError(f"two questions have the same name ({other_place}; {place}); rename one")
             definitions |= new_definitions
             files |= dict.fromkeys(new_definitions, question_file)
             names += new_definitions
@@ -497,7 +504,10 @@ def _validate(file: TomlFile) -> AssignmentFile:
     problems, problem_keys = file.content.get("problem"), tuple(ProblemEntry.model_fields)
     top_level_keys = [name for name in AssignmentFile.model_fields if name != "question"]  # [question.NAME] is a table
     for index, table in enumerate(problems if isinstance(problems, list) else []):
-        if isinstance(table, dict):
+        if isinstance(table, dict) and "question" in table:
+            with errors.collect(), file.locate_errors("problem", index, "question"):
+                raise QdotError("write [question.NAME], without the word problem")
+        elif isinstance(table, dict):
             with errors.collect():
                 file.check_keys(("problem", index), problem_keys, (), top_level_keys)
     try:
@@ -606,6 +616,12 @@ def check_definition_on_family(
             except QdotError as error:
                 prefix = "" if language == ENGLISH else f"{language}."
                 raise QdotError(f"{prefix}{key}: {error}") from None
+    for option in definition.options:
+        try:
+            if not option.is_formula:
+                check_formulas(fill_text(option.content, problem.parts[0], Wording(problem.chain)))
+        except QdotError as error:
+            raise QdotError(f"options: {error}") from None
     warnings = maker.list_warnings(problem.chain)
     keys = [warning.key if isinstance(warning, KeyReason) else "" for warning in warnings]
     return [
