@@ -157,7 +157,12 @@ class _ExpressionLayout:
         return (function_name, *layout.bracket(arguments, _TALL))
 
     def lay_out_angle(self, value: sp.Expr) -> Pieces:
-        """Return an angle, with its constant in degrees if that is a short decimal: theta_1 + 30, or 30 - theta_1."""
+        """Return an angle, with its constant in degrees if that is a short decimal: theta_1 + 30, or 30 - theta_1.
+
+        An angle to which a number of radians is added, as in theta_1 + 0.7 + pi/2, is in radians as a whole.
+        """
+        if has_radians(value):
+            return self.lay_out(value)
         constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if (term / sp.pi).is_Rational))
         remainder, digits = sp.expand(value - constant), write_decimal(abs(180 * constant / sp.pi))
         if constant == 0 or digits is None:
@@ -363,25 +368,71 @@ def _restore_table_numbers(value: sp.Expr) -> sp.Expr:
 
 
 def tex_angle(value: sp.Expr) -> str:
-    r"""Return the LaTeX of an angle, with its constant in degrees.
+    r"""Return the LaTeX of an angle, with its constant in degrees; in radians if a number of radians is added.
 
     >>> tex_angle(sp.Symbol("theta2") + sp.pi / 2), tex_angle(sp.pi - sp.atan(4))
     ('\\theta_{2} + 90^\\circ', '180^\\circ - \\arctan(4)')
+    >>> tex_angle(sp.Symbol("theta2") - sp.Rational(7, 10) + sp.pi)
+    '\\theta_{2} + \\pi - 0.7\\,\\text{rad}'
     """
     return _write_angle_in_degrees(sp.sympify(value))
 
 
 @lru_cache(maxsize=1024)
 def _write_angle_in_degrees(value: sp.Expr) -> str:
-    constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if term.is_number))
-    if constant != 0 and constant.is_Rational:  # an angle such as 0.7
-        return _tex_with_unit(value, "rad")
-    return print_latex(row(*_ExpressionLayout(()).lay_out_angle(value)))
+    return _tex_with_unit(value, "rad") if has_radians(value) else print_latex(row(*_lay_out_angle(value)))
+
+
+_lay_out_angle = _ExpressionLayout(()).lay_out_angle
+
+
+def has_radians(angle: sp.Expr) -> bool:
+    """Return whether a number of radians is a term of an angle, such as 0.7; multiples of pi are shown in degrees."""
+    return any(term.is_Rational and term != 0 for term in sp.Add.make_args(sp.expand(angle)))
 
 
 def tex_value(value: sp.Expr, joint: sp.Symbol) -> str:
-    """Return the LaTeX of a joint's value: an angle in degrees, or a length with its unit."""
+    """Return the exact LaTeX of a joint's value: an angle in degrees, or a length with its unit."""
     return tex_length(value) if joint.name.startswith("d") else tex_angle(value)
+
+
+_MAX_SHORT_NUMBER, _MAX_SHORT_OPERATIONS = 10**4, 10
+"""Maximum numerator and denominator of the numbers, and maximum number of operations, in a value shown exactly."""
+
+
+def tex_result(value: sp.Expr, joint: sp.Symbol) -> str:
+    r"""Return the LaTeX of a joint's value that was derived, with its number of degrees unless it is in degrees.
+
+    A number without a short exact form is rounded to four significant digits.
+
+    >>> theta3 = sp.Symbol("theta3")
+    >>> tex_result(sp.pi / 2, theta3), tex_result(sp.atan(sp.Rational(31, 6)) - sp.pi, theta3)
+    ('90^\\circ', '\\arctan(\\tfrac{31}{6}) - 180^\\circ \\approx -100.9^\\circ')
+    >>> tex_result(sp.atan(sp.Rational(1499950, 55059)) - sp.pi, theta3)
+    '-1.607\\,\\text{rad} \\approx -92.1^\\circ'
+    """
+    value = sp.sympify(value)
+    if not value.is_number:
+        return tex_value(value, joint)
+    is_long = sp.count_ops(value) > _MAX_SHORT_OPERATIONS or any(
+        abs(number.p) > _MAX_SHORT_NUMBER or number.q > _MAX_SHORT_NUMBER for number in value.atoms(sp.Rational)
+    )
+    if is_long:
+        exact_value, value = value, sp.Rational(f"{float(value):.4g}")
+    if joint.name.startswith("d"):
+        return tex_length(value)
+    if (value / sp.pi).is_Rational:
+        return tex_angle(value)
+    return rf"{tex_angle(value)} \approx {tex_degrees(exact_value if is_long else value)}"
+
+
+def tex_degrees(angle: sp.Expr) -> str:
+    r"""Return the LaTeX of a number of radians in degrees, to four significant digits.
+
+    >>> tex_degrees(sp.Rational("1.134464045"))
+    '65^\\circ'
+    """
+    return tex_angle(sp.Rational(f"{math.degrees(float(angle)):.4g}") * sp.pi / 180)
 
 
 def _tex_with_unit(value: sp.Expr, unit: str) -> str:
