@@ -82,7 +82,7 @@ export function readFormulas(
 
 /** Parse an answer of one entry; if a decimal comma makes it a list, as in 0,5, commas are read as points. */
 function parseFormula(answer: string, symbols: ReadonlySet<string>, labels: readonly string[]): Rows | Verdict {
-  const typed = parse(answer, symbols);
+  const typed = parse(removeCapitalName(answer, symbols), symbols);
   if (isBlank(typed)) return missing();
   const otherName = findOtherComponent(typed, labels);
   if (otherName) return wrong("read.component", { other: otherName, asked: labels[0] as string });
@@ -91,6 +91,12 @@ function parseFormula(answer: string, symbols: ReadonlySet<string>, labels: read
   if (tree.kind === "list" && withDecimalPoints !== answer)
     return parseOrVerdict(() => parseFormula(withDecimalPoints, symbols, labels));
   return ["list", "set", "dict"].includes(tree.kind) ? wrong("read.list") : requireScalars([[tree]]);
+}
+
+/** Return the text after the name in "M = m*a1"; the parser takes M for the mass m if this is a symbol. */
+function removeCapitalName(answer: string, symbols: ReadonlySet<string>): string {
+  const [, name = "", value = ""] = /^\s*([A-Z]\w*)\s*:?=([^=]+)$/.exec(answer) ?? [];
+  return !symbols.has(name) && symbols.has(name.toLowerCase()) ? value : answer;
 }
 
 /** Return the entry of Matrix([a]), [a] or [[a]]: a matrix of one entry is read as this entry. */
