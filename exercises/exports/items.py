@@ -6,7 +6,7 @@ each question that can't be asked.
 """
 
 import re
-from collections.abc import Callable, Generator, Hashable, Iterable
+from collections.abc import Callable, Generator, Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, NamedTuple, TypeVar
 
@@ -20,7 +20,13 @@ from qdot.exercises.exports.bank import convert_bank
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.known_wrong_answers import is_divided_by_zero
 from qdot.exercises.exports.numeric_part import NumericPart, ask_in_numbers
-from qdot.exercises.exports.platform_markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
+from qdot.exercises.exports.platform_markup import (
+    Picture,
+    draw_arm,
+    draw_prompt_figure,
+    draw_solution_figure,
+    write_line_html,
+)
 from qdot.exercises.mistakes.base import add_chapter_to_reference
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE, ConditionSet, Matching, Number, Selection, Words
@@ -267,6 +273,25 @@ def group_by_category(
 def group_items(items: Iterable[QuizItem], report: Callable[[str], None]) -> dict[ItemCategory, list[QuizItem]]:
     """Return the different items of each category, with the categories in order of appearance."""
     return group_by_category(items, lambda item: item.category, lambda item: (item.body, item.form), report)
+
+
+def append_boxes(body: str, form: ItemForm, boxes: Sequence[str]) -> str:
+    """Return the HTML of a text followed by several boxes for numbers, in a column with names or as a matrix.
+
+    `boxes` are in the platform's notation, one for each field. With a single box, return only the text.
+    """
+    if not isinstance(form, NumberForm) or len(boxes) < 2:
+        return body
+    remaining_boxes = iter(boxes)
+
+    def describe(field: NumberField | str) -> str | dict[str, str]:
+        if isinstance(field, str):
+            return field
+        return {"label": write_line_html(f"${field.label}$"), "unit": field.unit, "box": next(remaining_boxes)}
+
+    rows = [list(map(describe, row)) for row in form.rows]
+    fields = render("exports/number-fields.html.j2", rows=rows, column=len(form.rows[0]) == 1)
+    return f"{body}\n{fields.strip()}"
 
 
 def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part) -> QuizItem | None:

@@ -5,7 +5,7 @@ mistake changes the result of one stage or several stages. A variant of a mistak
 at which the mistake is made.
 
 catalogue.toml describes the mistakes, and the modules make them: `position`, `columns`, `screws`, `algebra`, `table`,
-`arrangement`, `numeric`, `sets` and `choices`. The other modules are:
+`arrangement`, `numeric`, `question_formulas`, `sets` and `choices`. The other modules are:
 
     base            define a mistake: a change to a derivation, or to an answer
     formula_edits   change a finished formula, such as a sign or a factor
