@@ -522,6 +522,17 @@ test("the preview shows the answer as it is judged, also for a table", () => {
 });
 
 test.each([
+  ["M = m*a1", "correct"],
+  ["M := a1*m", "correct"],
+  ["M = M*a1", "correct"],
+  ["M = 2*m*a1", "wrong"],
+  ["m = m*a1", "wrong"],
+])("a formula may have a capital name although the small letter is a symbol: %s is %s", (typed, outcome) => {
+  const key = { ...PLAIN_KEY, symbols: ["a1", "m"], points: [[1, 2]], right: [[2]], mistakes: [] };
+  expect(judgeValues(typed, key).outcome).toBe(outcome);
+});
+
+test.each([
   [[], "a1, theta1"],
   [["qd1"], "a1, qd1, theta1"],
 ])("beside an unknown name, the symbols of the question are listed: with %j %s", (mentioned, known) => {

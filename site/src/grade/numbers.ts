@@ -5,8 +5,8 @@ import { findMistakeIndex, type NumbersKey, type ValuesKey } from "../bank.js";
 import { evaluate, type Value } from "../read/evaluate.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
-import { convertNumbers, convertTable } from "../read/tables.js";
-import { hasBlank, findNames, type Node, type SymbolValues } from "../read/tree.js";
+import { convertNumbers } from "../read/tables.js";
+import { hasBlank, findNames, type Node, type Rows, type SymbolValues } from "../read/tree.js";
 import { convertUnitsOfNumbers, findUnits, parseUnit, replaceLatexUnits } from "../read/units.js";
 import { message } from "../text/text.js";
 import { computeShareForDeviations, computeShareOfEntries } from "./credit.js";
@@ -15,7 +15,7 @@ import { correct, isVerdict, listNames, missing, parseOrVerdict, verdictOf, wron
 import type { Verdict } from "./verdict.js";
 import { extractEntries, labelOf, parseRowsOrTable } from "./forms.js";
 import { writeConfiguration, findUnknownSymbols, computeFingerprintWeight, getConfiguration } from "./values.js";
-import { correctOrUnsure } from "./values.js";
+import { correctOrUnsure, readFormulas } from "./values.js";
 
 const NO_SYMBOLS: ReadonlySet<string> = new Set();
 /** Tolerance of formulas for rounding errors, relative to the size of the terms (`Value.size`). */
@@ -25,20 +25,28 @@ const ZERO_TOLERANCE = 1e-12;
 
 /** Judge numbers, which are right within the key's tolerance. */
 export function judgeNumbers(answer: string, key: NumbersKey, labels: readonly string[] = []): Verdict {
+  const rowsOrVerdict = readNumbers(answer, key.units, labels);
+  return isVerdict(rowsOrVerdict)
+    ? rowsOrVerdict
+    : parseOrVerdict(() => judgeEntries(rowsOrVerdict.flat(), key, answer));
+}
+
+/** Return one number for each of the `units`, in SI units, or the verdict on an answer without such numbers. */
+export function readNumbers(answer: string, units: readonly string[], labels: readonly string[] = []): Rows | Verdict {
   if (!answer.trim()) return missing();
   const textWithUnits = replaceLatexUnits(answer);
-  const unitVerdict = findWrongUnit(textWithUnits, labels, key.units);
+  const unitVerdict = findWrongUnit(textWithUnits, labels, units);
   if (unitVerdict) return unitVerdict;
   const text = convertUnitsOfNumbers(textWithUnits);
-  const count = key.right.length;
+  const count = units.length;
   const rowsOrVerdict = parseRowsOrTable(
     (typed) => extractEntries(parse(typed, NO_SYMBOLS), { rows: count, columns: 1 }, NO_SYMBOLS, labels),
     count === 1 ? readCommasAsPoints(text) : text,
     () => convertNumbers(text, count),
   );
-  return isVerdict(rowsOrVerdict)
-    ? rowsOrVerdict
-    : parseOrVerdict(() => judgeEntries(rowsOrVerdict.flat(), key, answer));
+  if (isVerdict(rowsOrVerdict)) return rowsOrVerdict;
+  const names = findNames(...rowsOrVerdict.flat());
+  return names.size > 0 ? wrong("read.numbers", { names: listNames(names) }) : rowsOrVerdict;
 }
 
 /** Return the verdict on a unit of another dimension than the expected one; null if all units can be right. */
@@ -73,8 +81,6 @@ const describeDimension = (unit: string): string | null =>
 /** Judge numbers one by one; `text` is the typed answer. */
 function judgeEntries(entries: readonly Node[], key: NumbersKey, text: string): Verdict {
   const { right: correctValues, floor: absoluteTolerance, tolerance: relativeTolerance } = key;
-  const names = findNames(...entries);
-  if (names.size > 0) return wrong("read.numbers", { names: listNames(names) });
   const values = entries.map((entry) => (hasBlank(entry) ? NaN : evaluateReal(entry)));
   const isNear = (value: number, expected: number) =>
     Math.abs(value - expected) <= Math.max(relativeTolerance * Math.abs(expected), absoluteTolerance);
@@ -113,10 +119,7 @@ function evaluateReal(entry: Node): number {
 
 /** Judge a vector that is right if it is the reference times any nonzero factor. */
 export function judgeDirection(answer: string, key: ValuesKey, labels: readonly string[] = []): Verdict {
-  if (!answer.trim()) return missing();
-  const symbols = new Set(key.symbols);
-  const parseEntries = (text: string) => extractEntries(parse(text, symbols), key, symbols, labels);
-  const rowsOrVerdict = parseRowsOrTable(parseEntries, answer, () => convertTable(answer, key.rows, 1));
+  const rowsOrVerdict = readFormulas(answer, key, labels);
   if (isVerdict(rowsOrVerdict)) return rowsOrVerdict;
   const entries = rowsOrVerdict.flat();
   return entries.some(hasBlank) ? missing() : parseOrVerdict(() => judgeVector(entries, key));
