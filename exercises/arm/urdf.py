@@ -98,6 +98,8 @@ class _UrdfReader:
             raise QdotError(f"{path}: the file has macros; expand them with xacro {path.name} > robot.urdf")
         self.title = root.get("name") or path.stem
         self.links = [self.read_name(link) for link in root.findall("link")]
+        if not self.links:
+            raise QdotError(f"{path}: the file describes no robot: it has no <link> in <robot>")
         self.joints = root.findall("joint")
         self.parent_joints: dict[str, ElementTree.Element] = {}
         for joint in self.joints:

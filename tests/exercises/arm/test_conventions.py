@@ -265,6 +265,7 @@ def write_urdf(tmp_path: Path) -> Callable[..., Path]:
     [
         ("<robot name", "<robt name", "not valid XML"), ("<robot ", '<!DOCTYPE robot []><robot ', "DOCTYPE"),
         ('<robot name="three">', '<robot name="three" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:a/>', "macros"),
+        ("<link ", "<lin ", "it has no <link>"),
         ('type="revolute"', 'type="planar"', "joint 'elbow': type 'planar' is not supported"),
         ('<child link="b"/>', '<child link="z"/>', "joint 'elbow': .* 'z', which does not exist"),
         ('<child link="b"/>', "", "joint 'elbow': the child is missing"),
