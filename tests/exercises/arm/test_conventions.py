@@ -271,7 +271,7 @@ def write_urdf(tmp_path: Path) -> Callable[..., Path]:
         ('<child link="b"/>', "", "joint 'elbow': the child is missing"),
         ('xyz="1 0 1"', 'xyz="0 0 0"', "joint 'slide': its axis is the zero vector"),
         ('xyz="1 0 1"', 'xyz="1 0 nan"', "joint 'slide': axis xyz = '1 0 nan'"),
-        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbow"/>', "joint 'slide': it moves together .*--tip b.*--base b"),
+        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbow"/>', "joint 'slide': it moves .*--tip b.*--base b"),
         ('upper="0.5"/>', 'upper="0.5"/><mimic joint="slide"/>', "joint 'slide': it copies .* itself"),
         ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbo"/>', "joint 'slide': it copies .* which does not exist"),
         ('lower="-1" upper="2.5"', 'lower="1" upper="-2.5"', r"joint 'elbow': its lower limit 1 .* -2\.5"),
