@@ -703,6 +703,8 @@ def test_numbers_may_have_different_tolerances(text: str, expected: Outcome, tmp
         "two", "2"
     )
     assert "in rad/s, m/s: auf 0,02 rad/s genau, auf 1 mm/s genau." in write_prompt(problem, part, "de")
+    key = make_site_record(problem)["parts"][0]["key"]
+    assert (key["tolerance"], key["floor"], key["floors"]) == (0, 0.001, [0.02, 0.001])
 
 
 @pytest.mark.parametrize("unit", ['","', '"rad/s,"', '", m/s"', '["rad/s", "m/s"]'])
