@@ -121,6 +121,8 @@ class AssignmentFile(pydantic.BaseModel):
     """The share of the points for an answer that follows from the student's own wrong earlier answer."""
     hints: bool = False
     """Whether each question in the notebook has three hints."""
+    site: str = pydantic.Field(default="", pattern=r"^https?://[^\s<>()\"'\\?#]+$", max_length=500)
+    """The address of [your site](site.md). Notebooks then link to its page on which students check their answers."""
     sandbox: Literal["best", "strict"] = "best"
     """What to do on a machine that cannot fully sandbox student code."""
     variation: str | list[str] = DEFAULT_VARIATION
@@ -263,6 +265,7 @@ class Assignment:
     notes: tuple[str, ...] = ()
     follow_through: Fraction = Fraction(4, 5)
     hints: bool = False
+    site: str = ""
     late_rule: LateRule | None = None
     attempt_policy: AttemptPolicy = field(default_factory=AttemptPolicy)
     sandbox: str = "best"
@@ -334,10 +337,11 @@ class Assignment:
 
     @property
     def notebook_digest(self) -> str:
-        """A short hash that changes whenever the notebooks change: the problems, the title, the points or the hints."""
-        hints_marker = ("hints",) if self.hints else ()  # without hints, the digest is the same as in older versions
+        """A short hash that changes whenever the notebooks change: the problems, title, points, hints or site."""
+        # Digests of older versions did not have the hints and the site, so they are left out if there are none.
+        markers = (*(["hints"] if self.hints else []), *filter(None, [self.site]))
         slots = [(slot.points, slot.decimals, *slot.definitions) for slot in self.slots]
-        return _compute_short_hash(repr((self.problems_digest, self.title, slots, *hints_marker)))
+        return _compute_short_hash(repr((self.problems_digest, self.title, slots, *markers)))
 
     @property
     def secret_digest(self) -> str:
@@ -420,7 +424,7 @@ def load_assignment(folder: Path, is_preview: bool = False) -> Assignment:
         folder, content.title, content.key, tuple(slots), students,
         read_secret(folder, PREVIEW_SECRET if is_preview else ""),
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
-        content.hints, late_rule, attempt_policy, content.sandbox, gradebook,
+        content.hints, content.site, late_rule, attempt_policy, content.sandbox, gradebook,
         read_replacements(folder), front_page,
     )  # fmt: skip
 

@@ -166,7 +166,8 @@ def describe_unknown_symbols(parsed: ParsedAnswer, domain: Domain) -> str:
         return ""
     if unknown <= set(VOCABULARY["units"]):
         return f"leave out the unit {min(unknown)}: lengths are in metres, angles in radians"
-    return f"{name_unknown_symbols(unknown)}; its symbols are {', '.join(sorted(domain.roles))}"
+    listed_names = ", ".join(sorted(domain.roles.keys() - domain.unlisted_names))
+    return f"{name_unknown_symbols(unknown)}; its symbols are {listed_names}"
 
 
 def judge_numbers(

@@ -201,6 +201,12 @@ def test_zeros_of_quotients_are_those_of_the_numerator(answer: str, expected: st
         assert (problem.parts[0].answer.as_typed(), find_failures(problem)) == (expected, [])
 
 
+def test_refused_set_says_on_which_lengths_it_depends(tmp_path: Path) -> None:
+    question = 'prompt = "x"\nanswer = "zeros(p.x, o1.y)"'
+    with pytest.raises(QdotError, match=r"acos\(-a1/a2\); whether there is one depends on a1 and a2$"):
+        make_problem(tmp_path, question, more='variation = "chapter"\n')
+
+
 @pytest.mark.parametrize(("family", "number"), [("planar-2r", "a1"), ("elbow", "a3")])
 def test_length_that_is_a_number_in_the_table_is_given_this_value(family: str, number: str, tmp_path: Path) -> None:
     question = f'prompt = "At {{given}}."\nanswer = "{number}*J[1, 1]"\ngiven = {{theta1 = "angle", theta2 = "angle", '
@@ -359,6 +365,35 @@ def test_accelerations_and_own_symbols_may_be_typed(tmp_path: Path) -> None:
     load = 'prompt = "x"\nanswer = "transpose(Jv)*[0, m*g, 0]"\nunits = {m = "kg", g = "m/s^2"}'
     problem = make_problem(tmp_path / "2", load)
     assert judge_answer(problem, problem.parts[0].answer.as_typed().replace("m*", "1.0*m*")) == "correct"
+
+
+def test_halves_are_fractions_unless_lengths_are_numbers(tmp_path: Path) -> None:
+    question = 'prompt = "x"\nanswer = "m/2*dot(o1, o1)"\nunits = {m = "kg"}'
+    problem = make_problem(tmp_path, question, more='variation = "chapter"\n')
+    assert r"\tfrac{1}{2} a_{1}^{2} m" in write_solution(problem, problem.parts[0])
+    definition = Definition("mine", "a2*p.x/2", (("en", Texts("Mine", "x")),))
+    problem = generate("planar-2r/3", ["mine"], definitions=[definition])  # a2 is 0.35 m
+    assert "0.175 a_{1}" in write_solution(problem, problem.parts[0])
+
+
+@pytest.mark.parametrize(
+    ("answer", "is_right"),
+    [("M = m*a1^2", True), ("M := m*a1^2", True), ("M = 2*m*a1^2", False), ("m = m*a1^2", False), ("M = M*a1^2", True)],
+)
+def test_an_answer_may_have_a_capital_name_although_the_small_letter_is_a_symbol(
+    answer: str, is_right: bool, tmp_path: Path
+) -> None:
+    question = 'prompt = "x"\nanswer = "m*a1^2"\nunits = {m = "kg"}'
+    problem = make_problem(tmp_path, question, more='variation = "chapter"\n')
+    assert (judge_answer(problem, answer) is Outcome.CORRECT) == is_right
+
+
+def test_message_on_a_symbol_lists_no_symbols_of_other_questions(tmp_path: Path) -> None:
+    text = '[question.mine]\nprompt = "x"\nanswer = "p.x"\n[question.other]\nprompt = "x"\nanswer = "m*p.x"\n'
+    text += 'units = {m = "kg"}\n[[problem]]\nfamily = "planar-2r"\nquestions = ["mine", "other"]\n'
+    ((_, problem),) = make_assignment(tmp_path, text).generate_problems("s1")
+    reasons = [judge(problem, part, "k*a1", "seed").reason for part in problem.parts]
+    assert [", m, " in reason for reason in reasons] == [False, True]
 
 
 def test_preview_shows_the_problems_of_one_student(tmp_path: Path) -> None:
@@ -674,6 +709,8 @@ def test_numbers_may_have_different_tolerances(text: str, expected: Outcome, tmp
         "two", "2"
     )
     assert "in rad/s, m/s: auf 0,02 rad/s genau, auf 1 mm/s genau." in write_prompt(problem, part, "de")
+    key = make_site_record(problem)["parts"][0]["key"]
+    assert (key["tolerance"], key["floor"], key["floors"]) == (0, 0.001, [0.02, 0.001])
 
 
 @pytest.mark.parametrize("unit", ['","', '"rad/s,"', '", m/s"', '["rad/s", "m/s"]'])
