@@ -271,7 +271,8 @@ def write_urdf(tmp_path: Path) -> Callable[..., Path]:
         ('<child link="b"/>', "", "joint 'elbow': the child is missing"),
         ('xyz="1 0 1"', 'xyz="0 0 0"', "joint 'slide': its axis is the zero vector"),
         ('xyz="1 0 1"', 'xyz="1 0 nan"', "joint 'slide': axis xyz = '1 0 nan'"),
-        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbow"/>', "joint 'slide': it copies joint 'elbow' .*--tip b"),
+        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbow"/>', "joint 'slide': it moves .*--tip b.*--base b"),
+        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="slide"/>', "joint 'slide': it copies .* itself"),
         ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbo"/>', "joint 'slide': it copies .* which does not exist"),
         ('lower="-1" upper="2.5"', 'lower="1" upper="-2.5"', r"joint 'elbow': its lower limit 1 .* -2\.5"),
         ('<child link="camera"/>', '<child link="tool"/>', "link 'tool' is also the child of joint 'mount'"),
@@ -330,7 +331,17 @@ def test_urdf_proposes_the_tool_frame_or_the_link_that_carries_the_fingers(write
         read_robot_file(path, base="a")
     robot = read_robot_file(write_urdf("</robot>", f"{fingers}</robot>"), tip="right")
     assert [joint.kind for joint in robot.chain.joints] == ["R", "R", "P", "P"]
-    assert any("joint 'right': it copies joint 'left' (mimic, multiplier -1)" in note for note in robot.notes)
+    assert any("joint 'right': it copies joint 'left' (mimic), which is not in the chain" in n for n in robot.notes)
+
+
+def test_urdf_joints_that_copy_the_same_joint_are_refused(write_urdf: Callable[..., Path]) -> None:
+    """Neither the elbow nor the slide copies the other, but both copy the camera's joint."""
+    mimic = '<mimic joint="look" multiplier="2"/>'
+    path = write_urdf('effort="1"/>', f'effort="1"/>{mimic}')
+    path.write_text(path.read_text().replace('upper="0.5"/>', f'upper="0.5"/>{mimic}'))
+    with pytest.raises(QdotError, match="joint 'slide': it moves together with joint 'elbow'"):
+        read_robot_file(path, tip="tool")
+    assert len(read_robot_file(path, tip="tool", base="b").notes) == 1
 
 
 def test_urdf_offsets_and_angles_near_zero_are_snapped(write_urdf: Callable[..., Path]) -> None:

@@ -87,8 +87,8 @@ def notes() -> list[str]:
 
 @pytest.fixture(scope="module")
 def quiz(export_request: ExportRequest, notes: list[str]) -> ET.Element:
-    (file,) = EXPORT_FORMATS["stack"].export(replace(export_request, report=notes.append))
-    assert file.is_private
+    file, backup = EXPORT_FORMATS["stack"].export(replace(export_request, report=notes.append))
+    assert file.is_private and backup.is_private and backup.path == "hw-stack.mbz"
     return ET.fromstring(file.content)
 
 
@@ -114,10 +114,10 @@ def test_each_part_is_a_question_in_its_category_with_its_points(
 ) -> None:
     categories = [get_text(question, "category/text") for question in quiz if question.get("type") == "category"]
     assert categories[:2] == [
-        "$course$/top/Velocity kinematics//1/p1/1. Position of the point",
-        "$course$/top/Velocity kinematics//1/p1/2. Jacobian by differentiation",
+        "$course$/top/Velocity kinematics//1/p1 planar-2r/1. Position of the point",
+        "$course$/top/Velocity kinematics//1/p1 planar-2r/2. Jacobian by differentiation",
     ]
-    assert categories[6:] == ["$course$/top/Velocity kinematics//1/p2/1. Manipulability at a configuration"]
+    assert categories[6:] == ["$course$/top/Velocity kinematics//1/p2 polar-rp/1. Manipulability at a configuration"]
     assert len(list_questions(quiz)) == 2 * len(categories) == 14
     for path in ("idnumber", "name/text"):
         assert len({get_text(question, path) for question in list_questions(quiz)}) == 14
