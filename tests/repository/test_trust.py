@@ -96,7 +96,7 @@ def test_the_licence_page_lists_every_library_of_the_site() -> None:
 
 
 def test_no_other_third_party_code_is_bundled() -> None:
-    """Third-party code would have a copyright notice. The only font has its licence beside it, and on the licence page."""
+    """Third-party code would have a copyright notice. The only font has its licence beside it and on the page."""
     foreign = re.compile(r"copyright|all rights reserved|SPDX", re.IGNORECASE)
     files = [path for top in ("exercises", "grader", "templates", "site/src") for path in (ROOT / top).rglob("*")]
     files = [path for path in files if path.is_file() and "__pycache__" not in path.parts]
