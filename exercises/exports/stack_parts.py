@@ -33,6 +33,8 @@ from qdot.exercises.formula.scale import find_constant_factor
 from qdot.exercises.formula.trees import ONE
 from qdot.exercises.formula.trees import Node as Tree
 from qdot.exercises.mistakes.base import add_chapter_to_reference
+from qdot.exercises.mistakes.configurations import sample_values
+from qdot.exercises.mistakes.term_comparison import compare_terms
 from qdot.exercises.problem.credit import (
     MISTAKE_FACTOR,
     SIGN_OR_FACTOR_COST,
@@ -43,7 +45,7 @@ from qdot.exercises.problem.credit import (
     count_false_conditions,
 )
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import find_determinant_in_denominator
+from qdot.exercises.questions.results import find_determinant_in_denominator, is_product
 from qdot.exercises.reference_answers import LETTERS
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.singularities.singular_set import Component
@@ -55,6 +57,8 @@ CORRECT_NOTE, UNEXPLAINED_NOTE = "prt1-right", "prt1-other"
 """STACK's answer notes for a correct answer, and for an answer that no known mistake explains."""
 POINT_COUNT, MAX_TRIES = 3, 20
 """Number of points at which formulas are compared, and maximum number of attempts to sample usable points."""
+TERM_SAMPLE_COUNT = 6
+"""Number of configurations at which the terms of two formulas are compared."""
 NO_POINTS = Reason("no configurations were found at which formulas could be compared")
 MIN_PIVOT, MAX_ENTRY = 1e-2, 1e4
 """At a usable point, no entry of the answer exceeds MAX_ENTRY, and the pivot, if there is one, exceeds MIN_PIVOT.
@@ -207,13 +211,26 @@ def _compute_minimum_share(problem: Problem, part: Part, answer: sp.Matrix) -> F
     """Return the minimum share of the points for an answer that a single known mistake explains."""
     reference = part.answer.as_matrix()
     has_varying_entries = _find_varying_indices(problem, reference) and _find_varying_indices(problem, answer)
-    if not part.credit.covers_known_mistakes or not has_varying_entries:
+    if not has_varying_entries:
+        return Fraction(0)
+    if not is_product(part) and _has_only_wrong_signs(problem, answer, reference):
+        return compute_share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False)
+    if not part.credit.covers_known_mistakes:
         return Fraction(0)
     determinant = find_determinant_in_denominator(problem.chain, part, make_domain(problem).roles)
     if determinant is None:
         return MISTAKE_FACTOR
     no_entry_equal = [False] * len(reference)
     return max(MISTAKE_FACTOR, _compute_share_up_to_a_factor(problem, answer, reference, no_entry_equal, determinant))
+
+
+def _has_only_wrong_signs(problem: Problem, answer: sp.Matrix, reference: sp.Matrix) -> bool:
+    """Return whether the terms of an answer are all correct except for signs."""
+    entries, expected_entries = parse_entries(problem, answer), parse_entries(problem, reference)
+    wrong_indices = [k for k, is_equal in enumerate(compare_entry_by_entry(problem, answer, reference)) if not is_equal]
+    values = sample_values(make_domain(problem), TERM_SAMPLE_COUNT, Stream(f"stack/{problem.id}/terms"))
+    comparison = compare_terms(entries, expected_entries, wrong_indices, values)
+    return comparison is not None and not (comparison.has_exchanged_trigs or comparison.has_wrong_number)
 
 
 def _compute_share_up_to_a_factor(
