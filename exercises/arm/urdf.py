@@ -40,7 +40,7 @@ class UrdfChain:
     - `tip`: the position of the origin of the last link (3 x 1, m).
     - `limits`: the limits of each joint (rad or m); None for a joint without limits.
     - `offset_tolerance`: the offsets that count as zero are at most this (m).
-    - `notes`: messages about mimic joints, and about angles and offsets that were snapped.
+    - `notes`: messages about the frame, about mimic joints, and about angles and offsets that were snapped.
     """
 
     name: str
@@ -71,9 +71,10 @@ def read_urdf(path: Path, tip: str = "", base: str = "") -> UrdfChain:
         proposal = reader.propose_tip(base)
         hint = f"; choose another --tip, as in --tip {proposal}" if proposal else ""
         raise QdotError(f"{path}: no joint moves link {reader.read_link(chain_joints[-1], 'child')!r}{hint}")
-    return UrdfChain(
-        reader.title, tuple(axes), pose.origin, tuple(limits), reader.offset_tolerance, reader.make_notes()
-    )
+    notes = reader.make_notes()
+    if base:
+        notes = (f"{path}: the world frame is the frame of link {base!r}", *notes)
+    return UrdfChain(reader.title, tuple(axes), pose.origin, tuple(limits), reader.offset_tolerance, notes)
 
 
 class _UrdfReader:
@@ -98,6 +99,8 @@ class _UrdfReader:
             raise QdotError(f"{path}: the file has macros; expand them with xacro {path.name} > robot.urdf")
         self.title = root.get("name") or path.stem
         self.links = [self.read_name(link) for link in root.findall("link")]
+        if not self.links:
+            raise QdotError(f"{path}: the file describes no robot: it has no <link> in <robot>")
         self.joints = root.findall("joint")
         self.parent_joints: dict[str, ElementTree.Element] = {}
         for joint in self.joints:
@@ -206,24 +209,40 @@ class _UrdfReader:
         return sum(joint.get("type") != "fixed" and joint.find("mimic") is None for joint in joints)
 
     def check_mimic_joints(self, chain_joints: Sequence[ElementTree.Element]) -> None:
-        """Note the joints in the chain that copy a joint outside of it. Raises QdotError if they copy one in it."""
-        names = [self.read_name(joint) for joint in chain_joints]
+        """Note the mimic joints in the chain that are independent there. Raises QdotError for those that are not."""
+        first_joints: dict[str, ElementTree.Element] = {}  # for each joint that is not a mimic joint, the first copy
         for joint in chain_joints:
-            mimic = joint.find("mimic")
-            if mimic is None or joint.get("type") == "fixed":
+            if joint.get("type") == "fixed":
                 continue
+            first_joint, mimic = first_joints.setdefault(self._find_original(joint), joint), joint.find("mimic")
+            if first_joint is not joint:
+                problem = f"it moves together with joint {self.read_name(first_joint)!r} (mimic)"
+                problem += ", so the two have one variable, which qdot cannot derive"
+                parent, child = self.read_link(joint, "parent"), self.read_link(first_joint, "child")
+                hint = (
+                    f"end the chain before this joint (--tip {parent}) or begin it after the other one (--base {child})"
+                )
+                raise self.make_joint_error(joint, f"{problem}; {hint}")
+            if mimic is not None:
+                note = f"joint {self.read_name(joint)!r}: it copies joint {mimic.get('joint')!r} (mimic)"
+                remark = "which is not in the chain; here, the joint has a variable of its own"
+                self.mimic_notes.append(f"{self.path}: {note}, {remark}")
+
+    def _find_original(self, joint: ElementTree.Element) -> str:
+        """Return the name of the joint whose motion a joint copies, directly or through other joints, or its own name.
+
+        Raises QdotError if there is no such joint.
+        """
+        joints_by_name = {self.read_name(joint): joint for joint in self.joints}
+        names = [self.read_name(joint)]
+        while (mimic := joints_by_name[names[-1]].find("mimic")) is not None:
             original = mimic.get("joint", "")
-            if original not in map(self.read_name, self.joints):
+            if original not in joints_by_name:
                 raise self.make_joint_error(joint, f"it copies (mimic) joint {original!r}, which does not exist")
-            (multiplier,) = self._parse_numbers(joint, "mimic multiplier", mimic.get("multiplier", "1"), 1)
-            relation = f"it copies joint {original!r} (mimic, multiplier {float(multiplier):g})"
             if original in names:
-                parent, child = self.read_link(joint, "parent"), self.read_link(joint, "child")
-                problem = "both are in the chain and share one variable, which qdot cannot derive"
-                hint = f"end the chain before this joint (--tip {parent}) or begin after it (--base {child})"
-                raise self.make_joint_error(joint, f"{relation}; {problem}; {hint}")
-            note = f"joint {self.read_name(joint)!r}: {relation}, which is not in the chain"
-            self.mimic_notes.append(f"{self.path}: {note}; here, the joint has a variable of its own")
+                raise self.make_joint_error(joint, f"it copies (mimic) itself: {' → '.join([*names, original])}")
+            names.append(original)
+        return names[-1]
 
     # --- joints ---
 

@@ -9,6 +9,7 @@ catalogue.toml describes the mistakes, and the modules make them: `position`, `c
 
     base            define a mistake: a change to a derivation, or to an answer
     formula_edits   change a finished formula, such as a sign or a factor
+    term_comparison compare an answer with its reference term by term
     configurations  sample the configurations at which an answer is evaluated
     catalogue       list all mistakes by name, and compute the wrong answers that they lead to
 """

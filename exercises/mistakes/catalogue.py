@@ -153,13 +153,17 @@ JACOBIAN_SECTION = "Columns of the Jacobian"
 """The section of mistakes that are made when J, or the velocity as J times the joint rates, is derived."""
 
 
+_ABOUT_JACOBIAN = re.compile(r"\bJ\b|\bcolumn|p\*", re.IGNORECASE)
+"""Matches a message about the Jacobian, or about the vectors p* of its columns."""
+
+
 def _list_mistakes_in_question(mistakes: Sequence[Mistake], quantities: AbstractSet[str]) -> list[Mistake]:
     """Return the mistakes that belong to the quantities that an instructor's question names.
 
-    Mistakes in the formula of the question come first. A message about J is only for questions about J.
+    Mistakes in the formula of the question come first. A message about J or its columns is only for questions about J.
     """
     names_jacobian, names_velocity = (not quantities.isdisjoint(names) for names in (("J", "Jv", "Jw"), ("v", "w")))
-    excluded_mistakes = {mistake.name for mistake in mistakes if re.search(r"\bJ\b", mistake.message)}
+    excluded_mistakes = {mistake.name for mistake in mistakes if _ABOUT_JACOBIAN.search(mistake.message)}
     excluded_mistakes = set() if names_jacobian else excluded_mistakes
     if not (names_jacobian or names_velocity):
         excluded_mistakes |= {mistake.name for mistake in SECTIONS[JACOBIAN_SECTION]}

@@ -115,11 +115,14 @@ def _is_zero(node: ast.expr) -> bool:
 
 
 def _choose_next_frames(formula: ast.expr) -> Iterator[Rewriting]:
-    """Yield the replacement of one frame by the frame before or after it, wherever the formula names it."""
-    for name in sorted(find_names(formula)):
-        if match := _FRAME_NUMBER.fullmatch(name):
-            for number in (int(match[2]) - 1, int(match[2]) + 1):
-                yield partial(_replace_name, name=name, replacement=ast.Name(f"{match[1]}{number}"))
+    """Yield the replacement of every frame in the formula by the frame before it, or after it."""
+    for step in (-1, 1):
+        yield partial(_shift_frame, step=step)
+
+
+def _shift_frame(node: ast.expr, step: int) -> ast.expr | None:
+    match = _FRAME_NUMBER.fullmatch(node.id) if isinstance(node, ast.Name) else None
+    return match and ast.Name(f"{match[1]}{int(match[2]) + step}")
 
 
 def _replace_name(node: ast.expr, name: str, replacement: ast.expr) -> ast.expr | None:
@@ -145,7 +148,8 @@ def _replace_norm(*new_formulas: str) -> Callable[[ast.expr], Iterator[Rewriting
 
 
 def _transpose_otherwise(formula: ast.expr) -> Iterator[Rewriting]:
-    yield _drop_transposition
+    if "f" not in find_names(formula):  # otherwise, the catalogue has a mistake about the load
+        yield _drop_transposition
     yield _transpose_other_factor
     for columns in ((0, 1), (0, 2)):
         yield partial(_multiply_by_task_rows, columns=columns)

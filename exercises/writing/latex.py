@@ -330,7 +330,7 @@ def tex_lines(expression: sp.Expr, chain: Chain | None = None, angles: AngleName
 
 
 def tex_length(value: sp.Expr) -> str:
-    r"""Return the LaTeX of a length for a table or a sentence, with the unit m if the length contains a decimal.
+    r"""Return the LaTeX of a length for a table or a sentence, with the unit m if it is a number or has a decimal term.
 
     >>> tex_length(sp.Symbol("d2") + sp.Rational(33, 100))
     'd_{2} + 0.33\\,\\text{m}'
@@ -341,7 +341,8 @@ def tex_length(value: sp.Expr) -> str:
     """
     value = _restore_table_numbers(sp.sympify(value))
     constant = sp.Add(*(term for term in sp.Add.make_args(value) if term.is_number))
-    return _tex_with_unit(value, "m" if constant != 0 and write_decimal(constant) is not None else "")
+    has_unit = constant != 0 and (value.is_number or write_decimal(constant) is not None)
+    return _tex_with_unit(value, "m" if has_unit else "")
 
 
 def _restore_table_numbers(value: sp.Expr) -> sp.Expr:

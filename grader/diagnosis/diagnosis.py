@@ -25,6 +25,7 @@ from qdot.exercises.mistakes.catalogue import (
     predict_wrong_answers,
 )
 from qdot.exercises.mistakes.question_formulas import find_formula
+from qdot.exercises.mistakes.term_comparison import TermComparison, compare_terms
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.quantities import is_quantity
 from qdot.exercises.questions.results import is_made_of_jacobian, is_product
@@ -36,7 +37,6 @@ from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE, NumericAnswer, is_
 from qdot.grader.diagnosis.residuals import explain_missing_links
 from qdot.grader.diagnosis.rounding import explain_rounded_function, explain_rounding
 from qdot.grader.diagnosis.set_mistakes import explain_set, find_mistake_by_judging, name_alternatives
-from qdot.grader.diagnosis.term_comparison import TermComparison, compare_terms
 from qdot.grader.diagnosis.wrong_answer import WrongAnswer, evaluate_answer, transpose
 from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.verdict import Diagnosis, locate_mistake
@@ -63,6 +63,8 @@ NEAREST_MISTAKES = {
 }  # fmt: skip
 """The formula mistakes that are likelier than a mistake in the derivation if a question asks for more than a quantity
 of the arm."""
+NEAREST_MISTAKES_IN_QUANTITIES = {"relative-rates"}
+"""The formula mistakes that are likelier even if an instructor's question asks for a quantity of the arm."""
 MAX_SET_LENGTH = 600
 """Maximum length (characters) of a set that is compared with the sets that mistakes give; comparing is slow."""
 
@@ -230,11 +232,15 @@ def _explain_values(answer: WrongAnswer, earlier_mistakes: Sequence[EarlierMista
         return division
     fitting_predictions = []
     has_opposite_sign = not numeric.is_direction and numeric.equals(-answer.correct_values)
+    formula, is_number = find_formula(answer.part), answer.part.type == "number"
+    asks_own_formula = formula is not None and (is_number or not is_quantity(formula))
     for prediction in predict_wrong_answers(answer.correct_stages, answer.part, numeric.is_precise):
         if _has_values(prediction, numeric):
             if not has_opposite_sign and (cause := _find_cause(prediction, earlier_mistakes)):
                 return _name_inherited(prediction, cause)
             if has_opposite_sign and prediction.mistake.name in SIGN_MISTAKES_AT_ONE_PLACE:
+                continue
+            if has_opposite_sign and asks_own_formula and prediction.mistake.name != "sign":
                 continue
             fitting_predictions.append(prediction)
             if not earlier_mistakes and prediction.frequency >= 1:
@@ -261,13 +267,14 @@ def _find_nearest_mistake(answer: WrongAnswer, predictions: Sequence[PredictedAn
     another component, are nearer still.
     """
     formula = find_formula(answer.part)
-    if formula is None or not predictions or is_quantity(formula) or answer.part.type == "number":
+    if formula is None or not predictions or answer.part.type == "number":
         return None
+    nearest_mistakes = NEAREST_MISTAKES_IN_QUANTITIES if is_quantity(formula) else NEAREST_MISTAKES
     if any(prediction.mistake.name in FORMULA_VARIANTS for prediction in predictions):
         return None
     searches = (_explain_formulas, partial(_explain_formulas, allows_any_number=True), _explain_terms)
     for diagnosis in (search(answer) for search in searches):
-        if diagnosis is not None and diagnosis.is_single_mistake and NEAREST_MISTAKES.issuperset(diagnosis.mistakes):
+        if diagnosis is not None and diagnosis.is_single_mistake and nearest_mistakes.issuperset(diagnosis.mistakes):
             return diagnosis
     return None
 

@@ -76,6 +76,17 @@ test("a wrong answer after a right one to the same question ends no streak", asy
   await context.close();
 });
 
+test("the map is hidden until singular angles are answered, and no example is in the syntax of a notebook", async () => {
+  const { page, context } = await openedAnew(there, "practice.html?arm=planar-2r&question=singular-angles", WIDE);
+  await page.getByText("it appears once you have answered").waitFor();
+  assert.equal(await page.locator(".arm-map-frame").count(), 0);
+  assert.ok(!(await page.locator(".prompt").textContent()).includes("Eq("));
+  await page.getByLabel("Your answer").fill("theta2 = 0, theta2 = pi");
+  await page.getByRole("button", { name: "Check" }).click();
+  await page.locator(".arm-map-frame").waitFor();
+  await context.close();
+});
+
 test("a link to an unknown lesson is reported", async () => {
   const { page } = await opened(there, "learn.html?lesson=foo");
   await page.getByText("There is no lesson “foo”").waitFor();

@@ -505,6 +505,15 @@ test.each(["[-1,09 , 1,35]", "-1,09, 1,35", "[-1,09; 1,35]", "-1,09\n1,35"])(
   (typed) => expect(judge({} as Problem, RATES, typed, () => false).outcome).toBe("correct"),
 );
 
+test.each([
+  ["-1.08, 1.35", "correct"],
+  ["-1.09, 1.36", "partial"],
+  ["-1.06, 1.35", "partial"],
+])("each number may have its own tolerance: %s is %s", (typed, outcome) => {
+  const key = { ...RATES.key, units: ["rad/s", "m/s"], tolerance: 0, floor: 0.001, floors: [0.02, 0.001] };
+  expect(judge({} as Problem, { ...RATES, key } as Part, typed, () => false).outcome).toBe(outcome);
+});
+
 test("if commas are ambiguous, the message explains how to separate numbers", () => {
   const { reasons } = judge({} as Problem, RATES, "[-1,09,1,35]", () => false);
   expect(reasons.map((reason) => textOf(reason))).toEqual([

@@ -80,11 +80,12 @@ const describeDimension = (unit: string): string | null =>
 
 /** Judge numbers one by one; `text` is the typed answer. */
 function judgeEntries(entries: readonly Node[], key: NumbersKey, text: string): Verdict {
-  const { right: correctValues, floor: absoluteTolerance, tolerance: relativeTolerance } = key;
+  const { right: correctValues, tolerance: relativeTolerance } = key;
+  const floorOf = (i: number) => key.floors?.[i] ?? key.floor;
   const values = entries.map((entry) => (hasBlank(entry) ? NaN : evaluateReal(entry)));
-  const isNear = (value: number, expected: number) =>
-    Math.abs(value - expected) <= Math.max(relativeTolerance * Math.abs(expected), absoluteTolerance);
-  const rightFlags = values.map((value, i) => isNear(value, correctValues[i] as number));
+  const isNear = (value: number, expected: number, i: number) =>
+    Math.abs(value - expected) <= Math.max(relativeTolerance * Math.abs(expected), floorOf(i));
+  const rightFlags = values.map((value, i) => isNear(value, correctValues[i] as number, i));
   if (rightFlags.every(Boolean))
     return correct(
       relativeTolerance < EXACT_TOLERANCE
@@ -97,12 +98,12 @@ function judgeEntries(entries: readonly Node[], key: NumbersKey, text: string): 
     yours: Number.isFinite(values[firstWrong]) ? (values[firstWrong] as number) : "—",
     expected: Number((correctValues[firstWrong] as number).toPrecision(4)),
   });
-  const zeroFlags = correctValues.map((expected) => Math.abs(expected) <= absoluteTolerance);
+  const zeroFlags = correctValues.map((expected, i) => Math.abs(expected) <= floorOf(i));
   const isRightUpToSigns =
     rightFlags.length > 1 &&
     !zeroFlags.every(Boolean) &&
     key.units.every(Boolean) && // numbers without units are counts, such as a rank
-    values.every((value, i) => [value, -value].some((candidate) => isNear(candidate, correctValues[i] as number)));
+    values.every((value, i) => [value, -value].some((candidate) => isNear(candidate, correctValues[i] as number, i)));
   const shareByEntries = computeShareOfEntries(rightFlags, zeroFlags, entries.map(hasBlank));
   const share = isRightUpToSigns ? Math.max(shareByEntries, computeShareForDeviations(1)) : shareByEntries;
   return verdictOf(share, isRightUpToSigns ? [message("verdict.but-signs"), reason] : [reason], {

@@ -265,12 +265,14 @@ def write_urdf(tmp_path: Path) -> Callable[..., Path]:
     [
         ("<robot name", "<robt name", "not valid XML"), ("<robot ", '<!DOCTYPE robot []><robot ', "DOCTYPE"),
         ('<robot name="three">', '<robot name="three" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:a/>', "macros"),
+        ("<link ", "<lin ", "it has no <link>"),
         ('type="revolute"', 'type="planar"', "joint 'elbow': type 'planar' is not supported"),
         ('<child link="b"/>', '<child link="z"/>', "joint 'elbow': .* 'z', which does not exist"),
         ('<child link="b"/>', "", "joint 'elbow': the child is missing"),
         ('xyz="1 0 1"', 'xyz="0 0 0"', "joint 'slide': its axis is the zero vector"),
         ('xyz="1 0 1"', 'xyz="1 0 nan"', "joint 'slide': axis xyz = '1 0 nan'"),
-        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbow"/>', "joint 'slide': it copies joint 'elbow' .*--tip b"),
+        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbow"/>', "joint 'slide': it moves .*--tip b.*--base b"),
+        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="slide"/>', "joint 'slide': it copies .* itself"),
         ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbo"/>', "joint 'slide': it copies .* which does not exist"),
         ('lower="-1" upper="2.5"', 'lower="1" upper="-2.5"', r"joint 'elbow': its lower limit 1 .* -2\.5"),
         ('<child link="camera"/>', '<child link="tool"/>', "link 'tool' is also the child of joint 'mount'"),
@@ -313,6 +315,7 @@ def test_urdf_chain_is_in_the_frame_of_its_base_link(write_urdf: Callable[..., P
     robot = read_robot_file(write_urdf(), base="a", tip="tool")  # the link a has another end, the camera
     pose = compute_origin_pose([0.3, 0, 0], [np.pi / 2, 0, 0.2]) @ rotate_about("y", -0.5) @ translate(0, 0.1, 0.12)
     np.testing.assert_allclose(compute_point(robot.chain, [0.5, 0], {}), pose[:3, 3], atol=1e-8)
+    assert robot.notes == (f"{write_urdf()}: the world frame is the frame of link 'a'",)
     assert read_robot_file(write_urdf(), base="b").chain.n == 1  # only one end comes after the link b
     assert read_robot_file(write_urdf(), tip="camera").chain.n == 1
 
@@ -329,7 +332,17 @@ def test_urdf_proposes_the_tool_frame_or_the_link_that_carries_the_fingers(write
         read_robot_file(path, base="a")
     robot = read_robot_file(write_urdf("</robot>", f"{fingers}</robot>"), tip="right")
     assert [joint.kind for joint in robot.chain.joints] == ["R", "R", "P", "P"]
-    assert any("joint 'right': it copies joint 'left' (mimic, multiplier -1)" in note for note in robot.notes)
+    assert any("joint 'right': it copies joint 'left' (mimic), which is not in the chain" in n for n in robot.notes)
+
+
+def test_urdf_joints_that_copy_the_same_joint_are_refused(write_urdf: Callable[..., Path]) -> None:
+    """Neither the elbow nor the slide copies the other, but both copy the camera's joint."""
+    mimic = '<mimic joint="look" multiplier="2"/>'
+    path = write_urdf('effort="1"/>', f'effort="1"/>{mimic}')
+    path.write_text(path.read_text().replace('upper="0.5"/>', f'upper="0.5"/>{mimic}'))
+    with pytest.raises(QdotError, match="joint 'slide': it moves together with joint 'elbow'"):
+        read_robot_file(path, tip="tool")
+    assert len(read_robot_file(path, tip="tool", base="b").notes) == 2
 
 
 def test_urdf_offsets_and_angles_near_zero_are_snapped(write_urdf: Callable[..., Path]) -> None:

@@ -201,6 +201,12 @@ def test_zeros_of_quotients_are_those_of_the_numerator(answer: str, expected: st
         assert (problem.parts[0].answer.as_typed(), find_failures(problem)) == (expected, [])
 
 
+def test_refused_set_says_on_which_lengths_it_depends(tmp_path: Path) -> None:
+    question = 'prompt = "x"\nanswer = "zeros(p.x, o1.y)"'
+    with pytest.raises(QdotError, match=r"acos\(-a1/a2\); whether there is one depends on a1 and a2$"):
+        make_problem(tmp_path, question, more='variation = "chapter"\n')
+
+
 @pytest.mark.parametrize(("family", "number"), [("planar-2r", "a1"), ("elbow", "a3")])
 def test_length_that_is_a_number_in_the_table_is_given_this_value(family: str, number: str, tmp_path: Path) -> None:
     question = f'prompt = "At {{given}}."\nanswer = "{number}*J[1, 1]"\ngiven = {{theta1 = "angle", theta2 = "angle", '
@@ -703,6 +709,8 @@ def test_numbers_may_have_different_tolerances(text: str, expected: Outcome, tmp
         "two", "2"
     )
     assert "in rad/s, m/s: auf 0,02 rad/s genau, auf 1 mm/s genau." in write_prompt(problem, part, "de")
+    key = make_site_record(problem)["parts"][0]["key"]
+    assert (key["tolerance"], key["floor"], key["floors"]) == (0, 0.001, [0.02, 0.001])
 
 
 @pytest.mark.parametrize("unit", ['","', '"rad/s,"', '", m/s"', '["rad/s", "m/s"]'])

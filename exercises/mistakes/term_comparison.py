@@ -16,8 +16,9 @@ from qdot.exercises.formula.program import evaluate_variants
 from qdot.exercises.formula.trees import ONE, Node, count_nodes, make_number
 from qdot.exercises.mistakes.configurations import SymbolValues
 from qdot.exercises.mistakes.formula_edits import MAX_ENTRY_NODES, MAX_TERMS, exchange_trigs
-from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE
 
+RELATIVE_TOLERANCE = 1e-9
+"""Two values count as equal if they differ by at most this fraction of the larger one."""
 TWO, THREE = make_number(2), make_number(3)
 MAX_TRIGS_OF_TERM = 4
 """Maximum number of sines and cosines of a term of which each may be exchanged; in other terms, all or none are."""
