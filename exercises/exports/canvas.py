@@ -45,7 +45,7 @@ def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]
     """Yield a package for each kind of quizzes. From the package, Canvas imports a quiz and question banks."""
     assignment = request.assignment
     quiz_items = list(items.make_items_for_students(request))
-    groups = items.group_by_category(quiz_items)
+    groups = items.group_items(quiz_items, request.report)
     images: dict[str, str | bytes] = {}
     for item in quiz_items:
         images |= platform_markup.make_image_files((*item.body, *item.solution))

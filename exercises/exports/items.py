@@ -6,15 +6,15 @@ each question that can't be asked.
 """
 
 import re
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Callable, Generator, Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
 from qdot.exercises.assignment.assignment import Slot
 from qdot.exercises.assignment.certified_problems import Variant
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.bank import convert_bank
 from qdot.exercises.exports.export_format import ExportRequest
@@ -36,6 +36,8 @@ from qdot.exercises.short_questions.wrong_sets import make_four_sets
 from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.units import format_unit
+
+Entry = TypeVar("Entry")
 
 MAX_WRONG_VALUES = 6
 """Maximum number of wrong values to recognise for a number. With more values, answers would match them by chance."""
@@ -169,11 +171,17 @@ ItemForm = ChoiceForm | MatchingForm | NumberForm | TextForm
 
 
 class ItemCategory(NamedTuple):
-    """The category of an item in a platform's question bank."""
+    """The category of an item in a platform's question bank: a question with its number in the problem, from 1."""
 
     assignment_title: str
     slot_title: str
     question_title: str
+    question_number: int
+
+    @property
+    def path(self) -> tuple[str, str, str]:
+        """The names of the categories from the assignment's to the question's."""
+        return self.assignment_title, self.slot_title, f"{self.question_number}. {self.question_title}"
 
 
 @dataclass(frozen=True)
@@ -229,12 +237,42 @@ def make_items_for_students(request: ExportRequest) -> Generator[QuizItem, None,
         yield item if shows_solutions else replace(item, solution=(), single_number_item=number_item)
 
 
-def group_by_category(items: Iterable[QuizItem]) -> dict[ItemCategory, list[QuizItem]]:
-    """Return the items of each category, with the categories in order of appearance."""
-    groups: dict[ItemCategory, list[QuizItem]] = {}
-    for item in items:
-        groups.setdefault(item.category, []).append(item)
-    return groups
+def make_category(request: ExportRequest, slot: Slot, problem: Problem, part: Part) -> ItemCategory:
+    """Return the category of a part, which has the same names on every platform."""
+    number = [problem_part.name for problem_part in problem.parts].index(part.name) + 1
+    slot_title = f"{slot.name} {slot.family.name}"
+    return ItemCategory(request.assignment.title, slot_title, question_of(part).title, number)
+
+
+def group_by_category(
+    entries: Iterable[Entry],
+    find_category: Callable[[Entry], ItemCategory],
+    find_content: Callable[[Entry], Hashable],
+    report: Callable[[str], None],
+) -> dict[ItemCategory, list[Entry]]:
+    """Return the entries of each category without copies, with the categories in order of appearance.
+
+    Entries with equal content are copies: for an arm whose variants do not differ, all variants of some questions are
+    equal. `report` gets a message for each category with copies.
+    """
+    groups: dict[ItemCategory, dict[Hashable, Entry]] = {}
+    counts: dict[ItemCategory, int] = {}
+    for entry in entries:
+        category = find_category(entry)
+        groups.setdefault(category, {}).setdefault(find_content(entry), entry)
+        counts[category] = counts.get(category, 0) + 1
+    for category, group in groups.items():
+        if len(group) < counts[category]:
+            report(
+                f"{category.slot_title}: the {counts[category]} variants of {category.question_title!r} contain only "
+                f"{count_noun(len(group), 'different question')}; copies are left out"
+            )
+    return {category: list(group.values()) for category, group in groups.items()}
+
+
+def group_items(items: Iterable[QuizItem], report: Callable[[str], None]) -> dict[ItemCategory, list[QuizItem]]:
+    """Return the different items of each category, with the categories in order of appearance."""
+    return group_by_category(items, lambda item: item.category, lambda item: (item.body, item.form), report)
 
 
 def append_boxes(body: str, form: ItemForm, boxes: Sequence[str]) -> str:
@@ -261,6 +299,7 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
     explains_mistakes = request.includes_feedback("mistake")
     numeric_part: NumericPart | None = None
     form: ItemForm
+    category = make_category(request, slot, problem, part)
     if isinstance(part.answer, ConditionSet) and part.answer.is_singular_set:
         short_problem = _ask_short_question(problem, part, request)
         if short_problem is None:
@@ -287,7 +326,6 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
     figure = draw_prompt_figure(problem, part, part.name)
     figures = () if figure is None else (figure,)
     body = (draw_arm(problem), problem_texts.write_statement(problem, "", explains_typing=False), *figures, question)
-    category = ItemCategory(request.assignment.title, f"{slot.name} {slot.family.name}", title)
     solution = _write_solution(problem, part, numeric_part)
     item_hints = problem_texts.write_hints(problem, part) if request.assignment.hints else ()
     item = QuizItem(part.name, title, category, body, form, part.points, solution, item_hints)

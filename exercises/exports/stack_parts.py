@@ -33,6 +33,8 @@ from qdot.exercises.formula.scale import find_constant_factor
 from qdot.exercises.formula.trees import ONE
 from qdot.exercises.formula.trees import Node as Tree
 from qdot.exercises.mistakes.base import add_chapter_to_reference
+from qdot.exercises.mistakes.configurations import sample_values
+from qdot.exercises.mistakes.term_comparison import compare_terms
 from qdot.exercises.problem.credit import (
     MISTAKE_FACTOR,
     SIGN_OR_FACTOR_COST,
@@ -43,7 +45,7 @@ from qdot.exercises.problem.credit import (
     count_false_conditions,
 )
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import find_determinant_in_denominator
+from qdot.exercises.questions.results import find_determinant_in_denominator, is_product
 from qdot.exercises.reference_answers import LETTERS
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.singularities.singular_set import Component
@@ -55,6 +57,8 @@ CORRECT_NOTE, UNEXPLAINED_NOTE = "prt1-right", "prt1-other"
 """STACK's answer notes for a correct answer, and for an answer that no known mistake explains."""
 POINT_COUNT, MAX_TRIES = 3, 20
 """Number of points at which formulas are compared, and maximum number of attempts to sample usable points."""
+TERM_SAMPLE_COUNT = 6
+"""Number of configurations at which the terms of two formulas are compared."""
 NO_POINTS = Reason("no configurations were found at which formulas could be compared")
 MIN_PIVOT, MAX_ENTRY = 1e-2, 1e4
 """At a usable point, no entry of the answer exceeds MAX_ENTRY, and the pivot, if there is one, exceeds MIN_PIVOT.
@@ -207,13 +211,26 @@ def _compute_minimum_share(problem: Problem, part: Part, answer: sp.Matrix) -> F
     """Return the minimum share of the points for an answer that a single known mistake explains."""
     reference = part.answer.as_matrix()
     has_varying_entries = _find_varying_indices(problem, reference) and _find_varying_indices(problem, answer)
-    if not part.credit.covers_known_mistakes or not has_varying_entries:
+    if not has_varying_entries:
+        return Fraction(0)
+    if not is_product(part) and _has_only_wrong_signs(problem, answer, reference):
+        return compute_share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False)
+    if not part.credit.covers_known_mistakes:
         return Fraction(0)
     determinant = find_determinant_in_denominator(problem.chain, part, make_domain(problem).roles)
     if determinant is None:
         return MISTAKE_FACTOR
     no_entry_equal = [False] * len(reference)
     return max(MISTAKE_FACTOR, _compute_share_up_to_a_factor(problem, answer, reference, no_entry_equal, determinant))
+
+
+def _has_only_wrong_signs(problem: Problem, answer: sp.Matrix, reference: sp.Matrix) -> bool:
+    """Return whether the terms of an answer are all correct except for signs."""
+    entries, expected_entries = parse_entries(problem, answer), parse_entries(problem, reference)
+    wrong_indices = [k for k, is_equal in enumerate(compare_entry_by_entry(problem, answer, reference)) if not is_equal]
+    values = sample_values(make_domain(problem), TERM_SAMPLE_COUNT, Stream(f"stack/{problem.id}/terms"))
+    comparison = compare_terms(entries, expected_entries, wrong_indices, values)
+    return comparison is not None and not (comparison.has_exchanged_trigs or comparison.has_wrong_number)
 
 
 def _compute_share_up_to_a_factor(
@@ -457,7 +474,8 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     lines = ["typed: qdot_read(ans1);", f"room: [{', '.join(map(print_maxima, tolerances))}];"]
     lines += [f"right: {write_near_count('ta1')};", *_write_number_share_lines(part, is_zero)]
     variables = stack_maxima.write_definitions(problem, stack_maxima.NUMBER_FUNCTIONS)
-    variables.append(f"ta1: {_write_floats(exact_reference, is_single)};")
+    reference_floats = _write_floats(exact_reference, is_single)
+    variables.append(f"ta1: {reference_floats};")
     correct_node = ResponseNode("AlgEquiv", "right", str(n), CORRECT_NOTE, "1")
     if is_single:
         correct_node = ResponseNode(
@@ -467,7 +485,7 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     unit_words = f", in {unit}, without the unit" if unit else ""
     expected_answer = f"{'a number' if is_single else f'{n} numbers'}{unit_words}"
     feedback = "" if is_single else f"<p>{{@right@}} of {n} numbers are right.</p>"
-    tests = [REFERENCE_TEST]
+    tests = [replace(REFERENCE_TEST, value=_choose_test_value("ta1", reference_floats))]
     stack_part = StackPart(
         part, "numerical" if is_single else "matrix", expected_answer, variables, lines, [correct_node], tests,
         feedback, "share", box_width=12, validator="" if is_single else "qdot_check_numbers",
@@ -477,15 +495,18 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
         share = _compute_number_share(part, known_answer, is_zero)
         floats = _write_floats(known_answer.matrix, is_single)
         stack_part.add_mistake(number, known_answer, floats, write_near_count(f"wrong{number}"), str(n), share)
+        tests[-1] = replace(tests[-1], value=_choose_test_value(tests[-1].value, floats))
         if not is_single and part.credit.covers_known_mistakes:
             lines.append(_write_minimum_share_line(part, MISTAKE_FACTOR, f"like{number} = {n}"))
     values_outside = exact_reference + 50 * sp.Matrix(tolerances)  # clearly wrong
     values_inside = exact_reference + sp.Matrix(tolerances) / 2
-    variables.append(f"form1: {_write_floats(values_inside, is_single)};")
-    tests.append(QuestionTest("off by half the tolerance", "form1", 1.0, CORRECT_NOTE))
+    floats = _write_floats(values_inside, is_single)
+    variables.append(f"form1: {floats};")
+    tests.append(QuestionTest("off by half the tolerance", _choose_test_value("form1", floats), 1.0, CORRECT_NOTE))
     if not any(_are_near(values_outside, known_answer.matrix, tolerances) for known_answer in known_answers):
-        variables.append(f"other1: {_write_floats(values_outside, is_single)};")
-        tests.append(UNRELATED_TEST)
+        floats = _write_floats(values_outside, is_single)
+        variables.append(f"other1: {floats};")
+        tests.append(replace(UNRELATED_TEST, value=_choose_test_value("other1", floats)))
     if not is_single:
         variables.append("unknown1: ta1 + unknown_name;")
         tests.append(UNKNOWN_NAME_TEST)
@@ -528,9 +549,28 @@ def _compute_number_share(part: Part, known_answer: KnownWrongAnswer, is_zero: S
 
 def _write_floats(matrix: sp.Matrix, is_single: bool) -> str:
     """Return a number or a column as Maxima code with decimals; powers of ten are exact numbers in it."""
-    mantissas_and_powers = (f"{float(value):.12g}".partition("e") for value in matrix)
-    values = [f"{mantissa}*10^({power})" if power else mantissa for mantissa, _, power in mantissas_and_powers]
+    values = [_write_float(float(value)) for value in matrix]
     return values[0] if is_single else f"matrix({', '.join(f'[{value}]' for value in values)})"
+
+
+def _write_float(value: float) -> str:
+    """Return a number with a power of ten exactly if Maxima would print it with an exponent.
+
+    >>> _write_float(0.25), _write_float(-0.00027), _write_float(0.0)
+    ('0.25', '-2.7*10^(-4)', '0')
+    """
+    if value == 0 or 1e-3 <= abs(value) < 1e6:
+        return f"{value:.12g}"
+    mantissa, _, power = f"{value:.11e}".partition("e")
+    return f"{mantissa.rstrip('0').rstrip('.')}*10^({int(power)})"
+
+
+def _choose_test_value(variable: str, floats: str) -> str:
+    """Return what a question test submits: the variable or, if there are powers of ten, the numbers themselves.
+
+    STACK would write the value of such a variable as 2.7e-5, which its boxes for vectors do not accept.
+    """
+    return floats if "*10^" in floats else variable
 
 
 def _are_near(numbers: sp.Matrix, other_numbers: sp.Matrix, tolerances: Sequence[sp.Expr]) -> bool:

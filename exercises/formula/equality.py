@@ -58,9 +58,11 @@ class Domain:
     and "travel". The last is the value of a prismatic joint in metres, in both directions, as far as any arm reaches.
 
     An irrational number (a root) is given as a double; other doubles stand for the decimals that they print as.
+    `unlisted_names` belong to other parts of the problem. Messages that list the symbols leave them out.
     """
 
     roles: Mapping[str, str | float | Fraction | np.ndarray]
+    unlisted_names: AbstractSet[str] = frozenset()
 
     def list_fixed_values(self) -> dict[str, Fraction | None]:
         """Return the value of each name that stands for a number; None for an irrational number, known as a double."""
@@ -448,7 +450,9 @@ def format_difference(student_value: Any, expected_value: Any) -> tuple[float | 
 def to_json_number(value: complex) -> float | str:
     """Return a value for JSON: a float with six digits, or words if it is complex or not a number."""
     if not np.isfinite(value):
-        return "not a finite number"
+        return "undefined or too large"
     if abs(value.imag) > 1e-9 * abs(value):
-        return f"{value.real:.6g} + {value.imag:.6g}i"
+        real_part = f"{value.real:.6g} " if abs(value.real) > 1e-9 * abs(value) else ""
+        sign = "-" if value.imag < 0 else "+" if real_part else ""
+        return f"{real_part}{sign}{' ' if real_part else ''}{abs(value.imag):.6g}i"
     return round_to_six_digits(value.real)

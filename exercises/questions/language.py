@@ -27,7 +27,7 @@ MAX_DEPTH = 50
 """Maximum depth of the syntax tree of a formula."""
 
 MAX_NUMBER = 1e12
-"""The numbers in a formula are smaller than this."""
+"""The largest number in a formula."""
 
 MAX_POWER = 8
 """Maximum absolute value of an exponent."""
@@ -67,9 +67,10 @@ class UnknownName(FormulaError):
 
 
 def _resembles_known_name(name: str, known_names: Sequence[str]) -> bool:
-    """Return whether a known name differs only in its number, as a7 differs from a1."""
+    """Return whether a name is that of a quantity of arms with another number, such as a7 or d3."""
     letters = name.rstrip("0123456789")
-    return any(known_name.rstrip("0123456789") == letters for known_name in known_names)
+    known_letters = {known_name.rstrip("0123456789") for known_name in known_names}
+    return letters != name and letters in known_letters | {"a", "d", "theta", "alpha", "qd", "qdd"}
 
 
 class Quantities(Protocol):
@@ -130,7 +131,7 @@ def parse(text: str) -> ast.expr:
 
 
 def _convert_to_python(text: str) -> str:
-    return unicodedata.normalize("NFKC", text).replace("^", "**").replace("·", "*").replace("−", "-")
+    return unicodedata.normalize("NFKC", text).replace("^", "**").replace("·", "*").replace("−", "-").replace("\n", " ")
 
 
 _CLOSING_BRACKETS = {"(": ")", "[": "]", "{": "}"}
@@ -162,7 +163,9 @@ def _explain_syntax_error(text: str, offset: int) -> str:
 def _check_node(node: ast.AST, text: str) -> None:
     """Raise FormulaError if a part of a syntax tree has no meaning in a formula."""
     if isinstance(node, ast.Constant):
-        is_known = type(node.value) in (int, float) and abs(float(str(node.value))) < MAX_NUMBER
+        is_known = type(node.value) in (int, float)
+        if is_known and abs(float(str(node.value))) > MAX_NUMBER:
+            raise FormulaError(f"{text!r} contains a number above {MAX_NUMBER:g}")
     elif isinstance(node, ast.Call):
         is_known = isinstance(node.func, ast.Name)
     else:

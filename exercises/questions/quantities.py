@@ -19,7 +19,7 @@ from qdot.exercises.arm.arithmetic import (
     apply_matrix,
     matrix_product,
 )
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import Chain, is_angle_symbol
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation_graph import StageResults, compute_convention_rotation
@@ -107,6 +107,34 @@ def parse_frame_name(name: str, chain: Chain) -> FrameName | None:
     return frame_name
 
 
+_SYMBOL = re.compile(r"(?:theta|alpha|a|d|qd|qdd)\d|[vw][xyz]|[fm][xyz]|pi")
+"""The names of symbols of arms, of the components of loads, and of pi."""
+
+
+def is_result_or_symbol(name: str) -> bool:
+    """Return whether a name may be a result of a derivation, or a symbol, of some arm.
+
+    >>> [is_result_or_symbol(name) for name in ("p", "o7", "theta1", "speed")]
+    [True, True, True, False]
+    """
+    return name in RESULTS or any(pattern.fullmatch(name) for pattern in (_FRAME_NAME, _SYMBOL))
+
+
+def is_quantity(formula: ast.expr) -> bool:
+    """Return whether a formula is a quantity of an arm, an entry of one, or the velocity of a frame's origin.
+
+    >>> [is_quantity(ast.parse(text, mode="eval").body) for text in ("v.x", "J[1, 2]", "ddt(o2)", "m*v.x")]
+    [True, True, True, False]
+    """
+    while isinstance(formula, (ast.Attribute, ast.Subscript)):
+        formula = formula.value
+    match formula:
+        case ast.Call(func=ast.Name(id="ddt"), args=[ast.Name(id=name)]):
+            return name == "p" or _FRAME_NAME.fullmatch(name) is not None
+    text = ast.unparse(formula)
+    return text in RESULTS or _FRAME_NAME.fullmatch(text) is not None
+
+
 def list_result_names(chain: Chain) -> list[str]:
     """Return the names of all results that a formula on an arm may use."""
     frames = range(chain.n + 1) if has_frames(chain) else ()
@@ -192,7 +220,30 @@ class StageQuantities(ABC):
 
 
 class NumericQuantities(StageQuantities):
-    """The quantities as numbers at several configurations. Derivatives are central differences of order eight."""
+    """The quantities as numbers at several configurations. Derivatives are central differences of order eight.
+
+    If a mistake changes the unit of length, lengths and the rates of prismatic joints have this unit. Derivatives are
+    those with respect to the symbols in SI units.
+    """
+
+    @cached_property
+    def _names_with_length_unit(self) -> set[str]:
+        chain = self.stages.chain
+        lengths = {*self.numbers, *(symbol.name for symbol in chain.parameters if not is_angle_symbol(symbol))}
+        for i in chain.prismatic_joints:
+            lengths |= {chain.q[i].name, chain.rates[i].name}
+        return lengths
+
+    def look_up(self, name: str) -> np.ndarray | None:
+        """Return the value of a name, or of a formula in RESULTS; None if there is none."""
+        value = super().look_up(name)
+        if value is None or name not in self._names_with_length_unit:
+            return value
+        return np.asarray(value * self.stages["length unit"])
+
+    def get_si_value(self, name: str) -> np.ndarray:
+        """Return the value of a symbol in SI units."""
+        return self.stages.arithmetic.get_symbol_value(name)
 
     def apply(self, function: str, value: np.ndarray) -> np.ndarray:
         """Return a function of each entry; nan where it is not defined."""
@@ -225,7 +276,7 @@ def differentiate_numerically(
     derivative: Any = 0
     for step_count, weight in STENCIL:
         for shift in (step_count * step, -step_count * step):
-            shifted_values = {name: quantities.look_up(name) + shift * rate for name, rate in rates.items()}
+            shifted_values = {name: quantities.get_si_value(name) + shift * rate for name, rate in rates.items()}
             derivative = derivative + step_count * weight / shift * quantities.with_values(formula, shifted_values)
     return np.asarray(derivative)
 

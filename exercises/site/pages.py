@@ -14,6 +14,7 @@ from typing import Any
 from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.figure.arm_figure import draw_figure_svg
+from qdot.exercises.notebook.notebook import CHECK_PAGE
 from qdot.exercises.site.arms import make_gallery_page
 from qdot.exercises.site.chapter import make_arm_data, make_chapter_pages
 from qdot.exercises.site.guide import COMMANDS, REPLACED_PAGES, arrange_pages
@@ -23,7 +24,8 @@ from qdot.exercises.writing.render import find_folder, find_template_folder, ren
 
 SCRIPT_SOURCES = {
     "practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "own": "src/own/main.tsx",
-    "course": "src/course/main.tsx", "package": "src/course/package.tsx", "pages": "src/pages/main.ts",
+    "course": "src/course/main.tsx", "check": "src/check/main.tsx", "package": "src/course/package.tsx",
+    "pages": "src/pages/main.ts",
 }  # fmt: skip
 """The source of each script that pages load; "package" is for packages for learning platforms (`exports.scorm`)."""
 NODE_VERSION = "Node 20.19 or later"
@@ -32,6 +34,8 @@ HOME_CONFIGURATION = {"theta1": math.radians(15), "theta2": math.radians(100)}
 """The initial configuration of the arm on the home page, from which readers drag P across the drawing."""
 LESSON_CONFIGURATION = {"theta1": math.radians(60), "theta2": math.radians(100)}
 """The initial configuration of the arm in the lessons; it fulfils none of their goals."""
+MAX_CHECKED_MEGABYTES = 50
+"""Maximum size of a notebook that the page for students' notebooks opens, which leaves memory on a phone."""
 MIN_LISTED_HEADINGS = 3
 """A page of the documentation with at least this many headings gets a list of them."""
 
@@ -147,6 +151,8 @@ def make_pages(
     yield Page("practice.html", "Practise", practice, script="practice", section="practice", kind="practice")
     own_arm = render("site/own.html.j2", has_docs=has_docs)
     yield Page("own.html", "Your own arm", own_arm, script="own", section="own", kind="practice")
+    check = render("site/check.html.j2", has_docs=has_docs, max_megabytes=MAX_CHECKED_MEGABYTES)
+    yield Page(CHECK_PAGE, "Check your notebook", check, script="check")
     course_help = render("site/course.html.j2", has_docs=has_docs)
     yield Page("course.html", "In a course", course_help, script="course", kind="wide", allows_frames=True)
     yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""), is_error_page=True)

@@ -5,7 +5,7 @@ configurations at which answers are compared. A certificate records how a compar
 the answer is wrong.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
 
@@ -166,7 +166,8 @@ def describe_unknown_symbols(parsed: ParsedAnswer, domain: Domain) -> str:
         return ""
     if unknown <= set(VOCABULARY["units"]):
         return f"leave out the unit {min(unknown)}: lengths are in metres, angles in radians"
-    return f"{name_unknown_symbols(unknown)}; its symbols are {', '.join(sorted(domain.roles))}"
+    listed_names = ", ".join(sorted(domain.roles.keys() - domain.unlisted_names))
+    return f"{name_unknown_symbols(unknown)}; its symbols are {listed_names}"
 
 
 def judge_numbers(
@@ -386,7 +387,9 @@ def _judge_set(
     is_covered: Sequence[bool | None] = tolerant_comparison.is_covered
     if len(sound_pieces) < len(claimed_pieces):
         is_covered = _find_covered_pieces(sound_pieces, reference_pieces, tolerant_space, seed, is_covered)
-    match_counts = _count_covered_pieces(is_covered, conditions)
+    match_counts = _count_covered_pieces(
+        is_covered, conditions, lambda piece: _is_found_in_part(piece, sound_pieces, tolerant_space, seed)
+    )
     true_joints = {_find_restricted_joints(piece, space) for piece in sound_pieces}
     false_pieces = [piece for piece, is_sound in pieces_and_soundness if is_sound is False]
     false_joints = [_find_restricted_joints(piece, space) for piece in false_pieces]
@@ -428,17 +431,35 @@ def _find_restricted_joints(piece: Piece, space: ConfigurationSpace) -> frozense
 
 
 def _count_covered_pieces(
-    is_covered: Sequence[bool | None], conditions: Sequence[Sequence[Piece]]
+    is_covered: Sequence[bool | None], conditions: Sequence[Sequence[Piece]], is_found_in_part: Callable[[Piece], bool]
 ) -> list[tuple[int, int]]:
     """Return for each condition the number of its pieces that are covered, and the number of its nonempty pieces.
 
     `is_covered` is whether each piece of all conditions is covered; None for an empty piece. Empty conditions are
-    omitted.
+    omitted. If a condition has a single piece that was found in part, it counts as one of two pieces.
     """
     remaining_flags = iter(is_covered)
-    groups = [list(islice(remaining_flags, len(condition))) for condition in conditions]
-    counts = [(group.count(True), len(group) - group.count(None)) for group in groups]
+    groups = [(list(islice(remaining_flags, len(condition))), condition) for condition in conditions]
+    counts = [
+        (1, 2)
+        if group == [False] and is_found_in_part(condition[0])
+        else (group.count(True), len(group) - group.count(None))
+        for group, condition in groups
+    ]
     return [(covered_count, total) for covered_count, total in counts if total]
+
+
+def _is_found_in_part(piece: Piece, sound_pieces: Sequence[Piece], space: ConfigurationSpace, seed: str) -> bool:
+    """Return whether a claimed piece is one of the branches of a piece, as theta2 = atan(a1/a2) of a1 = a2*tan(theta2).
+
+    A branch gives values of joints, and has no more conditions than the piece.
+    """
+    branches = (
+        branch
+        for branch in sound_pieces
+        if len(branch) <= len(piece) and all(atom.joint is not None for atom in branch)
+    )
+    return any(compare_sets([branch], [piece], space, seed).is_sound == (True,) for branch in branches)
 
 
 def _describe_matches(match_counts: Sequence[tuple[int, int]], false_count: int) -> str:

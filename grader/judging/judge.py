@@ -42,7 +42,7 @@ def judge_parsed(problem: Problem, part: Part, parsed: ParsedAnswer, seed: str) 
         return parsed.refusal
     if parsed.table is not None:
         return judge_function(part, parsed.table, [q.name for q in problem.chain.q], problem.domain.roles)
-    return _AnswerJudge(problem, part, parsed, problem.domain, seed).visit(part.answer)
+    return _AnswerJudge(problem, part, parsed, problem.select_domain(part), seed).visit(part.answer)
 
 
 @dataclass(frozen=True)

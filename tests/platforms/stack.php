@@ -2,10 +2,11 @@
 // Import our questions into Moodle with STACK, show them, and run their tests: `php stack.php < request.json`, called by
 // stack.py.
 //
-// The request: `config` (path of Moodle's config.php), `xml`, the file to import, and `patience`, the seconds that a call of
-// Maxima may take, and `typed`: by the name of a question, answers to type, each a text or the rows of a matrix. The output
-// is lines of JSON: one about the software and the import, then one for each question with its stored fields, its page before
-// and after an attempt, the mark of a blank attempt, the results of its tests, and those of the typed answers.
+// The request: `config` (path of Moodle's config.php), `xml` and `quiz`, the files to import and to restore, `patience`, the
+// seconds that a call of Maxima may take, and `typed`: by the name of a question, answers to type, each a text or the rows of
+// a matrix. The output is lines of JSON: one about the software and the import, then one for each question with its stored
+// fields, its page before and after an attempt, the mark of a blank attempt, the results of its tests, and those of the typed
+// answers; then the same for the quiz, whose questions run only their first test.
 
 require(__DIR__ . '/import.php');
 $config = get_config('qtype_stack');
@@ -115,7 +116,21 @@ foreach (load_questions($bank) as $question) {
     $tests = question_bank::get_qtype('stack')->load_question_tests($question->id);
     $answers = $request['typed'][$question->name] ?? [];
     print_line((array) $question + show_question($question->id, $context) + [
+        'place' => 'bank', 'test_count' => count($tests),
         'tests' => array_values(array_map(fn($test) => run_test($test, $question->id, $context), $tests)),
         'typed' => array_map(fn($typed) => type_answer($question->id, $typed, $context), $answers),
     ]);
+}
+if ($request['quiz'] ?? null) {
+    $restored = restore_quiz($request['quiz'], create_test_course());
+    $questions = $restored['done'] ? load_questions($restored['context']) : [];
+    unset($restored['context']);
+    print_line(['quiz' => $restored]);
+    foreach ($questions as $question) {
+        $tests = question_bank::get_qtype('stack')->load_question_tests($question->id);
+        print_line((array) $question + show_question($question->id, $context) + [
+            'place' => 'quiz', 'test_count' => count($tests),
+            'tests' => [run_test(reset($tests), $question->id, $context)],
+        ]);
+    }
 }

@@ -6,7 +6,7 @@ give.
 
 import ast
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import lru_cache
 from itertools import combinations, product
@@ -46,6 +46,7 @@ from qdot.exercises.questions.language import (
 )
 from qdot.exercises.questions.quantities import (
     compile_formula,
+    is_result_or_symbol,
     list_result_names,
     make_quantities,
     name_accelerations,
@@ -161,6 +162,16 @@ def make_question(definition: Definition) -> CustomQuestion:
     )  # fmt: skip
 
 
+def check_question_names(definition: Definition, question_names: Collection[str]) -> None:
+    """Raise FormulaError if a formula contains the name of a question, unless the name has another meaning."""
+    symbol_names = {name for name, _ in definition.units}
+    for formula in QuestionMaker(definition).all_formulas:
+        for name in find_names(formula) & set(question_names) - symbol_names:
+            if not is_result_or_symbol(name):
+                advice = "a formula can't contain the answer to another question; write the formula of its answer"
+                raise FormulaError(f"{name!r} is a question, and {advice}")
+
+
 class QuestionMaker:
     """Computes, samples and checks the answer of a definition."""
 
@@ -172,7 +183,8 @@ class QuestionMaker:
         self.option_formulas = [parse(option.content) if option.is_formula else None for option in definition.options]
 
     @property
-    def _all_formulas(self) -> list[ast.expr]:
+    def all_formulas(self) -> list[ast.expr]:
+        """The formulas of the answer and of the options."""
         return [*self.formulas, *filter(None, self.option_formulas)]
 
     @property
@@ -193,11 +205,11 @@ class QuestionMaker:
 
     def _uses_accelerations(self) -> bool:
         """Return whether a formula contains joint accelerations: by name, or because a velocity is differentiated."""
-        names = set().union(*map(find_names, self._all_formulas))
-        calls = set().union(*map(find_calls, self._all_formulas))
+        names = set().union(*map(find_names, self.all_formulas))
+        calls = set().union(*map(find_calls, self.all_formulas))
         is_named = any(name.startswith("qdd") for name in names)
         differentiates_rates = "ddt" in calls and any(name in ("v", "w") or name.startswith("qd") for name in names)
-        return is_named or differentiates_rates or any("ddt(ddt(" in ast.unparse(f) for f in self._all_formulas)
+        return is_named or differentiates_rates or any("ddt(ddt(" in ast.unparse(f) for f in self.all_formulas)
 
     def list_new_symbols(self, chain: Chain) -> dict[str, SymbolInfo] | None:
         """Return the symbols of the answer that the arm does not have: accelerations, and those with a unit."""
@@ -205,7 +217,7 @@ class QuestionMaker:
         if self._uses_accelerations():
             kinds = zip(name_accelerations(chain), chain.joints, strict=True)
             symbols |= {name: SymbolInfo("rate", "rad/s^2" if j.is_revolute else "m/s^2") for name, j in kinds}
-        if any("f" in find_names(formula) for formula in self._all_formulas):
+        if any("f" in find_names(formula) for formula in self.all_formulas):
             symbols = inversion.make_load_symbols(chain) | symbols
         return symbols or None
 
@@ -216,7 +228,11 @@ class QuestionMaker:
 
     def compute_answer(self, stages: StageResults, _: Details) -> np.ndarray:
         """Return the answer, (rows, columns, …), in the arithmetic of the stages."""
-        value = self._compute(self.formulas[0], stages)
+        return self.compute_formula(self.formulas[0], stages)
+
+    def compute_formula(self, formula: ast.expr, stages: StageResults) -> np.ndarray:
+        """Return the rows of a formula that the answer has, (rows, columns, …), in the arithmetic of the stages."""
+        value = self._compute(formula, stages)
         if self.definition.rows and count_axes(value) != 1:
             shape = describe_shape(value)
             raise FormulaError(f"rows are names of the entries of a vector, but the answer is {shape}", "rows")
@@ -254,7 +270,7 @@ class QuestionMaker:
 
     def names_arm_symbols(self, chain: Chain, formulas: Sequence[ast.expr] = ()) -> bool:
         """Return whether formulas, by default those of the answer, name joint variables or lengths of the arm."""
-        searched_formulas = formulas or self._all_formulas
+        searched_formulas = formulas or self.all_formulas
         arm_names = {*(symbol.name for symbol in (*chain.q, *chain.parameters)), *list_table_numbers(chain), "q"}
         nodes = (node for formula in searched_formulas for node in ast.walk(formula))
         keywords = {node.arg for node in nodes if isinstance(node, ast.keyword)}  # theta1 in at(p, theta1 = 0)
@@ -283,13 +299,12 @@ class QuestionMaker:
         units, largest_value = self.definition.entry_units, max(abs(float(value)) for value in values)
         if len(units) == 1:
             units *= len(values)
-        elif len(units) != len(values):
-            counts = f"{len(units)} units, but the answer has {len(values)} entries"
-            raise FormulaError(f"it has {counts}; write one unit for each entry, or one for all", "unit")
-        tolerance_count = len(self.definition.rounding.errors_of_entries) if self.definition.rounding else 0
-        if tolerance_count not in (0, len(values)):
-            counts = f"{tolerance_count} tolerances, but the answer has {len(values)} entries"
-            raise FormulaError(f"it has {counts}; write one for each entry, or one for all", "tolerance")
+        tolerances = self.definition.rounding.errors_of_entries if self.definition.rounding else ()
+        entries = f"{len(values)} {'entry' if len(values) == 1 else 'entries'}"
+        for key, noun, count in (("unit", "units", len(units)), ("tolerance", "tolerances", len(tolerances))):
+            if count not in (len(values), 0):
+                advice = f"the answer has {entries}; write one for each entry, or one for all"
+                raise FormulaError(f"it has {count} {noun}, but {advice}", key)
         return Number(values, units, inversion.THREE_DIGIT_TOLERANCE, inversion.ERROR_NEAR_ZERO * largest_value)
 
     def _sample_values(self, chain: Chain, rng: Stream) -> CustomDetails:
@@ -512,7 +527,7 @@ class QuestionMaker:
 
     def _find_unused_symbol(self, chain: Chain) -> str | None:
         """Return a warning if no formula contains a symbol that the definition adds; else None."""
-        used_names = {value.name for value in self.definition.given}.union(*map(find_names, self._all_formulas))
+        used_names = {value.name for value in self.definition.given}.union(*map(find_names, self.all_formulas))
         unused_name = next((name for name, _ in self.definition.units if name not in used_names), None)
         return None if unused_name is None else KeyReason(f"units.{unused_name}", f"no formula contains {unused_name}")
 
@@ -643,6 +658,8 @@ def _find_objection(definition: Definition, chain: Chain) -> str | None:
 
 def _simplify(entry: sp.Expr) -> sp.Expr:
     """Return an entry in textbook form, or unchanged if that form can't be confirmed by numbers."""
+    if entry.has(sp.zoo, sp.nan, sp.oo):
+        raise FormulaError("its answer has a denominator that is always zero")
     if sp.count_ops(entry) > MAX_OPERATIONS:
         raise TooLong(f"a formula has more than {MAX_OPERATIONS} operations, too many to be readable")
     simplified_entry = write_in_textbook_form(entry)

@@ -1,7 +1,7 @@
 """Read the [question.NAME] tables of a TOML file."""
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
@@ -24,7 +24,7 @@ from qdot.exercises.questions.custom.definition import (
     Texts,
     split_units,
 )
-from qdot.exercises.questions.custom.question import make_question
+from qdot.exercises.questions.custom.question import check_question_names, make_question
 from qdot.exercises.questions.custom.texts import check_latex, check_text, check_title
 from qdot.exercises.questions.custom.units import check_si_unit
 from qdot.exercises.reference_answers import LETTERS
@@ -124,6 +124,13 @@ FORMS = {
 """The expected form of each key, for messages and for the docs."""
 
 
+FORMS_OF_SYMBOLS = {
+    "given": f"expected a kind ({', '.join(SAMPLED_KINDS)}), a range such as [1, 5], or a number",
+    "units": 'expected a unit in quotes, as in m = "kg"',
+}
+"""The expected form of the value of a symbol in a table, for messages."""
+
+
 def read_definitions(file: TomlFile, known_names: Collection[str]) -> dict[str, Definition]:
     """Return the questions that the [question.NAME] tables of a file define, by name.
 
@@ -132,7 +139,7 @@ def read_definitions(file: TomlFile, known_names: Collection[str]) -> dict[str, 
     tables = file.content.get("question", {})
     if not isinstance(tables, dict):
         with file.locate_errors("question"):
-            raise QdotError("write [question.NAME], with the name of the question")
+            raise QdotError("expected a table [question.NAME] for each question of your own")
     definitions, errors = dict[str, Definition](), ErrorList()
     for name in tables:
         with errors.collect():
@@ -140,11 +147,15 @@ def read_definitions(file: TomlFile, known_names: Collection[str]) -> dict[str, 
                 _check_name(name, known_names)
                 if not isinstance(tables[name], dict):
                     raise QdotError(f"expected a table, [question.{name}]")
+            _check_tables(file, name, tables[name])
             file.check_keys(("question", name), tuple(QuestionEntry.model_fields), ("prompt",))
             if isinstance(tables[name].get("de"), dict):
                 file.check_keys(("question", name, "de"), tuple(TextsEntry.model_fields), ("prompt",))
             definitions[name] = _read_definition(file, name, tables[name])
     errors.raise_all()
+    for name, definition in definitions.items():
+        with file.locate_errors("question", name, definition.answer_key):
+            check_question_names(definition, definitions)
     return definitions
 
 
@@ -154,7 +165,9 @@ def read_question_file(path: Path, known_names: Collection[str]) -> tuple[TomlFi
     Raises QdotError with the file, the line and the key.
     """
     file = read_toml(path, "it should define questions, each in a table [question.NAME]", float)
-    file.check_keys((), tuple(file.content) if "problem" in file.content else ("question",), ("question",))
+    file.check_keys((), tuple(file.content) if "problem" in file.content else ("question",))
+    if not file.content.get("question"):
+        raise QdotError(f"{path}: it defines no questions; write each in a table [question.NAME]")
     return file, read_definitions(file, known_names)
 
 
@@ -165,17 +178,46 @@ def _check_name(name: str, known_names: Collection[str]) -> None:
         raise QdotError(f"{name!r} is the name of a built-in question; choose another name")
 
 
+def _check_tables(file: TomlFile, name: str, table: dict[str, Any]) -> None:
+    """Raise QdotError with the line of a table in the question that is not for a known language."""
+    for key, value in table.items():
+        if isinstance(value, dict) and key not in QuestionEntry.model_fields:
+            with file.locate_errors("question", name, key):
+                if re.fullmatch(r"[a-z]{2}", key):
+                    raise QdotError(f"besides English, texts can be in German only, in [question.{name}.de]")
+                raise QdotError(f"write the name of the question without a dot: [question.{name}-{key}]")
+
+
+def _find_invalid_value(table: dict[str, Any], locations: Sequence[Sequence[str | int]]) -> tuple[list[str], str]:
+    """Return the keys of the first value that pydantic refuses, and the expected form; `locations` are pydantic's."""
+    key = locations[0][0]
+    inner_keys = [inner_key for location in locations if location[0] == key for inner_key in location[1:]]
+    value = table[str(key)]
+    if key == "de" and isinstance(value, dict):
+        return ["de", str(inner_keys[0])], FORMS[str(inner_keys[0])]
+    inner_key = next((str(inner) for inner in inner_keys if isinstance(value, dict) and inner in value), None)
+    if inner_key is not None:
+        return [str(key), inner_key], FORMS_OF_SYMBOLS[str(key)]
+    number = next((inner + 1 for inner in inner_keys if isinstance(inner, int) and isinstance(value, list)), 0)
+    prefix = f"number {number} of the list: " if number else ""
+    return [str(key)], f"{prefix}{FORMS[str(key)]}"
+
+
 def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Definition:
     try:
         entry = QuestionEntry.model_validate(table)
     except pydantic.ValidationError as error:
-        location = error.errors()[0]["loc"]
-        key_path = [str(key) for key in location[: 2 if location[0] == "de" else 1]]
+        key_path, form = _find_invalid_value(table, [each["loc"] for each in error.errors()])
         with file.locate_errors("question", name, *key_path):
-            raise QdotError(FORMS[key_path[-1]]) from None
+            raise QdotError(form) from None
     if (entry.answer is None) == (entry.options is None):
         with file.locate_errors("question", name):
             raise QdotError("a question needs either an answer or options")
+    with file.locate_errors("question", name, "answer"):
+        if entry.answer is not None and not entry.answer.strip():
+            raise QdotError(FORMS["answer"])
+        if entry.answer != TEXT_ANSWER and (entry.answer or "").strip().lower() == TEXT_ANSWER:
+            raise QdotError('for a text that a person marks, write answer = "text"')
     _check_texts(file, name, entry)
     _check_keys_of_answer(file, name, entry)
     _check_options_and_units(file, name, entry)
@@ -242,21 +284,23 @@ NAMES_OF_ANSWERS = {
 
 def _check_keys_of_answer(file: TomlFile, name: str, entry: QuestionEntry) -> None:
     """Raise QdotError with the line of a key that has no meaning for the question's kind of answer."""
-    is_text = entry.answer == TEXT_ANSWER
-    has_formula_option = entry.shown == "formula" or any(
+    kind = "a formula"
+    if entry.answer == TEXT_ANSWER:
+        kind = "a text"
+    elif entry.options is not None:
+        kind = "options"
+    elif re.match(r"\s*zeros\s*\(", entry.answer or ""):
+        kind = "a set of configurations"
+    shows_formulas = entry.shown == "formula" or any(
         isinstance(option, OptionEntry) and option.formula is not None for option in entry.options or ()
     )
-    meaningless = {"shown"} if entry.options is None else {*NAMES_OF_ANSWERS} - {"shown", "units"}
-    if is_text:
-        meaningless = {*NAMES_OF_ANSWERS}
-    if entry.options is not None and not has_formula_option:
-        meaningless.add("units")
-    for key in entry.model_fields_set & meaningless:
-        kind = "a text" if is_text else "options" if entry.options is not None else "an answer"
+    meaningless_keys = {"shown"} if kind == "a formula" else {*NAMES_OF_ANSWERS}
+    if kind == "options":
+        meaningless_keys -= {"shown", "units"} if shows_formulas else {"shown"}
+    for key in entry.model_fields_set & meaningless_keys:
         with file.locate_errors("question", name, key):
-            raise QdotError(
-                f"only {NAMES_OF_ANSWERS[key]} can have this key, but this question has {kind}; leave it out"
-            )
+            owner = NAMES_OF_ANSWERS[key]
+            raise QdotError(f"only {owner} can have this key, but the answer is {kind}; leave it out")
 
 
 def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) -> None:
@@ -277,7 +321,9 @@ def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) ->
             check_si_unit(unit)
     for symbol_name, unit in entry.units.items():
         with file.locate_errors("question", name, "units", symbol_name):
-            if not re.fullmatch(r"[A-Za-z]\w*", symbol_name, re.ASCII) or symbol_name in RESERVED_NAMES:
+            if symbol_name in RESERVED_NAMES:
+                raise QdotError(f"{symbol_name} has another meaning in formulas; choose another name")
+            if not re.fullmatch(r"[A-Za-z]\w*", symbol_name, re.ASCII):
                 raise QdotError("the name of a symbol has letters and digits, as in m, m1 or F")
             if normalize_name(symbol_name) != symbol_name:
                 raise QdotError(f"write the name as {normalize_name(symbol_name)}, as students type it")
@@ -299,6 +345,8 @@ def _read_rounding(entry: QuestionEntry) -> Rounding | None:
         return parse_rounding(entry.digits)
     if sets_digits:
         raise QdotError("a number has either digits or a tolerance")
+    if re.search(r"\d,\d", entry.tolerance):
+        raise QdotError(f"write decimals with a point; {FORMS['tolerance']}")
     units = split_units(entry.unit)
     tolerances = [parse_tolerance(text, FORMS["tolerance"]) for text in split_units(entry.tolerance)]
     if len(tolerances) > 1 and len(units) not in (1, len(tolerances)):
@@ -337,13 +385,15 @@ def _read_options(entry: QuestionEntry) -> tuple[Option, ...]:
     if entry.options is None:
         return ()
     options = []
-    for item in entry.options:
+    for number, item in enumerate(entry.options, 1):
         if isinstance(item, str):
             options.append(Option(item, entry.shown == "formula", False))
         elif (item.text is None) == (item.formula is None):
-            raise QdotError("an option needs either text or formula")
+            raise QdotError(f"option {number} needs either text or formula")
         else:
             options.append(Option(str(item.formula or item.text), item.formula is not None, item.right))
+        if not options[-1].content.strip():
+            raise QdotError(f"option {number} is empty")
     if not 2 <= len(options) <= MAX_OPTIONS:
         raise QdotError(f"a question has from 2 to {MAX_OPTIONS} options")
     if not any(option.is_correct for option in options):
@@ -367,6 +417,8 @@ def _read_given(entry: QuestionEntry) -> tuple[GivenValue, ...]:
         for name in entry.given:
             if name not in GIVEN_GROUPS:
                 raise make_name_error("group", name, GIVEN_GROUPS)
+            if entry.given.count(name) > 1:
+                raise QdotError(f"{name!r} is listed twice")
         return tuple(map(GivenValue, entry.given))
     return tuple(_read_given_value(name, value) for name, value in entry.given.items())
 

@@ -74,7 +74,7 @@ def items(export_request: ExportRequest) -> list[QuizItem]:
     matching = replace(
         items[0],
         key="p3-001-match",
-        category=ItemCategory("T", "p3", "Match"),
+        category=ItemCategory("T", "p3", "Match", 1),
         form=form,
         single_number_item=None,
         title="Match",
@@ -83,7 +83,7 @@ def items(export_request: ExportRequest) -> list[QuizItem]:
     nasty_choice = replace(
         matching,
         key="p4-001-nasty",
-        category=ItemCategory("T", "p4", "Nasty"),
+        category=ItemCategory("T", "p4", "Nasty", 1),
         form=ChoiceForm((nasty_option, QuizOption("$c$", True))),
     )
     return [*items, matching, nasty_choice]
@@ -228,7 +228,7 @@ def test_moodle_xml_satisfies_moodles_rules(bank: Element) -> None:
     kinds = {question.get("type") for question in bank}
     assert kinds == {"category", "cloze", "numerical", "multichoice", "truefalse", "matching"}
     categories = [text.text or "" for text in bank.findall("question/category/text")]
-    assert categories[0] == "$course$/top/Arms & ‹signs› // more/p1 planar-2r/Jacobian by differentiation"
+    assert categories[0] == "$course$/top/Arms & ‹signs› // more/p1 planar-2r/1. Jacobian by differentiation"
     assert all(category.startswith("$course$/top/") for category in categories)
     assert len(bank.findall("question/hint")) >= 3
     text = bank.findtext("question[@type='cloze']/questiontext/text", "")

@@ -201,6 +201,12 @@ def test_zeros_of_quotients_are_those_of_the_numerator(answer: str, expected: st
         assert (problem.parts[0].answer.as_typed(), find_failures(problem)) == (expected, [])
 
 
+def test_refused_set_says_on_which_lengths_it_depends(tmp_path: Path) -> None:
+    question = 'prompt = "x"\nanswer = "zeros(p.x, o1.y)"'
+    with pytest.raises(QdotError, match=r"acos\(-a1/a2\); whether there is one depends on a1 and a2$"):
+        make_problem(tmp_path, question, more='variation = "chapter"\n')
+
+
 @pytest.mark.parametrize(("family", "number"), [("planar-2r", "a1"), ("elbow", "a3")])
 def test_length_that_is_a_number_in_the_table_is_given_this_value(family: str, number: str, tmp_path: Path) -> None:
     question = f'prompt = "At {{given}}."\nanswer = "{number}*J[1, 1]"\ngiven = {{theta1 = "angle", theta2 = "angle", '
@@ -361,6 +367,35 @@ def test_accelerations_and_own_symbols_may_be_typed(tmp_path: Path) -> None:
     assert judge_answer(problem, problem.parts[0].answer.as_typed().replace("m*", "1.0*m*")) == "correct"
 
 
+def test_halves_are_fractions_unless_lengths_are_numbers(tmp_path: Path) -> None:
+    question = 'prompt = "x"\nanswer = "m/2*dot(o1, o1)"\nunits = {m = "kg"}'
+    problem = make_problem(tmp_path, question, more='variation = "chapter"\n')
+    assert r"\tfrac{1}{2} a_{1}^{2} m" in write_solution(problem, problem.parts[0])
+    definition = Definition("mine", "a2*p.x/2", (("en", Texts("Mine", "x")),))
+    problem = generate("planar-2r/3", ["mine"], definitions=[definition])  # a2 is 0.35 m
+    assert "0.175 a_{1}" in write_solution(problem, problem.parts[0])
+
+
+@pytest.mark.parametrize(
+    ("answer", "is_right"),
+    [("M = m*a1^2", True), ("M := m*a1^2", True), ("M = 2*m*a1^2", False), ("m = m*a1^2", False), ("M = M*a1^2", True)],
+)
+def test_an_answer_may_have_a_capital_name_although_the_small_letter_is_a_symbol(
+    answer: str, is_right: bool, tmp_path: Path
+) -> None:
+    question = 'prompt = "x"\nanswer = "m*a1^2"\nunits = {m = "kg"}'
+    problem = make_problem(tmp_path, question, more='variation = "chapter"\n')
+    assert (judge_answer(problem, answer) is Outcome.CORRECT) == is_right
+
+
+def test_message_on_a_symbol_lists_no_symbols_of_other_questions(tmp_path: Path) -> None:
+    text = '[question.mine]\nprompt = "x"\nanswer = "p.x"\n[question.other]\nprompt = "x"\nanswer = "m*p.x"\n'
+    text += 'units = {m = "kg"}\n[[problem]]\nfamily = "planar-2r"\nquestions = ["mine", "other"]\n'
+    ((_, problem),) = make_assignment(tmp_path, text).generate_problems("s1")
+    reasons = [judge(problem, part, "k*a1", "seed").reason for part in problem.parts]
+    assert [", m, " in reason for reason in reasons] == [False, True]
+
+
 def test_preview_shows_the_problems_of_one_student(tmp_path: Path) -> None:
     text = '[question.mine]\nprompt = "At {pose}"\nanswer = "p"\ngiven = ["pose"]\n'
     assignment = make_assignment(tmp_path, text + '[[problem]]\nfamily = "planar-2r"\nquestions = ["mine"]\n')
@@ -454,14 +489,19 @@ def test_stack_export_leaves_out_only_what_fails_and_names_it(tmp_path: Path, mo
 
 
 def test_wrong_units_are_expected_only_where_they_change_the_number(tmp_path: Path) -> None:
-    """Millimetres leave angles unchanged, make torques a thousand times too large, and rates as much too small."""
+    """Millimetres leave angles unchanged, and make torques a thousand times too large; metres, rates as much.
+
+    A number that is nearly zero is no expected answer.
+    """
     definitions = {
         "slope": ('"atan(p.y/p.x)"\ngiven = ["pose"]', "rad", {"result-in-degrees": 180 / sp.pi}),
         "torque": ('"p.x*F"\ngiven = {theta1 = "angle", theta2 = "angle", F = [1, 9]}\nunits = {F = "N"}', "N m",
-                   {"millimetres": 1000, "centimetres": 100, "thousandth": 0.001}),
+                   {"millimetres": 1000, "centimetres": 100}),
         "rate": ('"dot(inv(J)*xd, [1, 0])"\ngiven = ["pose", "velocity"]', "rad/s",
-                 {"result-in-degrees": 180 / sp.pi, "millimetres": 0.001, "thousandth": 1000}),
+                 {"result-in-degrees": 180 / sp.pi, "thousandth": 1000}),
     }  # fmt: skip
+    definitions["lever"] = ('"a1*cos(theta1)"\ngiven = ["pose"]', "m", definitions["torque"][2])
+    definitions["area"] = ('"a2*p.x"\ngiven = ["pose"]', "m^2", {"millimetres": 1e6, "centimetres": 1e4})
     definitions["speed"] = ('"v.x"\ngiven = ["pose", "rates"]', "m/s", definitions["torque"][2])
     for name, (answer, unit, expected_factors) in definitions.items():
         question = f'prompt = "{{given}}"\nunit = "{unit}"\nanswer = {answer}'
@@ -669,6 +709,8 @@ def test_numbers_may_have_different_tolerances(text: str, expected: Outcome, tmp
         "two", "2"
     )
     assert "in rad/s, m/s: auf 0,02 rad/s genau, auf 1 mm/s genau." in write_prompt(problem, part, "de")
+    key = make_site_record(problem)["parts"][0]["key"]
+    assert (key["tolerance"], key["floor"], key["floors"]) == (0, 0.001, [0.02, 0.001])
 
 
 @pytest.mark.parametrize("unit", ['","', '"rad/s,"', '", m/s"', '["rad/s", "m/s"]'])
@@ -881,11 +923,32 @@ BAD = {
     'answer = "J[1, 1]"\ngiven = {theta1 = "length"}': 'theta1 is in rad; write theta1 = "angle"',
     'answer = "J[1, 1]"\ngiven = {theta1 = "angel"}': 'given: theta1 = "angel": unknown kind',
     'answer = "det(J)"\nrows = ["a", "b"]': 'line 6: question: mine: rows = ["a", "b"]: ',
-    'answer = "p"\nshown = "formula"': "only options can have this key", 'answer = "text"\nrows = ["a"]': "has a text",
-    'options = ["a", "b"]\nunits = {m = "kg"}': "only formulas can have this key, but this question has options",
+    'answer = "p"\nshown = "formula"': "only options can have this key", 'answer = "text"\nrows = ["a"]': "is a text",
+    'options = ["a", "b"]\nunits = {m = "kg"}': "only formulas can have this key, but the answer is options",
     'answer = "zeros(p.x, 1 + o1.y^2)"': "qdot finds no configuration with",
     'answer = "(lambda: 0)()"': "not part of the formula language", 'answer = "2^99"': "from -8 to 8",
     'answer = "inv(J)*[vx, vy]"\ngiven = {theta1 = 0, theta2 = 0}': "vx",
+}  # fmt: skip
+
+
+BAD |= {
+    'answer = "text"\nshown = "text"\nunits = {m = "kg"}': "but the answer is a text; leave it out",
+    'answer = "zeros(det(J))"\ngiven = ["pose"]': "but the answer is a set of configurations; leave it out",
+    'answer = " "': "expected a formula in quotes", 'answer = "Text"': 'write answer = "text"',
+    'answer = "p.x/0"': "a denominator that is always zero", 'answer = "1e400*p"': "contains a number above 1e+12",
+    'options = ["{foo}", "b"]': 'line 5: question: mine: options = ["{foo}", "b"]: unknown name',
+    'options = ["a", " "]': "option 2 is empty", 'options = [{txt = "a"}, "b"]': "number 1 of the list: expected",
+    'answer = "p"\ngiven = ["pose", "pose"]': "'pose' is listed twice",
+    'answer = "p"\ngiven = {theta1 = true}': "line 6: question: mine: given: theta1 = true: expected a kind (angle,",
+    'answer = "m*p"\nunits = {m = 5}': "line 6: question: mine: units: m = 5: expected a unit in quotes",
+    'answer = "sin"\nunits = {sin = "kg"}': "sin has another meaning in formulas",
+    'answer = "v"\ngiven = ["pose", "rates"]\nunit = "m/s"\ntolerance = "0,01 m/s"': "write decimals with a point",
+    'answer = "p"\nfr.prompt = "x"': "besides English, texts can be in German only, in [question.mine.de]",
+    'answer = "p"\n[question.mine.fast]\nprompt = "x"': "without a dot: [question.mine-fast]",
+    'answer = "2*other"\n[question.other]\nprompt = "x"\nanswer = "p"': "'other' is a question, and a formula can't",
+    'answer = "p"\n[question.mine]\nprompt = "x"': "'question.mine' twice; the first is in line 3; rename one",
+    "answer = \'\'\'\nanswer = 3\n\'\'\'\ndigits = 99": "line 8: question: mine: digits = 99: expected",
+    'answer = "p"\n[question."my q"]\nprompt = "x"': "line 6: question: my q: the name of a question has",
 }  # fmt: skip
 
 
@@ -895,7 +958,7 @@ def test_invalid_question_is_refused_with_file_line_and_reason(question: str, tm
         make_problem(tmp_path, f'prompt = "x"\n{question}')
     message = str(refused.value)
     assert BAD[question] in message and "\n" not in message
-    assert "assignment.toml: line " in message and "question: mine" in message
+    assert "assignment.toml: line " in message and re.search("question(: |[.])m", message)
 
 
 def test_a_misspelt_name_of_an_own_question_gets_a_suggestion(tmp_path: Path) -> None:
@@ -1085,6 +1148,31 @@ answer = "p" """,
     )
     text = write_prompt(problem, problem.parts[0])
     assert r"$\frac{a}{b}^{2}_{i}$" in text and "in {braces}." in text and r"\cos" in text
+
+
+@pytest.mark.parametrize(
+    ("questions", "message"),
+    {
+        '["a.toml", "b.toml"]': "a.toml: line 2: question: mine; ",
+        '["https://example.org/a.toml"]': "is a web address; download the file, and write its path",
+        '["a.tml"]': "'a.tml' is no question; the name of a file of questions ends in .toml",
+        '["empty.toml"]': "empty.toml: it defines no questions; write each in a table [question.NAME]",
+    }.items(),
+)
+def test_files_of_questions_are_named_in_errors(questions: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "hw").mkdir()
+    for name, answer in (("a", "p"), ("b", "v")):
+        (tmp_path / "hw" / f"{name}.toml").write_text(f'\n[question.mine]\nprompt = "x"\nanswer = "{answer}"\n')
+    (tmp_path / "hw" / "empty.toml").write_text("")
+    with pytest.raises(QdotError) as refused:
+        make_assignment(tmp_path, f'[[problem]]\nfamily = "planar-2r"\nquestions = {questions}\n')
+    assert f"assignment.toml: line 5: problem 1: questions = {questions}: " in str(refused.value)
+    assert message in str(refused.value)
+
+
+def test_a_file_without_a_valid_question_is_not_verified(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text('[question.mine]\nprompt = "{posse}"\nanswer = "p"\n[[problem]]\n')
+    assert "unknown name 'posse'" in run_and_fail("verify", tmp_path / "mine.toml", "--family", "planar-2r")
 
 
 def test_invalid_question_name_is_refused(tmp_path: Path) -> None:

@@ -358,8 +358,8 @@ SIGN_OF_Y = "[a1*c1 + a2*c12, a1*s1 - a2*s12]"
 CUSTOM_FOLLOWING = [
     ("position", SIGN_OF_Y, define("p.x^2 + p.y^2"), "(a1*c1 + a2*c12)^2 + (a1*s1 - a2*s12)^2"),
     ("position", SIGN_OF_Y, define("cross([0, 0, 1], p - o1)", is_up_to_factor=True, rows=("x", "y")), "[-s12, -c12]"),
-    ("position", SIGN_OF_Y, define("v", rows=("v_x", "v_y")),
-     "[-a1*qd1*s1 - a2*(qd1 + qd2)*s12, a1*qd1*c1 - a2*(qd1 + qd2)*c12]"),
+    ("position", "[a1*c1 + a2*c12, a1*s1 + 2*a2*s12]", define("v", rows=("v_x", "v_y")),
+     "[-a1*qd1*s1 - a2*(qd1 + qd2)*s12, a1*qd1*c1 + 2*a2*(qd1 + qd2)*c12]"),
     ("jacobian", RELATIVE_ANGLES["jacobian"], define("zeros(det(J))"), "theta2 = theta1 or theta2 = theta1 + pi"),
     ("jacobian", RELATIVE_ANGLES["jacobian"], define("zeros(J[1,1], J[2,2])"), "sin(theta1) = 0 and cos(theta2) = 0"),
 ]  # fmt: skip
