@@ -508,7 +508,7 @@ def _validate(file: TomlFile) -> AssignmentFile:
     problems, problem_keys = file.content.get("problem"), tuple(ProblemEntry.model_fields)
     top_level_keys = [name for name in AssignmentFile.model_fields if name != "question"]  # [question.NAME] is a table
     for index, table in enumerate(problems if isinstance(problems, list) else []):
-        if isinstance(table, dict) and "question" in table:
+        if isinstance(table, dict) and isinstance(table.get("question"), dict):
             with errors.collect(), file.locate_errors("problem", index, "question"):
                 raise QdotError("write [question.NAME], without the word problem")
         elif isinstance(table, dict):

@@ -30,7 +30,7 @@ from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.judge import judge
-from qdot.grader.judging.verdict import Outcome
+from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support.judging import diagnose, judge_with_credit
 from tests.support.programs import MAXIMA, require_program
 from tests.support.submitting import make_class
@@ -347,6 +347,14 @@ def test_typed_answers_are_judged_as_by_qdot(
 # --- qdot's side ---
 
 
+def check_share(share: float, judgement: Judgement) -> None:
+    """Check that STACK's share of the points is qdot's, except for terms of sums, which only qdot marks."""
+    if re.search("only (one sign|signs|sines|one number)", judgement.reason):
+        assert 0 < share <= judgement.share
+    else:
+        assert share == pytest.approx(judgement.share)
+
+
 @pytest.mark.parametrize("family", ["planar-2r", "scara"])
 def test_known_wrong_answers_are_wrong_for_the_grader_with_their_mistake(family: str) -> None:
     problem = generate(ProblemId(family, 3, ("position", "jacobian", "determinant")))
@@ -359,10 +367,8 @@ def test_known_wrong_answers_are_wrong_for_the_grader_with_their_mistake(family:
             judged = judge(problem, part, text, "known")
             assert judged.outcome in (Outcome.WRONG, Outcome.PARTIAL)
             if isinstance(part.answer, Matrix):
-                share = judge_with_credit(problem, part, text, "known").share
-                assert compute_formula_share(
-                    problem, part, wrong.answer, wrong.entries_equal, is_explained=True
-                ) == pytest.approx(share)
+                share = compute_formula_share(problem, part, wrong.answer, wrong.entries_equal, is_explained=True)
+                check_share(share, judge_with_credit(problem, part, text, "known"))
             blamed = diagnose(problem, part, text, "known")
             assert blamed is not None and blamed.mistakes
 
@@ -374,10 +380,8 @@ def test_shares_agree_with_the_grader(export_request: ExportRequest) -> None:
     for wrong in find_known_wrong_answers(variant.problem, part, 6):
         assert isinstance(wrong.answer, sp.MatrixBase)
         text = str(wrong.answer.tolist())
-        judged = judge_with_credit(variant.problem, part, text, "s")
-        assert compute_formula_share(
-            variant.problem, part, wrong.answer, wrong.entries_equal, is_explained=True
-        ) == pytest.approx(judged.share)
+        share = compute_formula_share(variant.problem, part, wrong.answer, wrong.entries_equal, is_explained=True)
+        check_share(share, judge_with_credit(variant.problem, part, text, "s"))
 
 
 def test_part_marked_as_a_whole_earns_no_partial_credit(export_request: ExportRequest) -> None:
