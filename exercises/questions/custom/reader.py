@@ -135,10 +135,14 @@ def read_definitions(file: TomlFile, known_names: Collection[str]) -> dict[str, 
                 _check_name(name, known_names)
                 if not isinstance(tables[name], dict):
                     raise QdotError(f"expected a table, [question.{name}]")
-            file.check_keys(("question", name), tuple(QuestionEntry.model_fields), ("prompt",))
-            if isinstance(tables[name].get("de"), dict):
-                file.check_keys(("question", name, "de"), tuple(TextsEntry.model_fields), ("prompt",))
-            definitions[name] = _read_definition(file, name, tables[name])
+            with errors.collect():
+                file.check_keys(("question", name), tuple(QuestionEntry.model_fields), ("prompt",))
+            with errors.collect():
+                if isinstance(tables[name].get("de"), dict):
+                    file.check_keys(("question", name, "de"), tuple(TextsEntry.model_fields), ("prompt",))
+            entry = _validate(file, name, tables[name], errors)
+            if entry is not None:
+                definitions[name] = _read_definition(file, name, entry)
     errors.raise_all()
     return definitions
 
@@ -160,28 +164,38 @@ def _check_name(name: str, known_names: Collection[str]) -> None:
         raise QdotError(f"{name!r} is the name of a built-in question; choose another name")
 
 
-def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Definition:
+def _validate(file: TomlFile, name: str, table: dict[str, Any], errors: ErrorList) -> QuestionEntry | None:
+    """Return the content of a question's table; None if it has wrong values, which are added to `errors`."""
     try:
-        entry = QuestionEntry.model_validate(table)
+        return QuestionEntry.model_validate(table)
     except pydantic.ValidationError as error:
-        location = error.errors()[0]["loc"]
-        key_path = [str(key) for key in location[: 2 if location[0] == "de" else 1]]
-        with file.locate_errors("question", name, *key_path):
-            raise QdotError(FORMS[key_path[-1]]) from None
-    if (entry.answer is None) == (entry.options is None):
-        with file.locate_errors("question", name):
+        for detail in error.errors():
+            location = detail["loc"]
+            key_path = [str(key) for key in location[: 2 if location[0] == "de" else 1]]
+            if detail["type"] in ("extra_forbidden", "missing") and len(location) == len(key_path):
+                continue  # check_keys has reported these
+            with errors.collect(), file.locate_errors("question", name, *key_path):
+                raise QdotError(FORMS[key_path[-1]]) from None
+    return None
+
+
+def _read_definition(file: TomlFile, name: str, entry: QuestionEntry) -> Definition:
+    errors = ErrorList()
+    with errors.collect(), file.locate_errors("question", name):
+        if (entry.answer is None) == (entry.options is None):
             raise QdotError("a question needs either an answer or options")
-    _check_texts(file, name, entry)
-    _check_options_and_units(file, name, entry)
-    with file.locate_errors("question", name, "options"):
+    _check_texts(file, name, entry, errors)
+    _check_options_and_units(file, name, entry, errors)
+    with errors.collect(), file.locate_errors("question", name, "options"):
         options = _read_options(entry)
-    with file.locate_errors("question", name, "given"):
+    with errors.collect(), file.locate_errors("question", name, "given"):
         given = _read_given(entry)
-    with file.locate_errors("question", name, "unit"):
-        if entry.unit and not given:
+    with errors.collect(), file.locate_errors("question", name, "unit"):
+        if entry.unit and not entry.given:
             raise QdotError(ONLY_NUMBERS.format("a unit"))
-    with file.locate_errors("question", name, "digits" if entry.tolerance is None else "tolerance"):
+    with errors.collect(), file.locate_errors("question", name, "digits" if entry.tolerance is None else "tolerance"):
         rounding = _read_rounding(entry)
+    errors.raise_all()
     answer_key = "answer" if entry.options is None else "options"
     title = entry.title or name.replace("-", " ").capitalize()
     texts = [("en", Texts(title, entry.prompt, tuple(entry.hints), entry.solution))]
@@ -200,15 +214,15 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
     return definition
 
 
-def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
-    """Raise QdotError with the line and the key of a text that is too long or has LaTeX which qdot doesn't support."""
+def _check_texts(file: TomlFile, name: str, entry: QuestionEntry, errors: ErrorList) -> None:
+    """Add to `errors` the texts that are too long or have LaTeX that qdot doesn't support, with lines and keys."""
     languages: dict[tuple[str, ...], QuestionEntry | TextsEntry | None] = {(): entry, ("de",): entry.de}
     for key_path, texts in languages.items():
         if texts is None:
             continue
         for key in ("prompt", "hints", "solution"):
             value = getattr(texts, key)
-            with file.locate_errors("question", name, *key_path, key):
+            with errors.collect(), file.locate_errors("question", name, *key_path, key):
                 if isinstance(value, list) and len(value) not in (0, HINT_COUNT):
                     raise QdotError(FORMS["hints"])
                 for text in [value] if isinstance(value, str) else value:
@@ -217,23 +231,23 @@ def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
                     check_text(text, file.text)
                 if key == "prompt" and not value.strip():
                     raise QdotError(FORMS[key])
-        with file.locate_errors("question", name, *key_path, "title"):
+        with errors.collect(), file.locate_errors("question", name, *key_path, "title"):
             check_title(texts.title or "", file.text)
 
 
-def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) -> None:
-    """Raise QdotError with the line and the key of an option, a name of a row or a unit that qdot can't show."""
-    with file.locate_errors("question", name, "options"):
+def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry, errors: ErrorList) -> None:
+    """Add to `errors` the options, names of rows and units that qdot can't show, with the line and the key."""
+    with errors.collect(), file.locate_errors("question", name, "options"):
         for option in entry.options or ():
             if not isinstance(option, str):
                 check_text(option.text or "", file.text)
             elif entry.shown == "text":
                 check_text(option, file.text)
-    with file.locate_errors("question", name, "rows"):
+    with errors.collect(), file.locate_errors("question", name, "rows"):
         for row_name in entry.rows:
             check_latex(row_name)
     for key, units in (("unit", split_units(entry.unit)), ("units", entry.units.values())):
-        with file.locate_errors("question", name, key):
+        with errors.collect(), file.locate_errors("question", name, key):
             for unit in units:
                 if entry.unit and key == "unit" and not unit:
                     raise QdotError("each entry needs a unit between the commas; write 1 for a number without a unit")
