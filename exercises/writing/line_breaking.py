@@ -146,7 +146,9 @@ def _break_side(side: Pieces, max_width: float) -> Lines:
             continued_lines = ([(layout.EMPTY, sign, *lines[0]), *lines[1:]] for lines in lines_by_factor[1:])
             return [*lines_by_factor[0], *chain.from_iterable(continued_lines)]
     terms = layout.split_terms(side)
-    lines = _break_fraction(side, max_width) or _name_entries(side, max_width) if len(terms) == 1 else []
+    lines = _break_fraction(side, max_width) if len(terms) == 1 else []
+    if not lines and (len(terms) == 1 or any(_is_wide_matrix(piece, max_width) for piece in side)):
+        lines = _name_entries(side, max_width)
     return lines or fill_lines(_split_wide_terms(terms, max_width), max_width)
 
 
@@ -154,6 +156,10 @@ def _split_matrices(product_pieces: Pieces) -> Lines:
     """Split a product of matrices into factors that each end with a matrix; return other formulas unsplit."""
     ends = [k + 1 for k, piece in enumerate(product_pieces) if _find_matrix(piece)][:-1]
     return [product_pieces[start:end] for start, end in pairwise((0, *ends, len(product_pieces)))]
+
+
+def _is_wide_matrix(piece: Layout, max_width: float) -> bool:
+    return _find_matrix(piece) is not None and estimate_width(piece) > max_width
 
 
 def _find_matrix(piece: Layout) -> Layout | None:

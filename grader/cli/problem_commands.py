@@ -255,10 +255,12 @@ def _preview_assignment(
     from qdot.grader.grading.batch import find_student
 
     assignment = load_assignment(folder, is_preview=not student)
-    for message in (*assignment.notes, *_describe_names_and_follow_through(assignment)):
+    for message in assignment.notes:
         note(message)
     identifier = find_student(assignment, student).id if student else SAMPLE_STUDENT
     problems = assignment.generate_problems(identifier)
+    if format == "text":
+        print_result("\n".join((*_describe_names_and_follow_through(assignment), "")))
     if format != "pdf":
         print_result(show_assignment(assignment.title, problems, solution, format, hints or assignment.hints))
         return
@@ -307,6 +309,7 @@ def solve(
         str, name_option(f"Output format: {', '.join(SOLVE_FORMATS)}.", "--format", "-f", names=SOLVE_FORMATS)
     ] = "text",
     tip: Annotated[str, typer.Option(metavar="LINK", help="URDF: the last link, if the robot has several ends.")] = "",
+    base: Annotated[str, typer.Option(metavar="LINK", help="URDF: the link at which the chain begins.")] = "",
     convert: Annotated[
         str,
         name_option(f"Only write the arm as ROBOT.toml, in a convention: {', '.join(CONVENTIONS)}.", names=CONVENTIONS),
@@ -343,7 +346,7 @@ def solve(
     from qdot.exercises.solve.time_limited import write_solution
 
     seconds = parse_seconds(time)
-    parsed_robot = read_robot_file(find_robot_path(robot), tip)
+    parsed_robot = read_robot_file(find_robot_path(robot), tip, base)
     for message in parsed_robot.notes:
         note(message)
     if convert:

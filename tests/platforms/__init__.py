@@ -22,7 +22,8 @@ A platform is a module with `run(software, work) -> Record`, its line in `PLATFO
 """
 
 PLATFORMS: dict[str, str] = {
-    "moodle": "MOODLE", "canvas": "QTI_MIGRATION", "qti": "QTI_SDK", "github": "GITHUB_RUNNER",
+    "moodle": "MOODLE", "canvas": "QTI_MIGRATION", "new_quizzes": "QTI_GEM", "qti": "QTI_SDK",
+    "github": "GITHUB_RUNNER",
     "gitlab": "GITLAB_RUNNER", "otter": "OTTER", "nbgrader": "NBGRADER", "gradescope": "GRADESCOPE_ROOT",
     "jupyterlab": "JUPYTERLAB", "scorm": "SCORM_AGAIN", "jupyterlite": "JUPYTERLITE",
     "moodle_scorm": "MOODLE", "stack": "STACK", "prairielearn": "PRAIRIELEARN",
