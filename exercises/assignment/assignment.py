@@ -632,10 +632,10 @@ def _read_slot(
             stack.enter_context(definition_file.locate_errors("question", definition.name))
             notes += check_definition_on_family(definition, family, band, variation, convention)
     errors.raise_all()
-    known_definitions = tuple(definitions.values())  # all of them, for the suggestion if a name is misspelt
     with errors.collect():
         parse(
-            questions_key, generation.check_questions, family, questions, band, variation, convention, known_definitions
+            questions_key, generation.check_questions, family, questions, band, variation, convention,
+            tuple(definitions.values()),  # all of them, for the suggestion if a name is misspelt
         )  # fmt: skip
     points = None if entry.points is None else tuple(entry.points)
     with errors.collect():
