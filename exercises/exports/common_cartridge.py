@@ -38,15 +38,16 @@ def export_common_cartridge(request: ExportRequest) -> Generator[ExportedFile, N
     assignment = request.assignment
     title = platform_markup.replace_angle_brackets(assignment.title)
     all_items = list(items.make_items_for_students(request))
-    left_out = {item.category[1:]: None for item in all_items if isinstance(item.form, items.MatchingForm)}
-    for slot_title, question_title in left_out:
+    left_out = {item.category: None for item in all_items if isinstance(item.form, items.MatchingForm)}
+    for category in left_out:
         request.report(
-            f"{slot_title}: {question_title} is left out, because a Common Cartridge has no matching questions"
+            f"{category.slot_title}: {category.question_title} is left out, because a Common Cartridge has no matching "
+            "questions"
         )
     if any(item.single_number_item for item in all_items):
         request.report("A Common Cartridge asks for one number per question, so of a vector or matrix for one entry")
-    single_items = (item.single_number_item or item for item in all_items if item.category[1:] not in left_out)
-    groups = items.group_by_category(single_items)
+    single_items = (item.single_number_item or item for item in all_items if item.category not in left_out)
+    groups = items.group_items(single_items, request.report)
     quizzes = [
         CartridgePart(f"version-{number}", f"{title}, version {number}", version_items)
         for number, version_items in enumerate(_choose_versions(list(groups.values())), 1)

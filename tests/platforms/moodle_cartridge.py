@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.exports.common_cartridge import export_common_cartridge
-from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberForm, QuizItem, group_by_category, make_items
+from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberForm, QuizItem, group_items, make_items
 from qdot.exercises.exports.platform_markup import find_pictures, name_picture_file
 from qdot.exercises.exports.typed_numbers import list_accepted_texts
 from tests.platforms.assignments import EVERYTHING, PLAIN, make_request
@@ -39,7 +39,8 @@ def run(software: Path, work: Path) -> Record:
         responses = [call_moodle(software, SCRIPT, cartridge=str(path)) for path in paths.values()]
         software_name = responses[0]["software"]
         quizzes, *banks = responses
-        groups = list(group_by_category(items).values())
+        groups = list(group_items(items, request.report).values())
+        items = [item for group in groups for item in group]
         quiz_counts = [quiz["count"] for quiz in quizzes["quizzes"]]
         version_count = max(map(len, groups))
         counts.add("imported", quiz_counts == [len(groups)] * version_count, f"{kind}: {quizzes['quizzes']}")
