@@ -8,7 +8,7 @@ export QDOT_SUITE ?= test
 unexport PYTHONDONTWRITEBYTECODE  # what is compiled once is half of the time that collecting tests takes
 PY      = $(VENV)/bin/python
 PIP     = $(PY) -m pip --disable-pip-version-check --quiet
-CODE    = exercises grader tests
+CODE    = exercises grader tests hatch_build.py
 PYTEST  = $(PY) -m pytest -n auto --dist loadgroup --durations=5
 
 .PHONY: help demo check test whole integration lint unit site site-test docs sharing messages test-all test-oldest pairs fuzz diagnoses platforms bench lighthouse format lock clean

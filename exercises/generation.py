@@ -8,7 +8,7 @@ from itertools import count, islice
 
 from qdot.exercises.arm.chain import DEFAULT_CONVENTION, Chain
 from qdot.exercises.arm.library import list_robots
-from qdot.exercises.common.errors import QdotError, make_name_error
+from qdot.exercises.common.errors import KeyReason, QdotError, make_name_error
 from qdot.exercises.common.stream import Stream, derive_seed
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS, list_variation_axes
 from qdot.exercises.families import FAMILIES, Family
@@ -238,11 +238,14 @@ def check_questions(
 
 
 class InapplicableQuestion(QdotError):
-    """Raised if an instructor's own question, `name`, can't be asked about an arm."""
+    """Raised if an instructor's own question, `name`, can't be asked about an arm.
 
-    def __init__(self, message: str, name: str) -> None:
+    `key` is the key of the question that has to be changed; it is "" for that of the answer.
+    """
+
+    def __init__(self, message: str, name: str, key: str) -> None:
         super().__init__(message)
-        self.name = name
+        self.name, self.key = name, key
 
 
 def _collect_questions(definitions: Sequence[Definition]) -> QuestionsByName:
@@ -268,8 +271,9 @@ def _check_questions_apply(
     objection = _find_objection(chain, questions, questions_by_name)
     if objection is not None:
         for name in questions:
-            if name not in ALL_QUESTIONS and questions_by_name[name].find_obstacle(chain) is not None:
-                raise InapplicableQuestion(objection, name)
+            obstacle = None if name in ALL_QUESTIONS else questions_by_name[name].find_obstacle(chain)
+            if obstacle is not None:
+                raise InapplicableQuestion(objection, name, obstacle.key if isinstance(obstacle, KeyReason) else "")
         argument = (family.robot_argument or family.name) + (f" --convention {convention}" if convention else "")
         raise QdotError(f"{objection}; `qdot families {argument}` lists the questions that apply")
 

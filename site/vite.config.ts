@@ -22,6 +22,7 @@ export default defineConfig({
         learn: "src/learn/main.tsx",
         own: "src/own/main.tsx",
         course: "src/course/main.tsx",
+        check: "src/check/main.tsx",
         package: "src/course/package.tsx",
         pages: "src/pages/main.ts",
       },

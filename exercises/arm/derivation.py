@@ -352,9 +352,9 @@ class Derivation:
         """Raise ValueError if J is not square, or if a `consequence` of det J = 0 is given and det J is always zero."""
         if not self.is_square:
             shape = f"{len(self.chain.task)} x {self.chain.n}"
-            raise ValueError(f"{self.chain.name}: the {quantity} needs a square Jacobian, but this one is {shape}")
+            raise ValueError(f"the {quantity} needs a square Jacobian, but this one is {shape}")
         if consequence and self.symbolic_minors[0].is_zero:
-            raise ValueError(f"{self.chain.name}: det J = 0 everywhere, {consequence}")
+            raise ValueError(f"det J = 0 everywhere, {consequence}")
 
     def derive_link_jacobian(self, k: int) -> sp.Matrix:
         """Return the 6 x n Jacobian of frame k, for the velocity of O_k and of link k ((6.9), (6.10), sums up to k)."""

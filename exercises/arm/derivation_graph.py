@@ -413,6 +413,7 @@ class Stage(NamedTuple):
 
 
 STAGES: dict[str, Stage] = {
+    "length unit": Stage(lambda stages: stages.arithmetic.make_constant(sp.S.One), ()),
     "table": Stage(_compute_table, ()),
     "base rotation": Stage(_compute_base_rotation, ("table",)),
     "rotations": Stage(_compute_rotations, ("table", "base rotation")),

@@ -40,8 +40,26 @@ from typing import Any, TypeGuard
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.axes_to_dh import IDENTITY_POSE, Axis, Pose, make_exact, make_pose, recognize_coordinates
-from qdot.exercises.arm.chain import CONVENTIONS, PRISMATIC, REVOLUTE, Chain, HasKind, Joint, Point, Triple
+from qdot.exercises.arm.axes_to_dh import (
+    IDENTITY_POSE,
+    Axis,
+    Pose,
+    evaluate_entry,
+    make_exact,
+    make_pose,
+    recognize_coordinates,
+)
+from qdot.exercises.arm.chain import (
+    ANGLE_PREFIXES,
+    CONVENTIONS,
+    PRISMATIC,
+    REVOLUTE,
+    Chain,
+    HasKind,
+    Joint,
+    Point,
+    Triple,
+)
 from qdot.exercises.arm.conventions import ALIASES, REGISTRY
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, VELOCITY_NAMES, Convention
 from qdot.exercises.arm.conventions.screws import Screws
@@ -52,12 +70,13 @@ from qdot.exercises.arm.standard_table import (
     ArmTable,
     WrittenRow,
     compute_axes_of_rows,
+    compute_home_geometry,
     convert_axes,
     convert_modified_rows,
     convert_standard_rows,
     is_table_rounded,
 )
-from qdot.exercises.arm.urdf import UrdfChain, read_urdf
+from qdot.exercises.arm.urdf import UrdfChain, format_offset, make_offset_note, read_urdf
 from qdot.exercises.common.errors import QdotError, make_name_error
 from qdot.exercises.common.input_file import KeyPath, TomlFile, format_toml, read_toml
 from qdot.exercises.common.stream import Stream
@@ -130,15 +149,17 @@ def read_robot(path: Path) -> Chain:
     return read_robot_file(path).chain
 
 
-def read_robot_file(path: Path, tip: str = "") -> Robot:
+def read_robot_file(path: Path, tip: str = "", base: str = "") -> Robot:
     """Return the robot that a file describes: a URDF if the file's name ends in .urdf or .xml, else a ROBOT.toml.
 
-    For a URDF, `tip` is the link at the end of the chain. Raises QdotError, whose message says what to correct where.
+    For a URDF, `tip` is the link at the end of the chain, and `base` is the link at its beginning. Raises QdotError,
+    whose message says what to correct where.
     """
     if path.suffix.lower() in (".urdf", ".xml"):
-        return _convert_urdf(path, read_urdf(path, tip))
-    if tip:
-        raise QdotError(f"{path}: a tip applies only to a URDF, a file that ends in .urdf or .xml")
+        return _convert_urdf(path, read_urdf(path, tip, base))
+    for option, link in (("--tip", tip), ("--base", base)):
+        if link:
+            raise QdotError(f"{path}: {option} applies only to a URDF, a file that ends in .urdf or .xml")
     return parse_robot(read_toml(path))
 
 
@@ -153,11 +174,41 @@ def _convert_urdf(path: Path, urdf_chain: UrdfChain) -> Robot:
         raise QdotError(f"{path}: {_describe_excess_joints(joint_count)}")
     base, joints, point = convert_axes(urdf_chain.axes, urdf_chain.tip, joint_count)
     chain = Chain(urdf_chain.name, joints, _PROVISIONAL_TASK, base, tool=point, title=urdf_chain.name)
+    is_rounded, axes = is_table_rounded(chain, urdf_chain.axes, urdf_chain.tip), urdf_chain.axes
+    notes, tolerance = list(urdf_chain.notes), urdf_chain.offset_tolerance
+    chain, snapped_offsets = _snap_table_offsets(chain, tolerance)
+    if snapped_offsets:
+        notes.append(make_offset_note(path, [f"{name} of the table" for name in snapped_offsets], tolerance))
+        axes = tuple(map(_move_point_onto, compute_home_geometry(chain).axes, axes))
     chain = chain.with_task(*choose_default_task(chain))
-    is_rounded, written_arm = is_table_rounded(chain, urdf_chain.axes, urdf_chain.tip), _describe_axes(urdf_chain.axes)
     return Robot(
-        chain, notes=urdf_chain.notes, limits=urdf_chain.limits, written_arm=written_arm, is_table_rounded=is_rounded
-    )
+        chain, notes=tuple(notes), limits=urdf_chain.limits, written_arm=_describe_axes(axes),
+        is_table_rounded=is_rounded,
+    )  # fmt: skip
+
+
+def _snap_table_offsets(chain: Chain, tolerance: sp.Expr) -> tuple[Chain, list[str]]:
+    """Return an arm without the offsets of its table that are at most a tolerance (m), and these offsets as text.
+
+    Such an offset may remain although those of the file were snapped, because the table adds offsets of the file.
+    """
+    snapped_offsets: list[str] = []
+
+    def snap(name: str, entry: sp.Expr) -> sp.Expr:
+        offset = entry - sum(entry.free_symbols)
+        is_length = name.startswith(("d", "a", "base_", "point_")) and not name.startswith(ANGLE_PREFIXES)
+        if not is_length or offset == 0 or abs(offset.n()) > tolerance:
+            return entry
+        snapped_offsets.append(f"{name} ({format_offset(offset)})")
+        return entry - offset
+
+    return chain.map_entries(snap), snapped_offsets
+
+
+def _move_point_onto(axis: Axis, former_axis: Axis) -> Axis:
+    """Return an axis with that point on it that is nearest to the point on the axis before it was moved a little."""
+    distance = (former_axis.point - axis.point).dot(axis.direction)
+    return replace(axis, point=(axis.point + distance * axis.direction).applyfunc(evaluate_entry))
 
 
 def parse_robot(file: TomlFile) -> Robot:

@@ -1,48 +1,65 @@
-"""Read a robot from a URDF, the robot format of ROS: the axes at home of the joints from the root to a tip link.
+"""Read a robot from a URDF, the robot format of ROS: the axes at home of the joints from a base link to a tip link.
 
-Only the properties of a serial chain are read: joints with their type, parent, child, origin, axis and limits. A joint
-that copies the motion of another joint (mimic) is refused if it is in the chain. The elements `joint` and `link` are
-specified at http://wiki.ros.org/urdf/XML.
+Only the properties of a serial chain are read: joints with their type, parent, child, origin, axis, limits and mimic. A
+joint that copies the motion of another joint (mimic) has a variable of its own, unless the other joint is in the chain,
+too. The elements `joint` and `link` are specified at http://wiki.ros.org/urdf/XML.
+
+Files made by CAD programs and by calibration contain rounding errors. Therefore angles near a multiple of pi/12 and
+offsets near zero are snapped: replaced by that multiple, and by zero.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
 import sympy as sp
 
-from qdot.exercises.arm.axes_to_dh import IDENTITY_POSE, ZERO_TOLERANCE, Axis, Pose, make_pose
-from qdot.exercises.common.errors import QdotError, make_name_error
+from qdot.exercises.arm.axes_to_dh import IDENTITY_POSE, Axis, Pose, make_pose
+from qdot.exercises.common.errors import QdotError, list_first, make_name_error
 from qdot.exercises.common.input_file import read_text
 
 JOINT_KINDS = {"revolute": "R", "continuous": "R", "prismatic": "P"}
 """The joint types that qdot supports apart from "fixed", with their kinds."""
 ANGLE_TOLERANCE = sp.Rational(1, 1000)
 """Tolerance (rad) within which an angle counts as a multiple of pi/12: 1.57, 1.5708 and 3.1416 are common."""
+MAX_OFFSET_TOLERANCE, RELATIVE_OFFSET_TOLERANCE = sp.Rational(1, 1000), sp.Rational(1, 1000)
+"""An offset counts as zero if it is at most this (m), and at most this fraction of the length of the chain."""
+_SILENT_TOLERANCE = sp.Rational(1, 10**6)
+"""Numbers that change by less than this (rad or m) are snapped without a note."""
+_TOOL_FRAME_PATTERN = re.compile(r"(.*[_/-])?(tool0?|tcp|ee_link)")
+"""Matches the usual names of tool frames, such as tool0 in ROS-Industrial, also after a prefix."""
+_MAX_LISTED_LINKS = 8
 
 
 @dataclass(frozen=True)
 class UrdfChain:
-    """The serial chain in a URDF, at home and in the frame of the root link.
+    """The serial chain in a URDF, at home and in the frame of the base link.
 
     - `tip`: the position of the origin of the last link (3 x 1, m).
     - `limits`: the limits of each joint (rad or m); None for a joint without limits.
-    - `notes`: messages about angles that were replaced by a multiple of pi/12.
+    - `offset_tolerance`: the offsets that count as zero are at most this (m).
+    - `notes`: messages about the frame, about mimic joints, and about angles and offsets that were snapped.
     """
 
     name: str
     axes: tuple[Axis, ...]
     tip: sp.Matrix
     limits: tuple[tuple[sp.Expr, sp.Expr] | None, ...]
+    offset_tolerance: sp.Expr
     notes: tuple[str, ...]
 
 
-def read_urdf(path: Path, tip: str = "") -> UrdfChain:
-    """Return the chain that ends at the link `tip`, by default the only link without children. Raises QdotError."""
+def read_urdf(path: Path, tip: str = "", base: str = "") -> UrdfChain:
+    """Return the chain from the link `base`, by default the root, to the link `tip`, by default the only end.
+
+    Raises QdotError.
+    """
     reader = _UrdfReader(path)
-    chain_joints = reader.find_joints_to(tip)
+    chain_joints = reader.find_joints(tip, base)
+    reader.set_offset_tolerance(chain_joints)
+    reader.check_mimic_joints(chain_joints)
     pose, axes, limits = IDENTITY_POSE, list[Axis](), list[tuple[sp.Expr, sp.Expr] | None]()
     for joint in chain_joints:
         pose = pose @ reader.read_origin(joint)
@@ -51,8 +68,13 @@ def read_urdf(path: Path, tip: str = "") -> UrdfChain:
             axes.append(Axis(kind, pose.rotation * reader.read_direction(joint), pose.origin))
             limits.append(reader.read_limits(joint))
     if not axes:
-        raise QdotError(f"{path}: no joint moves link {tip or reader.read_link(chain_joints[-1], 'child')!r}")
-    return UrdfChain(reader.title, tuple(axes), pose.origin, tuple(limits), tuple(reader.notes))
+        proposal = reader.propose_tip(base)
+        hint = f"; choose another --tip, as in --tip {proposal}" if proposal else ""
+        raise QdotError(f"{path}: no joint moves link {reader.read_link(chain_joints[-1], 'child')!r}{hint}")
+    notes = reader.make_notes()
+    if base:
+        notes = (f"{path}: the world frame is the frame of link {base!r}", *notes)
+    return UrdfChain(reader.title, tuple(axes), pose.origin, tuple(limits), reader.offset_tolerance, notes)
 
 
 class _UrdfReader:
@@ -60,7 +82,10 @@ class _UrdfReader:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.notes: list[str] = []
+        self.offset_tolerance: sp.Expr = sp.S.Zero
+        self.mimic_notes: list[str] = []
+        self.snapped_angles: list[str] = []
+        self.snapped_offsets: list[str] = []
         text = read_text(path)
         if "<!DOCTYPE" in text or "<!ENTITY" in text:
             raise QdotError(f"{path}: remove the DOCTYPE; a URDF does not need one")
@@ -74,6 +99,8 @@ class _UrdfReader:
             raise QdotError(f"{path}: the file has macros; expand them with xacro {path.name} > robot.urdf")
         self.title = root.get("name") or path.stem
         self.links = [self.read_name(link) for link in root.findall("link")]
+        if not self.links:
+            raise QdotError(f"{path}: the file describes no robot: it has no <link> in <robot>")
         self.joints = root.findall("joint")
         self.parent_joints: dict[str, ElementTree.Element] = {}
         for joint in self.joints:
@@ -103,29 +130,121 @@ class _UrdfReader:
             raise self.make_joint_error(joint, problem)
         return link
 
-    def find_joints_to(self, tip: str) -> list[ElementTree.Element]:
-        """Return the joints from the root to the link `tip`, by default the only link without children.
+    # --- the chain ---
+
+    def find_joints(self, tip: str, base: str) -> list[ElementTree.Element]:
+        """Return the joints from the link `base`, by default the root, to the link `tip`, by default the only end.
 
         Raises QdotError if there is no such chain.
         """
+        for option, link in (("--tip", tip), ("--base", base)):
+            if link and link not in self.links:
+                raise QdotError(f"{self.path}: {option}: {make_name_error('link', link, self.links)}")
+        tip = tip or self._find_only_end(base)
+        chain_joints = self._list_joints_above(tip)
+        path_links = [*(self.read_link(joint, "parent") for joint in chain_joints), tip]
+        if base and base not in path_links:
+            message = f"link {base!r} is not on the way from the root to link {tip!r}"
+            raise QdotError(f"{self.path}: {message}; choose --base from {', '.join(path_links[:-1]) or tip}")
+        chain_joints = chain_joints[path_links.index(base) if base else 0 :]
+        if not chain_joints:
+            problem = f"link {tip!r} is the {'base' if base else 'root'}, which no joint moves"
+            proposal = self.propose_tip(base)
+            hint = f", as in --tip {proposal}" if proposal else ""
+            raise QdotError(f"{self.path}: {problem}; choose another --tip{hint}")
+        return chain_joints
+
+    def _find_only_end(self, base: str) -> str:
+        """Return the only link without children that is `base` or comes after it. Raises QdotError."""
+        ends = self._list_ends(base)
+        if len(ends) == 1:
+            return ends[0]
+        problem = f"several last links: {list_first(ends, _MAX_LISTED_LINKS)}" if ends else "its links form a loop"
+        command = f"qdot solve {self.path.name} --tip {self.propose_tip(base) or 'LINK'}"
+        remark = "add --convert dh to write it as a ROBOT.toml"
+        raise QdotError(f"{self.path}: {problem}; choose the last link, as in: {command} ({remark})")
+
+    def _list_ends(self, base: str) -> list[str]:
+        """Return the links without children; with a `base`, only those that come after it."""
         parents = {self.read_link(joint, "parent") for joint in self.joints}
-        end_links = [link for link in self.links if link not in parents]
-        if tip and tip not in self.links:
-            raise QdotError(f"{self.path}: {make_name_error('link', tip, self.links)}")
-        if not tip and len(end_links) != 1:
-            command = f"qdot solve {self.path.name} --tip LINK (--convert dh writes it as a ROBOT.toml)"
-            problem = f"several last links: {', '.join(end_links)}" if end_links else "its links form a loop"
-            raise QdotError(f"{self.path}: {problem}; choose the last link: {command}")
-        chain_joints, link = list[ElementTree.Element](), tip or end_links[0]
+        ends = [link for link in self.links if link not in parents]
+        return [link for link in ends if not base or base in self._list_links_to(link)]
+
+    def _list_joints_above(self, link: str) -> list[ElementTree.Element]:
+        """Return the joints from the root to a link. Raises QdotError if the links form a loop."""
+        joints = list[ElementTree.Element]()
         while link in self.parent_joints:
             joint = self.parent_joints[link]
-            if joint in chain_joints:
+            if joint in joints:
                 raise self.make_joint_error(joint, "its links form a loop; qdot needs a chain of links")
-            chain_joints.insert(0, joint)
+            joints.insert(0, joint)
             link = self.read_link(joint, "parent")
-        if not chain_joints:
-            raise QdotError(f"{self.path}: link {link!r} is the root, which no joint moves; choose another with --tip")
-        return chain_joints
+        return joints
+
+    def _list_links_to(self, link: str) -> list[str]:
+        """Return the links from the root to a link."""
+        return [*(self.read_link(joint, "parent") for joint in self._list_joints_above(link)), link]
+
+    def propose_tip(self, base: str) -> str:
+        """Return a link that is probably meant as the last link; empty if no joint moves any link.
+
+        This is the tool frame if there is one. Otherwise it is the last link before the longest branches part, such as
+        the hand that carries the fingers, or else the end of the first of the longest branches.
+        """
+        ends = self._list_ends(base)
+        joint_counts = {link: self._count_own_joints(link) - self._count_own_joints(base) for link in self.links}
+        most_joints = max((joint_counts[link] for link in ends), default=0)
+        if not most_joints:
+            return ""
+        longest_ends = [link for link in ends if joint_counts[link] == most_joints]
+        links_to_ends = [self._list_links_to(link) for link in longest_ends]
+        shared_links = [link for link in links_to_ends[0] if all(link in links for links in links_to_ends)]
+        tool_frames = filter(_TOOL_FRAME_PATTERN.fullmatch, ends)
+        candidates = (*tool_frames, shared_links[-1], longest_ends[0])
+        return next(link for link in candidates if 2 * joint_counts[link] > most_joints)
+
+    def _count_own_joints(self, link: str) -> int:
+        """Return the number of joints between the root and a link that move and are no mimic joints."""
+        joints = self._list_joints_above(link)
+        return sum(joint.get("type") != "fixed" and joint.find("mimic") is None for joint in joints)
+
+    def check_mimic_joints(self, chain_joints: Sequence[ElementTree.Element]) -> None:
+        """Note the mimic joints in the chain that are independent there. Raises QdotError for those that are not."""
+        first_joints: dict[str, ElementTree.Element] = {}  # for each joint that is not a mimic joint, the first copy
+        for joint in chain_joints:
+            if joint.get("type") == "fixed":
+                continue
+            first_joint, mimic = first_joints.setdefault(self._find_original(joint), joint), joint.find("mimic")
+            if first_joint is not joint:
+                problem = f"it moves together with joint {self.read_name(first_joint)!r} (mimic)"
+                problem += ", so the two have one variable, which qdot cannot derive"
+                parent, child = self.read_link(joint, "parent"), self.read_link(first_joint, "child")
+                hint = (
+                    f"end the chain before this joint (--tip {parent}) or begin it after the other one (--base {child})"
+                )
+                raise self.make_joint_error(joint, f"{problem}; {hint}")
+            if mimic is not None:
+                note = f"joint {self.read_name(joint)!r}: it copies joint {mimic.get('joint')!r} (mimic)"
+                remark = "which is not in the chain; here, the joint has a variable of its own"
+                self.mimic_notes.append(f"{self.path}: {note}, {remark}")
+
+    def _find_original(self, joint: ElementTree.Element) -> str:
+        """Return the name of the joint whose motion a joint copies, directly or through other joints, or its own name.
+
+        Raises QdotError if there is no such joint.
+        """
+        joints_by_name = {self.read_name(joint): joint for joint in self.joints}
+        names = [self.read_name(joint)]
+        while (mimic := joints_by_name[names[-1]].find("mimic")) is not None:
+            original = mimic.get("joint", "")
+            if original not in joints_by_name:
+                raise self.make_joint_error(joint, f"it copies (mimic) joint {original!r}, which does not exist")
+            if original in names:
+                raise self.make_joint_error(joint, f"it copies (mimic) itself: {' → '.join([*names, original])}")
+            names.append(original)
+        return names[-1]
+
+    # --- joints ---
 
     def read_kind(self, joint: ElementTree.Element) -> str:
         """Return the kind of a joint: "R", "P", or "" if the joint is fixed. Raises QdotError for another type."""
@@ -135,18 +254,29 @@ class _UrdfReader:
         if kind not in JOINT_KINDS:
             supported = ", ".join([*JOINT_KINDS, "fixed"])
             raise self.make_joint_error(joint, f"type {kind!r} is not supported; use {supported}")
-        if joint.find("mimic") is not None:
-            hint = "each joint up to the last link must move on its own"
-            raise self.make_joint_error(joint, f"the joint copies another joint (mimic); {hint}")
         return JOINT_KINDS[kind]
 
     def read_origin(self, joint: ElementTree.Element) -> Pose:
         """Return the pose of a joint's frame in its parent link, at home."""
+        xyz = [
+            self._snap_offset(joint, axis, value)
+            for axis, value in zip("xyz", self._read_position(joint), strict=True)
+        ]  # fmt: skip
         element = joint.find("origin")
-        attributes: Mapping[str, str] = {} if element is None else element.attrib
-        xyz = self._parse_numbers(joint, "origin xyz", attributes.get("xyz", "0 0 0"))
-        rpy = self._parse_numbers(joint, "origin rpy", attributes.get("rpy", "0 0 0"))
-        return make_pose(xyz, [self._recognize_angle(joint, angle) for angle in rpy])
+        rpy_text = "0 0 0" if element is None else element.get("rpy", "0 0 0")
+        rpy = self._parse_numbers(joint, "origin rpy", rpy_text)
+        names = ("roll", "pitch", "yaw")
+        return make_pose(xyz, [self._snap_angle(joint, name, angle) for name, angle in zip(names, rpy, strict=True)])
+
+    def _read_position(self, joint: ElementTree.Element) -> Sequence[sp.Expr]:
+        """Return the position of a joint's frame in its parent link, at home."""
+        element = joint.find("origin")
+        return self._parse_numbers(joint, "origin xyz", "0 0 0" if element is None else element.get("xyz", "0 0 0"))
+
+    def set_offset_tolerance(self, chain_joints: Sequence[ElementTree.Element]) -> None:
+        """Set the size (m) up to which an offset in a chain counts as zero."""
+        length = sp.Add(*(sp.Matrix(self._read_position(joint)).norm() for joint in chain_joints))
+        self.offset_tolerance = min(MAX_OFFSET_TOLERANCE, RELATIVE_OFFSET_TOLERANCE * length.n(), key=float)
 
     def read_direction(self, joint: ElementTree.Element) -> sp.Matrix:
         """Return the unit vector along a joint's axis, in the joint's frame."""
@@ -154,7 +284,12 @@ class _UrdfReader:
         axis = sp.Matrix(self._parse_numbers(joint, "axis xyz", "1 0 0" if element is None else element.get("xyz", "")))
         if axis.norm() == 0:
             raise self.make_joint_error(joint, "its axis is the zero vector")
-        return axis / axis.norm()
+        snapped_axis = axis.applyfunc(lambda entry: entry if abs(entry) > ANGLE_TOLERANCE * axis.norm() else sp.S.Zero)
+        tilt = (axis - snapped_axis).norm() / axis.norm()
+        if tilt > _SILENT_TOLERANCE:
+            numbers = ", ".join(f"{float(entry):g}" for entry in axis)
+            self.snapped_angles.append(f"the axis ({numbers}) of {self.read_name(joint)!r}")
+        return snapped_axis / snapped_axis.norm()
 
     def read_limits(self, joint: ElementTree.Element) -> tuple[sp.Expr, sp.Expr] | None:
         """Return the limits of a joint (rad or m); None if the joint has no limits."""
@@ -167,7 +302,7 @@ class _UrdfReader:
             message = f"its lower limit {float(low):g} is above its upper limit {float(high):g}"
             raise self.make_joint_error(joint, message)
         if joint.get("type") == "revolute":
-            low, high = self._recognize_angle(joint, low), self._recognize_angle(joint, high)
+            low, high = self._snap_angle(joint, "lower limit", low), self._snap_angle(joint, "upper limit", high)
         return (low, high) if low < high else None  # some programs write 0 and 0 for unknown limits
 
     def _parse_numbers(
@@ -180,15 +315,47 @@ class _UrdfReader:
             raise self.make_joint_error(joint, f"{attribute} = {text!r}: expected {expectation}")
         return [sp.Rational(word) for word in words]
 
-    def _recognize_angle(self, joint: ElementTree.Element, angle: sp.Expr) -> sp.Expr:
+    # --- snapping ---
+
+    def _snap_angle(self, joint: ElementTree.Element, name: str, angle: sp.Expr) -> sp.Expr:
         """Return the multiple of pi/12 that is within the tolerance of an angle, else the angle itself."""
-        twelfths = sp.Integer(round(float(angle) * 12 / float(sp.pi)))
-        multiple = sp.pi * twelfths / 12
+        multiple = sp.pi * sp.Integer(round(float(angle) * 12 / float(sp.pi))) / 12
         difference = abs(sp.N(angle - multiple, 30))
-        if not twelfths or difference > ANGLE_TOLERANCE:
+        if difference > ANGLE_TOLERANCE:
             return angle
-        if difference > ZERO_TOLERANCE * 1000:  # angles rounded to six or more decimals need no note
-            self.notes.append(
-                f"{self.path}: joint {self.read_name(joint)!r}: {float(angle):g} rad is taken as exactly {multiple}"
-            )
+        if difference > _SILENT_TOLERANCE:
+            degrees = f"{float(angle):g} rad as {180 * multiple / sp.pi}°"
+            self.snapped_angles.append(f"{name} of {self.read_name(joint)!r} ({degrees})")
         return multiple
+
+    def _snap_offset(self, joint: ElementTree.Element, axis: str, offset: sp.Expr) -> sp.Expr:
+        """Return zero if an offset (m) is within the tolerance of zero, else the offset itself."""
+        if abs(offset) > self.offset_tolerance:
+            return offset
+        if abs(offset) > _SILENT_TOLERANCE:
+            self.snapped_offsets.append(f"{axis} of {self.read_name(joint)!r} ({format_offset(offset)})")
+        return sp.S.Zero
+
+    def make_notes(self) -> tuple[str, ...]:
+        """Return a note about each mimic joint, one about all snapped angles, and one about all snapped offsets."""
+        notes = list(self.mimic_notes)
+        if self.snapped_angles:
+            subject = "taken as multiples of 15°, from which they differ by at most 0.001 rad"
+            notes.append(f"{self.path}: {subject}: {', '.join(self.snapped_angles)}")
+        if self.snapped_offsets:
+            notes.append(make_offset_note(self.path, self.snapped_offsets, self.offset_tolerance))
+        return tuple(notes)
+
+
+def make_offset_note(path: Path, snapped_offsets: Sequence[str], tolerance: sp.Expr) -> str:
+    """Return the note that some offsets of at most a tolerance (m) were snapped to zero."""
+    return f"{path}: taken as 0, because at most {format_offset(tolerance)}: {', '.join(snapped_offsets)}"
+
+
+def format_offset(offset: sp.Expr) -> str:
+    """Return a small length (m) in millimetres.
+
+    >>> format_offset(sp.Rational(-976, 10**6))
+    '-0.976 mm'
+    """
+    return f"{float(1000 * offset):.4g} mm"

@@ -28,7 +28,7 @@ from qdot.exercises.assignment.front_page import FrontPage, read_front_page
 from qdot.exercises.assignment.gradebook import Gradebook, normalize_identifier, read_export
 from qdot.exercises.assignment.late_rule import LateRule, add_time_zone, read_late_rule
 from qdot.exercises.assignment.replacements import Replacements, read_replacements
-from qdot.exercises.common.errors import ErrorList, QdotError, count_noun, make_name_error
+from qdot.exercises.common.errors import ErrorList, KeyReason, QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
 from qdot.exercises.common.variation import DEFAULT_VARIATION, find_canonical_name
@@ -121,6 +121,8 @@ class AssignmentFile(pydantic.BaseModel):
     """The share of the points for an answer that follows from the student's own wrong earlier answer."""
     hints: bool = False
     """Whether each question in the notebook has three hints."""
+    site: str = pydantic.Field(default="", pattern=r"^https?://[^\s<>()\"'\\?#]+$", max_length=500)
+    """The address of [your site](site.md). Notebooks then link to its page on which students check their answers."""
     sandbox: Literal["best", "strict"] = "best"
     """What to do on a machine that cannot fully sandbox student code."""
     variation: str | list[str] = DEFAULT_VARIATION
@@ -235,8 +237,8 @@ class Slot:
                 self.make_id_from_seed(seed), points=self.points, family=self.family, definitions=self.definitions
             )
         except generation.InapplicableQuestion as error:
-            location = next(definition.location for definition in self.definitions if definition.name == error.name)
-            raise QdotError(f"{location}: {error}") from None
+            definition = next(definition for definition in self.definitions if definition.name == error.name)
+            raise QdotError(f"{definition.find_location(error.key)}: {error}") from None
         roundings, rules = dict(self.decimals), dict(self.credit)
         parts = tuple(
             replace(part, rounding=roundings.get(part.name, part.rounding), credit=rules.get(part.name, Credit()))
@@ -263,6 +265,7 @@ class Assignment:
     notes: tuple[str, ...] = ()
     follow_through: Fraction = Fraction(4, 5)
     hints: bool = False
+    site: str = ""
     late_rule: LateRule | None = None
     attempt_policy: AttemptPolicy = field(default_factory=AttemptPolicy)
     sandbox: str = "best"
@@ -334,10 +337,11 @@ class Assignment:
 
     @property
     def notebook_digest(self) -> str:
-        """A short hash that changes whenever the notebooks change: the problems, the title, the points or the hints."""
-        hints_marker = ("hints",) if self.hints else ()  # without hints, the digest is the same as in older versions
+        """A short hash that changes whenever the notebooks change: the problems, title, points, hints or site."""
+        # Digests of older versions did not have the hints and the site, so they are left out if there are none.
+        markers = (*(["hints"] if self.hints else []), *filter(None, [self.site]))
         slots = [(slot.points, slot.decimals, *slot.definitions) for slot in self.slots]
-        return _compute_short_hash(repr((self.problems_digest, self.title, slots, *hints_marker)))
+        return _compute_short_hash(repr((self.problems_digest, self.title, slots, *markers)))
 
     @property
     def secret_digest(self) -> str:
@@ -420,7 +424,7 @@ def load_assignment(folder: Path, is_preview: bool = False) -> Assignment:
         folder, content.title, content.key, tuple(slots), students,
         read_secret(folder, PREVIEW_SECRET if is_preview else ""),
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
-        content.hints, late_rule, attempt_policy, content.sandbox, gradebook,
+        content.hints, content.site, late_rule, attempt_policy, content.sandbox, gradebook,
         read_replacements(folder), front_page,
     )  # fmt: skip
 
@@ -449,9 +453,14 @@ def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> tuple[dict
         for name in entry.questions:
             file_name, chosen_name = split_question_name(name)
             if not file_name:
+                with file.locate_errors("problem", index, "questions"):
+                    if "/" in name or "." in name:
+                        raise QdotError(f"{name!r} is no question; the name of a file of questions ends in .toml")
                 names.append(name)
                 continue
             with file.locate_errors("problem", index, "questions"):
+                if "://" in file_name:
+                    raise QdotError(f"{file_name} is a web address; download the file, and write its path")
                 question_file, new_definitions = read_question_file(file.path.parent / file_name, ALL_QUESTIONS)
                 if chosen_name and chosen_name not in new_definitions:
                     raise make_name_error("question", chosen_name, tuple(new_definitions))
@@ -459,7 +468,9 @@ def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> tuple[dict
                     new_definitions = {chosen_name: new_definitions[chosen_name]}
                 for new_name, definition in new_definitions.items():
                     if definitions.get(new_name, definition) != definition:
-                        raise QdotError(f"two different questions are called {new_name!r}")
+                        other_place = files[new_name].describe_value("question", new_name)
+                        place = question_file.describe_value("question", new_name)
+                        raise QdotError(f"two questions have the same name ({other_place}; {place}); rename one")
             definitions |= new_definitions
             files |= dict.fromkeys(new_definitions, question_file)
             names += new_definitions
@@ -497,7 +508,10 @@ def _validate(file: TomlFile) -> AssignmentFile:
     problems, problem_keys = file.content.get("problem"), tuple(ProblemEntry.model_fields)
     top_level_keys = [name for name in AssignmentFile.model_fields if name != "question"]  # [question.NAME] is a table
     for index, table in enumerate(problems if isinstance(problems, list) else []):
-        if isinstance(table, dict):
+        if isinstance(table, dict) and isinstance(table.get("question"), dict):
+            with errors.collect(), file.locate_errors("problem", index, "question"):
+                raise QdotError("write [question.NAME], without the word problem")
+        elif isinstance(table, dict):
             with errors.collect():
                 file.check_keys(("problem", index), problem_keys, (), top_level_keys)
     try:
@@ -582,16 +596,19 @@ def check_definition_on_family(
     Return warnings. Raise QdotError, which begins with the key, if a check fails, for example because a number is the
     same for all given values.
     """
-    answer_key = "options" if definition.options else "answer"
     try:
         generation.check_questions(family, (definition.name,), band, variation, convention, (definition,))
+    except generation.InapplicableQuestion as error:
+        raise QdotError(f"{error.key or definition.answer_key}: {error}") from None
     except QdotError as error:
-        raise QdotError(f"{answer_key}: {error}") from None
+        raise QdotError(f"{definition.answer_key}: {error}") from None
     identity = ProblemId(family.name, 0, (definition.name,), variation=variation, convention=convention)
     problem = generation.generate(identity, family=family, definitions=(definition,))
     maker = QuestionMaker(definition)
     if (number_objection := maker.find_objection_to_numbers(problem.chain)) is not None:
         raise QdotError(f"{number_objection} (for an arm of {family.name})")
+    if (unit_objection := maker.find_wrong_unit(problem.chain)) is not None:
+        raise QdotError(f"unit: for {family.name}, {unit_objection}")
     for language, texts in definition.texts:
         wording = Wording(problem.chain, load_catalogue(language))
         for key, text in texts.list_texts():
@@ -603,8 +620,18 @@ def check_definition_on_family(
             except QdotError as error:
                 prefix = "" if language == ENGLISH else f"{language}."
                 raise QdotError(f"{prefix}{key}: {error}") from None
-    location = definition.location or definition.name
-    return [f"{location}: for {family.name}, {warning}" for warning in maker.list_warnings(problem.chain)]
+    for option in definition.options:
+        try:
+            if not option.is_formula:
+                check_formulas(fill_text(option.content, problem.parts[0], Wording(problem.chain)))
+        except QdotError as error:
+            raise QdotError(f"options: {error}") from None
+    warnings = maker.list_warnings(problem.chain)
+    keys = [warning.key if isinstance(warning, KeyReason) else "" for warning in warnings]
+    return [
+        f"{definition.find_location(key)}: for {family.name}, {warning}"
+        for key, warning in zip(keys, warnings, strict=True)
+    ]
 
 
 def _choose_twist_order(setting: str | None, default: str | None, family: Family, convention: str) -> str:

@@ -187,7 +187,7 @@ def make_notebook(
     assignment: Assignment, student: str, problems: Problems, released_notebook: "NotebookNode | None" = None
 ) -> "NotebookNode":
     """Return the notebook to release, or the staff's notebook with solutions if `released_notebook` is given."""
-    content = assignment.title, assignment.key, student, problems, assignment.hints
+    content = assignment.title, assignment.key, student, problems, assignment.hints, assignment.site
     if released_notebook is None:
         notebook = make_student_notebook(*content)
     else:

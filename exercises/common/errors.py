@@ -36,6 +36,22 @@ class Reason(str):
     """The reason why something is impossible, for functions that return it instead of a result."""
 
 
+class KeyReason(Reason):
+    """The reason why the value of a `key` of a file is impossible. Keys in a key are separated by dots: given.m."""
+
+    key: str
+
+    def __new__(cls, key: str, text: str) -> "KeyReason":
+        """Return the reason for the value of a key."""
+        reason = super().__new__(cls, text)
+        reason.key = key
+        return reason
+
+    def __reduce__(self) -> tuple[type["KeyReason"], tuple[str, str]]:
+        """Return how the reason is copied to another process."""
+        return KeyReason, (self.key, str(self))
+
+
 def make_open_files_error(error: BaseException) -> QdotError | None:
     """Return the error to show if this machine's limit of open files was reached; None for any other error.
 

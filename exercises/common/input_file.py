@@ -11,7 +11,6 @@ import io
 import json
 import re
 import tomllib
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -33,10 +32,12 @@ _BACKSLASH_HINT = (
 _HINTS = (
     ("invalid value", '; put text and formulas in quotes, as in "pi/2", and write numbers as 0.5'),
     ("expected newline or end", '; write numbers without a unit, as in 0.5, and everything else in quotes: "pi/2"'),
-    ("cannot overwrite a value", "; a key is used twice"),
+    ("cannot overwrite a value", "; the key of this line is used twice; remove one of the two"),
+    ("duplicate inline table key", "; remove one of the two"),
+    ("immutable namespace", "; a table in braces ends with its }; write all of its keys between the braces"),
     ("illegal character '\\n'", "; a closing quote is missing"),
     ("unclosed array", "; put names in quotes, separate them by commas, and end the list with ]"),
-    ("twice", "; tables that may occur several times need double brackets, as in [[joint]]"),
+    (" twice", "; write it once, or with double brackets if it may occur several times, as in [[joint]]"),
     ("invalid date", "; write a date with a time as 2027-01-15T23:59:00+01:00"),
     ("invalid statement", "; each line must be KEY = VALUE, a [[header]] or a # comment"),
     ("array declaration", "; a header contains only a name, as in [[joint]]"),
@@ -44,6 +45,15 @@ _HINTS = (
     ("invalid hex value", _BACKSLASH_HINT),
 )
 """Parts of the messages of Python's TOML parser, each with a hint at the usual cause."""
+
+_KEY = r"""(?:"[^"\n]*"|'[^'\n]*'|[\w-]+)"""
+_KEYS = rf"{_KEY}(?:\s*\.\s*{_KEY})*"
+_HEADER_LINE = re.compile(rf"\s*(\[\[?)\s*({_KEYS})\s*\]")
+_KEY_LINE = re.compile(rf"\s*({_KEYS})\s*=")
+_TEXT_OR_COMMENT = re.compile(
+    r""""{3}(?:\\.|[^\\])*?"{3,5}|'{3}.*?'{3,5}|"(?:\\.|[^"\\\n])*"|'[^'\n]*'|\#[^\n]*""", re.DOTALL
+)
+_TWICE = re.compile(r"cannot declare '(.+)' twice", re.IGNORECASE)
 
 
 def read_text(path: Path, missing_hint: str = "") -> str:
@@ -187,17 +197,36 @@ class TomlFile:
         """The number of the first line of each key and of each table, by their key paths."""
         table: tuple[str | int, ...] = ()
         numbers: dict[tuple[str | int, ...], int] = {}
-        table_counts: Counter[str] = Counter()
-        for number, line in enumerate(self.text.splitlines(), 1):
-            if header := re.match(r"\s*(\[\[?)\s*([\w.-]+)\s*\]", line):
-                name = header[2]
-                table = (name, table_counts[name]) if header[1] == "[[" else tuple(name.split("."))
-                table_counts[name] += 1
-                numbers.setdefault((name,), number)
-                numbers.setdefault(table, number)
-            elif key := re.match(r"""\s*["']?([^"'=#\[]+?)["']?\s*=""", line):
-                numbers.setdefault((*table, *key[1].split(".")), number)
+        for number, line in enumerate(_remove_lines_of_texts(self.text).split("\n"), 1):
+            header = _HEADER_LINE.match(line)
+            if header is not None and isinstance(self._find_value(split_key(header[2])[:1]), (dict, list)):
+                table = ()
+                keys = split_key(header[2])
+                for key in keys:
+                    table = (*table, key)
+                    numbers.setdefault(table, number)
+                    if isinstance(self._find_value(table), list):  # each [[header]] begins another table
+                        table_count = sum(path[:-1] == table and isinstance(path[-1], int) for path in numbers)
+                        is_new = header[1] == "[[" and len([k for k in table if isinstance(k, str)]) == len(keys)
+                        table = (*table, table_count if is_new else max(table_count - 1, 0))
+                        numbers.setdefault(table, number)
+            elif key_match := _KEY_LINE.match(line):
+                numbers.setdefault((*table, *split_key(key_match[1])), number)
         return numbers
+
+
+def split_key(text: str) -> tuple[str, ...]:
+    """Return the keys in the text of a key or of a header, without quotes.
+
+    >>> split_key('question."my question".de')
+    ('question', 'my question', 'de')
+    """
+    return tuple(key[1:-1] if key[0] in "\"'" else key for key in re.findall(_KEY, text))
+
+
+def _remove_lines_of_texts(text: str) -> str:
+    """Return TOML with only the line breaks of its texts that have several lines; these may look like keys."""
+    return _TEXT_OR_COMMENT.sub(lambda match: match[0] if "\n" not in match[0] else "\n" * match[0].count("\n"), text)
 
 
 def read_toml(path: Path, missing_hint: str = "", parse_decimal: Callable[[str], Any] = Decimal) -> TomlFile:
@@ -207,13 +236,22 @@ def read_toml(path: Path, missing_hint: str = "", parse_decimal: Callable[[str],
         return TomlFile(path, text, tomllib.loads(text, parse_float=parse_decimal))
     except tomllib.TOMLDecodeError as error:
         match = re.fullmatch(r"(.*) \(at (?:line (\d+), column \d+|end of document)\)", str(error))
-        problem, line = match.groups() if match else (str(error), None)
-        problem = re.sub(r"\('(.*?)',?\)", r"'\1'", problem)  # a key in Python's notation
-        number = line or str(max(1, len(text.splitlines())))
+        problem, line_text = match.groups() if match else (str(error), None)
+        for keys in re.finditer(r"\((('.*?',? ?)+)\)", problem):  # a key in Python's notation
+            problem = problem.replace(keys[0], "'" + ".".join(re.findall("'(.*?)'", keys[1])) + "'")
+        lines = text.split("\n")
+        number = int(line_text or max(1, len(text.splitlines())))
         hint = next((hint for phrase, hint in _HINTS if phrase in problem.lower()), "")
-        if any(quote in text.splitlines()[int(number) - 1] for quote in "“”„‘’"):
+        if (header_match := _TWICE.match(problem)) is not None:
+            headers = (header and ".".join(split_key(header[2])) for header in map(_HEADER_LINE.match, lines))
+            first_number = next((k for k, header in enumerate(headers, 1) if header == header_match[1]), number)
+            if "." in header_match[1] and first_number < number:
+                hint = f"; the first is in line {first_number}; rename one of them"
+        if any(quote in lines[number - 1] for quote in "“”„‘’"):
             hint = '; replace the curly quotes by straight ones: "'
         raise QdotError(f"{path}: line {number}: not valid TOML: {problem[:1].lower()}{problem[1:]}{hint}") from None
+    except RecursionError:
+        raise QdotError(f"{path}: not valid TOML: its brackets are nested too deeply") from None
 
 
 def format_toml(value: object) -> str:

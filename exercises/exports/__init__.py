@@ -7,6 +7,7 @@ Each export format has a module. These modules are shared:
     assignment_files            the files that a platform needs to grade
     bank, handouts              certified variants of an assignment's problems; the notebooks of its class
     items, numeric_part         questions for learning platforms; parts whose formulas are evaluated to numbers
+    typed_numbers               the texts of a number that platforms recognise
     platform_markup             figures, HTML and numbers in the form that learning platforms need
     known_wrong_answers         the wrong answers that known mistakes lead to
     stack_parts, stack_maxima   parts in STACK's form, with their marking; the Maxima functions for marking

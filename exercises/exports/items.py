@@ -6,20 +6,27 @@ each question that can't be asked.
 """
 
 import re
-from collections.abc import Generator, Iterable
+from collections.abc import Callable, Generator, Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
 from qdot.exercises.assignment.assignment import Slot
 from qdot.exercises.assignment.certified_problems import Variant
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.bank import convert_bank
 from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.known_wrong_answers import is_divided_by_zero
 from qdot.exercises.exports.numeric_part import NumericPart, ask_in_numbers
-from qdot.exercises.exports.platform_markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
+from qdot.exercises.exports.platform_markup import (
+    Picture,
+    draw_arm,
+    draw_prompt_figure,
+    draw_solution_figure,
+    write_line_html,
+)
 from qdot.exercises.mistakes.base import add_chapter_to_reference
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE, ConditionSet, Matching, Number, Selection, Words
@@ -29,6 +36,8 @@ from qdot.exercises.short_questions.wrong_sets import make_four_sets
 from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.units import format_unit
+
+Entry = TypeVar("Entry")
 
 MAX_WRONG_VALUES = 6
 """Maximum number of wrong values to recognise for a number. With more values, answers would match them by chance."""
@@ -162,11 +171,17 @@ ItemForm = ChoiceForm | MatchingForm | NumberForm | TextForm
 
 
 class ItemCategory(NamedTuple):
-    """The category of an item in a platform's question bank."""
+    """The category of an item in a platform's question bank: a question with its number in the problem, from 1."""
 
     assignment_title: str
     slot_title: str
     question_title: str
+    question_number: int
+
+    @property
+    def path(self) -> tuple[str, str, str]:
+        """The names of the categories from the assignment's to the question's."""
+        return self.assignment_title, self.slot_title, f"{self.question_number}. {self.question_title}"
 
 
 @dataclass(frozen=True)
@@ -222,12 +237,61 @@ def make_items_for_students(request: ExportRequest) -> Generator[QuizItem, None,
         yield item if shows_solutions else replace(item, solution=(), single_number_item=number_item)
 
 
-def group_by_category(items: Iterable[QuizItem]) -> dict[ItemCategory, list[QuizItem]]:
-    """Return the items of each category, with the categories in order of appearance."""
-    groups: dict[ItemCategory, list[QuizItem]] = {}
-    for item in items:
-        groups.setdefault(item.category, []).append(item)
-    return groups
+def make_category(request: ExportRequest, slot: Slot, problem: Problem, part: Part) -> ItemCategory:
+    """Return the category of a part, which has the same names on every platform."""
+    number = [problem_part.name for problem_part in problem.parts].index(part.name) + 1
+    slot_title = f"{slot.name} {slot.family.name}"
+    return ItemCategory(request.assignment.title, slot_title, question_of(part).title, number)
+
+
+def group_by_category(
+    entries: Iterable[Entry],
+    find_category: Callable[[Entry], ItemCategory],
+    find_content: Callable[[Entry], Hashable],
+    report: Callable[[str], None],
+) -> dict[ItemCategory, list[Entry]]:
+    """Return the entries of each category without copies, with the categories in order of appearance.
+
+    Entries with equal content are copies: for an arm whose variants do not differ, all variants of some questions are
+    equal. `report` gets a message for each category with copies.
+    """
+    groups: dict[ItemCategory, dict[Hashable, Entry]] = {}
+    counts: dict[ItemCategory, int] = {}
+    for entry in entries:
+        category = find_category(entry)
+        groups.setdefault(category, {}).setdefault(find_content(entry), entry)
+        counts[category] = counts.get(category, 0) + 1
+    for category, group in groups.items():
+        if len(group) < counts[category]:
+            report(
+                f"{category.slot_title}: the {counts[category]} variants of {category.question_title!r} contain only "
+                f"{count_noun(len(group), 'different question')}; copies are left out"
+            )
+    return {category: list(group.values()) for category, group in groups.items()}
+
+
+def group_items(items: Iterable[QuizItem], report: Callable[[str], None]) -> dict[ItemCategory, list[QuizItem]]:
+    """Return the different items of each category, with the categories in order of appearance."""
+    return group_by_category(items, lambda item: item.category, lambda item: (item.body, item.form), report)
+
+
+def append_boxes(body: str, form: ItemForm, boxes: Sequence[str]) -> str:
+    """Return the HTML of a text followed by several boxes for numbers, in a column with names or as a matrix.
+
+    `boxes` are in the platform's notation, one for each field. With a single box, return only the text.
+    """
+    if not isinstance(form, NumberForm) or len(boxes) < 2:
+        return body
+    remaining_boxes = iter(boxes)
+
+    def describe(field: NumberField | str) -> str | dict[str, str]:
+        if isinstance(field, str):
+            return field
+        return {"label": write_line_html(f"${field.label}$"), "unit": field.unit, "box": next(remaining_boxes)}
+
+    rows = [list(map(describe, row)) for row in form.rows]
+    fields = render("exports/number-fields.html.j2", rows=rows, column=len(form.rows[0]) == 1)
+    return f"{body}\n{fields.strip()}"
 
 
 def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part) -> QuizItem | None:
@@ -235,6 +299,7 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
     explains_mistakes = request.includes_feedback("mistake")
     numeric_part: NumericPart | None = None
     form: ItemForm
+    category = make_category(request, slot, problem, part)
     if isinstance(part.answer, ConditionSet) and part.answer.is_singular_set:
         short_problem = _ask_short_question(problem, part, request)
         if short_problem is None:
@@ -261,7 +326,6 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
     figure = draw_prompt_figure(problem, part, part.name)
     figures = () if figure is None else (figure,)
     body = (draw_arm(problem), problem_texts.write_statement(problem, "", explains_typing=False), *figures, question)
-    category = ItemCategory(request.assignment.title, f"{slot.name} {slot.family.name}", title)
     solution = _write_solution(problem, part, numeric_part)
     item_hints = problem_texts.write_hints(problem, part) if request.assignment.hints else ()
     item = QuizItem(part.name, title, category, body, form, part.points, solution, item_hints)
@@ -376,25 +440,30 @@ def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, e
     answer = numeric_part.part.answer_as(Number)
     (rows, columns), is_count = numeric_part.values.shape, answer.is_count
 
-    def compute_tolerance(value: float) -> float:
-        if is_count:
-            return 0.0
-        if part.rounding is not None:
-            return max(part.rounding.relative * abs(value), part.rounding.absolute, 1e-9 * abs(value))
-        return max(answer.tolerance * abs(value), answer.floor)
-
+    if is_count:
+        relative_tolerance, absolute_tolerance = 0.0, 0.0
+    elif part.rounding is not None:
+        errors = part.rounding.errors_of_entries
+        relative_tolerance = max(part.rounding.relative, 1e-9)
+        absolute_tolerance = errors[index] if errors else part.rounding.absolute
+    else:
+        relative_tolerance, absolute_tolerance = answer.tolerance, answer.floor
     value = float(numeric_part.values.ravel()[index])
-    tolerance = compute_tolerance(value)
+    tolerance = max(relative_tolerance * abs(value), absolute_tolerance)
     values_with_tolerance, wrong_values = [(value, tolerance)], list[WrongValue]()
     for feedback, values in numeric_part.wrong_answers if explains_mistakes else ():
-        wrong_value = float(values.ravel()[index]) if values.shape == numeric_part.values.shape else np.nan
-        wrong_tolerance = compute_tolerance(wrong_value)
+        if values.shape != numeric_part.values.shape or is_divided_by_zero(values, numeric_part.values):
+            continue
+        wrong_value = float(values.ravel()[index])
+        wrong_tolerance = relative_tolerance * abs(wrong_value)
+        if absolute_tolerance < abs(wrong_value) / 2:  # no range of wrong values contains zero
+            wrong_tolerance = max(wrong_tolerance, absolute_tolerance)
         is_zero = abs(wrong_value) <= 1e-9 and not is_count  # zero is left out, because many mistakes lead to it
         is_new = all(
             abs(wrong_value - earlier_value) > wrong_tolerance + earlier_tolerance
             for earlier_value, earlier_tolerance in values_with_tolerance
         )
-        if is_new and np.isfinite(wrong_value) and not is_zero:
+        if is_new and not is_zero:
             values_with_tolerance.append((wrong_value, wrong_tolerance))
             wrong_values.append(WrongValue(wrong_value, wrong_tolerance, feedback))
     row, column = divmod(index, columns)

@@ -44,7 +44,9 @@ ZERO_TOLERANCE = 1e-9
 MISTAKES_PER_ANSWER = 3
 """Number of mistakes to try for each requested wrong answer, because some mistakes lead to a too long answer."""
 MIN_DIFFERENCE = 3
-"""Minimum difference of two wrong numbers, as a multiple of the tolerance."""
+"""Minimum difference of two wrong numbers, and of a wrong number from zero, as a multiple of the tolerance."""
+MAX_RATIO = 1e9
+"""Maximum ratio of a wrong number to the largest correct one. Larger numbers come from a division by a rounded zero."""
 
 
 @dataclass(frozen=True)
@@ -198,16 +200,23 @@ def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterato
     predictions = _select_distinct(compute_answer(stages, part), predict_wrong_answers(stages, part))
     expected_numbers = np.array([float(value) for value in part.answer.as_matrix()])
     tolerances = np.array(list_tolerances(part))
-    earlier_answers = [expected_numbers]
+    distinct_answers = [expected_numbers, np.zeros_like(expected_numbers)]
+    max_count += len(distinct_answers)
     for prediction in predictions:
         values = prediction.answer[..., 0].ravel()
-        is_new = all((np.abs(values - answer) > MIN_DIFFERENCE * tolerances).any() for answer in earlier_answers)
-        if is_new and len(earlier_answers) <= max_count:
-            earlier_answers.append(values)
+        is_new = all((np.abs(values - answer) > MIN_DIFFERENCE * tolerances).any() for answer in distinct_answers)
+        if is_new and not is_divided_by_zero(values, expected_numbers) and len(distinct_answers) < max_count:
+            distinct_answers.append(values)
             entries_equal = tuple(map(bool, np.abs(values - expected_numbers) <= tolerances))
             rounded_answer = sp.Matrix([sp.Rational(f"{value:.6g}") for value in values])
             feedback, mistake = add_chapter_to_reference(prediction.sentence), prediction.mistake
             yield KnownWrongAnswer(mistake.name, mistake.title, feedback, rounded_answer, entries_equal)
+
+
+def is_divided_by_zero(wrong_numbers: np.ndarray, correct_numbers: np.ndarray) -> bool:
+    """Return whether a mistake leads to a division by zero, which may be a tiny number because of rounding."""
+    limit = MAX_RATIO * max(np.abs(correct_numbers).max(), ZERO_TOLERANCE)
+    return not np.isfinite(wrong_numbers).all() or bool(np.abs(wrong_numbers).max() > limit)
 
 
 def list_tolerances(part: Part) -> list[float]:

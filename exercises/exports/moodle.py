@@ -23,11 +23,11 @@ ZERO_WEIGHT, NONZERO_WEIGHT = 1, 2
 DIGITS = 14
 """Significant digits of a number in Moodle."""
 
+DECIMALS_NOTE = "<p>Type numbers as decimals, for example -0.25 or -2.5e-1, not as fractions.</p>"
+"""What students must know about boxes for numbers, because Moodle reads 1/4 as the number 1 with a unit."""
+
 MIN_BOX_WIDTH = 12
 """Minimum width of a box in characters. If a number in the question is longer, the box is wider."""
-
-TAG_REPLACEMENTS = str.maketrans("<>", "‹›")
-"""Replacements for < and > in names. Moodle would take these characters for a tag and remove it."""
 
 MAX_NAME_LENGTH, MAX_ID_LENGTH = 255, 100
 """Maximum length of a name and of an id in Moodle, in characters."""
@@ -36,22 +36,28 @@ MAX_NAME_LENGTH, MAX_ID_LENGTH = 255, 100
 def export_moodle(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield two files for Moodle: a question bank to import, and the backup of a quiz to restore."""
     assignment = request.assignment
+    groups = items.group_items(items.make_items(request), request.report)
     categories = [
-        Category(tuple(map(make_moodle_name, names)), tuple(_make_question(item, assignment.key) for item in group))
-        for names, group in items.group_by_category(items.make_items(request)).items()
+        Category(make_category_names(category), tuple(_make_question(item, assignment.key) for item in group))
+        for category, group in groups.items()
     ]
     category_records = [
         {"path": make_category_path(category.names), "questions": category.questions} for category in categories
     ]
     xml = render("exports/moodle.xml.j2", categories=category_records, title=assignment.title)
     yield ExportedFile(f"{assignment.key}.xml", xml, is_private=True)
-    yield ExportedFile(f"{assignment.key}.mbz", make_quiz_backup(request, categories), is_private=True)
+    yield ExportedFile(f"{assignment.key}.mbz", make_quiz_backup(request, assignment.key, categories), is_private=True)
 
 
 def make_moodle_name(text: str) -> str:
     """Return a name that Moodle stores unchanged: without tags, and short enough for its database column."""
-    plain_name = text.translate(TAG_REPLACEMENTS)
+    plain_name = platform_markup.replace_angle_brackets(text)
     return plain_name if len(plain_name) <= MAX_NAME_LENGTH else f"{plain_name[: MAX_NAME_LENGTH - 1].rstrip()}…"
+
+
+def make_category_names(category: items.ItemCategory) -> tuple[str, ...]:
+    """Return the names of a category and of those that contain it, from the outermost category."""
+    return tuple(map(make_moodle_name, category.path))
 
 
 def make_category_path(names: Sequence[str]) -> str:
@@ -60,19 +66,21 @@ def make_category_path(names: Sequence[str]) -> str:
 
 
 def _make_question(item: items.QuizItem, key: str) -> MoodleQuestion:
-    form, body = item.form, _write_html(item.body)
+    form, body = item.form, _write_body(item)
     boxes = _make_boxes(form) if isinstance(form, items.NumberForm) else ()
     numbered_boxes = [f"{{#{number}}}" for number in range(1, len(boxes) + 1)]
     return MoodleQuestion(
         make_moodle_name(item.title), _name_question_type(form), item.points,
-        body=_append_boxes(body, form, [box.notation for box in boxes]),
-        body_with_numbered_boxes=_append_boxes(body, form, numbered_boxes), files=_encode_pictures(item.body),
+        body=items.append_boxes(body, form, [box.notation for box in boxes]),
+        body_with_numbered_boxes=items.append_boxes(body, form, numbered_boxes), files=_encode_pictures(item.body),
         solution=_write_html(item.solution), solution_files=_encode_pictures(item.solution),
-        id_number=f"{key}-{item.key}"[-MAX_ID_LENGTH:], tags=("qdot", *item.category[1:]),
+        id_number=f"{key}-{item.key}"[-MAX_ID_LENGTH:],
+        tags=("qdot", item.category.slot_title, item.category.question_title),
         hints=tuple(map(platform_markup.write_html, item.hints)), boxes=boxes,
         answers=_make_option_answers(form) if isinstance(form, items.ChoiceForm) else (),
         allows_several=isinstance(form, items.ChoiceForm) and form.allows_several,
         pairs=_make_pairs(form) if isinstance(form, items.MatchingForm) else (),
+        penalty=1.0 if isinstance(form, items.ChoiceForm) and form.is_true_or_false else 1 / 3,
     )  # fmt: skip
 
 
@@ -84,6 +92,11 @@ def _name_question_type(form: items.ItemForm) -> str:
     if isinstance(form, items.TextForm):
         return "essay"
     return "numerical" if len(form.fields) == 1 else "cloze"
+
+
+def _write_body(item: items.QuizItem) -> str:
+    has_decimals = isinstance(item.form, items.NumberForm) and any(field.tolerance for field in item.form.fields)
+    return f"{_write_html(item.body)}\n{DECIMALS_NOTE}" if has_decimals else _write_html(item.body)
 
 
 def _write_html(body: Sequence[str | platform_markup.Picture]) -> str:
@@ -166,22 +179,6 @@ def _make_filler_number(length: int) -> str:
     '-1.23456E+99'
     """
     return f"-1.{'23456789' * 3}"[: length - 4] + "E+99"
-
-
-def _append_boxes(body: str, form: items.ItemForm, box_texts: Sequence[str]) -> str:
-    """Return a text followed by several boxes, in a column with names or as a matrix; with one box, only the text."""
-    if not isinstance(form, items.NumberForm) or len(box_texts) < 2:
-        return body
-    boxes = iter(box_texts)
-
-    def describe(field: items.NumberField | str) -> str | dict[str, str]:
-        if isinstance(field, str):
-            return field
-        return {"label": platform_markup.write_line_html(f"${field.label}$"), "unit": field.unit, "box": next(boxes)}
-
-    rows = [list(map(describe, row)) for row in form.rows]
-    fields = render("exports/moodle-fields.html.j2", rows=rows, column=len(form.rows[0]) == 1)
-    return f"{body}\n{fields.strip()}"
 
 
 def _escape_feedback(feedback: str) -> str:

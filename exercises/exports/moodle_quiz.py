@@ -8,7 +8,7 @@ would give a point for each box.
 import base64
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import count
 
@@ -69,7 +69,8 @@ class MoodleQuestion:
     """A question in HTML, with boxes in Moodle's notation (`body`) or with numbered boxes (`body_with_numbered_boxes`).
 
     `files` and `solution_files` are pairs of a name and the content in base 64. `pairs` are stems and their options; an
-    option without a stem has the stem "". `allows_several` means that students may choose several options.
+    option without a stem has the stem "". `allows_several` means that students may choose several options. For a
+    question type that is not part of Moodle, `write_plugin` returns the type's part of a backup, given a question's id.
     """
 
     name: str
@@ -82,11 +83,14 @@ class MoodleQuestion:
     solution_files: tuple[tuple[str, str], ...]
     id_number: str
     tags: tuple[str, ...]
-    hints: tuple[str, ...]
-    answers: tuple[MoodleAnswer, ...]
-    allows_several: bool
-    pairs: tuple[tuple[str, str], ...]
-    boxes: tuple[InputBox, ...]
+    hints: tuple[str, ...] = ()
+    answers: tuple[MoodleAnswer, ...] = ()
+    allows_several: bool = False
+    pairs: tuple[tuple[str, str], ...] = ()
+    boxes: tuple[InputBox, ...] = ()
+    penalty: float = 1 / 3
+    """The share of the points that each wrong attempt costs, if the quiz allows several attempts at a question."""
+    write_plugin: Callable[[int], str] | None = None
 
 
 @dataclass(frozen=True)
@@ -97,18 +101,18 @@ class Category:
     questions: tuple[MoodleQuestion, ...]
 
 
-def make_quiz_backup(request: ExportRequest, categories: Sequence[Category]) -> bytes:
-    """Return the backup of a quiz that picks one question from each category, in this order.
+def make_quiz_backup(request: ExportRequest, key: str, categories: Sequence[Category]) -> bytes:
+    """Return the backup of a quiz that picks one question from each category, in this order. `key` names the quiz.
 
     Values and solutions that the assignment hides are shown once the quiz is closed.
     """
     assignment = request.assignment
-    numbered_categories = _number_categories(assignment.key, categories)
+    numbered_categories = _number_categories(key, categories)
     question_categories = [category for category in numbered_categories if category["questions"]]
     question_records = [record for category in question_categories for record in category["questions"]]
     files = [file for record in question_records for file in _list_files(record)]
     context = {
-        "title": categories[0].names[0], "key": assignment.key, "categories": numbered_categories, "files": files,
+        "title": categories[0].names[0], "key": key, "categories": numbered_categories, "files": files,
         "release": MOODLE_RELEASE, "version": MOODLE_VERSION, "quiz_id": QUIZ_ID, "context_id": CONTEXT_ID,
         "slots": [
             {"filter": _write_category_filter(category), "points": category["questions"][0]["question"].points}
@@ -175,8 +179,10 @@ def _number_question(question: MoodleQuestion, ids: Iterator[int]) -> Json:
         for box in question.boxes
     ]  # fmt: skip
     answers = question.boxes[0].answers if len(boxes) == 1 else question.answers
+    question_id = next(ids)
     return {
-        "id": next(ids), "question": question, "boxes": boxes if len(boxes) > 1 else [],
+        "id": question_id, "plugin": question.write_plugin(question_id) if question.write_plugin else "",
+        "question": question, "boxes": boxes if len(boxes) > 1 else [],
         "answers": _number_answers(answers, ids), "hints": [(next(ids), hint) for hint in question.hints],
         "pairs": [(next(ids), *pair) for pair in question.pairs],
     }  # fmt: skip

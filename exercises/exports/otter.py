@@ -54,7 +54,7 @@ def _make_source_notebook(assignment: Assignment, config: str) -> str:
     cells = [new_raw_cell(config.strip(), id="config"), title_cell]
     for part, grade_id, points, title in list_parts(assignment):
         answer = f"{name_answer_variable(*part.split('.', 1))} = ..."
-        test = render("exports/otter/test.py.j2", part=part, function=grade_id.replace("-", "_")).strip()
+        test = render("exports/otter/test.py.j2", function=grade_id.replace("-", "_")).strip()
         cells += [
             new_raw_cell(f"# BEGIN QUESTION\nname: {grade_id}\npoints: {points:g}", id=f"{grade_id}-begin"),
             new_markdown_cell(f"### {escape_heading(title)} ({write_points(points)})", id=f"{grade_id}-question"),
@@ -86,12 +86,16 @@ def _add_tests(assignment: Assignment, text: str) -> str:
 
 
 def _make_presence_test(part: PlatformPart) -> dict[str, Any]:
-    """Return a test that only checks whether an answer is given, for the `grader.check` that students call."""
+    """Return a test that only checks whether an answer is given, for the `grader.check` that students call.
+
+    If a test fails, Otter shows the report of the doctest below the message. The report would show students our code,
+    so the test's second line, which runs without a report of its own, removes it.
+    """
     case = {
-        "code": f">>> 'blank' in str({name_answer_variable(*part.name.split('.', 1))})\nFalse",
+        "code": render("exports/otter/presence-test.txt.j2", variable=name_answer_variable(*part.name.split(".", 1))),
         "hidden": False, "locked": False,
         "success_message": "You have given an answer; it will be graded after you submit.",
-        "failure_message": "You have not given an answer yet.",
+        "failure_message": "There is no answer yet. Write it in the cell of this question, and run the cell.",
     }  # fmt: skip
     suite = {"cases": [case], "scored": True, "setup": "", "teardown": "", "type": "doctest"}
     return {"name": part.grade_id, "points": part.points, "suites": [suite]}

@@ -1,4 +1,4 @@
-"""Export STACK questions in one Moodle XML file: a question for every part of every variant, with question tests.
+"""Export STACK questions as a question bank and as a quiz: a question for every part of every variant, with tests.
 
 Each part is a separate question, because STACK limits the time for one question. The variants of a part are separate
 questions in one category, from which a quiz picks a variant at random. STACK could also pick a variant by a seed, but
@@ -15,7 +15,9 @@ from qdot.exercises.assignment.certified_problems import Variant, describe_inter
 from qdot.exercises.common.errors import QdotError, Reason
 from qdot.exercises.exports.bank import convert_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
-from qdot.exercises.exports.moodle import MAX_ID_LENGTH, make_category_path, make_moodle_name
+from qdot.exercises.exports.items import ItemCategory, group_by_category, make_category
+from qdot.exercises.exports.moodle import MAX_ID_LENGTH, make_category_names, make_category_path, make_moodle_name
+from qdot.exercises.exports.moodle_quiz import Category, MoodleQuestion, make_quiz_backup
 from qdot.exercises.exports.platform_markup import Picture, draw_arm, draw_prompt_figure, draw_solution_figure
 from qdot.exercises.exports.stack_parts import QuestionTest, StackPart, convert_part, remove_rounding_if_exact
 from qdot.exercises.problem.problem import Part, Problem
@@ -34,46 +36,77 @@ UNPARSED_ANSWER = QuestionTest("answers that STACK can't parse are not graded", 
 
 @dataclass(frozen=True)
 class StackQuestion:
-    """A STACK question: one part of a variant, in the form that the template needs, with texts as HTML.
+    """A STACK question: one part of a variant, in the form that the templates need, with texts as HTML.
 
-    `question_note` is STACK's term for a line that identifies the variant.
+    `question_note` is STACK's term for a line that identifies the variant. `files` and `solution_files` are pairs of a
+    name and the content in base 64.
     """
 
     stack_part: StackPart
     name: str
     id: str
-    category: str
+    category: ItemCategory
     question_note: str
-    title: str
-    statement: str
-    prompt: str
+    body: str
+    files: tuple[tuple[str, str], ...]
     solution: str
-    hints: tuple[str, ...]
-    arm_figure: Picture
-    prompt_figure: Picture | None
-    solution_figure: Picture | None
+    solution_files: tuple[tuple[str, str], ...]
     tests: tuple[QuestionTest, ...]
+
+    @property
+    def content(self) -> tuple[str, str]:
+        """What students see, and the answer, which are equal in variants with the same arm."""
+        return self.body, repr(self.stack_part.part.answer)
 
 
 def export_stack(request: ExportRequest) -> Generator[ExportedFile, None, None]:
-    """Yield the file. For each slot, report once which parts STACK can't ask or grades differently from qdot."""
+    """Yield two files for Moodle: a question bank to import, and the backup of a quiz to restore.
+
+    For each slot, report once which parts STACK can't ask or grades differently from qdot.
+    """
     messages: dict[str, None] = {}
-    questions: dict[str, list[StackQuestion]] = {}
+    questions: list[StackQuestion] = []
     for variant, (variant_questions, new_messages) in convert_bank(request, _make_questions):
         messages |= new_messages
-        for question in variant_questions:
-            questions.setdefault(question.category, []).append(_add_variant_key(request, variant, question))
+        questions += [_add_variant_key(request, variant, question) for question in variant_questions]
     for message in messages:
         request.report(message)
     if not questions:
         raise QdotError(
             "STACK supports none of the questions of this assignment; `qdot export --help` lists other export formats"
         )
-    text = render(
-        "exports/stack.xml.j2", categories=questions, version=STACK_VERSION, penalty=PENALTY,
-        encode=lambda svg: base64.b64encode(svg.encode()).decode(),
+    groups = group_by_category(
+        questions, lambda question: question.category, lambda question: question.content, request.report
+    )
+    category_records = [
+        {"path": make_category_path(make_category_names(category)), "questions": group}
+        for category, group in groups.items()
+    ]
+    key = f"{request.assignment.key}-stack"
+    text = render("exports/stack.xml.j2", categories=category_records, version=STACK_VERSION, penalty=PENALTY)
+    yield ExportedFile(f"{key}.xml", text, is_private=True)
+    categories = [
+        Category(make_category_names(category), tuple(map(_make_moodle_question, group)))
+        for category, group in groups.items()
+    ]
+    yield ExportedFile(f"{key}.mbz", make_quiz_backup(request, key, categories), is_private=True)
+
+
+def _make_moodle_question(question: StackQuestion) -> MoodleQuestion:
+    """Return a question as a quiz in Moodle contains it."""
+
+    def write_plugin(question_id: int) -> str:
+        return render(
+            "exports/moodle-quiz/stack.xml.j2", question=question, id=question_id, version=STACK_VERSION,
+            penalty=PENALTY,
+        )  # fmt: skip
+
+    return MoodleQuestion(
+        question.name, "stack", question.stack_part.part.points, question.body, question.body, question.files,
+        question.solution, question.solution_files, question.id,
+        ("qdot", question.category.slot_title, question.category.question_title), penalty=PENALTY,
+        write_plugin=write_plugin,
     )  # fmt: skip
-    yield ExportedFile(f"{request.assignment.key}-stack.xml", text, is_private=True)
 
 
 def _make_questions(
@@ -114,19 +147,28 @@ def _convert_part(request: ExportRequest, slot: Slot, problem: Problem, part: Pa
 
 
 def _make_question(request: ExportRequest, slot: Slot, problem: Problem, stack_part: StackPart) -> StackQuestion:
-    assignment, part = request.assignment, stack_part.part
-    number = [problem_part.name for problem_part in problem.parts].index(part.name) + 1
-    title = question_of(part).title
-    category_names = assignment.title, slot.name, f"{number}. {title}"
-    return StackQuestion(
-        stack_part, part.name, part.name, make_category_path(list(map(make_moodle_name, category_names))),
-        _describe_arm(problem), title, _write_html(write_statement(problem, "")),
-        _write_html(_write_prompt(problem, part)), _write_html(write_solution(problem, part)),
-        tuple(map(_write_html, write_hints(problem, part) if assignment.hints else ())), draw_arm(problem),
-        draw_prompt_figure(problem, part, part.name),
-        draw_solution_figure(problem, part, f"{part.name}-solution"),
-        (*stack_part.question_tests, *([UNPARSED_ANSWER] if stack_part.has_single_box else [])),
+    part = stack_part.part
+    prompt_figure = draw_prompt_figure(problem, part, part.name)
+    solution_figure = draw_solution_figure(problem, part, f"{part.name}-solution")
+    arm_figure = draw_arm(problem)
+    hints = write_hints(problem, part) if request.assignment.hints else ()
+    body = render(
+        "exports/stack-text.html.j2", stack_part=stack_part, title=question_of(part).title,
+        statement=_write_html(write_statement(problem, "")), prompt=_write_html(_write_prompt(problem, part)),
+        hints=list(map(_write_html, hints)), arm_figure=arm_figure, prompt_figure=prompt_figure,
     )  # fmt: skip
+    solution = render(
+        "exports/stack-solution.html.j2", solution=_write_html(write_solution(problem, part)), figure=solution_figure
+    )
+    tests = (*stack_part.question_tests, *([UNPARSED_ANSWER] if stack_part.has_single_box else []))
+    return StackQuestion(
+        stack_part, part.name, part.name, make_category(request, slot, problem, part), _describe_arm(problem), body,
+        _encode_figures(arm_figure, prompt_figure), solution, _encode_figures(solution_figure), tests,
+    )  # fmt: skip
+
+
+def _encode_figures(*figures: Picture | None) -> tuple[tuple[str, str], ...]:
+    return tuple((f"{figure.name}.svg", base64.b64encode(figure.svg.encode()).decode()) for figure in figures if figure)
 
 
 def _add_variant_key(request: ExportRequest, variant: Variant, question: StackQuestion) -> StackQuestion:

@@ -33,6 +33,8 @@ from qdot.exercises.formula.scale import find_constant_factor
 from qdot.exercises.formula.trees import ONE
 from qdot.exercises.formula.trees import Node as Tree
 from qdot.exercises.mistakes.base import add_chapter_to_reference
+from qdot.exercises.mistakes.configurations import sample_values
+from qdot.exercises.mistakes.term_comparison import compare_terms
 from qdot.exercises.problem.credit import (
     MISTAKE_FACTOR,
     SIGN_OR_FACTOR_COST,
@@ -43,7 +45,7 @@ from qdot.exercises.problem.credit import (
     count_false_conditions,
 )
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import find_determinant_in_denominator
+from qdot.exercises.questions.results import find_determinant_in_denominator, is_product
 from qdot.exercises.reference_answers import LETTERS
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.singularities.singular_set import Component
@@ -55,6 +57,8 @@ CORRECT_NOTE, UNEXPLAINED_NOTE = "prt1-right", "prt1-other"
 """STACK's answer notes for a correct answer, and for an answer that no known mistake explains."""
 POINT_COUNT, MAX_TRIES = 3, 20
 """Number of points at which formulas are compared, and maximum number of attempts to sample usable points."""
+TERM_SAMPLE_COUNT = 6
+"""Number of configurations at which the terms of two formulas are compared."""
 NO_POINTS = Reason("no configurations were found at which formulas could be compared")
 MIN_PIVOT, MAX_ENTRY = 1e-2, 1e4
 """At a usable point, no entry of the answer exceeds MAX_ENTRY, and the pivot, if there is one, exceeds MIN_PIVOT.
@@ -99,6 +103,7 @@ class QuestionTest:
 
 REFERENCE_TEST = QuestionTest("the reference", "ta1", 1.0, CORRECT_NOTE)
 UNUSUAL_FORM_TEST = QuestionTest("another form of the reference", "form1", 1.0, CORRECT_NOTE)
+UNKNOWN_NAME_TEST = QuestionTest("answers with unknown names are not graded", "unknown1", None, "NULL")
 UNRELATED_TEST = QuestionTest("an answer without a known mistake", "other1", 0.0, UNEXPLAINED_NOTE)
 
 
@@ -120,8 +125,8 @@ class StackPart:
     fallback_feedback: str = ""
     score_variable: str = "0"
     box_width: int = 15
-    reports_wrong_type: bool = True
-    """Whether STACK reports an answer of an unexpected type to the student."""
+    validator: str = ""
+    """The function that returns what is wrong with an answer that can't be marked. Such an answer is no attempt."""
     typing_help: str = ""
     """Instructions on how to type formulas."""
 
@@ -206,13 +211,26 @@ def _compute_minimum_share(problem: Problem, part: Part, answer: sp.Matrix) -> F
     """Return the minimum share of the points for an answer that a single known mistake explains."""
     reference = part.answer.as_matrix()
     has_varying_entries = _find_varying_indices(problem, reference) and _find_varying_indices(problem, answer)
-    if not part.credit.covers_known_mistakes or not has_varying_entries:
+    if not has_varying_entries:
+        return Fraction(0)
+    if not is_product(part) and _has_only_wrong_signs(problem, answer, reference):
+        return compute_share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False)
+    if not part.credit.covers_known_mistakes:
         return Fraction(0)
     determinant = find_determinant_in_denominator(problem.chain, part, make_domain(problem).roles)
     if determinant is None:
         return MISTAKE_FACTOR
     no_entry_equal = [False] * len(reference)
     return max(MISTAKE_FACTOR, _compute_share_up_to_a_factor(problem, answer, reference, no_entry_equal, determinant))
+
+
+def _has_only_wrong_signs(problem: Problem, answer: sp.Matrix, reference: sp.Matrix) -> bool:
+    """Return whether the terms of an answer are all correct except for signs."""
+    entries, expected_entries = parse_entries(problem, answer), parse_entries(problem, reference)
+    wrong_indices = [k for k, is_equal in enumerate(compare_entry_by_entry(problem, answer, reference)) if not is_equal]
+    values = sample_values(make_domain(problem), TERM_SAMPLE_COUNT, Stream(f"stack/{problem.id}/terms"))
+    comparison = compare_terms(entries, expected_entries, wrong_indices, values)
+    return comparison is not None and not (comparison.has_exchanged_trigs or comparison.has_wrong_number)
 
 
 def _compute_share_up_to_a_factor(
@@ -278,7 +296,10 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | Reason:
         return NO_POINTS
     variables = stack_maxima.write_definitions(problem, stack_maxima.FORMULA_FUNCTIONS, points)
     variables += [f"ta1: {_write_maxima(reference, is_single)};", f"other1: 0*ta1 + {UNRELATED_VALUE};"]
-    marking = ["said: qdot_values(qdot_read(ans1));", "due: qdot_values(ta1);", "agree: qdot_agree(said, due);"]
+    variables.append("unknown1: ta1 + unknown_name;")
+    marking = [
+        "typed: qdot_values(qdot_read(ans1));", "expected: qdot_values(ta1);", "agree: qdot_agree(typed, expected);",
+    ]  # fmt: skip
     marking.append(f"same: if qdot_count(agree) = {len(reference)} then 1 else 0;")
     score, feedback = "0", ""
     if part.credit.rule != "whole":
@@ -293,12 +314,13 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | Reason:
     stack_part = StackPart(
         part, "algebraic" if is_single else "matrix", "a formula" if is_single else boxes_words, variables, marking,
         [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")], tests, feedback, score,
-        min(max_width, max(min_width, max_length)), typing_help=explain_typing(problem),
+        min(max_width, max(min_width, max_length)), validator="qdot_check_formulas",
+        typing_help=explain_typing(problem),
     )  # fmt: skip
     for index, known_answer in enumerate(find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
         share = compute_formula_share(problem, part, known_answer.matrix, known_answer.entries_equal, is_explained=True)
         maxima = _write_maxima(known_answer.matrix, is_single)
-        stack_part.add_mistake(index, known_answer, maxima, f"qdot_same(said, wrong{index})", "1", share)
+        stack_part.add_mistake(index, known_answer, maxima, f"qdot_same(typed, wrong{index})", "1", share)
         if min_share := _compute_minimum_share(problem, part, known_answer.matrix):
             marking.append(_write_minimum_share_line(part, min_share, f"like{index} = 1"))
     unusual_form = _write_unusual_form(problem, reference)
@@ -308,7 +330,7 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | Reason:
     unrelated_answer = sp.ones(*reference.shape) * UNRELATED_VALUE
     entries_equal = compare_entry_by_entry(problem, unrelated_answer, reference)
     share = compute_formula_share(problem, part, unrelated_answer, entries_equal)
-    tests.append(replace(UNRELATED_TEST, score=share))
+    tests += [replace(UNRELATED_TEST, score=share), UNKNOWN_NAME_TEST]
     return stack_part
 
 
@@ -365,7 +387,7 @@ def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matr
         return lines, feedback
     varying_positions = [k + 1 for k in _find_varying_indices(problem, reference)]
     lines += [
-        f"amiss: qdot_amiss(said, due, agree, {varying_positions});",
+        f"amiss: qdot_amiss(typed, expected, agree, {varying_positions});",
         f"share: max(share, if amiss = 0 then 0 else {part.credit.factor}*(1 - {SIGN_OR_FACTOR_COST}*amiss));",
     ]
     factor_feedback = "Your answer is right except for signs, a common factor, or both."
@@ -419,13 +441,15 @@ def _convert_direction(problem: Problem, part: Part) -> StackPart | Reason:
     points = _sample_points(problem, reference, pivot_position)
     if points is None:
         return NO_POINTS
-    same_line = f"same: if qdot_along(said, qdot_values(ta1), {pivot_position}) then 1 else 0;"
+    same_line = f"same: if qdot_along(typed, qdot_values(ta1), {pivot_position}) then 1 else 0;"
     variables = stack_maxima.write_definitions(problem, stack_maxima.FORMULA_FUNCTIONS, points)
     variables += [f"ta1: {print_maxima_matrix(reference)};", "form1: -3*ta1;", "other1: 0*ta1;"]
+    variables.append("unknown1: ta1 + unknown_name;")
     return StackPart(
         part, "matrix", "a vector; any nonzero multiple of it is right, too", variables,
-        ["said: qdot_values(qdot_read(ans1));", same_line], [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")],
-        [REFERENCE_TEST, UNUSUAL_FORM_TEST, UNRELATED_TEST], typing_help=explain_typing(problem),
+        ["typed: qdot_values(qdot_read(ans1));", same_line], [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")],
+        [REFERENCE_TEST, UNUSUAL_FORM_TEST, UNRELATED_TEST, UNKNOWN_NAME_TEST], validator="qdot_check_formulas",
+        typing_help=explain_typing(problem),
     )  # fmt: skip
 
 
@@ -443,41 +467,49 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
     subscript = "" if is_single else "[i, 1]"
 
     def write_near_count(variable: str) -> str:
-        return f"qdot_count(makelist(qdot_near(said{subscript}, float({variable}{subscript}), room[i]), i, 1, {n}))"
+        return f"qdot_count(makelist(qdot_near(typed{subscript}, float({variable}{subscript}), room[i]), i, 1, {n}))"
 
-    _, floor = answer.find_tolerance_and_floor(part.rounding)
-    is_zero = [abs(float(value)) <= floor for value in answer.reference]
-    lines = ["said: qdot_read(ans1);", f"room: [{', '.join(map(print_maxima, tolerances))}];"]
+    _, floors = answer.find_tolerance_and_floors(part.rounding)
+    is_zero = [abs(float(value)) <= floor for value, floor in zip(answer.reference, floors, strict=True)]
+    lines = ["typed: qdot_read(ans1);", f"room: [{', '.join(map(print_maxima, tolerances))}];"]
     lines += [f"right: {write_near_count('ta1')};", *_write_number_share_lines(part, is_zero)]
     variables = stack_maxima.write_definitions(problem, stack_maxima.NUMBER_FUNCTIONS)
-    variables.append(f"ta1: {_write_floats(exact_reference, is_single)};")
+    reference_floats = _write_floats(exact_reference, is_single)
+    variables.append(f"ta1: {reference_floats};")
     correct_node = ResponseNode("AlgEquiv", "right", str(n), CORRECT_NOTE, "1")
     if is_single:
         correct_node = ResponseNode(
-            "NumAbsolute", "said", "ta1", CORRECT_NOTE, "1", options=print_maxima(tolerances[0])
+            "NumAbsolute", "typed", "ta1", CORRECT_NOTE, "1", options=print_maxima(tolerances[0])
         )
     unit = "; ".join(dict.fromkeys(format_unit(unit) for unit in answer.units if unit))
     unit_words = f", in {unit}, without the unit" if unit else ""
     expected_answer = f"{'a number' if is_single else f'{n} numbers'}{unit_words}"
     feedback = "" if is_single else f"<p>{{@right@}} of {n} numbers are right.</p>"
-    tests = [REFERENCE_TEST]
+    tests = [replace(REFERENCE_TEST, value=_choose_test_value("ta1", reference_floats))]
     stack_part = StackPart(
         part, "numerical" if is_single else "matrix", expected_answer, variables, lines, [correct_node], tests,
-        feedback, "share", box_width=12, reports_wrong_type=False,
+        feedback, "share", box_width=12, validator="" if is_single else "qdot_check_numbers",
+        typing_help="" if is_single else "Type tiny numbers as 2.7*10^-5, not as 2.7e-5.",
     )  # fmt: skip
     for number, known_answer in enumerate(known_answers, 1):
         share = _compute_number_share(part, known_answer, is_zero)
         floats = _write_floats(known_answer.matrix, is_single)
         stack_part.add_mistake(number, known_answer, floats, write_near_count(f"wrong{number}"), str(n), share)
+        tests[-1] = replace(tests[-1], value=_choose_test_value(tests[-1].value, floats))
         if not is_single and part.credit.covers_known_mistakes:
             lines.append(_write_minimum_share_line(part, MISTAKE_FACTOR, f"like{number} = {n}"))
     values_outside = exact_reference + 50 * sp.Matrix(tolerances)  # clearly wrong
     values_inside = exact_reference + sp.Matrix(tolerances) / 2
-    variables.append(f"form1: {_write_floats(values_inside, is_single)};")
-    tests.append(QuestionTest("off by half the tolerance", "form1", 1.0, CORRECT_NOTE))
+    floats = _write_floats(values_inside, is_single)
+    variables.append(f"form1: {floats};")
+    tests.append(QuestionTest("off by half the tolerance", _choose_test_value("form1", floats), 1.0, CORRECT_NOTE))
     if not any(_are_near(values_outside, known_answer.matrix, tolerances) for known_answer in known_answers):
-        variables.append(f"other1: {_write_floats(values_outside, is_single)};")
-        tests.append(UNRELATED_TEST)
+        floats = _write_floats(values_outside, is_single)
+        variables.append(f"other1: {floats};")
+        tests.append(replace(UNRELATED_TEST, value=_choose_test_value("other1", floats)))
+    if not is_single:
+        variables.append("unknown1: ta1 + unknown_name;")
+        tests.append(UNKNOWN_NAME_TEST)
     return stack_part
 
 
@@ -488,12 +520,12 @@ def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
         return ["share: 0;"]
     counted_positions = [i for i, zero in enumerate(is_zero, 1) if not zero] or list(range(1, n + 1))
     zero_positions = [i for i in range(1, n + 1) if i not in counted_positions]
-    near_count = "qdot_count(makelist(qdot_near(said[i, 1], float(ta1[i, 1]), room[i]), i, {}))"
+    near_count = "qdot_count(makelist(qdot_near(typed[i, 1], float(ta1[i, 1]), room[i]), i, {}))"
     spoiled_count = f"{len(zero_positions)} - {near_count.format(zero_positions)}"
     counted_points = f"{near_count.format(counted_positions)} - ({spoiled_count})"
     lines = [f"share: max(0, min({counted_points}, {len(counted_positions) - 1}))/{len(counted_positions)};"]
     if all(part.answer.expected_units) and not all(is_zero):
-        same_size_test = "qdot_near(abs(said[i, 1]), float(abs(ta1[i, 1])), room[i])"
+        same_size_test = "qdot_near(abs(typed[i, 1]), float(abs(ta1[i, 1])), room[i])"
         condition = f"qdot_count(makelist({same_size_test}, i, 1, {n})) = {n}"
         lines.append(f"share: if {condition} then max(share, {1 - SIGN_OR_FACTOR_COST}) else share;")
     credit_factor = part.credit.factor
@@ -517,9 +549,28 @@ def _compute_number_share(part: Part, known_answer: KnownWrongAnswer, is_zero: S
 
 def _write_floats(matrix: sp.Matrix, is_single: bool) -> str:
     """Return a number or a column as Maxima code with decimals; powers of ten are exact numbers in it."""
-    mantissas_and_powers = (f"{float(value):.12g}".partition("e") for value in matrix)
-    values = [f"{mantissa}*10^({power})" if power else mantissa for mantissa, _, power in mantissas_and_powers]
+    values = [_write_float(float(value)) for value in matrix]
     return values[0] if is_single else f"matrix({', '.join(f'[{value}]' for value in values)})"
+
+
+def _write_float(value: float) -> str:
+    """Return a number with a power of ten exactly if Maxima would print it with an exponent.
+
+    >>> _write_float(0.25), _write_float(-0.00027), _write_float(0.0)
+    ('0.25', '-2.7*10^(-4)', '0')
+    """
+    if value == 0 or 1e-3 <= abs(value) < 1e6:
+        return f"{value:.12g}"
+    mantissa, _, power = f"{value:.11e}".partition("e")
+    return f"{mantissa.rstrip('0').rstrip('.')}*10^({int(power)})"
+
+
+def _choose_test_value(variable: str, floats: str) -> str:
+    """Return what a question test submits: the variable or, if there are powers of ten, the numbers themselves.
+
+    STACK would write the value of such a variable as 2.7e-5, which its boxes for vectors do not accept.
+    """
+    return floats if "*10^" in floats else variable
 
 
 def _are_near(numbers: sp.Matrix, other_numbers: sp.Matrix, tolerances: Sequence[sp.Expr]) -> bool:
@@ -546,7 +597,6 @@ def _convert_choice(part: Part) -> StackPart:
         tests.append(QuestionTest(f"option {LETTERS[i]}", str(i + 1), 0.0, note))
     return StackPart(
         part, "radio", "the letter of the right option", [f"ta1: [{', '.join(options)}];"], [], nodes, tests,
-        reports_wrong_type=False,
     )  # fmt: skip
 
 
@@ -568,19 +618,22 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
 
     values_by_condition = [_list_joint_values((component,)) for component in answer.components]
     coverage = ", ".join(
-        f"[qdot_covered(said, args({write_equations((component,))})), {len(joint_values)}]"
+        f"[qdot_covered(claims, args({write_equations((component,))})), {len(joint_values)}]"
         for component, joint_values in zip(answer.components, values_by_condition, strict=True)
     )
     factor = part.credit.factor if part.credit.rule != "whole" else 0
     lines = [
-        "said: qdot_read(if setp(ans1) or listp(ans1) then args(ans1) else [ans1]);",
-        "right: qdot_covered(said, args(ta1));", "beyond: qdot_beyond(said, args(ta1));",
+        "claims: qdot_claims(ans1);", "right: qdot_covered(claims, args(ta1));",
+        "beyond: qdot_beyond(claims, args(ta1));",
         f"share: qdot_set_share([{coverage}], beyond);", *([] if factor == 1 else [f"share: share*{factor};"]),
     ]  # fmt: skip
     value_count = len(list(_iterate_joint_values(answer.components)))
     nodes = [ResponseNode("AlgEquiv", "[right, beyond]", f"[{value_count}, 0]", CORRECT_NOTE, "1")]
-    turning_line = f"turning: [{', '.join(q.name for q in problem.chain.q if is_joint_angle(q))}];"
-    variables = stack_maxima.write_definitions(problem, stack_maxima.SET_FUNCTIONS, turning_line)
+    joint_lines = [
+        f"joints: [{', '.join(q.name for q in problem.chain.q)}];",
+        f"turning: [{', '.join(q.name for q in problem.chain.q if is_joint_angle(q))}];",
+    ]
+    variables = stack_maxima.write_definitions(problem, stack_maxima.SET_FUNCTIONS, *joint_lines)
     variables.append(f"ta1: {write_equations(answer.components)};")
     feedback = (
         "<p>Right values that you found: {@right@}. Conditions that are wrong or not in the form that the question "
@@ -589,7 +642,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
     tests = [REFERENCE_TEST]
     stack_part = StackPart(
         part, "algebraic", _explain_set_typing(problem), variables, lines, nodes, tests, feedback, "share",
-        box_width=50,
+        box_width=50, validator="qdot_check_set",
     )  # fmt: skip
     correct_values = _list_joint_values(answer.components)
     # Twice as many mistakes are tried, because some lead to conditions that STACK can't compare.
@@ -597,7 +650,7 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
         assert isinstance(known_answer.answer, tuple)
         if len(nodes) > MAX_MISTAKES or not all(map(_has_numeric_values_of_one_joint, known_answer.answer)):
             continue
-        arguments = f"(said, args(wrong{index}))"
+        arguments = f"(claims, args(wrong{index}))"
         likeness = f"[qdot_covered{arguments} - length(wrong{index}), qdot_beyond{arguments}]"
         wrong_values = _list_joint_values(known_answer.answer)
         false_joints = [joint for joint, _ in wrong_values - correct_values]
@@ -606,7 +659,8 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
         share = float(compute_share_of_set(found_and_all_counts, false_count) * factor)
         stack_part.add_mistake(index, known_answer, write_equations(known_answer.answer), likeness, "[0, 0]", share)
     variables += [f"form1: {write_equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
-    tests += [UNUSUAL_FORM_TEST, UNRELATED_TEST]
+    variables.append(f"unknown1: {{{problem.chain.q[0]} = unknown_name}};")
+    tests += [UNUSUAL_FORM_TEST, UNRELATED_TEST, UNKNOWN_NAME_TEST]
     return stack_part
 
 

@@ -58,9 +58,11 @@ class Domain:
     and "travel". The last is the value of a prismatic joint in metres, in both directions, as far as any arm reaches.
 
     An irrational number (a root) is given as a double; other doubles stand for the decimals that they print as.
+    `unlisted_names` belong to other parts of the problem. Messages that list the symbols leave them out.
     """
 
     roles: Mapping[str, str | float | Fraction | np.ndarray]
+    unlisted_names: AbstractSet[str] = frozenset()
 
     def list_fixed_values(self) -> dict[str, Fraction | None]:
         """Return the value of each name that stands for a number; None for an irrational number, known as a double."""
@@ -116,12 +118,14 @@ MAX_DIGITS = 15
 class Rounding:
     """The error that an assignment allows for decimals: relative to the value's size, or absolute in SI units.
 
-    `words` describe the error, as in "to three significant digits" or "within 0.01 rad/s".
+    `words` describe the error, as in "to three significant digits" or "within 0.01 rad/s". If the entries of a vector
+    have different absolute errors, `errors_of_entries` are these, and `absolute` is the smallest of them.
     """
 
     relative: float = 0.0
     absolute: float = 0.0
     words: str = ""
+    errors_of_entries: tuple[float, ...] = field(default=(), repr=False)
 
     def count_digits(self, value: float) -> int:
         """Return how many significant digits state a value within this error.
@@ -446,7 +450,9 @@ def format_difference(student_value: Any, expected_value: Any) -> tuple[float | 
 def to_json_number(value: complex) -> float | str:
     """Return a value for JSON: a float with six digits, or words if it is complex or not a number."""
     if not np.isfinite(value):
-        return "not a finite number"
+        return "undefined or too large"
     if abs(value.imag) > 1e-9 * abs(value):
-        return f"{value.real:.6g} + {value.imag:.6g}i"
+        real_part = f"{value.real:.6g} " if abs(value.real) > 1e-9 * abs(value) else ""
+        sign = "-" if value.imag < 0 else "+" if real_part else ""
+        return f"{real_part}{sign}{' ' if real_part else ''}{abs(value.imag):.6g}i"
     return round_to_six_digits(value.real)

@@ -88,10 +88,11 @@ def _tokenize(text: str) -> list[_Token]:
 
 def _describe_position(text: str, position: int) -> str:
     """Return a position and the characters around it, for a message."""
-    start = max(0, position - 15)
-    nearby_characters = (" " if ch.isspace() else ch for ch in text[start : position + 15])
+    start, end = max(0, position - 15), position + 15
+    nearby_characters = (" " if ch.isspace() else ch for ch in text[start:end])
     printable_text = "".join(ch if ch.isprintable() else "\N{REPLACEMENT CHARACTER}" for ch in nearby_characters)
-    return f"(at character {position + 1}, near '{printable_text}')"
+    excerpt = f"{'…' if start else ''}{printable_text}{'…' if end < len(text) else ''}"
+    return f"(at character {position + 1}, near '{excerpt}')"
 
 
 class _Parser:

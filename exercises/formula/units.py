@@ -46,6 +46,34 @@ class Unit:
         return multiplier / divisor
 
 
+_SI_SYMBOLS: dict[tuple[int, ...], str] = {
+    (0, 1, 0): "m", (0, 0, 0): "rad", (0, 0, 1): "s", (1, 0, 0): "kg", (1, 1, -2): "N", (1, 2, -2): "N m",
+    (1, 2, -3): "W", (0, 0, -1): "rad/s", (0, 1, -1): "m/s",
+}  # fmt: skip
+"""The SI unit of each dimension of a base unit."""
+_SI_NAMES = {"m", "rad", "s", "kg", "N", "Nm", "J", "W"}
+
+
+def convert_to_si(text: str) -> str:
+    """Return the SI unit, with the usual symbols, of the same dimension as a unit; "" if there is none.
+
+    >>> [convert_to_si(text) for text in ("meter/sec", "mm/s^2", "kg m/s", "rpm", "furlong")]
+    ['m/s', 'm/s^2', 'kg m/s', 'rad/s', '']
+    """
+    unit = parse_unit(text)
+    if unit is None or text == "":
+        return ""
+
+    def replace_factor(match: re.Match[str]) -> str:
+        _, _, *dimension = _BASE_UNITS[match[2]]
+        name = match[2] if match[2] in _SI_NAMES else _SI_SYMBOLS[tuple(dimension)]
+        return f"{match[1]}{name}{match[3]}"
+
+    si_text = _FACTOR_PATTERN.sub(replace_factor, text if text[0] == "1" else f" {text}").strip()
+    si_unit = parse_unit(si_text)
+    return si_text if si_unit is not None and si_unit.dimension == unit.dimension else ""
+
+
 def parse_unit(text: str) -> Unit | None:
     """Return the unit that a text names; None if there is no such unit.
 

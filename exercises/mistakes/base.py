@@ -69,6 +69,9 @@ class MistakenAnswer:
 VariantGenerator = Callable[[Chain, AnswerShape], Iterator[MistakeVariant]]
 """Yields the variants of a mistake on an arm, for an answer of the given shape."""
 
+FormulaVariantGenerator = Callable[[Part], Iterator[MistakeVariant]]
+"""Yields the variants of a mistake in the formula of an instructor's question."""
+
 AnswerGenerator = Callable[[Chain, Part], Iterator[MistakenAnswer]]
 """Yields the wrong answers that a mistake gives to a part."""
 
@@ -98,11 +101,16 @@ class Mistake:
     equivalent_mistakes: Sequence[str] = ()
     requires: str = ""
     variant_generator: VariantGenerator | None = None
+    formula_variant_generator: FormulaVariantGenerator | None = None
     answer_generator: AnswerGenerator | None = None
 
     def generate_variants(self, chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
         """Yield the variants of the mistake on an arm, for an answer of the given shape."""
         return self.variant_generator(chain, shape) if self.variant_generator and self._applies_to(chain) else iter(())
+
+    def generate_formula_variants(self, part: Part) -> Iterator[MistakeVariant]:
+        """Yield the variants of the mistake in the formula of an instructor's question."""
+        return self.formula_variant_generator(part) if self.formula_variant_generator else iter(())
 
     def generate_answers(self, chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         """Yield the wrong answers that the mistake gives to a part that is not derived step by step."""

@@ -2,7 +2,8 @@
 
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,9 +11,21 @@ import numpy as np
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation_graph import Change, StageResults, propagate_linear_rows
-from qdot.exercises.mistakes import algebra, arrangement, choices, columns, numeric, position, screws, sets, table
+from qdot.exercises.mistakes import (
+    algebra,
+    arrangement,
+    choices,
+    columns,
+    numeric,
+    position,
+    question_formulas,
+    screws,
+    sets,
+    table,
+)
 from qdot.exercises.mistakes.base import Mistake, MistakenAnswer, MistakeVariant
 from qdot.exercises.problem.problem import Part
+from qdot.exercises.questions.language import FormulaError, find_names
 from qdot.exercises.questions.results import comes_from_stages, compute_answer, is_made_of_jacobian
 
 VARIANTS = (
@@ -24,15 +37,22 @@ ANSWERS = numeric.ANSWERS | sets.ANSWERS | choices.ANSWERS
 """Maps the name of each mistake in a part without a derivation to the function that yields its wrong answers."""
 
 
+FORMULA_VARIANTS = question_formulas.FORMULA_VARIANTS
+"""Maps the name of each mistake in the formula of an instructor's question to the function that yields its variants."""
+
+
 def _read_sections() -> dict[str, tuple[Mistake, ...]]:
     sections = tomllib.loads(Path(__file__).with_name("catalogue.toml").read_text(encoding="utf-8"))["section"]
     return {
         section["title"]: tuple(
-            Mistake(name=name, variant_generator=VARIANTS.get(name), answer_generator=ANSWERS.get(name), **entries)
+            Mistake(
+                name=name, variant_generator=VARIANTS.get(name), answer_generator=ANSWERS.get(name),
+                formula_variant_generator=FORMULA_VARIANTS.get(name), **entries,
+            )
             for name, entries in section["mistakes"].items()
         )
         for section in sections
-    }
+    }  # fmt: skip
 
 
 SECTIONS: dict[str, tuple[Mistake, ...]] = _read_sections()
@@ -51,8 +71,11 @@ NUMERIC_MISTAKES = tuple(mistake.name for mistake in SECTIONS["Numbers"])
 """The names of the mistakes that occur only in numeric answers."""
 
 MISTAKES_FOR_ONE_NUMBER = frozenset(
-    {*NUMERIC_MISTAKES, "all-relative-angles", "degrees", "determinant-sign", "sign", "square-lost"} - {"value-sign"}
-)
+    {
+        *NUMERIC_MISTAKES, *FORMULA_VARIANTS, "all-relative-angles", "degrees", "determinant-sign", "sign",
+        "square-lost",
+    } - {"value-sign"}
+)  # fmt: skip
 """The mistakes considered if the answer is a single number. Other mistakes would often give this number by chance."""
 
 IN_DEGREES, ANGULAR_UNITS = "result-in-degrees", ("rad", "rad/s", "rad/s^2")
@@ -115,12 +138,37 @@ def list_likely_mistakes(part: Part, is_precise: bool = False) -> list[Mistake]:
     mistakes = list(CATALOGUE.values())
     if is_made_of_jacobian(part):
         mistakes = sorted(mistakes, key=lambda mistake: (mistake.is_rare, mistake.name not in _LAST_STEP_MISTAKES))
+    if (formula := question_formulas.find_formula(part)) is not None:
+        mistakes = _list_mistakes_in_question(mistakes, find_names(formula))
     if part.type != "number":
-        return [mistake for mistake in mistakes if mistake.name not in NUMERIC_MISTAKES]
+        names_of_numbers = set(NUMERIC_MISTAKES) - FORMULA_VARIANTS.keys()
+        return [mistake for mistake in mistakes if mistake.name not in names_of_numbers]
     impossible_mistakes = set() if all(unit in ANGULAR_UNITS for unit in part.answer.expected_units) else {IN_DEGREES}
     if not is_precise and part.shape == (1, 1):
         impossible_mistakes |= CATALOGUE.keys() - MISTAKES_FOR_ONE_NUMBER
     return [mistake for mistake in mistakes if mistake.name not in impossible_mistakes]
+
+
+JACOBIAN_SECTION = "Columns of the Jacobian"
+"""The section of mistakes that are made when J, or the velocity as J times the joint rates, is derived."""
+
+
+_ABOUT_JACOBIAN = re.compile(r"\bJ\b|\bcolumn|p\*", re.IGNORECASE)
+"""Matches a message about the Jacobian, or about the vectors p* of its columns."""
+
+
+def _list_mistakes_in_question(mistakes: Sequence[Mistake], quantities: AbstractSet[str]) -> list[Mistake]:
+    """Return the mistakes that belong to the quantities that an instructor's question names.
+
+    Mistakes in the formula of the question come first. A message about J or its columns is only for questions about J.
+    """
+    names_jacobian, names_velocity = (not quantities.isdisjoint(names) for names in (("J", "Jv", "Jw"), ("v", "w")))
+    excluded_mistakes = {mistake.name for mistake in mistakes if _ABOUT_JACOBIAN.search(mistake.message)}
+    excluded_mistakes = set() if names_jacobian else excluded_mistakes
+    if not (names_jacobian or names_velocity):
+        excluded_mistakes |= {mistake.name for mistake in SECTIONS[JACOBIAN_SECTION]}
+    likely_mistakes = [mistake for mistake in mistakes if mistake.name not in excluded_mistakes]
+    return sorted(likely_mistakes, key=lambda mistake: mistake.name not in FORMULA_VARIANTS)
 
 
 def predict_wrong_answers(stages: StageResults, part: Part, is_precise: bool = False) -> Iterator[PredictedAnswer]:
@@ -147,7 +195,8 @@ def apply_mistake(
     if correct_answer is None:
         return
     idle_joints = set[int]()
-    for variant in mistake.generate_variants(stages.chain, (correct_answer.shape[0], correct_answer.shape[1])):
+    variants = mistake.generate_variants(stages.chain, (correct_answer.shape[0], correct_answer.shape[1]))
+    for variant in (*mistake.generate_formula_variants(part), *variants):
         effective_variant = variant if variant.at_joints is None else variant.without_idle_joints(idle_joints)
         if variant.at_joints is not None:
             idle_joints = set()
@@ -176,11 +225,14 @@ def _is_same_answer(answer: np.ndarray, correct_answer: np.ndarray) -> bool:
 
 
 def _compute_result(stages: StageResults, part: Part) -> np.ndarray | None:
-    """Return the answer that a derivation gives; None if its mistake is at a joint that the question leaves out."""
+    """Return the answer that a derivation gives; None if there is none.
+
+    The mistake may be at a joint that the question leaves out, or rewrite a formula so that it has no meaning.
+    """
     try:
         with np.errstate(all="ignore"):  # J may be rank-deficient
             return compute_answer(stages, part)
-    except IndexError:  # the joint of the mistake comes after the frame that the question asks about
+    except (IndexError, FormulaError):  # the joint of the mistake may come after the frame that the question asks about
         return None
 
 

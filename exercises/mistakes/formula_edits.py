@@ -9,12 +9,21 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from itertools import combinations
+from itertools import combinations, pairwise
 from math import prod
 from operator import add, sub
 
 from qdot.exercises.formula.algebra import expand_terms, split_terms
-from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, format_tree, make_number
+from qdot.exercises.formula.trees import (
+    ONE,
+    ZERO,
+    Node,
+    count_nodes,
+    find_names,
+    format_tree,
+    iterate_nodes,
+    make_number,
+)
 from qdot.exercises.mistakes.base import join_words
 
 MAX_ENTRY_NODES = 400
@@ -338,6 +347,9 @@ def edit_all_entries(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list
             yield name, _change_trigs_in_rows(rows, partial(_replace_angle, new_angles))
     yield "sum-of-angles-split", _change_trigs_in_rows(rows, lambda node: _multiply(_make_trig_of_each_term(node)))
     yield "sum-of-angles-split", _change_trigs_in_rows(rows, lambda node: _add_terms(_make_trig_of_each_term(node)))
+    if len(angles) > 1:
+        yield "all-sines-for-cosines", _change_trigs_in_rows(rows, _swap_trig)
+    yield from _use_relative_rates(rows)
     for angle in angles:
         yield "trig-throughout", _change_trigs_in_rows(rows, partial(_swap_trig_of_angle, angle))
     for angle in sums:
@@ -348,6 +360,22 @@ def edit_all_entries(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list
         yield "lengths-missing", [[_set_lengths_to_one(entry, lengths) for entry in row] for row in rows]
     for length in lengths:
         yield "lengths-missing", [[_set_lengths_to_one(entry, [length]) for entry in row] for row in rows]
+
+
+def _use_relative_rates(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list[list[Node]]]]:
+    """Yield the entries with the rate of a single joint, or of each joint, where rates of parallel joints are added.
+
+    If a rate qd2 occurs only in the sum qd1 + qd2, this replaces qd2 by qd2 - qd1.
+    """
+    names = sorted({name for row in rows for entry in row for name in find_names(entry) if _is_rate(name)})
+    rates = [Node("name", value=name) for name in names]
+    changes = {rate: rate - earlier_rate for earlier_rate, rate in pairwise(rates)}
+    for change in [*({rate: new_rate} for rate, new_rate in changes.items()), *([changes] if len(changes) > 1 else [])]:
+        yield "relative-rates", [[replace_nodes(entry, change.get) for entry in row] for row in rows]
+
+
+def _is_rate(name: str) -> bool:
+    return name.startswith("qd") and name[2:].isdigit()
 
 
 def is_length(name: str) -> bool:
@@ -362,6 +390,17 @@ def _set_lengths_to_one(node: Node, lengths: Sequence[str]) -> Node:
 def _replace_angle(new_angles: Mapping[Node, Node], node: Node) -> Node:
     (angle,) = node.args
     return node.with_args([new_angles.get(angle, angle)])
+
+
+def exchange_trigs(term: Node, max_count: int) -> list[Node]:
+    """Return copies of a term in which some or all of its sines and cosines are exchanged.
+
+    If the term has more than `max_count` different ones, all are exchanged.
+    """
+    trigs = list(dict.fromkeys(node for node in iterate_nodes(term) if _is_trig(node)))
+    counts = range(1, len(trigs) + 1) if len(trigs) <= max_count else [len(trigs)]
+    subsets = (subset for count in counts for subset in combinations(trigs, count))
+    return [replace_nodes(term, {trig: _swap_trig(trig) for trig in subset}.get) for subset in subsets if subset]
 
 
 def _swap_trig_of_angle(swapped_angle: Node, node: Node) -> Node:

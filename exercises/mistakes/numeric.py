@@ -88,7 +88,10 @@ def _scale_lengths(factor: sp.Expr) -> VariantGenerator:
         factors = np.array([float(factor) if joint.is_prismatic else 1.0 for joint in stages.chain.joints])
         return np.asarray(rates * factors[:, None])
 
-    return vary_always({"table": scale_table, "joint rates": scale_rates})
+    def scale_unit(stages: StageResults, unit: np.ndarray) -> np.ndarray:
+        return unit * float(factor)
+
+    return vary_always({"length unit": scale_unit, "table": scale_table, "joint rates": scale_rates})
 
 
 def _scale_revolute_entries(factor: float) -> VariantGenerator:

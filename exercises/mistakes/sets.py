@@ -283,6 +283,14 @@ def _split_conjunction(chain: Chain, components: Components) -> Iterator[Mistake
             yield _make_answer((*components[:k], *_keep_conditions(component, condition_count=1), *components[k + 1 :]))
 
 
+def _zero_each_term(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
+    """Yield answers in which every term of a sum is zero, although the terms may also cancel."""
+    for k, component in enumerate(components):
+        terms = sp.Add.make_args(component.conditions[0])
+        if component.solutions is None and len(component.conditions) == 1 and len(terms) > 1:
+            yield _make_answer(_replace_component(components, k, Component(tuple(terms), None)))
+
+
 def _keep_one_root_each(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield answers with one value instead of several in two or three of the components."""
     indices = _find_multivalued_components(components)
@@ -392,6 +400,7 @@ ANSWERS: dict[str, AnswerGenerator] = {
     "offset-forgotten-in-set": _misuse_offsets(factor=1),
     "offset-sign-in-set": _misuse_offsets(factor=2),
     "or-for-and": _change_sets(_split_conjunction),
+    "terms-set-to-zero": _change_sets(_zero_each_term),
     "one-root-of-each": _change_sets(_keep_one_root_each),
     "and-for-or": _change_sets(_join_alternatives),
     "unneeded-condition": _change_sets(_add_condition),

@@ -27,6 +27,12 @@ from qdot.exercises.writing.render import render
 if TYPE_CHECKING:  # importing nbformat takes as long as generating a problem, so only writing a notebook does it
     from nbformat import NotebookNode
 
+CHECK_PAGE = "check.html"
+"""The site's page on which students check their notebooks.
+
+The link's part after the # names assignment and student, so that the page can report a file of another student. A
+browser never sends this part to the server.
+"""
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 
 
@@ -72,13 +78,15 @@ def _make_notebook(
     student: str,
     problems: Problems,
     with_hints: bool = False,
+    site: str = "",
     released_notebook: "NotebookNode | None" = None,
 ) -> "NotebookNode":
     """Return a notebook of a kind, "student" or "solution".
 
     `key` and `student` identify the assignment and the student. `problems` are pairs (slot, problem) with slots p1, p2,
-    … If `with_hints`, three hints that can be expanded follow every prompt. Statements and prompts with their figures
-    are copied from the `released_notebook` if there is one.
+    … If `with_hints`, three hints that can be expanded follow every prompt. `site` is the address of a site on which
+    students can check the notebook, if there is one. Statements and prompts with their figures are copied from the
+    `released_notebook` if there is one.
     """
     import nbformat
     from nbformat.v4 import new_notebook
@@ -93,6 +101,7 @@ def _make_notebook(
         student=student,
         kind=kind,
         has_tables=has_tables,
+        check_page=f"{site.removesuffix('index.html').rstrip('/')}/{CHECK_PAGE}" if site else "",
         notebook_seconds=NOTEBOOK_SECONDS,
         cell_seconds=CELL_SECONDS,
         gigabytes=MEMORY_GIGABYTES,

@@ -382,6 +382,11 @@ class Problem:
                 roles[name] = info.role if info.role in ("length", "angle") else default_role
         return Domain(roles)
 
+    def select_domain(self, part: Part) -> Domain:
+        """Return the domain for the answer to a part, whose messages don't list the symbols of other parts."""
+        other_symbols = {name for other_part in self.parts for name in other_part.symbols} - set(part.symbols)
+        return replace(self.domain, unlisted_names=frozenset(other_symbols))
+
     @property
     def max_points(self) -> float:
         """The sum of the points of all parts."""

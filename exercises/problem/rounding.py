@@ -2,11 +2,12 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import isfinite
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.equality import Rounding
-from qdot.exercises.formula.units import parse_unit
+from qdot.exercises.formula.units import Unit, parse_unit
 from qdot.exercises.problem.credit import list_settings_by_question
 
 ROUNDING_FORM = (
@@ -39,12 +40,40 @@ def parse_rounding(setting: int | str) -> Rounding | None:
         if isinstance(setting, bool) or not 2 <= setting <= 12:
             raise QdotError(ROUNDING_FORM)
         return Rounding(5.0 * 10.0**-setting, 0.0, f"to {_NUMBER_WORDS[setting - 2]} significant digits")
-    match = re.fullmatch(r"\s*(\d*\.?\d+(?:[eE][-+]?\d+)?)\s*([A-Za-z°].*?)\s*", setting)
-    if match is None:
+    tolerance = parse_tolerance(setting, ROUNDING_FORM)
+    if not tolerance.unit_text:
         raise QdotError(ROUNDING_FORM)
-    amount, unit = float(match.group(1)), parse_unit(match.group(2))
+    return Rounding(0.0, tolerance.size, tolerance.words)
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """An absolute error of a number: its size in SI units, and its amount and unit as an instructor typed them."""
+
+    size: float
+    amount_text: str
+    unit_text: str
+    unit: Unit
+
+    @property
+    def words(self) -> str:
+        """The error in words, as in "within 0.01 rad/s"."""
+        return f"within {self.amount_text} {self.unit_text}".strip()
+
+
+def parse_tolerance(text: str, form: str) -> Tolerance:
+    """Return the error that a text such as "0.01 rad/s" states. Raises QdotError, which says the expected form.
+
+    >>> parse_tolerance("1 cm", "").size, parse_tolerance("0.5", "").words
+    (0.01, 'within 0.5')
+    """
+    match = re.fullmatch(r"\s*(\d*\.?\d+(?:[eE][-+]?\d+)?)\s*([A-Za-z°µμ].*?)?\s*", text)
+    if match is None:
+        raise QdotError(form)
+    amount, unit_text = float(match[1]), match[2] or ""
+    unit = parse_unit(unit_text)
     if unit is None:
-        raise QdotError(f"{match.group(2)!r} is not a known unit; {ROUNDING_FORM}")
+        raise QdotError(f"{unit_text!r} is not a known unit; {form}")
     if not (isfinite(amount) and amount > 0):
-        raise QdotError(f"a tolerance must be more than 0; {ROUNDING_FORM}")
-    return Rounding(0.0, amount * unit.size, f"within {match.group(1)} {match.group(2)}")
+        raise QdotError(f"a tolerance must be more than 0; {form}")
+    return Tolerance(amount * unit.size, match[1], unit_text, unit)

@@ -26,6 +26,9 @@ MAX_CHARACTERS = 500
 MAX_DEPTH = 50
 """Maximum depth of the syntax tree of a formula."""
 
+MAX_NUMBER = 1e12
+"""The largest number in a formula."""
+
 MAX_POWER = 8
 """Maximum absolute value of an exponent."""
 
@@ -42,7 +45,14 @@ _SHAPE_WORDS = {0: "a number", 1: "a vector", 2: "a matrix"}
 
 
 class FormulaError(QdotError):
-    """Raised if a formula can't be parsed, has an unknown name, or makes no sense for an arm."""
+    """Raised if a formula can't be parsed, has an unknown name, or makes no sense for an arm.
+
+    `key` is the key of the question that has to be changed; it is "" for that of the formula.
+    """
+
+    def __init__(self, message: str, key: str = "") -> None:
+        super().__init__(message)
+        self.key = key
 
 
 class UnknownName(FormulaError):
@@ -57,9 +67,10 @@ class UnknownName(FormulaError):
 
 
 def _resembles_known_name(name: str, known_names: Sequence[str]) -> bool:
-    """Return whether a known name differs only in its number, as a7 differs from a1."""
+    """Return whether a name is that of a quantity of arms with another number, such as a7 or d3."""
     letters = name.rstrip("0123456789")
-    return any(known_name.rstrip("0123456789") == letters for known_name in known_names)
+    known_letters = {known_name.rstrip("0123456789") for known_name in known_names}
+    return letters != name and letters in known_letters | {"a", "d", "theta", "alpha", "qd", "qdd"}
 
 
 class Quantities(Protocol):
@@ -102,12 +113,11 @@ def parse(text: str) -> ast.expr:
     """
     if len(text) > MAX_CHARACTERS:
         raise FormulaError(f"the formula has {len(text)} characters; the limit is {MAX_CHARACTERS}")
-    source = unicodedata.normalize("NFKC", text).replace("^", "**").replace("·", "*").replace("−", "-")
     try:
-        tree = ast.parse(source.strip(), mode="eval").body
+        tree = ast.parse(_convert_to_python(text).strip(), mode="eval").body
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
-        location = f" at character {error.offset}" if isinstance(error, SyntaxError) and error.offset else ""
-        raise FormulaError(f"{text!r} is not a formula{location}; write, for example, ddt((o1 + o2)/2)") from None
+        offset = error.offset if isinstance(error, SyntaxError) and error.offset else 0
+        raise FormulaError(f"{text!r} is not a formula{_explain_syntax_error(text, offset)}") from None
     nodes_at_depth: list[ast.AST] = [tree]
     for _ in range(MAX_DEPTH):
         nodes_at_depth = [child for node in nodes_at_depth for child in ast.iter_child_nodes(node)]
@@ -120,10 +130,42 @@ def parse(text: str) -> ast.expr:
     return tree
 
 
+def _convert_to_python(text: str) -> str:
+    return unicodedata.normalize("NFKC", text).replace("^", "**").replace("·", "*").replace("−", "-").replace("\n", " ")
+
+
+_CLOSING_BRACKETS = {"(": ")", "[": "]", "{": "}"}
+
+
+def _explain_syntax_error(text: str, offset: int) -> str:
+    """Return a clause on why a text can't be parsed; `offset` is Python's position of the error, from 1, or 0."""
+    open_brackets: list[tuple[int, str]] = []
+    for position, sign in enumerate(text, 1):
+        if sign in _CLOSING_BRACKETS:
+            open_brackets.append((position, sign))
+        elif sign in _CLOSING_BRACKETS.values():
+            if not open_brackets or _CLOSING_BRACKETS[open_brackets[-1][1]] != sign:
+                return f": the bracket {sign} at character {position} does not close a bracket"
+            open_brackets.pop()
+    if open_brackets:
+        position, sign = open_brackets[-1]
+        return f": the bracket {sign} at character {position} is not closed"
+    if "\\" in text:
+        return ": write it without LaTeX, as in ddt((o1 + o2)/2)"
+    if "=" in text and "at(" not in text:
+        return ": leave out = and what is before it"
+    start = len(text) - len(text.lstrip())
+    ends = (k for k in range(start, len(text)) if len(_convert_to_python(text[start : k + 1])) >= offset)
+    location = f" at character {next(ends, len(text) - 1) + 1}" if offset else ""
+    return f"{location}; write products with * and arguments in brackets, as in 2*sin(theta1) or ddt((o1 + o2)/2)"
+
+
 def _check_node(node: ast.AST, text: str) -> None:
     """Raise FormulaError if a part of a syntax tree has no meaning in a formula."""
     if isinstance(node, ast.Constant):
         is_known = type(node.value) in (int, float)
+        if is_known and abs(float(str(node.value))) > MAX_NUMBER:
+            raise FormulaError(f"{text!r} contains a number above {MAX_NUMBER:g}")
     elif isinstance(node, ast.Call):
         is_known = isinstance(node.func, ast.Name)
     else:
@@ -158,6 +200,8 @@ def compute(formula: ast.expr, quantities: Quantities) -> np.ndarray:
     if isinstance(formula, ast.Constant):
         return quantities.constant(Fraction(str(formula.value)))
     if isinstance(formula, ast.Name):
+        if formula.id in (*SCALAR_FUNCTIONS, *MATRIX_FUNCTIONS, *SPECIAL_FUNCTIONS):
+            raise FormulaError(f"{formula.id!r} is a function; write its arguments in brackets, as in {formula.id}(…)")
         raise UnknownName("name", formula.id, quantities.names)
     if isinstance(formula, ast.UnaryOp):
         operand = compute(formula.operand, quantities)

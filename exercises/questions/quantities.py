@@ -19,7 +19,7 @@ from qdot.exercises.arm.arithmetic import (
     apply_matrix,
     matrix_product,
 )
-from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.chain import Chain, is_angle_symbol
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES
 from qdot.exercises.arm.derivation_graph import StageResults, compute_convention_rotation
@@ -91,13 +91,48 @@ class FrameName(NamedTuple):
 
 
 def parse_frame_name(name: str, chain: Chain) -> FrameName | None:
-    """Return the parts of a name such as R12; None for other names, and for frames that the arm does not have."""
+    """Return the parts of a name such as R12; None for other names.
+
+    Raises FormulaError for frames that the arm does not have.
+    """
     match = _FRAME_NAME.fullmatch(name)
-    if match is None or not has_frames(chain):
+    if match is None:
         return None
+    if not has_frames(chain):
+        raise FormulaError(f"{name!r} needs a DH table, but this arm is described by screw axes")
     axis, frame, matrix, first_frame, last_frame = match.groups()
     frame_name = FrameName(axis or matrix, int(frame or first_frame), int(frame or last_frame))
-    return frame_name if max(frame_name.first_frame, frame_name.last_frame) <= chain.n else None
+    if max(frame_name.first_frame, frame_name.last_frame) > chain.n:
+        raise FormulaError(f"{name!r}: the frames of this arm have the numbers 0 to {chain.n}")
+    return frame_name
+
+
+_SYMBOL = re.compile(r"(?:theta|alpha|a|d|qd|qdd)\d|[vw][xyz]|[fm][xyz]|pi")
+"""The names of symbols of arms, of the components of loads, and of pi."""
+
+
+def is_result_or_symbol(name: str) -> bool:
+    """Return whether a name may be a result of a derivation, or a symbol, of some arm.
+
+    >>> [is_result_or_symbol(name) for name in ("p", "o7", "theta1", "speed")]
+    [True, True, True, False]
+    """
+    return name in RESULTS or any(pattern.fullmatch(name) for pattern in (_FRAME_NAME, _SYMBOL))
+
+
+def is_quantity(formula: ast.expr) -> bool:
+    """Return whether a formula is a quantity of an arm, an entry of one, or the velocity of a frame's origin.
+
+    >>> [is_quantity(ast.parse(text, mode="eval").body) for text in ("v.x", "J[1, 2]", "ddt(o2)", "m*v.x")]
+    [True, True, True, False]
+    """
+    while isinstance(formula, (ast.Attribute, ast.Subscript)):
+        formula = formula.value
+    match formula:
+        case ast.Call(func=ast.Name(id="ddt"), args=[ast.Name(id=name)]):
+            return name == "p" or _FRAME_NAME.fullmatch(name) is not None
+    text = ast.unparse(formula)
+    return text in RESULTS or _FRAME_NAME.fullmatch(text) is not None
 
 
 def list_result_names(chain: Chain) -> list[str]:
@@ -185,7 +220,30 @@ class StageQuantities(ABC):
 
 
 class NumericQuantities(StageQuantities):
-    """The quantities as numbers at several configurations. Derivatives are central differences of order eight."""
+    """The quantities as numbers at several configurations. Derivatives are central differences of order eight.
+
+    If a mistake changes the unit of length, lengths and the rates of prismatic joints have this unit. Derivatives are
+    those with respect to the symbols in SI units.
+    """
+
+    @cached_property
+    def _names_with_length_unit(self) -> set[str]:
+        chain = self.stages.chain
+        lengths = {*self.numbers, *(symbol.name for symbol in chain.parameters if not is_angle_symbol(symbol))}
+        for i in chain.prismatic_joints:
+            lengths |= {chain.q[i].name, chain.rates[i].name}
+        return lengths
+
+    def look_up(self, name: str) -> np.ndarray | None:
+        """Return the value of a name, or of a formula in RESULTS; None if there is none."""
+        value = super().look_up(name)
+        if value is None or name not in self._names_with_length_unit:
+            return value
+        return np.asarray(value * self.stages["length unit"])
+
+    def get_si_value(self, name: str) -> np.ndarray:
+        """Return the value of a symbol in SI units."""
+        return self.stages.arithmetic.get_symbol_value(name)
 
     def apply(self, function: str, value: np.ndarray) -> np.ndarray:
         """Return a function of each entry; nan where it is not defined."""
@@ -218,7 +276,7 @@ def differentiate_numerically(
     derivative: Any = 0
     for step_count, weight in STENCIL:
         for shift in (step_count * step, -step_count * step):
-            shifted_values = {name: quantities.look_up(name) + shift * rate for name, rate in rates.items()}
+            shifted_values = {name: quantities.get_si_value(name) + shift * rate for name, rate in rates.items()}
             derivative = derivative + step_count * weight / shift * quantities.with_values(formula, shifted_values)
     return np.asarray(derivative)
 

@@ -158,17 +158,24 @@ class Number(RowsAnswer):
         """Whether the numbers are counts, which must be exact. The tolerances of all other numbers exceed 1e-6."""
         return self.tolerance < 1e-6
 
-    def find_tolerance_and_floor(self, rounding: Rounding | None) -> tuple[float, float]:
-        """Return the relative and the absolute error allowed under the assignment's rounding; the larger one counts."""
+    def find_tolerance_and_floors(self, rounding: Rounding | None) -> tuple[float, list[float]]:
+        """Return the errors allowed under the assignment's rounding: relative, and absolute for each number.
+
+        The larger one counts.
+        """
+        count = len(self.reference)
         if rounding is None:
-            return self.tolerance, self.floor
+            return self.tolerance, count * [self.floor]
         # The error allowed near zero scales with the required number of digits.
-        return rounding.relative, rounding.absolute + self.floor * rounding.relative / self.tolerance
+        floor_of_digits = self.floor * rounding.relative / self.tolerance
+        absolute_errors = rounding.errors_of_entries or count * (rounding.absolute,)
+        return rounding.relative, [error + floor_of_digits for error in absolute_errors]
 
     def list_allowed_errors(self, rounding: Rounding | None) -> list[float]:
         """Return the absolute error allowed for each number."""
-        tolerance, floor = self.find_tolerance_and_floor(rounding)
-        return [max(tolerance * abs(float(value)), floor) for value in self.reference]
+        tolerance, floors = self.find_tolerance_and_floors(rounding)
+        values = map(float, self.reference)
+        return [max(tolerance * abs(value), floor) for value, floor in zip(values, floors, strict=True)]
 
     @property
     def expected_units(self) -> tuple[str, ...]:

@@ -1,8 +1,9 @@
 """Describe what singular configurations look like, such as "arm stretched out", by testing statements at samples.
 
 A statement is reported only if it is the reason for the singularity (`reason`): it holds at no regular configuration.
-If no statement is the reason, the description names joints whose columns of J are dependent. It also says what stays at
-rest while these joints move. In statements, "the point" is the point of interest.
+If no statement is the reason, the description names joints whose columns of J are dependent, and says what stays at
+rest while these joints move; if no such description is informative, it says that there is no simple meaning. In
+statements, "the point" is the point of interest.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -15,6 +16,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Point
+from qdot.exercises.arm.conventions.base import NO_SIMPLE_MEANING
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.singularities.axes import (
     Measure,
@@ -161,6 +163,7 @@ def _find_point_statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[
 def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
     """Describe the smallest set of joints that can move together without any motion in the task's rows.
 
+    That some motion of all joints together has no effect is true of every singular configuration and is not reported.
     If there are more joints than rows, such a set exists in every configuration; then describe the motion that is lost.
     """
     rows = chain.task_rows
@@ -168,16 +171,16 @@ def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
         return _describe_dependent_rows(chain, samples, rows)
     if samples:
         jacobians = compute_jacobians(samples)
-        for joint_count in range(1, chain.n + 1):
+        max_joint_count = chain.n if chain.n <= 2 else chain.n - 1
+        for joint_count in range(1, max_joint_count + 1):
             for joints in combinations(range(chain.n), joint_count):
                 if _are_dependent(jacobians, rows, joints):
                     names = _join_joint_numbers(joints)
                     if joint_count == 1:
                         return f"joint {names} has no effect on the task"
                     effect = _describe_rest(chain, jacobians[..., joints], rows)
-                    subject = "all joints" if joint_count == chain.n > 2 else f"joints {names}"
-                    return f"{subject} can move together and {effect}"
-    return "the columns of J are linearly dependent"
+                    return f"joints {names} can move together and {effect}"
+    return NO_SIMPLE_MEANING
 
 
 def _describe_dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequence[int]) -> str:
@@ -190,7 +193,7 @@ def _describe_dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequ
     if zero_rows and min(zero_rows) > 2:
         return f"no joint rotates link {chain.n} about {axis_names}"
     if not samples or zero_rows or max(rows) > 2:
-        return "the rows of J are linearly dependent"
+        return NO_SIMPLE_MEANING
     directions = {2: "along one line", 3: "in one plane"}[len(rows)]
     if _has_zero_singular_value(jacobians[:, :3], len(rows) - 1):
         return f"all joints move the point {directions}"

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.assignment.certified_problems import FailedSlot, FailureFinder
-from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import make_folder, write_atomically
 from qdot.exercises.problem.record import Json
 from qdot.exercises.site import bank, pages
@@ -18,9 +17,6 @@ from qdot.exercises.site.robots import make_tables_json
 from qdot.exercises.writing.languages import LANGUAGES
 from qdot.exercises.writing.render import render
 
-NOT_BUILT_MESSAGE = (
-    "the site's scripts are not built: run `make site`, which needs Node and npm; an installed qdot has them already"
-)
 SIZES_FILE = f"{bank.BANK_FOLDER}/sizes.json"
 """The sizes of the files of each problem: {"files": {"FAMILY/KEY": {ending: bytes}}}."""
 GALLERY_FOLDER = "docs/families/"
@@ -64,8 +60,6 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
     `on_problem` is called after every problem, and `on_failed` for each problem that fails with every seed.
     """
     assets = pages.find_assets()
-    if assets is None:
-        raise QdotError(NOT_BUILT_MESSAGE)
     make_folder(spec.folder)
     entries = bank.write_bank(
         spec.folder, spec.problems, spec.find_failures, spec.jobs, on_problem, on_failed, spec.has_solutions

@@ -127,10 +127,13 @@ class _KeyMaker(AnswerVisitor[Json]):
 
     def visit_number(self, answer: Number) -> Json:
         mistakes = self._collect(_find_mistakes_in_numbers(self.problem, self.part, answer))
+        tolerance, floors = answer.find_tolerance_and_floors(self.part.rounding)
         key: Json = {
-            "type": "numbers", "units": list(answer.units), "tolerance": answer.tolerance, "floor": answer.floor,
+            "type": "numbers", "units": list(answer.units), "tolerance": tolerance, "floor": min(floors),
             "right": [_to_double(float(value)) for value in answer.reference], "mistakes": mistakes,
         }  # fmt: skip
+        if max(floors) > min(floors):
+            key["floors"] = floors
         if answer.shape == (1, 1):  # many other mistakes give the same number if the number has few digits
             known_values = {tuple(mistake["values"]) for mistake in mistakes}
             precise_mistakes = self._collect(_find_mistakes_in_numbers(self.problem, self.part, answer, True))

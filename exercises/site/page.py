@@ -43,7 +43,7 @@ class Page:
     @property
     def data_file(self) -> str:
         """The path of the bank's file that is loaded together with the script, "" if there is none."""
-        return {"pages": "", "own": ROBOTS_FILE}.get(self.script, INDEX_FILE)
+        return {"pages": "", "check": "", "own": ROBOTS_FILE}.get(self.script, INDEX_FILE)
 
     def translated_path(self, language: str) -> str:
         """Return the path of the file with the page's title and body in another language."""

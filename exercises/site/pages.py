@@ -14,6 +14,7 @@ from typing import Any
 from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.figure.arm_figure import draw_figure_svg
+from qdot.exercises.notebook.notebook import CHECK_PAGE
 from qdot.exercises.site.arms import make_gallery_page
 from qdot.exercises.site.chapter import make_arm_data, make_chapter_pages
 from qdot.exercises.site.guide import COMMANDS, REPLACED_PAGES, arrange_pages
@@ -23,13 +24,18 @@ from qdot.exercises.writing.render import find_folder, find_template_folder, ren
 
 SCRIPT_SOURCES = {
     "practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "own": "src/own/main.tsx",
-    "course": "src/course/main.tsx", "package": "src/course/package.tsx", "pages": "src/pages/main.ts",
+    "course": "src/course/main.tsx", "check": "src/check/main.tsx", "package": "src/course/package.tsx",
+    "pages": "src/pages/main.ts",
 }  # fmt: skip
 """The source of each script that pages load; "package" is for packages for learning platforms (`exports.scorm`)."""
+NODE_VERSION = "Node 20.19 or later"
+"""The versions of Node that build the scripts, as in site/package.json. Node includes npm."""
 HOME_CONFIGURATION = {"theta1": math.radians(15), "theta2": math.radians(100)}
 """The initial configuration of the arm on the home page, from which readers drag P across the drawing."""
 LESSON_CONFIGURATION = {"theta1": math.radians(60), "theta2": math.radians(100)}
 """The initial configuration of the arm in the lessons; it fulfils none of their goals."""
+MAX_CHECKED_MEGABYTES = 50
+"""Maximum size of a notebook that the page for students' notebooks opens, which leaves memory on a phone."""
 MIN_LISTED_HEADINGS = 3
 """A page of the documentation with at least this many headings gets a list of them."""
 
@@ -62,13 +68,23 @@ def find_docs_folder() -> Path | None:
     return find_folder("site_docs", "docs")
 
 
-def find_assets() -> Assets | None:
-    """Return the scripts and styles that `npm run build` made, or None if there are none.
-
-    Raises QdotError if they belong to another version of qdot.
-    """
+def find_assets() -> Assets:
+    """Return the built scripts and styles. Raises QdotError if there are none, or those of another version of qdot."""
     folder = find_folder("site_dist", "site/dist")
-    return None if folder is None else read_assets(folder)
+    if folder is not None:
+        return read_assets(folder)
+    raise QdotError(f"the site's scripts, which pages and SCORM packages need, are not there; {_explain_build()}")
+
+
+def _explain_build() -> str:
+    """Return how to get the built scripts, in a checkout or after an installation from the source."""
+    source_folder = Path(__file__).resolve().parents[2] / "site"
+    if (source_folder / "package.json").is_file():
+        return f"install {NODE_VERSION}, then run `npm ci` and `npm run bundle` in {source_folder}"
+    return (
+        f"qdot was installed from its source on a machine without Node: install {NODE_VERSION}, then install qdot "
+        "again, or install a wheel that contains them (docs/install.md)"
+    )
 
 
 def read_assets(folder: Path) -> Assets:
@@ -92,7 +108,7 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
     if missing_sources:
         raise QdotError(
             f"the site's scripts in {folder} are incomplete or from another version of qdot; these are missing: "
-            f"{', '.join(missing_sources)}; run `make site` to rebuild them"
+            f"{', '.join(missing_sources)}; {_explain_build()}"
         )
     return content
 
@@ -135,6 +151,8 @@ def make_pages(
     yield Page("practice.html", "Practise", practice, script="practice", section="practice", kind="practice")
     own_arm = render("site/own.html.j2", has_docs=has_docs)
     yield Page("own.html", "Your own arm", own_arm, script="own", section="own", kind="practice")
+    check = render("site/check.html.j2", has_docs=has_docs, max_megabytes=MAX_CHECKED_MEGABYTES)
+    yield Page(CHECK_PAGE, "Check your notebook", check, script="check")
     course_help = render("site/course.html.j2", has_docs=has_docs)
     yield Page("course.html", "In a course", course_help, script="course", kind="wide", allows_frames=True)
     yield Page("404.html", "There is no such page", render("site/missing.html.j2", root=""), is_error_page=True)

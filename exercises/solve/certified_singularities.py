@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import NO_SIMPLE_MEANING
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.normalized_arm import normalize_arm
@@ -50,6 +50,6 @@ def _certify_component(chain: Chain, singular_component: SingularComponent) -> S
 
 def _certify_classification(chain: Chain, component: Component, classification: Classification) -> Classification:
     arm, samples = normalize_arm(chain), sample_component(chain, component)
-    meaning = certify_statement(arm, classification.meaning, samples) or convention_of(chain).universal_statement
+    meaning = certify_statement(arm, classification.meaning, samples) or NO_SIMPLE_MEANING
     is_uniform = classification.is_uniform and all_have_kind(arm, classification, samples)
     return replace(classification, meaning=meaning, is_uniform=is_uniform)

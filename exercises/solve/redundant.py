@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.arm.conventions.base import NO_SIMPLE_MEANING
 from qdot.exercises.singularities.appearance import find_reason
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import Classification
@@ -154,7 +155,7 @@ def _add_meaning(component: Component, meaning: str) -> SingularComponent:
 def _describe_component(chain: Chain, component: Component, samples: Sequence[Sample]) -> SingularComponent:
     """Return a component with a description of its configurations, and with their kind if it can be established.
 
-    The description is empty if no description passes the test.
+    If no description passes the test, the configurations have no simple meaning.
     """
     if can_establish_kind(chain):
         certified_component = certify_component(chain, component)
@@ -164,7 +165,7 @@ def _describe_component(chain: Chain, component: Component, samples: Sequence[Sa
         return replace(certified_component, classification=replace(classification, is_uniform=False))
     statement = find_reason(chain, samples[:: max(1, len(samples) // _MAX_DESCRIBED_SAMPLES)])
     meaning = certify_statement(chain, statement.words, samples) if statement else ""
-    return _add_meaning(component, meaning)
+    return _add_meaning(component, meaning or NO_SIMPLE_MEANING)
 
 
 def _is_shown(reduced_case: ReducedCase) -> bool:

@@ -37,7 +37,7 @@ from qdot.exercises.solve.special_lengths import (
     find_special_lengths,
     list_length_relations,
 )
-from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
+from qdot.exercises.writing.latex import tex, tex_angle, tex_degrees, tex_length, tex_result
 from qdot.exercises.writing.markup import escape_latex, to_latex
 from qdot.exercises.writing.problem_texts import get_solution_steps, write_next_solution
 from qdot.exercises.writing.render import render
@@ -550,8 +550,12 @@ def _describe_values_beyond_limits(chain: Chain, robot: Robot, components: Itera
             if joint_limits is None:
                 continue
             low, high = joint_limits
-            turns = (0,) if joint.name.startswith("d") else (-2 * sp.pi, 0, 2 * sp.pi)
+            is_length = joint.name.startswith("d")
+            turns = (0,) if is_length else (-2 * sp.pi, 0, 2 * sp.pi)
             outer_values = [v for v in values if v.is_number and not any(low <= v + turn <= high for turn in turns)]
-            limits_text = f"from ${tex_value(low, joint)}$ to ${tex_value(high, joint)}$"
-            excluded_values += [f"${tex(joint)} = {tex_value(value, joint)}$ ({limits_text})" for value in outer_values]
+            write_limit = tex_length if is_length else tex_degrees
+            limits_text = f"from ${write_limit(low)}$ to ${write_limit(high)}$"
+            excluded_values += [
+                f"${tex(joint)} = {tex_result(value, joint)}$ ({limits_text})" for value in outer_values
+            ]
     return list(dict.fromkeys(excluded_values))

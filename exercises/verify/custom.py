@@ -126,6 +126,10 @@ class GeometryQuantities:
     def _invert(pose: np.ndarray) -> np.ndarray:
         return np.moveaxis(np.linalg.inv(np.moveaxis(pose, -1, 0)), 0, -1)
 
+    def get_si_value(self, name: str) -> np.ndarray:
+        """Return the value of a symbol, (N,)."""
+        return self.values[name]
+
     def constant(self, value: Fraction) -> np.ndarray:
         """Return a number, (N,)."""
         return np.full(self.count, float(value))

@@ -15,6 +15,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import REVOLUTE, Chain
+from qdot.exercises.arm.conventions.base import NO_SIMPLE_MEANING
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import (
     Classification,
@@ -326,7 +327,7 @@ def _move_along_one_line(clause: _Clause) -> bool:
 def _have_no_effect(clause: _Clause) -> bool:
     """Return whether the joints can move while the stated point or link, or everything in the task, stays at rest."""
     sample, rows = clause.sample, clause.chain.task_rows
-    joints = clause.joints or list(range(len(sample.q)))
+    joints = clause.joints
     jacobian = sample.arm.compute_jacobian(sample.q)[:, joints]
     _, sigma, motions = np.linalg.svd(jacobian[rows])
     full_rank = min(len(rows), len(joints))
@@ -380,10 +381,10 @@ _TESTS: dict[str, Callable[[_Clause], bool]] = {
     r" from the axis of joint (?P<first>\d+) to that of joint (?P<second>\d+)": _has_stated_direction,
     rf"joints {_JOINTS_PATTERN} move the point along the same line": _move_along_one_line,
     r"joint (?P<joints>\d+) has no effect(?P<rest_clause>) on the task": _have_no_effect,
-    rf"(all joints|joints {_JOINTS_PATTERN}) can move together and (?P<rest_clause>.*)": _have_no_effect,
+    rf"joints {_JOINTS_PATTERN} can move together and (?P<rest_clause>.*)": _have_no_effect,
     r"all joints move the point (?P<line_or_plane>along one line|in one plane)": _move_point_in_line_or_plane,
     r"seen along (?P<axis>[xyz]), all joints move the point along one line": _move_point_in_line_as_seen,
     r"no joint (moves the point along|rotates link \d+ about) (?P<axes>[xyz, and]+)": _no_joint_moves,
-    r"the (columns|rows) of J are linearly dependent": _are_dependent,
+    NO_SIMPLE_MEANING: _are_dependent,
 }
 """Maps the pattern of each kind of statement to its test."""

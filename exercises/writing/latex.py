@@ -29,6 +29,8 @@ _TALL = frozenset(("frac", "root"))
 """Kinds of pieces around which brackets grow; a small fraction fits into brackets of normal height."""
 _MAX_DENOMINATOR = 10**6
 """Maximum denominator of a fraction before a root; numbers with a larger denominator are shown as decimals."""
+_HALVES = (2, 4, 8)
+"""The denominators of halves, quarters and eighths."""
 _SYMBOL_PATTERN = re.compile(r"(theta|alpha|beta|qdd?|[a-zA-Z])(\d*)")
 
 
@@ -71,8 +73,10 @@ def _join_terms(signed_terms: Sequence[_SignedTerm]) -> Pieces:
 class _ExpressionLayout:
     """Lays out SymPy expressions. A term is a sign and an absolute value, so that signs can move out of brackets."""
 
-    def __init__(self, prismatic_numbers: tuple[str, ...], lengths: tuple[sp.Rational, ...] = ()) -> None:
-        self.prismatic_numbers, self.lengths = prismatic_numbers, lengths
+    def __init__(
+        self, prismatic_numbers: tuple[str, ...], lengths: tuple[sp.Rational, ...] = (), has_halves: bool = False
+    ) -> None:
+        self.prismatic_numbers, self.lengths, self.has_halves = prismatic_numbers, lengths, has_halves
         self.cached_product = lru_cache(maxsize=2048)(self.lay_out_product)  # several results share terms
 
     def lay_out(self, expression: sp.Expr) -> Pieces:
@@ -153,7 +157,12 @@ class _ExpressionLayout:
         return (function_name, *layout.bracket(arguments, _TALL))
 
     def lay_out_angle(self, value: sp.Expr) -> Pieces:
-        """Return an angle, with its constant in degrees if that is a short decimal: theta_1 + 30, or 30 - theta_1."""
+        """Return an angle, with its constant in degrees if that is a short decimal: theta_1 + 30, or 30 - theta_1.
+
+        An angle to which a number of radians is added, as in theta_1 + 0.7 + pi/2, is in radians as a whole.
+        """
+        if has_radians(value):
+            return self.lay_out(value)
         constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if (term / sp.pi).is_Rational))
         remainder, digits = sp.expand(value - constant), write_decimal(abs(180 * constant / sp.pi))
         if constant == 0 or digits is None:
@@ -186,6 +195,8 @@ class _ExpressionLayout:
             return (), ()
         if not value.is_Rational:
             return self.lay_out_number(value).pieces, ()
+        if self.has_halves and value.q in _HALVES and not is_fraction:
+            return (layout.fraction(number(str(value.p)), number(str(value.q)), is_small=True),), ()
         digits, inverse_digits = write_decimal(value), write_decimal(1 / value)
         if is_fraction and (quotient := _find_quotient_of_lengths(value, self.lengths)) is not None:
             numerator, denominator = map(self.lay_out_number, quotient)
@@ -223,8 +234,13 @@ def _ends_in_angle(pieces: Sequence[Layout]) -> bool:
     return pieces[-1].kind == "script" and pieces[-1].inner[0].text == "φ"
 
 
-def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
+def tex(
+    expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None,
+    has_halves: bool = False,
+) -> str:  # fmt: skip
     r"""Return the LaTeX of an expression or matrix in the textbook's notation, with the names of `angles`.
+
+    If `has_halves`, halves, quarters and eighths are fractions unless a length of the arm is a number.
 
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
     >>> tex(-a1 * sp.sin(t1) - sp.Rational(2, 5) * sp.cos(t1 + t2 + sp.pi / 6))
@@ -232,7 +248,7 @@ def tex(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: Ang
     >>> tex(a1 * sp.sin(5 * sp.pi / 12) * sp.sin(t1) + sp.cos(7 * sp.pi / 12) / 2)
     '\\cos(15^\\circ) a_{1} s_{1} - \\tfrac{\\sin(15^\\circ)}{2}'
     """
-    return print_latex(lay_out(expression, chain, angles))
+    return print_latex(lay_out(expression, chain, angles, has_halves))
 
 
 def tex_zero(condition: sp.Expr, chain: Chain | None = None, angles: AngleNames | None = None) -> str:
@@ -251,11 +267,15 @@ def remove_numeric_factor(condition: sp.Expr) -> sp.Expr:
     return condition if remainder.is_Add or remainder == 1 else remainder
 
 
-def lay_out(expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None) -> Layout:
+def lay_out(
+    expression: sp.Expr | sp.Matrix, chain: Chain | None = None, angles: AngleNames | None = None,
+    has_halves: bool = False,
+) -> Layout:  # fmt: skip
     """Return the layout of an expression or matrix in the textbook's notation, with the names of `angles`."""
-    options: tuple[Any, ...] = ((), (), ())
+    options: tuple[Any, ...] = ((), (), (), has_halves)
     if chain is not None:
-        options = list_prismatic_joints(chain), list_constant_angles(chain), list_numeric_lengths(chain)
+        lengths = list_numeric_lengths(chain)
+        options = list_prismatic_joints(chain), list_constant_angles(chain), lengths, has_halves and not lengths
     expression = sp.sympify(expression if angles is None else angles.use_names(sp.sympify(expression)))
     if not isinstance(expression, sp.MatrixBase):
         return row(*_lay_out_scalar(expression, *options))
@@ -287,10 +307,11 @@ def _lay_out_scalar(
     prismatic_numbers: tuple[str, ...],
     angles: tuple[sp.Expr, ...],
     lengths: tuple[sp.Rational, ...],
+    has_halves: bool = False,
 ) -> Pieces:
     """Lay out an expression; cached, because steps, results and other parts show the same expressions."""
     rewritten_expression = use_constant_angles(multiply_numbers(expression), angles)
-    return _get_expression_layout(prismatic_numbers, lengths).lay_out(rewritten_expression)
+    return _get_expression_layout(prismatic_numbers, lengths, has_halves).lay_out(rewritten_expression)
 
 
 _get_expression_layout = lru_cache(maxsize=16)(_ExpressionLayout)
@@ -309,7 +330,7 @@ def tex_lines(expression: sp.Expr, chain: Chain | None = None, angles: AngleName
 
 
 def tex_length(value: sp.Expr) -> str:
-    r"""Return the LaTeX of a length for a table or a sentence, with the unit m if the length contains a decimal.
+    r"""Return the LaTeX of a length for a table or a sentence, with the unit m if it is a number or has a decimal term.
 
     >>> tex_length(sp.Symbol("d2") + sp.Rational(33, 100))
     'd_{2} + 0.33\\,\\text{m}'
@@ -320,7 +341,8 @@ def tex_length(value: sp.Expr) -> str:
     """
     value = _restore_table_numbers(sp.sympify(value))
     constant = sp.Add(*(term for term in sp.Add.make_args(value) if term.is_number))
-    return _tex_with_unit(value, "m" if constant != 0 and write_decimal(constant) is not None else "")
+    has_unit = constant != 0 and (value.is_number or write_decimal(constant) is not None)
+    return _tex_with_unit(value, "m" if has_unit else "")
 
 
 def _restore_table_numbers(value: sp.Expr) -> sp.Expr:
@@ -347,25 +369,71 @@ def _restore_table_numbers(value: sp.Expr) -> sp.Expr:
 
 
 def tex_angle(value: sp.Expr) -> str:
-    r"""Return the LaTeX of an angle, with its constant in degrees.
+    r"""Return the LaTeX of an angle, with its constant in degrees; in radians if a number of radians is added.
 
     >>> tex_angle(sp.Symbol("theta2") + sp.pi / 2), tex_angle(sp.pi - sp.atan(4))
     ('\\theta_{2} + 90^\\circ', '180^\\circ - \\arctan(4)')
+    >>> tex_angle(sp.Symbol("theta2") - sp.Rational(7, 10) + sp.pi)
+    '\\theta_{2} + \\pi - 0.7\\,\\text{rad}'
     """
     return _write_angle_in_degrees(sp.sympify(value))
 
 
 @lru_cache(maxsize=1024)
 def _write_angle_in_degrees(value: sp.Expr) -> str:
-    constant = sp.Add(*(term for term in sp.Add.make_args(sp.expand(value)) if term.is_number))
-    if constant != 0 and constant.is_Rational:  # an angle such as 0.7
-        return _tex_with_unit(value, "rad")
-    return print_latex(row(*_ExpressionLayout(()).lay_out_angle(value)))
+    return _tex_with_unit(value, "rad") if has_radians(value) else print_latex(row(*_lay_out_angle(value)))
+
+
+_lay_out_angle = _ExpressionLayout(()).lay_out_angle
+
+
+def has_radians(angle: sp.Expr) -> bool:
+    """Return whether a number of radians is a term of an angle, such as 0.7; multiples of pi are shown in degrees."""
+    return any(term.is_Rational and term != 0 for term in sp.Add.make_args(sp.expand(angle)))
 
 
 def tex_value(value: sp.Expr, joint: sp.Symbol) -> str:
-    """Return the LaTeX of a joint's value: an angle in degrees, or a length with its unit."""
+    """Return the exact LaTeX of a joint's value: an angle in degrees, or a length with its unit."""
     return tex_length(value) if joint.name.startswith("d") else tex_angle(value)
+
+
+_MAX_SHORT_NUMBER, _MAX_SHORT_OPERATIONS = 10**4, 10
+"""Maximum numerator and denominator of the numbers, and maximum number of operations, in a value shown exactly."""
+
+
+def tex_result(value: sp.Expr, joint: sp.Symbol) -> str:
+    r"""Return the LaTeX of a joint's value that was derived, with its number of degrees unless it is in degrees.
+
+    A number without a short exact form is rounded to four significant digits.
+
+    >>> theta3 = sp.Symbol("theta3")
+    >>> tex_result(sp.pi / 2, theta3), tex_result(sp.atan(sp.Rational(31, 6)) - sp.pi, theta3)
+    ('90^\\circ', '\\arctan(\\tfrac{31}{6}) - 180^\\circ \\approx -100.9^\\circ')
+    >>> tex_result(sp.atan(sp.Rational(1499950, 55059)) - sp.pi, theta3)
+    '-1.607\\,\\text{rad} \\approx -92.1^\\circ'
+    """
+    value = sp.sympify(value)
+    if not value.is_number:
+        return tex_value(value, joint)
+    is_long = sp.count_ops(value) > _MAX_SHORT_OPERATIONS or any(
+        abs(number.p) > _MAX_SHORT_NUMBER or number.q > _MAX_SHORT_NUMBER for number in value.atoms(sp.Rational)
+    )
+    if is_long:
+        exact_value, value = value, sp.Rational(f"{float(value):.4g}")
+    if joint.name.startswith("d"):
+        return tex_length(value)
+    if (value / sp.pi).is_Rational:
+        return tex_angle(value)
+    return rf"{tex_angle(value)} \approx {tex_degrees(exact_value if is_long else value)}"
+
+
+def tex_degrees(angle: sp.Expr) -> str:
+    r"""Return the LaTeX of a number of radians in degrees, to four significant digits.
+
+    >>> tex_degrees(sp.Rational("1.134464045"))
+    '65^\\circ'
+    """
+    return tex_angle(sp.Rational(f"{math.degrees(float(angle)):.4g}") * sp.pi / 180)
 
 
 def _tex_with_unit(value: sp.Expr, unit: str) -> str:

@@ -31,6 +31,8 @@ if TYPE_CHECKING:  # importing markdown_it is slow, and grading does not need it
 TERMINAL_WIDTH = 100
 HTML_WIDTH, LATEX_WIDTH = 44.0, 38.0
 """Maximum width of formulas in em (see `line_breaking`): in HTML, for pages of 900 pixels or A4 paper, and in LaTeX."""
+_TRIED_WIDTHS = (60.0, 52.0, 45.0, 39.0, 34.0, 29.0, 25.0, 21.0, 18.0, 15.0)
+"""Maximum widths in em that are tried, until a formula fits into a terminal."""
 MARKUP: dict[str, dict[str, str]] = json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8"))
 """For LaTeX and for Typst: the markup of each token type that always has the same markup. Also LaTeX's escapes."""
 PLACEHOLDER_PATTERN = re.compile("\ue000(\\d+)\ue001")
@@ -267,16 +269,21 @@ _TOKEN_WRITERS: TokenWriters = {
 # --- terminal ---
 
 
+_INDENT = 4 * " "
+"""The space before displayed formulas and tables."""
+
+
 def to_text(text: str) -> str:
-    """Return text for a terminal, at most `TERMINAL_WIDTH` characters wide except for long formulas."""
+    """Return text for a terminal, at most `TERMINAL_WIDTH` characters wide except for formulas that can't be broken."""
     from markdown_it.tree import SyntaxTreeNode
 
     tokens, formulas = parse_markdown(text)
 
     def convert_formula(match: re.Match[str]) -> str:
         latex, is_displayed = formulas[int(match.group(1))]
-        formula_text = print_unicode(parse_latex(latex))
-        return f"\n\n{textwrap.indent(formula_text, '    ')}\n\n" if is_displayed else formula_text.strip()
+        if is_displayed:
+            return f"\n\n{textwrap.indent(_write_display_as_text(latex), _INDENT)}\n\n"
+        return print_unicode(parse_latex(latex)).strip()
 
     def convert_inline(inline: "SyntaxTreeNode") -> str:
         breaks = {"softbreak": " ", "hardbreak": "\n"}
@@ -286,6 +293,26 @@ def to_text(text: str) -> str:
 
     blocks = _write_text_blocks(SyntaxTreeNode(tokens), convert_inline, TERMINAL_WIDTH)
     return re.sub(r"\n{3,}", "\n\n", "\n\n".join(blocks)).strip() + "\n"
+
+
+def _write_display_as_text(latex: str) -> str:
+    """Return a displayed formula as text, broken into lines if it is too wide for the terminal.
+
+    A width in em says little about a width in characters. Therefore the formula is fitted to smaller and smaller widths
+    in em until its text is narrow enough; if it never is, the narrowest text is returned.
+    """
+    formula = parse_latex(latex)
+    narrowest_text = print_unicode(formula)
+    for max_width in _TRIED_WIDTHS:
+        if _measure_text(narrowest_text) <= TERMINAL_WIDTH - len(_INDENT):
+            break
+        narrowest_text = min(narrowest_text, print_unicode(fit_formula(formula, max_width)), key=_measure_text)
+    return narrowest_text
+
+
+def _measure_text(text: str) -> int:
+    """Return the width of the widest line of a text, in characters."""
+    return max(map(line_width, text.splitlines()))
 
 
 def _write_text_blocks(

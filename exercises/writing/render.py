@@ -14,7 +14,7 @@ from jinja2.ext import Extension
 
 from qdot.exercises.writing import custom_texts
 from qdot.exercises.writing.languages import ENGLISH, load_catalogue
-from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_lines, tex_value, tex_zero
+from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_lines, tex_result, tex_value, tex_zero
 from qdot.exercises.writing.markup import escape_latex
 from qdot.exercises.writing.units import tex_unit, write_unit
 
@@ -93,7 +93,8 @@ def make_environment(language: str = ENGLISH) -> jinja2.Environment:
     )
     messages = load_catalogue(language)
     templates.filters |= {
-        "tex": tex, "tex_lines": tex_lines, "tex_length": tex_length, "tex_angle": tex_angle, "tex_value": tex_value,
+        "tex": tex, "tex_lines": tex_lines, "tex_length": tex_length, "tex_angle": tex_angle,
+        "tex_value": tex_value, "tex_result": tex_result,
         "tex_zero": tex_zero, "unit": write_unit, "tex_unit": tex_unit, "phrase": messages.translate_phrase,
         "plain": escape_markdown, "heading": escape_heading, "latex": escape_latex,
         "mistake": lambda blame: messages.translate_title_in_sentence(blame.mistake, blame.title),

@@ -16,7 +16,7 @@ from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.singular_set import ValueCombination
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
-from qdot.exercises.writing.latex import list_lengths, tex, tex_angle, tex_length, tex_value, write_symbol
+from qdot.exercises.writing.latex import list_lengths, tex, tex_angle, tex_length, tex_result, write_symbol
 from qdot.exercises.writing.translatable_phrases import NUMBER_WORDS
 
 
@@ -318,7 +318,7 @@ class Wording:
         sentences = []
         for classification, values_of_case in values_by_case.items():
             equations = (
-                [f"${tex(q, self.chain)} = {tex_value(value, q)}$" for q, value in values] for values in values_of_case
+                [f"${tex(q, self.chain)} = {tex_result(value, q)}$" for q, value in values] for values in values_of_case
             )
             words, case = conjunction.join(map(self.join, equations)), self.explain_meaning(classification)
             sentences.append(self.messages.gettext("At %(values)s: %(case)s", values=words, case=case))

@@ -274,11 +274,11 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
     """Return a task for each question of a file and each arm to which it applies, and print sample answers.
 
     `identities` are the problems with these arms. Raises QdotError if a question applies to none of the families,
-    unless the file is an assignment's.
+    unless the file is an assignment's and another question does.
     """
     from qdot.exercises.questions.custom.reader import read_question_file
 
-    tasks = []
+    tasks, all_refusals = list[VerificationTask](), list[str]()
     families = list(dict.fromkeys(identity.family for identity in identities))
     file, definitions = read_question_file(path, ALL_QUESTIONS)
     for definition in definitions.values():
@@ -292,16 +292,19 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
             else:
                 for warning in warnings:
                     note(warning)
+        all_refusals += refusals.values()
         if len(refusals) == len(families) and "problem" not in file.content:  # problems are of different families
             raise QdotError(refusals[families[0]])
-        for refusal in refusals.values():
-            note(refusal)
         accepted = [identity for identity in identities if identity.family not in refusals]
         question_identities = [replace(identity, questions=(definition.name,)) for identity in accepted]
         tasks += [VerificationTask(identity, definitions=(definition,)) for identity in question_identities]
         for identity in question_identities[:SAMPLE_COUNT]:
             part = generate_problem(identity, definitions=(definition,)).parts[0]
             print_result(f"{definition.name} for {identity}: {part.answer.as_json() or part.answer.type}")
+    if not tasks:
+        raise QdotError("\n".join(dict.fromkeys(all_refusals)))
+    for refusal in all_refusals:
+        note(refusal)
     return tasks
 
 

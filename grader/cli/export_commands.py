@@ -4,6 +4,7 @@ import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Annotated
 
@@ -39,7 +40,10 @@ def export(
     variants: Annotated[int, typer.Option(min=1, max=10_000, help="Question banks: variants of each problem.")] = 20,
     variation: BankVariationOption = "",
     solutions: Annotated[
-        bool, typer.Option("--solutions", help="Paper, HTML, Canvas, QTI, SCORM: include the worked solutions.")
+        bool,
+        typer.Option(
+            "--solutions", help="Paper, HTML, Canvas, Common Cartridge, QTI, SCORM: include the worked solutions."
+        ),
     ] = False,
     sheet: Annotated[str, name_option(SHEET_HELP, names=SHEET_KINDS, metavar="SHEET")] = SHEET_KINDS[0],
     versions: Annotated[
@@ -78,8 +82,9 @@ def export(
     if variation:
         assignment = assignment.with_variation(variation)
     failed_slots: list[FailedSlot] = []
+    note_once = cache(note)  # several formats have the same notes on the generated problems
     request = ExportRequest(
-        assignment, find_failures, variants, solutions, sheet, versions, page, jobs, report=note,
+        assignment, find_failures, variants, solutions, sheet, versions, page, jobs, report=note_once,
         on_left_out=failed_slots.append, compute_earned_share=compute_earned_share,
         passing_share=None if passing is None else Fraction(passing, 100),
     )  # fmt: skip
@@ -195,17 +200,26 @@ def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) 
 
 def _write_exports(request: ExportRequest, target_folders: Mapping[str, Path]) -> dict[str, str]:
     """Write each export format into its folder; return the formats that can't be written, each with the reason."""
-    failed_formats: dict[str, str] = {}
-    for name, folder in target_folders.items():
-        if reason := EXPORT_FORMATS[name].explain_missing():
-            failed_formats[name] = reason
-            continue
-        replacements = read_replacements(request.assignment.folder)  # the previous format may have added to them
-        request = replace(request, assignment=replace(request.assignment, replacements=replacements))
-        try:
-            print_result(f"{name}: {count_noun(_write_export(request, name, folder), 'file')} in {folder}")
-        except QdotError as error:
-            failed_formats[name] = str(error)
+    reasons = {name: EXPORT_FORMATS[name].explain_missing() for name in target_folders}
+    failed_formats = {name: reason for name, reason in reasons.items() if reason}
+    names = [name for name in target_folders if name not in failed_formats]
+    if not names:
+        return failed_formats
+    step_count = sum(EXPORT_FORMATS[name].count_steps(request) for name in names)
+    results: list[str] = []  # printed after the bar, which would be in the way
+    with show_progress(f"exporting to {', '.join(names)}", step_count) as counter:
+        for name in names:
+            replacements = read_replacements(request.assignment.folder)  # the previous format may have added to them
+            request = replace(
+                request, assignment=replace(request.assignment, replacements=replacements), on_step=counter.step
+            )
+            folder = target_folders[name]
+            try:
+                results.append(f"{name}: {count_noun(_write_export(request, name, folder), 'file')} in {folder}")
+            except QdotError as error:
+                failed_formats[name] = str(error)
+    for result in results:
+        print_result(result)
     return failed_formats
 
 
@@ -224,11 +238,8 @@ def _describe_failures(failed_formats: Mapping[str, str], names: Sequence[str]) 
 
 def _write_export(request: ExportRequest, name: str, folder: Path) -> int:
     """Write the files of one export format into a folder; return their number."""
-    export_format, file_count = EXPORT_FORMATS[name], 0
-    with (
-        show_progress(f"exporting to {name}", export_format.count_steps(request)) as counter,
-        contextlib.closing(export_format.export(replace(request, on_step=counter.step))) as files,
-    ):
+    file_count = 0
+    with contextlib.closing(EXPORT_FORMATS[name].export(request)) as files:
         for file in files:
             write_atomically(folder / file.path, file.content, 0o600 if file.is_private else 0o644)
             file_count += 1

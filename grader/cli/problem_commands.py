@@ -290,6 +290,7 @@ def solve(
         str, name_option(f"Output format: {', '.join(SOLVE_FORMATS)}.", "--format", "-f", names=SOLVE_FORMATS)
     ] = "text",
     tip: Annotated[str, typer.Option(metavar="LINK", help="URDF: the last link, if the robot has several ends.")] = "",
+    base: Annotated[str, typer.Option(metavar="LINK", help="URDF: the link at which the chain begins.")] = "",
     convert: Annotated[
         str,
         name_option(f"Only write the arm as ROBOT.toml, in a convention: {', '.join(CONVENTIONS)}.", names=CONVENTIONS),
@@ -326,7 +327,7 @@ def solve(
     from qdot.exercises.solve.time_limited import write_solution
 
     seconds = parse_seconds(time)
-    parsed_robot = read_robot_file(find_robot_path(robot), tip)
+    parsed_robot = read_robot_file(find_robot_path(robot), tip, base)
     for message in parsed_robot.notes:
         note(message)
     if convert:

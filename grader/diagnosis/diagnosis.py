@@ -8,6 +8,7 @@ named.
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -16,18 +17,22 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import as_matrix
 from qdot.exercises.mistakes.catalogue import (
     CATALOGUE,
+    FORMULA_VARIANTS,
     SIGN_MISTAKES_AT_ONE_PLACE,
     SIGN_MISTAKES_THROUGHOUT,
     PredictedAnswer,
     apply_mistake,
     predict_wrong_answers,
 )
+from qdot.exercises.mistakes.question_formulas import find_formula
+from qdot.exercises.mistakes.term_comparison import TermComparison, compare_terms
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import is_product
+from qdot.exercises.questions.quantities import is_quantity
+from qdot.exercises.questions.results import is_made_of_jacobian, is_product
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.problem_texts import write_answer_code
-from qdot.grader.diagnosis.formula_mistakes import SURPLUS_BY_MISSING, explain_formulas
+from qdot.grader.diagnosis.formula_mistakes import SURPLUS_BY_MISSING, describe_terms, explain_formulas
 from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE, NumericAnswer, is_distinctive, normalize
 from qdot.grader.diagnosis.residuals import explain_missing_links
 from qdot.grader.diagnosis.rounding import explain_rounded_function, explain_rounding
@@ -52,6 +57,14 @@ LOCATION_WORDS = {"joint", "link", "one"}
 """The names of values in a message that show that the mistake was made at one joint or entry.
 
 Other mistakes change everything, and so hardly ever only the sign of a single entry."""
+NEAREST_MISTAKES = {
+    "all-sines-for-cosines", "entry-factor", "entry-sign", "factor-missing", "number-typed", "relative-rates",
+    "term-missing", "term-sign-typed", "term-signs", "trig-throughout", "trig-typed", "trigs-in-terms",
+}  # fmt: skip
+"""The formula mistakes that are likelier than a mistake in the derivation if a question asks for more than a quantity
+of the arm."""
+NEAREST_MISTAKES_IN_QUANTITIES = {"relative-rates"}
+"""The formula mistakes that are likelier even if an instructor's question asks for a quantity of the arm."""
 MAX_SET_LENGTH = 600
 """Maximum length (characters) of a set that is compared with the sets that mistakes give; comparing is slow."""
 
@@ -164,6 +177,33 @@ def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     return any(diagnosis is not None and diagnosis.is_single_mistake for diagnosis in diagnoses)
 
 
+def compare_wrong_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> TermComparison | None:
+    """Return how the terms of an answer in formulas differ from the expected terms; None if other terms differ, too."""
+    wrong_answer = evaluate_answer(problem, part, parsed_answer, seed)
+    is_comparable = wrong_answer is not None and part.answer.is_symbolic and not part.answer.is_direction
+    return _compare_terms(wrong_answer) if wrong_answer is not None and is_comparable else None
+
+
+def _compare_terms(answer: WrongAnswer) -> TermComparison | None:
+    """Return the comparison with the form of the correct answer whose terms differ least; None if there is none."""
+    if answer.rows is None or not answer.has_expected_shape or answer.numeric.is_direction:
+        return None
+    wrong_indices = np.flatnonzero(~answer.numeric.match_entries(answer.correct_values)).tolist()
+    entries, shape = [entry for row in answer.rows for entry in row], answer.correct_values.shape[:2]
+    if any(entry.kind == "blank" for entry in entries):
+        return None
+    comparisons = [
+        compare_terms(entries, [entry for row in form for entry in row], wrong_indices, answer.values)
+        for form in _list_reference_forms(answer)
+        if _find_shape(form) == shape
+    ]
+    return min(
+        filter(None, comparisons),
+        key=lambda comparison: (comparison.has_wrong_number, comparison.has_exchanged_trigs),
+        default=None,
+    )
+
+
 # --- the mistake behind an answer ---
 
 
@@ -185,28 +225,73 @@ def _explain_values(answer: WrongAnswer, earlier_mistakes: Sequence[EarlierMista
     entry has a single mistake.
     """
     numeric = answer.numeric
-    if numeric.is_direction and _arm_can_move(answer.correct_values, numeric.values):
+    asks_for_lost_direction = numeric.is_direction and is_made_of_jacobian(answer.part)
+    if asks_for_lost_direction and _arm_can_move(answer.correct_values, numeric.values):
         return Diagnosis(("direction-that-moves",), CATALOGUE["direction-that-moves"].format_message({}))
     if division := _explain_missing_division(answer):
         return division
     fitting_predictions = []
     has_opposite_sign = not numeric.is_direction and numeric.equals(-answer.correct_values)
+    formula, is_number = find_formula(answer.part), answer.part.type == "number"
+    asks_own_formula = formula is not None and (is_number or not is_quantity(formula))
     for prediction in predict_wrong_answers(answer.correct_stages, answer.part, numeric.is_precise):
         if _has_values(prediction, numeric):
-            if cause := _find_cause(prediction, earlier_mistakes):
+            if not has_opposite_sign and (cause := _find_cause(prediction, earlier_mistakes)):
                 return _name_inherited(prediction, cause)
             if has_opposite_sign and prediction.mistake.name in SIGN_MISTAKES_AT_ONE_PLACE:
+                continue
+            if has_opposite_sign and asks_own_formula and prediction.mistake.name != "sign":
                 continue
             fitting_predictions.append(prediction)
             if not earlier_mistakes and prediction.frequency >= 1:
                 break
+    if not has_opposite_sign and (nearest_mistake := _find_nearest_mistake(answer, fitting_predictions)):
+        return nearest_mistake
     if fitting_predictions:
         return _name_likeliest(answer, fitting_predictions)
     if not answer.has_expected_shape or numeric.is_direction:
         return None
     return (
-        explain_missing_links(answer) or _explain_formulas(answer) or _explain_formulas(answer, allows_any_number=True)
+        explain_missing_links(answer)
+        or _explain_formulas(answer)
+        or _explain_formulas(answer, allows_any_number=True)
+        or _explain_terms(answer)
     )
+
+
+def _find_nearest_mistake(answer: WrongAnswer, predictions: Sequence[PredictedAnswer]) -> Diagnosis | None:
+    """Return the mistake in the formulas of an answer to an instructor's question that is nearer than a derivation's.
+
+    Most such questions ask for more than a quantity of the arm: a sign or a number of the calculation is likelier than
+    a mistake in the arm's derivation that happens to give the same answer. Mistakes in the question's formula, such as
+    another component, are nearer still.
+    """
+    formula = find_formula(answer.part)
+    if formula is None or not predictions or answer.part.type == "number":
+        return None
+    nearest_mistakes = NEAREST_MISTAKES_IN_QUANTITIES if is_quantity(formula) else NEAREST_MISTAKES
+    if any(prediction.mistake.name in FORMULA_VARIANTS for prediction in predictions):
+        return None
+    searches = (_explain_formulas, partial(_explain_formulas, allows_any_number=True), _explain_terms)
+    for diagnosis in (search(answer) for search in searches):
+        if diagnosis is not None and diagnosis.is_single_mistake and nearest_mistakes.issuperset(diagnosis.mistakes):
+            return diagnosis
+    return None
+
+
+def _explain_terms(answer: WrongAnswer) -> Diagnosis | None:
+    """Return the diagnosis of signs, sines for cosines or a number that are wrong in some terms, or None.
+
+    Signs and sines together are named only in an instructor's formula, because a mistake in the derivation of an arm's
+    quantity is likelier.
+    """
+    comparison = _compare_terms(answer)
+    if comparison is None:
+        return None
+    has_two_mistakes = comparison.has_exchanged_trigs and comparison.has_wrong_signs
+    if has_two_mistakes and find_formula(answer.part) is None:
+        return None
+    return describe_terms(comparison, answer.correct_values.shape)
 
 
 def _explain_missing_division(answer: WrongAnswer) -> Diagnosis | None:

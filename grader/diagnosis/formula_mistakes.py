@@ -16,11 +16,12 @@ import numpy as np
 from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.algebra import expand_terms
 from qdot.exercises.formula.program import evaluate_variants
-from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, format_tree
+from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, format_tree, iterate_nodes
 from qdot.exercises.mistakes import formula_edits
 from qdot.exercises.mistakes.base import join_words
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import SymbolValues
+from qdot.exercises.mistakes.term_comparison import TermComparison
 from qdot.grader.diagnosis.numbers import NumericAnswer, is_distinctive
 from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
@@ -64,6 +65,8 @@ def explain_formulas(answer: WrongAnswer, reference: Rows, allows_any_number: bo
     wrong_entries = [(int(i), int(j)) for i, j in np.argwhere(is_wrong)]
     if not wrong_entries:
         return None
+    if number_for_symbol := _find_number_for_symbol(answer, reference):
+        return number_for_symbol
     is_single_entry = len(wrong_entries) == 1 and is_wrong.size > 1  # one of several entries
     if not is_single_entry:
         diagnosis = (
@@ -74,6 +77,30 @@ def explain_formulas(answer: WrongAnswer, reference: Rows, allows_any_number: bo
         if diagnosis is not None or len(wrong_entries) > MAX_ENTRIES:
             return diagnosis
     return _find_mistakes_in_entries(answer, reference, wrong_entries, allows_any_number)
+
+
+def describe_terms(comparison: TermComparison, shape: tuple[int, ...]) -> Diagnosis | None:
+    """Return the diagnosis of the terms in which an answer differs from the reference; None if words can't name them.
+
+    `shape` is that of the answer.
+    """
+    columns = shape[1] if len(shape) > 1 else 1
+    entries = list(dict.fromkeys(divmod(index, columns) for index, _ in comparison.differences))
+    terms = comparison.terms
+    if comparison.has_wrong_number:
+        names = sorted(set.intersection(*(find_names(term.node) for term in terms)))
+        return _make_diagnosis("number-typed", entries, shape, f" (with {join_words(names)})") if names else None
+    is_single = len(terms) == 1
+    mistakes = ["trig-typed" if is_single else "trigs-in-terms"] if comparison.has_exchanged_trigs else []
+    if comparison.has_wrong_signs:
+        is_single_sign = sum(term.has_wrong_sign for term in terms) == 1
+        mistakes.append("term-sign-typed" if is_single_sign else "term-signs")
+    diagnoses = [_make_diagnosis(name, entries, shape) for name in mistakes]
+    feedback = " ".join(diagnosis.feedback for diagnosis in diagnoses)
+    if len(diagnoses) > 1:
+        feedback = feedback.replace(" The rest is right.", "")
+    signature = tuple(name for diagnosis in diagnoses for name in diagnosis.signature)
+    return Diagnosis(tuple(mistakes), feedback, signature=signature)
 
 
 MAX_NAMED_ENTRIES = 3
@@ -144,6 +171,27 @@ def _find_mistake_everywhere(answer: WrongAnswer, rows: Rows) -> Diagnosis | Non
         predicted_values = _evaluate(entries, answer.values).reshape(answer.correct_values.shape)
         if answer.numeric.equals(predicted_values) and is_distinctive(predicted_values):
             return Diagnosis((name,), CATALOGUE[name].format_message({"Where": "In your answer,"}))
+    return None
+
+
+def _find_number_for_symbol(answer: WrongAnswer, reference: Rows) -> Diagnosis | None:
+    """Return the diagnosis that an answer is right but for a number in the place of a symbol such as g, or None.
+
+    A number in the place of a length may be a length of another student's arm.
+    """
+    typed_entries = [entry for row in answer.rows or [] for entry in row]
+    entries = [entry for row in reference for entry in row]
+    missing_names = set().union(*map(find_names, entries)) - set().union(*map(find_names, typed_entries))
+    numbers = {node for entry in typed_entries for node in iterate_nodes(entry) if node.kind in ("number", "decimal")}
+    if sum(map(count_nodes, entries)) * len(missing_names) * len(numbers) > MAX_EVALUATED_NODES:
+        return None
+    symbols = [name for name in sorted(missing_names) if not formula_edits.is_length(name)]
+    for name, number in product(symbols, sorted(numbers, key=format_tree)):
+        symbol = Node("name", value=name)
+        new_entries = [formula_edits.replace_nodes(entry, {symbol: number}.get) for entry in entries]
+        values = _evaluate(new_entries, answer.values).reshape(answer.correct_values.shape)
+        if answer.numeric.equals(values) and is_distinctive(values):
+            return Diagnosis(("number-for-symbol",), CATALOGUE["number-for-symbol"].format_message({"symbol": name}))
     return None
 
 

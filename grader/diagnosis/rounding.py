@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from qdot.exercises.formula.trees import Node, count_decimal_digits
+from qdot.exercises.problem.problem import Part
 from qdot.grader.diagnosis.numbers import NumericAnswer, Tolerances
 from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
@@ -22,7 +23,7 @@ FUNCTION_ADVICE = (
     "Your function is correct except for rounding. Do not round its constants or the values that it returns."
 )
 MIN_DIGITS = 2
-"""Minimum number of digits that identify a number. At least one of several numbers needs this many digits."""
+"""Minimum number of digits that identify a number. A number with only one digit may be right by chance."""
 
 
 def explain_rounding(wrong_answer: WrongAnswer, entries: Sequence[Node]) -> Diagnosis | None:
@@ -40,8 +41,7 @@ def explain_rounding(wrong_answer: WrongAnswer, entries: Sequence[Node]) -> Diag
         is_correct = replace(wrong_answer, numeric=tolerant_answer).is_correct
         return Diagnosis((), EXACT_VALUES_ADVICE) if entries and not part.answer.is_numeric and is_correct else None
     if part.answer.is_numeric:
-        advice = f"Your answer is correct except for rounding. Give each number {part.precision}."
-        return Diagnosis((), advice) if _is_correct_to_few_digits(answer, correct_values) else None
+        return _explain_few_digits(part, answer, correct_values)
     if not has_decimals:  # such as 866025/1000000
         return Diagnosis((), EXACT_VALUES_ADVICE) if entries and wrong_answer.is_correct else None
     difference, largest_value = np.abs(answer.values - correct_values), np.abs(correct_values).max(axis=(0, 1))
@@ -63,22 +63,34 @@ def explain_rounded_function(wrong_answer: WrongAnswer) -> Diagnosis | None:
     return Diagnosis((), FUNCTION_ADVICE) if is_near.all() else None
 
 
-def _is_correct_to_few_digits(answer: NumericAnswer, correct_values: np.ndarray) -> bool:
-    """Return whether all numbers are correct to one or two digits, and at least one of them to two."""
+def _explain_few_digits(part: Part, answer: NumericAnswer, correct_values: np.ndarray) -> Diagnosis | None:
+    """Return the diagnosis that all numbers are correct to fewer digits than required, or None.
+
+    If none of them has two digits, it only says that the answer has too few digits, because one digit may be right by
+    chance.
+    """
     values, expected = answer.values.real, correct_values.real
-    matches_two_digits = _matches_to_digits(MIN_DIGITS, values, expected) | answer.match_entries(correct_values)
-    return bool((matches_two_digits | _matches_to_digits(1, values, expected)).all() and matches_two_digits.any())
+    largest_value = float(np.abs(expected).max())
+    required_digits = part.count_digits(largest_value) if largest_value else MIN_DIGITS
+    has_enough_digits = answer.match_entries(correct_values)
+    for digits in range(MIN_DIGITS, required_digits):
+        has_enough_digits = has_enough_digits | _matches_to_digits(digits, values, expected)
+    has_one_digit = _matches_to_digits(1, values, expected)
+    if not (has_enough_digits | has_one_digit).all():
+        return None
+    beginning = "is correct except for rounding" if has_enough_digits.any() else "has too few digits"
+    return Diagnosis((), f"Your answer {beginning}. Give each number {part.precision}.")
 
 
 def _matches_to_digits(digits: int, values: np.ndarray, correct_values: np.ndarray) -> np.ndarray:
     """Return for each number whether it is the correct number rounded to `digits` digits, (rows, columns).
 
-    A number that is truncated to two digits instead of rounded is accepted, too.
+    A number that is truncated to several digits instead of rounded is accepted, too.
     """
     with np.errstate(all="ignore"):
         step = 10.0 ** (np.floor(np.log10(np.abs(correct_values))) + 1 - digits)
         rounded_values = [np.round(correct_values / step)]
-        if digits == MIN_DIGITS:
+        if digits >= MIN_DIGITS:
             rounded_values.append(np.trunc(correct_values / step))
         errors = [np.abs(values - rounded_value * step) for rounded_value in rounded_values]
         matches = [(error <= 1e-9 * np.abs(correct_values)).all(axis=-1) for error in errors]

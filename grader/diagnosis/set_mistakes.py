@@ -67,7 +67,7 @@ class SetFingerprint:
 
 def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
     """Return the diagnosis of a wrong set: the mistake that gives it, or otherwise its wrong pieces."""
-    if parsed_answer.tree is None:
+    if parsed_answer.tree is None or parsed_answer.refusal is not None:  # the reason for the refusal says enough
         return None
     joints = [q.name for q in problem.chain.q]
     try:
@@ -257,7 +257,10 @@ class _SetExplanation:
             if is_found or len(contained_pieces) == len(condition):
                 continue
             other_pieces = list(chain.from_iterable(self.conditions[:k] + self.conditions[k + 1 :]))
-            correct_pieces = [piece for piece in self.claimed_pieces if piece not in self.wrong_pieces]
+            size = min(map(len, condition))  # a piece with more conditions is no root of the condition
+            correct_pieces = [
+                piece for piece in self.claimed_pieces if piece not in self.wrong_pieces and len(piece) <= size
+            ]
             found_pieces = contained_pieces or [
                 piece for piece in correct_pieces if self._compare([piece], other_pieces).is_sound == (False,)
             ]

@@ -2,8 +2,8 @@
 
 Otter works in the folder of the submission, from which Python could import the student's files. So the plugin first
 removes all files submitted with the notebook, marks the notebook from another folder, and then removes everything that
-reveals answers. Instead of the notebook, Otter runs one cell with the marks, and its tests look the marks up. At the
-end, the plugin sets the partial points. This module needs otter-grader, and no other module imports it.
+reveals answers. Instead of the notebook, Otter runs an empty one, so every test fails. Then the plugin gives each test
+the points and the feedback of its part. This module needs otter-grader, and no other module imports it.
 """
 
 import contextlib
@@ -15,12 +15,12 @@ from typing import Any
 from unittest import mock
 
 from nbformat import NotebookNode
-from nbformat.v4 import new_code_cell, new_notebook
+from nbformat.v4 import new_notebook
 from otter.plugins import AbstractOtterPlugin
 
 from qdot.exercises.exports.nbgrader import make_grade_id
 from qdot.exercises.exports.otter import ASSIGNMENT_FOLDER
-from qdot.grader.integrations.otter_marks import grade_for_otter, list_marks, write_marks_code
+from qdot.grader.integrations.otter_marks import grade_for_otter, list_marks
 
 OTTER_TESTS_FOLDER = "tests"
 """The folder of tests that Otter puts next to the notebook; it replaces any submitted folder of that name."""
@@ -46,19 +46,22 @@ class Marks(AbstractOtterPlugin):
             shutil.rmtree(assignment, ignore_errors=True)
 
     def before_execution(self, submission: NotebookNode | str) -> NotebookNode:
-        """Return the notebook that Otter runs instead of the student's: one cell with the marks."""
+        """Return the notebook that Otter runs instead of the student's: an empty one."""
         metadata = dict(submission.metadata) if isinstance(submission, NotebookNode) else {}
         kernel_metadata = {name: metadata[name] for name in ("kernelspec", "language_info") if name in metadata}
-        cell = new_code_cell(write_marks_code(list_marks(self.results)), id="marks")
-        return new_notebook(metadata=kernel_metadata, cells=[cell])
+        return new_notebook(metadata=kernel_metadata)
 
     def after_grading(self, results: Any) -> None:
-        """Set each part's points minus the late penalty, and show the notes on the whole submission."""
+        """Give each test its part's feedback, and its points minus the late penalty; show the submission's notes."""
         marks = list_marks(self.results)
         earned = sum(mark.points for mark in marks.values())
         ratio = self.results.score / earned if earned else 1
         for part, mark in marks.items():
-            results.update_score(make_grade_id(part), mark.points * ratio)
+            test_file = results.get_result(make_grade_id(part))
+            for case_result in test_file.test_case_results:
+                case_result.passed = mark.is_full
+                case_result.message = case_result.test_case.success_message = mark.feedback
+            test_file.update_score(mark.points * ratio)
         if self.results.output:
             results.set_output(self.results.output)
 

@@ -127,6 +127,8 @@ def _make_refused_answer(
 
 def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> ParsedAnswer:
     """Return the parsed form of a single formula, which may be named by a single label. The text 0,5 means a half."""
+    if (value_text := _remove_capital_name(text, domain)) != text:
+        return replace(read_formula(value_text, domain, labels), text=text)
     parsed = _parse(text, domain)
     if parsed.tree is None:
         return parsed
@@ -200,10 +202,14 @@ def _read_entries(
         rows = as_matrix(_remove_labels(tree, labels, (0, 0) if are_numbers else shape))
         if tree.kind == "eq":
             refuse_nonscalars(tree)
-        rows = _require_shape(rows, shape, text)
-        if are_numbers and (symbols := _find_symbols(rows)):
+        symbols = _find_symbols(rows)
+        if are_numbers and symbols:
             example = "0.5" if shape == (1, 1) else _make_example(shape, "0.5")
             raise _Refusal(f"{describe_symbols_in_numbers(symbols)}; write only numbers, such as {example}")
+        is_single_formula = shape != (1, 1) == (len(rows), len(rows[0]))
+        if is_single_formula and not are_numbers and (unknown_names := symbols - set(domain.roles)):
+            raise _Refusal(f"{name_unknown_symbols(unknown_names)}; write out every entry, like {_make_example(shape)}")
+        rows = _require_shape(rows, shape, text)
         _require_scalars(rows)
     except (_Refusal, ParseError) as error:
         return _make_refused_answer(error, text, "numbers" if are_numbers else "a matrix", tree, rows)
@@ -527,6 +533,13 @@ def _find_value(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
         if is_student_name or is_label or (value.kind == "list" and _is_symbol_or_function(name)):
             return value
     return tree
+
+
+def _remove_capital_name(text: str, domain: Domain) -> str:
+    """Return the text after the name in "M = m*a1", which is parsed as the mass m if the problem has one."""
+    match = re.fullmatch(r"\s*([A-Z]\w*)\s*:?=([^=]+)", text, re.DOTALL)
+    has_other_meaning = match is not None and match[1] not in domain.roles and match[1].lower() in domain.roles
+    return match[2] if match is not None and has_other_meaning else text
 
 
 def _find_wrong_component(tree: Node, labels: Sequence[str]) -> str:

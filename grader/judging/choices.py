@@ -15,8 +15,10 @@ from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE
 from qdot.grader.judging.answer_parser import BLANK_JUDGEMENT, ParsedAnswer, refuse
 from qdot.grader.judging.verdict import Judgement, correct_judgement, partial_judgement, wrong_judgement
 
-BLANK_TEXTS = ("", "blank", "ellipsis", "none")
-"""Texts that mean no answer."""
+BLANK_TEXTS = ("", "blank", "ellipsis")
+"""Texts that mean no answer, in lower case."""
+UNSET_VALUE = "None"
+"""The text of a variable that was never set."""
 
 
 # --- parsing ---
@@ -26,6 +28,16 @@ MAX_LENGTH = 1000
 """Maximum number of characters of an answer that are searched for an option."""
 MIN_PARTIAL_LENGTH = 4
 """Minimum number of characters of an option's text by which the option is recognised."""
+
+
+def is_blank_text(text: str) -> bool:
+    """Return whether a text has no content, as if its variable was never set; "none" is an answer.
+
+    >>> is_blank_text("None"), is_blank_text("( blank )"), is_blank_text("none")
+    (True, True, False)
+    """
+    words = text.strip("\"'()[]{}. \t\r\n")
+    return words == UNSET_VALUE or words.casefold() in BLANK_TEXTS or not _strip_label(text)
 
 
 def read_choice(text: str, options: Sequence[str]) -> ParsedAnswer:
@@ -57,7 +69,7 @@ def _make_parsed_answer(text: str, option_indices: Sequence[int] | None, complai
 
     The text is refused if it is blank, or if `option_indices` is None; the reason is the text and the `complaint`.
     """
-    if _strip_label(text) in BLANK_TEXTS:
+    if is_blank_text(text):
         return ParsedAnswer(text, BLANK_JUDGEMENT)
     if option_indices is None:
         return refuse(text, f"{text[:40]!r} {complaint}")

@@ -8,7 +8,7 @@ from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.units import write_power_of_metres
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.judging import answer_parser
-from qdot.grader.judging.choices import BLANK_TEXTS, read_choice, read_matching, read_selection
+from qdot.grader.judging.choices import is_blank_text, read_choice, read_matching, read_selection
 from qdot.grader.judging.functions import find_constant_value, is_function_table, read_table
 
 
@@ -120,6 +120,5 @@ class _AnswerReader(reference_answers.AnswerVisitor[answer_parser.ParsedAnswer])
 
     def visit_text(self, answer: reference_answers.Words) -> answer_parser.ParsedAnswer:
         """Accept any text that is not blank."""
-        return answer_parser.ParsedAnswer(
-            self.text, answer_parser.BLANK_JUDGEMENT if self.text.strip().strip("\"'").strip() in BLANK_TEXTS else None
-        )
+        is_blank = is_blank_text(self.text)
+        return answer_parser.ParsedAnswer(self.text, answer_parser.BLANK_JUDGEMENT if is_blank else None)

@@ -5,7 +5,7 @@ configurations at which answers are compared. A certificate records how a compar
 the answer is wrong.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
 
@@ -166,13 +166,14 @@ def describe_unknown_symbols(parsed: ParsedAnswer, domain: Domain) -> str:
         return ""
     if unknown <= set(VOCABULARY["units"]):
         return f"leave out the unit {min(unknown)}: lengths are in metres, angles in radians"
-    return f"{name_unknown_symbols(unknown)}; its symbols are {', '.join(sorted(domain.roles))}"
+    listed_names = ", ".join(sorted(domain.roles.keys() - domain.unlisted_names))
+    return f"{name_unknown_symbols(unknown)}; its symbols are {listed_names}"
 
 
 def judge_numbers(
-    parsed: ParsedAnswer, reference: Sequence[float], units: Sequence[str], tolerance: float, floor: float
+    parsed: ParsedAnswer, reference: Sequence[float], units: Sequence[str], tolerance: float, floors: Sequence[float]
 ) -> Judgement:
-    """Judge numbers. Each number is correct within a relative tolerance, or within the absolute error `floor`.
+    """Judge numbers. Each number is correct within a relative tolerance, or within an absolute error, its floor.
 
     The share is computed as for a vector: numbers that are zero earn nothing.
     """
@@ -180,16 +181,22 @@ def judge_numbers(
     entries = [ZERO if blank else entry for blank, entry in zip(is_blank, parsed.entries, strict=True)]
     values = _evaluate_numbers(entries)
     with np.errstate(all="ignore"):
-        is_close = np.isfinite(values) & (np.abs(values - expected) <= np.maximum(tolerance * np.abs(expected), floor))
+        is_close = np.isfinite(values) & (np.abs(values - expected) <= np.maximum(tolerance * np.abs(expected), floors))
     is_correct = [bool(flag) for flag in is_close & ~np.array(is_blank)]
     if all(is_correct):
-        max_error = f"{100 * tolerance:g} %" if tolerance else f"{floor:g} {units[0]}".strip()
+        max_error = (
+            f"{100 * tolerance:g} %"
+            if tolerance
+            else ", ".join(
+                dict.fromkeys(f"{floor:g} {unit}".strip() for floor, unit in zip(floors, units, strict=True))
+            )
+        )
         judgement = correct_judgement(Certificate("numeric", 1, 0.0), f"right to {max_error}")
     else:
         wrong_index = is_correct.index(False)
-        is_zero = [abs(value) <= floor for value in reference]
+        is_zero = [abs(value) <= floor for value, floor in zip(reference, floors, strict=True)]
         answer_value = "blank" if is_blank[wrong_index] else to_json_number(complex(values[wrong_index]))
-        digits = max(SHOWN_DIGITS, Rounding(tolerance, floor).count_digits(reference[wrong_index]))
+        digits = max(SHOWN_DIGITS, Rounding(tolerance, floors[wrong_index]).count_digits(reference[wrong_index]))
         example = EntryDifference(wrong_index, {}, answer_value, float(f"{reference[wrong_index]:.{digits}g}"))
         count_words = _describe_correct_count(is_correct, is_blank, is_zero, "numbers")
         subject = "your number" if len(reference) == 1 else f"number {wrong_index + 1}"
@@ -377,8 +384,12 @@ def _judge_set(
     # A piece that is not sound may also cover part of the reference; only sound pieces count for the share.
     pieces_and_soundness = list(zip(claimed_pieces, tolerant_comparison.is_sound, strict=True))
     sound_pieces = [piece for piece, is_sound in pieces_and_soundness if is_sound]
-    is_covered = compare_sets(sound_pieces, reference_pieces, tolerant_space, seed).is_covered
-    match_counts = _count_covered_pieces(is_covered, conditions)
+    is_covered: Sequence[bool | None] = tolerant_comparison.is_covered
+    if len(sound_pieces) < len(claimed_pieces):
+        is_covered = _find_covered_pieces(sound_pieces, reference_pieces, tolerant_space, seed, is_covered)
+    match_counts = _count_covered_pieces(
+        is_covered, conditions, lambda piece: _is_found_in_part(piece, sound_pieces, tolerant_space, seed)
+    )
     true_joints = {_find_restricted_joints(piece, space) for piece in sound_pieces}
     false_pieces = [piece for piece, is_sound in pieces_and_soundness if is_sound is False]
     false_joints = [_find_restricted_joints(piece, space) for piece in false_pieces]
@@ -398,6 +409,19 @@ def _judge_set(
     return partial_judgement(float(share), reason, _make_set_certificate(comparison))
 
 
+def _find_covered_pieces(
+    sound_pieces: Sequence[Piece], reference_pieces: Sequence[Piece], space: ConfigurationSpace, seed: str,
+    is_covered: Sequence[bool | None],
+) -> Sequence[bool | None]:  # fmt: skip
+    """Return whether the sound pieces cover each piece of the reference; None for an empty piece.
+
+    `is_covered` is the same for all of the student's pieces.
+    """
+    if sound_pieces:
+        return compare_sets(sound_pieces, reference_pieces, space, seed).is_covered
+    return [None if is_piece_covered is None else False for is_piece_covered in is_covered]
+
+
 _EXACT_VALUE_HINT = "the exact value, such as pi/3 or acos(1/3)"
 
 
@@ -407,17 +431,35 @@ def _find_restricted_joints(piece: Piece, space: ConfigurationSpace) -> frozense
 
 
 def _count_covered_pieces(
-    is_covered: Sequence[bool | None], conditions: Sequence[Sequence[Piece]]
+    is_covered: Sequence[bool | None], conditions: Sequence[Sequence[Piece]], is_found_in_part: Callable[[Piece], bool]
 ) -> list[tuple[int, int]]:
     """Return for each condition the number of its pieces that are covered, and the number of its nonempty pieces.
 
     `is_covered` is whether each piece of all conditions is covered; None for an empty piece. Empty conditions are
-    omitted.
+    omitted. If a condition has a single piece that was found in part, it counts as one of two pieces.
     """
     remaining_flags = iter(is_covered)
-    groups = [list(islice(remaining_flags, len(condition))) for condition in conditions]
-    counts = [(group.count(True), len(group) - group.count(None)) for group in groups]
+    groups = [(list(islice(remaining_flags, len(condition))), condition) for condition in conditions]
+    counts = [
+        (1, 2)
+        if group == [False] and is_found_in_part(condition[0])
+        else (group.count(True), len(group) - group.count(None))
+        for group, condition in groups
+    ]
     return [(covered_count, total) for covered_count, total in counts if total]
+
+
+def _is_found_in_part(piece: Piece, sound_pieces: Sequence[Piece], space: ConfigurationSpace, seed: str) -> bool:
+    """Return whether a claimed piece is one of the branches of a piece, as theta2 = atan(a1/a2) of a1 = a2*tan(theta2).
+
+    A branch gives values of joints, and has no more conditions than the piece.
+    """
+    branches = (
+        branch
+        for branch in sound_pieces
+        if len(branch) <= len(piece) and all(atom.joint is not None for atom in branch)
+    )
+    return any(compare_sets([branch], [piece], space, seed).is_sound == (True,) for branch in branches)
 
 
 def _describe_matches(match_counts: Sequence[tuple[int, int]], false_count: int) -> str:

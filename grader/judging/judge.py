@@ -42,7 +42,7 @@ def judge_parsed(problem: Problem, part: Part, parsed: ParsedAnswer, seed: str) 
         return parsed.refusal
     if parsed.table is not None:
         return judge_function(part, parsed.table, [q.name for q in problem.chain.q], problem.domain.roles)
-    return _AnswerJudge(problem, part, parsed, problem.domain, seed).visit(part.answer)
+    return _AnswerJudge(problem, part, parsed, problem.select_domain(part), seed).visit(part.answer)
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class _AnswerJudge(reference_answers.AnswerVisitor[Judgement]):
     def visit_number(self, answer: reference_answers.Number) -> Judgement:
         """Compare numbers within their tolerances."""
         expected = [float(value) for value in answer.reference]
-        return judge_numbers(self.parsed, expected, answer.units, *answer.find_tolerance_and_floor(self.part.rounding))
+        return judge_numbers(self.parsed, expected, answer.units, *answer.find_tolerance_and_floors(self.part.rounding))
 
     def visit_singular(self, answer: reference_answers.ConditionSet) -> Judgement:
         """Compare sets of configurations."""

@@ -339,9 +339,9 @@ class _Context:
             tolerance = part.answer_as(Direction).find_tolerance(part.rounding)
             return judge_direction(answer, entries, self.domain, self.seed, tolerance)
         number = part.answer_as(Number)
-        tolerance, _ = number.find_tolerance_and_floor(part.rounding)
-        floor = 0.001 * largest_value
-        return judge_numbers(answer, values.tolist(), number.units, tolerance or number.tolerance, floor)
+        tolerance, _ = number.find_tolerance_and_floors(part.rounding)
+        floors = len(values) * [0.001 * largest_value]
+        return judge_numbers(answer, values.tolist(), number.units, tolerance or number.tolerance, floors)
 
 
 def _substitute(stages: StageResults, rows_by_part: Mapping[str, np.ndarray]) -> StageResults:

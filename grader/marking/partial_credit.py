@@ -36,12 +36,14 @@ from qdot.exercises.problem.credit import (
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import find_determinant_in_denominator, is_product
 from qdot.exercises.reference_answers import Number
-from qdot.grader.diagnosis.diagnosis import is_one_mistake
+from qdot.grader.diagnosis.diagnosis import compare_wrong_terms, is_one_mistake
 from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE
 from qdot.grader.judging.answer_parser import FunctionValues, ParsedAnswer
 from qdot.grader.judging.verdict import Judgement, Outcome
 from qdot.grader.marking.follow_through import IsCopied, never_copied
 
+SHARE_WITH_WRONG_SIGNS = compute_share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False)
+"""The share of an answer in which only signs are wrong."""
 SAMPLE_COUNT = 6
 """Number of random configurations at which answers are evaluated."""
 MAX_FACTORS = 6
@@ -110,6 +112,8 @@ def give_partial_credit(answer: AnswerInContext, judgement: Judgement, is_copied
         judgement, share = _credit_entries(answer, judgement, share)
     if part.answer.is_symbolic:
         credit = _credit_except_factor(answer, judgement) or _credit_factors(answer)
+        if max(share, credit.share if credit else 0) < SHARE_WITH_WRONG_SIGNS:
+            credit = max(filter(None, [credit, _credit_terms(answer, is_copied)]), default=None)
     elif part.answer.expected_units:
         credit = _credit_except_signs(answer)
     if rules.covers_known_mistakes and max(share, credit.share if credit else 0) < MISTAKE_FACTOR:
@@ -251,6 +255,30 @@ def _are_equal(values: np.ndarray, other_values: np.ndarray) -> bool:
     return np.allclose(values, other_values, rtol=RELATIVE_TOLERANCE, atol=0)
 
 
+# --- terms of sums ---
+
+
+def _credit_terms(answer: AnswerInContext, is_copied: IsCopied) -> EarnedShare | None:
+    """Return the credit for an answer whose terms are all right except for signs, sines for cosines, or one number.
+
+    Products are marked by their factors instead.
+    """
+    part, parsed = answer.part, answer.parsed
+    if is_product(part) or any(parsed.is_blank) or not _varies_as_expected(answer):
+        return None
+    comparison = compare_wrong_terms(answer.problem, part, parsed, answer.seed)
+    if comparison is None or (parsed.rows is not None and is_copied(part, parsed.rows)):
+        return None
+    if not (comparison.has_exchanged_trigs or comparison.has_wrong_number):
+        is_single_sign = len(comparison.differences) == 1
+        return EarnedShare(SHARE_WITH_WRONG_SIGNS, f"only {'one sign is' if is_single_sign else 'signs are'} wrong")
+    if not part.credit.covers_known_mistakes:
+        return None
+    words = "only sines and cosines are exchanged" if comparison.has_exchanged_trigs else "only one number is wrong"
+    signs = " and signs are wrong" if comparison.has_exchanged_trigs else " besides signs"
+    return EarnedShare(MISTAKE_FACTOR, f"{words}{signs if comparison.has_wrong_signs else ''}")
+
+
 # --- factors of a product ---
 
 
@@ -328,9 +356,9 @@ def _have_equal_products(
 
 
 def _credit_except_signs(answer: AnswerInContext) -> EarnedShare | None:
-    """Return the credit for two or more numbers with units that are correct except for signs."""
+    """Return the credit for two or more numbers that are correct except for signs."""
     part, parsed = answer.part, answer.parsed
-    if len(parsed.entries) < 2 or not all(part.answer.expected_units) or any(parsed.is_blank):
+    if len(parsed.entries) < 2 or any(parsed.is_blank):
         return None
     expected_numbers = np.array([float(value) for value in part.answer.as_matrix()])
     numbers = evaluate(compile_program(list(parsed.entries)), {}, 1).values[:, 0]

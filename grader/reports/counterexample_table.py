@@ -146,15 +146,20 @@ def _format_value(value: float | str, digits: int, unit: str) -> str:
 
     >>> _format_value(2.0, 4, "rad/s"), _format_value("blank", 4, ""), _format_value("0.3 + -0.2i", 4, "")
     ('2 rad/s', 'left blank', '0.3 − 0.2 i')
+    >>> _format_value("-0.989949i", 4, "")
+    '−0.9899 i'
     """
     if value == "blank":
         return "left blank"
     if isinstance(value, str):
-        # 1 + -2i is our own form, (1 - 2j) is Python's or mpmath's
-        complex_number = re.fullmatch(r"\(?([-\d.e]+) ([+-]) (-?)([\d.e-]+)[ij]\)?", value)
+        # 1 - 2i and 2i are our own forms, (1 - 2j) is Python's or mpmath's; older versions wrote 1 + -2i
+        complex_number = re.fullmatch(r"\(?(?:([-\d.e]+) ([+-]) )?(-?)([\d.e-]+)[ij]\)?", value)
         if complex_number is None:
             return make_visible(value).replace("-", "−")
         real_part, sign, inner_minus, imaginary_part = complex_number.groups()
+        imaginary_text = f"{format_decimal(float(imaginary_part), digits)} i"
+        if real_part is None:
+            return f"{inner_minus}{imaginary_text}".replace("-", "−")
         sign = "−" if (sign == "-") != bool(inner_minus) else "+"
-        return f"{format_decimal(float(real_part), digits)} {sign} {format_decimal(float(imaginary_part), digits)} i"
+        return f"{format_decimal(float(real_part), digits)} {sign} {imaginary_text}"
     return f"{format_decimal(float(value), digits)} {format_unit(unit)}".rstrip()

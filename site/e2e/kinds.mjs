@@ -6,6 +6,7 @@ export const KINDS = [
   "practice.html?arm=planar-2r&question=jacobian",
   "practice.html?arm=planar-2r&set=a&sheet=2&key=1",
   "own.html",
+  "check.html",
   "accessibility.html",
   "examples/index.html",
   "examples/6-2.html",

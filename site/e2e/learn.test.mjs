@@ -24,6 +24,42 @@ test("the first path reaches no goal; a changed one does", async () => {
   await page.locator(".goals li.reached").first().waitFor();
 });
 
+test("a prediction comes back once its goal is reached, then the explanation opens, and guided steps follow", async () => {
+  const { page, context } = await openedAnew(there, "learn.html?lesson=links", WIDE);
+  await page.getByLabel("Not at all").check();
+  await page.getByText("Now try it below.").waitFor();
+  assert.equal(await page.locator(".explanation[open]").count(), 0);
+  const turn = (joint, rate) => page.getByLabel(`Rate of joint angle ${joint}`).fill(String(rate));
+  await turn("θ2", -0.5);
+  await page.getByText("You said “Not at all”.").waitFor();
+  assert.ok(await page.getByLabel("Not at all").isDisabled());
+  await page.reload();
+  await page.getByText("You said “Not at all”.").waitFor();
+  await turn("θ1", 0);
+  await page.locator(".goals li.reached").nth(1).waitFor();
+  for (const [joint, angle] of [
+    ["θ1", 0],
+    ["θ2", 0],
+  ]) {
+    const field = page
+      .getByRole("spinbutton", { name: joint })
+      .or(page.getByRole("textbox", { name: joint }))
+      .first();
+    await field.fill(String(angle));
+    await field.press("Enter");
+  }
+  await turn("θ1", 1);
+  await turn("θ2", 0.15);
+  await page.locator(".goals li.reached").nth(2).waitFor();
+  await page.locator(".explanation[open] .sketch svg").waitFor();
+  if (process.env.SHOTS) await page.screenshot({ path: `${process.env.SHOTS}/lesson.png`, fullPage: true });
+  await page.getByRole("button", { name: "Now practise it" }).click();
+  await page.getByText(/^Step 1 of \d, on one arm$/).waitFor();
+  await page.getByRole("button", { name: "Skip these steps" }).click();
+  await page.getByText(/0 of \d right in a row: each/).waitFor();
+  await context.close();
+});
+
 test("a wrong answer after a right one to the same question ends no streak", async () => {
   const { page, context } = await openedAnew(there, "practice.html?arm=planar-2r&question=determinant", WIDE);
   const answer = async (text) => {
@@ -40,10 +76,21 @@ test("a wrong answer after a right one to the same question ends no streak", asy
   await context.close();
 });
 
+test("the map is hidden until singular angles are answered, and no example is in the syntax of a notebook", async () => {
+  const { page, context } = await openedAnew(there, "practice.html?arm=planar-2r&question=singular-angles", WIDE);
+  await page.getByText("it appears once you have answered").waitFor();
+  assert.equal(await page.locator(".arm-map-frame").count(), 0);
+  assert.ok(!(await page.locator(".prompt").textContent()).includes("Eq("));
+  await page.getByLabel("Your answer").fill("theta2 = 0, theta2 = pi");
+  await page.getByRole("button", { name: "Check" }).click();
+  await page.locator(".arm-map-frame").waitFor();
+  await context.close();
+});
+
 test("a link to an unknown lesson is reported", async () => {
   const { page } = await opened(there, "learn.html?lesson=foo");
   await page.getByText("There is no lesson “foo”").waitFor();
-  assert.equal(await page.locator(".way > ol > li").count(), 8);
+  assert.equal(await page.locator(".skill-map .skill").count(), 12);
 });
 
 test("due questions come first on the practice page, in their order", async () => {

@@ -13,6 +13,7 @@ const DAYS = 2 * 24 * 3600 * 1000;
 export const WORDS = {
   en: {
     practise: "Go straight to practice",
+    skip: "Skip these steps",
     asText: "Type it as text",
     right: "Right",
     next: "Next problem",
@@ -26,6 +27,7 @@ export const WORDS = {
   },
   de: {
     practise: "Gleich üben",
+    skip: "Diese Schritte überspringen",
     asText: "Als Text eingeben",
     right: "Richtig",
     next: "Nächste Aufgabe",
@@ -111,6 +113,7 @@ async function begun(page, hand, { root, code, lesson }, isKnown) {
   await hand.slide(".dial input");
   await until(page, () => Boolean(document.querySelector(".goals li.reached")));
   await hand.press(WORDS[code].practise);
+  if (!isKnown) await hand.press(WORDS[code].skip);
 }
 
 /**

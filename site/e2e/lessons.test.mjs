@@ -95,9 +95,9 @@ test("a stored course has the arms of every class of every lesson offline", asyn
     await context.setOffline(true);
     server.close();
     const lessons = await page
-      .locator(".way > ol > li a")
+      .locator(".skill > a")
       .evaluateAll((all) => all.map(({ href }) => new URL(href).searchParams.get("lesson")));
-    assert.equal(lessons.length, 8);
+    assert.equal(lessons.length, 12);
     const asked = new Set();
     for (const lesson of lessons)
       for (const done of [[], ["plain"], ["plain", "space"]]) {

@@ -1,6 +1,7 @@
 // What `make test` tries in a browser: each kind of page opens, is reached by keyboard and is accessible; a right and a
-// wrong answer are judged; the first goal of a lesson is reached by touch, in German. All other files are for `make whole`.
+// wrong answer are judged; a notebook is read; the first goal of a lesson is reached by touch, in German. All other files are for `make whole`.
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { test } from "node:test";
 
 import { KINDS } from "./kinds.mjs";
@@ -35,6 +36,44 @@ test("a wrong answer is judged wrong, a right one right, and then the solution i
   await page.getByRole("button", { name: "Show the solution" }).click();
   await page.locator(".solution math").first().waitFor();
   assert.deepEqual(wrong, []);
+});
+
+test("a student's notebook is dropped: its answers are listed as they are read; so are a broken and a foreign file", async () => {
+  const { notebook } = JSON.parse(readFileSync(new URL("../tests/notebook.json", import.meta.url), "utf8"));
+  const typed = {
+    "p1-determinant": "'a1*a2*s2'",
+    "p1-jacobian": "'[a1, <b>x</b>]'",
+    "p1-position": "Matrix([a1, a2])",
+  };
+  for (const cell of notebook.cells)
+    if (typed[cell.id]) cell.source = `${cell.id.replace("-", "_")} = ${typed[cell.id]}`;
+  const { page, wrong } = await opened(there, "check.html#velocity/501");
+  const drop = (name, text) =>
+    page.evaluate(
+      ([name, text]) => {
+        const dataTransfer = new DataTransfer();
+        dataTransfer.items.add(new File([text], name));
+        document.querySelector(".drop").dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true }));
+      },
+      [name, text],
+    );
+  await drop("velocity.ipynb", JSON.stringify(notebook));
+  await page.locator(".checked.read math").waitFor();
+  const found = await page.locator(".checked").allInnerTexts();
+  const says = ["Python code", "Can't be read", "Can be read", "Left blank", "Left blank", "Left blank"];
+  for (const [i, text] of found.entries()) assert.ok(text.includes(says[i]), text);
+  assert.equal(found.length, says.length);
+  assert.equal(
+    await page.getByRole("heading", { name: "velocity.ipynb" }).evaluate((it) => it === document.activeElement),
+    true,
+  );
+  await assertAccessible(page);
+  await drop("essay.ipynb", '{"cells": [');
+  await page.getByRole("alert").getByText("essay.ipynb is not a Jupyter notebook").waitFor();
+  await drop("other.ipynb", '{"cells": [{"cell_type": "code", "source": "1"}]}');
+  await page.getByRole("alert").getByText("no answer cells from qdot").waitFor();
+  assert.equal(await page.locator(".checked").count(), 0);
+  assert.deepEqual([...wrong, ...(await page.evaluate(() => window.refused))], []);
 });
 
 test("a goal of a lesson is reached by touch, in Austrian German", async () => {

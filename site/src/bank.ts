@@ -210,6 +210,8 @@ export interface NumbersKey {
   readonly tolerance: number;
   /** Absolute tolerance, which applies to numbers near 0. */
   readonly floor: number;
+  /** The absolute tolerance of each number, if they differ; `floor` is the smallest of them. */
+  readonly floors?: readonly number[];
   /** The correct numbers, in SI units. */
   readonly right: readonly number[];
   readonly mistakes: readonly KnownMistake[];

@@ -505,6 +505,15 @@ test.each(["[-1,09 , 1,35]", "-1,09, 1,35", "[-1,09; 1,35]", "-1,09\n1,35"])(
   (typed) => expect(judge({} as Problem, RATES, typed, () => false).outcome).toBe("correct"),
 );
 
+test.each([
+  ["-1.08, 1.35", "correct"],
+  ["-1.09, 1.36", "partial"],
+  ["-1.06, 1.35", "partial"],
+])("each number may have its own tolerance: %s is %s", (typed, outcome) => {
+  const key = { ...RATES.key, units: ["rad/s", "m/s"], tolerance: 0, floor: 0.001, floors: [0.02, 0.001] };
+  expect(judge({} as Problem, { ...RATES, key } as Part, typed, () => false).outcome).toBe(outcome);
+});
+
 test("if commas are ambiguous, the message explains how to separate numbers", () => {
   const { reasons } = judge({} as Problem, RATES, "[-1,09,1,35]", () => false);
   expect(reasons.map((reason) => textOf(reason))).toEqual([
@@ -519,6 +528,17 @@ test("the preview shows the answer as it is judged, also for a table", () => {
   for (const typed of ["a b\nc d", "a, b\nc, d", "[a b; c d]", "[[a, b], [c, d]]"])
     expect(canonical(parseAnswer(typed, known, part))).toBe("(list (list a b) (list c d))");
   expect(canonical(parseAnswer("[-1,09 , 1,35]", new Set(), RATES))).toBe("(list (neg #109e-2) #135e-2)");
+});
+
+test.each([
+  ["M = m*a1", "correct"],
+  ["M := a1*m", "correct"],
+  ["M = M*a1", "correct"],
+  ["M = 2*m*a1", "wrong"],
+  ["m = m*a1", "wrong"],
+])("a formula may have a capital name although the small letter is a symbol: %s is %s", (typed, outcome) => {
+  const key = { ...PLAIN_KEY, symbols: ["a1", "m"], points: [[1, 2]], right: [[2]], mistakes: [] };
+  expect(judgeValues(typed, key).outcome).toBe(outcome);
 });
 
 test.each([

@@ -26,7 +26,6 @@ const INDEX: Index = {
   ],
   questions: ["jacobian", "determinant", "rank"].map((name) => ({ name, title: name, source: "", form: "" })),
 };
-const attempt = (right: boolean) => ({ right, box: 0, due: 0 });
 
 describe("the graph", () => {
   test("shows a lesson as begun that was practised only for a later class of arms", () => {
@@ -50,13 +49,14 @@ describe("the graph", () => {
   });
 
   test("shows which lesson comes next, and which lessons are missing before it", () => {
-    const first = makeLessonNodes(INDEX, {}, {}, 0);
+    const first = makeLessonNodes(INDEX, {}, 0);
     expect(first.filter(({ isNext }) => isNext).map(({ lesson }) => lesson.id)).toEqual(["rates"]);
     const learned = { ...NEW_SKILL, learned: 1 };
-    const later = makeLessonNodes(INDEX, { rates: learned, columns: learned }, {}, 0);
+    const later = makeLessonNodes(INDEX, { rates: learned, columns: learned }, 0);
     expect(later.filter(({ isNext }) => isNext).map(({ lesson }) => lesson.id)).toEqual([
       "differentiation",
       "propagation",
+      "links",
     ]);
     const inverse = later.find(({ lesson }) => lesson.id === "inverse")!;
     expect(inverse.unlearnedNeeds.map(({ id }) => id)).toEqual(["differentiation", "propagation"]);
@@ -77,35 +77,4 @@ test("a lesson is mastered if all classes of arms are, and due for review if one
   expect(findLessonState(mastered, 5 * DAY, [mastered])).toBe("mastered");
   expect(findLessonState(mastered, 5 * DAY, [{ row: ["a/1"] }])).toBe("learned");
   expect(findLessonState(mastered, 5 * DAY, [{ row: [], learned: 4 * DAY }])).toBe("due");
-});
-
-test("a question shows on how many arms its last answer was right, unless the bank does not ask it", () => {
-  const progress = {
-    "planar-2r/1/jacobian": attempt(true),
-    "planar-2r/2/jacobian": attempt(true),
-    "planar-2r/3/jacobian": attempt(false),
-    "planar-2r/4/rank": attempt(true),
-  };
-  const places = makeLessonNodes(INDEX, {}, progress, 0);
-  const asked = places.find(({ lesson }) => lesson.id === "differentiation")!.questions;
-  expect(
-    asked.map(({ name, rightCount: right, neededCount: needed, hasWrongAnswer }) => [
-      name,
-      right,
-      needed,
-      hasWrongAnswer,
-    ]),
-  ).toEqual([["jacobian", 2, 3, true]]);
-  const singular = places.find(({ lesson }) => lesson.id === "singular")!.questions;
-  expect(
-    singular.map(({ name, rightCount: right, neededCount: needed, hasWrongAnswer }) => [
-      name,
-      right,
-      needed,
-      hasWrongAnswer,
-    ]),
-  ).toEqual([
-    ["determinant", 0, 3, false],
-    ["rank", 1, 1, false],
-  ]);
 });

@@ -3,6 +3,7 @@
 import { expect, test } from "vitest";
 
 import type { Robot } from "../src/bank.js";
+import { kindOfSingularity } from "../src/arm/descriptions.js";
 import { armOf, measuresOf, reachOf, stateAt } from "../src/arm/model.js";
 import type { Stage } from "../src/arm/stage.js";
 import { firstWeld, journeyOf, type Weld } from "../src/arm/weld.js";
@@ -11,6 +12,7 @@ import {
   updateStreak,
   countArms,
   isDue,
+  listGuidedItems,
   listLessonItems,
   NEW_SKILL,
   chooseItem,
@@ -70,6 +72,12 @@ test("a question already asked in this visit is not asked again while there are 
 
 test("short questions count for their arm only", () => {
   expect(right(right(NEW_SKILL, "001"), "001-quiz").row).toEqual(["planar-2r/001"]);
+  expect(
+    listGuidedItems(
+      ["001", "001-quiz"].map((key) => item(key, key)),
+      ["001-quiz", "001", "position"],
+    ),
+  ).toEqual([item("001-quiz", "001-quiz"), item("001", "001")]);
   expect(countArms(["001", "001-quiz", "002"].map((key) => item(key)))).toBe(2);
 });
 
@@ -163,7 +171,7 @@ test("stored skills are restored, and invalid entries are ignored", () => {
   } as unknown as Storage;
   const skills = {
     rates: { row: ["a/1"], goals: [0], learned: 3 },
-    columns: { row: [], goals: [], beyond: { space: { row: ["b/1"], learned: 4 } } },
+    columns: { row: [], goals: [], predicted: 1, beyond: { space: { row: ["b/1"], learned: 4 } } },
   };
   storeState(storage, { lessons: skills });
   expect(loadState(storage).lessons).toEqual(skills);
@@ -213,6 +221,13 @@ function seen(
 
 const wanted = (pose: number[], direction: number) =>
   seen(PLAIN, pose, { rates: [...computeRates("wanted", { rates: [], direction }, stateAt(PLAIN, pose))] });
+const pushing = (pose: number[], direction: number) =>
+  seen(PLAIN, pose, { rates: [...computeRates("force", { rates: [], direction }, stateAt(PLAIN, pose))] });
+/** The direction (degrees) of P at the rates 1 and -1. */
+const equalRatesDirection = (pose: number[]): number => {
+  const { velocity } = seen(PLAIN, pose, { rates: [1, -1] });
+  return (Math.atan2(velocity[1], velocity[0]) * 180) / Math.PI;
+};
 const FIRST = degrees(60, 100);
 const weld = { ...firstWeld(PLAIN, FIRST, reachOf(PLAIN)), revoluteLimit: 20 };
 const short: Weld = { ...weld, target: stateAt(PLAIN, degrees(62, 98)).point, speed: 0.02 };
@@ -226,6 +241,26 @@ const WAYS: Readonly<Record<string, readonly GoalState[]>> = {
   columns: [seen(PLAIN, degrees(-90, 90)), seen(PLAIN, degrees(0, 180)), seen(PLAIN, degrees(20, 0.2))],
   differentiation: [seen(PLAIN, degrees(0, 0)), seen(PLAIN, degrees(30, 60))],
   propagation: [seen(PLAIN, degrees(10, 148.2)), seen(PLAIN, degrees(10, 0))],
+  links: [
+    seen(PLAIN, FIRST, { rates: [0.5, -0.5] }),
+    seen(PLAIN, FIRST, { rates: [0, 0.5] }),
+    seen(PLAIN, degrees(0, 0), { rates: [0.5, 0.0882] }),
+  ],
+  numbers: [
+    wanted(FIRST, 180),
+    wanted(degrees(20, 110), equalRatesDirection(degrees(20, 110))),
+    wanted(degrees(0, 90), -90),
+  ],
+  workspace: [
+    seen(ELBOW, degrees(20, 30, 0)),
+    seen(ELBOW, degrees(20, 30, 180)),
+    seen(ELBOW, [0.3, 2.2, innerAngle(2.2)]),
+  ],
+  torques: [
+    pushing(FIRST, (Math.atan2(stateAt(PLAIN, FIRST).point[1], stateAt(PLAIN, FIRST).point[0]) * 180) / Math.PI),
+    pushing(degrees(30, 0), 30),
+    pushing(degrees(30, 0), 120),
+  ],
   inverse: [wanted(degrees(0, 90), 180), wanted(degrees(0, 1), 0)],
   singular: [seen(PLAIN, degrees(5, 1)), seen(PLAIN, degrees(5, -179.5)), seen(PLAIN, degrees(5, 90))],
   kinds: [seen(ELBOW, degrees(20, 30, 0)), seen(ELBOW, [0.3, 2.2, innerAngle(2.2)])],
@@ -235,6 +270,13 @@ const WAYS: Readonly<Record<string, readonly GoalState[]>> = {
     seen(PLAIN, FIRST, { weld: short }),
   ],
 };
+
+test("the folded elbow arm is singular inside its workspace, as the lesson on the workspace says", () => {
+  const [outer, folded] = [degrees(20, 30, 0), degrees(20, 30, 180)].map((pose) =>
+    kindOfSingularity(ELBOW, stateAt(ELBOW, pose)),
+  );
+  expect([outer, folded]).toEqual(["boundary", "internal"]);
+});
 
 /** theta3 for which P is above joint 1: a1 + a2 c2 + a3 c23 = 0. */
 function innerAngle(theta2: number): number {
@@ -247,6 +289,11 @@ for (const lesson of LESSONS)
     const pose = lesson.arm === "plain" ? FIRST : degrees(40, 30, 60);
     const rates = computeRates(lesson.tool, { rates: [0.5, 0.5], direction: 0 }, stateAt(arm, pose));
     const first = seen(arm, pose, { rates: [...rates], weld: { ...weld, revoluteLimit: 0.6 } });
+    const { prediction, intro, idea, example } = lesson;
+    for (const text of [intro, ...idea, example, prediction.question, ...prediction.options, prediction.outcome])
+      expect(en).toHaveProperty([text]);
+    expect(prediction.options[prediction.right]).toBeDefined();
+    expect(lesson.goals[prediction.goal]).toBeDefined();
     lesson.goals.forEach(({ isReached, text }, i) => {
       expect(en).toHaveProperty([text]);
       expect(isReached(WAYS[lesson.id]![i]!), text).toBe(true);

@@ -4,7 +4,8 @@ import { expect, test } from "vitest";
 import type { Part } from "../src/bank.js";
 import { removeOptions, removeLetterInstructions } from "../src/practice/prompt.js";
 
-const part = (prompt: string, options: string[] | null): Part => ({ prompt, options }) as unknown as Part;
+const part = (prompt: string, options: string[] | null, type = "values"): Part =>
+  ({ prompt, options, key: { type } }) as unknown as Part;
 const LIST = "<ul>\n<li><strong>A.</strong> one</li>\n<li><strong>B.</strong> two</li>\n</ul>\n";
 
 test.each([
@@ -21,4 +22,10 @@ test.each([
 test("the prompt for a formula is unchanged", () => {
   const asked = '<p><strong>Answer:</strong> as in <code>"A"</code>.</p>';
   expect(removeOptions(part(asked, null))).toBe(asked);
+});
+
+test("the prompt for a set of configurations has no examples in the syntax of a notebook", () => {
+  const asked = "<p>Find all singular configurations.</p>";
+  const typing = "<p><strong>Answer:</strong> a list. Examples: <code>[Eq(cos(theta1), 0)]</code>; values.</p>";
+  expect(removeOptions(part(`${asked}\n${typing}`, null, "configurations")).trim()).toBe(asked);
 });

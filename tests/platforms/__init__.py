@@ -22,10 +22,11 @@ A platform is a module with `run(software, work) -> Record`, its line in `PLATFO
 """
 
 PLATFORMS: dict[str, str] = {
-    "moodle": "MOODLE", "canvas": "QTI_MIGRATION", "qti": "QTI_SDK", "github": "GITHUB_RUNNER",
+    "moodle": "MOODLE", "canvas": "QTI_MIGRATION", "new_quizzes": "QTI_GEM", "qti": "QTI_SDK",
+    "github": "GITHUB_RUNNER",
     "gitlab": "GITLAB_RUNNER", "otter": "OTTER", "nbgrader": "NBGRADER", "gradescope": "GRADESCOPE_ROOT",
     "jupyterlab": "JUPYTERLAB", "scorm": "SCORM_AGAIN", "jupyterlite": "JUPYTERLITE",
-    "moodle_scorm": "MOODLE", "stack": "STACK", "prairielearn": "PRAIRIELEARN",
+    "moodle_cartridge": "MOODLE", "moodle_scorm": "MOODLE", "stack": "STACK", "prairielearn": "PRAIRIELEARN",
 }  # fmt: skip
 """Modules of this package by name, each with the environment variable that holds the path of its software.
 

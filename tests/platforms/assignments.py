@@ -1,4 +1,4 @@
-"""Assignments that are exported to the real programs: ready-made sets, one on a PUMA arm, one with all questions."""
+"""Assignments for the real programs: ready-made sets, one on a PUMA, one with all questions, one on a textbook arm."""
 
 from pathlib import Path
 
@@ -16,17 +16,21 @@ from tests.support.gallery import CHAPTER_ARMS, GALLERY, GALLERY_FOLDER
 PUMA_560 = "puma-560"
 FAMILIES = ("elbow-3r", "planar-2r", "planar-3r", "polar-rp", "scara", PUMA_560)
 """The families of the assignment with every question; each question is asked about the first family that it suits."""
-PLAIN, PUMA, EVERYTHING = "plain", "puma", "everything"
+PLAIN, PUMA, EVERYTHING, TEXTBOOK = "plain", "puma", "everything", "textbook"
 SECRET = "0123456789abcdef"
 
 
 def make_assignment(folder: Path, kind: str) -> Assignment:
-    """Make an assignment for two students: PLAIN (the default set), PUMA, EVERYTHING, or a ready-made set by name."""
+    """Make an assignment for two students: PLAIN, PUMA, EVERYTHING, TEXTBOOK, or a ready-made set by name.
+
+    PLAIN is the default set.
+    """
     students = (Student("ada", "Ada Lovelace", "ada@example.org"), Student("hen", "Henri Poincaré", "hp@example.org"))
     init_assignment(
         folder, f"Arms & <signs>: {kind}", kind, students, SECRET, problem_set=SETS.get(kind, SETS[DEFAULT_SET])
     )
-    write_problems = {PUMA: _write_puma_problem, EVERYTHING: _write_all_problems}.get(kind)
+    writers = {PUMA: _write_puma_problem, EVERYTHING: _write_all_problems, TEXTBOOK: _write_textbook_problem}
+    write_problems = writers.get(kind)
     if write_problems is not None:
         head = f'title = "Arms & <signs>: {kind}"\nkey = "{kind}"\nhints = true\n'
         (folder / "assignment.toml").write_text(head + write_problems(), encoding="utf-8")
@@ -40,6 +44,12 @@ def make_request(folder: Path, kind: str, variants: int = 1) -> ExportRequest:
 
 def _write_puma_problem() -> str:
     return _write_problem(PUMA_560, [name for name in list_questions_of_family(PUMA_560) if name in QUESTIONS])
+
+
+def _write_textbook_problem() -> str:
+    """Return a problem on the planar arm with two links, whose formulas are the same for all students."""
+    questions = ["position", "determinant", "singular-angles", "speed", "joint-rates"]
+    return _write_problem("planar-2r", questions) + 'variation = "chapter"\n'
 
 
 def _write_all_problems() -> str:

@@ -1,17 +1,19 @@
-"""The converter through which Canvas imports QTI 1.2: it converts every item and keeps the right answers.
+"""The converter through which Canvas imports QTI 1.2 into classic quizzes: it keeps right answers and comments.
 
 `software` is its folder; it runs with the Python of `.venvs/readers`, which has lxml.
 """
 
+import html
 import re
 import subprocess
 import zipfile
 from pathlib import Path
 from xml.etree import ElementTree
 
-from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberForm, QuizItem, make_items
+from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberForm, QuizItem, TextForm, make_items
 from qdot.exercises.exports.platform_markup import find_pictures, format_decimal, format_limits, name_picture_file
 from qdot.exercises.exports.registry import EXPORT_FORMATS
+from qdot.exercises.exports.typed_numbers import list_accepted_texts
 from qdot.exercises.reference_answers import LETTERS
 from tests.platforms.assignments import EVERYTHING, PLAIN, make_request
 from tests.platforms.records import Counts, Record, today
@@ -32,7 +34,7 @@ def run(software: Path, work: Path) -> Record:
     counts = Counts()
     for kind, variants in ((EVERYTHING, 1), (PLAIN, 3)):
         request = make_request(work / kind, kind, variants)
-        (file,) = EXPORT_FORMATS["canvas"].export(request)
+        file, _ = EXPORT_FORMATS["canvas"].export(request)
         archive, converted = work / f"{kind}.zip", work / f"{kind}-converted"
         archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
         with zipfile.ZipFile(archive) as opened:
@@ -49,28 +51,59 @@ def run(software: Path, work: Path) -> Record:
 
 
 def _check_item(item: QuizItem, ident: str, converted: Path, counts: Counts) -> None:
-    path, exported_item = converted / "assessmentItems" / f"{ident}.xml", item.single_number_item or item
+    path = converted / "assessmentItems" / f"{ident}.xml"
     counts.add("imported", path.exists(), ident)
     if path.exists():
         body = path.read_text(encoding="utf-8")
-        converted_answers = _find_scored_answers(ElementTree.fromstring(body))
-        right_answers = _list_right_answers(exported_item, ident)
+        converted_item = ElementTree.fromstring(body)
+        converted_answers, right_answers = _find_scored_answers(converted_item), _list_right_answers(item, ident)
         same = converted_answers == right_answers
         counts.add("answers kept", same, f"{ident}: {converted_answers}, not {right_answers}")
-        names = {name_picture_file(picture) for picture in find_pictures(exported_item.body)}
+        names = {name_picture_file(picture) for picture in find_pictures(item.body)}
         counts.add("figures kept", all(name in body for name in names), ident)
+        if isinstance(item.form, ChoiceForm):
+            comments = {f"{ident}-{letter}_fb": option.feedback for letter, _, option in item.form.lettered_options}
+            expected_comments = {name: feedback for name, feedback in comments.items() if feedback}
+            counts.add("comments kept", _find_comments(converted_item) == expected_comments, ident)
+        if isinstance(item.form, NumberForm) and len(item.form.fields) > 1:
+            expected_texts = [list_accepted_texts(field.value, field.tolerance) for field in item.form.fields]
+            counts.add("blanks kept", _find_blanks(converted_item) == expected_texts, ident)
 
 
 def _list_right_answers(item: QuizItem, ident: str) -> list[str]:
-    """Return the right answers as the package names them: options, pairs, or a number and its bounds."""
+    """Return the right answers as the package names them: options, pairs, blanks, or a number and its bounds."""
     form = item.form
     if isinstance(form, ChoiceForm):
         return [f"{ident}-{LETTERS[k]}" for k, option in enumerate(form.options) if option.is_correct]
     if isinstance(form, MatchingForm):
         return [f"response_{ident}-{LETTERS[k]} {ident}-o{index}" for k, index in enumerate(form.correct_options)]
-    assert isinstance(form, NumberForm)
+    if isinstance(form, TextForm):
+        return []
+    if len(form.fields) > 1:
+        return [f"response_n{number} {ident}-n{number}-1" for number in range(1, len(form.fields) + 1)]
     (field,) = form.fields
     return [format_decimal(field.value), *format_limits(field.value, field.tolerance)]
+
+
+def _find_comments(item: ElementTree.Element) -> dict[str, str]:
+    """Return the comments on answers in a converted item, by identifier, without the comment on the question."""
+    elements = [element for element in item.iter() if _get_tag(element) == "modalFeedback"]
+    texts = {str(element.get("identifier")): "".join(element.itertext()).strip() for element in elements}
+    return {name: html.unescape(text) for name, text in texts.items() if name != "general_fb"}
+
+
+def _find_blanks(item: ElementTree.Element) -> list[tuple[str, ...]]:
+    """Return the texts that each blank of a converted item accepts, if the question has this blank."""
+    question = "".join(
+        text for element in item.iter() if _get_tag(element) == "itemBody" for text in element.itertext()
+    )
+    blanks = []
+    for interaction in (element for element in item.iter() if _get_tag(element) == "choiceInteraction"):
+        name = str(interaction.get("responseIdentifier")).removeprefix("response_")
+        choices = [element for element in interaction if _get_tag(element) == "simpleChoice"]
+        if f"[{name}]" in question:
+            blanks.append(tuple("".join(choice.itertext()).strip() for choice in choices))
+    return blanks
 
 
 def _find_scored_answers(item: ElementTree.Element) -> list[str]:

@@ -6,8 +6,6 @@
 // and `answers`: by the name of a question, the answers to give, each with the language that sets the decimal sign.
 
 require(__DIR__ . '/import.php');
-require_once($CFG->dirroot . '/backup/util/includes/restore_includes.php');
-require_once($CFG->dirroot . '/mod/quiz/locallib.php');
 require_once($CFG->dirroot . '/user/lib.php');
 require_once($CFG->libdir . '/csvlib.class.php');
 require_once($CFG->libdir . '/gradelib.php');
@@ -88,37 +86,8 @@ function answer_question(int $id, array $answer, context $context): array {
     $usage->process_action($slot, make_form_data($usage->get_question_attempt($slot), $answer));
     $usage->finish_question($slot);
     $shown = $usage->render_question($slot, $options, '1');
-    return ['fraction' => $usage->get_question_fraction($slot), 'blank' => $blank, 'shown' => $shown];
-}
-
-// Restore a quiz from a backup and start an attempt; return its settings, slots and questions.
-function restore_quiz(string $file, stdClass $course): array {
-    global $DB, $USER;
-    $name = 'qdot' . uniqid();
-    $folder = make_backup_temp_directory($name);
-    get_file_packer('application/vnd.moodle.backup')->extract_to_pathname($file, $folder);
-    $target = backup::TARGET_EXISTING_ADDING;
-    $restore = new restore_controller($name, $course->id, backup::INTERACTIVE_NO, backup::MODE_GENERAL, $USER->id, $target);
-    $is_valid = $restore->execute_precheck();
-    $messages = $restore->get_precheck_results();
-    if (!$is_valid) {
-        return ['done' => false, 'messages' => $messages];
-    }
-    $restore->execute_plan();
-    $restore->destroy();
-    $quiz = $DB->get_record('quiz', ['course' => $course->id], '*', MUST_EXIST);
-    $context = context_module::instance(get_coursemodule_from_instance('quiz', $quiz->id)->id);
-    $attempt = quiz_prepare_and_start_new_attempt(\mod_quiz\quiz_settings::create($quiz->id, $USER->id), 1, null);
-    $usage = question_engine::load_questions_usage_by_activity($attempt->uniqueid);
-    $slots = [];
-    foreach ($usage->get_slots() as $slot) {
-        $question = $usage->get_question($slot);
-        $category = $DB->get_field('question_categories', 'name', ['id' => $question->category]);
-        $slots[] = ['points' => $usage->get_question_max_mark($slot), 'question' => $question->name, 'category' => $category];
-    }
-    $item = $DB->get_record('grade_items', ['itemmodule' => 'quiz', 'iteminstance' => $quiz->id]);
-    return ['done' => true, 'messages' => $messages, 'quiz' => (array) $quiz, 'slots' => $slots, 'highest' => $item->grademax,
-        'questions' => load_questions($context), 'context' => $context];
+    return ['fraction' => $usage->get_question_fraction($slot), 'state' => (string) $usage->get_question_state($slot),
+        'blank' => $blank, 'shown' => $shown];
 }
 
 // Enrol students and import their marks; return the marks in the gradebook by email address.
@@ -171,6 +140,7 @@ foreach (['xml', 'quiz'] as $kind) {
             $imported = import($request['xml'], $course, $bank) + ['questions' => load_questions($bank), 'context' => $bank];
         } else {
             $imported = restore_quiz($request['quiz'], $course);
+            $imported += $imported['done'] ? ['questions' => load_questions($imported['context'])] : [];
         }
         $question_context = $imported['context'] ?? $context;
         unset($imported['context']);

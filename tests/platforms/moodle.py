@@ -13,17 +13,27 @@ import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common.input_file import format_csv
 from qdot.exercises.exports.export_format import ExportedFile
-from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberField, NumberForm, QuizItem, make_items
+from qdot.exercises.exports.items import (
+    ChoiceForm,
+    MatchingForm,
+    NumberField,
+    NumberForm,
+    QuizItem,
+    group_items,
+    make_items,
+)
 from qdot.exercises.exports.moodle import NONZERO_WEIGHT, ZERO_WEIGHT, export_moodle
 from qdot.exercises.exports.platform_markup import format_decimal
 from tests.platforms.assignments import EVERYTHING, PLAIN, make_request
 from tests.platforms.records import Counts, Record, today
+from tests.platforms.typed_answers import NUMBERS_READ_BY_MOODLE, write_numbers
 from tests.support.submitting import make_class, make_correct_notebook, submit
 
 Json = dict[str, Any]
@@ -63,7 +73,7 @@ def run(software: Path, work: Path) -> Record:
     software_name = ""
     for kind, variants in VARIANTS.items():
         request = make_request(work / kind, kind, variants)
-        items = list(make_items(request))
+        items = list(chain.from_iterable(group_items(make_items(request), request.report).values()))
         bank, quiz = [_write_file(work, file) for file in export_moodle(request)]
         answers = {item.title: list(make_answers(item)) for item in items}
         answer_requests = {
@@ -125,6 +135,9 @@ def _make_number_answers(form: NumberForm) -> Iterator[SampleAnswer]:
         (rounded, COMMA),
     ):
         yield SampleAnswer("right = full", 1.0, numbers=tuple(numbers), language=language)
+    typed_numbers = [write_numbers(field.value) for field in fields]
+    for typed_form in NUMBERS_READ_BY_MOODLE:
+        yield SampleAnswer("right = full", 1.0, numbers=tuple(numbers[typed_form] for numbers in typed_numbers))
     weights = [ZERO_WEIGHT if round(field.value, 9) == 0 else NONZERO_WEIGHT for field in fields]
     for index, field in enumerate(fields):
         for wrong in field.wrong_values:
@@ -196,7 +209,7 @@ def _check_slots(counts: Counts, items: Sequence[QuizItem], quiz: Json) -> None:
     expected_items = list({item.category: item for item in items}.values())
     counts.add("slots of the quiz", len(quiz["slots"]) == len(expected_items), f"{len(quiz['slots'])} slots")
     for slot, item in zip(quiz["slots"], expected_items, strict=True):
-        same = (slot["category"], float(slot["points"])) == (item.category[-1], item.points)
+        same = (slot["category"], float(slot["points"])) == (item.category.path[-1], item.points)
         counts.add("slots of the quiz", same, f"{slot} for {item.title}")
     total = sum(item.points for item in expected_items)
     totals = {float(quiz["highest"]), float(quiz["quiz"]["grade"]), float(quiz["quiz"]["sumgrades"])}

@@ -3,6 +3,7 @@
 In a checkout, a file missing from the wheel or an undeclared library goes unnoticed.
 """
 
+import importlib.util
 import json
 import os
 import re
@@ -12,8 +13,10 @@ import sys
 import tomllib
 import venv
 import zipfile
+from collections.abc import Callable
 from importlib.metadata import distribution, distributions
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from packaging.requirements import Requirement
@@ -27,6 +30,7 @@ from tests.support.suites import WHOLE
 def run(*command: str | Path, cwd: Path) -> str:
     """Run a command without this environment's Python settings; return its standard output, or fail with all output."""
     env = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VIRTUAL_ENV"))}
+    env["HATCH_BUILD_NO_HOOKS"] = "true"  # the site's scripts take a minute to build
     process = subprocess.run([str(word) for word in command], cwd=cwd, env=env, capture_output=True, encoding="utf-8")
     if process.returncode != 0:
         pytest.fail(
@@ -231,3 +235,59 @@ def test_an_instructor_builds_the_site_without_node(home: Path, tmp_path: Path) 
         page = (site / name).read_text(encoding="utf-8")
         for address in re.findall(r'<(?:script|link)[^>]* (?:src|href)="([^"]+)"', page):
             assert ((site / name).parent / address).is_file(), (name, address)
+
+
+# --- the build hook ---
+
+FAKE_NPM = """#!/bin/sh
+echo "$*" >> "$NPM_CALLS"
+test -z "$NPM_FAILS" || { echo "no registry" >&2; exit 1; }
+test "$1" = ci || { mkdir -p dist/.vite && echo '{}' > dist/.vite/manifest.json; }
+"""
+
+
+@pytest.fixture
+def build_scripts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[list[str], list[str]]]:
+    """Return a function that runs the build hook in a small checkout; it returns npm's commands and the warnings."""
+    loaded = importlib.util.spec_from_file_location("hatch_build", ROOT / "hatch_build.py")
+    assert loaded is not None and loaded.loader is not None
+    module = importlib.util.module_from_spec(loaded)
+    loaded.loader.exec_module(module)
+    programs = tmp_path / "programs"
+    programs.mkdir()
+    (programs / "npm").write_text(FAKE_NPM)
+    (programs / "npm").chmod(0o755)
+    (tmp_path / "site" / "src").mkdir(parents=True)
+    for name in ("package.json", "src/main.ts"):
+        (tmp_path / "site" / name).write_text("{}")
+    monkeypatch.setenv("NPM_CALLS", str(tmp_path / "calls"))
+
+    def build(version: str = "standard", path: str = f"{programs}:/usr/bin:/bin") -> tuple[list[str], list[str]]:
+        monkeypatch.setenv("PATH", path)
+        (tmp_path / "calls").write_text("")
+        app = Mock()
+        module.SiteScriptsHook(str(tmp_path), {}, None, None, "", "wheel", app).initialize(version, {})
+        return (tmp_path / "calls").read_text().splitlines(), [call.args[0] for call in app.display_warning.mock_calls]
+
+    return build
+
+
+def test_building_a_wheel_builds_the_sites_scripts_unless_they_are_current(
+    build_scripts: Callable[..., tuple[list[str], list[str]]], tmp_path: Path
+) -> None:
+    assert build_scripts("editable") == ([], [])
+    commands = ["ci --no-audit --no-fund", "run --silent bundle"]
+    assert build_scripts() == (commands, [])
+    assert build_scripts() == ([], [])
+    os.utime(tmp_path / "site" / "src" / "main.ts", (2**32, 2**32))  # a source is newer than the scripts
+    assert build_scripts() == (commands, [])
+
+
+def test_a_wheel_without_the_sites_scripts_is_built_with_a_warning(
+    build_scripts: Callable[..., tuple[list[str], list[str]]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls, (warning,) = build_scripts(path="/nowhere")
+    assert not calls and "Node and npm are not installed" in warning
+    monkeypatch.setenv("NPM_FAILS", "1")
+    calls, (warning,) = build_scripts()
+    assert len(calls) == 1 and "npm ci" in warning and "no registry" in warning

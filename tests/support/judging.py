@@ -36,7 +36,7 @@ def judge_numbers(
     labels: Sequence[str] = (),
 ) -> Judgement:  # fmt: skip
     answer = read_numbers(student, len(reference), labels)
-    return answer.refusal or formulas.judge_numbers(answer, reference, units, tolerance, floor)
+    return answer.refusal or formulas.judge_numbers(answer, reference, units, tolerance, len(reference) * [floor])
 
 
 def judge_singular(

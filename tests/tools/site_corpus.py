@@ -1,11 +1,14 @@
 """Write Python's results for the site's own tests: `python -m tests.tools.site_corpus`.
 
 In site/tests, corpus.json has the checked answers of corpus.jsonl with keys, readings.json texts with trees and answers
-with outcomes (`readers`), forms.json the texts of tests/data/forms.jsonl in the same form, and slips.json mistakes in
-right answers (`site_slips`).
+with outcomes (`readers`), forms.json the texts of tests/data/forms.jsonl in the same form, slips.json mistakes in right
+answers (`site_slips`), and notebook.json a student's notebook, and which of all these answers `qdot check` can read.
 """
 
 import json
+import re
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from qdot.exercises.common.files import write_atomically
@@ -13,19 +16,23 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import Domain, choose_default_role
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import ParseError, as_matrix, find_names, format_tree
+from qdot.exercises.notebook.notebook import make_notebook_metadata, make_student_notebook
 from qdot.exercises.site.keys import make_values_key
 from qdot.exercises.site.record import make_arm_record
+from qdot.grader.grading.check import find_claimed_form, is_readable
 from qdot.grader.judging.compare_command import compare
 from tests.grader.judging.test_forms import TEXTS, part_of, problem
 from tests.support import ROOT
 from tests.tools.fuzz import SYMBOL_SETS
-from tests.tools.readers import judge_answer, judge_part, make_stored_query, part_json, tree_text
+from tests.tools.readers import judge_answer, judge_part, make_stored_query, part_json, problems, tree_text
 from tests.tools.site_slips import slips_text
 
 TARGET = ROOT / "site" / "tests" / "corpus.json"
 FORMS = ROOT / "site" / "tests" / "forms.json"
 SLIPS = ROOT / "site" / "tests" / "slips.json"
 READINGS = ROOT / "site" / "tests" / "readings.json"
+NOTEBOOK = ROOT / "site" / "tests" / "notebook.json"
+NOTEBOOK_PARTS = ("position", "jacobian", "determinant", "joint-effect", "joint-rates", "singular-angles")
 
 
 def corpus_text() -> str:
@@ -73,6 +80,30 @@ def forms_text() -> str:
     return "{\n" + ",\n".join(f"{json.dumps(name)}: [\n{_lines(rows)}\n]" for name, rows in lists.items()) + "\n}\n"
 
 
+def notebook_text() -> str:
+    """Return the file's text: {"notebook", "metadata", "answers": [[part, text, whether `qdot check` can read it]]}."""
+    chapter_problem = problem()
+    few_parts = replace(chapter_problem, parts=tuple(chapter_problem[name] for name in NOTEBOOK_PARTS))
+    notebook = make_student_notebook("Week 3", "velocity", "501", [("p1", few_parts)])
+    for cell in notebook.cells:
+        cell.source = re.sub("<img [^>]*>", "", cell.source)
+    slots = [(f"p{number}", asked) for number, asked in enumerate((chapter_problem, *problems()), 1)]
+    metadata = json.loads(json.dumps(make_notebook_metadata("student", "velocity", "501", slots)))
+    typed = [("p1", part_of(form).name, form["typed"]) for form in TEXTS]
+    typed += [(f"p{k + 2}", name, text) for k, name, text in make_stored_query().answers]
+    answers = [[f"{slot}.{name}", text, check_answer(metadata, slot, name, text)] for slot, name, text in typed]
+    content = {"notebook": notebook, "metadata": metadata}
+    head = ",\n".join(f"{json.dumps(name)}: {json.dumps(value)}" for name, value in content.items())
+    return f'{{\n{head},\n"answers": [\n{_lines(answers)}\n]\n}}\n'
+
+
+def check_answer(metadata: Mapping[str, object], slot: str, part: str, text: str) -> bool:
+    """Return whether `qdot check` can read a text as the answer to a part of a notebook with these metadata."""
+    form = find_claimed_form(metadata, slot, part)
+    assert form is not None
+    return is_readable(text, form)
+
+
 def _lines(rows: list[Any]) -> str:
     return ",\n".join(json.dumps(row) for row in rows)
 
@@ -112,3 +143,4 @@ if __name__ == "__main__":
     write_atomically(READINGS, readings_text())
     write_atomically(FORMS, forms_text())
     write_atomically(SLIPS, slips_text())
+    write_atomically(NOTEBOOK, notebook_text())

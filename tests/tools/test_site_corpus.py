@@ -10,7 +10,17 @@ from tests.tools.fuzz import SYMBOL_SETS
 from tests.tools.readers import judge_answer, make_stored_query, tree_text
 from tests.tools.site_arms import TARGET as ARMS
 from tests.tools.site_arms import arms_text
-from tests.tools.site_corpus import FORMS, READINGS, SLIPS, TARGET, corpus_case, forms_text, records
+from tests.tools.site_corpus import (
+    FORMS,
+    NOTEBOOK,
+    READINGS,
+    SLIPS,
+    TARGET,
+    corpus_case,
+    forms_text,
+    notebook_text,
+    records,
+)
 from tests.tools.site_slips import slips_text
 
 STEP = select_for_suite(9, 1)
@@ -38,6 +48,10 @@ def test_trees_and_verdicts_for_the_site_are_up_to_date() -> None:
 @pytest.mark.whole
 def test_forms_for_the_site_are_up_to_date() -> None:
     assert FORMS.read_text(encoding="utf-8") == forms_text(), REWRITE_HINT
+
+
+def test_the_notebook_for_the_site_is_up_to_date() -> None:
+    assert NOTEBOOK.read_text(encoding="utf-8") == notebook_text(), REWRITE_HINT
 
 
 @pytest.mark.whole

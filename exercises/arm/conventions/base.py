@@ -29,6 +29,9 @@ FRAMES, FRAMES_OF_JOINTS, SCREWS = "frames", "frames of joints", "screws"
 VELOCITY_NAMES = ("vx", "vy", "vz", "wx", "wy", "wz")
 """The components of a six-dimensional velocity, linear first (6.6)."""
 
+NO_SIMPLE_MEANING = "these configurations have no simple geometric meaning"
+"""The statement about singular configurations that says nothing about what they look like."""
+
 Entry = TypeVar("Entry")
 _ORIGIN_IN_WORDS = re.compile(r"the origin O(\d+)")
 
@@ -204,7 +207,7 @@ class Convention:
     def rename_origins(self, statement: str) -> str:
         """Replace the origins of standard frames in a statement by the convention's names for these points.
 
-        If the convention has no name for one of them, return a statement that is true for every singular configuration.
+        If the convention has no name for one of them, return NO_SIMPLE_MEANING.
 
         >>> from qdot.exercises.arm.chain import Chain, Joint
         >>> from qdot.exercises.arm.conventions import REGISTRY
@@ -215,14 +218,8 @@ class Convention:
         """
         names = {match[0]: self.origin_in_words(int(match[1])) for match in _ORIGIN_IN_WORDS.finditer(statement)}
         if None in names.values():
-            return self.universal_statement
+            return NO_SIMPLE_MEANING
         return _ORIGIN_IN_WORDS.sub(lambda match: str(names[match[0]]), statement)
-
-    @property
-    def universal_statement(self) -> str:
-        """A statement that is true at every singular configuration of the arm."""
-        dependent_lines = "rows" if self.chain.n > len(self.chain.task) else "columns"
-        return f"the {dependent_lines} of J are linearly dependent"
 
     # --- twists ---
 

@@ -155,6 +155,9 @@ def _print_sign(parts: Sequence[stringPict], index: int, char_before: str) -> st
     if text in "()[]":
         inside = index + 1 if text in "([" else index - 1
         return _make_bracket(text, parts[inside].height() if 0 <= inside < len(parts) else 1)
+    is_continued = index > 0 and parts[index - 1].picture == [""]  # as in {} + x, at the start of a continued line
+    if is_continued and text in _SPACED_SIGNS:
+        return f"{text} "
     if text in _SPACED_SIGNS and not (text in "-−+" and char_before in _SIGNS_BEFORE_NUMBER_SIGN):
         return f" {text} "
     return ", " if text == "," and index < len(parts) - 1 else text
@@ -173,7 +176,7 @@ def print_unicode(formula: Layout) -> str:
 
 _PRINTERS: dict[str, Callable[..., stringPict]] = {
     **dict.fromkeys(("letter", "number", "sign", "function", "text"), lambda piece: stringPict(piece.text)),
-    "space": lambda piece: stringPict("" if piece.text == "!" else " "),
+    "space": lambda piece: stringPict({"!": "", "quad": 4 * " "}.get(piece.text, " ")),
     "row": _print_row,
     "script": _print_script,
     "fraction": _print_fraction,

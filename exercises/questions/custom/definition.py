@@ -1,7 +1,7 @@
 """What an instructor writes to define a question: its texts, and the formula or the options of its answer."""
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 
 from qdot.exercises.formula.equality import Rounding
@@ -76,7 +76,7 @@ class Definition:
     their units. `unit` and `rounding` belong to numbers, which need three significant digits by default; `unit` is one
     for all entries or one for each, separated by commas. If `is_up_to_factor`, every nonzero multiple of a vector is
     correct, too. `texts` are pairs of a language and its texts; other languages than the first may lack some.
-    `location` is the file, the line and the key of the answer, for messages.
+    `locations` has, for messages, the file, the line and the key of each key, with dots in keys of tables: given.m.
     """
 
     name: str
@@ -90,7 +90,16 @@ class Definition:
     rounding: Rounding | None = None
     is_up_to_factor: bool = False
     points: float = 1.0
-    location: str = field(default="", compare=False, repr=False)
+    locations: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
+
+    @property
+    def answer_key(self) -> str:
+        """The key of the answer."""
+        return "options" if self.options else "answer"
+
+    def find_location(self, key: str = "") -> str:
+        """Return the file, the line and the key of a value; those of the answer if there is no such key."""
+        return self.locations.get(key) or self.locations.get(self.answer_key) or self.name
 
     @property
     def entry_units(self) -> tuple[str, ...]:
@@ -100,7 +109,7 @@ class Definition:
     @property
     def digest(self) -> str:
         """A short text that changes whenever the question changes in anything but its texts and points."""
-        ignored_names = ("texts", "points", "location")
+        ignored_names = ("texts", "points", "locations")
         content = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in ignored_names}
         return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
 

@@ -6,7 +6,7 @@ give.
 
 import ast
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import lru_cache
 from itertools import combinations, product
@@ -16,9 +16,15 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.derivation import TooLong, derive, make_symbolic_arm
-from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
+from qdot.exercises.arm.derivation_graph import (
+    StageResults,
+    compute_numeric_stages,
+    compute_symbolic_stages,
+    to_sympy_matrix,
+)
 from qdot.exercises.arm.lengths import replace_lengths_by_symbols
 from qdot.exercises.arm.trigonometry import write_in_textbook_form
+from qdot.exercises.common.errors import KeyReason
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import Evaluation, compile_program, evaluate
@@ -27,9 +33,25 @@ from qdot.exercises.problem.problem import Details, SymbolInfo, list_table_numbe
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_term_count_objection
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, TEXT_ANSWER, Definition, GivenValue
-from qdot.exercises.questions.custom.units import find_unit_objection
-from qdot.exercises.questions.language import AXES, FormulaError, UnknownName, find_calls, find_names, parse
-from qdot.exercises.questions.quantities import compile_formula, make_quantities, name_accelerations, select_components
+from qdot.exercises.questions.custom.units import MIXED_UNITS, find_dimensions, find_unit_objection, has_unit_of_kind
+from qdot.exercises.questions.language import (
+    AXES,
+    FormulaError,
+    UnknownName,
+    count_axes,
+    describe_shape,
+    find_calls,
+    find_names,
+    parse,
+)
+from qdot.exercises.questions.quantities import (
+    compile_formula,
+    is_result_or_symbol,
+    list_result_names,
+    make_quantities,
+    name_accelerations,
+    select_components,
+)
 from qdot.exercises.questions.reference import derive_reference
 from qdot.exercises.reference_answers import (
     Choice,
@@ -140,6 +162,16 @@ def make_question(definition: Definition) -> CustomQuestion:
     )  # fmt: skip
 
 
+def check_question_names(definition: Definition, question_names: Collection[str]) -> None:
+    """Raise FormulaError if a formula contains the name of a question, unless the name has another meaning."""
+    symbol_names = {name for name, _ in definition.units}
+    for formula in QuestionMaker(definition).all_formulas:
+        for name in find_names(formula) & set(question_names) - symbol_names:
+            if not is_result_or_symbol(name):
+                advice = "a formula can't contain the answer to another question; write the formula of its answer"
+                raise FormulaError(f"{name!r} is a question, and {advice}")
+
+
 class QuestionMaker:
     """Computes, samples and checks the answer of a definition."""
 
@@ -151,7 +183,8 @@ class QuestionMaker:
         self.option_formulas = [parse(option.content) if option.is_formula else None for option in definition.options]
 
     @property
-    def _all_formulas(self) -> list[ast.expr]:
+    def all_formulas(self) -> list[ast.expr]:
+        """The formulas of the answer and of the options."""
         return [*self.formulas, *filter(None, self.option_formulas)]
 
     @property
@@ -172,11 +205,11 @@ class QuestionMaker:
 
     def _uses_accelerations(self) -> bool:
         """Return whether a formula contains joint accelerations: by name, or because a velocity is differentiated."""
-        names = set().union(*map(find_names, self._all_formulas))
-        calls = set().union(*map(find_calls, self._all_formulas))
+        names = set().union(*map(find_names, self.all_formulas))
+        calls = set().union(*map(find_calls, self.all_formulas))
         is_named = any(name.startswith("qdd") for name in names)
         differentiates_rates = "ddt" in calls and any(name in ("v", "w") or name.startswith("qd") for name in names)
-        return is_named or differentiates_rates or any("ddt(ddt(" in ast.unparse(f) for f in self._all_formulas)
+        return is_named or differentiates_rates or any("ddt(ddt(" in ast.unparse(f) for f in self.all_formulas)
 
     def list_new_symbols(self, chain: Chain) -> dict[str, SymbolInfo] | None:
         """Return the symbols of the answer that the arm does not have: accelerations, and those with a unit."""
@@ -184,7 +217,7 @@ class QuestionMaker:
         if self._uses_accelerations():
             kinds = zip(name_accelerations(chain), chain.joints, strict=True)
             symbols |= {name: SymbolInfo("rate", "rad/s^2" if j.is_revolute else "m/s^2") for name, j in kinds}
-        if any("f" in find_names(formula) for formula in self._all_formulas):
+        if any("f" in find_names(formula) for formula in self.all_formulas):
             symbols = inversion.make_load_symbols(chain) | symbols
         return symbols or None
 
@@ -195,7 +228,15 @@ class QuestionMaker:
 
     def compute_answer(self, stages: StageResults, _: Details) -> np.ndarray:
         """Return the answer, (rows, columns, …), in the arithmetic of the stages."""
-        value = select_components(self._compute(self.formulas[0], stages), self.definition.rows)
+        return self.compute_formula(self.formulas[0], stages)
+
+    def compute_formula(self, formula: ast.expr, stages: StageResults) -> np.ndarray:
+        """Return the rows of a formula that the answer has, (rows, columns, …), in the arithmetic of the stages."""
+        value = self._compute(formula, stages)
+        if self.definition.rows and count_axes(value) != 1:
+            shape = describe_shape(value)
+            raise FormulaError(f"rows are names of the entries of a vector, but the answer is {shape}", "rows")
+        value = select_components(value, self.definition.rows)
         return value[None] if value.ndim == 1 else value
 
     def compute_zeros(self, stages: StageResults, _: Details) -> np.ndarray:
@@ -229,7 +270,7 @@ class QuestionMaker:
 
     def names_arm_symbols(self, chain: Chain, formulas: Sequence[ast.expr] = ()) -> bool:
         """Return whether formulas, by default those of the answer, name joint variables or lengths of the arm."""
-        searched_formulas = formulas or self._all_formulas
+        searched_formulas = formulas or self.all_formulas
         arm_names = {*(symbol.name for symbol in (*chain.q, *chain.parameters)), *list_table_numbers(chain), "q"}
         nodes = (node for formula in searched_formulas for node in ast.walk(formula))
         keywords = {node.arg for node in nodes if isinstance(node, ast.keyword)}  # theta1 in at(p, theta1 = 0)
@@ -258,8 +299,12 @@ class QuestionMaker:
         units, largest_value = self.definition.entry_units, max(abs(float(value)) for value in values)
         if len(units) == 1:
             units *= len(values)
-        elif len(units) != len(values):
-            raise FormulaError(f"`unit` has {len(units)} units, but the answer has {len(values)} entries")
+        tolerances = self.definition.rounding.errors_of_entries if self.definition.rounding else ()
+        entries = f"{len(values)} {'entry' if len(values) == 1 else 'entries'}"
+        for key, noun, count in (("unit", "units", len(units)), ("tolerance", "tolerances", len(tolerances))):
+            if count not in (len(values), 0):
+                advice = f"the answer has {entries}; write one for each entry, or one for all"
+                raise FormulaError(f"it has {count} {noun}, but {advice}", key)
         return Number(values, units, inversion.THREE_DIGIT_TOLERANCE, inversion.ERROR_NEAR_ZERO * largest_value)
 
     def _sample_values(self, chain: Chain, rng: Stream) -> CustomDetails:
@@ -351,7 +396,9 @@ class QuestionMaker:
         A number at random values is sampled for the symbolic arm, once for all arms of a class.
         """
         given_values = self.definition.given
-        if (objection := self._find_objection_to_given_values(chain)) is not None:
+        if (
+            objection := self._find_objection_to_symbols(chain) or self._find_objection_to_given_values(chain)
+        ) is not None:
             return objection
         is_random = bool(given_values) and all(value.kind or value.name in GIVEN_GROUPS for value in given_values)
         if is_random and self.formulas and not self.names_arm_symbols(chain):
@@ -363,17 +410,41 @@ class QuestionMaker:
 
         A length that is a number in the arm's table keeps this number, which must be in the given range.
         """
-        numbers = list_table_numbers(chain)
-        symbols = (*chain.q, *chain.parameters, *chain.rates, *chain.task)
-        names = [*map(str, symbols), *numbers, *(self.list_new_symbols(chain) or ())]
+        numbers, units = list_table_numbers(chain), self._list_units_of_symbols(chain)
         for value in self.definition.given:
+            if value.name in GIVEN_GROUPS:
+                continue
+            key = f"given.{value.name}"
+            if value.name not in units:
+                return KeyReason(key, str(UnknownName("symbol", value.name, tuple(units))))
+            if value.kind and not has_unit_of_kind(units[value.name], value.kind):
+                kind = next((kind for kind in SAMPLED_KINDS if has_unit_of_kind(units[value.name], kind)), "")
+                form = f'{value.name} = "{kind}"' if kind else f"a range, as in {value.name} = [1, 5]"
+                unit = units[value.name] if units[value.name] not in ("", "1") else "a number without a unit"
+                return KeyReason(key, f"{value.name} is {f'in {unit}' if kind else unit}; write {form}")
             if value.name in numbers and not value.kind and not value.low <= numbers[value.name] <= value.high:
                 number_text = f"{float(numbers[value.name]):g} m"
                 advice = f'write {value.name} = "length" to accept the numbers of the arms'
-                return f"`given`: {value.name} is {number_text} in the table of this arm; {advice}"
-            if value.name not in (*names, *GIVEN_GROUPS):
-                return f"`given`: {UnknownName('symbol', value.name, names)}"
+                return KeyReason(key, f"{value.name} is {number_text} in the table of this arm; {advice}")
         return None
+
+    def _find_objection_to_symbols(self, chain: Chain) -> str | None:
+        """Return why symbols of the definition can't have their names, or None: the arm has these names already."""
+        symbols = (*chain.q, *chain.parameters, *chain.rates, *chain.task, *name_accelerations(chain))
+        arm_names = {*map(str, symbols), *list_table_numbers(chain), *list_result_names(chain)}
+        arm_names |= {f"{letters}{row}" for letters in ("a", "d", "theta", "alpha") for row in range(1, chain.n + 1)}
+        name = next((name for name, _ in self.definition.units if name in arm_names), None)
+        if name is None:
+            return None
+        return KeyReason(f"units.{name}", f"{name} is a name of the arm, so that its unit is known; leave it out here")
+
+    def _list_units_of_symbols(self, chain: Chain) -> dict[str, str]:
+        """Return the unit of each symbol that an answer may contain, and of each length in the arm's table."""
+        units = dict.fromkeys([*map(str, chain.parameters), *list_table_numbers(chain)], "m")
+        for q, rate, joint in zip(chain.q, chain.rates, chain.joints, strict=True):
+            units |= {q.name: "m", rate.name: "m/s"} if joint.is_prismatic else {q.name: "rad", rate.name: "rad/s"}
+        units |= {row: "m/s" if row[0] == "v" else "rad/s" for row in chain.task}
+        return units | {name: info.unit for name, info in (self.list_new_symbols(chain) or {}).items()}
 
     def find_objection_to_arm(self, chain: Chain) -> str | None:
         """Return why the question can't be asked about this arm, or None; `find_objection` caches the result."""
@@ -389,7 +460,11 @@ class QuestionMaker:
                     return "its formula is never zero, or always, so there is no set to ask for"
                 pieces = [piece for component in components for piece in component.list_pieces()]
                 empty_piece = next((piece for piece in pieces if not sample_condition(chain, piece, "zeros")), None)
-                return empty_piece and f"qdot finds no configuration with {empty_piece}"
+                if empty_piece is None:
+                    return None
+                lengths = [length.name for length in chain.parameters if length.name in re.findall(r"\w+", empty_piece)]
+                condition = f"; whether there is one depends on {' and '.join(lengths)}" if lengths else ""
+                return f"qdot finds no configuration with {empty_piece}{condition}"
             if self.formulas and self.definition.given:
                 return None if self.sample_number(chain, Stream("check")) else "its answer is not a finite number"
             if self.formulas:
@@ -399,7 +474,9 @@ class QuestionMaker:
                 if _is_constant(matrix):
                     return f"its answer is {'always zero' if matrix.is_zero_matrix else 'the same everywhere'}"
                 return find_term_count_objection(sum(len(sp.Add.make_args(entry)) for entry in matrix))
-        except (FormulaError, TooLong, ValueError) as error:
+        except FormulaError as error:
+            return KeyReason(error.key, str(error)) if error.key else str(error)
+        except (TooLong, ValueError) as error:
             return str(error)
         return None
 
@@ -431,18 +508,38 @@ class QuestionMaker:
         texts = {", ".join(answer.as_json()) for answer in answers}
         if len(texts) == 1 and any(value.is_random for value in self.definition.given):
             return f"answer: it is {texts.pop()} for all given values"
-        tolerance = 0.0 if self.definition.rounding is None else self.definition.rounding.absolute
-        for answer in answers:
+        rounding = self.definition.rounding
+        for answer in answers if rounding is not None and rounding.absolute else ():
             numbers = list(map(float, answer.reference))
-            if tolerance and max(map(abs, numbers)) <= tolerance:
+            allowed_errors = answer.list_allowed_errors(rounding)
+            if all(abs(number) <= error for number, error in zip(numbers, allowed_errors, strict=True)):
                 value = ", ".join(f"{number:.3g}" for number in numbers)
                 return f"tolerance: it must be smaller than the answer; 0 would be right where the answer is {value}"
         return None
 
     def list_warnings(self, chain: Chain) -> list[str]:
         """Return what the instructor probably does not want, as clauses about the answer or the options."""
-        functions = (self.find_objection_to_unit, self._find_zero_component, self._find_formula_shown_as_text)
+        functions = (
+            self._find_unit_warning, self._find_zero_component, self._find_formula_shown_as_text,
+            self._find_unused_symbol, self._find_angle_in_degrees,
+        )  # fmt: skip
         return [warning for function in functions if (warning := function(chain)) is not None]
+
+    def _find_unused_symbol(self, chain: Chain) -> str | None:
+        """Return a warning if no formula contains a symbol that the definition adds; else None."""
+        used_names = {value.name for value in self.definition.given}.union(*map(find_names, self.all_formulas))
+        unused_name = next((name for name, _ in self.definition.units if name not in used_names), None)
+        return None if unused_name is None else KeyReason(f"units.{unused_name}", f"no formula contains {unused_name}")
+
+    def _find_angle_in_degrees(self, chain: Chain) -> str | None:
+        """Return a warning if an angle has so large a value that it is probably in degrees; else None."""
+        angles = {q.name for q, joint in zip(chain.q, chain.joints, strict=True) if joint.is_revolute}
+        for value in self.definition.given:
+            if value.name in angles and max(abs(value.low), abs(value.high)) > 2 * np.pi:
+                return KeyReason(
+                    f"given.{value.name}", f"{value.name} is in radians; {value.high:g} is more than a turn"
+                )
+        return None
 
     def _find_zero_component(self, chain: Chain) -> str | None:
         """Return a warning if a vector has a component that is always zero and not part of the task; else None.
@@ -477,23 +574,47 @@ class QuestionMaker:
                 return f'its option {option.content!r} is shown as a text; shown = "formula" shows its value'
         return None
 
-    def find_objection_to_unit(self, chain: Chain) -> str | None:
-        """Return why the numeric answer probably doesn't have the unit of the definition, or None."""
-        if not self.definition.given or self.is_set or not self.formulas:
+    def find_wrong_unit(self, chain: Chain) -> str | None:
+        """Return why the numeric answer can't have the unit of the definition, or None.
+
+        If a formula contains a number, this may have a unit, so that nothing is certain.
+        """
+        objection = self._find_unit_objection(chain)
+        is_certain = self.definition.unit and objection != MIXED_UNITS and not self._contains_number
+        return objection if is_certain else None
+
+    def _find_unit_warning(self, chain: Chain) -> str | None:
+        """Return why the answer probably has another unit, or none, or None."""
+        objection = self._find_unit_objection(chain)
+        if objection is None:
             return None
-        try:
-            arm, _ = replace_lengths_by_symbols(chain)
-            details = self._sample_values(arm, Stream("units"))
-            answer = to_sympy_matrix(self.compute_answer(compute_symbolic_stages(arm), details))
-        except FormulaError:  # it names a number of the table, which has no symbol
+        advice = '; if a number in the formula has a unit, name the quantity, as in units = {m = "kg"}'
+        text = f"{objection}{advice if self._contains_number else ''}"
+        return KeyReason("unit", text) if self.definition.unit else text
+
+    def _find_unit_objection(self, chain: Chain) -> str | None:
+        if not self.formulas or self.is_set:
             return None
-        units = {value.name: SAMPLED_KINDS.get(value.kind, "1") for value in self.definition.given}
-        units |= dict.fromkeys(map(str, arm.parameters), "m")
-        units |= {name: info.unit for name, info in (self.list_new_symbols(arm) or {}).items()}
-        for q, rate, joint in zip(arm.q, arm.rates, arm.joints, strict=True):
-            units |= {q.name: "m", rate.name: "m/s"} if joint.is_prismatic else {q.name: "rad", rate.name: "rad/s"}
-        units |= {row: "m/s" if row[0] == "v" else "rad/s" for row in arm.task}
-        return find_unit_objection(answer, details.all_values, units, self.definition.entry_units)
+        arm, _ = replace_lengths_by_symbols(chain)
+        details = CustomDetails(definition=self.definition)
+
+        def compute_entries(values: Mapping[str, np.ndarray]) -> np.ndarray:
+            answer = self.compute_answer(compute_numeric_stages(arm, values), details)
+            return answer.reshape(-1, answer.shape[-1])
+
+        found = find_dimensions(compute_entries, self._list_units_of_symbols(arm))
+        if self.definition.given:
+            return find_unit_objection(found, self.definition.entry_units)
+        return MIXED_UNITS if found.is_mixed else None
+
+    @property
+    def _contains_number(self) -> bool:
+        """Whether a formula contains a number that may have a unit: not 0, a divisor, an exponent or an index."""
+        nodes = [node for formula in self.formulas for node in ast.walk(formula)]
+        operations = (node for node in nodes if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Div, ast.Pow)))
+        plain_parts: list[ast.AST] = [operation.right for operation in operations]
+        plain_parts += [part for node in nodes if isinstance(node, ast.Subscript) for part in ast.walk(node.slice)]
+        return any(isinstance(node, ast.Constant) and node.value and node not in plain_parts for node in nodes)
 
 
 @lru_cache(maxsize=1024)
@@ -537,6 +658,8 @@ def _find_objection(definition: Definition, chain: Chain) -> str | None:
 
 def _simplify(entry: sp.Expr) -> sp.Expr:
     """Return an entry in textbook form, or unchanged if that form can't be confirmed by numbers."""
+    if entry.has(sp.zoo, sp.nan, sp.oo):
+        raise FormulaError("its answer has a denominator that is always zero")
     if sp.count_ops(entry) > MAX_OPERATIONS:
         raise TooLong(f"a formula has more than {MAX_OPERATIONS} operations, too many to be readable")
     simplified_entry = write_in_textbook_form(entry)
@@ -574,7 +697,9 @@ def _evaluate(entry: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | 
     number = sp.N(entry.xreplace(dict(values)).xreplace(dict(values)), 30)
     if number.free_symbols:
         missing = ", ".join(sorted(map(str, number.free_symbols)))
-        raise FormulaError(f"the answer contains {missing}, which the question does not give; add it to `given`")
+        raise FormulaError(
+            f"the answer contains {missing}, which the question does not give; add it to `given`", "given"
+        )
     is_finite = number.is_real and number.is_finite
     return sp.Float(f"{float(number):.10g}") if is_finite else None
 

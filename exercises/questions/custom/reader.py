@@ -1,7 +1,7 @@
 """Read the [question.NAME] tables of a TOML file."""
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
@@ -11,8 +11,9 @@ import pydantic
 from qdot.exercises.common.errors import ErrorList, QdotError, make_name_error
 from qdot.exercises.common.input_file import TomlFile, read_toml
 from qdot.exercises.formula.equality import Rounding
+from qdot.exercises.formula.names import FUNCTIONS, normalize_name
 from qdot.exercises.formula.units import parse_unit
-from qdot.exercises.problem.rounding import parse_rounding
+from qdot.exercises.problem.rounding import Tolerance, parse_rounding, parse_tolerance
 from qdot.exercises.questions.custom.definition import (
     GIVEN_GROUPS,
     SAMPLED_KINDS,
@@ -23,12 +24,14 @@ from qdot.exercises.questions.custom.definition import (
     Texts,
     split_units,
 )
-from qdot.exercises.questions.custom.question import make_question
+from qdot.exercises.questions.custom.question import check_question_names, make_question
 from qdot.exercises.questions.custom.texts import check_latex, check_text, check_title
-from qdot.exercises.questions.custom.units import UNIT_FORM, is_si_unit
+from qdot.exercises.questions.custom.units import check_si_unit
 from qdot.exercises.reference_answers import LETTERS
 
 ONLY_NUMBERS = "only numbers have {}; with given values, a formula becomes a number"
+RESERVED_NAMES = {*FUNCTIONS, "pi"}
+"""Names that can't be those of symbols, because students' answers contain them with another meaning."""
 MAX_TEXT_LENGTH, MAX_OPTIONS, HINT_COUNT = 5000, len(LETTERS), 3
 
 
@@ -83,7 +86,8 @@ class QuestionEntry(pydantic.BaseModel):
     digits: int = pydantic.Field(default=3, ge=2, le=9)
     """The number of significant digits that a numeric answer needs."""
     tolerance: str | None = None
-    """The error that a numeric answer may have, instead of `digits`."""
+    """The error that a numeric answer may have, or the errors of its entries, as in "0.01 rad/s, 0.01 m/s"; instead of
+    `digits`."""
     up_to_factor: bool = False
     """Whether every nonzero multiple of a vector of formulas is also correct, as for a direction."""
     points: float = pydantic.Field(default=1.0, gt=0, lt=1e6)
@@ -109,7 +113,8 @@ FORMS = {
     "units": 'expected a table, as in units = {m = "kg", g = "m/s^2"}',
     "unit": 'expected a unit, as in unit = "m/s", or one for each entry, as in unit = "rad/s, m/s"',
     "digits": "expected a whole number from 2 to 9, as in digits = 3",
-    "tolerance": 'expected a tolerance with its unit in quotes, as in tolerance = "0.01 m/s"',
+    "tolerance": 'expected a tolerance with its unit in quotes, as in tolerance = "0.01 m/s", or one for each entry, '
+    'as in tolerance = "0.01 rad/s, 0.01 m/s"',
     "up_to_factor": "expected true or false, without quotes",
     "points": "expected a positive number, as in points = 2",
     "hints": "expected a list of three texts, from vague to detailed",
@@ -117,6 +122,13 @@ FORMS = {
     "de": "expected the texts in German: prompt, and perhaps title, hints and solution",
 }  # fmt: skip
 """The expected form of each key, for messages and for the docs."""
+
+
+FORMS_OF_SYMBOLS = {
+    "given": f"expected a kind ({', '.join(SAMPLED_KINDS)}), a range such as [1, 5], or a number",
+    "units": 'expected a unit in quotes, as in m = "kg"',
+}
+"""The expected form of the value of a symbol in a table, for messages."""
 
 
 def read_definitions(file: TomlFile, known_names: Collection[str]) -> dict[str, Definition]:
@@ -127,7 +139,7 @@ def read_definitions(file: TomlFile, known_names: Collection[str]) -> dict[str, 
     tables = file.content.get("question", {})
     if not isinstance(tables, dict):
         with file.locate_errors("question"):
-            raise QdotError("write [question.NAME], with the name of the question")
+            raise QdotError("expected a table [question.NAME] for each question of your own")
     definitions, errors = dict[str, Definition](), ErrorList()
     for name in tables:
         with errors.collect():
@@ -135,11 +147,15 @@ def read_definitions(file: TomlFile, known_names: Collection[str]) -> dict[str, 
                 _check_name(name, known_names)
                 if not isinstance(tables[name], dict):
                     raise QdotError(f"expected a table, [question.{name}]")
+            _check_tables(file, name, tables[name])
             file.check_keys(("question", name), tuple(QuestionEntry.model_fields), ("prompt",))
             if isinstance(tables[name].get("de"), dict):
                 file.check_keys(("question", name, "de"), tuple(TextsEntry.model_fields), ("prompt",))
             definitions[name] = _read_definition(file, name, tables[name])
     errors.raise_all()
+    for name, definition in definitions.items():
+        with file.locate_errors("question", name, definition.answer_key):
+            check_question_names(definition, definitions)
     return definitions
 
 
@@ -149,7 +165,9 @@ def read_question_file(path: Path, known_names: Collection[str]) -> tuple[TomlFi
     Raises QdotError with the file, the line and the key.
     """
     file = read_toml(path, "it should define questions, each in a table [question.NAME]", float)
-    file.check_keys((), tuple(file.content) if "problem" in file.content else ("question",), ("question",))
+    file.check_keys((), tuple(file.content) if "problem" in file.content else ("question",))
+    if not file.content.get("question"):
+        raise QdotError(f"{path}: it defines no questions; write each in a table [question.NAME]")
     return file, read_definitions(file, known_names)
 
 
@@ -160,18 +178,48 @@ def _check_name(name: str, known_names: Collection[str]) -> None:
         raise QdotError(f"{name!r} is the name of a built-in question; choose another name")
 
 
+def _check_tables(file: TomlFile, name: str, table: dict[str, Any]) -> None:
+    """Raise QdotError with the line of a table in the question that is not for a known language."""
+    for key, value in table.items():
+        if isinstance(value, dict) and key not in QuestionEntry.model_fields:
+            with file.locate_errors("question", name, key):
+                if re.fullmatch(r"[a-z]{2}", key):
+                    raise QdotError(f"besides English, texts can be in German only, in [question.{name}.de]")
+                raise QdotError(f"write the name of the question without a dot: [question.{name}-{key}]")
+
+
+def _find_invalid_value(table: dict[str, Any], locations: Sequence[Sequence[str | int]]) -> tuple[list[str], str]:
+    """Return the keys of the first value that pydantic refuses, and the expected form; `locations` are pydantic's."""
+    key = locations[0][0]
+    inner_keys = [inner_key for location in locations if location[0] == key for inner_key in location[1:]]
+    value = table[str(key)]
+    if key == "de" and isinstance(value, dict):
+        return ["de", str(inner_keys[0])], FORMS[str(inner_keys[0])]
+    inner_key = next((str(inner) for inner in inner_keys if isinstance(value, dict) and inner in value), None)
+    if inner_key is not None:
+        return [str(key), inner_key], FORMS_OF_SYMBOLS[str(key)]
+    number = next((inner + 1 for inner in inner_keys if isinstance(inner, int) and isinstance(value, list)), 0)
+    prefix = f"number {number} of the list: " if number else ""
+    return [str(key)], f"{prefix}{FORMS[str(key)]}"
+
+
 def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Definition:
     try:
         entry = QuestionEntry.model_validate(table)
     except pydantic.ValidationError as error:
-        location = error.errors()[0]["loc"]
-        key_path = [str(key) for key in location[: 2 if location[0] == "de" else 1]]
+        key_path, form = _find_invalid_value(table, [each["loc"] for each in error.errors()])
         with file.locate_errors("question", name, *key_path):
-            raise QdotError(FORMS[key_path[-1]]) from None
+            raise QdotError(form) from None
     if (entry.answer is None) == (entry.options is None):
         with file.locate_errors("question", name):
             raise QdotError("a question needs either an answer or options")
+    with file.locate_errors("question", name, "answer"):
+        if entry.answer is not None and not entry.answer.strip():
+            raise QdotError(FORMS["answer"])
+        if entry.answer != TEXT_ANSWER and (entry.answer or "").strip().lower() == TEXT_ANSWER:
+            raise QdotError('for a text that a person marks, write answer = "text"')
     _check_texts(file, name, entry)
+    _check_keys_of_answer(file, name, entry)
     _check_options_and_units(file, name, entry)
     with file.locate_errors("question", name, "options"):
         options = _read_options(entry)
@@ -182,22 +230,28 @@ def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Defini
             raise QdotError(ONLY_NUMBERS.format("a unit"))
     with file.locate_errors("question", name, "digits" if entry.tolerance is None else "tolerance"):
         rounding = _read_rounding(entry)
-    answer_key = "answer" if entry.options is None else "options"
     title = entry.title or name.replace("-", " ").capitalize()
     texts = [("en", Texts(title, entry.prompt, tuple(entry.hints), entry.solution))]
     if entry.de is not None:
         texts.append(("de", Texts(entry.de.title or "", entry.de.prompt, tuple(entry.de.hints), entry.de.solution)))
     definition = Definition(
         name, entry.answer or "", tuple(texts), options, given, tuple(entry.rows), tuple(sorted(entry.units.items())),
-        entry.unit, rounding, entry.up_to_factor, entry.points,
-        file.describe_value("question", name, answer_key),
+        entry.unit, rounding, entry.up_to_factor, entry.points, _locate_keys(file, name, table),
     )  # fmt: skip
-    with file.locate_errors("question", name, answer_key):
+    with file.locate_errors("question", name, definition.answer_key):
         question = make_question(definition)  # parses the formulas
     with file.locate_errors("question", name, "up_to_factor"):
         if entry.up_to_factor and (question.compute is None or given):
             raise QdotError("only a vector of formulas can count up to a factor; leave this key out")
     return definition
+
+
+def _locate_keys(file: TomlFile, name: str, table: dict[str, Any]) -> dict[str, str]:
+    """Return the file, the line and the key of each value of a question, by key; given.m is a key in a table."""
+    key_paths: list[tuple[str, ...]] = [(key,) for key in table]
+    tables = {key: value for key, value in table.items() if key in ("given", "units") and isinstance(value, dict)}
+    key_paths += [(key, inner_key) for key, inner_table in tables.items() for inner_key in inner_table]
+    return {".".join(key_path): file.describe_value("question", name, *key_path) for key_path in key_paths}
 
 
 def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
@@ -221,6 +275,34 @@ def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
             check_title(texts.title or "", file.text)
 
 
+NAMES_OF_ANSWERS = {
+    "shown": "options", "rows": "a vector", "up_to_factor": "a vector of formulas", "given": "a formula as the answer",
+    "unit": "numbers", "digits": "numbers", "tolerance": "numbers", "units": "formulas",
+}  # fmt: skip
+"""The keys that not all questions have, and what has them."""
+
+
+def _check_keys_of_answer(file: TomlFile, name: str, entry: QuestionEntry) -> None:
+    """Raise QdotError with the line of a key that has no meaning for the question's kind of answer."""
+    kind = "a formula"
+    if entry.answer == TEXT_ANSWER:
+        kind = "a text"
+    elif entry.options is not None:
+        kind = "options"
+    elif re.match(r"\s*zeros\s*\(", entry.answer or ""):
+        kind = "a set of configurations"
+    shows_formulas = entry.shown == "formula" or any(
+        isinstance(option, OptionEntry) and option.formula is not None for option in entry.options or ()
+    )
+    meaningless_keys = {"shown"} if kind == "a formula" else {*NAMES_OF_ANSWERS}
+    if kind == "options":
+        meaningless_keys -= {"shown", "units"} if shows_formulas else {"shown"}
+    for key in entry.model_fields_set & meaningless_keys:
+        with file.locate_errors("question", name, key):
+            owner = NAMES_OF_ANSWERS[key]
+            raise QdotError(f"only {owner} can have this key, but the answer is {kind}; leave it out")
+
+
 def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) -> None:
     """Raise QdotError with the line and the key of an option, a name of a row or a unit that qdot can't show."""
     with file.locate_errors("question", name, "options"):
@@ -232,13 +314,20 @@ def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) ->
     with file.locate_errors("question", name, "rows"):
         for row_name in entry.rows:
             check_latex(row_name)
-    for key, units in (("unit", split_units(entry.unit)), ("units", entry.units.values())):
-        with file.locate_errors("question", name, key):
-            for unit in units:
-                if entry.unit and key == "unit" and not unit:
-                    raise QdotError("each entry needs a unit between the commas; write 1 for a number without a unit")
-                if not is_si_unit(unit):
-                    raise QdotError(f"{unit!r} is not a unit that qdot knows; {UNIT_FORM}")
+    with file.locate_errors("question", name, "unit"):
+        for unit in split_units(entry.unit):
+            if entry.unit and not unit:
+                raise QdotError("each entry needs a unit between the commas; write 1 for a number without a unit")
+            check_si_unit(unit)
+    for symbol_name, unit in entry.units.items():
+        with file.locate_errors("question", name, "units", symbol_name):
+            if symbol_name in RESERVED_NAMES:
+                raise QdotError(f"{symbol_name} has another meaning in formulas; choose another name")
+            if not re.fullmatch(r"[A-Za-z]\w*", symbol_name, re.ASCII):
+                raise QdotError("the name of a symbol has letters and digits, as in m, m1 or F")
+            if normalize_name(symbol_name) != symbol_name:
+                raise QdotError(f"write the name as {normalize_name(symbol_name)}, as students type it")
+            check_si_unit(unit)
 
 
 MIN_TOLERANCE = 1e-9
@@ -256,29 +345,55 @@ def _read_rounding(entry: QuestionEntry) -> Rounding | None:
         return parse_rounding(entry.digits)
     if sets_digits:
         raise QdotError("a number has either digits or a tolerance")
-    rounding = parse_rounding(entry.tolerance)
-    if rounding is None or entry.tolerance is None:
-        raise QdotError(FORMS["tolerance"])
-    units = [parse_unit(unit) for unit in split_units(entry.unit) if unit]
-    tolerance_unit = parse_unit(entry.tolerance.strip().lstrip("0123456789.eE+- "))
-    if tolerance_unit and any(unit and tolerance_unit.dimension != unit.dimension for unit in units):
-        raise QdotError(f"the unit of the tolerance doesn't fit: the answer is in {entry.unit}")
-    if rounding.absolute < MIN_TOLERANCE:
+    if re.search(r"\d,\d", entry.tolerance):
+        raise QdotError(f"write decimals with a point; {FORMS['tolerance']}")
+    units = split_units(entry.unit)
+    tolerances = [parse_tolerance(text, FORMS["tolerance"]) for text in split_units(entry.tolerance)]
+    if len(tolerances) > 1 and len(units) not in (1, len(tolerances)):
+        counts = f"{len(tolerances)} tolerances, but `unit` has {len(units)} units"
+        raise QdotError(f"it has {counts}; write one for each entry, or one for all entries")
+    pairs = zip(
+        tolerances if len(tolerances) > 1 else tolerances * len(units),
+        units if len(units) > 1 else units * len(tolerances), strict=True,
+    )  # fmt: skip
+    for tolerance, unit in pairs:
+        _check_tolerance(tolerance, unit, entry.unit)
+    sizes = tuple(tolerance.size for tolerance in tolerances)
+    words = dict.fromkeys(tolerance.words for tolerance in tolerances)
+    is_same = len(words) == 1
+    all_words = next(iter(words)) if is_same else ", ".join(tolerance.words for tolerance in tolerances)
+    return Rounding(0.0, min(sizes), all_words, sizes if len(sizes) > 1 else ())
+
+
+def _check_tolerance(tolerance: Tolerance, unit_text: str, all_units: str) -> None:
+    """Raise QdotError if the tolerance of an entry is too small, or does not fit the unit of the entry."""
+    unit = parse_unit(unit_text) if unit_text else None
+    if unit is not None and unit_text != "1" and not tolerance.unit_text:
+        raise QdotError(f'its unit is missing; write, for example, tolerance = "{tolerance.amount_text} {unit_text}"')
+    if unit is not None and tolerance.unit.dimension != unit.dimension:
+        several = ", one for each entry" if "," in all_units else ""
+        example = ", ".join(f"0.01 {each}" for each in split_units(all_units))
+        raise QdotError(
+            f"the unit of the tolerance doesn't fit: the answer is in {all_units}; write a tolerance{several}, as in "
+            f'tolerance = "{example}"'
+        )
+    if tolerance.size < MIN_TOLERANCE:
         raise QdotError(f"the tolerance must be at least {MIN_TOLERANCE:g}, because references have ten digits")
-    return rounding
 
 
 def _read_options(entry: QuestionEntry) -> tuple[Option, ...]:
     if entry.options is None:
         return ()
     options = []
-    for item in entry.options:
+    for number, item in enumerate(entry.options, 1):
         if isinstance(item, str):
             options.append(Option(item, entry.shown == "formula", False))
         elif (item.text is None) == (item.formula is None):
-            raise QdotError("an option needs either text or formula")
+            raise QdotError(f"option {number} needs either text or formula")
         else:
             options.append(Option(str(item.formula or item.text), item.formula is not None, item.right))
+        if not options[-1].content.strip():
+            raise QdotError(f"option {number} is empty")
     if not 2 <= len(options) <= MAX_OPTIONS:
         raise QdotError(f"a question has from 2 to {MAX_OPTIONS} options")
     if not any(option.is_correct for option in options):
@@ -302,16 +417,18 @@ def _read_given(entry: QuestionEntry) -> tuple[GivenValue, ...]:
         for name in entry.given:
             if name not in GIVEN_GROUPS:
                 raise make_name_error("group", name, GIVEN_GROUPS)
+            if entry.given.count(name) > 1:
+                raise QdotError(f"{name!r} is listed twice")
         return tuple(map(GivenValue, entry.given))
     return tuple(_read_given_value(name, value) for name, value in entry.given.items())
 
 
 def _read_given_value(name: str, value: str | float | list[float]) -> GivenValue:
     if name in GIVEN_GROUPS:
-        raise QdotError(f'write given = ["{name}"], or name each symbol')
+        raise QdotError(f'{name}: write given = ["{name}"], or name each symbol')
     if isinstance(value, str):
         if value not in SAMPLED_KINDS:
-            raise make_name_error("kind of value", value, tuple(SAMPLED_KINDS))
+            raise QdotError(f"{name}: {make_name_error('kind of value', value, tuple(SAMPLED_KINDS))}")
         return GivenValue(name, value)
     limits = value if isinstance(value, list) else [value, value]
     if len(limits) != 2 or not limits[0] <= limits[1] or not all(abs(limit) < 1e6 for limit in limits):

@@ -1,38 +1,65 @@
 """Check the unit of a number: how the number changes if the units of mass, length and time change."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
-import sympy as sp
+import numpy as np
 
-from qdot.exercises.formula.units import parse_unit
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.formula.units import convert_to_si, parse_unit
+from qdot.exercises.questions.custom.definition import SAMPLED_KINDS
 
 UNIT_FORM = "numbers are in SI units, made of m, s, rad, kg, N, J and W, as in m/s^2"
 """The expected form of a unit, for messages."""
 
+Dimension = tuple[int, ...]
+"""The powers of kg, m and s."""
+
 _BASE_COUNT = 3
 """The number of base units: kg, m and s."""
-_SCALES = (1, 2, 4)
+_SCALES = (2, 4)
 """The factors by which masses, lengths or times are multiplied."""
+_MAX_ATTEMPTS, _GOLDEN_RATIO, _NEAR_ZERO = 3, 0.6180339887, 1e-9
+"""The number of values of the symbols that are tried until the result is finite, a number from which these values are
+made, and the size below which a value may be an error of rounding."""
+MIXED_UNITS = (
+    "it has no unit, because it adds quantities of different units, or contains a function of a quantity with a unit"
+)
+"""Why a result has no unit, as a clause."""
 _POWER_TOLERANCE = 1e-6
 """Tolerance for the powers of kg, m and s that are computed from numbers."""
-_NAMES_OF_DIMENSIONS: dict[tuple[int, ...], str] = {
+_NAMES_OF_DIMENSIONS: dict[Dimension, str] = {
     (0, 0, 0): "a number without a unit", (0, 0, -1): "in rad/s or 1/s", (0, 0, -2): "in rad/s^2 or 1/s^2",
     (1, 1, -2): "in N", (1, 2, -2): "in N m", (1, 2, -3): "in W",
 }  # fmt: skip
 
 
-def is_si_unit(unit: str) -> bool:
-    """Return whether qdot knows a unit, and numbers in this unit are in SI units.
+def check_si_unit(unit: str) -> None:
+    """Raise QdotError if a unit is no SI unit with the usual symbols, in which students see it."""
+    if unit in ("", "1"):
+        return
+    si_unit = convert_to_si(unit)
+    if parse_unit(unit) is None:
+        raise QdotError(f"{unit!r} is not a unit that qdot knows; {UNIT_FORM}")
+    if si_unit != unit:
+        advice = f"write {si_unit}; students may use other units, too" if si_unit else UNIT_FORM
+        raise QdotError(f"{unit!r} is not an SI unit: {advice}")
 
-    >>> [is_si_unit(unit) for unit in ("m/s^2", "N*m", "rad/s", "", "deg", "furlong")]
-    [True, True, True, True, False, False]
+
+def has_unit_of_kind(unit: str, kind: str) -> bool:
+    """Return whether random values of a kind (SAMPLED_KINDS) can be those of a symbol with a unit.
+
+    >>> has_unit_of_kind("rad", "angle"), has_unit_of_kind("rad", "length"), has_unit_of_kind("m/s^2", "rate")
+    (True, False, True)
     """
-    parsed_unit = parse_unit(unit)
-    return parsed_unit is not None and not parsed_unit.conversion
+    dimension, own_dimension = _find_dimension(unit), _find_dimension(SAMPLED_KINDS[kind])
+    has_time = dimension[2] < 0 == dimension[0] and 0 <= dimension[1] <= 1
+    is_moment = kind == "force" and dimension == (1, 2, -2)
+    return dimension == own_dimension or is_moment or (kind in ("rate", "velocity") and has_time)
 
 
-def describe_dimension(dimension: tuple[int, ...]) -> str:
+def describe_dimension(dimension: Dimension) -> str:
     """Return the powers of kg, m and s in words.
 
     >>> describe_dimension((0, 1, -2)), describe_dimension((1, 2, -2)), describe_dimension((0, 0, 0))
@@ -48,58 +75,73 @@ def describe_dimension(dimension: tuple[int, ...]) -> str:
     return f"in {' '.join(factors) or '1'}{''.join(f'/{divisor}' for divisor in divisors)}"
 
 
-def find_unit_objection(
-    answer: sp.Matrix, values: Mapping[sp.Symbol, sp.Expr], units: Mapping[str, str], answer_units: tuple[str, ...]
-) -> str | None:
-    """Return why numbers can't have their units (one for all, or one for each), or None.
+@dataclass(frozen=True)
+class EntryDimensions:
+    """The powers of kg, m and s of each entry of a result; None for an entry whose powers can't be found.
 
-    `answer` has formulas in which every length is a symbol, and `units` has the unit of each symbol that is not a
-    length. An answer in m^k becomes 2^k times as large if all lengths are doubled, and so on for masses and times.
+    If `is_mixed`, an entry adds quantities of different units, so that it has no unit.
     """
-    dimensions = {symbol: _find_dimension(units.get(symbol.name, "m")) for symbol in values}
-    entry_dimensions: list[tuple[int, ...] | None] = []  # None if it can't be found
-    for entry in answer:
-        powers = []
-        for base in range(_BASE_COUNT):
-            symbol_powers = {symbol: dimension[base] for symbol, dimension in dimensions.items()}
-            numbers = _evaluate_at_scales(entry, values, symbol_powers)
-            if numbers is None:
-                entry_dimensions.append(None)
-                break
-            first_power, second_power = (math.log2(numbers[k + 1] / numbers[k]) for k in (0, 1))
-            if abs(first_power - second_power) > _POWER_TOLERANCE:
-                return "it has no unit, because it adds quantities of different units, such as a length and an angle"
-            powers.append(first_power)
-        else:
-            are_whole_numbers = all(abs(power - round(power)) < _POWER_TOLERANCE for power in powers)
-            entry_dimensions.append(tuple(map(round, powers)) if are_whole_numbers else None)
-    expected_units = answer_units if len(answer_units) > 1 else answer_units * len(entry_dimensions)
-    pairs = list(zip(expected_units, entry_dimensions, strict=True))
+
+    dimensions: tuple[Dimension | None, ...]
+    is_mixed: bool = False
+
+
+def find_dimensions(
+    compute_entries: Callable[[Mapping[str, np.ndarray]], np.ndarray], units: Mapping[str, str]
+) -> EntryDimensions:
+    """Return the dimensions of the entries of a result that depends on symbols; `units` has the unit of each symbol.
+
+    `compute_entries` returns the values of the entries, (entries, N), from the values of the symbols, (N,). An entry in
+    m^k becomes 2^k times as large if all lengths are doubled, and so on for masses and times.
+
+    >>> find_dimensions(lambda values: np.stack([values["m"] * values["v"] ** 2]), {"m": "kg", "v": "m/s"}).dimensions
+    ((1, 2, -2),)
+    """
+    scales = np.ones((_BASE_COUNT, 1 + _BASE_COUNT * len(_SCALES)))
+    for base in range(_BASE_COUNT):
+        first = 1 + base * len(_SCALES)
+        scales[base, first : first + len(_SCALES)] = _SCALES
+    for attempt in range(_MAX_ATTEMPTS):
+        values = {
+            name: (0.35 + (k + attempt + 1) * _GOLDEN_RATIO % 1) * np.prod(scales.T ** _find_dimension(unit), axis=1)
+            for k, (name, unit) in enumerate(sorted(units.items()))
+        }
+        with np.errstate(all="ignore"):
+            entries = np.abs(compute_entries(values))
+        if np.isfinite(entries).all():
+            break
+    dimensions = [_find_powers(entry) for entry in entries]
+    return EntryDimensions(tuple(each or None for each in dimensions), () in dimensions)
+
+
+def _find_powers(entry: np.ndarray) -> Dimension | None:
+    """Return the dimension of an entry from its values for all scales; () if there is none, None if it is unknown."""
+    if not np.isfinite(entry).all() or entry.min() < _NEAR_ZERO:
+        return None
+    ratios = np.log2(entry[1:].reshape(_BASE_COUNT, len(_SCALES)) / entry[0])
+    powers = ratios[:, 0] / math.log2(_SCALES[0])
+    if np.abs(ratios / np.log2(_SCALES) - powers[:, None]).max() > _POWER_TOLERANCE:
+        return ()
+    is_whole = np.abs(powers - np.round(powers)).max() < _POWER_TOLERANCE
+    return tuple(map(round, powers.tolist())) if is_whole else None
+
+
+def find_unit_objection(found: EntryDimensions, answer_units: tuple[str, ...]) -> str | None:
+    """Return why numbers can't have their units (one for all, or one for each), as a clause; or None."""
+    if found.is_mixed:
+        return MIXED_UNITS
+    expected_units = answer_units if len(answer_units) > 1 else answer_units * len(found.dimensions)
+    pairs = list(zip(expected_units, found.dimensions, strict=True))
     if all(dimension in (None, _find_dimension(unit)) for unit, dimension in pairs):
         return None
-    answer_unit, found_dimensions = ", ".join(answer_units), {each for each in entry_dimensions if each is not None}
+    answer_unit, known_dimensions = ", ".join(answer_units), {each for each in found.dimensions if each is not None}
     statement = f"its unit {answer_unit} doesn't fit, because" if answer_unit else "it has no unit, but"
-    if len(found_dimensions) == 1:
-        return f"{statement} the answer is {describe_dimension(found_dimensions.pop())}"
-    names = ", ".join("?" if each is None else describe_dimension(each) for each in entry_dimensions)
+    if len(known_dimensions) == 1:
+        return f"{statement} the answer is {describe_dimension(known_dimensions.pop())}"
+    names = ", ".join("?" if each is None else describe_dimension(each) for each in found.dimensions)
     return f'{statement} its entries have different units ({names}); give each its own, as in unit = "rad/s, m/s"'
 
 
-def _evaluate_at_scales(
-    entry: sp.Expr, values: Mapping[sp.Symbol, sp.Expr], symbol_powers: Mapping[sp.Symbol, int]
-) -> list[float] | None:
-    """Return the absolute value of an entry for each of _SCALES; None if one of them is infinite or almost zero.
-
-    Each symbol's value is multiplied by the scale to the symbol's power.
-    """
-    numbers = []
-    for scale in _SCALES:
-        scaled_values = {symbol: value * scale ** symbol_powers[symbol] for symbol, value in values.items()}
-        # twice, because the value of a joint may contain lengths
-        numbers.append(abs(complex(sp.N(entry.xreplace(scaled_values).xreplace(scaled_values)))))
-    return numbers if min(numbers) >= 1e-9 and all(map(math.isfinite, numbers)) else None
-
-
-def _find_dimension(unit: str) -> tuple[int, ...]:
+def _find_dimension(unit: str) -> Dimension:
     parsed_unit = parse_unit(unit)
     return parsed_unit.dimension if parsed_unit else (0, 0, 0)

@@ -173,7 +173,7 @@ function Panel(props: ArmProps): JSX.Element {
               <div id={`${ids}pane`} class="arm-pane" hidden={openPane === null}>
                 {openPane === "joints" ? sliders : null}
                 {openPane === "jacobian" ? <Numbers stage={stage} /> : null}
-                {openPane === "map" ? <Map stage={stage} /> : null}
+                {openPane === "map" ? <Map stage={stage} isHidden={props.isMapHidden ?? false} /> : null}
                 {openPane === "weld" ? <Path stage={stage} /> : null}
                 {openPane === "layers" ? <LayerControls {...layerProps} /> : null}
               </div>
@@ -232,7 +232,8 @@ function Numbers({ stage }: { stage: Stage }): JSX.Element {
   );
 }
 
-function Map({ stage }: { stage: Stage }): JSX.Element {
+function Map({ stage, isHidden }: { stage: Stage; isHidden: boolean }): JSX.Element {
+  if (isHidden) return <p class="arm-concealed">{say("arm.map.hidden")}</p>;
   if (stage.isConcealed) return <p class="arm-concealed">{say("arm.concealed")}</p>;
   if (stage.arm.joints.length < 2) return <p>{say("arm.map.one")}</p>;
   return <SingularMap {...stage} />;

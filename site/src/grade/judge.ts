@@ -9,21 +9,29 @@ import { judgeLetters } from "./letters.js";
 import { judgeDirection, judgeNumbers } from "./numbers.js";
 import { type IsSingular, judgeSet } from "./sets.js";
 import { judgeValues } from "./values.js";
-import type { Verdict } from "./verdict.js";
+import { isVerdict, type Verdict } from "./verdict.js";
 
 export { parseTypedColumns } from "./typed-jacobian.js";
 
-/**
- * Judge an answer; `isSingular` decides whether a configuration of this problem's arm is singular. A formula that can't
- * be parsed is parsed once more with commas between digits as decimal commas, but several numbers stay separate.
- */
+/** Judge an answer; `isSingular` decides whether a configuration of this problem's arm is singular. */
 export function judge(problem: Problem, part: Part, answer: string, isSingular: IsSingular): Verdict {
-  const verdict = judgeByKey(problem, part, answer, isSingular);
+  return readWithCommas(answer, part.key.type === "values", (text) => judgeByKey(problem, part, text, isSingular));
+}
+
+/**
+ * Return what `read` returns for an answer. If formulas can't be parsed, they are read once more with commas between
+ * digits as decimal commas, but several numbers stay separate.
+ */
+export function readWithCommas<T extends object>(
+  answer: string,
+  hasFormulas: boolean,
+  read: (text: string) => T | Verdict,
+): T | Verdict {
+  const result = read(answer);
+  if (!isVerdict(result) || !isUnparsed(result)) return result;
   const withDecimalPoints = readCommasAsPoints(answer);
-  if (withDecimalPoints === answer || part.key.type !== "values" || !isUnparsed(verdict))
-    return addRemedy(verdict, answer);
-  const verdictWithPoints = judgeByKey(problem, part, withDecimalPoints, isSingular);
-  return isUnparsed(verdictWithPoints) ? addRemedy(verdict, answer) : verdictWithPoints;
+  const secondResult = hasFormulas && withDecimalPoints !== answer ? read(withDecimalPoints) : result;
+  return isVerdict(secondResult) && isUnparsed(secondResult) ? addRemedy(result, answer) : secondResult;
 }
 
 /** If decimal commas made too many entries of a list, say how to separate numbers with commas. */

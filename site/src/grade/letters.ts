@@ -2,26 +2,52 @@
 
 import type { LettersKey } from "../bank.js";
 import { message, type Message } from "../text/text.js";
-import { correct, verdictOf, missing, type Slip, type Verdict, wrong } from "./verdict.js";
+import { correct, isVerdict, verdictOf, missing, type Slip, type Verdict, wrong } from "./verdict.js";
 
 const LETTERS = "ABCDEFGH";
 const EMPTY_ANSWERS = new Set(["", "blank", "ellipsis", "none"]);
 
 export function judgeLetters(answer: string, key: LettersKey): Verdict {
-  const text = normalize(answer.slice(0, 1000))
-    .trim()
-    .replace(/^["'()[\]{}. ]+|["'()[\]{}. ]+$/g, "");
-  if (EMPTY_ANSWERS.has(text)) return missing();
-  const chosenLetters = parseLetters(answer, key.options);
-  const expectedCount = key.type === "choice" ? 1 : key.type === "matching" ? key.items : null;
-  if (!chosenLetters || (expectedCount !== null && chosenLetters.length !== expectedCount)) {
-    return wrong("verdict.no-letter", {
-      said: answer.slice(0, 40),
-      letters: [...LETTERS.slice(0, key.options)].join(", "),
-    });
-  }
+  const chosenLetters = readLetters(answer, key);
+  if (isVerdict(chosenLetters)) return chosenLetters;
   if (key.type === "matching") return judgeMatching(chosenLetters, key);
   return key.type === "choice" ? judgeChoice(chosenLetters[0] as number, key) : judgeSelection(chosenLetters, key);
+}
+
+/** Return the indices of the chosen options, or the verdict on another text; `texts` are those of the options, if known. */
+export function readLetters(
+  answer: string,
+  { type, options, items }: Pick<LettersKey, "type" | "options" | "items">,
+  texts: readonly string[] = [],
+): readonly number[] | Verdict {
+  if (EMPTY_ANSWERS.has(stripLabel(answer))) return missing();
+  const chosenLetters =
+    type === "choice" && texts.length > 0 ? findOption(answer, texts) : parseLetters(answer, options);
+  const expectedCount = type === "choice" ? 1 : type === "matching" ? items : null;
+  if (chosenLetters && (expectedCount === null || chosenLetters.length === expectedCount)) return chosenLetters;
+  return wrong("verdict.no-letter", {
+    said: answer.slice(0, 40),
+    letters: isTrueOrFalse(texts) ? texts.join(", ") : [...LETTERS.slice(0, options)].join(", "),
+  });
+}
+
+/** Return whether a question asks if a statement is true. */
+export const isTrueOrFalse = (texts: readonly string[]): boolean => texts.join() === "true,false";
+
+/** A shorter text is no part of an option's text. */
+const MIN_PART_LENGTH = 4;
+
+/** Return the index, in a list, of the option with this letter or text; null if none or several match. */
+function findOption(answer: string, texts: readonly string[]): readonly number[] | null {
+  const typed = stripLabel(answer);
+  const word = isTrueOrFalse(texts) ? texts.find((text) => text[0] === typed) : undefined;
+  const exactIndex = texts.findIndex((text) => stripLabel(text) === (word ?? typed));
+  if (exactIndex >= 0) return [exactIndex];
+  const choice = /^([a-h])\s*[.):]/.exec(typed)?.[1] ?? typed;
+  const letterIndex = LETTERS.slice(0, texts.length).toLowerCase().indexOf(choice);
+  if (choice.length === 1 && letterIndex >= 0) return [letterIndex];
+  const indices = texts.flatMap((text, i) => (text.toLowerCase().includes(choice) ? [i] : []));
+  return choice.length >= MIN_PART_LENGTH && indices.length === 1 ? indices : null;
 }
 
 function judgeChoice(option: number, { right, option_mistakes }: LettersKey): Verdict {
@@ -99,6 +125,19 @@ export function parseLetters(answer: string, options: number): number[] | null {
   const indices = [...text].map((letter) => letters.indexOf(letter));
   return indices.length > 0 && !indices.includes(-1) ? indices : null;
 }
+
+/** The words before a letter, as in "Answer: C". */
+const LABEL_BEFORE_LETTER = /^(?:answer|option|antwort|lösung|solution)(?: is| ist| ?[:=])? ?(?=["'([]?[a-h](?![a-z]))/;
+
+/** Return a text in lower case without words before a letter, and without quotes and brackets around it. */
+const stripLabel = (text: string): string =>
+  normalize(text.slice(0, MAX_LENGTH))
+    .replace(/\s+/g, " ")
+    .replace(LABEL_BEFORE_LETTER, "")
+    .replace(/^["'()[\]{}.„“”‚‘’«» ]+|["'()[\]{}.„“”‚‘’«» ]+$/g, "");
+
+/** Only so many characters of an answer are searched for an option. */
+const MAX_LENGTH = 1000;
 
 /** Return a text in lower case, with compatible letters in their plain form and without invisible characters. */
 function normalize(text: string): string {

@@ -5,8 +5,8 @@ import { findMistakeIndex, type NumbersKey, type ValuesKey } from "../bank.js";
 import { evaluate, type Value } from "../read/evaluate.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parse } from "../read/reader.js";
-import { convertNumbers, convertTable } from "../read/tables.js";
-import { hasBlank, findNames, type Node, type SymbolValues } from "../read/tree.js";
+import { convertNumbers } from "../read/tables.js";
+import { hasBlank, findNames, type Node, type Rows, type SymbolValues } from "../read/tree.js";
 import { convertUnitsOfNumbers, findUnits, parseUnit, replaceLatexUnits } from "../read/units.js";
 import { message } from "../text/text.js";
 import { computeShareForDeviations, computeShareOfEntries } from "./credit.js";
@@ -15,7 +15,7 @@ import { correct, isVerdict, listNames, missing, parseOrVerdict, verdictOf, wron
 import type { Verdict } from "./verdict.js";
 import { extractEntries, labelOf, parseRowsOrTable } from "./forms.js";
 import { writeConfiguration, findUnknownSymbols, computeFingerprintWeight, getConfiguration } from "./values.js";
-import { correctOrUnsure } from "./values.js";
+import { correctOrUnsure, readFormulas } from "./values.js";
 
 const NO_SYMBOLS: ReadonlySet<string> = new Set();
 /** Tolerance of formulas for rounding errors, relative to the size of the terms (`Value.size`). */
@@ -25,20 +25,28 @@ const ZERO_TOLERANCE = 1e-12;
 
 /** Judge numbers, which are right within the key's tolerance. */
 export function judgeNumbers(answer: string, key: NumbersKey, labels: readonly string[] = []): Verdict {
+  const rowsOrVerdict = readNumbers(answer, key.units, labels);
+  return isVerdict(rowsOrVerdict)
+    ? rowsOrVerdict
+    : parseOrVerdict(() => judgeEntries(rowsOrVerdict.flat(), key, answer));
+}
+
+/** Return one number for each of the `units`, in SI units, or the verdict on an answer without such numbers. */
+export function readNumbers(answer: string, units: readonly string[], labels: readonly string[] = []): Rows | Verdict {
   if (!answer.trim()) return missing();
   const textWithUnits = replaceLatexUnits(answer);
-  const unitVerdict = findWrongUnit(textWithUnits, labels, key.units);
+  const unitVerdict = findWrongUnit(textWithUnits, labels, units);
   if (unitVerdict) return unitVerdict;
   const text = convertUnitsOfNumbers(textWithUnits);
-  const count = key.right.length;
+  const count = units.length;
   const rowsOrVerdict = parseRowsOrTable(
     (typed) => extractEntries(parse(typed, NO_SYMBOLS), { rows: count, columns: 1 }, NO_SYMBOLS, labels),
     count === 1 ? readCommasAsPoints(text) : text,
     () => convertNumbers(text, count),
   );
-  return isVerdict(rowsOrVerdict)
-    ? rowsOrVerdict
-    : parseOrVerdict(() => judgeEntries(rowsOrVerdict.flat(), key, answer));
+  if (isVerdict(rowsOrVerdict)) return rowsOrVerdict;
+  const names = findNames(...rowsOrVerdict.flat());
+  return names.size > 0 ? wrong("read.numbers", { names: listNames(names) }) : rowsOrVerdict;
 }
 
 /** Return the verdict on a unit of another dimension than the expected one; null if all units can be right. */
@@ -72,13 +80,12 @@ const describeDimension = (unit: string): string | null =>
 
 /** Judge numbers one by one; `text` is the typed answer. */
 function judgeEntries(entries: readonly Node[], key: NumbersKey, text: string): Verdict {
-  const { right: correctValues, floor: absoluteTolerance, tolerance: relativeTolerance } = key;
-  const names = findNames(...entries);
-  if (names.size > 0) return wrong("read.numbers", { names: listNames(names) });
+  const { right: correctValues, tolerance: relativeTolerance } = key;
+  const floorOf = (i: number) => key.floors?.[i] ?? key.floor;
   const values = entries.map((entry) => (hasBlank(entry) ? NaN : evaluateReal(entry)));
-  const isNear = (value: number, expected: number) =>
-    Math.abs(value - expected) <= Math.max(relativeTolerance * Math.abs(expected), absoluteTolerance);
-  const rightFlags = values.map((value, i) => isNear(value, correctValues[i] as number));
+  const isNear = (value: number, expected: number, i: number) =>
+    Math.abs(value - expected) <= Math.max(relativeTolerance * Math.abs(expected), floorOf(i));
+  const rightFlags = values.map((value, i) => isNear(value, correctValues[i] as number, i));
   if (rightFlags.every(Boolean))
     return correct(
       relativeTolerance < EXACT_TOLERANCE
@@ -91,12 +98,12 @@ function judgeEntries(entries: readonly Node[], key: NumbersKey, text: string): 
     yours: Number.isFinite(values[firstWrong]) ? (values[firstWrong] as number) : "—",
     expected: Number((correctValues[firstWrong] as number).toPrecision(4)),
   });
-  const zeroFlags = correctValues.map((expected) => Math.abs(expected) <= absoluteTolerance);
+  const zeroFlags = correctValues.map((expected, i) => Math.abs(expected) <= floorOf(i));
   const isRightUpToSigns =
     rightFlags.length > 1 &&
     !zeroFlags.every(Boolean) &&
     key.units.every(Boolean) && // numbers without units are counts, such as a rank
-    values.every((value, i) => [value, -value].some((candidate) => isNear(candidate, correctValues[i] as number)));
+    values.every((value, i) => [value, -value].some((candidate) => isNear(candidate, correctValues[i] as number, i)));
   const shareByEntries = computeShareOfEntries(rightFlags, zeroFlags, entries.map(hasBlank));
   const share = isRightUpToSigns ? Math.max(shareByEntries, computeShareForDeviations(1)) : shareByEntries;
   return verdictOf(share, isRightUpToSigns ? [message("verdict.but-signs"), reason] : [reason], {
@@ -113,10 +120,7 @@ function evaluateReal(entry: Node): number {
 
 /** Judge a vector that is right if it is the reference times any nonzero factor. */
 export function judgeDirection(answer: string, key: ValuesKey, labels: readonly string[] = []): Verdict {
-  if (!answer.trim()) return missing();
-  const symbols = new Set(key.symbols);
-  const parseEntries = (text: string) => extractEntries(parse(text, symbols), key, symbols, labels);
-  const rowsOrVerdict = parseRowsOrTable(parseEntries, answer, () => convertTable(answer, key.rows, 1));
+  const rowsOrVerdict = readFormulas(answer, key, labels);
   if (isVerdict(rowsOrVerdict)) return rowsOrVerdict;
   const entries = rowsOrVerdict.flat();
   return entries.some(hasBlank) ? missing() : parseOrVerdict(() => judgeVector(entries, key));

@@ -20,8 +20,8 @@ import { message, type Message } from "../text/text.js";
 import { type Atom, parseClaims, type Claim, allowFullTurns } from "./claims.js";
 import { countFalseConditions, computeShareOfSet } from "./credit.js";
 import { findSlipsInSet } from "./set-slips.js";
-import { correct, listNames, missing, parseOrVerdict, type Verdict, verdictOf, wrong } from "./verdict.js";
-import { isBlank } from "./forms.js";
+import { correct, isVerdict, listNames, missing, parseOrVerdict, type Verdict, verdictOf, wrong } from "./verdict.js";
+import { isBlank, requireScalars } from "./forms.js";
 import { makeArbitraryNumber, writeConfiguration } from "./values.js";
 
 /** Absolute tolerances of a condition and of a joint's value, in rad or m of the joints: keys have nine decimals. */
@@ -62,27 +62,41 @@ export function judgeSet(
   isSingular: IsSingular,
   offsets: ReadonlyMap<string, number> = new Map(),
 ): Verdict {
-  if (!typed.trim()) return missing();
-  const answer = usePointsInLengths(typed);
   const armSymbols: ArmSymbols = { joints: key.joints, angles, offsets, symbols: key.symbols };
   return parseOrVerdict(() => {
-    const tree = parse(answer, new Set(key.symbols));
-    if (isBlank(tree)) return missing();
-    const statements = removeBlanks(substituteIntegers(tree));
-    const ambiguity = findAmbiguity(answer, statements, key);
-    if (ambiguity) return ambiguity;
-    const claims = parseClaims(assignJoint(statements, armSymbols), new Set(key.joints));
-    return judgeClaims(claims, listPosesByCondition(key, statements), armSymbols, isSingular);
+    const conditions = readConditions(typed, key);
+    if (isVerdict(conditions)) return conditions;
+    return judgeClaims(conditions.claims, listPosesByCondition(key, conditions.tree), armSymbols, isSingular);
   });
+}
+
+/** Conditions as they were parsed, and the claims that they make. */
+type Conditions = { readonly tree: Node; readonly claims: readonly Claim[] };
+
+/** Return the conditions in an answer, or the verdict on one without conditions. Throws ParseError. */
+export function readConditions(
+  typed: string,
+  form: Pick<ConfigurationsKey, "joints" | "symbols">,
+): Conditions | Verdict {
+  if (!typed.trim()) return missing();
+  const answer = usePointsInLengths(typed);
+  const typedTree = parse(answer, new Set(form.symbols));
+  if (isBlank(typedTree)) return missing();
+  const tree = removeBlanks(substituteIntegers(typedTree));
+  const ambiguity = findAmbiguity(answer, tree, form);
+  if (ambiguity) return ambiguity;
+  const claims = parseClaims(assignJoint(tree, form), new Set(form.joints));
+  requireScalars(claims.map((claim) => claim.map(({ expression }) => expression)));
+  return { tree, claims };
 }
 
 /** Some poses on each piece of a set. */
 type Pieces = readonly (readonly SymbolValues[])[];
 /** The pieces of each condition of the reference. */
-type Conditions = readonly Pieces[];
+type PiecesByCondition = readonly Pieces[];
 
 /** Return the poses of each nonempty piece; names that the problem does not have get arbitrary numbers. */
-function listPosesByCondition(key: ConfigurationsKey, tree: Node): Conditions {
+function listPosesByCondition(key: ConfigurationsKey, tree: Node): PiecesByCondition {
   const unknownNames = [...findNames(tree)].filter((name) => !key.symbols.includes(name));
   const poseOf = (values: readonly number[], k: number): SymbolValues => ({
     ...Object.fromEntries(unknownNames.map((name) => [name, makeArbitraryNumber(name, k)])),
@@ -145,7 +159,7 @@ function isEmptyStatement(tree: Node): boolean {
 }
 
 /** Return the verdict if a condition is ambiguous or is no condition; else null. */
-function findAmbiguity(answer: string, tree: Node, key: ConfigurationsKey): Verdict | null {
+function findAmbiguity(answer: string, tree: Node, key: Pick<ConfigurationsKey, "joints" | "symbols">): Verdict | null {
   const knownNames = [...key.symbols, ...VOCABULARY.whole_numbers];
   const unknownNames = [...findNames(tree)].filter((name) => !knownNames.includes(name));
   if (unknownNames.length > 0)
@@ -170,7 +184,7 @@ function hasProductInChain(tree: Node, joints: readonly string[]): boolean {
 }
 
 /** Assign bare values, as in {0, pi}, to the only joint. Throws ParseError if there are several joints. */
-function assignJoint(tree: Node, { joints }: JointSpace): Node {
+function assignJoint(tree: Node, { joints }: Pick<JointSpace, "joints">): Node {
   const values = isListOrSet(tree) ? tree.args : [tree];
   const isStatement = (arg: Node) =>
     ["eq", "in", "dict", "and", "or", "list", "set"].includes(arg.kind) || hasNameOf(arg, new Set(joints));
@@ -183,7 +197,7 @@ function assignJoint(tree: Node, { joints }: JointSpace): Node {
 /** Judge the claims of an answer by the poses of each condition of the reference. */
 function judgeClaims(
   typedClaims: readonly Claim[],
-  conditions: Conditions,
+  conditions: PiecesByCondition,
   armSymbols: ArmSymbols,
   isSingular: IsSingular,
 ): Verdict {

@@ -50,28 +50,39 @@ type ValuesAt = (k: number) => EntryValues;
 
 /** Judge a formula, vector or matrix; `labels` name the entries of a vector. */
 export function judgeValues(answer: string, key: ValuesKey, labels: Names = [], columnNames: Names = []): Verdict {
+  const rowsOrVerdict = readFormulas(answer, key, labels, columnNames);
+  if (!isVerdict(rowsOrVerdict)) return parseOrVerdict(() => judgeEntries(rowsOrVerdict, key));
+  if (rowsOrVerdict.reasons[0]?.key !== "read.shape") return rowsOrVerdict;
+  return parseOrVerdict(() => {
+    const symbols = new Set(key.symbols);
+    const rows = buildMatrix(parse(answer, symbols), symbols, labels, key, columnNames);
+    return isTransposed(rows, key) ? judgeTransposed(rows, key) : rowsOrVerdict;
+  });
+}
+
+/** The form of an answer of formulas, without the correct values. */
+export type FormulaForm = Pick<ValuesKey, "symbols" | "rows" | "columns">;
+
+/** Return the entries of a formula, vector or matrix, or the verdict on an answer without such entries. */
+export function readFormulas(
+  answer: string,
+  form: FormulaForm,
+  labels: Names = [],
+  columnNames: Names = [],
+): Rows | Verdict {
   if (!answer.trim()) return missing();
-  const symbols = new Set(key.symbols);
-  const rowsOrVerdict =
-    key.rows * key.columns === 1
-      ? parseOrVerdict(() => parseFormula(answer, symbols, labels))
-      : parseRowsOrTable(
-          (text) => {
-            const tree = parse(text, symbols);
-            const rows = isBlank(tree) ? null : buildMatrix(tree, symbols, labels, key, columnNames);
-            return rows && isTransposed(rows, key)
-              ? judgeTransposed(rows, key)
-              : extractEntries(tree, key, symbols, labels, columnNames);
-          },
-          answer,
-          () => convertTable(answer, key.rows, key.columns),
-        );
-  return isVerdict(rowsOrVerdict) ? rowsOrVerdict : parseOrVerdict(() => judgeEntries(rowsOrVerdict, key));
+  const symbols = new Set(form.symbols);
+  if (form.rows * form.columns === 1) return parseOrVerdict(() => parseFormula(answer, symbols, labels));
+  return parseRowsOrTable(
+    (text) => extractEntries(parse(text, symbols), form, symbols, labels, columnNames),
+    answer,
+    () => convertTable(answer, form.rows, form.columns),
+  );
 }
 
 /** Parse an answer of one entry; if a decimal comma makes it a list, as in 0,5, commas are read as points. */
 function parseFormula(answer: string, symbols: ReadonlySet<string>, labels: readonly string[]): Rows | Verdict {
-  const typed = parse(answer, symbols);
+  const typed = parse(removeCapitalName(answer, symbols), symbols);
   if (isBlank(typed)) return missing();
   const otherName = findOtherComponent(typed, labels);
   if (otherName) return wrong("read.component", { other: otherName, asked: labels[0] as string });
@@ -79,7 +90,13 @@ function parseFormula(answer: string, symbols: ReadonlySet<string>, labels: read
   const withDecimalPoints = readCommasAsPoints(answer);
   if (tree.kind === "list" && withDecimalPoints !== answer)
     return parseOrVerdict(() => parseFormula(withDecimalPoints, symbols, labels));
-  return ["list", "set", "dict"].includes(tree.kind) ? wrong("read.list") : [[tree]];
+  return ["list", "set", "dict"].includes(tree.kind) ? wrong("read.list") : requireScalars([[tree]]);
+}
+
+/** Return the text after the name in "M = m*a1"; the parser takes M for the mass m if this is a symbol. */
+function removeCapitalName(answer: string, symbols: ReadonlySet<string>): string {
+  const [, name = "", value = ""] = /^\s*([A-Z]\w*)\s*:?=([^=]+)$/.exec(answer) ?? [];
+  return !symbols.has(name) && symbols.has(name.toLowerCase()) ? value : answer;
 }
 
 /** Return the entry of Matrix([a]), [a] or [[a]]: a matrix of one entry is read as this entry. */
@@ -399,8 +416,10 @@ const isAngle = (symbol: string): boolean => /^theta\d+$/.test(symbol);
 const unitOf = (symbol: string): string => (isAngle(symbol) ? "°" : /^[ad]\d+$/.test(symbol) ? " m" : "");
 
 /** Return a message on names in an answer that are no symbols of the problem; null if there are none. */
-export function findUnknownSymbols(names: ReadonlySet<string>, key: ValuesKey): Message | null {
-  const { symbols, constants, mentioned = [] } = key;
+export function findUnknownSymbols(
+  names: ReadonlySet<string>,
+  { symbols, constants, mentioned = [] }: Pick<ValuesKey, "symbols" | "constants" | "mentioned">,
+): Message | null {
   const unknown = [...names].filter((name) => !symbols.includes(name));
   if (unknown.length === 0) return null;
   if (unknown.every((name) => UNITS.has(name))) return message("read.unit-left", { unit: unknown.sort()[0]! });

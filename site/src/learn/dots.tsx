@@ -26,7 +26,7 @@ const countFilledDots = ({ row, learned }: Streak): number =>
   learned !== undefined ? NEEDED_ARMS : Math.min(row.length, NEEDED_ARMS);
 
 /** Return the state of a class of arms in words, with its name. */
-export const describeClass = ({ name }: ClassItems, streak: Streak): string =>
+const describeClass = ({ name }: ClassItems, streak: Streak): string =>
   `${say(`classes.${name}`)}: ${describeProgress(streak)}`;
 
 function describeProgress(streak: Streak): string {

@@ -1,28 +1,15 @@
-// The graph of lessons: what each lesson builds on, and the student's progress in the lesson and in its questions.
+// The graph of lessons: what each lesson builds on, and the student's progress.
 
 import type { Index } from "../bank.js";
-import { ANY_WISH, listItems, nameItem, type Progress } from "../practice/choice.js";
 import { type Lesson, LESSONS } from "./lessons.js";
 import { listClasses, findStreak, type ClassItems } from "../practice/classes.js";
-import { isDue, NEEDED_ARMS, NEW_SKILL, type Streak, type Skill, type Skills } from "../practice/skills.js";
+import { isDue, NEW_SKILL, type Streak, type Skill, type Skills } from "../practice/skills.js";
 
 type LessonState = "new" | "begun" | "learned" | "due" | "mastered";
 
-/** The student's progress in a question. */
-export interface QuestionProgress {
-  readonly name: string;
-  readonly title: string;
-  /** Code of the title's language; undefined for English. */
-  readonly lang: string | undefined;
-  /** On how many arms the last answer was right, up to `neededCount`. */
-  readonly rightCount: number;
-  readonly neededCount: number;
-  /** Whether the last answer on some arm was wrong. */
-  readonly hasWrongAnswer: boolean;
-}
-
 export interface LessonNode {
   readonly lesson: Lesson;
+  readonly skill: Skill;
   readonly state: LessonState;
   /** Whether all lessons on which it builds are learned, but not the lesson itself. */
   readonly isNext: boolean;
@@ -30,7 +17,6 @@ export interface LessonNode {
   readonly unlearnedNeeds: readonly Lesson[];
   /** The classes of its arms, with the progress in each. */
   readonly classes: readonly (readonly [ClassItems, Streak])[];
-  readonly questions: readonly QuestionProgress[];
 }
 
 /**
@@ -45,7 +31,7 @@ export function findLessonState(skill: Skill, now: number, laterStreaks: readonl
 }
 
 /** Return all lessons with their states at a time (ms since 1970), in their order. */
-export function makeLessonNodes(index: Index, skills: Skills, progress: Progress, now: number): LessonNode[] {
+export function makeLessonNodes(index: Index, skills: Skills, now: number): LessonNode[] {
   const isLearned = (id: string): boolean => skills[id]?.learned !== undefined;
   return LESSONS.map((lesson) => {
     const unlearnedNeeds = lesson.needs
@@ -59,30 +45,11 @@ export function makeLessonNodes(index: Index, skills: Skills, progress: Progress
     const laterStreaks = classes.slice(1).map(([, streak]) => streak);
     return {
       lesson,
+      skill,
       state: findLessonState(skill, now, laterStreaks),
       classes,
       isNext: unlearnedNeeds.length === 0 && !isLearned(lesson.id),
       unlearnedNeeds,
-      questions: lesson.questions.flatMap((name) => findQuestionProgress(index, name, progress)),
     };
   });
-}
-
-/** Return the progress in a question as a list of one element; an empty list if the bank does not ask the question. */
-function findQuestionProgress(index: Index, name: string, progress: Progress): QuestionProgress[] {
-  const question = index.questions.find((entry) => entry.name === name);
-  const items = listItems(index, { ...ANY_WISH, question: name });
-  if (!question || items.length === 0) return [];
-  const attempts = items.map((item) => progress[nameItem(item)]).filter((attempt) => attempt !== undefined);
-  const needed = Math.min(NEEDED_ARMS, items.length);
-  return [
-    {
-      name,
-      title: question.title,
-      lang: question.lang,
-      rightCount: Math.min(needed, attempts.filter(({ right }) => right).length),
-      neededCount: needed,
-      hasWrongAnswer: attempts.some(({ right }) => !right),
-    },
-  ];
 }

@@ -1,11 +1,12 @@
-// A lesson: an idea to try on the arm, with goals to reach; then practice until the lesson is learned.
+// A lesson: a prediction, goals to reach on the arm, the explanation, guided steps on one arm; then practice until it is
+// learned.
 
 import type { JSX } from "preact";
-import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useEffect, useId, useMemo, useRef, useState } from "preact/hooks";
 
 import { Button } from "../controls.js";
 import { Arm } from "../arm/panel.js";
-import type { State } from "../arm/model.js";
+import type { Arm as ArmModel, State } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
 import { ZERO } from "../arm/vector.js";
 import type { View } from "../arm/view.js";
@@ -21,8 +22,10 @@ import { type Message, textOf, say } from "../text/text.js";
 import { chooseClassIndex, type ClassItems, countInClass, findStreak, listClasses } from "../practice/classes.js";
 import { Dots } from "./dots.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import { chooseItem, countArms, isDue, NEEDED_ARMS, type Skill } from "../practice/skills.js";
-import { DialBoard, FIRST_DIALS, computeRates, Contributions, computeVelocity } from "./tools.js";
+import { chooseItem, countArms, isDue, listGuidedItems, NEEDED_ARMS, type Skill } from "../practice/skills.js";
+import { Sketch } from "./sketch.js";
+import { DialBoard, FIRST_DIALS, computeRates, computeVelocity, ToolArrows } from "./tools.js";
+import { WorkspaceChart } from "./workspace.js";
 
 interface LessonProps {
   readonly lesson: Lesson;
@@ -88,8 +91,8 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
     if (hasMoved.current && newGoals.length > 0) onSkill({ ...skill, goals: [...skill.goals, ...newGoals] });
   });
   const overlay = useMemo(
-    () => ratesAt && ((now: Stage, view: View) => <Contributions stage={now} view={view} rates={ratesAt(now.state)} />),
-    [ratesAt],
+    () => tool && ((now: Stage, view: View) => <ToolArrows tool={tool} dials={dials} stage={now} view={view} />),
+    [tool, dials],
   );
   const isDone = goals.every((_, i) => skill.goals.includes(i));
   return (
@@ -97,15 +100,15 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
       <article class="task lesson">
         <Head lesson={lesson} skill={skill} classes={classes} />
         <h2>{say(lesson.title)}</h2>
-        {lesson.idea.map((text) => (
-          <p key={text}>
-            <Rich text={say(text)} />
-          </p>
-        ))}
-        {tool && stage ? (
+        <p>
+          <Rich text={say(lesson.intro)} />
+        </p>
+        <PredictionBox lesson={lesson} skill={skill} onPredict={(predicted) => onSkill({ ...skill, predicted })} />
+        <h3>{say("lesson.try")}</h3>
+        {tool === "workspace" && stage ? <WorkspaceChart arm={stage.arm} state={stage.state} /> : null}
+        {tool && tool !== "workspace" && stage ? (
           <DialBoard tool={tool} arm={stage.arm} dials={dials} rates={rates} velocity={velocity} onDials={setDials} />
         ) : null}
-        <h3>{say("lesson.try")}</h3>
         <ul class="goals" aria-live="polite">
           {goals.map(({ text }, i) => (
             <li key={text} class={skill.goals.includes(i) ? "reached" : ""}>
@@ -119,6 +122,7 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
             </li>
           ))}
         </ul>
+        <Explanation lesson={lesson} arm={stage?.arm ?? null} isOpen={isDone} />
         <p class="actions">
           {items.length > 0 ? (
             <Button
@@ -142,10 +146,72 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
           pane={lesson.pane}
           onStage={setStage}
           overlay={overlay ?? undefined}
-          rates={ratesAt ?? undefined}
+          rates={tool === "force" ? undefined : (ratesAt ?? undefined)}
         />
       </section>
     </div>
+  );
+}
+
+type PredictionProps = Pick<LessonProps, "lesson" | "skill"> & { readonly onPredict: (option: number) => void };
+
+/** The question before anything moves. Once its goal is reached, the prediction comes back with what happened. */
+function PredictionBox({ lesson, skill, onPredict }: PredictionProps): JSX.Element {
+  const { question, options, right, goal, outcome } = lesson.prediction;
+  const { predicted, goals } = skill;
+  const name = useId();
+  const isSettled = goals.includes(goal);
+  const chosen = predicted === undefined ? undefined : options[predicted];
+  return (
+    <fieldset class="prediction" disabled={isSettled}>
+      <legend>
+        <strong>{say("lesson.predict")}</strong> <Rich text={say(question)} />
+      </legend>
+      {options.map((text, i) => (
+        <label key={text}>
+          <input type="radio" name={name} checked={i === predicted} onChange={() => onPredict(i)} />{" "}
+          <Rich text={say(text)} />
+        </label>
+      ))}
+      <p role="status">
+        {isSettled ? (
+          <>
+            {chosen ? (
+              <Rich
+                text={`${say(predicted === right ? "lesson.predicted-right" : "lesson.predicted-wrong", { option: say(chosen) })} `}
+              />
+            ) : null}
+            <Rich text={say(outcome)} />
+          </>
+        ) : chosen ? (
+          say("lesson.predicted-now-try")
+        ) : null}
+      </p>
+    </fieldset>
+  );
+}
+
+type ExplanationProps = { readonly lesson: Lesson; readonly arm: ArmModel | null; readonly isOpen: boolean };
+
+/** The formula and its reason, with a figure and an example; closed until all goals are reached. */
+function Explanation({ lesson, arm, isOpen }: ExplanationProps): JSX.Element {
+  const [first, ...others] = lesson.idea;
+  return (
+    <details class="explanation" open={isOpen}>
+      <summary>{say("lesson.explanation")}</summary>
+      <p>
+        <Rich text={say(first!)} />
+      </p>
+      {arm ? <Sketch arm={arm} degrees={lesson.sketch} /> : null}
+      {others.map((text) => (
+        <p key={text}>
+          <Rich text={say(text)} />
+        </p>
+      ))}
+      <p class="worked-example">
+        <strong>{say("lesson.example")}</strong> <Rich text={say(lesson.example)} />
+      </p>
+    </details>
   );
 }
 
@@ -159,8 +225,40 @@ function NextLesson({ lesson, isQuiet }: { lesson: Lesson; isQuiet: boolean }): 
   ) : null;
 }
 
+type PracticeProps = LessonProps & Classes & { hasArrived: boolean; onIdea: () => void };
+
+/** First the questions of the lesson in their order on one arm, which don't count; then the questions that count. */
+function Practice(props: PracticeProps): JSX.Element {
+  const { lesson, index, skill, classes, hasArrived, onIdea } = props;
+  const steps = useMemo(() => listGuidedItems(classes[0]!.items, lesson.questions), [classes, lesson]);
+  const isFirstVisit = hasArrived && skill.row.length === 0 && skill.learned === undefined;
+  const [step, setStep] = useState(isFirstVisit && steps.length > 1 ? 0 : steps.length);
+  if (step >= steps.length) return <Counting {...props} />;
+  return (
+    <div class="workspace">
+      <div class="choosing">
+        <Head lesson={lesson} skill={skill} classes={classes} />
+        <p class="lesson-title">
+          <strong>{say("lesson.step", { number: step + 1, count: steps.length })}</strong>{" "}
+          <Button className="quiet small" text={say("lesson.back")} onClick={onIdea} />{" "}
+          <Button className="quiet small" text={say("lesson.skip-steps")} onClick={() => setStep(steps.length)} />
+        </p>
+      </div>
+      <Current
+        key={step}
+        item={steps[step]!}
+        level={index.feedback}
+        hasArrived
+        notes={[]}
+        onVerdict={() => undefined}
+        onNext={() => setStep(step + 1)}
+      />
+    </div>
+  );
+}
+
 /** Questions on the lesson, one after the other; `hasArrived` says whether the reader comes from the idea. */
-function Practice(props: LessonProps & Classes & { hasArrived: boolean; onIdea: () => void }): JSX.Element {
+function Counting(props: PracticeProps): JSX.Element {
   const { lesson, index, skill, classes, hasArrived, onSkill, onIdea } = props;
   /** Choose the next question, and the class of arms to which it belongs. */
   const chooseNext = (): { classIndex: number; item: Item | null } => {

@@ -7,12 +7,10 @@ import { useMemo } from "preact/hooks";
 import type { Index } from "../bank.js";
 import type { ArmRecord } from "../pages/live.js";
 import { showPart } from "../pages/part.js";
-import { Rich } from "../practice/math.js";
 import { type StoredState, useStoredState } from "../practice/stored-state.js";
 import { WithIndex } from "../practice/with-index.js";
 import { say } from "../text/text.js";
 import { Offline } from "../offline/offline.js";
-import { Dots } from "./dots.js";
 import { makeLessonNodes } from "./graph.js";
 import { SkillMap } from "./skill-map.js";
 import { LessonView } from "./lesson.js";
@@ -43,45 +41,29 @@ function Learn({ arms, index }: { arms: Arms; index: Index }): JSX.Element {
 
 type ListProps = { stored: StoredState; unknownLesson: string | null; index: Index };
 
-/** All lessons; the next one is highlighted, and so are lessons that are due for review. */
+/** The map of all lessons, and a link to the one that comes next or is due for review. */
 function List({ stored, unknownLesson, index }: ListProps): JSX.Element {
-  const { lessons: skills, progress } = stored;
   const problems = useMemo(
     () => index.families.flatMap(({ name, problems }) => problems.map(({ key }) => `${name}/${key}`)),
     [index],
   );
-  const now = Date.now();
-  const nodes = makeLessonNodes(index, skills, progress, now);
+  const nodes = makeLessonNodes(index, stored.lessons, Date.now());
   const next =
-    LESSONS.find(({ id }) => skills[id]?.learned === undefined) ??
-    nodes.find(({ classes }) => classes.some(([, { learned }]) => learned === undefined))?.lesson;
+    nodes.find(({ state }) => state === "due") ??
+    nodes.find(({ skill }) => skill.learned === undefined) ??
+    nodes.find(({ classes }) => classes.some(([, { learned }]) => learned === undefined));
   return (
     <div class="way">
       {unknownLesson ? <p role="alert">{say("lesson.unknown", { name: unknownLesson })}</p> : null}
       <p class="lead">{say("lesson.lead")}</p>
+      {next ? (
+        <p class="actions">
+          <a class="button" href={`learn.html?lesson=${next.lesson.id}${next.state === "due" ? "&practise=1" : ""}`}>
+            {say(next.state === "due" ? "lesson.review" : "lesson.next", { title: say(next.lesson.title) })}
+          </a>
+        </p>
+      ) : null}
       <SkillMap nodes={nodes} />
-      <ol>
-        {nodes.map(({ lesson: { id, title, idea, goals }, state, classes }) => {
-          const skill = skills[id] ?? NEW_SKILL;
-          const isDue = state === "due";
-          return (
-            <li key={id} class={isDue || (next?.id === id && !isDue) ? "current" : ""}>
-              <h2>
-                <a class="cover" href={`learn.html?lesson=${id}${isDue ? "&practise=1" : ""}`}>
-                  {say(title)}
-                </a>
-              </h2>
-              <p>
-                <Rich text={say(idea[0]!)} />
-              </p>
-              <p class="muted">
-                <Dots skill={skill} classes={classes.map(([armClass]) => armClass)} />{" "}
-                {isDue ? say("lesson.due") : say("lesson.goals", { count: skill.goals.length, all: goals.length })}
-              </p>
-            </li>
-          );
-        })}
-      </ol>
       <Offline title={say("offline.course")} problems={problems} />
     </div>
   );

@@ -1,4 +1,4 @@
-// The controls of a lesson: sliders for joint rates or for a direction of P, and the resulting arrows in the drawing.
+// The controls of a lesson: sliders for joint rates, for a direction of P or for a force at P, and the resulting arrows.
 
 import type { JSX } from "preact";
 
@@ -9,12 +9,15 @@ import { type Arm, arrowsOf, type State } from "../arm/model.js";
 import { roundToDecimals } from "../arm/number-format.js";
 import type { Stage } from "../arm/stage.js";
 import { leastSquares } from "../arm/svd.js";
-import { add, clamp, scaleVector, type Vec3, ZERO } from "../arm/vector.js";
+import { add, addScaled, clamp, cross, scaleVector, subtract, type Vec3, ZERO } from "../arm/vector.js";
 import type { View } from "../arm/view.js";
 import { formatNumber, say } from "../text/text.js";
 
-/** Which sliders a lesson has: for joint rates, or for the wanted direction of P. */
-export type Tool = "rates" | "wanted";
+/**
+ * What a lesson has beside the arm: sliders for joint rates, whose contributions are drawn at P ("rates") or link by link
+ * ("links"); a slider for the direction of P ("wanted") or of a force at P ("force"); or a chart of the workspace.
+ */
+export type Tool = "rates" | "links" | "wanted" | "force" | "workspace";
 
 /** The values of the sliders: joint rates (rad/s), and a direction on the page (degrees). */
 type Dials = { readonly rates: readonly number[]; readonly direction: number };
@@ -26,12 +29,31 @@ const WANTED_SPEED = 0.5;
 /** The damping of the least squares problem (m), which bounds the joint rates at a singularity. */
 const DAMPING = 1e-6;
 
-/** Return the joint rates (rad/s) that a tool sets: those of the sliders, or those that move P as wanted. None: []. */
+/** The force at P (N). */
+export const FORCE = 10;
+
+/**
+ * Return the joint rates (rad/s) that a tool sets: those of the sliders, or those that move P as wanted. For a force they
+ * are the joint torques (N m) with which P pushes. A tool that sets nothing returns [].
+ */
 export function computeRates(tool: Tool | null, dials: Dials, { taskJacobian }: State): readonly number[] {
-  if (tool === "rates") return dials.rates;
-  if (tool !== "wanted") return [];
-  const angle = (dials.direction * Math.PI) / 180;
-  return leastSquares(taskJacobian, [WANTED_SPEED * Math.cos(angle), WANTED_SPEED * Math.sin(angle)], DAMPING);
+  if (tool === "rates" || tool === "links") return dials.rates;
+  const direction = directionOf(dials);
+  if (tool === "wanted")
+    return leastSquares(
+      taskJacobian,
+      direction.map((component) => WANTED_SPEED * component),
+      DAMPING,
+    );
+  if (tool !== "force") return [];
+  const [firstRow, secondRow] = taskJacobian as [readonly number[], readonly number[]];
+  return firstRow.map((entry, k) => FORCE * (entry * direction[0] + secondRow[k]! * direction[1]));
+}
+
+/** Return the unit vector in the direction of the slider. */
+function directionOf({ direction }: Dials): readonly [number, number] {
+  const angle = (direction * Math.PI) / 180;
+  return [Math.cos(angle), Math.sin(angle)];
 }
 
 /** Return the velocity of P (m/s) at given joint rates. */
@@ -47,7 +69,7 @@ const ARROW_SCALE = 2;
 type ContributionsProps = { readonly stage: Stage; readonly view: View; readonly rates: readonly number[] };
 
 /** The contribution of each joint to the velocity of P, head to tail, and their sum. */
-export function Contributions({ stage, view, rates }: ContributionsProps): JSX.Element {
+function Contributions({ stage, view, rates }: ContributionsProps): JSX.Element {
   const { arm, state } = stage;
   const scale = ARROW_SCALE * speedScale(arm);
   const contributions = arrowsOf(arm, state).columns.map((column, i) =>
@@ -73,25 +95,69 @@ export function Contributions({ stage, view, rates }: ContributionsProps): JSX.E
   );
 }
 
+/** The velocity of each joint, and at P the velocity of the last joint plus what the rotation of the last link adds. */
+function LinkVelocities({ stage, view, rates }: ContributionsProps): JSX.Element {
+  const { arm, state } = stage;
+  const scale = ARROW_SCALE * speedScale(arm);
+  const origins = state.frames.map(({ o }) => o);
+  let angularVelocity = ZERO;
+  let velocity = ZERO;
+  return (
+    <g class="arm-shares">
+      {arm.joints.map(({ name }, i) => {
+        angularVelocity = addScaled(angularVelocity, state.frames[i]!.z, rates[i] ?? 0);
+        const carried = scaleVector(velocity, scale);
+        const added = scaleVector(cross(angularVelocity, subtract(origins[i + 1]!, origins[i]!)), scale);
+        velocity = addScaled(velocity, added, 1 / scale);
+        const end = origins[i + 1]!;
+        return (
+          <g key={name}>
+            <Arrow view={view} start={end} vector={carried} className={`arm-share ${jointClass(Math.max(i - 1, 0))}`} />
+            <Arrow view={view} start={add(end, carried)} vector={added} className={`arm-share ${jointClass(i)}`} />
+            <Arrow view={view} start={end} vector={add(carried, added)} className="arm-sum" />
+          </g>
+        );
+      })}
+    </g>
+  );
+}
+
+/** The length at which the force is drawn, as a share of the arm's reach. */
+const FORCE_LENGTH = 0.35;
+
+type OverlayProps = { readonly tool: Tool; readonly dials: Dials; readonly stage: Stage; readonly view: View };
+
+/** The arrows that a tool draws over the arm. */
+export function ToolArrows({ tool, dials, stage, view }: OverlayProps): JSX.Element | null {
+  const { state, reach } = stage;
+  if (tool === "workspace") return null;
+  if (tool === "force") {
+    const vector = scaleVector([...directionOf(dials), 0], FORCE_LENGTH * reach);
+    return <Arrow view={view} start={state.point} vector={vector} className="arm-sum" />;
+  }
+  const props = { stage, view, rates: computeRates(tool, dials, state) };
+  return tool === "links" ? <LinkVelocities {...props} /> : <Contributions {...props} />;
+}
+
 /** Format a number with two decimals. */
 const formatRounded = (value: number): string => formatNumber(roundToDecimals(value, 2));
 
 interface DialsProps {
-  readonly tool: Tool;
+  readonly tool: Exclude<Tool, "workspace">;
   readonly arm: Arm;
   readonly dials: Dials;
-  /** The joint rates that the tool sets (rad/s), and the resulting velocity of P (m/s). */
+  /** The joint rates that the tool sets (rad/s; torques in N m for a force), and the resulting velocity of P (m/s). */
   readonly rates: readonly number[];
   readonly velocity: Vec3;
   readonly onDials: (dials: Dials) => void;
 }
 
 /** The sliders of a tool, and the resulting numbers. */
-export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsProps): JSX.Element {
-  const [vx, vy] = velocity.map((value) => formatRounded(value)) as [string, string, string];
+export function DialBoard(props: DialsProps): JSX.Element {
+  const { tool, arm, dials, onDials } = props;
   return (
     <div class="dials">
-      {tool === "rates" ? (
+      {tool === "rates" || tool === "links" ? (
         arm.joints.map(({ name }, i) => (
           <label key={name} class={`dial ${jointClass(i)}`}>
             <Letters name={name} hasDot />
@@ -112,24 +178,29 @@ export function DialBoard({ tool, arm, dials, rates, velocity, onDials }: DialsP
         ))
       ) : (
         <label class="dial">
-          <i>v</i>
+          <i>{tool === "force" ? "f" : "v"}</i>
           <input
             type="range"
             min={-180}
             max={180}
             step={5}
             value={dials.direction}
-            aria-label={say("lesson.direction")}
+            aria-label={say(tool === "force" ? "lesson.force-direction" : "lesson.direction")}
             onInput={(event) => onDials({ ...dials, direction: Number(event.currentTarget.value) })}
           />
           <output>{formatRounded(dials.direction)}°</output>
         </label>
       )}
-      <p class="muted">
-        {tool === "rates"
-          ? say("lesson.velocity", { vx, vy })
-          : say("lesson.rates-due", { first: formatRounded(rates[0] ?? 0), second: formatRounded(rates[1] ?? 0) })}
-      </p>
+      <p class="muted">{describeResult(props)}</p>
     </div>
   );
+}
+
+/** Return the numbers that result from the sliders, in words. */
+function describeResult({ tool, rates, velocity }: DialsProps): string {
+  const [vx, vy] = velocity.map((value) => formatRounded(value)) as [string, string, string];
+  const [first, second] = [formatRounded(rates[0] ?? 0), formatRounded(rates[1] ?? 0)];
+  if (tool === "rates") return say("lesson.velocity", { vx, vy });
+  if (tool === "links") return say("lesson.link-velocity", { omega: formatRounded(rates[0]! + rates[1]!), vx, vy });
+  return say(tool === "force" ? "lesson.torques-due" : "lesson.rates-due", { first, second });
 }

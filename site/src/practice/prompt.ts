@@ -1,4 +1,5 @@
-// Prompts without the instructions on how to type letters, because they are ticked on the page and written on paper.
+// Prompts without instructions on how to type an answer in a notebook: letters are ticked on the page, and the field for
+// a set of configurations has its own instructions.
 
 import type { Part } from "../bank.js";
 
@@ -7,8 +8,12 @@ const OPTIONS = /<ul>\s*<li>\s*(?:<p>)?<strong>A\.<\/strong>[\s\S]*?<\/ul>/;
 const LETTER_INSTRUCTIONS =
   /<p><strong>[^<]*<\/strong>(?:(?!<\/p>)[\s\S])*<code>(?:&quot;|")(?:[A-H]+|true)(?:&quot;|")<\/code>[\s\S]*?<\/p>/;
 
-/** Return the prompt without its options, which are fields on the page, and without the instructions on letters. */
+/** The paragraph of a prompt with examples of conditions in a notebook, such as "[Eq(cos(theta1), 0)]". */
+const CONDITION_INSTRUCTIONS = /<p><strong>[^<]*<\/strong>(?:(?!<\/p>)[\s\S])*<code>\[Eq\([\s\S]*?<\/p>/;
+
+/** Return the prompt without its options, which are fields on the page, and without instructions for notebooks. */
 export function removeOptions(part: Part): string {
+  if (part.key.type === "configurations") return part.prompt.replace(CONDITION_INSTRUCTIONS, "");
   return part.options === null ? part.prompt : removeLetterInstructions(part).replace(OPTIONS, "");
 }
 

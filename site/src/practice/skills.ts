@@ -15,10 +15,14 @@ export const NEEDED_ARMS = 3;
 export type Streak = { readonly row: readonly string[]; readonly learned?: number; readonly mastered?: number };
 
 /**
- * Progress in a lesson, as it is stored: the streak in its first class of arms, the indices of the goals reached, and
- * the streaks in the other classes, by their names (`beyond`).
+ * Progress in a lesson, as it is stored: the streak in its first class of arms, the indices of the goals reached, the
+ * index of the option that was predicted, and the streaks in the other classes, by their names (`beyond`).
  */
-export type Skill = Streak & { readonly goals: readonly number[]; readonly beyond?: Readonly<Record<string, Streak>> };
+export type Skill = Streak & {
+  readonly goals: readonly number[];
+  readonly predicted?: number;
+  readonly beyond?: Readonly<Record<string, Streak>>;
+};
 
 /** Progress in all lessons, by their ids. */
 export type Skills = Readonly<Record<string, Skill>>;
@@ -90,6 +94,18 @@ export function listLessonItems(index: Index, questions: readonly string[], fami
     .map(({ item }) => item);
 }
 
+/** Return an item for each of the questions, in their order, all about the easiest arm that has the most of them. */
+export function listGuidedItems(items: readonly Item[], questions: readonly string[]): Item[] {
+  let best: Item[] = [];
+  for (const arm of new Set(items.map(nameArm))) {
+    const steps = questions.flatMap((name) =>
+      items.filter((item) => item.question === name && nameArm(item) === arm).slice(0, 1),
+    );
+    if (steps.length > best.length) best = steps;
+  }
+  return best;
+}
+
 /** For each number of right answers in a row, the shares of the ordered items between which the next item is. */
 const DIFFICULTY_RANGES = [
   [0, 0],
@@ -132,7 +148,8 @@ export function mergeSkill(mine: Skill, other: Skill): Skill {
   const classes = Object.keys({ ...mine.beyond, ...other.beyond });
   const streaks = classes.map((name) => [name, betterStreak(streakOf(mine, name), streakOf(other, name))]);
   const beyond = classes.length > 0 ? { beyond: Object.fromEntries(streaks) } : {};
-  return { ...betterStreak(mine, other), goals, ...beyond };
+  const predicted = mine.predicted ?? other.predicted;
+  return { ...betterStreak(mine, other), goals, ...(predicted === undefined ? {} : { predicted }), ...beyond };
 }
 
 /** Return the streak that is mastered, else learned, else longer; the first one if both are equal. */
@@ -144,8 +161,9 @@ function betterStreak(mine: Streak, other: Streak): Streak {
 
 function isSkill(content: unknown): content is Skill {
   if (!isStreak(content)) return false;
-  const { goals, beyond = {} } = content as Partial<Record<keyof Skill, unknown>>;
+  const { goals, predicted = 0, beyond = {} } = content as Partial<Record<keyof Skill, unknown>>;
   return (
+    Number.isInteger(predicted) &&
     Array.isArray(goals) &&
     goals.every(Number.isInteger) &&
     typeof beyond === "object" &&

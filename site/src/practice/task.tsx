@@ -239,6 +239,7 @@ export function Task(props: TaskProps): JSX.Element {
             symbols={problem.symbols}
             firstPose={initialPose}
             isConcealed={isPosed && isOpen && !PATH_QUESTIONS.has(part.kind)}
+            isMapHidden={isOpen && REVEALED_BY_MAP.has(part.kind)}
             pose={pose}
             overlay={overlay}
             factors={factors}
@@ -250,6 +251,11 @@ export function Task(props: TaskProps): JSX.Element {
     </>
   );
 }
+
+/** Questions whose answers the map of det J would reveal: it is shown after they are answered. */
+const REVEALED_BY_MAP: ReadonlySet<string> = new Set([
+  ...["singular-angles", "singular-configurations", "singular-angles-choice", "singularity-type"],
+]);
 
 /** Questions whose answers the factors of det J would reveal: they are shown after it is solved. */
 const REVEALED_BY_FACTORS: ReadonlySet<string> = new Set([

@@ -20,21 +20,27 @@ const SQUARE_FAMILIES = ["planar-2r", "polar-rp", "planar-pr", "elbow-3r", "scar
 const TOPIC_DATA = [
   { id: "rates", questions: ["joint-effect", "speed", "velocity-component", "velocity"], families: MAIN_FAMILIES },
   { id: "columns", questions: ["match-columns", "joint-effect", "jacobian-size"], families: MAIN_FAMILIES },
-  { id: "differentiation", questions: ["position", "jacobian"], families: MAIN_FAMILIES },
-  {
-    id: "propagation",
-    questions: ["position-vectors", "link-velocity", "geometric-jacobian", "twist"],
-    families: MAIN_FAMILIES,
-  },
-  { id: "inverse", questions: ["joint-rates", "inverse-jacobian", "inverse-velocity"], families: SQUARE_FAMILIES },
+  { id: "differentiation", questions: ["position", "joint-effect", "jacobian"], families: MAIN_FAMILIES },
+  { id: "propagation", questions: ["position-vectors", "geometric-jacobian"], families: MAIN_FAMILIES },
+  { id: "links", questions: ["link-velocity", "own-frame-velocity", "twist"], families: MAIN_FAMILIES },
+  { id: "inverse", questions: ["inverse-jacobian", "inverse-velocity"], families: SQUARE_FAMILIES },
+  { id: "numbers", questions: ["joint-rates", "determinant-value"], families: SQUARE_FAMILIES },
   { id: "singular", questions: ["determinant", "singular-angles", "rank"], families: SQUARE_FAMILIES },
   {
     id: "kinds",
-    questions: ["singularity-type", "singularity-meaning", "lost-direction", "lost-motion"],
+    questions: ["singularity-type", "singularity-meaning"],
     families: [...SQUARE_FAMILIES, "spherical", "cylindrical"],
   },
+  {
+    id: "workspace",
+    questions: ["lost-motion", "lost-direction", "unreachable-velocity"],
+    families: [...SQUARE_FAMILIES, "spherical", "cylindrical"],
+  },
+  { id: "torques", questions: ["joint-torques"], families: SQUARE_FAMILIES },
   { id: "path", questions: ["path-rates", "path-limit"], families: SQUARE_FAMILIES },
 ] as const;
+
+export type TopicId = (typeof TOPIC_DATA)[number]["id"];
 
 export const TOPICS: readonly Topic[] = TOPIC_DATA.map((topic) => ({ ...topic, title: `lesson.${topic.id}` }));
 

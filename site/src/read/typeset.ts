@@ -28,6 +28,8 @@ type Typeset = { readonly latex: string; readonly level: number };
 /** Return the LaTeX of an answer. */
 export function typesetTree(tree: Node, symbols: Symbols): string {
   const isCondition = ({ kind }: Node): boolean => ["eq", "in", "and"].includes(kind);
+  if (tree.kind === "list" && tree.args.length > 1 && tree.args.every(isCondition))
+    return typesetNode({ ...tree, kind: "or" }, symbols).latex; // commas between conditions mean "or"
   if (tree.kind === "list" && !tree.args.every(isCondition)) {
     const rows = catchParseError(
       () => asMatrix(tree),

@@ -237,7 +237,8 @@ def test_urdf_gives_the_poses_of_its_origins_and_axes(write_urdf: Callable[..., 
     robot = read_robot_file(path, tip="tool")
     assert robot.chain.title == "three" and [joint.kind for joint in robot.chain.joints] == ["R", "R", "P"]
     assert robot.limits[0] is None and robot.limits[1] == (-1, sp.Rational(5, 2))
-    assert robot.notes == (f"{path}: joint 'shoulder': 1.5708 rad is taken as exactly pi/2",)
+    subject = "taken as multiples of 15°, from which they differ by at most 0.001 rad"
+    assert robot.notes == (f"{path}: {subject}: yaw of 'shoulder' (1.5708 rad as 90°)",)
     stream = Stream("urdf")
     for _ in range(4):
         q = [stream.uniform(-2, 2) for _ in range(3)]
@@ -264,12 +265,15 @@ def write_urdf(tmp_path: Path) -> Callable[..., Path]:
     [
         ("<robot name", "<robt name", "not valid XML"), ("<robot ", '<!DOCTYPE robot []><robot ', "DOCTYPE"),
         ('<robot name="three">', '<robot name="three" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:a/>', "macros"),
+        ("<link ", "<lin ", "it has no <link>"),
         ('type="revolute"', 'type="planar"', "joint 'elbow': type 'planar' is not supported"),
         ('<child link="b"/>', '<child link="z"/>', "joint 'elbow': .* 'z', which does not exist"),
         ('<child link="b"/>', "", "joint 'elbow': the child is missing"),
         ('xyz="1 0 1"', 'xyz="0 0 0"', "joint 'slide': its axis is the zero vector"),
         ('xyz="1 0 1"', 'xyz="1 0 nan"', "joint 'slide': axis xyz = '1 0 nan'"),
-        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbow"/>', "joint 'slide': the joint copies"),
+        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbow"/>', "joint 'slide': it moves .*--tip b.*--base b"),
+        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="slide"/>', "joint 'slide': it copies .* itself"),
+        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbo"/>', "joint 'slide': it copies .* which does not exist"),
         ('lower="-1" upper="2.5"', 'lower="1" upper="-2.5"', r"joint 'elbow': its lower limit 1 .* -2\.5"),
         ('<child link="camera"/>', '<child link="tool"/>', "link 'tool' is also the child of joint 'mount'"),
     ],
@@ -282,17 +286,92 @@ def test_urdf_error_names_the_joint(old: str, new: str, message: str, write_urdf
 def test_urdf_limits_are_rounded_like_its_angles(write_urdf: Callable[..., Path]) -> None:
     robot = read_robot_file(write_urdf('lower="-1" upper="2.5"', 'lower="-1.57" upper="3.1416"'), tip="tool")
     assert robot.limits[1] == (-sp.pi / 2, sp.pi)
-    assert any("3.1416 rad is taken as exactly pi" in note for note in robot.notes)
+    assert any("upper limit of 'elbow' (3.1416 rad as 180°)" in note for note in robot.notes)
 
 
 @pytest.mark.parametrize(
-    ("tip", "message"),
-    [("", r"several last links: tool, camera; .*--tip LINK"), ("tol", "unknown link 'tol'"), ("base", "is the root")],
+    ("tip", "base", "message"),
+    [
+        ("", "", r"several last links: tool, camera; .*--tip tool "),
+        ("tol", "", r"--tip: unknown link 'tol' \(did you mean 'tool'\?\)"),
+        ("tool", "camra", r"--base: unknown link 'camra' \(did you mean 'camera'\?\)"),
+        ("base", "", "is the root, .* as in --tip tool"),
+        (
+            "tool",
+            "camera",
+            "link 'camera' is not on the way from the root to link 'tool'; choose --base from base, a, b",
+        ),
+        ("tool", "c", "no joint moves link 'tool'"),
+    ],
 )
-def test_urdf_with_several_last_links_needs_the_tip(tip: str, message: str, write_urdf: Callable[..., Path]) -> None:
+def test_urdf_links_that_begin_and_end_no_chain_are_refused(
+    tip: str, base: str, message: str, write_urdf: Callable[..., Path]
+) -> None:
     with pytest.raises(QdotError, match=message):
-        read_robot_file(write_urdf(), tip=tip)
+        read_robot_file(write_urdf(), tip, base)
+
+
+def test_urdf_chain_is_in_the_frame_of_its_base_link(write_urdf: Callable[..., Path]) -> None:
+    robot = read_robot_file(write_urdf(), base="a", tip="tool")  # the link a has another end, the camera
+    pose = compute_origin_pose([0.3, 0, 0], [np.pi / 2, 0, 0.2]) @ rotate_about("y", -0.5) @ translate(0, 0.1, 0.12)
+    np.testing.assert_allclose(compute_point(robot.chain, [0.5, 0], {}), pose[:3, 3], atol=1e-8)
+    assert robot.notes == (f"{write_urdf()}: the world frame is the frame of link 'a'",)
+    assert read_robot_file(write_urdf(), base="b").chain.n == 1  # only one end comes after the link b
     assert read_robot_file(write_urdf(), tip="camera").chain.n == 1
+
+
+def test_urdf_proposes_the_tool_frame_or_the_link_that_carries_the_fingers(write_urdf: Callable[..., Path]) -> None:
+    finger = '<link name="{0}"/><joint name="{0}" type="prismatic"><parent link="c"/><child link="{0}"/>{1}</joint>'
+    fingers = finger.format("left", "") + finger.format("right", '<mimic joint="left" multiplier="-1"/>')
+    with pytest.raises(QdotError, match="--tip tool "):
+        read_robot_file(write_urdf("</robot>", f"{fingers}</robot>"))
+    fingers += finger.format("thumb", "")
+    with pytest.raises(QdotError, match="--tip c "):
+        path = write_urdf("</robot>", f"{fingers}</robot>")
+        path.write_text(path.read_text().replace('"tool"', '"hand"'))
+        read_robot_file(path, base="a")
+    robot = read_robot_file(write_urdf("</robot>", f"{fingers}</robot>"), tip="right")
+    assert [joint.kind for joint in robot.chain.joints] == ["R", "R", "P", "P"]
+    assert any("joint 'right': it copies joint 'left' (mimic), which is not in the chain" in n for n in robot.notes)
+
+
+def test_urdf_joints_that_copy_the_same_joint_are_refused(write_urdf: Callable[..., Path]) -> None:
+    """Neither the elbow nor the slide copies the other, but both copy the camera's joint."""
+    mimic = '<mimic joint="look" multiplier="2"/>'
+    path = write_urdf('effort="1"/>', f'effort="1"/>{mimic}')
+    path.write_text(path.read_text().replace('upper="0.5"/>', f'upper="0.5"/>{mimic}'))
+    with pytest.raises(QdotError, match="joint 'slide': it moves together with joint 'elbow'"):
+        read_robot_file(path, tip="tool")
+    assert len(read_robot_file(path, tip="tool", base="b").notes) == 2
+
+
+def test_urdf_offsets_and_angles_near_zero_are_snapped(write_urdf: Callable[..., Path]) -> None:
+    path = write_urdf('xyz="0.3 0 0" rpy="1.57079632679 0 0.2"', 'xyz="0.3 0.0006 2e-7" rpy="1.57 3e-7 0.0004"')
+    robot = read_robot_file(path, tip="tool")
+    angles, offsets = robot.notes
+    assert angles.endswith("roll of 'elbow' (1.57 rad as 90°), yaw of 'elbow' (0.0004 rad as 0°)")
+    assert offsets == f"{path}: taken as 0, because at most 0.92 mm: y of 'elbow' (0.6 mm)"
+    assert [joint.theta for joint in robot.chain.joints[:2]] == [
+        sp.Symbol("theta1") + sp.pi / 2,
+        sp.Symbol("theta2") - sp.pi / 4,
+    ]
+
+
+def test_urdf_offset_that_remains_in_the_table_is_snapped(write_urdf: Callable[..., Path]) -> None:
+    """The axes of the shoulder and of the wrist miss each other by 0.5 mm, the difference of two large offsets."""
+    path = write_urdf("0 0.1 0", "0.1 0 0.2505")
+    path.write_text(
+        path.read_text().replace('xyz="0.3 0 0" rpy="1.57079632679 0 0.2"', 'xyz="0.3 0.25 0"')
+        .replace('type="prismatic"', 'type="revolute"').replace("1 0 1", "0 0 1").replace("0 0.3 0", "0 0 0")
+        .replace("0.1 0 0.2505", "0.1 -0.2505 0")
+    )  # fmt: skip
+    robot = read_robot_file(path, tip="tool")
+    (note,) = [note for note in robot.notes if "of the table" in note]
+    assert note == f"{path}: taken as 0, because at most 1 mm: d2 (0.5 mm) of the table"
+    assert robot.chain.joints[1].d == 0 and robot.written_arm is not None
+    for axis, written_axis in zip(compute_home_geometry(robot.chain).axes, robot.written_arm.rows, strict=True):
+        assert isinstance(written_axis, Axis) and axis.direction == written_axis.direction
+        assert axis.direction.cross(axis.point - written_axis.point).n().norm() < 1e-12
 
 
 def test_urdf_with_too_many_joints_is_refused(tmp_path: Path) -> None:

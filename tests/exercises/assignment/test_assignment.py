@@ -71,6 +71,7 @@ def test_init_overwrites_nothing(folder: Path) -> None:
 WRONG_TOML = [
     (TOML + "question = []\n", "line 7 … problem 1 … 'question' … 'questions'"),
     ('titel = "T"\n' + TOML, "line 1 … 'titel' … 'title'"),
+    ('site = "example.edu"\n' + TOML, 'line 1 … site = "example.edu" … https://'),
     (TOML + "hint = true\n", "line 7 … 'hint' … 'hints' … top"),
     (TOML + 'feedback = "outcome"\n', "line 7 … 'feedback' … top"),
     (TOML.replace("planar-2r", "planer-2r"), "line 5 … 'planer-2r' … 'planar-2r'"),
@@ -251,6 +252,7 @@ def test_problems_digest_ignores_changes_of_notebooks_only(folder: Path) -> None
     for changed, other_problems in (
         (TOML.replace('"T"', '"U"'), False),
         (TOML + "points = [3]\n", False),
+        ('site = "https://example.edu"\n' + TOML, False),
         (TOML.replace("position", "jacobian"), True),
         (TOML.replace("planar-2r", "elbow-3r"), True),
         (TOML + PROBLEM, True),

@@ -3,6 +3,7 @@
 import os
 import stat
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 
 from qdot.exercises.arm.library import ROBOT_FOLDER
 from qdot.exercises.assignment.assignment import Slot, Student, load_assignment
+from qdot.exercises.common.console import ProgressCounter
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports import scorm
 from qdot.exercises.exports.assignment_files import read_assignment_files
@@ -20,10 +22,12 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.verify.certificate import certify
+from qdot.grader.cli import export_commands
+from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.reports.formats import FORMATS
 from tests.support import ROOT
-from tests.support.command import run, run_and_fail
+from tests.support.command import run, run_and_fail, runner
 from tests.support.site_scripts import write_stand_in_assets
 from tests.support.submitting import make_class
 from tests.support.suites import select_for_suite
@@ -78,6 +82,34 @@ def test_robot_with_fixed_lengths_is_noted_as_same_for_all(tmp_path: Path) -> No
     assert len(notes) == 1 and notes[0].startswith("p1: scorbot") and "variation" not in notes[0]
 
 
+def test_several_formats_share_the_progress_and_each_note(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[tuple[str, int]] = []
+
+    @contextmanager
+    def record_progress(title: str, total: int) -> Iterator[ProgressCounter]:
+        shown.append((title, total))
+        yield ProgressCounter(title, total)
+
+    monkeypatch.setattr(export_commands, "show_progress", record_progress)
+    assignment = make_class(tmp_path / "hw", [Student("ada")])
+    same = assignment.slots[0].generate_problem("secret", "ada")
+    monkeypatch.setattr("qdot.exercises.exports.bank.generate_and_certify", lambda make, vouch: (same, None))
+    command = (
+        "export",
+        str(assignment.folder),
+        *("--to", "moodle"),
+        *("--to", "qti"),
+        "--variants",
+        "2",
+        "--jobs",
+        "1",
+    )
+    result = runner.invoke(app, command)
+    assert [line.partition(":")[0] for line in result.stdout.splitlines()] == ["moodle", "qti"]
+    assert result.stderr.count("p1: planar-2r has only one different problem") == 1
+    assert shown == [("exporting to moodle, qti", 4)]
+
+
 @pytest.mark.whole
 def test_bank_in_several_processes_gives_the_same_export(export_request: ExportRequest) -> None:
     """Progress and notes are reported in this process only."""
@@ -115,7 +147,7 @@ def test_export_uses_the_requested_variation(export_request: ExportRequest, tmp_
     assert [path.read_bytes() for path in plain] != [path.read_bytes() for path in unchanged]
     for export_format in ("prairielearn", "html"):
         refused = run_and_fail("export", folder, "--to", export_format, "--variation", "chapter")
-        assert "(moodle, canvas, qti, scorm, stack)" in refused and f"for {export_format}," in refused
+        assert "(moodle, canvas, common-cartridge, qti, scorm, stack)" in refused and f"for {export_format}," in refused
     assert "'plain'" in run_and_fail(*command, tmp_path / "plain", "--variation", "plain")
 
     # A slot whose questions don't apply to other arms is named.

@@ -13,7 +13,15 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.export_format import ExportRequest
-from qdot.exercises.exports.items import ChoiceForm, NumberField, NumberForm, QuizItem, WrongValue, make_items
+from qdot.exercises.exports.items import (
+    ChoiceForm,
+    NumberField,
+    NumberForm,
+    QuizItem,
+    WrongValue,
+    _make_field,
+    make_items,
+)
 from qdot.exercises.exports.numeric_part import NumericPart, ask_in_numbers
 from qdot.exercises.exports.platform_markup import Picture, format_decimal, format_tolerance
 from qdot.exercises.families import FAMILIES
@@ -97,6 +105,20 @@ def test_three_digits_are_accepted_and_mistakes_are_not(items: list[QuizItem]) -
             for later in near[number + 1 :]:
                 assert abs(item.value - later.value) > item.tolerance + later.tolerance
         assert all(wrong.feedback and "{" not in wrong.feedback for wrong in field.wrong_values)
+
+
+def test_ranges_of_wrong_numbers_never_contain_zero_or_the_right_number() -> None:
+    """A length in millimetres makes a number a thousand times too small, but a zero is no such number."""
+    problem = generate(ProblemId("planar-2r", 3, ("determinant",)))
+    part = problem.parts[0]
+    numeric_part = ask_in_numbers(problem, part)
+    assert numeric_part is not None
+    ratios = (1e-6, 1e-3, 0.01, 1.0005, 2.0, 1e15)  # the last is a division by a zero that was rounded
+    wrong_answers = tuple((f"times {ratio}", ratio * numeric_part.values) for ratio in ratios)
+    field = _make_field(part, replace(numeric_part, wrong_answers=wrong_answers), 0, "d", explains_mistakes=True)
+    assert [wrong.feedback for wrong in field.wrong_values] == [f"times {ratio}" for ratio in (1e-6, 1e-3, 0.01, 2.0)]
+    for wrong in field.wrong_values:
+        assert wrong.tolerance < abs(wrong.value) and abs(wrong.value - field.value) > wrong.tolerance
 
 
 DETERMINANT = 'title = "T"\nkey = "hw"\n[[problem]]\nfamily = "planar-2r"\nquestions = ["determinant"]\n'

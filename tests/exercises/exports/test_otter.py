@@ -15,11 +15,10 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.json_form import to_jsonable
-from qdot.exercises.exports.nbgrader import list_parts
+from qdot.exercises.exports.nbgrader import list_parts, make_grade_id
 from qdot.exercises.exports.otter import PLUGIN_PATH
 from qdot.exercises.problem.problem import name_answer_variable
-from qdot.grader.integrations.otter_marks import grade_for_otter, list_marks, require_full_points, write_marks_code
+from qdot.grader.integrations.otter_marks import grade_for_otter, list_marks
 from tests.support.command import run
 from tests.support.programs import require_reader
 from tests.support.submitting import TOML, make_class
@@ -84,20 +83,6 @@ def test_notebooks_have_every_part_and_no_answers(assignment: Assignment) -> Non
     assert {path.name for path in private} == {"assignment.toml", "roster.csv", "secret.txt"}
 
 
-def test_marks_are_passed_to_otter_as_data(assignment: Assignment, tmp_path: Path) -> None:
-    results = grade_for_otter(assignment.folder, write_submission(assignment, tmp_path, answer_wrongly), {})
-    marks = list_marks(results)
-    namespace: dict[str, Any] = {}
-    exec(write_marks_code(marks), namespace)  # as Otter's kernel does
-    assert namespace["qdot_marks"] == to_jsonable(marks)
-    require_full_points(namespace["qdot_marks"], "p1.jacobian")
-    for part, message in (("p1.position", "wrong"), ("p1.determinant", "sign"), ("p1.nothing", "has not graded")):
-        with pytest.raises(AssertionError, match=message):
-            require_full_points(namespace["qdot_marks"], part)
-    with pytest.raises(AssertionError, match="has not graded"):
-        require_full_points(None, "p1.jacobian")
-
-
 def test_student_comes_from_gradescope_or_the_notebook(assignment: Assignment, tmp_path: Path) -> None:
     notebook = write_submission(assignment, tmp_path, None)
     users = {"users": [{"email": "ada@example.org", "name": "Ada"}], "created_at": "2027-01-01T00:00:00Z"}
@@ -143,7 +128,7 @@ def test_files_submitted_with_a_notebook_are_neither_imported_nor_read(
     code = (
         f"import os, pathlib, sys\nwith open({str(ran)!r}, 'a') as out:\n"
         "    print(__name__, os.getcwd(), sys.argv, list(pathlib.Path('..').rglob('secret.txt')), file=out)\n"
-        "def require_full_points(*_): pass\n"
+        "def grade_for_otter(*_): pass\n"
     )
     folder.mkdir()
     write_submission(assignment, folder, answer_wrongly)
@@ -165,7 +150,36 @@ def test_files_submitted_with_a_notebook_are_neither_imported_nor_read(
     assert scores.keys() == points.keys()
     assert (scores["p1-position"][0], scores["p1-jacobian"][0]) == (0, points["p1-jacobian"])
     assert 0 < scores["p1-determinant"][0] < points["p1-determinant"]
-    assert "sign" in scores["p1-determinant"][1]
+    marks = list_marks(grade_for_otter(assignment.folder, folder / "hw.ipynb", {}))
+    assert "sign" in marks["p1.determinant"].feedback
+    for part, mark in marks.items():  # the feedback, without Otter's report of an exception and our source
+        name = make_grade_id(part)
+        kind = "All test cases passed!\n{} - 1 message: " if mark.is_full else "\n    {} - 1 result:\n        "
+        lead = f"{name} results:{' ' if mark.is_full else ''}{kind.format(name)}"
+        assert scores[name][1] == lead + mark.feedback
     ((_, problem),) = assignment.generate_problems("ada")
     output = json.dumps(scores)
     assert not [part for part in problem.parts if part.answer.as_typed() in output]
+
+
+CHECK = """import otter
+blank, notebook = "blank", otter.Notebook("hw.ipynb")
+for environment in ({}, {"p1_jacobian": blank}, {"p1_jacobian": [[1, 2], [3, 4]]}):
+    print(notebook.check("p1-jacobian", global_env=environment))
+"""
+
+
+@pytest.mark.integration
+def test_students_check_shows_a_sentence_and_no_code(assignment: Assignment, tmp_path: Path) -> None:
+    write_submission(assignment, tmp_path, None)
+    command = [require_reader("python", "otter"), "-c", CHECK]
+    process = subprocess.run(command, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True)
+    assert process.returncode == 0, process.stderr[-2000:]
+    name, absent = "p1-jacobian", "There is no answer yet. Write it in the cell of this question, and run the cell."
+    failed = [
+        f"{name} results:", f"    {name} - 1 message: {absent}", "",
+        f"    {name} - 1 result:", "        \u274c Test case failed",
+    ]  # fmt: skip
+    given = "You have given an answer; it will be graded after you submit."
+    passed = [f"{name} results: All test cases passed!", f"{name} - 1 message: {given}"]
+    assert process.stdout.splitlines() == [*failed, *failed, *passed]

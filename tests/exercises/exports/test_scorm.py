@@ -27,6 +27,7 @@ from qdot.exercises.exports import scorm
 from qdot.exercises.exports.bank import iterate_bank
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.registry import EXPORT_FORMATS
+from qdot.exercises.site import pages
 from qdot.grader.cli.main import app
 from tests.exercises.exports.test_items import make_request
 from tests.support.command import run, run_and_fail, runner
@@ -263,5 +264,6 @@ def test_export_command_writes_packages_and_needs_site_scripts(
     assert sorted(path.name for path in written.iterdir()) == ["hw-1.a-scorm12.zip", "hw-1.a-scorm2004.zip"]
     assert read_settings(unzip((written / "hw-1.a-scorm12.zip").read_bytes()))["pass"] == 0.6
     assert runner.invoke(app, ["export", str(folder), "--to", "scorm", "--pass", "101"]).exit_code == 2
-    monkeypatch.setattr(scorm, "find_assets", lambda: None)
-    assert "the site's scripts are not built: run `make site`" in run_and_fail(*command)
+    monkeypatch.setattr(pages, "find_folder", lambda *_: None)
+    monkeypatch.setattr(scorm, "find_assets", pages.find_assets)
+    assert "the site's scripts, which pages and SCORM packages need, are not there" in run_and_fail(*command)

@@ -5,7 +5,7 @@ from functools import cache
 import pytest
 
 from qdot.exercises.chapter import make_planar_2r
-from qdot.exercises.mistakes.catalogue import ANSWERS, CATALOGUE, SECTIONS, VARIANTS
+from qdot.exercises.mistakes.catalogue import ANSWERS, CATALOGUE, FORMULA_VARIANTS, SECTIONS, VARIANTS
 from tests.support.judging import diagnose
 from tests.support.problems import ask_question, get_problem
 from tests.support.suites import select_for_suite
@@ -43,6 +43,9 @@ BY_SHORT_QUESTIONS = {
 IN_NUMBERS = {"direction-that-moves", "null-vector-of-jacobian"}
 """Mistakes about a direction, which are worked out at a configuration, and tested by themselves below."""
 
+IN_OWN_FORMULAS = FORMULA_VARIANTS.keys()
+"""Mistakes in the formulas of instructors' questions: tests/grader/diagnosis/test_own_formulas.py makes them."""
+
 NAMED = ("named", "same answer")
 pytestmark = pytest.mark.xdist_group("catalogue")  # one process makes the mistakes
 
@@ -73,7 +76,7 @@ def test_every_mistake_is_wrong_and_named(arm: str) -> None:
 
 def test_every_mistake_is_made_by_some_arm() -> None:
     missing = CATALOGUE.keys() - {name for arm in ASKED for name in made(arm)}
-    assert missing <= IN_NUMBERS | IN_FORMULAS | SELDOM | BY_SHORT_QUESTIONS
+    assert missing <= IN_NUMBERS | IN_FORMULAS | SELDOM | BY_SHORT_QUESTIONS | IN_OWN_FORMULAS
 
 
 def test_every_function_makes_a_mistake_of_the_catalogue() -> None:

@@ -233,6 +233,16 @@ def test_staff_reads_what_students_read_whether_it_is_written_anew_or_not() -> N
     ]
 
 
+@pytest.mark.parametrize(
+    "site", ["https://example.edu/arms", "https://example.edu/arms/", "https://example.edu/arms/index.html"]
+)
+def test_a_student_can_check_the_notebook_on_the_site_of_the_assignment(site: str) -> None:
+    of = (TITLE, "hw1", "Ada L#1", _problems("planar-2r")[:1], False, site)
+    assert "(https://example.edu/arms/check.html#hw1/Ada%20L%231)" in make_student_notebook(*of).cells[0].source
+    assert "check.html" not in make_solution_notebook(*of).cells[0].source
+    assert "check.html" not in _student("planar-2r").cells[0].source
+
+
 @pytest.mark.parametrize("title", ["Arms & <signs>", "a_1 * [b] $c$ `d` \\e &amp; _f_ *g* 6.1"])
 def test_a_title_is_shown_as_it_is(title: str) -> None:
     cell = make_student_notebook(title, "hw1", "s001", _problems("planar-2r")).cells[0]

@@ -201,6 +201,12 @@ def test_zeros_of_quotients_are_those_of_the_numerator(answer: str, expected: st
         assert (problem.parts[0].answer.as_typed(), find_failures(problem)) == (expected, [])
 
 
+def test_refused_set_says_on_which_lengths_it_depends(tmp_path: Path) -> None:
+    question = 'prompt = "x"\nanswer = "zeros(p.x, o1.y)"'
+    with pytest.raises(QdotError, match=r"acos\(-a1/a2\); whether there is one depends on a1 and a2$"):
+        make_problem(tmp_path, question, more='variation = "chapter"\n')
+
+
 @pytest.mark.parametrize(("family", "number"), [("planar-2r", "a1"), ("elbow", "a3")])
 def test_length_that_is_a_number_in_the_table_is_given_this_value(family: str, number: str, tmp_path: Path) -> None:
     question = f'prompt = "At {{given}}."\nanswer = "{number}*J[1, 1]"\ngiven = {{theta1 = "angle", theta2 = "angle", '
@@ -361,6 +367,35 @@ def test_accelerations_and_own_symbols_may_be_typed(tmp_path: Path) -> None:
     assert judge_answer(problem, problem.parts[0].answer.as_typed().replace("m*", "1.0*m*")) == "correct"
 
 
+def test_halves_are_fractions_unless_lengths_are_numbers(tmp_path: Path) -> None:
+    question = 'prompt = "x"\nanswer = "m/2*dot(o1, o1)"\nunits = {m = "kg"}'
+    problem = make_problem(tmp_path, question, more='variation = "chapter"\n')
+    assert r"\tfrac{1}{2} a_{1}^{2} m" in write_solution(problem, problem.parts[0])
+    definition = Definition("mine", "a2*p.x/2", (("en", Texts("Mine", "x")),))
+    problem = generate("planar-2r/3", ["mine"], definitions=[definition])  # a2 is 0.35 m
+    assert "0.175 a_{1}" in write_solution(problem, problem.parts[0])
+
+
+@pytest.mark.parametrize(
+    ("answer", "is_right"),
+    [("M = m*a1^2", True), ("M := m*a1^2", True), ("M = 2*m*a1^2", False), ("m = m*a1^2", False), ("M = M*a1^2", True)],
+)
+def test_an_answer_may_have_a_capital_name_although_the_small_letter_is_a_symbol(
+    answer: str, is_right: bool, tmp_path: Path
+) -> None:
+    question = 'prompt = "x"\nanswer = "m*a1^2"\nunits = {m = "kg"}'
+    problem = make_problem(tmp_path, question, more='variation = "chapter"\n')
+    assert (judge_answer(problem, answer) is Outcome.CORRECT) == is_right
+
+
+def test_message_on_a_symbol_lists_no_symbols_of_other_questions(tmp_path: Path) -> None:
+    text = '[question.mine]\nprompt = "x"\nanswer = "p.x"\n[question.other]\nprompt = "x"\nanswer = "m*p.x"\n'
+    text += 'units = {m = "kg"}\n[[problem]]\nfamily = "planar-2r"\nquestions = ["mine", "other"]\n'
+    ((_, problem),) = make_assignment(tmp_path, text).generate_problems("s1")
+    reasons = [judge(problem, part, "k*a1", "seed").reason for part in problem.parts]
+    assert [", m, " in reason for reason in reasons] == [False, True]
+
+
 def test_preview_shows_the_problems_of_one_student(tmp_path: Path) -> None:
     text = '[question.mine]\nprompt = "At {pose}"\nanswer = "p"\ngiven = ["pose"]\n'
     assignment = make_assignment(tmp_path, text + '[[problem]]\nfamily = "planar-2r"\nquestions = ["mine"]\n')
@@ -454,14 +489,19 @@ def test_stack_export_leaves_out_only_what_fails_and_names_it(tmp_path: Path, mo
 
 
 def test_wrong_units_are_expected_only_where_they_change_the_number(tmp_path: Path) -> None:
-    """Millimetres leave angles unchanged, make torques a thousand times too large, and rates as much too small."""
+    """Millimetres leave angles unchanged, and make torques a thousand times too large; metres, rates as much.
+
+    A number that is nearly zero is no expected answer.
+    """
     definitions = {
         "slope": ('"atan(p.y/p.x)"\ngiven = ["pose"]', "rad", {"result-in-degrees": 180 / sp.pi}),
         "torque": ('"p.x*F"\ngiven = {theta1 = "angle", theta2 = "angle", F = [1, 9]}\nunits = {F = "N"}', "N m",
-                   {"millimetres": 1000, "centimetres": 100, "thousandth": 0.001}),
+                   {"millimetres": 1000, "centimetres": 100}),
         "rate": ('"dot(inv(J)*xd, [1, 0])"\ngiven = ["pose", "velocity"]', "rad/s",
-                 {"result-in-degrees": 180 / sp.pi, "millimetres": 0.001, "thousandth": 1000}),
+                 {"result-in-degrees": 180 / sp.pi, "thousandth": 1000}),
     }  # fmt: skip
+    definitions["lever"] = ('"a1*cos(theta1)"\ngiven = ["pose"]', "m", definitions["torque"][2])
+    definitions["area"] = ('"a2*p.x"\ngiven = ["pose"]', "m^2", {"millimetres": 1e6, "centimetres": 1e4})
     definitions["speed"] = ('"v.x"\ngiven = ["pose", "rates"]', "m/s", definitions["torque"][2])
     for name, (answer, unit, expected_factors) in definitions.items():
         question = f'prompt = "{{given}}"\nunit = "{unit}"\nanswer = {answer}'
@@ -579,7 +619,7 @@ def test_a_number_is_marked_to_the_precision_that_its_prompt_states(
 def test_custom_question_with_the_formula_of_a_built_in_question_has_its_answer(name: str) -> None:
     family = "planar-3r" if name == "gram-determinant" else "planar-2r"
     chain, part = (problem := generate(f"{family}/3", [name])).chain, problem.parts[0]
-    rows = tuple(QUESTIONS[name].name_entries(chain, part.details))
+    rows = () if "determinant" in name else tuple(QUESTIONS[name].name_entries(chain, part.details))
     definition = Definition("mine", QUESTIONS[name].formula, (("en", Texts("Mine", "x")),), rows=rows)
     problem = generate(f"{family}/3", [name, "mine"], definitions=[definition])
     built_in, own = (part.answer.as_matrix() for part in problem.parts)
@@ -591,23 +631,46 @@ def test_custom_question_with_the_formula_of_a_built_in_question_has_its_answer(
     ("answer", "unit", "warning"),
     [
         ("norm(p) + theta1", "m", "adds quantities of different units"),
-        ("det(J)", "m^2", "its unit m^2 doesn't fit, because the answer is in m"),
+        ("sin(p.x)", "m", "a function of a quantity with a unit"),
         ("det(J)*d2", "m^2", None), ("norm(v)", "m/s", None), ("qd1*theta1", "rad/s", None), ("p.x*a1", "m^2", None),
-        ("norm(v)", "rad/s", "the answer is in m/s"), ("norm(v)", "m", "its unit m doesn't fit"),
-        ("norm(v)", "", "it has no unit, but the answer is in m/s"), ("qd1", "m", "is in rad/s or 1/s"),
-        ("qd1*p.x*10", "kg m/s", "its unit kg m/s doesn't fit, because the answer is in m/s"),
-        ("qd", "rad/s, m/s", None), ("qd", "rad/s", "different units (in rad/s or 1/s, in m/s); give each its own"),
-        ("qd", "", "different units"), ("qd", "m/s, rad/s", "different units"),
+        ("norm(v)", "", "it has no unit, but the answer is in m/s"),
+        ("qd1*p.x*10", "kg m/s", "its unit kg m/s doesn't fit, because the answer is in m/s; if a number in the"),
+        ("qd", "rad/s, m/s", None), ("qd", "", "different units"),
+        ("a1 + theta1*qd1", None, "line 6: question: mine: answer = \"a1 + theta1*qd1\": for polar-rp, it has no unit"),
+        ("p.x + 0.3", None, "if a number in the formula has a unit"), ("[p.x, theta1*qd2^2/2]", None, None),
+        ("transpose(J)*f", None, None), ("ddt(v)", None, None),
     ],
 )  # fmt: skip
-def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str, warning: str | None, tmp_path: Path) -> None:
-    given = 'prompt = "{given}"\ngiven = ["pose", "rates"]'
-    question = f'[question.mine]\n{given}\nanswer = "{answer}"\nunit = "{unit}"\n'
+def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str | None, warning: str | None, tmp_path: Path) -> None:
+    given = 'prompt = "{given}"\ngiven = ["pose", "rates"]' if unit is not None else 'prompt = "x"\n'
+    rows = 'rows = ["v_x", "v_y"]\n' if "v)" in answer and unit is None else ""
+    unit_line = f'unit = "{unit}"\n' if unit is not None else rows
+    question = f'[question.mine]\n{given}\nanswer = "{answer}"\n{unit_line}'
     assignment = make_assignment(tmp_path, question + '[[problem]]\nfamily = "polar-rp"\nquestions = ["mine"]\n')
     notes = [note for note in assignment.notes if "mine" in note]
     assert bool(notes) == (warning is not None) and (warning is None or warning in notes[0])
     errors = runner.invoke(app, ["show", str(assignment.folder)]).stderr
     assert (warning or "") in errors and bool(errors) == (warning is not None)
+
+
+@pytest.mark.parametrize(
+    ("answer", "unit", "reason"),
+    [
+        ("det(J)", "m^2", "its unit m^2 doesn't fit, because the answer is in m"),
+        ("norm(v)", "rad/s", "the answer is in m/s"), ("norm(v)", "m", "its unit m doesn't fit"),
+        ("qd1", "m", "is in rad/s or 1/s"), ("qd", "m/s, rad/s", "different units"),
+        ("qd", "rad/s", "different units (in rad/s or 1/s, in m/s); give each its own"),
+        ("v", "m/s, m/s", "it has 2 units, but the answer has 3 entries"),
+        ("norm(v)", "mm/s", "'mm/s' is not an SI unit: write m/s"), ("norm(v)", "meter/sec", "write m/s"),
+    ],
+)  # fmt: skip
+def test_a_unit_that_is_certainly_wrong_is_refused_with_its_line(
+    answer: str, unit: str, reason: str, tmp_path: Path
+) -> None:
+    given = f'prompt = "{{given}}"\ngiven = ["pose", "rates"]\nanswer = "{answer}"\nunit = "{unit}"'
+    with pytest.raises(QdotError) as refused:
+        make_problem(tmp_path, given, "polar-rp")
+    assert f'line 7: question: mine: unit = "{unit}": ' in str(refused.value) and reason in str(refused.value)
 
 
 @pytest.mark.parametrize(
@@ -627,16 +690,33 @@ def test_numbers_may_have_different_units(text: str, is_right: bool, tmp_path: P
     assert "2 numbers in rad/s, m/s" in write_prompt(problem, part).replace("two", "2")
 
 
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("{0} rad/s, {1} m/s", Outcome.CORRECT), ("{2} rad/s, {1} m/s", Outcome.CORRECT),
+        ("{0} rad/s, {3} m/s", Outcome.PARTIAL), ("{2} rad/s, {4} m/s", Outcome.PARTIAL),
+    ],
+)  # fmt: skip
+def test_numbers_may_have_different_tolerances(text: str, expected: Outcome, tmp_path: Path) -> None:
+    """The rate may be off by 0.02 rad/s, the speed by 1 mm/s."""
+    given = 'prompt = "{given}"\ngiven = ["pose", "rates"]\nanswer = "qd"\nunit = "rad/s, m/s"'
+    problem = make_problem(tmp_path, f'{given}\ntolerance = "0.02 rad/s, 1 mm/s"', "polar-rp")
+    part = problem["mine"]
+    angle_rate, speed = map(float, part.answer_as(Number).reference)
+    typed = text.format(angle_rate, speed, angle_rate + 0.019, speed + 0.002, speed - 0.002)
+    assert judge_answer(problem, typed) is expected
+    assert "2 numbers in rad/s, m/s: within 0.02 rad/s, within 1 mm/s." in write_prompt(problem, part).replace(
+        "two", "2"
+    )
+    assert "in rad/s, m/s: auf 0,02 rad/s genau, auf 1 mm/s genau." in write_prompt(problem, part, "de")
+    key = make_site_record(problem)["parts"][0]["key"]
+    assert (key["tolerance"], key["floor"], key["floors"]) == (0, 0.001, [0.02, 0.001])
+
+
 @pytest.mark.parametrize("unit", ['","', '"rad/s,"', '", m/s"', '["rad/s", "m/s"]'])
 def test_units_of_entries_are_a_text_without_gaps(unit: str, tmp_path: Path) -> None:
     given = f'prompt = "{{given}}"\ngiven = ["pose", "rates"]\nanswer = "qd"\nunit = {unit}'
     with pytest.raises(QdotError, match=r"line [0-9]+: question: mine: unit = .*each entry"):
-        make_problem(tmp_path, given, "polar-rp")
-
-
-def test_each_entry_has_one_unit(tmp_path: Path) -> None:
-    given = 'prompt = "{given}"\ngiven = ["pose", "rates"]\nanswer = "v"\nunit = "m/s, m/s"'
-    with pytest.raises(QdotError, match="`unit` has 2 units, but the answer has 3 entries"):
         make_problem(tmp_path, given, "polar-rp")
 
 
@@ -797,9 +877,15 @@ def test_platforms_ask_for_numbers_in_words_for_numbers(tmp_path: Path) -> None:
 
 BAD = {
     'given = ["pose"]\nunit = "m"\nanswer = "norm(z0)"': "it is 1 for all given values (for an arm of planar-2r)",
-    'answer = "ddt(o1 + o7)"': "unknown name 'o7'", 'answer = "foo(p)"': "unknown function 'foo'",
+    'answer = "ddt(o1 + o7)"': "'o7': the frames of this arm have the numbers 0 to 2",
+    'answer = "foo(p)"': "unknown function 'foo'",
     'answer = "p*p"': "write dot(a, b) or cross(a, b)", 'answer = "det(Jv)"': "needs a square matrix",
-    'answer = "(p"': "is not a formula", 'answer = "p - p"': "always zero", 'answer = "1"': "the same everywhere",
+    'answer = "det(J"': "is not a formula: the bracket ( at character 4 is not closed",
+    'answer = "p)"': "the bracket ) at character 2 does not close a bracket",
+    'answer = "v = J*qd"': "leave out = and what is before it",
+    'answer = "a1^2 theta1"': "at character 6; write products with *",
+    "answer = '\\frac{p}{2}'": "without LaTeX", 'answer = "sin"': "'sin' is a function; write its arguments",
+    'answer = "p - p"': "always zero", 'answer = "1"': "the same everywhere",
     'answer = "p.w"': ".x, .y and .z", 'answer = "J[3, 1]"': "row 1 and column 2",
     'answer = "zeros(det(J), v.x)"': "but these also contain qd1, qd2",
     'answer = "norm(v)"\ngiven = ["pose", "rates"]\ntolerance = "1e-300 m/s"': "at least 1e-09",
@@ -807,7 +893,7 @@ BAD = {
     'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "m/s"\ntolerance = "0.01 rad"': "the answer is in m/s",
     'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "m/s"\ntolerance = "9 m/s"': "smaller than the answer",
     'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "furlong/s"': "'furlong/s' is not a unit that qdot knows",
-    'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "deg"': "numbers are in SI units",
+    'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "deg"': "'deg' is not an SI unit: write rad",
     'answer = "zeros(det(J), 1 + p.x^2)"': "qdot finds no configuration with",
     'answer = "zeros(p)"': "zeros(p.x)", 'answer = "zeros(a1)"': "never zero, or always",
     'answer = "norm(p)"\ngiven = {theta1 = "angle", theta2 = "angle", a2 = 0.1}': "a2 is 0.35 m in the table",
@@ -828,8 +914,41 @@ BAD = {
     'options = [{text = "a", right = false}, "b"]': "no option is right; write right = true",
     'answer = "m*p"': 'write units = {m = "kg"}',
     'answer = "F1*p"\ngiven = {F1 = [1, 2], theta1 = 1, theta2 = 1}': 'write units = {F1 = "kg"}',
+    'answer = "a1*m"\nunits = {m = "kg", a1 = "kg"}': 'line 6: question: mine: units: a1 = "kg": ',
+    'answer = "m*p"\nunits = {"m 2" = "kg"}': "line 6: question: mine: units: m 2 = ",
+    'answer = "m1*p"\nunits = {m_1 = "kg"}': "write the name as m1",
+    'answer = "norm(v)"\ngiven = ["pose", "rates"]\nunit = "m/s"\ntolerance = "0.01"': 'tolerance = "0.01 m/s"',
+    'answer = "v"\ngiven = ["pose", "rates"]\nunit = "m/s"\ntolerance = "1 m/s, 1 m/s"': "it has 2 tolerances, but the",
+    'answer = "J[1, 1]"\ngiven = {theta7 = "angle"}': 'line 6: question: mine: given: theta7 = "angle": ',
+    'answer = "J[1, 1]"\ngiven = {theta1 = "length"}': 'theta1 is in rad; write theta1 = "angle"',
+    'answer = "J[1, 1]"\ngiven = {theta1 = "angel"}': 'given: theta1 = "angel": unknown kind',
+    'answer = "det(J)"\nrows = ["a", "b"]': 'line 6: question: mine: rows = ["a", "b"]: ',
+    'answer = "p"\nshown = "formula"': "only options can have this key", 'answer = "text"\nrows = ["a"]': "is a text",
+    'options = ["a", "b"]\nunits = {m = "kg"}': "only formulas can have this key, but the answer is options",
+    'answer = "zeros(p.x, 1 + o1.y^2)"': "qdot finds no configuration with",
     'answer = "(lambda: 0)()"': "not part of the formula language", 'answer = "2^99"': "from -8 to 8",
     'answer = "inv(J)*[vx, vy]"\ngiven = {theta1 = 0, theta2 = 0}': "vx",
+}  # fmt: skip
+
+
+BAD |= {
+    'answer = "text"\nshown = "text"\nunits = {m = "kg"}': "but the answer is a text; leave it out",
+    'answer = "zeros(det(J))"\ngiven = ["pose"]': "but the answer is a set of configurations; leave it out",
+    'answer = " "': "expected a formula in quotes", 'answer = "Text"': 'write answer = "text"',
+    'answer = "p.x/0"': "a denominator that is always zero", 'answer = "1e400*p"': "contains a number above 1e+12",
+    'options = ["{foo}", "b"]': 'line 5: question: mine: options = ["{foo}", "b"]: unknown name',
+    'options = ["a", " "]': "option 2 is empty", 'options = [{txt = "a"}, "b"]': "number 1 of the list: expected",
+    'answer = "p"\ngiven = ["pose", "pose"]': "'pose' is listed twice",
+    'answer = "p"\ngiven = {theta1 = true}': "line 6: question: mine: given: theta1 = true: expected a kind (angle,",
+    'answer = "m*p"\nunits = {m = 5}': "line 6: question: mine: units: m = 5: expected a unit in quotes",
+    'answer = "sin"\nunits = {sin = "kg"}': "sin has another meaning in formulas",
+    'answer = "v"\ngiven = ["pose", "rates"]\nunit = "m/s"\ntolerance = "0,01 m/s"': "write decimals with a point",
+    'answer = "p"\nfr.prompt = "x"': "besides English, texts can be in German only, in [question.mine.de]",
+    'answer = "p"\n[question.mine.fast]\nprompt = "x"': "without a dot: [question.mine-fast]",
+    'answer = "2*other"\n[question.other]\nprompt = "x"\nanswer = "p"': "'other' is a question, and a formula can't",
+    'answer = "p"\n[question.mine]\nprompt = "x"': "'question.mine' twice; the first is in line 3; rename one",
+    "answer = \'\'\'\nanswer = 3\n\'\'\'\ndigits = 99": "line 8: question: mine: digits = 99: expected",
+    'answer = "p"\n[question."my q"]\nprompt = "x"': "line 6: question: my q: the name of a question has",
 }  # fmt: skip
 
 
@@ -839,7 +958,7 @@ def test_invalid_question_is_refused_with_file_line_and_reason(question: str, tm
         make_problem(tmp_path, f'prompt = "x"\n{question}')
     message = str(refused.value)
     assert BAD[question] in message and "\n" not in message
-    assert "assignment.toml: line " in message and "question: mine" in message
+    assert "assignment.toml: line " in message and re.search("question(: |[.])m", message)
 
 
 def test_a_misspelt_name_of_an_own_question_gets_a_suggestion(tmp_path: Path) -> None:
@@ -1031,6 +1150,31 @@ answer = "p" """,
     assert r"$\frac{a}{b}^{2}_{i}$" in text and "in {braces}." in text and r"\cos" in text
 
 
+@pytest.mark.parametrize(
+    ("questions", "message"),
+    {
+        '["a.toml", "b.toml"]': "a.toml: line 2: question: mine; ",
+        '["https://example.org/a.toml"]': "is a web address; download the file, and write its path",
+        '["a.tml"]': "'a.tml' is no question; the name of a file of questions ends in .toml",
+        '["empty.toml"]': "empty.toml: it defines no questions; write each in a table [question.NAME]",
+    }.items(),
+)
+def test_files_of_questions_are_named_in_errors(questions: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "hw").mkdir()
+    for name, answer in (("a", "p"), ("b", "v")):
+        (tmp_path / "hw" / f"{name}.toml").write_text(f'\n[question.mine]\nprompt = "x"\nanswer = "{answer}"\n')
+    (tmp_path / "hw" / "empty.toml").write_text("")
+    with pytest.raises(QdotError) as refused:
+        make_assignment(tmp_path, f'[[problem]]\nfamily = "planar-2r"\nquestions = {questions}\n')
+    assert f"assignment.toml: line 5: problem 1: questions = {questions}: " in str(refused.value)
+    assert message in str(refused.value)
+
+
+def test_a_file_without_a_valid_question_is_not_verified(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text('[question.mine]\nprompt = "{posse}"\nanswer = "p"\n[[problem]]\n')
+    assert "unknown name 'posse'" in run_and_fail("verify", tmp_path / "mine.toml", "--family", "planar-2r")
+
+
 def test_invalid_question_name_is_refused(tmp_path: Path) -> None:
     for name in ("Mine", "position", "my_question", "x" * 41):
         with pytest.raises(QdotError, match="question: "):
@@ -1127,10 +1271,10 @@ def formulas_differ(problem: Problem, first: str, second: str) -> bool:
     return abs(complex(sp.N(a)) - complex(sp.N(b))) > 1e-6
 
 
-@pytest.mark.parametrize("block", range(select_for_suite(2, 10)))
+@pytest.mark.parametrize("block", range(select_for_suite(4, 20)))
 def test_random_formulas_are_certified_or_refused(block: int) -> None:
-    certified = sum(check_random_question(number) for number in range(20 * block, 20 * block + 20))
-    assert certified > 2
+    certified = sum(check_random_question(number) for number in range(10 * block, 10 * block + 10))
+    assert certified
 
 
 def test_formula_language_excludes_python_code() -> None:

@@ -24,7 +24,7 @@ from qdot.exercises.site import bank_problem
 from qdot.exercises.site import pages as site_pages
 from qdot.exercises.site.chapter import ERRATA_PATH, make_chapter_pages
 from qdot.exercises.site.guide import COMMANDS, OTHER_PAGES, REPLACED_PAGES, arrange_pages
-from qdot.exercises.site.pages import link_pages, make_pages, read_assets
+from qdot.exercises.site.pages import find_assets, link_pages, make_pages, read_assets
 from qdot.exercises.site.robots import make_tables_json
 from qdot.grader.cli import site_commands as command
 from qdot.grader.cli.main import app
@@ -127,7 +127,7 @@ def test_a_site_has_all_pages_which_lead_somewhere(
     assert "preload" not in (site / "accessibility.html").read_text()
     shell = json.loads(re.findall(r"const SHELL = (.*);", (site / "sw.js").read_text())[0])
     assert not [name for name in shell if not (site / name).is_file()]
-    assert "bank/index.de.json" in shell
+    assert {"bank/index.de.json", "check.html"} <= set(shell)
 
 
 def test_a_rerun_keeps_the_bank(built: Path, few_pages: None, tmp_path: Path) -> None:
@@ -287,8 +287,11 @@ def test_a_course_tells_of_wrong_answers_what_its_assignment_says(few_pages: Non
 def test_what_is_wrong_is_said(assets: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "'planer-2r'" in run_and_fail("site", "build", "--out", tmp_path / "s", "--families", "planer-2r")
     assert "nowhere" in run_and_fail("site", "serve", tmp_path / "nowhere")
-    monkeypatch.setattr(site_pages, "find_assets", lambda: None)
-    assert "run `make site`" in run_and_fail(*ordered(tmp_path / "s"))
+    monkeypatch.setattr(site_pages, "find_folder", lambda *_: None)
+    monkeypatch.setattr(site_pages, "find_assets", find_assets)
+    assert "run `npm ci` and `npm run bundle` in" in run_and_fail(*ordered(tmp_path / "s"))
+    monkeypatch.setattr(site_pages, "__file__", str(tmp_path / "qdot" / "exercises" / "site" / "pages.py"))
+    assert "without Node: install Node 20.19 or later" in run_and_fail(*ordered(tmp_path / "s"))
     assert not (tmp_path / "s").exists()
 
 
@@ -299,7 +302,7 @@ def test_scripts_of_another_version_are_told(tmp_path: Path, written: str | None
     if written is not None:
         (tmp_path / ".vite").mkdir()
         (tmp_path / ".vite" / "manifest.json").write_text(written)
-    with pytest.raises(QdotError, match=r"src/learn/main\.tsx.* run `make site` to rebuild them"):
+    with pytest.raises(QdotError, match=r"src/learn/main\.tsx.* run `npm ci` and `npm run bundle` in"):
         read_assets(tmp_path)
 
 

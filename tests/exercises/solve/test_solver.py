@@ -402,6 +402,33 @@ def test_an_arm_is_shown_as_it_was_told_and_its_limits_rule_values_out(tmp_path:
     assert "--format" in run_and_fail("solve", path, "--convert", "dh", "--format", "json")
 
 
+AWKWARD = (
+    'name = "two"\ntask = ["vx", "vy"]\npoint = [0.9123, 0.05671, 0]\n'
+    + ROW % ("theta1", 0, 0.4, 0) + ROW % ("theta2 + 0.3", 0, 0, 0) + "limits = [-2.181661625, 1.134464045]\n"
+)  # fmt: skip
+
+
+def test_an_angle_without_a_short_form_is_rounded_and_in_one_unit(tmp_path: Path) -> None:
+    path = tmp_path / "two.toml"
+    path.write_text(AWKWARD)
+    text = " ".join(run("solve", path).split())
+    assert "that is θ₂ = −0.3621 rad ≈ −20.75° or 2.78 rad ≈ 159.3°." in text
+    assert "rule out θ₂ = 2.78 rad ≈ 159.3° (from −125° to 65°)" in text
+    path.write_text(AWKWARD.replace("+ 0.3", "- 0.3 + pi/2").replace("0.9123, 0.05671", "0.9, 0"))
+    text = " ".join(run("solve", path).split())
+    assert "θ₂ − 0.3 + π/2 rad" in text
+    assert "that is θ₂ = 0.3 + π/2 rad ≈ 107.2° or 0.3 − π/2 rad ≈ −72.81°." in text
+
+
+def test_configurations_without_a_simple_meaning_are_reported_as_such() -> None:
+    """That all joints can move together with link 3 at rest is true of every singular configuration."""
+    fifth = sp.Rational(1, 5)
+    lengths = ((1, fifth, sp.pi / 3), (fifth, 2 * fifth, sp.pi / 4), (fifth, 3 * fifth, 0))
+    rows = (Joint("R", sp.Symbol(f"theta{i}"), d, a, alpha) for i, (d, a, alpha) in enumerate(lengths, 1))
+    (component,) = solve(Chain("skew", tuple(rows), ("vx", "vy", "vz"))).singular or ()
+    assert component.classification.meaning == "these configurations have no simple geometric meaning"
+
+
 SKEW = 'name = "skew"\ntask = ["vx", "vy", "vz"]\n' + ROW % ("theta1", '"d1"', "%s", '"pi/3"')
 SKEW += ROW % ("theta2", "%s", "%s", 0)
 

@@ -5,11 +5,12 @@ from collections import Counter
 from functools import cache
 
 import pytest
+from sympy.printing.pretty.pretty_symbology import line_width
 
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.writing import line_breaking
-from qdot.exercises.writing.markup import HTML_WIDTH, LATEX_WIDTH, fit_latex, to_html, to_latex
+from qdot.exercises.writing.markup import HTML_WIDTH, LATEX_WIDTH, TERMINAL_WIDTH, fit_latex, to_html, to_latex, to_text
 from qdot.exercises.writing.problem_texts import write_prompt, write_solution
 from qdot.exercises.writing.typst import to_typst
 from tests.support.problems import get_problem, select_parts
@@ -121,6 +122,25 @@ def test_long_entries_of_a_matrix_have_names_and_lines_of_their_own() -> None:
     told = symbols(shown) - Counter({"m_{1}": 3, "m_{2}": 2})
     assert told == symbols(_entry(1)) + symbols(_entry(2)) + symbols("a_{1}")
     assert to_latex(f"$${matrix}$$").count(r"\begin{align*}") == 1
+
+
+def test_different_entries_of_the_matrices_in_a_formula_have_different_names() -> None:
+    wide, wider = (" + ".join(f"{letter}_{{{k}}} c_{{{k}}}" for k in range(9)) for letter in "ab")
+    first, second = (rf"\begin{{bmatrix}} {entry} \\ {wide} \end{{bmatrix}}" for entry in (wide, wider))
+    broken = fit_latex(rf"x = {first} \times {second}", 20.0)
+    assert re.findall(r"(m_\{\d\}) = (\w)", broken) == [("m_{1}", "a"), ("m_{2}", "b")]
+    assert r"m_{1} \\ m_{1} \end{bmatrix}" in broken and r"m_{2} \\ m_{1} \end{bmatrix}" in broken
+
+
+def test_formulas_are_broken_to_fit_a_terminal() -> None:
+    """Also a sum in which a wide matrix is followed by another term; a continued line begins with its sign."""
+    terms = " + ".join(f"0.{k}25 c_{{{k}}} s_{{{k}}} c_{{{k}5}}" for k in range(1, 10))
+    matrix = rf"\begin{{bmatrix}} {terms} \\ {terms.replace('+', '-')} \end{{bmatrix}}"
+    for formula in (f"x = {terms}", f"J = {matrix}", f"p = {matrix} + p_{{2}}"):
+        lines = to_text(f"$$\n{formula}\n$$\n").splitlines()
+        assert max(map(line_width, lines)) <= TERMINAL_WIDTH
+        assert any(line.strip().startswith("+ 0.") for line in lines)
+    assert "m₁" in to_text(f"$$\np = {matrix} + p_{{2}}\n$$\n")
 
 
 def test_a_formula_of_many_lines_may_go_on_on_the_next_page() -> None:

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from nbformat import NotebookNode
@@ -231,10 +232,10 @@ def test_the_others_are_graded_although_one_student_was_left_out(folder: Path, m
 
 
 def test_a_notebook_that_cannot_be_written_affects_one_student(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail_for_student(title: str, key: str, student: str, problems: Problems, hinted: bool) -> NotebookNode:
+    def fail_for_student(title: str, key: str, student: str, problems: Problems, *options: Any) -> NotebookNode:
         if student == "s2" and any(slot == "p2" for slot, _ in problems):
             raise KeyError("theta9")
-        return make_student_notebook(title, key, student, problems, hinted)
+        return make_student_notebook(title, key, student, problems, *options)
 
     monkeypatch.setattr(release, "make_student_notebook", fail_for_student)
     stderr = run_incomplete(folder, "generate")

@@ -358,8 +358,8 @@ SIGN_OF_Y = "[a1*c1 + a2*c12, a1*s1 - a2*s12]"
 CUSTOM_FOLLOWING = [
     ("position", SIGN_OF_Y, define("p.x^2 + p.y^2"), "(a1*c1 + a2*c12)^2 + (a1*s1 - a2*s12)^2"),
     ("position", SIGN_OF_Y, define("cross([0, 0, 1], p - o1)", is_up_to_factor=True, rows=("x", "y")), "[-s12, -c12]"),
-    ("position", SIGN_OF_Y, define("v", rows=("v_x", "v_y")),
-     "[-a1*qd1*s1 - a2*(qd1 + qd2)*s12, a1*qd1*c1 - a2*(qd1 + qd2)*c12]"),
+    ("position", "[a1*c1 + a2*c12, a1*s1 + 2*a2*s12]", define("v", rows=("v_x", "v_y")),
+     "[-a1*qd1*s1 - a2*(qd1 + qd2)*s12, a1*qd1*c1 + 2*a2*(qd1 + qd2)*c12]"),
     ("jacobian", RELATIVE_ANGLES["jacobian"], define("zeros(det(J))"), "theta2 = theta1 or theta2 = theta1 + pi"),
     ("jacobian", RELATIVE_ANGLES["jacobian"], define("zeros(J[1,1], J[2,2])"), "sin(theta1) = 0 and cos(theta2) = 0"),
 ]  # fmt: skip
@@ -372,8 +372,15 @@ def test_custom_questions_follow_the_students_own_result(
     problem = generate(ProblemId("planar-2r", 3, (name, "mine"), variation="chapter"), definitions=[definition])
     verdict = mark_answers(problem, {name: wrong, "mine": following})["mine"]
     assert (verdict.points, verdict.followed_from) == (0.8, name), verdict.judgement.reason
-    unrelated = mark_answers(problem, {name: wrong, "mine": following.replace("theta2", "2*theta2").replace("12", "2")})
-    assert unrelated["mine"].followed_from is None
+
+
+@pytest.mark.parametrize(("name", "wrong", "definition", "following"), CUSTOM_FOLLOWING)
+def test_custom_questions_do_not_follow_from_an_unrelated_result(
+    name: str, wrong: str, definition: Definition, following: str
+) -> None:
+    problem = generate(ProblemId("planar-2r", 3, (name, "mine"), variation="chapter"), definitions=[definition])
+    unrelated = following.replace("theta2", "2*theta2").replace("12", "2")
+    assert mark_answers(problem, {name: wrong, "mine": unrelated})["mine"].followed_from is None
 
 
 @pytest.mark.parametrize("answer", ["norm(v)", "v.x", "sqrt(v.x^2 + v.y^2)", "norm(J*qd)", "norm(p)"])

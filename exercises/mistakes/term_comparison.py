@@ -1,0 +1,197 @@
+"""Compare an answer with its reference term by term: wrong signs, sines for cosines, and wrong numbers in terms.
+
+Both formulas are expanded into sums of products, and like terms are added. The answer must have the same terms as the
+reference, up to signs, exchanged sines and cosines, or one number that is wrong in the same way in all wrong terms.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from math import prod
+
+import numpy as np
+
+from qdot.exercises.formula.algebra import expand_terms
+from qdot.exercises.formula.program import evaluate_variants
+from qdot.exercises.formula.trees import ONE, Node, count_nodes, make_number
+from qdot.exercises.mistakes.configurations import SymbolValues
+from qdot.exercises.mistakes.formula_edits import MAX_ENTRY_NODES, MAX_TERMS, exchange_trigs
+
+RELATIVE_TOLERANCE = 1e-9
+"""Two values count as equal if they differ by at most this fraction of the larger one."""
+TWO, THREE = make_number(2), make_number(3)
+MAX_TRIGS_OF_TERM = 4
+"""Maximum number of sines and cosines of a term of which each may be exchanged; in other terms, all or none are."""
+
+
+@dataclass(frozen=True)
+class TermDifference:
+    """A term of the reference that differs from a term of the answer: in its sign, its trigs, or its number.
+
+    `factor` is the number by which the answer's term is too large; it is 1 if the trigs are exchanged.
+    """
+
+    node: Node
+    has_wrong_sign: bool = False
+    has_exchanged_trigs: bool = False
+    factor: float = 1.0
+
+
+@dataclass(frozen=True)
+class TermComparison:
+    """All terms of an answer that differ from the reference, each with the index of its entry."""
+
+    differences: tuple[tuple[int, TermDifference], ...]
+
+    @property
+    def terms(self) -> list[TermDifference]:
+        """The differences of all terms."""
+        return [term for _, term in self.differences]
+
+    @property
+    def has_wrong_signs(self) -> bool:
+        """Whether a sign is wrong."""
+        return any(term.has_wrong_sign for term in self.terms)
+
+    @property
+    def has_exchanged_trigs(self) -> bool:
+        """Whether a sine is in the place of a cosine, or the other way round."""
+        return any(term.has_exchanged_trigs for term in self.terms)
+
+    @property
+    def has_wrong_number(self) -> bool:
+        """Whether a number is wrong."""
+        return any(term.factor != 1 for term in self.terms)
+
+
+@np.errstate(all="ignore")  # an answer may overflow
+def compare_terms(
+    entries: Sequence[Node], reference: Sequence[Node], wrong_indices: Sequence[int], values: SymbolValues
+) -> TermComparison | None:
+    """Return how the terms of an answer's wrong entries differ from those of the reference; None if others differ, too.
+
+    None is also returned if numbers are wrong in several ways, or besides exchanged sines and cosines.
+    """
+    differences: list[tuple[int, TermDifference]] = []
+    for index in wrong_indices:
+        differences_of_entry = _compare_entry(entries[index], reference[index], values)
+        if not differences_of_entry:
+            return None
+        differences += [(index, difference) for difference in differences_of_entry]
+    comparison = TermComparison(tuple(differences))
+    factors = [term.factor for term in comparison.terms if term.factor != 1]
+    if factors and (comparison.has_exchanged_trigs or not np.allclose(factors, factors[0], rtol=1e-6, atol=0)):
+        return None
+    return comparison if differences else None
+
+
+@dataclass(frozen=True)
+class _Term:
+    """The sum of like terms: the first of them with its values, and the factor by which the sum is larger than it."""
+
+    node: Node
+    first_values: np.ndarray
+    factor: float = 1.0
+
+    @property
+    def values(self) -> np.ndarray:
+        """The values of the sum."""
+        return self.factor * self.first_values
+
+
+def _compare_entry(entry: Node, reference: Node, values: SymbolValues) -> list[TermDifference] | None:
+    """Return the differences between the terms of an entry and of its reference; None if other terms differ, too."""
+    if max(count_nodes(entry), count_nodes(reference)) > MAX_ENTRY_NODES:
+        return None
+    expected_terms = _list_terms(reference, values)
+    matching = _Matching(values, [term.values for term in _list_terms(entry, values)])
+    if len(matching.typed_values) != len(expected_terms):
+        return None
+    unmatched_terms = [term for term in expected_terms if not matching.take(term.values)]
+    differences: list[TermDifference] = []
+    likeliest_first = (_negate, matching.exchange_trigs, matching.change_number)
+    for list_variants in likeliest_first:  # each for all terms, before the next
+        remaining_terms, unmatched_terms = unmatched_terms, []
+        for term in remaining_terms:
+            variants = (variant for variant, variant_values in list_variants(term) if matching.take(variant_values))
+            variant = next(variants, None)
+            differences += [variant] if variant else []
+            unmatched_terms += [] if variant else [term]
+    return None if unmatched_terms else differences
+
+
+def _list_terms(entry: Node, values: SymbolValues) -> list[_Term]:
+    """Return the terms of an entry as a sum of products, with like terms added; the entry itself if it has too many."""
+    nodes = expand_terms(_write_as_products(entry), MAX_TERMS) or [entry]
+    terms: list[_Term] = []
+    for node, term_values in zip(nodes, _evaluate(nodes, values), strict=True):
+        for k, term in enumerate(terms):
+            ratio = _find_constant_ratio(term_values, term.first_values)
+            if ratio is not None:
+                terms[k] = replace(term, factor=term.factor + ratio)
+                break
+        else:
+            terms.append(_Term(node, term_values))
+    return [term for term in terms if abs(term.factor) > RELATIVE_TOLERANCE and term.first_values.any()]
+
+
+def _write_as_products(node: Node) -> Node:
+    """Return a tree in which squares and cubes of sums, and quotients of sums, are written as products."""
+    args = [_write_as_products(arg) for arg in node.args]
+    if node.kind == "^" and args[0].kind in ("+", "-") and args[1] in (TWO, THREE):
+        return prod([args[0]] * int(args[1].value), start=ONE)
+    if node.kind == "/" and args[0].kind in ("+", "-", "*", "neg"):
+        return args[0] * (ONE / args[1])
+    return node.with_args(args)
+
+
+_Variants = Iterator[tuple[TermDifference, np.ndarray]]
+"""What may stand in the place of a term: how it differs from the term, and its values."""
+
+
+def _negate(term: _Term) -> _Variants:
+    yield TermDifference(term.node, has_wrong_sign=True), -term.values
+
+
+@dataclass
+class _Matching:
+    """The values of the terms of an answer's entry that are not yet matched with an expected term.
+
+    `values` has the values of all symbols.
+    """
+
+    values: SymbolValues
+    typed_values: list[np.ndarray]
+
+    def take(self, expected_values: np.ndarray) -> bool:
+        """Remove a term with these values; return False if there is none."""
+        tolerance = RELATIVE_TOLERANCE * float(np.abs(expected_values).max())
+        for k, typed_values in enumerate(self.typed_values):
+            if np.abs(typed_values - expected_values).max() <= tolerance:
+                del self.typed_values[k]
+                return True
+        return False
+
+    def exchange_trigs(self, term: _Term) -> _Variants:
+        """Yield the term with some of its sines and cosines exchanged, with the right and with the wrong sign."""
+        variants = exchange_trigs(term.node, MAX_TRIGS_OF_TERM)
+        for variant_values, sign in product(_evaluate(variants, self.values), (1, -1)):
+            difference = TermDifference(term.node, has_wrong_sign=sign < 0, has_exchanged_trigs=True)
+            yield difference, sign * term.factor * variant_values
+
+    def change_number(self, term: _Term) -> _Variants:
+        """Yield the term multiplied by each number by which a term of the answer is larger."""
+        for typed_values in list(self.typed_values):
+            ratio = _find_constant_ratio(typed_values, term.values)
+            if ratio is not None:
+                yield TermDifference(term.node, has_wrong_sign=ratio < 0, factor=abs(ratio)), ratio * term.values
+
+
+def _find_constant_ratio(numerator: np.ndarray, denominator: np.ndarray) -> float | None:
+    ratios = numerator / denominator
+    is_constant = np.isfinite(ratios).all() and np.allclose(ratios, ratios[0], rtol=RELATIVE_TOLERANCE, atol=0)
+    return float(ratios[0].real) if is_constant else None
+
+
+def _evaluate(nodes: Sequence[Node], values: SymbolValues) -> np.ndarray:
+    return evaluate_variants(nodes, values, len(next(iter(values.values()))))

@@ -1,0 +1,153 @@
+"""Marks and mistakes in answers to instructors' own formulas: signs, sines for cosines, numbers, components, frames."""
+
+from typing import Any
+
+import pytest
+
+from qdot.exercises.generation import generate
+from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.exercises.questions.custom.definition import Definition, GivenValue, Texts
+from qdot.grader.judging.verdict import Verdict
+from qdot.grader.marking.marking import mark
+
+MASSES = (("g", "m/s^2"), ("m", "kg"))
+AT_POSE = (GivenValue("pose"), GivenValue("rates"))
+ACCELERATION = "at(dot([0, 1, 0], ddt(v)), qdd1 = 0, qdd2 = 0)"
+GRAVITY = "[diff(m*g*p.y, theta1), diff(m*g*p.y, theta2)]"
+ENERGY = "m/2*dot(ddt(o1), ddt(o1)) + m/2*dot(ddt(o2), ddt(o2))"
+
+
+def ask(family: str, answer: str, *earlier_questions: str, **settings: Any) -> Problem:
+    definition = Definition("mine", answer, (("en", Texts("Mine", "x")),), **settings)
+    problem_id = ProblemId(family, 1, (*earlier_questions, "mine"), variation="chapter")
+    return generate(problem_id, definitions=[definition])
+
+
+def mark_one(problem: Problem, answer: str) -> Verdict:
+    (verdict,) = mark(problem, {"mine": answer}, secret="s")
+    return verdict
+
+
+def find_mistake(verdict: Verdict) -> str:
+    return verdict.diagnosis.names if verdict.diagnosis else ""
+
+
+@pytest.mark.parametrize(
+    ("family", "formula", "answer", "share", "mistake"),
+    [
+        # signs of terms: one, several, all
+        ("polar-rp", ACCELERATION, "-a1*s1*qd1^2 + 2*qd1*qd2*s1 - d2*c1*qd1^2", 0.8, "term-sign-typed"),
+        ("polar-rp", ACCELERATION, "a1*s1*qd1^2 + 2*qd1*qd2*s1 - d2*c1*qd1^2", 0.8, "term-signs"),
+        ("polar-rp", ACCELERATION, "a1*s1*qd1^2 - 2*qd1*qd2*s1 - d2*c1*qd1^2", 0.8, "sign"),
+        ("planar-2r", "m/2*dot(v, v)", "m/2*(a1^2*qd1^2 + a2^2*(qd1+qd2)^2 - 2*a1*a2*c2*qd1*(qd1+qd2))", 0.8,
+         "term-sign-typed"),
+        # sines for cosines: in one term, throughout, with signs
+        ("polar-rp", ACCELERATION, "-a1*s1*qd1^2 + 2*qd1*qd2*c1 + d2*c1*qd1^2", 0.5, "trig-typed"),
+        ("polar-rp", ACCELERATION, "-a1*c1*qd1^2 + 2*qd1*qd2*s1 + d2*c1*qd1^2", 0.5, "trig-typed"),
+        ("polar-rp", ACCELERATION, "a1*c1*qd1^2 + 2*qd1*qd2*s1 + d2*s1*qd1^2", 0.5,
+         "trigs-in-terms and term-sign-typed"),
+        ("planar-2r", GRAVITY, "[m*g*(a1*s1 + a2*s12), m*g*a2*s12]", 0.5, "all-sines-for-cosines"),
+        ("planar-2r", GRAVITY, "[-m*g*(a1*s1 - a2*s12), m*g*a2*s12]", 0.5, "trigs-in-terms and term-sign-typed"),
+        # numbers and rates
+        ("polar-rp", ACCELERATION, "-a1*s1*qd1^2 + qd1*qd2*s1 + d2*c1*qd1^2", 0.5, "factor-missing"),
+        ("planar-2r", ENERGY, "m/2*(2*a1^2*qd1^2 + a2^2*(qd1+qd2)^2 + 3*a1*a2*c2*qd1*(qd1+qd2))", 0.5,
+         "number-typed"),
+        ("planar-2r", ENERGY, "m/2*(2*a1^2*qd1^2 + a2^2*qd2^2 + 2*a1*a2*c2*qd1*qd2)", 0.5, "relative-rates"),
+        ("planar-2r", GRAVITY, "[m*9.81*(a1*c1 + a2*c12), m*9.81*a2*c12]", 0.5, "number-for-symbol"),
+        # a missing term, and another component or frame
+        ("polar-rp", ACCELERATION, "-a1*s1*qd1^2 + d2*c1*qd1^2", 0.5, "term-missing"),
+        ("polar-rp", ACCELERATION, "-a1*c1*qd1^2 + 2*qd1*qd2*c1 - d2*s1*qd1^2", 0.5, "other-component"),
+        ("planar-2r", "v.x", "a1*c1*qd1 + a2*c12*(qd1+qd2)", 0.5, "other-component"),
+        ("planar-2r", "v.x", "-a1*s1*qd1 - a2*s12*qd2", 0.5, "relative-rates"),
+        ("planar-2r", "transpose(J)*f", "[-(a1*s1 + a2*s12)*fx - a2*s12*fy, (a1*c1 + a2*c12)*fx + a2*c12*fy]", 0.5,
+         "jacobian-for-transpose"),
+        ("planar-2r", "diff(g*o1.y + m*g*o2.y, theta1)", "m*g*(a1*c1 + a2*c12)", 0.5, "term-missing"),
+        ("polar-rp", "m*det(J)", "m*d2", 0.8, "sign"),
+        ("elbow-3r", "R02", "[[c1, 0, -s1], [s1, 0, c1], [0, -1, 0]]", 0.5, "other-frame"),
+        ("planar-2r", "norm(p)^2", "sqrt(a1^2 + a2^2 + 2*a1*a2*c2)", 0.0, ""),
+    ],
+)  # fmt: skip
+def test_the_nearest_mistake_is_named_and_earns_its_share(
+    family: str, formula: str, answer: str, share: float, mistake: str
+) -> None:
+    verdict = mark_one(ask(family, formula, units=MASSES), answer)
+    assert (verdict.judgement.share, find_mistake(verdict)) == (share, mistake), verdict.judgement
+
+
+@pytest.mark.parametrize("formula", [ACCELERATION, GRAVITY.replace("theta2", "d2"), "m*det(J)"])
+def test_a_message_about_the_jacobian_needs_a_question_about_it(formula: str) -> None:
+    problem = ask("polar-rp", formula, units=MASSES)
+    answers = ["[m*g*(a1*c1 + d2*s1), 0]", "d2*c1*qd1^2", "-a1*s1*qd1^2", "a1*m", "[0, -m*g*c1]"]
+    messages = [verdict.diagnosis.feedback for answer in answers if (verdict := mark_one(problem, answer)).diagnosis]
+    assert not any("your J" in message for message in messages)
+
+
+def test_a_link_to_an_earlier_mistake_needs_more_than_one_sign_in_common() -> None:
+    problem = ask("polar-rp", "m*det(J)", "jacobian", units=MASSES)
+    jacobian = "[[d2*c1 - a1*s1, s1], [a1*c1 + d2*s1, c1]]"  # the sign of one entry
+    verdict = mark(problem, {"jacobian": jacobian, "mine": "m*d2"}, secret="s")[1]
+    assert verdict.diagnosis is not None and verdict.diagnosis.inherited is None
+    assert verdict.judgement.share == 0.8
+
+
+def test_a_direction_that_nothing_loses_gets_no_such_message() -> None:
+    verdict = mark_one(ask("planar-2r", "o2 - o1", rows=("x", "y"), is_up_to_factor=True), "[-s12, c12]")
+    assert find_mistake(verdict) != "direction-that-moves"
+
+
+@pytest.mark.parametrize(
+    ("formula", "wrong_formula", "mistake"),
+    [
+        ("norm(v)", "dot(v, v)", "speed-squared"), ("norm(v)", "v.x + v.y", "components-added"),
+        ("norm(v)", "abs(v.x) + abs(v.y)", "components-added"), ("norm(v)", "v.y", "component-alone"),
+        ("m*g*v.y", "m*v.y", "factor-missing"), ("m*g*v.y", "m*g*v.x", "other-component"),
+        ("transpose(Jv)*[m, 0, 0]", "J*[m, 0]", "transposed-wrongly"),
+        ("J*transpose(J)*qd", "transpose(J)*J*qd", "transposed-wrongly"),
+    ],
+)  # fmt: skip
+def test_simple_mistakes_in_a_number_are_named(formula: str, wrong_formula: str, mistake: str) -> None:
+    given = (*AT_POSE, GivenValue("m", low=2, high=5), GivenValue("g", low=9.81, high=9.81))
+    problem, other_problem = (ask("planar-2r", text, units=MASSES, given=given) for text in (formula, wrong_formula))
+    answer = [f"{float(number):.5g}" for number in other_problem["mine"].answer.as_matrix()]
+    verdict = mark_one(problem, f"[{', '.join(answer)}]")
+    assert find_mistake(verdict) == mistake, verdict.diagnosis
+
+
+@pytest.mark.parametrize(
+    ("digits", "sentence"), [(1, "has too few digits"), (2, "is correct except for rounding"), (7, "")]
+)
+def test_too_few_digits_are_named(digits: int, sentence: str) -> None:
+    problem = ask("planar-2r", "2*m", units=MASSES, given=(GivenValue("m", low=0.65885, high=0.65885),))
+    verdict = mark_one(problem, f"{1.3177 * (1.02 if digits == 7 else 1):.{digits}g}")
+    feedback = verdict.diagnosis.feedback if verdict.diagnosis else ""
+    assert sentence in feedback and ("digits" in feedback) is bool(sentence)
+
+
+@pytest.mark.parametrize(
+    ("answer", "share", "mistake"),
+    [
+        ("theta2 = atan((a2 + a3*c3)/(a3*s3))", 2 / 3, "one-root-only"),
+        ("[And(Eq(cos(theta2), 0), Eq(cos(theta2 + theta3), 0))]", 0.0, "terms-set-to-zero"),
+        ("a2*c2 + a3*c23", 0.0, ""), ("det J = 0", 0.0, ""),
+    ],
+)  # fmt: skip
+def test_a_condition_on_several_joints_is_found_in_part(answer: str, share: float, mistake: str) -> None:
+    verdict = mark_one(ask("planar-prr", "zeros(J[2, 2])"), answer)
+    assert verdict.judgement.share == pytest.approx(share, abs=1e-3)
+    assert find_mistake(verdict) == mistake and (mistake or verdict.diagnosis is None)
+
+
+@pytest.mark.parametrize(
+    ("formula", "answer", "reason"),
+    [
+        ("m*J", "m J", "'J' is not a symbol of this problem"),
+        ("norm(v)", "fast, as it should", "the question asks for numbers"),
+        ("norm(v)", "1000 mi/h", "your number is 447.04"),
+    ],
+)
+def test_the_reason_names_what_is_no_answer(formula: str, answer: str, reason: str) -> None:
+    given = AT_POSE if formula == "norm(v)" else ()
+    problem = ask(
+        "planar-2r", formula, units=MASSES if formula == "m*J" else (), given=given, unit="m/s" if given else ""
+    )
+    assert mark_one(problem, answer).judgement.reason.startswith(reason)
