@@ -46,14 +46,16 @@ def export_common_cartridge(request: ExportRequest) -> Generator[ExportedFile, N
         )
     if any(item.single_number_item for item in all_items):
         request.report("A Common Cartridge asks for one number per question, so of a vector or matrix for one entry")
-    single_items = (item.single_number_item or item for item in all_items if item.category not in left_out)
-    groups = items.group_items(single_items, request.report)
+    single_items = [item.single_number_item or item for item in all_items if item.category not in left_out]
+    variants: dict[items.ItemCategory, list[items.QuizItem]] = {}
+    for item in single_items:
+        variants.setdefault(item.category, []).append(item)
     quizzes = [
         CartridgePart(f"version-{number}", f"{title}, version {number}", version_items)
-        for number, version_items in enumerate(_choose_versions(list(groups.values())), 1)
+        for number, version_items in enumerate(_choose_versions(list(variants.values())), 1)
     ]
     yield _make_cartridge(request, f"{assignment.key}.imscc", title, quizzes, is_bank=False)
-    for category, bank_items in groups.items():
+    for category, bank_items in items.group_items(single_items, request.report).items():
         name = f"{category.slot_title.split()[0]}-{bank_items[0].key.split('-', 2)[2]}"
         bank = CartridgePart("bank", f"{category.slot_title}: {category.question_title}", bank_items)
         yield _make_cartridge(request, f"banks/{name}.imscc", bank.title, [bank], is_bank=True)
