@@ -4,6 +4,7 @@ from functools import partial
 
 from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.exports.canvas import export_canvas
+from qdot.exercises.exports.common_cartridge import export_common_cartridge
 from qdot.exercises.exports.export_format import ExportFormat
 from qdot.exercises.exports.gradescope import export_gradescope
 from qdot.exercises.exports.moodle import export_moodle
@@ -35,6 +36,9 @@ EXPORT_FORMATS = {
             "our checks of its importers' rules", "variant", export_moodle),
         ExportFormat("canvas", "A quiz as QTI 1.2, for classic quizzes and for New Quizzes", "Canvas",
             "text2qti (as the model), our checks", "variant", export_canvas),
+        ExportFormat("common-cartridge", "Quizzes and question banks as Common Cartridge 1.1",
+            "Blackboard, Brightspace, Canvas, Moodle", "our checks of its rules", "variant",
+            export_common_cartridge),
         ExportFormat("qti", "A test as a QTI 2.1 package", "any platform that reads QTI 2.1 (TAO, OpenOlat)",
             "citolab-qti-convert; a hand-written check of its XML Schema", "variant", export_qti),
         ExportFormat("scorm", "Packages that report scores; they contain the answers",
