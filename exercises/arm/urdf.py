@@ -40,7 +40,7 @@ class UrdfChain:
     - `tip`: the position of the origin of the last link (3 x 1, m).
     - `limits`: the limits of each joint (rad or m); None for a joint without limits.
     - `offset_tolerance`: the offsets that count as zero are at most this (m).
-    - `notes`: messages about mimic joints, and about angles and offsets that were snapped.
+    - `notes`: messages about the frame, about mimic joints, and about angles and offsets that were snapped.
     """
 
     name: str
@@ -71,9 +71,10 @@ def read_urdf(path: Path, tip: str = "", base: str = "") -> UrdfChain:
         proposal = reader.propose_tip(base)
         hint = f"; choose another --tip, as in --tip {proposal}" if proposal else ""
         raise QdotError(f"{path}: no joint moves link {reader.read_link(chain_joints[-1], 'child')!r}{hint}")
-    return UrdfChain(
-        reader.title, tuple(axes), pose.origin, tuple(limits), reader.offset_tolerance, reader.make_notes()
-    )
+    notes = reader.make_notes()
+    if base:
+        notes = (f"{path}: the world frame is the frame of link {base!r}", *notes)
+    return UrdfChain(reader.title, tuple(axes), pose.origin, tuple(limits), reader.offset_tolerance, notes)
 
 
 class _UrdfReader:

@@ -10,16 +10,11 @@ from dataclasses import dataclass
 from qdot.exercises.common.files import make_zip
 from qdot.exercises.exports import items, platform_markup
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
-from qdot.exercises.exports.typed_numbers import list_accepted_texts, make_number_pattern
+from qdot.exercises.exports.typed_numbers import DECIMALS_NOTE, list_accepted_texts, make_number_pattern
 from qdot.exercises.writing.render import render
 
 FILE_FOLDER = "%24IMS-CC-FILEBASE%24"
 """The folder in which Canvas stores the files of a package."""
-DECIMALS_NOTE = (
-    "<p>Type each number as a decimal, for example -0.25. "
-    "Other forms, such as 2.5e-1 or 1/4, are not recognised here.</p>"
-)
-"""What students must know about blanks, because Canvas compares texts and not numbers."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +57,7 @@ def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]
             "points": platform_markup.format_decimal(sum(group[0].points for group in groups.values())),
             "shows_values": request.has_solutions or request.includes_feedback("values"),
             "name_type": _name_question_type, "list_shares": _list_shares, "write_html": _write_html,
-            "list_blanks": _list_blanks, "write_body": _write_body,
+            "list_blanks": _list_blanks, "write_body": _write_body, "list_option_ids": _list_option_ids,
             "write_line": platform_markup.write_line_html, "format_decimal": platform_markup.format_decimal,
             "format_limits": platform_markup.format_limits,
         }  # fmt: skip
@@ -94,6 +89,13 @@ def _name_question_type(form: items.ItemForm) -> str:
     if isinstance(form, items.NumberForm):
         return "numerical_question" if len(form.fields) == 1 else "fill_in_multiple_blanks_question"
     return {"match": "matching_question", "text": "essay_question"}[form.kind]
+
+
+def _list_option_ids(item_id: str, form: items.ItemForm) -> list[str]:
+    """Return the identifier of each option; an empty list for a form without options to choose."""
+    return (
+        [f"{item_id}-{letter}" for letter, _, _ in form.lettered_options] if isinstance(form, items.ChoiceForm) else []
+    )
 
 
 def _list_blanks(form: items.ItemForm, kind: CanvasQuizKind) -> list[Blank]:

@@ -29,9 +29,6 @@ DECIMALS_NOTE = "<p>Type numbers as decimals, for example -0.25 or -2.5e-1, not 
 MIN_BOX_WIDTH = 12
 """Minimum width of a box in characters. If a number in the question is longer, the box is wider."""
 
-TAG_REPLACEMENTS = str.maketrans("<>", "‹›")
-"""Replacements for < and > in names. Moodle would take these characters for a tag and remove it."""
-
 MAX_NAME_LENGTH, MAX_ID_LENGTH = 255, 100
 """Maximum length of a name and of an id in Moodle, in characters."""
 
@@ -54,7 +51,7 @@ def export_moodle(request: ExportRequest) -> Generator[ExportedFile, None, None]
 
 def make_moodle_name(text: str) -> str:
     """Return a name that Moodle stores unchanged: without tags, and short enough for its database column."""
-    plain_name = text.translate(TAG_REPLACEMENTS)
+    plain_name = platform_markup.replace_angle_brackets(text)
     return plain_name if len(plain_name) <= MAX_NAME_LENGTH else f"{plain_name[: MAX_NAME_LENGTH - 1].rstrip()}…"
 
 

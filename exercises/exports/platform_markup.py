@@ -104,6 +104,15 @@ def make_image_files(body: Sequence[str | Picture]) -> dict[str, bytes]:
     return {f"images/{name_picture_file(picture)}": make_svg_file(picture) for picture in find_pictures(body)}
 
 
+def replace_angle_brackets(text: str) -> str:
+    """Return a name without < and >. Platforms would take what is between them for a tag, and remove or refuse it.
+
+    >>> replace_angle_brackets("Arms & <signs>")
+    'Arms & ‹signs›'
+    """
+    return text.translate(str.maketrans("<>", "‹›"))
+
+
 def format_decimal(value: float, digits: int = DIGITS) -> str:
     """Return a number in decimal notation without an exponent, as platforms require.
 

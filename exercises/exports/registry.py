@@ -4,6 +4,7 @@ from functools import partial
 
 from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.exports.canvas import export_canvas
+from qdot.exercises.exports.common_cartridge import export_common_cartridge
 from qdot.exercises.exports.export_format import ExportFormat
 from qdot.exercises.exports.gradescope import export_gradescope
 from qdot.exercises.exports.moodle import export_moodle
@@ -35,6 +36,9 @@ EXPORT_FORMATS = {
             "our checks of its importers' rules", "variant", export_moodle),
         ExportFormat("canvas", "A quiz as QTI 1.2, for classic quizzes and for New Quizzes", "Canvas",
             "text2qti (as the model), our checks", "variant", export_canvas),
+        ExportFormat("common-cartridge", "Quizzes and question banks as Common Cartridge 1.1",
+            "Blackboard, Brightspace, Canvas, Moodle", "our checks of its rules", "variant",
+            export_common_cartridge),
         ExportFormat("qti", "A test as a QTI 2.1 package", "any platform that reads QTI 2.1 (TAO, OpenOlat)",
             "citolab-qti-convert; a hand-written check of its XML Schema", "variant", export_qti),
         ExportFormat("scorm", "Packages that report scores; they contain the answers",
@@ -49,8 +53,8 @@ EXPORT_FORMATS = {
             explain_missing=partial(explain_missing, "pdf", "PDF")),
         ExportFormat("latex", "Handouts, exams and keys as LaTeX source", "LaTeX with TikZ", "our LaTeX parser",
             "student", partial(export_paper, file_type="tex"), check=check_sheet),
-        ExportFormat("stack", "STACK questions in Moodle XML", "Moodle with STACK", "Maxima", "variant",
-            export_stack),
+        ExportFormat("stack", "STACK questions: a ready-made quiz, and a question bank as Moodle XML",
+            "Moodle with STACK", "Maxima", "variant", export_stack),
         ExportFormat("prairielearn", "A course folder whose questions call qdot", "PrairieLearn",
             "Mustache; a hand-written check of its JSON Schemas", "variant", export_prairielearn,
             regenerates_problems=True),

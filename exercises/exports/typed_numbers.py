@@ -6,6 +6,11 @@ from collections.abc import Iterator
 from decimal import Decimal
 from fractions import Fraction
 
+DECIMALS_NOTE = (
+    "<p>Type each number as a decimal, for example -0.25. "
+    "Other forms, such as 2.5e-1 or 1/4, are not recognised here.</p>"
+)
+"""What students must know if a platform compares texts and not numbers, as HTML."""
 SHOWN_DIGITS = 3
 """Number of significant digits of the first listed text, which platforms show as the correct answer."""
 MAX_LISTED = 12

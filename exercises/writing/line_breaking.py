@@ -15,6 +15,8 @@ from qdot.exercises.formula.layout import Layout, Pieces, row
 Lines = list[Pieces]
 EquationSides = list[tuple[Pieces, Pieces]]
 """Lines of equations, each as its left side (empty on continued lines) and its right side with the equals sign."""
+EntryNames = dict[Pieces, Pieces]
+"""The names of entries of the matrices in a formula: for each entry that has one, the name."""
 
 OPERATOR_WIDTHS = {"=": 1.05, "+": 0.95, "−": 0.95, "×": 0.95, "≠": 1.05, "≈": 1.05, ",": 0.45, "det": 1.2}
 """Widths of operators, including the space around them; all widths are in em."""
@@ -92,7 +94,8 @@ def fit_formula(formula: Layout, max_width: float) -> Layout:
         return formula
     rows = _split_equations(formula, max_width)
     left_width = max(_total_width(left) for left, _ in rows)  # the right sides are aligned below each other
-    lines = [line for left, right in rows for line in _break_equation(left, right, max_width - left_width)]
+    names: EntryNames = {}
+    lines = [line for left, right in rows for line in _break_equation(left, right, max_width - left_width, names)]
     cells = tuple(row(row(*left), row(*right)) for left, right in lines)
     return row(Layout("aligned", "apart" if len(lines) > 1 else "", cells))
 
@@ -121,7 +124,7 @@ def _split_at_equals(equation: Pieces) -> tuple[Pieces, Pieces]:
     return (left, (layout.EQUALS, *layout.join_pieces((layout.EQUALS,), right_sides))) if right_sides else ((), left)
 
 
-def _break_equation(left: Pieces, right: Pieces, max_width: float) -> EquationSides:
+def _break_equation(left: Pieces, right: Pieces, max_width: float, names: EntryNames) -> EquationSides:
     """Return the lines of an equation whose right side may be `max_width` (em) wide."""
     if _total_width(right) <= max_width - INDENT_WIDTH:
         return [(left, right)]
@@ -129,26 +132,29 @@ def _break_equation(left: Pieces, right: Pieces, max_width: float) -> EquationSi
     available_width = max_width - (2 if sign else 1) * INDENT_WIDTH
     lines: EquationSides = []
     for index, part in enumerate(layout.split_at(right[1:], layout.EQUALS) if sign else [right]):
-        broken_lines = _break_side(part, available_width)
+        broken_lines = _break_side(part, available_width, names)
         lines.append((() if index else left, (*sign, *broken_lines[0])))
         lines += [((), (layout.QUAD, *line)) for line in broken_lines[1:]]
     return lines
 
 
-def _break_side(side: Pieces, max_width: float) -> Lines:
-    """Return a side of an equation, broken into lines between factors, before signs or inside matrices."""
+def _break_side(side: Pieces, max_width: float, names: EntryNames) -> Lines:
+    """Return a side of an equation, broken into lines between factors, before signs or inside matrices.
+
+    `names` are the names that entries of matrices have in the whole formula; new names are added.
+    """
     if _total_width(side) <= max_width:
         return [side]
     for factors, sign in ((layout.split_at(side, _CROSS), _CROSS), (_split_matrices(side), layout.DOT)):
         if len(factors) > 1:
             # 1.5: the sign and the space around it
-            lines_by_factor = [_break_side(factor, max_width - 1.5) for factor in factors]
+            lines_by_factor = [_break_side(factor, max_width - 1.5, names) for factor in factors]
             continued_lines = ([(layout.EMPTY, sign, *lines[0]), *lines[1:]] for lines in lines_by_factor[1:])
             return [*lines_by_factor[0], *chain.from_iterable(continued_lines)]
     terms = layout.split_terms(side)
     lines = _break_fraction(side, max_width) if len(terms) == 1 else []
     if not lines and (len(terms) == 1 or any(_is_wide_matrix(piece, max_width) for piece in side)):
-        lines = _name_entries(side, max_width)
+        lines = _name_entries(side, max_width, names)
     return lines or fill_lines(_split_wide_terms(terms, max_width), max_width)
 
 
@@ -223,7 +229,7 @@ def fill_lines(terms: Sequence[Pieces], max_width: float) -> Lines:
     return lines
 
 
-def _name_entries(side: Pieces, max_width: float) -> Lines:
+def _name_entries(side: Pieces, max_width: float, names: EntryNames) -> Lines:
     """Return the lines of a wide matrix with names m_1, m_2, … for its wide entries, and of these entries.
 
     Returns no lines if the side has no matrix or no wide entry.
@@ -235,17 +241,19 @@ def _name_entries(side: Pieces, max_width: float) -> Lines:
     matrix = _find_matrix(matrix_piece)
     assert matrix is not None
     rows = [[cell.inner for cell in cells.inner] for cells in matrix.inner]
-    names: dict[Pieces, Pieces] = {}
+    new_names: EntryNames = {}
     for entry in (entry for cells in rows for entry in cells):
         if _total_width(entry) > max_width / (len(rows[0]) + 1) and entry not in names:
             names[entry] = (layout.script(Layout("letter", "m"), row(*layout.number(str(len(names) + 1)))),)
-    if not names:
+            new_names[entry] = names[entry]
+    if not any(entry in names for cells in rows for entry in cells):
         return []
     named_matrix = layout.matrix([[names.get(entry, entry) for entry in cells] for cells in rows], matrix.text)
     is_power = matrix_piece.kind == "script"
     named_piece = layout.script(named_matrix, *matrix_piece.inner[1:]) if is_power else named_matrix
-    lines = _break_side((*side[:index], named_piece, *side[index + 1 :]), max_width)
-    for entry, name in names.items():
-        first_line, *other_lines = _break_side(entry, max_width - 4.0)  # the name and the equals sign are narrower
+    lines = _break_side((*side[:index], named_piece, *side[index + 1 :]), max_width, names)
+    for entry, name in new_names.items():
+        entry_width = max_width - 4.0  # the name and the equals sign are narrower
+        first_line, *other_lines = _break_side(entry, entry_width, names)
         lines += [(*name, layout.EQUALS, *first_line), *((layout.QUAD, *line) for line in other_lines)]
     return lines

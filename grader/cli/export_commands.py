@@ -40,7 +40,10 @@ def export(
     variants: Annotated[int, typer.Option(min=1, max=10_000, help="Question banks: variants of each problem.")] = 20,
     variation: BankVariationOption = "",
     solutions: Annotated[
-        bool, typer.Option("--solutions", help="Paper, HTML, Canvas, QTI, SCORM: include the worked solutions.")
+        bool,
+        typer.Option(
+            "--solutions", help="Paper, HTML, Canvas, Common Cartridge, QTI, SCORM: include the worked solutions."
+        ),
     ] = False,
     sheet: Annotated[str, name_option(SHEET_HELP, names=SHEET_KINDS, metavar="SHEET")] = SHEET_KINDS[0],
     versions: Annotated[

@@ -142,6 +142,32 @@ for (const [name, options] of [
   });
 }
 
+test("arrows and ellipse stay in the drawing in all poses of a lesson", async () => {
+  const { page } = await opened(there, "learn.html?lesson=singular", { viewport: { width: 1440, height: 900 } });
+  const fields = page.locator('.arm-side input[type="number"]');
+  for (const [first, second] of [
+    [60, 0],
+    [0, 0],
+    [90, 2],
+    [-90, 0],
+    [180, 0],
+    [30, 45],
+  ]) {
+    for (const [i, angle] of [first, second].entries()) {
+      await fields.nth(i).fill(String(angle));
+      await fields.nth(i).press("Enter");
+    }
+    await page.waitForTimeout(200);
+    const outside = await page.locator(".arm-box").evaluate((box) => {
+      const { left, right, top, bottom } = box.getBoundingClientRect();
+      return [...box.querySelectorAll(".arm-arrow, .arm-ellipse")]
+        .map((mark) => mark.getBoundingClientRect())
+        .filter((mark) => mark.left < left || mark.right > right || mark.top < top || mark.bottom > bottom).length;
+    });
+    assert.equal(outside, 0, `${first}, ${second}`);
+  }
+});
+
 test("an arm that leaves its enlarged first view is shown whole, and comes under the pointer again", async () => {
   const { page, wrong } = await withArm(POSITION, WIDE);
   const box = await page.locator(".arm-box").boundingBox();

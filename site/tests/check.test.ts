@@ -190,6 +190,12 @@ test("the same texts can be read as by qdot check", () => {
 });
 
 describe("a cell of Python", () => {
+  test("that is too long is only code for the names that it sets", () => {
+    const source = `a = 1\nprint(b)\n  c = (${"1 + ".repeat(10_000)}1)`;
+    expect(listAssignments(source)).toEqual(["a", "c"].map((name) => ({ name, code: null })));
+    expect(listAssignments("a=".repeat(10_000) + "1").length).toBeLessThan(20);
+  });
+
   test.each<[string, [string, string | null][]]>([
     [
       "a = 1; b = 2 # c = 3\nd == 4",

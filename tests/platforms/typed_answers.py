@@ -24,7 +24,7 @@ DETERMINANTS: tuple[tuple[str, str], ...] = (
     (RIGHT, "a1*a2*sin(theta2)"), (RIGHT, "a_1*a_2*sin(theta_2)"), (RIGHT, "a1*a2*s2"),
     (RIGHT, "a1*a2*(c1*s12 - s1*c12)"), (RIGHT, "a1*a2*cos(π/2 - θ2)"), (RIGHT, "a1*a2*sin(2*t2)/(2*cos(t2))"),
     (WRONG, "-a1*a2*sin(theta2)"), (WRONG, "a1*a2"), (WRONG, "a1*a2*cos(theta2)"),
-    (INVALID, "a1*a2*sin(x)"), (INVALID, "det = a1*a2*s2"), (INVALID, "a1a2*sin(theta2)"),
+    (INVALID, "a1*a2*sin(x)"), (INVALID, "det = a1*a2*s2"), (RIGHT, "a1a2*sin(theta2)"),
     (INVALID, "a1*a2*sin theta2"), (INVALID, "{a1*a2*s2}"),
 )  # fmt: skip
 SETS: tuple[tuple[str, str], ...] = (

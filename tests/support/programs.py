@@ -15,6 +15,7 @@ MAXIMA = "apt-get install maxima maxima-share, or brew install maxima"
 GIT = "apt-get install git, or brew install git"
 GH = "apt-get install gh, or brew install gh"
 POPPLER = "apt-get install poppler-utils, or brew install poppler"
+CHROMIUM = "apt-get install chromium"
 LATEX = "apt-get install texlive-pictures texlive-latex-extra"
 ACTIONLINT = f"{READER}, go install github.com/rhysd/actionlint/cmd/actionlint@latest, or brew install actionlint"
 

@@ -210,7 +210,7 @@ def _describe_keys(model: type[pydantic.BaseModel], forms: Mapping[str, str]) ->
     return [
         {
             "name": name,
-            "description": field.description or "",
+            "description": " ".join((field.description or "").split()),
             "form": _value_form(forms[name]),
             "default": _describe_default(field),
         }

@@ -176,7 +176,7 @@ def print_unicode(formula: Layout) -> str:
 
 _PRINTERS: dict[str, Callable[..., stringPict]] = {
     **dict.fromkeys(("letter", "number", "sign", "function", "text"), lambda piece: stringPict(piece.text)),
-    "space": lambda piece: stringPict("" if piece.text == "!" else " "),
+    "space": lambda piece: stringPict({"!": "", "quad": 4 * " "}.get(piece.text, " ")),
     "row": _print_row,
     "script": _print_script,
     "fraction": _print_fraction,

@@ -9,8 +9,8 @@ import { Body, polylineText } from "./line-drawing.js";
 import type { Covered } from "./labels.js";
 import { jointClass, plainLetters } from "./letters.js";
 import { drawnLostDirection } from "./lost-direction.js";
-import { drawnColumns, Marks } from "./marks.js";
-import { measuresOf, stateAt } from "./model.js";
+import { axisLength, drawnColumns, Marks } from "./marks.js";
+import { measuresOf, type State, stateAt } from "./model.js";
 import { edgesOf, withFraming, framingOf, isSamePose, isInView, findReadableOrbit } from "./framing.js";
 import { dragLink, movePoint } from "./moves.js";
 import { extentOf, limitToRange } from "./ranges.js";
@@ -258,15 +258,21 @@ function useNearView(props: DrawingProps, fullView: View, firstOrbit: Orbit, isF
   const pathEnds = target ? [target.end] : []; // the view must not follow B while B is dragged
   const [hasLeftView, setLeft] = useState(false);
   const { width, height } = fullView;
+  /** Return the heads of columns and axes, and the extreme points of the ellipse, as far as they are shown. */
+  const markedPoints = (at: State, view: View): Vec3[] => {
+    const axis = axisLength(view, isFlat) / view.scale;
+    const axes =
+      isFlat && layers.frames ? at.frames.flatMap(({ o, x, y }) => [addScaled(o, x, axis), addScaled(o, y, axis)]) : [];
+    const arrows = layers.columns || layers.ellipse ? drawnColumns(arm, at, reach) : [];
+    const shownArrows = [...(layers.columns ? arrows : []), ...(layers.ellipse ? edgesOf(arrows, view) : [])];
+    return [...axes, ...shownArrows.map((arrow) => add(at.point, arrow))];
+  };
   const framing = useMemo(() => {
     if (!isEnlarged) return null;
     const firstState = stateAt(arm, home);
     const fullFirstView = viewOf(arm, extentOf(arm), width, height, firstOrbit);
-    const arrows = layers.columns || layers.ellipse ? drawnColumns(arm, firstState, reach) : [];
-    const shownArrows = [...(layers.columns ? arrows : []), ...(layers.ellipse ? edgesOf(arrows, fullFirstView) : [])];
-    const arrowheads = shownArrows.map((arrow) => add(firstState.point, arrow));
     const isLost = drawnLostDirection(arm, firstState, measuresOf(firstState), isConcealed) !== null;
-    const visiblePoints = [...arrowheads, ...pathEnds, ...extraPoints];
+    const visiblePoints = [...markedPoints(firstState, fullFirstView), ...pathEnds, ...extraPoints];
     return framingOf(arm, firstState, visiblePoints, fullFirstView, { isFlat, lineCount: isLost ? 2 : 1 });
   }, [
     isEnlarged,
@@ -282,8 +288,9 @@ function useNearView(props: DrawingProps, fullView: View, firstOrbit: Orbit, isF
     isConcealed,
   ]);
   const enlargedView = useMemo(() => (framing ? withFraming(fullView, framing) : fullView), [framing, fullView]);
-  const isBackInView = isSamePose(state.pose, home) && isInView(arm, state, enlargedView, pathEnds);
-  const isOutOfView = !isBackInView && (hasLeftView || !isInView(arm, state, enlargedView, pathEnds));
+  const isVisible = isInView(arm, state, enlargedView, [...markedPoints(state, enlargedView), ...pathEnds]);
+  const isBackInView = isSamePose(state.pose, home) && isVisible;
+  const isOutOfView = !isBackInView && (hasLeftView || !isVisible);
   useEffect(() => setLeft(isOutOfView), [arm, isOutOfView]);
   return isOutOfView ? fullView : enlargedView;
 }

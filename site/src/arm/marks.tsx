@@ -29,7 +29,7 @@ export type Layers = Readonly<Record<(typeof LAYERS)[number], boolean>>;
 /** Drawn length (m) of a velocity of 1 m/s, if the arm is not smaller than 1 m. */
 const LENGTH_OF_UNIT_SPEED = 0.4;
 /** Return the length of a frame's axes in pixels; in space they must reach out of the bodies of joints. */
-function axisLength({ width, height }: View, isFlat: boolean): number {
+export function axisLength({ width, height }: View, isFlat: boolean): number {
   return Math.min(isFlat ? 44 : 58, (isFlat ? 0.12 : 0.16) * Math.min(width, height));
 }
 

@@ -89,6 +89,9 @@ function findPlaneNormal(arm: Arm): AxisName | null {
 /** Width of the buttons at the side of the drawing (pixels). */
 const BUTTON_WIDTH = 60;
 
+/** Pixels around a flat arm's reach for the axes of the last frame, at most a share of the drawing's size. */
+const [AXES_MARGIN, AXES_MARGIN_SHARE] = [52, 0.14];
+
 /** Return the view of an arm in a box of pixels, in which its whole reach is visible. */
 export function viewOf(arm: Arm, extent: Extent, width: number, height: number, orbit: Orbit): View {
   const planeNormal = planeNormalOf(arm);
@@ -99,9 +102,11 @@ export function viewOf(arm: Arm, extent: Extent, width: number, height: number, 
     const reach = Math.max(radius, above, below);
     const horizontalSpan = spanIncludingOrigin(reach, reach, -dot(o, axes.right), 0.12 * reach);
     const verticalSpan = spanIncludingOrigin(reach, reach, -dot(o, axes.up), 0.12 * reach);
-    const scale =
-      0.9 *
-      Math.min(width / (horizontalSpan.high - horizontalSpan.low), height / (verticalSpan.high - verticalSpan.low));
+    const margin = Math.min(AXES_MARGIN, AXES_MARGIN_SHARE * Math.min(width, height));
+    const scale = Math.min(
+      (width - 2 * margin) / (horizontalSpan.high - horizontalSpan.low),
+      (height - 2 * margin) / (verticalSpan.high - verticalSpan.low),
+    );
     const centre = addScaled(addScaled(o, axes.right, middle(horizontalSpan)), axes.up, middle(verticalSpan));
     return { ...axes, scale, centre, width, height };
   }

@@ -2,7 +2,7 @@
 // checked before use, and all of its texts are shown as texts.
 
 import { type Message, message } from "../text/text.js";
-import { findBlanks, listAssignments, parseText } from "./python.js";
+import { findBlanks, listAssignments, MAX_CELL_CHARACTERS, parseText } from "./python.js";
 import { type Form, readAnswer, type Reading } from "./reading.js";
 
 /** What a notebook has as the answer to a part. */
@@ -66,7 +66,13 @@ export function checkNotebook(fileName: string, fileText: string, origin: Origin
   const forms = listForms(metadata);
   const parts = listParts(cells, forms);
   if (parts.length === 0) return refuse(message("check.no-answers", { name: shownName }));
-  const assignmentsByCell = cells.map(({ isCode, source }) => (isCode ? listAssignments(source) : []));
+  let remaining = MAX_PARSED_CHARACTERS;
+  const assignmentsByCell = cells.map(({ isCode, source }) => {
+    if (!isCode) return [];
+    const assignments = listAssignments(source, Math.min(remaining, MAX_CELL_CHARACTERS));
+    remaining -= source.length;
+    return assignments;
+  });
   const statements = cells.flatMap((cell, i) =>
     assignmentsByCell[i]!.map((assignment) => ({ ...assignment, cell, i })),
   );
@@ -91,6 +97,8 @@ export function checkNotebook(fileName: string, fileText: string, origin: Origin
 /** As in ../../../grader/submissions/cells.py. */
 const MAX_CELLS = 25_000;
 const MAX_NAME_LENGTH = 80;
+/** The code of all cells together that is searched for texts, so that a hostile file doesn't block the page for long. */
+const MAX_PARSED_CHARACTERS = 500_000;
 const MAX_PARTS = 500;
 const MAX_SYMBOLS = 100;
 /** Rows and columns are fewer. */

@@ -7,8 +7,10 @@ export interface Assignment {
   readonly code: string | null;
 }
 
-/** A longer cell is only run by the grader, too (MAX_CELL_CHARACTERS of ../../../grader/submissions/answer_locator.py). */
-const MAX_CHARACTERS = 30_000;
+/** The grader, too, only runs a longer cell (MAX_CELL_CHARACTERS of ../../../grader/submissions/answer_locator.py). */
+export const MAX_CELL_CHARACTERS = 30_000;
+/** A statement such as a = b = 1 sets at most this many names. */
+const MAX_TARGETS = 10;
 
 /** A text in quotes, with its prefix; its end is missing if a quote is. */
 const LITERAL = String.raw`[A-Za-z]{0,2}(?:"""(?:[^"\\]|\\[^]?|"(?!""))*(?:"""|$)|'''(?:[^'\\]|\\[^]?|'(?!''))*(?:'''|$)|"(?:[^"\\\n]|\\[^]?)*"?|'(?:[^'\\\n]|\\[^]?)*'?)`;
@@ -18,10 +20,11 @@ const ASSIGNMENT = /^([\p{L}_][\p{L}\p{N}_]*)\s*(?::[^=]*)?=(?!=)/u;
 /** Names before an assignment of another kind, as in "    a = 1", "a += 1" and "a, b = 1, 2". */
 const OTHER_TARGETS = /^[\s\p{L}\p{N}_,()[\]:]*?(?:\*\*|\/\/|<<|>>|[-+*/%@&|^])?=(?!=)/u;
 
-/** Return the assignments of a cell in their order. */
-export function listAssignments(source: string): readonly Assignment[] {
-  if (source.length > MAX_CHARACTERS) return findNames(source).map((name) => ({ name, code: null }));
-  return splitIntoStatements(source).flatMap(listTargets);
+/** Return the assignments of a cell in their order. If it is longer than the limit, their code is unknown. */
+export function listAssignments(source: string, limit = MAX_CELL_CHARACTERS): readonly Assignment[] {
+  if (source.length <= limit) return splitIntoStatements(source).flatMap(listTargets);
+  const lines = source.matchAll(/^[ \t]*(\w+)\b[^\n=!<>]*=(?!=)/gm);
+  return Array.from(lines, ([, name = ""]) => ({ name, code: null }));
 }
 
 /** Return the statements of a cell without comments; those of indented lines begin with a space. */
@@ -43,7 +46,7 @@ function splitIntoStatements(source: string): readonly string[] {
 function listTargets(statement: string): readonly Assignment[] {
   const names: string[] = [];
   let code = statement;
-  for (let match = ASSIGNMENT.exec(code); match; match = ASSIGNMENT.exec(code)) {
+  for (let match = ASSIGNMENT.exec(code); match && names.length < MAX_TARGETS; match = ASSIGNMENT.exec(code)) {
     names.push(match[1]!);
     code = code.slice(match[0].length).trim();
   }

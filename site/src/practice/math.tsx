@@ -29,7 +29,26 @@ export function Tex({ latex, block = false }: { latex: string; block?: boolean }
 export function Rich({ text }: { text: string }): JSX.Element {
   return (
     <>
-      {text.split("$").map((piece, i) => (i % 2 === 1 ? <Tex key={i} latex={piece} /> : <span key={i}>{piece}</span>))}
+      {text
+        .split("$")
+        .map((piece, i) => (i % 2 === 1 ? <Tex key={i} latex={piece} /> : <Words key={i} text={piece} />))}
     </>
+  );
+}
+
+/** A text in which the point P and the Jacobian J stand as in formulas. */
+function Words({ text }: { text: string }): JSX.Element {
+  return (
+    <span>
+      {text.split(/\b([JP])\b/).map((piece, i) =>
+        i % 2 === 1 ? (
+          <i key={i} class="letter">
+            {piece}
+          </i>
+        ) : (
+          piece
+        ),
+      )}
+    </span>
   );
 }

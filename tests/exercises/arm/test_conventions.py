@@ -315,6 +315,7 @@ def test_urdf_chain_is_in_the_frame_of_its_base_link(write_urdf: Callable[..., P
     robot = read_robot_file(write_urdf(), base="a", tip="tool")  # the link a has another end, the camera
     pose = compute_origin_pose([0.3, 0, 0], [np.pi / 2, 0, 0.2]) @ rotate_about("y", -0.5) @ translate(0, 0.1, 0.12)
     np.testing.assert_allclose(compute_point(robot.chain, [0.5, 0], {}), pose[:3, 3], atol=1e-8)
+    assert robot.notes == (f"{write_urdf()}: the world frame is the frame of link 'a'",)
     assert read_robot_file(write_urdf(), base="b").chain.n == 1  # only one end comes after the link b
     assert read_robot_file(write_urdf(), tip="camera").chain.n == 1
 
@@ -341,7 +342,7 @@ def test_urdf_joints_that_copy_the_same_joint_are_refused(write_urdf: Callable[.
     path.write_text(path.read_text().replace('upper="0.5"/>', f'upper="0.5"/>{mimic}'))
     with pytest.raises(QdotError, match="joint 'slide': it moves together with joint 'elbow'"):
         read_robot_file(path, tip="tool")
-    assert len(read_robot_file(path, tip="tool", base="b").notes) == 1
+    assert len(read_robot_file(path, tip="tool", base="b").notes) == 2
 
 
 def test_urdf_offsets_and_angles_near_zero_are_snapped(write_urdf: Callable[..., Path]) -> None:

@@ -147,7 +147,7 @@ def test_export_uses_the_requested_variation(export_request: ExportRequest, tmp_
     assert [path.read_bytes() for path in plain] != [path.read_bytes() for path in unchanged]
     for export_format in ("prairielearn", "html"):
         refused = run_and_fail("export", folder, "--to", export_format, "--variation", "chapter")
-        assert "(moodle, canvas, qti, scorm, stack)" in refused and f"for {export_format}," in refused
+        assert "(moodle, canvas, common-cartridge, qti, scorm, stack)" in refused and f"for {export_format}," in refused
     assert "'plain'" in run_and_fail(*command, tmp_path / "plain", "--variation", "plain")
 
     # A slot whose questions don't apply to other arms is named.

@@ -4,6 +4,7 @@ import re
 import subprocess
 from collections.abc import Generator
 from dataclasses import replace
+from html import escape
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from qdot.exercises.exports.boxes import (
     make_box,
     scale_working_space,
 )
-from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
+from qdot.exercises.exports.export_format import SHEET_KINDS, ExportedFile, ExportRequest
 from qdot.exercises.exports.marking import TOO_LONG, explain_marking
 from qdot.exercises.exports.paper import compile_pdf
 from qdot.exercises.exports.registry import EXPORT_FORMATS
@@ -45,7 +46,7 @@ from qdot.grader.grading.certify import find_failures
 from qdot.grader.marking.marking import compute_earned_share
 from tests.grader.reports.test_feedback import Page
 from tests.support.command import run_and_fail
-from tests.support.programs import LATEX, POPPLER, require_program
+from tests.support.programs import CHROMIUM, LATEX, POPPLER, require_program
 from tests.support.submitting import make_class
 from tests.support.suites import few_families, select_for_suite
 
@@ -226,6 +227,39 @@ def test_html_sheets_are_accessible_and_self_contained(export_request: ExportReq
             assert all(about.get("role") == "img" and about["aria-labelledby"] for about, _ in page.all("svg"))
             assert all(about.get("scope") in ("col", "row") for about, _ in page.all("th"))
             assert "Ada Lovelace &lt;b&gt;" in file.content or "zoë" in file.content
+
+
+PHONE_PAGE = """<!DOCTYPE html><title></title><iframe width="{width}" height="800" srcdoc="{sheet}"></iframe>
+<script>
+onload = () => {{
+  const sheet = frames[0].document.documentElement;
+  document.title = sheet.scrollWidth - sheet.clientWidth;
+}};
+</script>
+"""
+"""A page that shows a sheet on a phone, so many pixels wide. Its title is by how many pixels the sheet is too wide."""
+
+
+@pytest.mark.integration
+@pytest.mark.parametrize("sheet", SHEET_KINDS)
+def test_html_sheets_fit_a_phone(export_request: ExportRequest, sheet: str, tmp_path: Path) -> None:
+    """Wide tables and formulas scroll by themselves; the page does not."""
+    chromium = require_program("chromium", CHROMIUM, in_ci=False)
+    request = replace(export_request, sheet=sheet, compute_earned_share=compute_earned_share)
+    file = next(iter(export_files(request, "html").values()))
+    for width in (320, 390):
+        page = tmp_path / f"{width}.html"
+        page.write_text(PHONE_PAGE.format(width=width, sheet=escape(str(file.content))), encoding="utf-8")
+        command = [
+            chromium,
+            "--headless",
+            "--no-sandbox",
+            "--dump-dom",
+            f"--user-data-dir={tmp_path}/profile",
+            str(page),
+        ]
+        shown = subprocess.run(command, capture_output=True, text=True).stdout
+        assert "<title>0</title>" in shown, (width, re.findall("<title>.*?</title>", shown)[:1])
 
 
 def test_pdf_is_tagged_has_its_texts_and_embeds_fonts(export_request: ExportRequest, tmp_path: Path) -> None:

@@ -2,7 +2,8 @@
 
 The readers are in a separate environment (`make .venvs/readers/.installed`); without them tests are skipped.
 With QDOT_QTI=FILE, the schema imsqti_v2p1.xsd with what it imports beside it (as in a checkout of TAO's
-extension-tao-itemqti), packages are validated against it; no registry has it.
+extension-tao-itemqti), packages are validated against it; no registry has it. With QDOT_CARTRIDGE=FOLDER, the schemas
+of Common Cartridge 1.1 (as in Moodle's backup/cc/schemas11), cartridges are validated against them.
 """
 
 import base64
@@ -26,7 +27,7 @@ import pytest
 
 from qdot.exercises.assignment.assignment import FEEDBACK
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
-from qdot.exercises.exports import canvas, moodle, qti
+from qdot.exercises.exports import canvas, common_cartridge, moodle, qti
 from qdot.exercises.exports import items as made
 from qdot.exercises.exports.export_format import DEFAULT_ATTEMPTS, ExportRequest
 from qdot.exercises.exports.items import (
@@ -39,6 +40,7 @@ from qdot.exercises.exports.items import (
     WrongValue,
     make_items,
 )
+from qdot.exercises.exports.typed_numbers import list_accepted_texts
 from qdot.exercises.reference_answers import LETTERS
 from tests.exercises.exports.test_items import make_request
 from tests.support.programs import require_reader
@@ -478,6 +480,95 @@ def test_a_matrix_in_canvas_is_one_question_with_a_blank_for_each_entry(
         accepted = [str(list_elements(label, "mattext")[0].text) for label in labels]
         assert accepted == list(kind.list_texts(field)) and set(accepted) < set(texts)
         assert {label.get("scoring_algorithm") for label in labels} == {"TextRegex" if kind.uses_patterns else None}
+
+
+# --- Common Cartridge ---
+
+CARTRIDGE_PART = r"(bank|version-\d+)/assessment\.xml"
+CARTRIDGE_PROFILES = {"multiple_choice", "multiple_response", "true_false", "fib", "essay"}
+
+
+@pytest.fixture(scope="module")
+def cartridges(export_request: ExportRequest, items: list[QuizItem]) -> dict[str, Package]:
+    files = export_items(common_cartridge.export_common_cartridge, export_request, items)
+    return {path: unzip(content) for path, content in files.items()}
+
+
+def read_metadata(element: Element) -> dict[str, str]:
+    return {str(field[0].text): str(field[1].text) for field in list_elements(element, "qtimetadatafield")}
+
+
+def test_a_cartridge_has_a_quiz_for_each_version_and_each_bank_a_cartridge(cartridges: dict[str, Package]) -> None:
+    manifest = parsed(cartridges["hw.imscc"]["imsmanifest.xml"])
+    titles = [title.text for title in list_elements(manifest, "title") if title.text and title.text.strip()]
+    assert titles == [f"Arms & ‹signs› / more, version {number}" for number in (1, 2)]
+    for number in (1, 2):
+        quiz = parsed(cartridges["hw.imscc"][f"version-{number}/assessment.xml"])
+        names = [str(item.get("ident")) for item in list_elements(quiz, "item")]
+        assert len(names) == 6 and {name.split("-")[2] for name in names[:5]} == {f"00{number}"}  # p4 has one variant
+    banks = [path for path in cartridges if path.startswith("banks/")]
+    assert banks[0] == "banks/p1-jacobian.imscc" and len(banks) == 6
+    for path in banks:  # a cartridge may have one bank, which no item of the organization may refer to
+        manifest = parsed(cartridges[path]["imsmanifest.xml"])
+        types = [str(resource.get("type")) for resource in list_elements(manifest, "resource")]
+        assert [name.rpartition("/")[2] for name in types if "/" in name] == ["question-bank"]
+        assert not [item for item in list_elements(manifest, "item") if item.get("identifierref")]
+
+
+def test_cartridges_are_complete_and_use_only_profiles_of_the_standard(
+    cartridges: dict[str, Package], items: list[QuizItem]
+) -> None:
+    item_by_key = {item.key: item for item in items}
+    for path, package in cartridges.items():
+        manifest = parsed(package["imsmanifest.xml"])
+        assert {str(file.get("href")) for file in list_elements(manifest, "file")} | {"imsmanifest.xml"} == set(package)
+        idents = {str(resource.get("identifier")) for resource in list_elements(manifest, "resource")}
+        assert {str(each.get("identifierref")) for each in list_elements(manifest, "dependency")} <= idents, path
+        parts = [parsed(content) for name, content in package.items() if re.fullmatch(CARTRIDGE_PART, name)]
+        for item in (item for part in parts for item in list_elements(part, "item")):
+            name = str(item.get("ident"))
+            metadata, form = read_metadata(item), item_by_key[name.removeprefix("hw-")].form
+            assert metadata["cc_profile"].removeprefix("cc.").removesuffix(".v0p1") in CARTRIDGE_PROFILES
+            feedback_ids = {str(feedback.get("ident")) for feedback in list_elements(item, "itemfeedback")}
+            assert {each.get("linkrefid") for each in list_elements(item, "displayfeedback")} <= feedback_ids, name
+            texts = " ".join(str(text.text) for text in list_elements(item, "mattext"))
+            sources = {source.removeprefix("$IMS-CC-FILEBASE$../") for source in re.findall(r'src="([^"]*)"', texts)}
+            assert sources and sources <= set(package), name
+            assert "\\(" not in texts and "$" not in re.sub("[$]IMS", "", texts).replace("BASE$", ""), name
+            (scored,) = [each for each in list_elements(item, "respcondition") if list_elements(each, "setvar")]
+            if isinstance(form, NumberForm):
+                number_item = item_by_key[name.removeprefix("hw-")].single_number_item
+                field = (number_item.form if number_item else form).fields[0]  # type: ignore[union-attr]
+                listed = tuple(str(each.text) for each in list_elements(scored, "varequal"))
+                assert listed == list_accepted_texts(field.value, field.tolerance), name
+                assert "Type each number as a decimal" in texts
+
+
+def test_what_a_cartridge_cannot_ask_is_noted_once(export_request: ExportRequest, items: list[QuizItem]) -> None:
+    notes: list[str] = []
+    export_items(common_cartridge.export_common_cartridge, replace(export_request, report=notes.append), items)
+    assert notes == [
+        "p3: Match is left out, because a Common Cartridge has no matching questions",
+        "A Common Cartridge asks for one number per question, so of a vector or matrix for one entry",
+    ]
+
+
+@pytest.mark.integration
+@pytest.mark.skipif("QDOT_CARTRIDGE" not in os.environ, reason="QDOT_CARTRIDGE doesn't name the folder of the schemas")
+def test_cartridges_satisfy_their_schemas(cartridges: dict[str, Package], tmp_path: Path) -> None:
+    for schema, pattern in (
+        ("cc11libxml2validator.xsd", "imsmanifest.xml"),
+        ("ccv1p1_qtiasiv1p2p1_v1p0.xsd", CARTRIDGE_PART),
+    ):
+        paths = []
+        for path, package in cartridges.items():
+            for name, content in package.items():
+                if re.fullmatch(pattern, name):
+                    paths.append(tmp_path / f"{path}-{name}".replace("/", "-"))
+                    paths[-1].write_bytes(content)
+        command = [require_reader("python", "lxml"), "-c", VALIDATE, str(Path(os.environ["QDOT_CARTRIDGE"]) / schema)]
+        done = subprocess.run([*command, *map(str, paths)], capture_output=True, text=True)
+        assert paths and done.returncode == 0, done.stderr
 
 
 # --- QTI 2.1 ---

@@ -124,6 +124,14 @@ def test_long_entries_of_a_matrix_have_names_and_lines_of_their_own() -> None:
     assert to_latex(f"$${matrix}$$").count(r"\begin{align*}") == 1
 
 
+def test_different_entries_of_the_matrices_in_a_formula_have_different_names() -> None:
+    wide, wider = (" + ".join(f"{letter}_{{{k}}} c_{{{k}}}" for k in range(9)) for letter in "ab")
+    first, second = (rf"\begin{{bmatrix}} {entry} \\ {wide} \end{{bmatrix}}" for entry in (wide, wider))
+    broken = fit_latex(rf"x = {first} \times {second}", 20.0)
+    assert re.findall(r"(m_\{\d\}) = (\w)", broken) == [("m_{1}", "a"), ("m_{2}", "b")]
+    assert r"m_{1} \\ m_{1} \end{bmatrix}" in broken and r"m_{2} \\ m_{1} \end{bmatrix}" in broken
+
+
 def test_formulas_are_broken_to_fit_a_terminal() -> None:
     """Also a sum in which a wide matrix is followed by another term; a continued line begins with its sign."""
     terms = " + ".join(f"0.{k}25 c_{{{k}}} s_{{{k}}} c_{{{k}5}}" for k in range(1, 10))
