@@ -8,7 +8,7 @@ import datetime
 import hashlib
 import os
 import unicodedata
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -27,7 +27,7 @@ from qdot.exercises.assignment.expected_forms import EXPECTED_FORMS
 from qdot.exercises.assignment.front_page import FrontPage, read_front_page
 from qdot.exercises.assignment.gradebook import Gradebook, normalize_identifier, read_export
 from qdot.exercises.assignment.late_rule import LateRule, add_time_zone, read_late_rule
-from qdot.exercises.assignment.replacements import Replacements, read_replacements
+from qdot.exercises.assignment.replacements import Replacement, Replacements, read_replacements
 from qdot.exercises.common.errors import ErrorList, KeyReason, QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
@@ -136,7 +136,7 @@ class AssignmentFile(pydantic.BaseModel):
     question: dict[str, Any] = {}
     """Questions of your own, each in a table [question.NAME]; see [Write your own question](custom-questions.md)."""
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
-    """One table for each problem."""
+    """One table for each problem, in students' order. The first is p1, with parts such as p1.position, and so on."""
 
 
 IDENTIFIER_RULE = (
@@ -368,7 +368,7 @@ def _compute_short_hash(content: str) -> str:
 
 
 def load_assignment(folder: Path, is_preview: bool = False) -> Assignment:
-    """Read and check an assignment folder. Raises QdotError with the file, the line and the key.
+    """Read and check an assignment folder. Raises QdotError with all errors: the file, the line and the key of each.
 
     A preview needs only assignment.toml: without secret.txt and roster.csv, the assignment has a known secret and no
     students.
@@ -381,51 +381,53 @@ def load_assignment(folder: Path, is_preview: bool = False) -> Assignment:
     Assignment(week-3: 4 problems, 2 students)
     """
     _check_folder(folder)
-    file = read_toml(folder / ASSIGNMENT_FILE, _MISSING_FILE_HINT, float)
-    errors = ErrorList()
+    errors, roster = ErrorList(), folder / "roster.csv"
+    file: TomlFile | None = None
+    students: tuple[Student, ...] = ()
+    gradebook, secret, replacements = None, "", dict[tuple[str, str], Replacement]()
     with errors.collect():
-        content = _validate(file)
+        file = read_toml(folder / ASSIGNMENT_FILE, _MISSING_FILE_HINT, float)
     with errors.collect():
-        read_definitions(file, ALL_QUESTIONS)
-    errors.raise_all()
+        if roster.exists() or not is_preview:
+            students, gradebook = read_roster(roster), read_export(roster)
+    with errors.collect():
+        secret = read_secret(folder, PREVIEW_SECRET if is_preview else "")
+    with errors.collect():
+        replacements = read_replacements(folder)
+    if file is None:
+        errors.raise_all()
+    content, unusable_problems = _validate(file, errors)
     with errors.collect():
         _parse(file, ("key",), _check_assignment_key, content.key)
     with errors.collect():
-        late_rule = _parse(file, ("late",), read_late_rule, content.late, content.due)
+        has_wrong_due_date = "due" in file.content and content.due is None
+        late_rule = None if has_wrong_due_date else _parse(file, ("late",), read_late_rule, content.late, content.due)
     with errors.collect():
         attempt_policy = _parse(file, ("attempts",), read_attempt_policy, content.attempts)
+    convention, content.convention = content.convention, None  # a wrong one is reported once, not for every problem
     with errors.collect():
-        _parse(file, ("convention",), normalize_convention, content.convention or DEFAULT_CONVENTION)
+        _parse(file, ("convention",), normalize_convention, convention or DEFAULT_CONVENTION)
+        content.convention = convention
+    twist_order, content.twist_order = content.twist_order, None
     with errors.collect():
-        _parse(file, ("twist_order",), normalize_twist_order, content.twist_order or DEFAULT_TWIST_ORDER)
+        _parse(file, ("twist_order",), normalize_twist_order, twist_order or DEFAULT_TWIST_ORDER)
+        content.twist_order = twist_order
     with errors.collect():
         front_page = _parse(file, ("paper",), read_front_page, content.paper, folder)
     variation = DEFAULT_VARIATION
     with errors.collect():
         variation = _parse(file, ("variation",), find_canonical_name, content.variation)
     notes: list[str] = []
-    slots: list[Slot] = []
-    with errors.collect():
-        definitions, definition_files = _read_all_definitions(file, content)
-        for index in range(len(content.problem)):
-            with errors.collect():
-                slots.append(_read_slot(file, content, index, variation, notes, definitions, definition_files))
-    roster = folder / "roster.csv"
-    with errors.collect():
-        students, gradebook = (
-            ((), None) if is_preview and not roster.exists() else (read_roster(roster), read_export(roster))
-        )
+    slots = _read_slots(file, content, variation, notes, unusable_problems, errors)
     errors.raise_all()
     with file.locate_errors("twist_order"):
         uses_twist_order = any(_has_twist_order(slot.convention, slot.family) for slot in slots)
         if content.twist_order is not None and not uses_twist_order:
             raise QdotError(f"no arm of this assignment is described by screw axes; {TWIST_ORDER_HINT}")
     return Assignment(
-        folder, content.title, content.key, tuple(slots), students,
-        read_secret(folder, PREVIEW_SECRET if is_preview else ""),
+        folder, content.title, content.key, tuple(slots), students, secret,
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
-        content.hints, content.site, late_rule, attempt_policy, content.sandbox, gradebook,
-        read_replacements(folder), front_page,
+        content.hints, content.site, late_rule, attempt_policy, content.sandbox, gradebook, replacements, front_page,
     )  # fmt: skip
 
 
@@ -478,6 +480,12 @@ def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> tuple[dict
     return definitions, files
 
 
+def _asks_only_built_in_questions(file: TomlFile, entry: ProblemEntry) -> bool:
+    """Return whether a problem names no question that the file or another file defines."""
+    names = entry.questions if isinstance(entry.questions, list) else []
+    return not any(name in file.content.get("question", {}) or split_question_name(name)[0] for name in names)
+
+
 def _parse(file: TomlFile, key_path: Sequence[str | int], parse: Callable[..., Parsed], *values: object) -> Parsed:
     """Return the result of `parse` for the values of a key; QdotErrors get the file, the line and the key."""
     with file.locate_errors(*key_path):
@@ -500,9 +508,12 @@ def _check_folder(folder: Path) -> None:
         raise QdotError(f"{folder} is not a folder; 'qdot init {folder}' creates one")
 
 
-def _validate(file: TomlFile) -> AssignmentFile:
-    """Return the content of the file. Raises QdotError with all misspelt or missing keys, and all wrong values."""
-    errors = ErrorList()
+def _validate(file: TomlFile, errors: ErrorList) -> tuple[AssignmentFile, Set[int]]:
+    """Return the content of the file, and the indices of the problems that can't be used.
+
+    Misspelt or missing keys and wrong values are added to `errors`, and left out of the content, so that the rest can
+    be checked, too.
+    """
     with errors.collect():
         file.check_keys((), tuple(AssignmentFile.model_fields), ("title", "key", "problem"))
     problems, problem_keys = file.content.get("problem"), tuple(ProblemEntry.model_fields)
@@ -515,23 +526,60 @@ def _validate(file: TomlFile) -> AssignmentFile:
             with errors.collect():
                 file.check_keys(("problem", index), problem_keys, (), top_level_keys)
     try:
-        content = AssignmentFile.model_validate(file.content)
+        return AssignmentFile.model_validate(file.content), frozenset()
     except pydantic.ValidationError as error:
+        wrong_keys, wrong_problem_keys, unusable_problems = set[str | int](), set[tuple[int, str]](), set[int]()
         for entry in error.errors():
             location = entry["loc"]
             key_path = location[:3] if location[0] == "problem" else location[:1]  # problem, index, key
+            match key_path:
+                case "problem", int(index), str(key) if key in ("points", "difficulty", "decimals", "credit"):
+                    wrong_problem_keys.add((index, key))
+                case "problem", int(index), *_:
+                    unusable_problems.add(index)
+                case _:
+                    wrong_keys.add(key_path[0])
             if entry["type"] not in ("extra_forbidden", "missing"):  # check_keys has reported these
                 with errors.collect(), file.locate_errors(*key_path):
                     raise QdotError(EXPECTED_FORMS.get(str(key_path[-1]), EXPECTED_FORMS["problem"])) from None
-    errors.raise_all()
-    return content
+    usable_content = {key: value for key, value in file.content.items() if key not in wrong_keys}
+    entries = usable_content.get("problem", [{}])
+    usable_content["problem"] = [
+        {} if i in unusable_problems else {k: value for k, value in entry.items() if (i, k) not in wrong_problem_keys}
+        for i, entry in enumerate(entries)
+    ]
+    if "problem" in wrong_keys:
+        unusable_problems.add(0)
+    return AssignmentFile.model_validate({"title": "-", "key": "key", **usable_content}), unusable_problems
+
+
+def _read_slots(
+    file: TomlFile, content: AssignmentFile, variation: str, notes: list[str], unusable_problems: Set[int],
+    errors: ErrorList,
+) -> list[Slot]:  # fmt: skip
+    """Return the slots of all problems, except `unusable_problems`; add all errors to `errors`.
+
+    If some of the instructor's own questions have errors, the problems that ask own questions are left out, too.
+    """
+    slots: list[Slot] = []
+    definitions, definition_files = dict[str, Definition](), dict[str, TomlFile]()
+    has_all_definitions = False
+    with errors.collect():
+        definitions, definition_files = _read_all_definitions(file, content)
+        has_all_definitions = True
+    for index, entry in enumerate(content.problem):
+        if index in unusable_problems or not (has_all_definitions or _asks_only_built_in_questions(file, entry)):
+            continue
+        with errors.collect():
+            slots.append(_read_slot(file, content, index, variation, notes, definitions, definition_files))
+    return slots
 
 
 def _read_slot(
     file: TomlFile, content: AssignmentFile, index: int, variation: str, notes: list[str],
     definitions: Mapping[str, Definition], definition_files: Mapping[str, TomlFile],
 ) -> Slot:  # fmt: skip
-    """Return the slot of the [[problem]] at an index. Raises QdotError.
+    """Return the slot of the [[problem]] at an index. Raises QdotError with all errors.
 
     `variation` is the assignment's, which the slot may override. Warnings about an instructor's robot and questions are
     appended to `notes`.
@@ -541,46 +589,62 @@ def _read_slot(
     def parse(key: str, function: Callable[..., Parsed], *values: object) -> Parsed:
         return _parse(file, ("problem", index, key), function, *values)
 
-    with file.locate_errors("problem", index):
-        if (entry.family is None) == (entry.robot is None):
-            raise QdotError(
-                'each [[problem]] needs either a family, as in family = "planar-2r", or a robot, as in robot = '
-                '"my-arm.toml"'
-            )
-    if entry.family is not None:
-        family = parse("family", generation.look_up_family, entry.family)
-        robot_digest = ""
-    else:
-        family, robot_digest = parse("robot", _read_robot, str(entry.robot), file.path.parent, notes)
-    if entry.variation is not None:
-        variation = parse("variation", find_canonical_name, entry.variation)
-    convention = entry.convention or content.convention or ""
-    if convention:
-        normalized_convention = parse("convention", normalize_convention, convention)
-        if not robot_digest:  # for a robot, "" (the default) would mean the convention of its file
-            convention = normalized_convention
-    twist_order = parse("twist_order", _choose_twist_order, entry.twist_order, content.twist_order, family, convention)
-    band = parse("difficulty", _read_band, entry.difficulty)
-    if band is not None:
-        parse("difficulty", generation.check_questions, family, (), band, variation, convention)
+    errors = ErrorList()
+    with errors.collect():
+        with file.locate_errors("problem", index):
+            if (entry.family is None) == (entry.robot is None):
+                raise QdotError(
+                    'each [[problem]] needs either a family, as in family = "planar-2r", or a robot, as in robot = '
+                    '"my-arm.toml"'
+                )
+        if entry.family is not None:
+            family = parse("family", generation.look_up_family, entry.family)
+            robot_digest = ""
+        else:
+            family, robot_digest = parse("robot", _read_robot, str(entry.robot), file.path.parent, notes)
+    with errors.collect():
+        variation = parse("variation", find_canonical_name, entry.variation or variation)
+    with errors.collect():
+        convention = entry.convention or content.convention or ""
+        normalized_convention = parse("convention", normalize_convention, convention) if convention else ""
+    with errors.collect():
+        band = parse("difficulty", _read_band, entry.difficulty)
+    errors.raise_all()
+    if not robot_digest:  # for a robot, "" (the default) would mean the convention of its file
+        convention = normalized_convention
+    with errors.collect():
+        twist_order = parse(
+            "twist_order", _choose_twist_order, entry.twist_order, content.twist_order, family, convention
+        )
+    with errors.collect():
+        if band is not None:
+            parse("difficulty", generation.check_questions, family, (), band, variation, convention)
     questions_key = "family" if entry.questions is None else "questions"
-    questions = parse(questions_key, _choose_questions, family, entry.questions, convention)
+    with errors.collect():
+        questions = parse(questions_key, _choose_questions, family, entry.questions, convention)
+    errors.raise_all()
     asked_definitions = tuple(definitions[name] for name in questions if name in definitions)
     for definition in asked_definitions:
         definition_file = definition_files[definition.name]
-        with ExitStack() as stack:
+        with errors.collect(), ExitStack() as stack:
             if definition_file is not file:
                 stack.enter_context(file.locate_errors("problem", index, questions_key))
             stack.enter_context(definition_file.locate_errors("question", definition.name))
             notes += check_definition_on_family(definition, family, band, variation, convention)
-    known_definitions = tuple(definitions.values())  # all of them, for the suggestion if a name is misspelt
-    parse(
-        questions_key, generation.check_questions, family, questions, band, variation, convention, known_definitions
-    )  # fmt: skip
+    errors.raise_all()
+    with errors.collect():
+        parse(
+            questions_key, generation.check_questions, family, questions, band, variation, convention,
+            tuple(definitions.values()),  # all of them, for the suggestion if a name is misspelt
+        )  # fmt: skip
     points = None if entry.points is None else tuple(entry.points)
-    parse("points", _check_points, points, len(questions))
-    decimals = parse("decimals", read_decimals, entry.decimals, questions)
-    credit = parse("credit", parse_credit_policy, entry.credit, questions)
+    with errors.collect():
+        parse("points", _check_points, points, len(questions))
+    with errors.collect():
+        decimals = parse("decimals", read_decimals, entry.decimals, questions)
+    with errors.collect():
+        credit = parse("credit", parse_credit_policy, entry.credit, questions)
+    errors.raise_all()
     return Slot(
         f"p{index + 1}", family, questions, points, band, robot_digest, variation, convention, twist_order,
         decimals=decimals, credit=credit, definitions=asked_definitions,
@@ -707,23 +771,27 @@ def _read_band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
 def read_roster(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> tuple[Student, ...]:
     """Return the students in a roster, which is a table with a column `student` or an export from Canvas or Moodle.
 
-    If there is no such file, the error says `missing_hint`. Raises QdotError.
+    If there is no such file, the error says `missing_hint`. Raises QdotError with all errors.
     """
     students: list[Student] = []
     lines: dict[str, int] = {}
+    errors = ErrorList()
     for number, cells in read_roster_table(path, missing_hint):
         location = f"{path}: line {number}"
         identifier = normalize_identifier(cells["student"])
-        _check_identifier(location, identifier)
-        folded_identifier = identifier.casefold()  # many file systems treat names that differ only in case as one
-        if folded_identifier in lines:
-            raise QdotError(f"{location}: student {identifier!r} is already on line {lines[folded_identifier]}")
-        lines[folded_identifier] = number
+        with errors.collect():
+            _check_identifier(location, identifier)
+            folded_identifier = identifier.casefold()  # many file systems treat names that differ only in case as one
+            if lines.setdefault(folded_identifier, number) != number:
+                raise QdotError(f"{location}: student {identifier!r} is already on line {lines[folded_identifier]}")
         identity_columns = ("student", "name", "email")
         other_cells = tuple((column, cell) for column, cell in cells.items() if column not in identity_columns)
-        due_date = _parse_due_date(location, cells.get("due", "").strip())
+        due_date = None
+        with errors.collect():
+            due_date = _parse_due_date(location, cells.get("due", "").strip())
         name, email = (cells.get(column, "").strip() for column in ("name", "email"))
         students.append(Student(identifier, name, email, other_cells, due_date))
+    errors.raise_all()
     if not students:
         raise QdotError(f"{path}: the roster is empty; add one student per line below the header")
     return tuple(students)

@@ -5,12 +5,12 @@ A notebook replaces another one that was received shortly before. So many guesse
 
 import datetime
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from qdot.exercises.assignment.expected_forms import ATTEMPT_FORMS, EXPECTED_FORMS, check_keys
 from qdot.exercises.assignment.late_rule import describe_duration, parse_duration
-from qdot.exercises.common.errors import QdotError, count_noun
+from qdot.exercises.common.errors import ErrorList, QdotError, count_noun
 
 DEFAULT_BEST_OF, DEFAULT_MIN_INTERVAL = 5, 600
 """Default number of attempts that count, and default minimum number of seconds between two attempts."""
@@ -68,10 +68,16 @@ def read_attempt_policy(setting: str | Mapping[str, Any]) -> AttemptPolicy:
         if setting not in ("last", "best"):
             raise QdotError(EXPECTED_FORMS["attempts"])
         return AttemptPolicy(DEFAULT_BEST_OF if setting == "best" else None)
-    check_keys(setting, ATTEMPT_FORMS)
-    count = setting.get("best_of", DEFAULT_BEST_OF)
-    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise QdotError(f"best_of: {ATTEMPT_FORMS['best_of']}")
-    if "apart" not in setting:
-        return AttemptPolicy(count)
-    return AttemptPolicy(count, parse_duration(setting["apart"], f"apart: {ATTEMPT_FORMS['apart']}"))
+    errors, count = ErrorList(), setting.get("best_of", DEFAULT_BEST_OF)
+    with errors.collect():
+        check_keys(setting, ATTEMPT_FORMS)
+    with errors.collect():
+        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+            raise QdotError(f"best_of: {ATTEMPT_FORMS['best_of']}")
+    policy = AttemptPolicy(count)
+    with errors.collect():
+        if "apart" in setting:
+            interval = parse_duration(setting["apart"], f"apart: {ATTEMPT_FORMS['apart']}")
+            policy = replace(policy, min_interval=interval)
+    errors.raise_all()
+    return policy

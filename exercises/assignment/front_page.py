@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.assignment.expected_forms import PAPER_FORMS, check_keys
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import ErrorList, QdotError
 from qdot.exercises.questions.custom.texts import check_formulas
 
 IMAGE_TYPES = {"png": "image/png", "jpg": "image/jpeg", "jpeg": "image/jpeg", "svg": "image/svg+xml"}
@@ -53,9 +53,16 @@ def read_front_page(table: Mapping[str, Any], folder: Path) -> FrontPage:
     >>> read_front_page({"date": datetime.date(2027, 2, 11), "time_allowed": "90 minutes"}, Path()).date
     '11 February 2027'
     """
-    check_keys(table, PAPER_FORMS)
-    texts = {name: _read_text(name, value) for name, value in table.items() if name != "logo"}
-    return FrontPage(**texts, logo=_read_logo(table["logo"], folder) if "logo" in table else None)
+    errors, texts, logo = ErrorList(), dict[str, str](), None
+    with errors.collect():
+        check_keys(table, PAPER_FORMS)
+    for name in (name for name in table if name in PAPER_FORMS and name != "logo"):
+        with errors.collect():
+            texts[name] = _read_text(name, table[name])
+    with errors.collect():
+        logo = _read_logo(table["logo"], folder) if "logo" in table else None
+    errors.raise_all()
+    return FrontPage(**texts, logo=logo)
 
 
 def _read_text(name: str, value: object) -> str:

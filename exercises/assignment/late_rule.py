@@ -9,7 +9,7 @@ from fractions import Fraction
 from typing import Any
 
 from qdot.exercises.assignment.expected_forms import EXPECTED_FORMS, LATE_FORMS, check_keys
-from qdot.exercises.common.errors import QdotError, count_noun
+from qdot.exercises.common.errors import ErrorList, QdotError, count_noun
 
 SECONDS_PER_DAY = 86400
 UNITS = {"s": 1, "min": 60, "h": 3600, "day": SECONDS_PER_DAY, "days": SECONDS_PER_DAY}
@@ -77,18 +77,26 @@ def read_late_rule(table: Mapping[str, Any] | None, due_date: datetime.datetime 
         return None
     if due_date is None:
         raise QdotError("`late` needs a due date; add due = 2027-01-15T23:59:00+01:00")
-    check_keys(table, LATE_FORMS)
-    if not {"per_day", "until"} & set(table):
-        raise QdotError(f"this deducts nothing; add per_day, until or both; {EXPECTED_FORMS['late']}")
-    if "at_most" in table and "per_day" not in table:
-        raise QdotError(f"at_most limits the deduction of per_day, but per_day is missing; {EXPECTED_FORMS['late']}")
-    shares = {name: _parse_share(name, table[name]) for name in ("per_day", "at_most") if name in table}
-    until = table.get("until")
-    if until is not None:
-        if not isinstance(until, datetime.datetime) or add_time_zone(until, due_date.tzinfo) < add_time_zone(due_date):
-            raise QdotError(f"until: {LATE_FORMS['until']}")
-        until = add_time_zone(until, due_date.tzinfo)
-    grace = parse_duration(table["grace"], f"grace: {LATE_FORMS['grace']}") if "grace" in table else 0
+    errors, shares, until = ErrorList(), dict[str, Fraction](), table.get("until")
+    with errors.collect():
+        check_keys(table, LATE_FORMS)
+        if not {"per_day", "until"} & set(table):
+            raise QdotError(f"this deducts nothing; add per_day, until or both; {EXPECTED_FORMS['late']}")
+        if "at_most" in table and "per_day" not in table:
+            reason = "at_most limits the deduction of per_day, but per_day is missing"
+            raise QdotError(f"{reason}; {EXPECTED_FORMS['late']}")
+    for name in (name for name in ("per_day", "at_most") if name in table):
+        with errors.collect():
+            shares[name] = _parse_share(name, table[name])
+    with errors.collect():
+        if until is not None:
+            is_time = isinstance(until, datetime.datetime)
+            if not is_time or add_time_zone(until, due_date.tzinfo) < add_time_zone(due_date):
+                raise QdotError(f"until: {LATE_FORMS['until']}")
+            until = add_time_zone(until, due_date.tzinfo)
+    with errors.collect():
+        grace = parse_duration(table["grace"], f"grace: {LATE_FORMS['grace']}") if "grace" in table else 0
+    errors.raise_all()
     return LateRule(grace, until=until, **shares)
 
 

@@ -38,21 +38,24 @@ def export_common_cartridge(request: ExportRequest) -> Generator[ExportedFile, N
     assignment = request.assignment
     title = platform_markup.replace_angle_brackets(assignment.title)
     all_items = list(items.make_items_for_students(request))
-    left_out = {item.category[1:]: None for item in all_items if isinstance(item.form, items.MatchingForm)}
-    for slot_title, question_title in left_out:
+    left_out = {item.category: None for item in all_items if isinstance(item.form, items.MatchingForm)}
+    for category in left_out:
         request.report(
-            f"{slot_title}: {question_title} is left out, because a Common Cartridge has no matching questions"
+            f"{category.slot_title}: {category.question_title} is left out, because a Common Cartridge has no matching "
+            "questions"
         )
     if any(item.single_number_item for item in all_items):
         request.report("A Common Cartridge asks for one number per question, so of a vector or matrix for one entry")
-    single_items = (item.single_number_item or item for item in all_items if item.category[1:] not in left_out)
-    groups = items.group_by_category(single_items)
+    single_items = [item.single_number_item or item for item in all_items if item.category not in left_out]
+    variants: dict[items.ItemCategory, list[items.QuizItem]] = {}
+    for item in single_items:
+        variants.setdefault(item.category, []).append(item)
     quizzes = [
         CartridgePart(f"version-{number}", f"{title}, version {number}", version_items)
-        for number, version_items in enumerate(_choose_versions(list(groups.values())), 1)
+        for number, version_items in enumerate(_choose_versions(list(variants.values())), 1)
     ]
     yield _make_cartridge(request, f"{assignment.key}.imscc", title, quizzes, is_bank=False)
-    for category, bank_items in groups.items():
+    for category, bank_items in items.group_items(single_items, request.report).items():
         name = f"{category.slot_title.split()[0]}-{bank_items[0].key.split('-', 2)[2]}"
         bank = CartridgePart("bank", f"{category.slot_title}: {category.question_title}", bank_items)
         yield _make_cartridge(request, f"banks/{name}.imscc", bank.title, [bank], is_bank=True)

@@ -42,7 +42,7 @@ _FINAL_UNIT_PATTERN = re.compile(f"{_BEFORE_UNIT}({_pattern_of_units(_UNITS)})$"
 
 _WHOLE_NUMBER_NAMES, _BEFORE_WHOLE_NUMBERS = VOCABULARY["whole_numbers"], tuple(VOCABULARY["before_whole_numbers"])
 
-_TYPING_HABITS = [(habit["mark"], re.compile(habit["pattern"]), habit["replacement"]) for habit in VOCABULARY["habits"]]
+_TYPING_HABITS = [(habit["mark"], habit["pattern"], habit["replacement"]) for habit in VOCABULARY["habits"]]
 """(mark, pattern, replacement) for other notations, such as words before the result.
 
 Every text that matches the pattern contains the mark, because it is faster to look for the mark first.
@@ -61,7 +61,7 @@ def to_plain_text(text: str, known_symbols: AbstractSet[str]) -> str:
     if len(text) > _LONG_TEXT_LENGTH:
         text = PATTERNS["symbols_in_a_row"].sub(lambda row: _count_equal_terms(row.group(), known_symbols), text)
     for mark, pattern, replacement in _TYPING_HABITS:
-        text = pattern.sub(replacement, text) if mark in text else text
+        text = re.sub(pattern, replacement, text) if mark in text else text
     text = convert_units(text, known_symbols)
     is_latex = any(mark in text for mark in ("\\", "_{", "^{")) and len(text) <= _MAX_LATEX_LENGTH
     # most answers need none of the conversions below

@@ -100,3 +100,8 @@ def parse_unit(text: str) -> Unit | None:
         tuple(factor for factor in divisors if factor != "1"),
         tuple(dimension),
     )
+
+
+def write_power_of_metres(power: int) -> str:
+    """Return the unit m^power as text; "" for the power 0."""
+    return {0: "", 1: "m"}.get(power, f"m^{power}")

@@ -12,5 +12,13 @@ VOCABULARY: dict[str, Any] = json.loads(Path(__file__).with_name("vocabulary.jso
 LIMITS: dict[str, int] = VOCABULARY["limits"]
 SPACES: str = VOCABULARY["spaces"]
 """All characters that count as spaces, because `\\s` matches other characters in Python than in a browser."""
-PATTERNS = {name: re.compile(pattern) for name, pattern in VOCABULARY["patterns"].items()}
-"""The vocabulary's patterns, compiled, by their names in vocabulary.json."""
+
+
+class _CompiledPatterns(dict[str, re.Pattern[str]]):
+    def __missing__(self, name: str) -> re.Pattern[str]:
+        self[name] = re.compile(VOCABULARY["patterns"][name])
+        return self[name]
+
+
+PATTERNS = _CompiledPatterns()
+"""The vocabulary's patterns by their names in vocabulary.json, each compiled when it is first used."""

@@ -212,7 +212,7 @@ def apply_mistake(
             if answer is not None:
                 answers.append(answer)
                 yield PredictedAnswer(mistake, effective_variant, mistaken_stages, answer)
-        if all(_is_same_answer(answer, correct_answer) for answer in answers):
+        if effective_variant.joints and all(_is_same_answer(answer, correct_answer) for answer in answers):
             idle_joints.update(effective_variant.joints)
 
 

@@ -1,14 +1,24 @@
 """Write the first cell of a notebook, which defines the symbols of all its problems; the grader runs this cell, too."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from qdot.exercises.formula.order import natural_sort_key
 from qdot.exercises.formula.printers.python import MAX_CODE_WIDTH
-from qdot.exercises.notebook.self_check import Problems
-from qdot.exercises.writing.render import render
+
+if TYPE_CHECKING:
+    from qdot.exercises.notebook.self_check import Problems
+
+IMPORTS = """# Run this cell first. It defines the symbols of all problems with SymPy and NumPy.
+import numpy as np
+from sympy import And, Eq, Matrix, Or, Rational, Symbol, acos, asin, atan, atan2, cos
+from sympy import diff, expand, factor, lambdify, pi, simplify, sin, solve, sqrt
+from sympy import symbols, tan, trigsimp
+"""
+IMPORTS_FOR_CUSTOM_QUESTIONS = "from sympy import Abs, exp, log\n"
 
 
-def write_setup_cell(problems: Problems) -> str:
+def write_setup_cell(problems: "Problems") -> str:
     """Return the first cell for some problems, with a list of symbols for each role (joints, rates, …)."""
     names_by_role: dict[str, dict[str, None]] = {}
     for _, problem in problems:
@@ -24,8 +34,9 @@ def write_setup_cell_for_names(*names: Sequence[str], has_custom_questions: bool
 
     With custom questions, the cell imports all functions of their answers.
     """
-    lines = list(map(_define_symbols, filter(None, names)))
-    return render("notebook/setup.py.j2", symbol_lines=lines, has_custom_questions=has_custom_questions)
+    imports = IMPORTS + (IMPORTS_FOR_CUSTOM_QUESTIONS if has_custom_questions else "")
+    lines = [*map(_define_symbols, filter(None, names)), 'blank = Symbol("blank")  # replace it with your answer']
+    return "\n".join((imports, *lines, ""))
 
 
 def _define_symbols(names: Sequence[str]) -> str:

@@ -300,8 +300,12 @@ def _loses_one_direction_somewhere(chain: Chain) -> bool:
 
 
 def _ask_unreachable_velocity(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Choose at random whether the arm can produce exactly one of four velocities, or exactly three."""
-    is_possible = rng.choice((True, False))
+    """Choose at random whether the arm can produce exactly one of four velocities, or exactly three.
+
+    It is exactly one if three possible velocities would be recognisable: they would be multiples of one vector, or
+    have a zero in common.
+    """
+    prefers_possible = rng.choice((True, False))
     for _ in range(MAX_LOSS_TRIES):
         configuration = sample_from_any_component(chain, rng, 1)
         if configuration is None:
@@ -309,6 +313,8 @@ def _ask_unreachable_velocity(chain: Chain, rng: Stream) -> AnswerAndDetails | N
         jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
         lost_unit_vector = find_lost_direction(evaluate_jacobian(chain, configuration))
         assert lost_unit_vector is not None
+        has_zero_row = any(not any(row) for row in jacobian.tolist())
+        is_possible = prefers_possible or jacobian.rows == 2 or has_zero_row
         velocities = _sample_velocities(jacobian, lost_unit_vector, is_possible, rng)
         if velocities is not None:
             answer, shuffled_velocities = shuffle_options(velocities, velocities[0], rng, write_vector)
@@ -333,19 +339,28 @@ def _sample_velocities(
     """
     velocities: list[RoundedVector] = []
     for _ in range(MAX_VELOCITY_TRIES):
+        is_possible = is_first_possible == (not velocities)
+        # If the correct option has a zero or two equal entries, a velocity along the lost line has them, too.
+        is_along_lost_line = is_first_possible and len(velocities) == 1 and _has_special_entries(velocities[0])
         rates = sp.Matrix([sp.Rational(rng.nonzero_integer(9), 10) for _ in range(jacobian.cols)])
         exact_velocity = jacobian * rates
-        is_possible = is_first_possible == (not velocities)
         if not is_possible:
-            exact_velocity += _sample_velocity_along(lost_unit_vector, _compute_norm(exact_velocity), rng)
+            lost_part = _sample_velocity_along(lost_unit_vector, _compute_norm(exact_velocity), rng)
+            exact_velocity = lost_part if is_along_lost_line else exact_velocity + lost_part
         velocity = _round_vector(exact_velocity)
         is_moderate = MIN_VELOCITY < _compute_norm(velocity) < MAX_VELOCITY
         is_suitable = is_moderate and _is_clearly_suitable(velocity, lost_unit_vector, is_possible)
-        if is_suitable and _is_new(velocity, velocities):
+        if is_suitable and not any(_are_nearly_parallel(velocity, chosen_velocity) for chosen_velocity in velocities):
             velocities.append(velocity)
         if len(velocities) == 4:
             return velocities
     return None
+
+
+def _has_special_entries(vector: RoundedVector) -> bool:
+    """Return whether a vector has an entry zero, or two entries of equal absolute value."""
+    sizes = [abs(value) for value in vector]
+    return 0 in sizes or len(set(sizes)) < len(sizes)
 
 
 def _sample_velocity_along(direction: np.ndarray, length: float, rng: Stream) -> sp.Matrix:
@@ -367,9 +382,11 @@ def _is_clearly_suitable(velocity: RoundedVector, lost_unit_vector: np.ndarray, 
     return lost_share < MAX_POSSIBLE_SHARE if is_possible else lost_share > MIN_IMPOSSIBLE_SHARE
 
 
-def _is_new(velocity: RoundedVector, chosen_velocities: list[RoundedVector]) -> bool:
-    both_directions = (velocity, tuple(-value for value in velocity))
-    return all(_differ_clearly(v, chosen) for chosen in chosen_velocities for v in both_directions)
+def _are_nearly_parallel(a: RoundedVector, b: RoundedVector) -> bool:
+    """Return whether a vector is nearly a multiple of another one, which may be a negative multiple."""
+    product = sum(x * y for x, y in zip(a, b, strict=True))
+    projection = tuple(product / sum(x**2 for x in a) * x for x in a)
+    return not _differ_clearly(b, projection)
 
 
 QUESTIONS = (

@@ -58,6 +58,11 @@ class ExactConfiguration(Configuration):
         """The joint values for a figure, by the names of the joint variables."""
         return {q.name: float(sp.Float(sp.N(value, DIGITS), 10)) for q, value in self.joints.items()}
 
+    @property
+    def formula_roots(self) -> Roots:
+        """The joints whose value is a formula such as arctan(3/4), each with this value."""
+        return tuple((q, (value,)) for q, value in self.joints.items() if value.has(sp.acos, sp.asin, sp.atan))
+
 
 Sampler = Callable[..., ExactConfiguration | None]
 """A function that returns a random configuration, or None if it finds no suitable one."""
@@ -173,27 +178,39 @@ def compute_lost_direction(chain: Chain, configuration: ExactConfiguration) -> s
 
 
 def sample_regular_configuration(
-    chain: Chain, rng: Stream, min_ratio: float = 0.1, prefers_misleading: bool = True, needs_no_rounding: bool = False
+    chain: Chain, rng: Stream, min_ratio: float = 0.1, prefers_misleading: bool = True
 ) -> ExactConfiguration | None:
-    """Return a random configuration of full rank, or None if none is found.
+    """Return a random configuration of full rank without rounded joint values, or None if none is found.
 
     The ratio of the smallest to the largest singular value is at least `min_ratio`. If `prefers_misleading`, the first
-    samples are configurations that seem singular to students who make an error of sign or of 90 degrees. If
-    `needs_no_rounding`, no joint value is shown rounded.
+    samples are configurations that seem singular to students who make an error of sign or of 90 degrees.
     """
     components = find_singular_set(chain) or () if prefers_misleading else ()
     roots = [solution for component in components for solution in component.solutions or ()]
+    if prefers_misleading:
+        roots += find_formula_roots(chain)
     for attempt in range(MAX_REGULAR_TRIES):
         lengths, joints = sample_unequal_lengths(chain, rng), sample_joint_values(chain, rng)
         if roots and attempt < MAX_MISLEADING_TRIES:
             joints |= sample_false_root(roots, lengths, rng)
         if not all(_is_real(value) for value in joints.values()):
             continue
-        configuration = make_exact_configuration(chain, lengths, wrap_angles(chain, joints))
-        is_regular = compute_rank(chain, configuration, min_ratio) == compute_full_rank(chain)
-        if is_regular and not (needs_no_rounding and configuration.rounded_values):
+        configuration = make_exact_configuration(chain, lengths, wrap_angles(chain, joints), keeps_formulas=True)
+        if compute_rank(chain, configuration, min_ratio) == compute_full_rank(chain):
             return configuration
     return None
+
+
+@lru_cache(maxsize=1024)
+def find_formula_roots(chain: Chain) -> Roots:
+    """Return formulas that solve conditions on several joints, such as arctan(3/4), each with its joint.
+
+    Regular configurations get similar formulas; otherwise a formula would reveal that a configuration is singular.
+    """
+    stream = Stream("formula roots")
+    components = [component for component in find_singular_set(chain) or () if component.solutions is None]
+    configurations = (sample_displayable_configuration(chain, (component,), stream) for component in components)
+    return tuple(root for configuration in configurations if configuration for root in configuration.formula_roots)
 
 
 def sample_false_root(roots: Roots, lengths: Lengths, rng: Stream) -> JointValues:
@@ -223,6 +240,8 @@ def sample_singular_configuration(
         lengths = _sample_varied_lengths(chain, rng) if has_varied_lengths else sample_unequal_lengths(chain, rng)
         sample_joints = _sample_unrounded_values_on_components if needs_no_rounding else _sample_values_on_components
         joints = sample_joints(chain, components, lengths, rng)
+        if joints is None and needs_no_rounding and keeps_formulas:
+            joints = _sample_formulas_on_component(chain, components, lengths, rng)
         if joints is None or not all(_is_real(value) for value in joints.values()):
             continue
         configuration = make_exact_configuration(chain, lengths, joints, keeps_formulas)
@@ -238,9 +257,12 @@ def sample_singular_configuration(
 def sample_displayable_configuration(
     chain: Chain, components: Sequence[Component], rng: Stream, lost_rank: int | None = None
 ) -> ExactConfiguration | None:
-    """Return a random singular configuration, preferably without rounded joint values; None if none is found."""
-    sample = partial(sample_singular_configuration, chain, components, rng, lost_rank)
-    return sample(needs_no_rounding=True) or sample()
+    """Return a random singular configuration without rounded joint values, or None if none is found.
+
+    Joint values are simple numbers if possible, otherwise formulas such as arctan(3/4).
+    """
+    sample = partial(sample_singular_configuration, chain, components, rng, lost_rank, needs_no_rounding=True)
+    return sample() or sample(keeps_formulas=True)
 
 
 def sample_from_any_component(
@@ -403,6 +425,49 @@ def _sample_unrounded_values_on_components(
     joints = {**fixed_values, **{q: steps[q][index] for q, index in zip(grid_joints, grid_index, strict=True)}}
     exact_values = {**lengths, **joints}
     return joints if all(abs(sp.N(c.xreplace(exact_values), DIGITS)) < ZERO for c in conditions) else None
+
+
+def _sample_formulas_on_component(
+    chain: Chain, components: Sequence[Component], lengths: Lengths, rng: Stream
+) -> JointValues | None:
+    """Return joint values on a component with one condition, which is solved for an angle; None if it has no formula.
+
+    The other angles in the condition are multiples of 90 degrees, so that the solution is short, such as arctan(3/4).
+    """
+    if len(components) != 1 or components[0].solutions is not None or len(components[0].conditions) != 1:
+        return None
+    condition = components[0].conditions[0].xreplace(dict(lengths))
+    joints, offsets = sample_joint_values(chain, rng), dict(zip(chain.q, chain.offsets, strict=True))
+    angles = rng.permutation([q for q in chain.q if is_joint_angle(q) and condition.has(q)])
+    for solved_joint in angles:
+        other_angles = {q: rng.integer_below(4) * sp.pi / 2 - offsets[q] for q in angles if q != solved_joint}
+        values = {**joints, **other_angles}
+        del values[solved_joint]
+        zeros = _find_short_zeros(condition.xreplace(values), solved_joint, offsets[solved_joint])
+        if zeros:
+            return wrap_angles(chain, {**joints, **other_angles, solved_joint: rng.choice(zeros)})
+    return None
+
+
+def _find_short_zeros(condition: sp.Expr, angle: sp.Symbol, offset: sp.Expr) -> list[sp.Expr]:
+    """Return the values of an angle at which a + b cos(angle + offset) + c sin(angle + offset) is zero.
+
+    The list is empty unless the zeros have a short formula: a, b and c are rational, and one of them is zero.
+    """
+    f_0, f_1, f_2 = (condition.xreplace({angle: k * sp.pi / 2 - offset}) for k in range(3))
+    a, b = (f_0 + f_2) / 2, (f_0 - f_2) / 2
+    c = f_1 - a
+    if not all(value.is_Rational for value in (a, b, c)):
+        return []
+    if a == 0 and b != 0 and c != 0:
+        zeros = [sp.atan(-b / c), sp.atan(-b / c) + sp.pi]
+    elif c == 0 and abs(a) < abs(b):
+        zeros = [sp.acos(-a / b), -sp.acos(-a / b)]
+    elif b == 0 and abs(a) < abs(c):
+        zeros = [sp.asin(-a / c), sp.pi - sp.asin(-a / c)]
+    else:
+        return []
+    return [zero - offset for zero in zeros if abs(sp.N(condition.xreplace({angle: zero - offset}), DIGITS)) < ZERO]
 
 
 def _find_zeros(condition: sp.Expr, joint: sp.Symbol, is_revolute: bool) -> list[sp.Expr]:

@@ -143,11 +143,6 @@ def find_min_conditioning(chain: Chain) -> float:
     return 0.15 if chain.n <= base.MAX_JOINTS_FOR_INVERSE and has_one_unit else 0.04
 
 
-def write_power_of_metres(power: int) -> str:
-    """Return the unit m^power as text; "" for the power 0."""
-    return {0: "", 1: "m"}.get(power, f"m^{power}")
-
-
 # --- inverse and joint rates ---
 
 

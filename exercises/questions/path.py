@@ -7,7 +7,7 @@ qd = J^-1 u v (6.7), at the configuration with P at p(s).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import sympy as sp
@@ -68,11 +68,24 @@ class WeldingLine(Configuration):
         assert q is not None
         return q
 
+    @cached_property
+    def _results(self) -> "dict[tuple[Chain, sp.Expr], ResultsAtPoint]":
+        return {}
+
     def compute_results(self, chain: Chain, s: sp.Expr) -> "ResultsAtPoint":
-        """Return the intermediate results at the distance s from A, to four digits, with angles in degrees."""
+        """Return the intermediate results at the distance s from A, to four digits, with angles in degrees.
+
+        They are kept, because hints, solution and translations show the same ones.
+        """
+        key = chain, sp.sympify(s)
+        if key not in self._results:
+            self._results[key] = self._compute_results(*key)
+        return self._results[key]
+
+    def _compute_results(self, chain: Chain, s: sp.Expr) -> "ResultsAtPoint":
         path = self.make_path(chain, PRECISE_CONTEXT)
-        q = self.compute_joint_values(chain, sp.sympify(s))
-        distance = path.arm.evaluate_number(sp.sympify(s))
+        q = self.compute_joint_values(chain, s)
+        distance = path.arm.evaluate_number(s)
         jacobian = path.arm.compute_task_jacobian(q)
         joints = [PRECISE_CONTEXT.degrees(v) if j.is_revolute else v for v, j in zip(q, chain.joints, strict=True)]
         sigma = PRECISE_CONTEXT.svd_r(PRECISE_CONTEXT.matrix(jacobian), compute_uv=False)

@@ -95,7 +95,6 @@ def _sample_with_larger_rank_loss(chain: Chain, rng: Stream) -> ExactConfigurati
     return None
 
 
-_sample_unrounded_regular = partial(sample_regular_configuration, needs_no_rounding=True)
 _sample_with_single_rank_loss = partial(sample_from_any_component, lost_rank=1, sample=_sample_with_formulas)
 
 
@@ -114,7 +113,7 @@ class RankDetails(ConfigurationDetails):
 def _ask_rank(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Choose whether rank is lost, then sample a configuration without rounded values; a rounded one has full rank."""
     samplers: tuple[Sampler, ...] = (
-        _sample_unrounded_regular,
+        sample_regular_configuration,
         _sample_with_single_rank_loss,
         _sample_with_larger_rank_loss,
     )

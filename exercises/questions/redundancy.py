@@ -24,6 +24,7 @@ from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT,
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula.units import write_power_of_metres
 from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, name_joint_rates
@@ -253,7 +254,7 @@ def _ask_manipulability(chain: Chain, rng: Stream) -> AnswerAndDetails:
     value = precise.round_to_ten_digits(PRECISE_CONTEXT.sqrt(precise.determinant(gram)))
     power = len(chain.linear_axes) - len(chain.prismatic_joints)
     details = _make_gram_details(chain, configuration, _compute_singular_values(chain, configuration), power)
-    return Number(sp.Matrix([value]), (inversion.write_power_of_metres(power),), THREE_DIGIT_TOLERANCE, 1e-9), details
+    return Number(sp.Matrix([value]), (write_power_of_metres(power),), THREE_DIGIT_TOLERANCE, 1e-9), details
 
 
 def _ask_condition_number(chain: Chain, rng: Stream) -> AnswerAndDetails:

@@ -22,6 +22,7 @@ from qdot.exercises.questions.exact_configurations import (
     compute_rank,
     make_exact_configuration,
     sample_displayable_configuration,
+    sample_false_root,
     sample_regular_configuration,
     sample_unequal_lengths,
     wrap_angles,
@@ -76,8 +77,20 @@ def _sample_singular_configurations(chain: Chain, rng: Stream) -> Iterator[Confi
                 yield configuration, None
 
 
-def _sample_regular_configurations(chain: Chain, rng: Stream) -> Iterator[ConfigurationAndBlame]:
-    """Yield regular configurations: first those that seem singular after a known mistake, then random ones."""
+def _sample_regular_configurations(
+    chain: Chain, rng: Stream, singular_candidates: Sequence[ConfigurationAndBlame]
+) -> Iterator[ConfigurationAndBlame]:
+    """Yield regular configurations: first those that seem singular after a known mistake, then random ones.
+
+    If a singular candidate has a formula such as arctan(3/4), the first regular one has a similar formula.
+    """
+    formula_roots = [root for configuration, _ in singular_candidates for root in configuration.formula_roots]
+    for _ in range(MAX_COMPONENT_TRIES if formula_roots else 0):
+        joints = {**sample_joint_values(chain, rng), **sample_false_root(formula_roots, {}, rng)}
+        similar_configuration = make_regular_configuration(chain, joints)
+        if similar_configuration is not None and similar_configuration.formula_roots:
+            yield similar_configuration, None
+            break
     for component, blame in rng.permutation(_find_falsely_singular_components(chain)):
         configuration = _sample_falsely_singular_configuration(chain, component, rng)
         if configuration is not None:
@@ -119,7 +132,7 @@ def make_regular_configuration(chain: Chain, joints: JointValues) -> ExactConfig
     """Return the configuration with these joint values if it is clearly regular, else None."""
     if any(value.free_symbols or not sp.N(value).is_real for value in joints.values()):
         return None
-    configuration = make_exact_configuration(chain, {}, wrap_angles(chain, joints))
+    configuration = make_exact_configuration(chain, {}, wrap_angles(chain, joints), keeps_formulas=True)
     rank = compute_rank(chain, configuration, _find_clearly_regular_ratio(chain))
     return configuration if rank == compute_full_rank(chain) else None
 
@@ -170,7 +183,7 @@ def _ask_which_are_singular(chain: Chain, rng: Stream) -> AnswerAndDetails | Non
         singular_count = rng.choice((2, 3))
         singular_candidates = _select_distinct(_sample_singular_configurations(arm, rng), singular_count)
         regular_count = OPTION_COUNT - len(singular_candidates)
-        sampled_configurations = _sample_regular_configurations(arm, rng)
+        sampled_configurations = _sample_regular_configurations(arm, rng, singular_candidates)
         regular_candidates = _select_distinct(sampled_configurations, regular_count, singular_candidates)
         if (len(singular_candidates), len(regular_candidates)) == (singular_count, OPTION_COUNT - singular_count):
             details, texts, correct = _offer_configurations(singular_candidates, regular_candidates, lengths, rng)
@@ -182,7 +195,8 @@ def _ask_which_drawing(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     for _ in range(MAX_ARM_TRIES):
         arm, lengths = _assign_random_lengths(chain, rng)
         singular_candidates = _select_distinct(_sample_singular_configurations(arm, rng), 1)
-        regular_candidates = _select_distinct(_sample_regular_configurations(arm, rng), 3, singular_candidates)
+        sampled_configurations = _sample_regular_configurations(arm, rng, singular_candidates)
+        regular_candidates = _select_distinct(sampled_configurations, 3, singular_candidates)
         if singular_candidates and len(regular_candidates) == 3:
             details, texts, (correct,) = _offer_configurations(singular_candidates, regular_candidates, lengths, rng)
             return Choice(texts, correct), replace(details, has_drawn_options=True)

@@ -13,6 +13,7 @@ from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.mpmath_kinematics import determinant, evaluate_in_context, round_to_ten_digits
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula.units import write_power_of_metres
 from qdot.exercises.problem.problem import recorded_as
 from qdot.exercises.questions.base import AnswerAndDetails
 from qdot.exercises.questions.concepts import find_moving_rows
@@ -24,7 +25,7 @@ from qdot.exercises.questions.exact_configurations import (
     sample_displayable_configuration,
     sample_regular_configuration,
 )
-from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, write_power_of_metres
+from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE
 from qdot.exercises.reference_answers import TRUE_FALSE, Choice, Number
 from qdot.exercises.short_questions.short_question import ShortQuestion
 from qdot.exercises.singularities.singular_set import find_singular_set

@@ -215,9 +215,11 @@ def make_values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain
         point |= {name: round_to_six_digits(value) for name, value in point.items() if name not in fixed_names}
         shown_decimals = {name: mpmath.mpf(repr(point[name])) for name in used_names}  # exactly as on the page
         values = list(map(_to_double, evaluate_precisely(program, shown_decimals, DIGITS)))
-        if len(correct) < POINT_COUNT and all(value is not None and abs(value) < MAX_ENTRY for value in values):
+        if all(value is not None and abs(value) < MAX_ENTRY for value in values):
             rows_of_points.append(list(point.values()))
             correct.append(values)
+        if len(correct) == POINT_COUNT:
+            break
     if len(correct) < MIN_POINT_COUNT:
         raise ValueError(f"the reference is defined at {len(correct)} of {SAMPLED_POINT_COUNT} configurations: {texts}")
     return {

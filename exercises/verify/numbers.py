@@ -5,8 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import sympy as sp
 
+from qdot.exercises.formula.units import write_power_of_metres
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.inversion import VelocityDetails, find_min_conditioning, write_power_of_metres
+from qdot.exercises.questions.inversion import VelocityDetails, find_min_conditioning
 from qdot.exercises.reference_answers import Direction, Number
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numeric_model import Check, Checks, NumericModel, compute_conditioning_ratios

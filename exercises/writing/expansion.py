@@ -60,11 +60,12 @@ class Expansion:
         """Return the expansion with numbers substituted, and with the simplified `result` as the last form."""
         steps = tuple(step.with_numbers(substitute) for step in self.steps)
         (products,) = map(substitute, self.products)
-        unsigned_products = {_remove_signs(products), _remove_signs(sp.factor_terms(products))}
-        if unsigned_products & {_remove_signs(result), _remove_signs(sp.factor_terms(result))}:
-            return replace(self, steps=steps, products=(result,))
-        uses_identities = sp.expand(products - result) != 0
-        return replace(self, steps=steps, products=(products, result), uses_identities=uses_identities)
+        is_expanded = sp.expand(products - result) == 0  # quicker than the next test, which needs ±result
+        if is_expanded or sp.expand(products + result) == 0:
+            unsigned_products = {_remove_signs(products), _remove_signs(sp.factor_terms(products))}
+            if unsigned_products & {_remove_signs(result), _remove_signs(sp.factor_terms(result))}:
+                return replace(self, steps=steps, products=(result,))
+        return replace(self, steps=steps, products=(products, result), uses_identities=not is_expanded)
 
 
 def _remove_signs(product: sp.Expr) -> sp.Expr:

@@ -2,9 +2,10 @@
 
 import json
 import sys
+from collections.abc import Iterator
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -37,6 +38,9 @@ from qdot.grader.cli.options import (
     name_option,
 )
 from qdot.grader.cli.overview import describe_families, describe_family, describe_robots, list_refusals
+
+if TYPE_CHECKING:
+    from qdot.exercises.assignment.assignment import Assignment
 
 SHOW_FORMATS = ("text", "latex", "html", "json", "ipynb", "pdf")
 SOLVE_FORMATS = ("text", "latex", "json")
@@ -255,6 +259,8 @@ def _preview_assignment(
         note(message)
     identifier = find_student(assignment, student).id if student else SAMPLE_STUDENT
     problems = assignment.generate_problems(identifier)
+    if format == "text":
+        print_result("\n".join((*_describe_names_and_follow_through(assignment), "")))
     if format != "pdf":
         print_result(show_assignment(assignment.title, problems, solution, format, hints or assignment.hints))
         return
@@ -264,6 +270,19 @@ def _preview_assignment(
         raise QdotError(f"write the PDF into a file: qdot show {folder} --format pdf > preview.pdf")
     preview = replace(assignment, hints=hints or assignment.hints)
     sys.stdout.buffer.write(make_pdf_preview(preview, identifier, [problem for _, problem in problems], solution))
+
+
+def _describe_names_and_follow_through(assignment: "Assignment") -> Iterator[str]:
+    """Yield what p1 and p1.position mean, and how many points an answer earns that follows from a wrong one."""
+    slots = assignment.slots
+    name, question = slots[0].name, slots[0].questions[0]
+    problems = f"{name} is the problem" if len(slots) == 1 else f"{name} to {slots[-1].name} are the problems"
+    example = f"{name}.{question} is the question {question} of {name}"
+    yield f"{problems}, in the order of the [[problem]] tables in assignment.toml; {example}"
+    share = float(assignment.follow_through)
+    earned = f"{100 * share:g} % of its points" if share else "no points"
+    subject = "an answer that follows from the student's own wrong earlier answer"
+    yield f"{subject} earns {earned} (follow_through = {share:g})"
 
 
 def robots(as_json: JsonOption = False) -> None:

@@ -6,7 +6,7 @@ metadata, which the student may have edited. They are called claims here, and th
 
 import keyword
 import re
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -34,7 +34,6 @@ from qdot.exercises.reference_answers import (
     Selection,
     Words,
 )
-from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.judging.answer_parser import OR_HINT, ParsedAnswer, combine_with_and, read_any
 from qdot.grader.judging.expected_form import ExpectedForm, read_in_form
 from qdot.grader.judging.formulas import describe_unknown_symbols
@@ -80,7 +79,7 @@ def check_notebook(path: Path) -> CheckedNotebook:
         submission = read_submission(path, siblings=find_python_files(path))
     except Unreadable as error:
         raise QdotError(str(error)) from None
-    parts = guess_parts(submission.cells, tuple(ALL_QUESTIONS))
+    parts = guess_parts(submission.cells, _load_questions)
     if not parts:
         raise QdotError(f"{path} has no answer cells; check that it is a notebook that qdot generated")
     forms = {part: find_claimed_form(submission.qdot_metadata, *part.split(".", 1)) for part in parts}
@@ -100,6 +99,12 @@ def check_notebook(path: Path) -> CheckedNotebook:
         else:
             rows.append(CheckedAnswer(part, False, answers.missing_reasons[name]))
     return CheckedNotebook(tuple(rows), tuple(note for note in (*submission.notes, *answers.notes) if note))
+
+
+def _load_questions() -> Container[str]:
+    from qdot.exercises.short_questions import ALL_QUESTIONS  # loads half of qdot, which few notebooks need
+
+    return ALL_QUESTIONS
 
 
 def _list_claimed_symbols(submission: Submission) -> list[str]:

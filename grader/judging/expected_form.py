@@ -5,10 +5,8 @@ from dataclasses import dataclass, replace
 
 from qdot.exercises import reference_answers
 from qdot.exercises.formula.equality import Domain
+from qdot.exercises.formula.units import write_power_of_metres
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.differentiation import find_determinant_power_of_metres
-from qdot.exercises.questions.inversion import write_power_of_metres
-from qdot.exercises.short_questions import question_of
 from qdot.grader.judging import answer_parser
 from qdot.grader.judging.choices import is_blank_text, read_choice, read_matching, read_selection
 from qdot.grader.judging.functions import find_constant_value, is_function_table, read_table
@@ -33,6 +31,9 @@ class ExpectedForm:
 
 def find_expected_form(problem: Problem, part: Part) -> ExpectedForm:
     """Return the form in which the answer to a part is expected."""
+    from qdot.exercises.questions.differentiation import find_determinant_power_of_metres  # not for `qdot check`
+    from qdot.exercises.short_questions import question_of
+
     question, joints = question_of(part), tuple(q.name for q in problem.chain.q)
     labels, columns = question.list_names_to_type(problem.chain, part), question.name_columns(problem.chain)
     metre_power = find_determinant_power_of_metres(problem.chain, part)

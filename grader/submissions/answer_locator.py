@@ -10,7 +10,7 @@ import difflib
 import functools
 import itertools
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 
@@ -103,16 +103,19 @@ def find_answers(
     return answers
 
 
-def guess_parts(cells: Sequence[Cell], questions: Sequence[str]) -> list[str]:
-    """Return the parts that a notebook seems to answer, according to its metadata and the variables that it sets."""
-    endings = {question.replace("-", "_"): question for question in questions}
+def guess_parts(cells: Sequence[Cell], load_questions: Callable[[], Container[str]]) -> list[str]:
+    """Return the parts that a notebook seems to answer, according to its metadata and the variables that it sets.
+
+    `load_questions` returns the names of all questions. It is called only for variables of parts that no metadata name.
+    """
     parts = dict[str, None]()
     for cell in cells:
         if cell.part is not None and re.fullmatch(r"p\d+\.[a-z0-9-]+", cell.part):
             parts[cell.part] = None
         for slot, ending in re.findall(r"(?m)^[ \t]*(p\d+)_(\w+) *=(?!=)", cell.source):
-            if ending in endings:
-                parts[f"{slot}.{endings[ending]}"] = None
+            question = ending.replace("_", "-")
+            if f"{slot}.{question}" not in parts and question in load_questions():
+                parts[f"{slot}.{question}"] = None
     return list(parts)
 
 

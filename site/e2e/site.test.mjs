@@ -293,3 +293,16 @@ test("it works offline after the first visit", async () => {
   await page.getByRole("heading", { level: 1 }).waitFor();
   await context.close();
 });
+
+test("two tabs keep the progress of each other", async () => {
+  const { context, at, page: first } = await emptyTab(there);
+  await at("practice.html?arm=planar-2r&question=determinant");
+  const second = await context.newPage();
+  await second.goto(`${there.server.root}/practice.html?arm=planar-2r&question=position`);
+  await second.locator("form .answer").waitFor();
+  await answered(first, typed("determinant"));
+  await answered(second, typed("position"));
+  const stored = await first.evaluate(() => Object.keys(JSON.parse(localStorage.getItem("qdot-progress"))));
+  assert.deepEqual(stored.sort(), ["planar-2r/001/determinant", "planar-2r/001/position"]);
+  await context.close();
+});

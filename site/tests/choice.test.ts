@@ -22,6 +22,7 @@ import {
   type StoredState,
   writeFile,
   parseFile,
+  keepOtherChanges,
   loadState,
   storeState,
   mergeStates,
@@ -159,6 +160,15 @@ test("if stored and loaded progress differ, the better one is used", () => {
   };
   expect(mergeStates(ALL, less)).toEqual(both);
   expect(mergeStates(less, ALL).lessons["columns"]).toMatchObject({ row: ["scara/001"], learned: 7 });
+});
+
+test("what another tab has stored is kept; of the same item, this tab's change counts", () => {
+  const [old, mine, other] = [1, 2, 3].map((box) => ({ right: true, box, due: box }));
+  const before = { progress: { a: old!, b: old! }, lessons: {} };
+  const after = { progress: { ...before.progress, a: mine! }, lessons: {} };
+  const stored = { progress: { a: other!, b: other!, c: other! }, lessons: {} };
+  expect(keepOtherChanges(before, after, stored).progress).toEqual({ a: mine, b: other, c: other });
+  expect(keepOtherChanges(before, after, EMPTY_STATE)).toEqual(after); // the browser stores nothing
 });
 
 test("a stored state is found again, and a change of one part keeps the other", () => {

@@ -6,12 +6,13 @@ there. moodle_cartridge.php does the work inside Moodle.
 
 import html
 import re
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from qdot.exercises.exports.common_cartridge import export_common_cartridge
-from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberForm, QuizItem, group_by_category, make_items
+from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberForm, QuizItem, group_items, make_items
 from qdot.exercises.exports.platform_markup import find_pictures, name_picture_file
 from qdot.exercises.exports.typed_numbers import list_accepted_texts
 from tests.platforms.assignments import EVERYTHING, PLAIN, make_request
@@ -39,9 +40,9 @@ def run(software: Path, work: Path) -> Record:
         responses = [call_moodle(software, SCRIPT, cartridge=str(path)) for path in paths.values()]
         software_name = responses[0]["software"]
         quizzes, *banks = responses
-        groups = list(group_by_category(items).values())
+        groups = list(group_items(items, lambda _: None).values())
         quiz_counts = [quiz["count"] for quiz in quizzes["quizzes"]]
-        version_count = max(map(len, groups))
+        version_count = max(Counter(item.category for item in items).values())
         counts.add("imported", quiz_counts == [len(groups)] * version_count, f"{kind}: {quizzes['quizzes']}")
         _check_questions(items, quizzes["questions"], counts)
         for group, bank in zip(groups, banks, strict=False):

@@ -148,10 +148,14 @@ def read_definitions(file: TomlFile, known_names: Collection[str]) -> dict[str, 
                 if not isinstance(tables[name], dict):
                     raise QdotError(f"expected a table, [question.{name}]")
             _check_tables(file, name, tables[name])
-            file.check_keys(("question", name), tuple(QuestionEntry.model_fields), ("prompt",))
-            if isinstance(tables[name].get("de"), dict):
-                file.check_keys(("question", name, "de"), tuple(TextsEntry.model_fields), ("prompt",))
-            definitions[name] = _read_definition(file, name, tables[name])
+            with errors.collect():
+                file.check_keys(("question", name), tuple(QuestionEntry.model_fields), ("prompt",))
+            with errors.collect():
+                if isinstance(tables[name].get("de"), dict):
+                    file.check_keys(("question", name, "de"), tuple(TextsEntry.model_fields), ("prompt",))
+            entry = _validate(file, name, tables[name], errors)
+            if entry is not None:
+                definitions[name] = _read_definition(file, name, entry)
     errors.raise_all()
     for name, definition in definitions.items():
         with file.locate_errors("question", name, definition.answer_key):
@@ -203,33 +207,46 @@ def _find_invalid_value(table: dict[str, Any], locations: Sequence[Sequence[str 
     return [str(key)], f"{prefix}{FORMS[str(key)]}"
 
 
-def _read_definition(file: TomlFile, name: str, table: dict[str, Any]) -> Definition:
+def _validate(file: TomlFile, name: str, table: dict[str, Any], errors: ErrorList) -> QuestionEntry | None:
+    """Return the content of a question's table; None if it has wrong values, which are added to `errors`."""
     try:
-        entry = QuestionEntry.model_validate(table)
+        return QuestionEntry.model_validate(table)
     except pydantic.ValidationError as error:
-        key_path, form = _find_invalid_value(table, [each["loc"] for each in error.errors()])
-        with file.locate_errors("question", name, *key_path):
-            raise QdotError(form) from None
-    if (entry.answer is None) == (entry.options is None):
-        with file.locate_errors("question", name):
+        reported_types = ("extra_forbidden", "missing")  # check_keys has reported these
+        details = [d for d in error.errors() if len(d["loc"]) > 2 or d["type"] not in reported_types]
+        for key in dict.fromkeys(detail["loc"][0] for detail in details):
+            key_path, form = _find_invalid_value(table, [d["loc"] for d in details if d["loc"][0] == key])
+            with errors.collect(), file.locate_errors("question", name, *key_path):
+                raise QdotError(form) from None
+    return None
+
+
+def _read_definition(file: TomlFile, name: str, entry: QuestionEntry) -> Definition:
+    errors, table = ErrorList(), file.content["question"][name]
+    with errors.collect(), file.locate_errors("question", name):
+        if (entry.answer is None) == (entry.options is None):
             raise QdotError("a question needs either an answer or options")
-    with file.locate_errors("question", name, "answer"):
+    with errors.collect(), file.locate_errors("question", name, "answer"):
         if entry.answer is not None and not entry.answer.strip():
             raise QdotError(FORMS["answer"])
         if entry.answer != TEXT_ANSWER and (entry.answer or "").strip().lower() == TEXT_ANSWER:
             raise QdotError('for a text that a person marks, write answer = "text"')
-    _check_texts(file, name, entry)
-    _check_keys_of_answer(file, name, entry)
-    _check_options_and_units(file, name, entry)
-    with file.locate_errors("question", name, "options"):
+    _check_texts(file, name, entry, errors)
+    with errors.collect():
+        _check_keys_of_answer(file, name, entry)
+    errors.raise_all()
+    with errors.collect():
+        _check_options_and_units(file, name, entry)
+    with errors.collect(), file.locate_errors("question", name, "options"):
         options = _read_options(entry)
-    with file.locate_errors("question", name, "given"):
+    with errors.collect(), file.locate_errors("question", name, "given"):
         given = _read_given(entry)
-    with file.locate_errors("question", name, "unit"):
-        if entry.unit and not given:
+    with errors.collect(), file.locate_errors("question", name, "unit"):
+        if entry.unit and not entry.given:
             raise QdotError(ONLY_NUMBERS.format("a unit"))
-    with file.locate_errors("question", name, "digits" if entry.tolerance is None else "tolerance"):
+    with errors.collect(), file.locate_errors("question", name, "digits" if entry.tolerance is None else "tolerance"):
         rounding = _read_rounding(entry)
+    errors.raise_all()
     title = entry.title or name.replace("-", " ").capitalize()
     texts = [("en", Texts(title, entry.prompt, tuple(entry.hints), entry.solution))]
     if entry.de is not None:
@@ -254,15 +271,15 @@ def _locate_keys(file: TomlFile, name: str, table: dict[str, Any]) -> dict[str, 
     return {".".join(key_path): file.describe_value("question", name, *key_path) for key_path in key_paths}
 
 
-def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
-    """Raise QdotError with the line and the key of a text that is too long or has LaTeX which qdot doesn't support."""
+def _check_texts(file: TomlFile, name: str, entry: QuestionEntry, errors: ErrorList) -> None:
+    """Add to `errors` the texts that are too long or have LaTeX that qdot doesn't support, with lines and keys."""
     languages: dict[tuple[str, ...], QuestionEntry | TextsEntry | None] = {(): entry, ("de",): entry.de}
     for key_path, texts in languages.items():
         if texts is None:
             continue
         for key in ("prompt", "hints", "solution"):
             value = getattr(texts, key)
-            with file.locate_errors("question", name, *key_path, key):
+            with errors.collect(), file.locate_errors("question", name, *key_path, key):
                 if isinstance(value, list) and len(value) not in (0, HINT_COUNT):
                     raise QdotError(FORMS["hints"])
                 for text in [value] if isinstance(value, str) else value:
@@ -271,7 +288,7 @@ def _check_texts(file: TomlFile, name: str, entry: QuestionEntry) -> None:
                     check_text(text, file.text)
                 if key == "prompt" and not value.strip():
                     raise QdotError(FORMS[key])
-        with file.locate_errors("question", name, *key_path, "title"):
+        with errors.collect(), file.locate_errors("question", name, *key_path, "title"):
             check_title(texts.title or "", file.text)
 
 

@@ -28,10 +28,24 @@ export function storeState(storage: Storage | null, changes: Partial<StoredState
 export function useStoredState(): [StoredState, (changes: Partial<StoredState>) => void] {
   const [state, setState] = useState(() => loadState(storage));
   const change = (changes: Partial<StoredState>): void => {
-    setState({ ...state, ...changes });
-    storeState(storage, changes);
+    const isDeletion = changes === EMPTY_STATE; // deletes what other tabs have stored, too
+    const newState = isDeletion ? EMPTY_STATE : keepOtherChanges(state, { ...state, ...changes }, loadState(storage));
+    setState(newState);
+    storeState(storage, newState);
   };
   return [state, change];
+}
+
+/** Return this tab's new state with what other tabs have stored since; of each item and lesson, the last change counts. */
+export function keepOtherChanges(before: StoredState, after: StoredState, stored: StoredState): StoredState {
+  const keep = <T>(...[old, changed, kept]: readonly Readonly<Record<string, T>>[]): Record<string, T> => ({
+    ...changed,
+    ...Object.fromEntries(Object.entries(kept!).filter(([name]) => changed![name] === old![name])),
+  });
+  return {
+    progress: keep(before.progress, after.progress, stored.progress),
+    lessons: keep(before.lessons, after.lessons, stored.lessons),
+  };
 }
 
 export function writeFile(state: StoredState): string {

@@ -4,10 +4,12 @@ With QDOT_STACK=FOLDER, a checkout of maths/moodle-qtype_stack, STACK's own Maxi
 GPL, and no part of qdot). STACK itself runs them in tests/platforms/stack.py.
 """
 
+import io
 import os
 import re
 import subprocess
 import xml.etree.ElementTree as ET
+import zipfile
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +19,7 @@ import sympy as sp
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.exports.bank import iterate_bank
-from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.known_wrong_answers import compare_entry_by_entry, find_known_wrong_answers
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.stack_parts import _are_usable, compute_formula_share, convert_part
@@ -48,6 +50,8 @@ decimals = {determinant = 3}
 family = "polar-rp"
 questions = ["manipulability", "match-columns"]
 """
+
+PLUGIN = "plugin_qtype_stack_question"
 
 OWN_EQUALITY = "test_AlgEquiv(a, b, opt) := is(a = b)$"
 """Response trees compare integers and lists of integers."""
@@ -86,9 +90,14 @@ def notes() -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def quiz(export_request: ExportRequest, notes: list[str]) -> ET.Element:
-    file, backup = EXPORT_FORMATS["stack"].export(replace(export_request, report=notes.append))
-    assert file.is_private and backup.is_private and backup.path == "hw-stack.mbz"
+def exported_files(export_request: ExportRequest, notes: list[str]) -> list[ExportedFile]:
+    return list(EXPORT_FORMATS["stack"].export(replace(export_request, report=notes.append)))
+
+
+@pytest.fixture(scope="module")
+def quiz(exported_files: list[ExportedFile]) -> ET.Element:
+    file = exported_files[0]
+    assert file.is_private and file.path == "hw-stack.xml"
     return ET.fromstring(file.content)
 
 
@@ -137,6 +146,53 @@ def test_each_part_is_a_question_in_its_category_with_its_points(
     assert format_expression(determinant.reference) not in get_text(
         find_question(quiz, "determinant"), "questiontext/text"
     )
+
+
+def test_quiz_contains_the_questions_of_the_bank(quiz: ET.Element, exported_files: list[ExportedFile]) -> None:
+    backup = exported_files[1]
+    assert backup.is_private and backup.path == "hw-stack.mbz" and isinstance(backup.content, bytes)
+    with zipfile.ZipFile(io.BytesIO(backup.content)) as archive:
+        bank, activity = (ET.fromstring(archive.read(name)) for name in ("questions.xml", "activities/quiz_1/quiz.xml"))
+    assert [slot.text for slot in activity.iter("maxmark")] == [f"{n}.0000000" for n in (1, 2, 1, 1, 2, 1, 1)]
+    restored = [question for question in bank.iter("question") if question.findtext("qtype") == "stack"]
+    assert len(restored) == len(list_questions(quiz)) == 14
+    for question, imported in zip(restored, list_questions(quiz), strict=True):
+        plugin = question.find("plugin_qtype_stack_question")
+        assert plugin is not None
+        pairs = [
+            ("name", "name/text"), ("questiontext", "questiontext/text"), ("generalfeedback", "generalfeedback/text"),
+            (f"{PLUGIN}/stackoptions/questionvariables", "questionvariables/text"),
+            (f"{PLUGIN}/stackprts/stackprt/feedbackvariables", "prt/feedbackvariables/text"),
+            (f"{PLUGIN}/stackinputs/stackinput/options", "input/options"),
+        ]  # fmt: skip
+        for path, imported_path in pairs:
+            assert question.findtext(path) == imported.findtext(imported_path), path
+        for tag, imported_tag in (("truefeedback", "truefeedback/text"), ("falseanswernote", "falseanswernote")):
+            nodes = [node.findtext(tag) for node in plugin.iter("stackprtnode")]
+            assert nodes == [node.findtext(imported_tag) for node in imported.findall("prt/node")]
+        assert [test.text for test in plugin.iter("expectedanswernote")] == [
+            test.text for test in imported.iter("expectedanswernote")
+        ]
+
+
+def test_categories_have_the_names_of_moodles_questions(export_request: ExportRequest, quiz: ET.Element) -> None:
+    bank = ET.fromstring(next(iter(EXPORT_FORMATS["moodle"].export(replace(export_request, variant_count=1)))).content)
+    paths = [[get_text(path, "text") for path in root.iter("category")] for root in (bank, quiz)]
+    assert set(paths[1]) < set(paths[0])  # the questions that STACK can't ask have categories only in Moodle
+
+
+def test_copies_of_a_question_are_left_out_and_reported(tmp_path: Path) -> None:
+    """All variants have the same arm; the numbers of the second question differ, the formulas of the first don't."""
+    toml = 'title = "T"\nkey = "hw"\n[[problem]]\nrobot = "al5d"\nquestions = ["position", "speed"]\n'
+    messages: list[str] = []
+    assignment = make_assignment(tmp_path / "hw", toml)
+    request = ExportRequest(assignment, lambda _: [], variant_count=3, report=messages.append)
+    file, _ = EXPORT_FORMATS["stack"].export(request)
+    names = [get_text(question, "name/text") for question in list_questions(ET.fromstring(file.content))]
+    assert names == ["p1-001, position: T", *(f"p1-00{n}, speed: T" for n in (1, 2, 3))]
+    assert messages == [
+        "p1 al5d: the 3 variants of 'Position of the point' contain only 1 different question; copies are left out"
+    ]
 
 
 def test_unsupported_parts_are_noted(notes: list[str], quiz: ET.Element) -> None:

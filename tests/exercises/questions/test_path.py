@@ -115,6 +115,7 @@ def test_solutions_give_angles_in_degrees() -> None:
     (part,) = problem.parts
     seam = part.details_as(PathDetails).welding_line
     joint_angles = seam.compute_results(problem.chain, sp.S.Zero).joints
+    assert seam.compute_results(problem.chain, sp.S.Zero).joints is joint_angles, "computed only once"
     assert all(
         abs(angle - seam.joints[q] * 180 / sp.pi) < 1e-2 for q, angle in zip(problem.chain.q, joint_angles, strict=True)
     )

@@ -8,20 +8,24 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.generation import generate, list_questions_of_family
-from qdot.exercises.problem.problem import ProblemId
+from qdot.exercises.problem.problem import Part, ProblemId
 from qdot.exercises.questions.concepts import (
     INVERTIBILITY_ANSWERS,
     InvertibilityDetails,
     JointEffectDetails,
     VelocityLossDetails,
+    parse_vector,
 )
 from qdot.exercises.questions.differentiation import TaskDetails
-from qdot.exercises.reference_answers import Choice
+from qdot.exercises.reference_answers import Choice, Selection
+from qdot.exercises.short_questions.options import ConfigurationOptions, Options
 from tests.support.problems import ask_question
 from tests.support.suites import on_families, select_for_suite
 
 CHOICES = ("joint-effect", "invertibility", "unreachable-velocity", "lost-motion", "singularity-meaning")
+SHORT_CHOICES = ("singular-configurations", "singular-drawing", "column-choice", "vector-choice", "axis-choice")
 
 
 @pytest.mark.parametrize("name", CHOICES)
@@ -63,7 +67,6 @@ def test_every_use_occurs_where_it_can(textbook_arms: dict[str, Any]) -> None:
 def test_velocities_at_the_stretched_arm(textbook_arms: dict[str, Any]) -> None:
     """Planar 2R in line: what has a component along the arm can't be produced, what is square to it can."""
     chain = textbook_arms["planar_2R"].chain
-    seen = set()
     for seed in range(10):
         (part,) = ask_question("unreachable-velocity", chain, seed).parts
         cost, answer = part.details_as(VelocityLossDetails), part.answer_as(Choice)
@@ -71,10 +74,8 @@ def test_velocities_at_the_stretched_arm(textbook_arms: dict[str, Any]) -> None:
         along = np.array([np.cos(turn), np.sin(turn)])
         velocities = [np.array([float(x) for x in option.strip("()").split(",")]) for option in answer.options]
         lost = [abs(v @ along) / np.linalg.norm(v) > 0.3 for v in velocities]
-        assert lost.count(True) == (3 if cost.is_possible else 1)
-        assert lost[answer.correct] == (not cost.is_possible)
-        seen.add(cost.is_possible)
-    assert seen == {True, False}
+        assert cost.is_possible  # all possible velocities are multiples of one vector, so three of them would stand out
+        assert lost.count(True) == 3 and not lost[answer.correct]
 
 
 def test_a_joint_that_does_not_move_the_point_is_not_asked_about(textbook_arms: dict[str, Any]) -> None:
@@ -85,3 +86,41 @@ def test_a_joint_that_does_not_move_the_point_is_not_asked_about(textbook_arms: 
     assert joints <= {1, 2, 3}
     wrist = ask_question("joint-effect", textbook_arms["ZYZ_wrist"].chain, 0).parts[0]
     assert wrist.details_as(JointEffectDetails).rows == ("wx", "wy", "wz")
+
+
+@pytest.mark.parametrize("name", ["unreachable-velocity", *SHORT_CHOICES])
+def test_no_feature_separates_right_options_from_wrong_ones(family: str, name: str) -> None:
+    """Features that are visible without a calculation: shape, zeros, equal entries, formulas such as arctan(3/4)."""
+    for seed in range(select_for_suite(1, 2)):
+        try:
+            (part,) = generate(ProblemId(family, seed, (name,))).parts
+        except QdotError:  # not asked about this family
+            return
+        for feature in _list_features(part):
+            right, wrong = (
+                {value for i, value in enumerate(feature) if (i in _list_correct(part)) is is_right}
+                for is_right in (True, False)
+            )
+            assert right & wrong, (family, seed, name, feature)
+
+
+def _list_correct(part: Part) -> tuple[int, ...]:
+    return (part.answer.correct,) if isinstance(part.answer, Choice) else part.answer_as(Selection).correct
+
+
+def _list_features(part: Part) -> list[list[Any]]:
+    """Return for each feature its values for the options."""
+    details = part.details
+    if isinstance(details, ConfigurationOptions):
+        assert not details.rounded_joints
+        return [[bool(configuration.formula_roots) for configuration in details.offered_configurations]]
+    if isinstance(details, Options):
+        return [[option.content.shape for option in details.offered_options]]
+    if isinstance(details, VelocityLossDetails):
+        assert not details.configuration.rounded_values
+        vectors = np.array([parse_vector(option) for option in part.answer_as(Choice).options])
+        units = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+        cosines = np.abs(units @ units.T) - np.eye(len(units))
+        assert cosines.max() < 0.99  # no option is a multiple of another one
+        return [[0 in vector for vector in vectors]]
+    return []

@@ -190,16 +190,6 @@ def _most_ordinary(texts: list[str]) -> int:
     return scores.index(max(scores))
 
 
-@pytest.mark.parametrize(("name", "seed"), [("singular-configurations", 2), ("singular-drawing", 0)])
-def test_a_configuration_that_is_shown_rounded_does_not_stand_out(name: str, seed: int) -> None:
-    """It is the singular one: a clause on rounding in it alone, or decimals, told that."""
-    problem = problem_of("elbow-3r", seed, name)
-    (part,) = problem.parts
-    assert isinstance(part.details, ConfigurationOptions) and part.details.rounded_joints
-    _options_have_one_form(problem, part)
-    assert write_prompt(problem, part).count("rounded") == 2  # the values in the options, and those of the singular one
-
-
 @pytest.mark.parametrize(
     ("typed", "share"),
     [
