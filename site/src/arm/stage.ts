@@ -74,6 +74,9 @@ export interface Welding {
 
 const FIRST_LAYERS: Layers = { frames: true, lengths: true, vectors: false, columns: true, ellipse: true };
 
+/** With more joints, the names of axes and origins would pile up at the wrist; readers can still show them. */
+const MAX_JOINTS_WITH_FRAMES = 4;
+
 export function useStage(request: StageRequest, pane: Pane | null): Stage {
   const {
     robot: describedRobot,
@@ -113,7 +116,11 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
   const [pose, setPose] = useState<Pose>(home);
   const [chosenJoint, choose] = useState(0);
   const [highlightedJoint, highlight] = useState<number | null>(null);
-  const [selectedLayers, setLayers] = useState<Layers>({ ...FIRST_LAYERS, ...request.layers });
+  const [selectedLayers, setLayers] = useState<Layers>({
+    ...FIRST_LAYERS,
+    frames: arm.joints.length <= MAX_JOINTS_WITH_FRAMES,
+    ...request.layers,
+  });
   const layers = useMemo(
     () => (isConcealed ? { ...selectedLayers, columns: false, ellipse: false } : selectedLayers),
     [selectedLayers, isConcealed],
