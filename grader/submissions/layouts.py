@@ -34,7 +34,7 @@ class SubmittedPath:
 
 
 def check_safely(check: Callable[[], bool]) -> bool:
-    """Return the result of a check of a path; False if it raises OSError, for example because a link's name is too long."""
+    """Return the result of a check of a path; False if it raises OSError, for example for a name that is too long."""
     try:
         return check()
     except OSError:

@@ -63,7 +63,7 @@ def split_text(text: str) -> list[TextPiece]:
 
 
 def check_text(text: str, source: str = "") -> None:
-    r"""Raise QdotError if a text in Markdown has an unmatched brace or dollar sign, or LaTeX that qdot does not support.
+    r"""Raise QdotError if a Markdown text has an unmatched brace or dollar sign, or LaTeX that qdot does not support.
 
     `source` is the TOML file that contains the text. In double quotes, TOML turns the beginning of \theta into a tab.
     """
