@@ -3,6 +3,7 @@
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from itertools import cycle, islice
 from pathlib import Path
 from typing import Any, Literal
 
@@ -366,20 +367,16 @@ def _read_rounding(entry: QuestionEntry) -> Rounding | None:
         raise QdotError(f"write decimals with a point; {FORMS['tolerance']}")
     units = split_units(entry.unit)
     tolerances = [parse_tolerance(text, FORMS["tolerance"]) for text in split_units(entry.tolerance)]
-    if len(tolerances) > 1 and len(units) not in (1, len(tolerances)):
+    count = max(len(tolerances), len(units))
+    if {len(tolerances), len(units)} - {1, count}:
         counts = f"{len(tolerances)} tolerances, but `unit` has {len(units)} units"
         raise QdotError(f"it has {counts}; write one for each entry, or one for all entries")
-    pairs = zip(
-        tolerances if len(tolerances) > 1 else tolerances * len(units),
-        units if len(units) > 1 else units * len(tolerances), strict=True,
-    )  # fmt: skip
-    for tolerance, unit in pairs:
+    for tolerance, unit in islice(zip(cycle(tolerances), cycle(units), strict=True), count):
         _check_tolerance(tolerance, unit, entry.unit)
     sizes = tuple(tolerance.size for tolerance in tolerances)
-    words = dict.fromkeys(tolerance.words for tolerance in tolerances)
-    is_same = len(words) == 1
-    all_words = next(iter(words)) if is_same else ", ".join(tolerance.words for tolerance in tolerances)
-    return Rounding(0.0, min(sizes), all_words, sizes if len(sizes) > 1 else ())
+    texts = [tolerance.words for tolerance in tolerances]
+    words = texts[0] if len(set(texts)) == 1 else ", ".join(texts)
+    return Rounding(0.0, min(sizes), words, sizes if len(sizes) > 1 else ())
 
 
 def _check_tolerance(tolerance: Tolerance, unit_text: str, all_units: str) -> None:
