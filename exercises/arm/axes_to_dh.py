@@ -118,7 +118,7 @@ def compute_table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base,
 
     The origin of frame i is where axis i + 1 meets the common normal of the axes i and i + 1. The axis of a prismatic
     joint is first moved to the preceding origin. The last frame is at the point of interest, so None is returned for
-    the point. An exception is made if theta of the last row is no multiple of pi/12. Then the last row contains only
+    the point. An exception is made if theta of the last row is not a multiple of pi/12. Then the last row contains only
     the joint, and the point is returned in the coordinates of the last frame.
     """
     table_frame = _TableFrame(_choose_base_frame(axes[0]))

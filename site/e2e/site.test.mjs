@@ -271,7 +271,7 @@ test("a sheet is printed without the page's controls, with a key on its last pag
   const pdf = (await page.pdf({ format: "A4" })).toString("latin1");
   assert.ok(pdf.match(/\/Type \/Page\b/g).length >= 2);
   await page.emulateMedia({ media: null });
-  await page.getByLabel("with a key on a separate page").uncheck();
+  await page.getByLabel("with an answer key on a separate page").uncheck();
   await page.locator(".sheet-key").waitFor({ state: "detached" });
   assert.deepEqual(wrong, []);
 });
