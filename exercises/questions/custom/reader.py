@@ -242,9 +242,6 @@ def _read_definition(file: TomlFile, name: str, entry: QuestionEntry) -> Definit
         options = _read_options(entry)
     with errors.collect(), file.locate_errors("question", name, "given"):
         given = _read_given(entry)
-    with errors.collect(), file.locate_errors("question", name, "unit"):
-        if entry.unit and not entry.given:
-            raise QdotError(ONLY_NUMBERS.format("a unit"))
     with errors.collect(), file.locate_errors("question", name, "digits" if entry.tolerance is None else "tolerance"):
         rounding = _read_rounding(entry)
     errors.raise_all()
@@ -337,6 +334,8 @@ def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) ->
             if entry.unit and not unit:
                 raise QdotError("each entry needs a unit between the commas; write 1 for a number without a unit")
             check_si_unit(unit)
+        if entry.unit and not entry.given:
+            raise QdotError(ONLY_NUMBERS.format("a unit"))
     for symbol_name, unit in entry.units.items():
         with file.locate_errors("question", name, "units", symbol_name):
             if symbol_name in RESERVED_NAMES:
