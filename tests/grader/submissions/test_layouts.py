@@ -209,6 +209,26 @@ def test_identifiers_come_before_names(ids: tuple[str, ...], name: str, students
     assert bool(match.reason) == (len(match.students) > 1)
 
 
+@pytest.mark.parametrize(
+    ("platform", "name", "students"),
+    [
+        ("Moodle", "Ada Lovelace", "a"), ("Moodle", "Participant", "a"), ("Moodle", "Bo Boole", "a bo"),
+        ("Canvas", "Bo Boole", "bo"),
+    ],
+)  # fmt: skip
+def test_a_number_from_the_handout_identifies_a_student_in_moodle(platform: str, name: str, students: str) -> None:
+    twins = (Student("a", "Ada Lovelace"), Student("b", "Ada Lovelace"), Student("bo", "Bo Boole"))
+    roster = Roster(twins, {"17": "a", "18": "left the course"})
+    match = roster.find_owner(SubmittedPath(Path("hw.ipynb"), ("17",), name, platform))
+    assert " ".join(match.students) == students
+
+
+def test_the_names_of_folders_that_were_handed_out_identify_students() -> None:
+    roster = Roster([Student("1", "Wei Li"), Student("2", "Wei Li")])
+    owners = [roster.find_owner(SubmittedPath(Path(name), (), name)) for name in ("Li, Wei (2)", "velocity (1)")]
+    assert [owner.students for owner in owners] == [("2",), ()]
+
+
 def test_a_section_does_not_identify_a_student() -> None:
     student = Student("a", "", "", (("section", "17"), ("seat number", "17"), ("Student ID".lower(), "18"), ("id", "")))
     roster = Roster([student])
