@@ -95,7 +95,7 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: AnswerProp
       lastText.current = text;
       onAnswer(text);
     };
-    const initialMatrix = writeMatrix(entries, columns) || lastText.current; // a text that is no grid is kept
+    const initialMatrix = writeMatrix(entries, columns) || lastText.current; // a text that is not a grid is kept
     return (
       <>
         <Single
