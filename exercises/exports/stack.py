@@ -55,7 +55,7 @@ class StackQuestion:
 
     @property
     def content(self) -> tuple[str, str]:
-        """What students see, and the answer, which are equal in variants with the same arm."""
+        """What students see, and the answer. Variants with the same arm have the same content."""
         return self.body, repr(self.stack_part.part.answer)
 
 
@@ -93,7 +93,7 @@ def export_stack(request: ExportRequest) -> Generator[ExportedFile, None, None]:
 
 
 def _make_moodle_question(question: StackQuestion) -> MoodleQuestion:
-    """Return a question as a quiz in Moodle contains it."""
+    """Return a question in the form in which a Moodle quiz contains it."""
 
     def write_plugin(question_id: int) -> str:
         return render(

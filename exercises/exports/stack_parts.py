@@ -126,7 +126,7 @@ class StackPart:
     score_variable: str = "0"
     box_width: int = 15
     validator: str = ""
-    """The function that returns what is wrong with an answer that can't be marked. Such an answer is no attempt."""
+    """The function that returns what is wrong with an invalid answer, which does not count as an attempt."""
     typing_help: str = ""
     """Instructions on how to type formulas."""
 

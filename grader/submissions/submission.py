@@ -522,7 +522,7 @@ def explain_wrong_assignment(submission: Submission, assignment: "Assignment") -
     """Return a message if the metadata of a notebook name another assignment; None otherwise."""
     claimed_key = submission.qdot_metadata.get("assignment")
     if isinstance(claimed_key, str) and claimed_key != assignment.key:
-        return f"this notebook belongs to the assignment {claimed_key[:80]!r}, but this is {assignment.key!r}"
+        return f"this notebook belongs to the assignment {claimed_key[:80]!r}, not to {assignment.key!r}"
     return None
 
 

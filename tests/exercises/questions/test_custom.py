@@ -1036,8 +1036,8 @@ def test_error_names_the_file_the_line_and_the_key(question: str, tmp_path: Path
 @pytest.mark.parametrize(
     ("text", "reason"),
     {"{foo}": "unknown name 'foo'; known: pose, rates, velocity, given, base, p,", "{poses}": "did you mean 'pose'",
-      "{rates}": "add 'rates'", "{p": "a brace { has no partner",
-     "p}": "a brace } has no partner", "{p.x.y}": ".x, .y and .z"}.items(),
+      "{rates}": "add 'rates'", "{p": "unmatched brace {",
+     "p}": "unmatched brace }", "{p.x.y}": ".x, .y and .z"}.items(),
 )  # fmt: skip
 def test_placeholders_are_checked(text: str, reason: str, tmp_path: Path) -> None:
     with pytest.raises(QdotError, match=f"prompt = .*{reason}"):
@@ -1047,13 +1047,13 @@ def test_placeholders_are_checked(text: str, reason: str, tmp_path: Path) -> Non
 BAD_TEXTS = {
     r"prompt = '$\foo{v}$'": r"\foo is not supported in $\foo{v}$",
     r"prompt = '$\boldsmybol{v}$'": r"(did you mean \boldsymbol?); supported are, for example, \vec{v},",
-    r"prompt = '$\frac{a}{b$'": r"a brace { has no partner in $\frac{a}{b$",
+    r"prompt = '$\frac{a}{b$'": r"unmatched brace { in $\frac{a}{b$",
     r"prompt = '$\left(a$'": r"a closing brace, \right or \end is missing in $\left(a$",
-    r"prompt = '$\text{m/s^2}$'": r"contains ^; write it outside of \text",
-    "prompt = 'costs 5$ at $P$'": "a dollar sign has no partner",
-    r'prompt = "Find $\theta$."': r"before 'heta': TOML reads \t in double quotes as one; write texts with",
-    r'prompt = "Find $\frac{1}{2}$."': r"before 'rac': TOML reads \f",
-    r'prompt = "Find $\nabla f$."': r"before 'abla': TOML reads \n",
+    r"prompt = '$\text{m/s^2}$'": r"contains ^; write it outside \text",
+    "prompt = 'costs 5$ at $P$'": "unmatched dollar sign",
+    r'prompt = "Find $\theta$."': r"before 'heta': in double quotes, TOML reads \t as this character; write texts with",
+    r'prompt = "Find $\frac{1}{2}$."': r"before 'rac': in double quotes, TOML reads \f",
+    r'prompt = "Find $\nabla f$."': r"before 'abla': in double quotes, TOML reads \n",
     r'prompt = "Find $\alpha$."': r"write LaTeX in single quotes, as in '$\alpha$'",
     r'prompt = "Find $\upsilon$."': "write LaTeX in single quotes",
     "prompt = 'x'\nhints = ['a', '$\\foo$', 'c']": r"hints = .*\foo is not",
@@ -1155,7 +1155,7 @@ answer = "p" """,
     {
         '["a.toml", "b.toml"]': "a.toml: line 2: question: mine; ",
         '["https://example.org/a.toml"]': "is a web address; download the file, and write its path",
-        '["a.tml"]': "'a.tml' is no question; the name of a file of questions ends in .toml",
+        '["a.tml"]': "'a.tml' is not a question; the name of a file of questions ends in .toml",
         '["empty.toml"]': "empty.toml: it defines no questions; write each in a table [question.NAME]",
     }.items(),
 )

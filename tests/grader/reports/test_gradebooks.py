@@ -233,7 +233,7 @@ def test_more_than_a_hundred_points_go_to_moodle_as_percent_only(make: Make) -> 
 
 def test_an_override_is_a_mark_and_unreadable_work_is_not(make: Make) -> None:
     assignment = make(MOODLE_EXPORT)
-    override = Override(0.0, "not handed in, no excuse", 0.0)
+    override = Override(0.0, "not submitted, no excuse", 0.0)
     first, second, third = make_results(assignment)
     results = [
         replace(first, obstacle="this is no notebook", score=0.0),
