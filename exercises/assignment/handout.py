@@ -172,7 +172,8 @@ def _find_participant_numbers(roster: Sequence[Student], worksheet: Path) -> Map
         names = list_first(unplaced_students or sorted(numbers), MAX_STUDENTS_LISTED)
         raise QdotError(
             f"{worksheet}: no line belongs certainly to {names}; the worksheet needs the e-mail address or the "
-            "identifier that roster.csv has. Delete the lines of teachers in roster.csv"
+            "identifier that roster.csv has. If students joined later, download the worksheet again; delete the lines "
+            "of teachers in roster.csv"
         )
     return numbers
 

@@ -147,6 +147,7 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
                 if submitted_path.platform and submitted_path.ids:
                     column = f"{submitted_path.platform.lower()} id"
                     advice = f"; enter {submitted_path.ids[0]} in the column {column!r} of the owner in roster.csv"
+                    advice += " (the grading worksheet has the numbers)" * (submitted_path.platform == "Moodle")
                 message = f"{name} may belong to {' or '.join(owner.students)}: {owner.reason}; not graded{advice}"
                 folder.uncertain_owners.append(message)
             else:

@@ -184,7 +184,7 @@ def test_an_ambiguous_owner_is_never_guessed(assignment: Assignment) -> None:
     results, submissions = grade(assignment)
     same_name, contradiction = submissions.uncertain_owners
     assert same_name.startswith("Ada Lovelace_44_assignsubmission_file_ may belong to ada1 or ada2: ")
-    assert same_name.endswith("; enter 44 in the column 'moodle id' of the owner in roster.csv")
+    assert same_name.endswith(" of the owner in roster.csv (the grading worksheet has the numbers)")
     assert contradiction.startswith("José Díaz_1003_assignsubmission_file_ may belong to hen or jose: ")
     for student in ("ada1", "ada2", "jose"):
         assert results[student].obstacle == UNCERTAIN_OWNER and find_work_status(results[student]) == "unusable"
