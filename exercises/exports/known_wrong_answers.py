@@ -42,7 +42,7 @@ MAX_UNSIMPLIFIED_CHARACTERS = 20_000
 ZERO_TOLERANCE = 1e-9
 """Smaller answers count as zero. Zero is left out, because many mistakes lead to it."""
 MISTAKES_PER_ANSWER = 3
-"""Number of mistakes to try for each requested wrong answer, because some mistakes lead to a too long answer."""
+"""Number of mistakes to try for each requested wrong answer, because some of the answers are too long."""
 MIN_DIFFERENCE = 3
 """Minimum difference of two wrong numbers, and of a wrong number from zero, as a multiple of the tolerance."""
 MAX_RATIO = 1e9
