@@ -457,7 +457,7 @@ def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> tuple[dict
             if not file_name:
                 with file.locate_errors("problem", index, "questions"):
                     if "/" in name or "." in name:
-                        raise QdotError(f"{name!r} is no question; the name of a file of questions ends in .toml")
+                        raise QdotError(f"{name!r} is not a question; the name of a file of questions ends in .toml")
                 names.append(name)
                 continue
             with file.locate_errors("problem", index, "questions"):

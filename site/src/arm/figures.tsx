@@ -5,6 +5,7 @@ import type { JSX } from "preact";
 import { withPace } from "../pace.js";
 import { formatNumber, numberSeparator, say } from "../text/text.js";
 import { Determinant } from "./jacobian.js";
+import { mixesUnits } from "./model.js";
 import { roundToDecimals } from "./number-format.js";
 import type { Stage } from "./stage.js";
 import { kindOfSingularity, classifyNearness } from "./descriptions.js";
@@ -35,7 +36,10 @@ export const Figures = withPace(
       <div class={`arm-figures arm-${nearness}-pose`}>
         <Determinant arm={arm} state={state} measures={measures} sizes={sizes} />
         <p class="arm-nearness">
-          {point} {say("arm.figures.ratio", { percent: roundToDecimals(100 * measures.ratio, 1) })}{" "}
+          {point}{" "}
+          {say(mixesUnits(arm) ? "arm.figures.ratio-shares" : "arm.figures.ratio", {
+            percent: roundToDecimals(100 * measures.ratio, 1),
+          })}{" "}
           <strong>{say(`arm.words.${nearness}`)}</strong> {kind && say(`arm.words.${kind}`)}
         </p>
       </div>
