@@ -804,7 +804,7 @@ def test_options_that_are_matrices_are_displayed_over_several_lines(tmp_path: Pa
     problem = make_problem(tmp_path, 'prompt = "x"\nshown = "formula"\noptions = ["x1", {text = "none of these"}, "p"]')
     (part,) = problem.parts
     rows = [line for line in show_assignment("T", [("p1", problem)]).splitlines() if re.search("[⎡⎢⎣]", line)]
-    assert len(rows) == 6 and all(re.fullmatch(r" +([AB]\. )?[⎡⎢⎣][^⎡⎢⎣]*", row) for row in rows)
+    assert len(rows) == 6 and all(re.fullmatch(r" +([AB]\. +)?[⎡⎢⎣][^⎡⎢⎣]*", row) for row in rows)
     options = arrange_options(problem, part)
     assert options is not None and [option.text[:2] for option in options.options] == ["$$", "$$", "no"]
     (item,) = make_items(ExportRequest(load_assignment(tmp_path / "hw"), find_failures, variant_count=1))
@@ -848,9 +848,11 @@ def test_an_answer_in_words_has_no_typed_form(format: str, tmp_path: Path) -> No
 
 def test_preview_needs_only_the_assignment_file(tmp_path: Path) -> None:
     folder = make_assignment(tmp_path, EVERY_KIND).folder
+    secret = (folder / "secret.txt").read_bytes()
     (folder / "secret.txt").unlink()
     (folder / "roster.csv").unlink()
     assert "Which of these is" in run("show", folder)
+    (folder / "secret.txt").write_bytes(secret)
     assert "roster.csv: file not found" in run_and_fail("show", folder, "--student", "s1")
 
 
@@ -1065,7 +1067,7 @@ BAD_TEXTS = {
     "prompt = '$" + 1000 * r"\hat" + " a$'": "is nested too deeply",
     r"prompt = 'a $\displaystyle \!$'": "shows nothing",
     "prompt = ' '": 'expected a text, as in prompt = "Find',
-    "prompt = 'x'\nunit = 'm/s%'": "'m/s%' is not a unit that qdot knows",
+    "prompt = 'x'\ngiven = ['pose']\nunit = 'm/s%'": "'m/s%' is not a unit that qdot knows",
     "prompt = 'x'\ntitle = 'Speed of $P$'": "a title is plain text without '$'",
 }
 
