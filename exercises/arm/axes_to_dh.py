@@ -30,7 +30,7 @@ _MAX_DENOMINATOR = 10**8
 """The largest denominator of a fraction that is not a decimal; under a root, its square.
 
 Lengths along an axis with the direction (1, 2, 3) or (0, 3, 4) have large denominators. A fraction that matches 45
-digits is no coincidence.
+digits is not a coincidence.
 """
 _MAX_SUM_COEFFICIENT = 10**4
 """The largest whole-number coefficient in a sum of multiples of 1 and of the roots of 2, 3 and 6.

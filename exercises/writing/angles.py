@@ -138,7 +138,7 @@ def _group_angles_by_run(chain: Chain) -> list[list[sp.Expr]]:
 
 
 def _reduce_constant(angle: sp.Expr) -> sp.Expr:
-    """Return an angle with its constant moved into (-pi, pi]; unchanged if this is no rational multiple of pi."""
+    """Return an angle with its constant moved into (-pi, pi]; unchanged if this is not a rational multiple of pi."""
     variable, constant = shortening.split_constant(sp.expand(angle))
     return variable + wrap_angle(constant)
 

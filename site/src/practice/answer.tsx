@@ -107,7 +107,7 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: AnswerProp
       setLastText(text);
       onAnswer(text);
     };
-    const initialMatrix = writeMatrix(entries, columns) || lastText; // a text that is no grid is kept
+    const initialMatrix = writeMatrix(entries, columns) || lastText; // a text that is not a grid is kept
     return (
       <>
         <Single

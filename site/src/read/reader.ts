@@ -418,7 +418,7 @@ class Parser {
     return kind === "name" && this.position === start + 1 && !beginsWithConstant(text);
   }
 
-  /** Parse a factor without a sign; [0] is no factor, because Python would select an entry by it. */
+  /** Parse a factor without a sign; [0] is not a factor, because Python would select an entry by it. */
   private parseFactor(): Node {
     const start = this.position;
     const hasSquareBracket = this.peek() === "[";
@@ -654,7 +654,7 @@ class Parser {
     return text === "(" || piece?.kind === "sum" || ANGLE.test(piece?.parts[0] ?? "");
   }
 
-  /** Parse c or s of an angle; S(1), as SymPy writes it, is no sine. */
+  /** Parse c or s of an angle; S(1), as SymPy writes it, is not a sine. */
   private parseShorthand(shorthand: string): Node {
     const start = this.position;
     const functionName = SHORTHAND.get(shorthand) as string;

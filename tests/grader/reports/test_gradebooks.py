@@ -191,6 +191,8 @@ def test_a_moodle_export_is_a_roster(make: Make) -> None:
         make("First name,Last name,Groups\nPaul,Erdős,A\n")
     with pytest.raises(QdotError, match=r"line 3: .*'ID number'"):
         make(MOODLE_EXPORT.replace("0043", ""))
+    added = "First name,Last name,Email address,Moodle ID,Assignment: Screw grid (Real)\nWei,Li,li@example.org,59,80\n"
+    assert make(added).roster[0].other_cells == (("moodle id", "59"),)
     # Without any ID numbers, email addresses are the ids.
     assert make(re.sub(r"004\d", "", MOODLE_EXPORT)).roster[0].id == "ada@example.org"
 
