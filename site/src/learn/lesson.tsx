@@ -286,6 +286,7 @@ function Counting(props: PracticeProps): JSX.Element {
     chooseNext,
     ({ classIndex, item }) => classIndex in classes && (!item || isInIndex(index, item)),
     () => setNote(null),
+    true, // the class to practise may have changed since
   );
   const { classIndex, item, isAnswered } = visit;
   const [firstVisit] = useState(visitNumber);

@@ -28,6 +28,7 @@ export function useVisits<T>(
   choose: () => T,
   isValid: (visit: T) => boolean,
   onBack?: () => void,
+  beginsAnew = false,
 ): Visits<T> {
   const readVisit = (): T | null => {
     const stored = readHistory()?.[name] as T | undefined;
@@ -37,7 +38,7 @@ export function useVisits<T>(
     window.history.replaceState({ visit: Date.now(), ...readHistory(), [name]: changed }, "");
     return changed;
   };
-  const [visit, setVisit] = useState(() => write(readVisit() ?? choose()));
+  const [visit, setVisit] = useState(() => write((beginsAnew ? null : readVisit()) ?? choose()));
   const latestVisit = useRef(visit);
   latestVisit.current = visit;
   const replace = (changed: T): void => {
