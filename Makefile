@@ -13,10 +13,10 @@ PYTEST  = $(PY) -m pytest -n auto --dist loadgroup --durations=5
 
 .PHONY: help demo check test whole integration lint unit site site-test docs sharing messages test-all test-oldest pairs fuzz diagnoses platforms bench lighthouse format lock clean
 
-help:  ## this list
+help:  ## show this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
 
-demo: $(VENV)/.runtime  ## the whole loop on a simulated class
+demo: $(VENV)/.runtime  ## run everything on a simulated class
 	$(VENV)/bin/qdot demo
 
 # Side by side is what leaves a core idle by itself. The suites are those of tests/support/suites.py.
@@ -104,33 +104,33 @@ OLDEST ?= $(shell for p in python3.11 python3 "$${PYENV_ROOT:-$$HOME/.pyenv}"/ve
 oldest: $(VENV)/.oldest .venvs/readers/.installed
 	$(PYTEST) -o filterwarnings=default
 
-docs: $(VENV)/.dev  ## write the pages of docs/ that are made from the code
+docs: $(VENV)/.dev  ## write the pages of docs/ that are generated from the code
 	$(PY) -m tests.tools.docs_pages
 	$(PY) -m tests.tools.reference_pages
 
 sharing: $(VENV)/.dev  ## measure how many of 500 students would share an answer, for docs/variation.md (ten minutes)
 	$(PY) -m tests.tools.sharing
 
-messages: $(VENV)/.dev  ## collect all texts for the languages, merge them into exercises/locale, and say what is left to translate
+messages: $(VENV)/.dev  ## collect all texts, merge them into exercises/locale, and list what is left to translate
 	$(PY) -m tests.tools.collect_messages
 
-pairs: $(VENV)/.dev  ## 100,000 right and wrong answers made from all families' formulas, and the verdicts on them
+pairs: $(VENV)/.dev  ## judge 100,000 right and wrong answers that are generated from all families' formulas
 	$(PY) -m tests.tools.pairs
 
-fuzz: $(VENV)/.dev  ## what nobody should hand in, to a class; texts that nobody would write, to the reader and the judgement
+fuzz: $(VENV)/.dev  ## grade hostile and broken submissions, and parse and judge random texts
 	$(PY) -m tests.tools.submissions
 	$(PY) -m tests.tools.fuzz
 
-diagnoses: $(VENV)/.dev  ## every mistake made on every family and question, and what the diagnosis says (an hour)
+diagnoses: $(VENV)/.dev  ## make every mistake in every family and question, and list the diagnoses (an hour)
 	$(PY) -m tests.tools.diagnoses
 
-platforms: $(VENV)/.dev .venvs/platforms/.installed site-scripts  ## exports put into the real programs: those of registries, and copies named as in MOODLE=/path make platforms
+platforms: $(VENV)/.dev .venvs/platforms/.installed site-scripts  ## import exports into the real programs: from registries, and your own copies, as in MOODLE=/path make platforms
 	$(PY) -m tests.platforms
 
-bench: $(VENV)/.dev  ## the figures that have a goal, as ratios, and their table in tests/README.md (ten minutes)
+bench: $(VENV)/.dev  ## measure the figures that have a goal, and update their table in tests/README.md (ten minutes)
 	$(PY) -m tests.bench
 
-lighthouse: $(VENV)/.runtime site/dist/.vite/manifest.json  ## Lighthouse of three pages of the site, by npx (ten minutes of an idle machine)
+lighthouse: $(VENV)/.runtime site/dist/.vite/manifest.json  ## run Lighthouse on three pages of the site, with npx (ten minutes on an idle machine)
 	cd site && QDOT="$(abspath $(VENV))/bin/qdot" node bench/lighthouse.mjs
 
 # Programs that read exports in tests; GPL ones are run as programs of their own. Without a registry, their tests are skipped.
@@ -171,15 +171,15 @@ lighthouse: $(VENV)/.runtime site/dist/.vite/manifest.json  ## Lighthouse of thr
 	  || { echo "the tools of a release can't be installed" >&2; test -z "$$GITHUB_ACTIONS"; }
 	@touch $@
 
-format: $(VENV)/.dev  ## rewrite the code as `make test` wants it
+format: $(VENV)/.dev  ## format the code as `make test` requires
 	$(VENV)/bin/ruff check --fix-only $(CODE)
 	$(VENV)/bin/ruff format $(CODE)
 
-lock: .venvs/lock/.uv  ## choose the versions in constraints.txt again
+lock: .venvs/lock/.uv  ## update the versions in constraints.txt
 	.venvs/lock/bin/uv pip compile pyproject.toml --group dev --upgrade --quiet --universal --python-version 3.11 \
 	  --fork-strategy fewest --generate-hashes --no-header --no-annotate --output-file constraints.txt
 
-clean:  ## remove environments, caches, the demonstration and what was built
+clean:  ## remove environments, caches, the demo and build results
 	rm -rf .venv .venvs .kept build dist qdot-demo .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find $(CODE) -name __pycache__ -type d -prune -exec rm -rf {} +
 

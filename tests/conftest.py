@@ -194,8 +194,9 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node: Any) -> None:
-    """Store what a worker left out: all workers leave out the same."""
-    LEFT_OUT.update({name: count - LEFT_OUT[name] for name, count in node.workeroutput.get("left_out", {}).items()})
+    """Store what a worker left out: all workers leave out the same. A worker that died has no output."""
+    left_out = getattr(node, "workeroutput", {}).get("left_out", {})
+    LEFT_OUT.update({name: count - LEFT_OUT[name] for name, count in left_out.items()})
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:

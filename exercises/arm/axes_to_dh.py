@@ -30,7 +30,7 @@ _MAX_DENOMINATOR = 10**8
 """The largest denominator of a fraction that is not a decimal; under a root, its square.
 
 Lengths along an axis with the direction (1, 2, 3) or (0, 3, 4) have large denominators. A fraction that matches 45
-digits is no coincidence.
+digits is not a coincidence.
 """
 _MAX_SUM_COEFFICIENT = 10**4
 """The largest whole-number coefficient in a sum of multiples of 1 and of the roots of 2, 3 and 6.
@@ -118,7 +118,7 @@ def compute_table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base,
 
     The origin of frame i is where axis i + 1 meets the common normal of the axes i and i + 1. The axis of a prismatic
     joint is first moved to the preceding origin. The last frame is at the point of interest, so None is returned for
-    the point. An exception is made if theta of the last row is no multiple of pi/12. Then the last row contains only
+    the point. An exception is made if theta of the last row is not a multiple of pi/12. Then the last row contains only
     the joint, and the point is returned in the coordinates of the last frame.
     """
     table_frame = _TableFrame(_choose_base_frame(axes[0]))

@@ -274,7 +274,7 @@ class _RobotReader:
         return " ".join(value.split())
 
     def _read_choice(self, key: str, choices: tuple[str, ...]) -> str:
-        """Return the value under a key, by default the first choice. Raises QdotError if the value is no choice."""
+        """Return the value under a key, by default the first choice. Raises QdotError if the value is not a choice."""
         value = self.content.get(key, choices[0])
         with self.file.locate_errors(key):
             if value not in choices:
@@ -576,7 +576,7 @@ def _is_number(value: object) -> bool:
 
 
 _NONZERO_THRESHOLD = 1e-6
-"""An entry of J above this is no rounding error: typical entries are about 1 rad/rad, or about an arm's length in m."""
+"""An entry of J above this is not a rounding error. Typical entries are 1 rad/rad, or an arm's length in m."""
 
 
 def _find_nonzero_rows(chain: Chain) -> tuple[bool, ...]:

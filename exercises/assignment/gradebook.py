@@ -43,6 +43,8 @@ MOODLE_COLUMNS: dict[str, tuple[str, ...]] = {
 MOODLE_KEYS = ("id number", "username", "email")
 """Columns that identify a Moodle user; the first one that is filled in becomes the student's identifier."""
 
+_ADDED_COLUMN = re.compile(r"due|login|[a-z][a-z ]* id")
+"""Matches the names, in lower case, of columns that an instructor adds to an export, such as "moodle id"."""
 
 NumberedRows = Sequence[tuple[int, tuple[str, ...]]]
 """The rows of a table: the number of each line in the file, and the cells."""
@@ -94,9 +96,10 @@ def read_export(path: Path) -> Gradebook | None:
         platform, students = MOODLE, list(_iterate_moodle_students(path, header, rows, columns))
     else:
         return None
-    if "due" in header:
-        for student in students:
-            student.roster_line["due"] = student.cells[header.index("due")]
+    for index, column in enumerate(header):
+        if _ADDED_COLUMN.fullmatch(column.lower()):
+            for student in students:
+                student.roster_line.setdefault(column.lower(), student.cells[index].strip())
     rows_by_student = {normalize_identifier(student.roster_line["student"]): student.cells for student in students}
     roster_lines = [(student.line_number, student.roster_line) for student in students]
     return Gradebook(platform, header, points_row, rows_by_student, roster_lines)

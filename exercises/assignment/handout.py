@@ -34,6 +34,8 @@ _UNSAFE_CHARACTERS = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]')
 """Matches characters that a file's name can't contain on every system."""
 _PARTICIPANT_NUMBER = re.compile(r"\D+(\d+)\D*")
 """Matches the identifier in Moodle's grading worksheet, as in "Participant 12"."""
+_NUMBER_COLUMN = "moodle id"
+"""The column with Moodle's numbers in the table of what was handed out."""
 
 
 @dataclass(frozen=True)
@@ -137,10 +139,22 @@ def write_moodle_zip(assignment: Assignment, out: Path, worksheet: Path) -> Hand
     folders = {student: f"{names[student]}_{number}_assignfeedback_file" for student, number in numbers.items()}
     files = {f"{folder}/{assignment.key}.ipynb": notebooks[student] for student, folder in folders.items()}
     zip_path, table_path = out / "moodle-notebooks.zip", out / INDEX_FILE
-    rows = [[s.id, s.name, s.email, folders[s.id]] for s in assignment.roster]
+    rows = [[s.id, s.name, s.email, numbers[s.id], folders[s.id]] for s in assignment.roster]
     write_atomically(zip_path, make_zip(files))
-    write_atomically(table_path, format_csv([["student", "name", "email", "folder"], *rows]), 0o600)
+    write_atomically(table_path, format_csv([["student", "name", "email", _NUMBER_COLUMN, "folder"], *rows]), 0o600)
     return Handout(zip_path, table_path)
+
+
+def read_moodle_numbers(folder: Path) -> Mapping[str, str]:
+    """Return the students of an assignment's folder by the numbers for which `write_moodle_zip` packed notebooks."""
+    table_path = folder / "handout" / "moodle" / INDEX_FILE
+    if not table_path.is_file():
+        return {}
+    header, *rows = [cells for _, cells in parse_csv_rows(read_table_text(table_path), [])] or [[]]
+    if not {"student", _NUMBER_COLUMN} <= set(header):
+        return {}
+    student_index, number_index = header.index("student"), header.index(_NUMBER_COLUMN)
+    return {cells[number_index]: cells[student_index] for cells in rows if len(cells) == len(header)}
 
 
 def _find_participant_numbers(roster: Sequence[Student], worksheet: Path) -> Mapping[str, str]:
@@ -158,7 +172,8 @@ def _find_participant_numbers(roster: Sequence[Student], worksheet: Path) -> Map
         names = list_first(unplaced_students or sorted(numbers), MAX_STUDENTS_LISTED)
         raise QdotError(
             f"{worksheet}: no line belongs certainly to {names}; the worksheet needs the e-mail address or the "
-            "identifier that roster.csv has"
+            "identifier that roster.csv has. If students joined later, download the worksheet again; delete the lines "
+            "of teachers in roster.csv"
         )
     return numbers
 

@@ -55,7 +55,7 @@ class StackQuestion:
 
     @property
     def content(self) -> tuple[str, str]:
-        """What students see, and the answer, which are equal in variants with the same arm."""
+        """What students see, and the answer. Variants with the same arm have the same content."""
         return self.body, repr(self.stack_part.part.answer)
 
 
@@ -93,7 +93,7 @@ def export_stack(request: ExportRequest) -> Generator[ExportedFile, None, None]:
 
 
 def _make_moodle_question(question: StackQuestion) -> MoodleQuestion:
-    """Return a question as a quiz in Moodle contains it."""
+    """Return a question in the form in which a Moodle quiz contains it."""
 
     def write_plugin(question_id: int) -> str:
         return render(
@@ -136,7 +136,7 @@ def _make_questions(
 def _convert_part(request: ExportRequest, slot: Slot, problem: Problem, part: Part) -> StackQuestion | Reason:
     """Return the question of a part, or the reason why there is none, so that the other questions are exported."""
     try:
-        stack_part = convert_part(problem, remove_rounding_if_exact(part))
+        stack_part = convert_part(problem, remove_rounding_if_exact(part), request.compute_earned_share)
         return stack_part if isinstance(stack_part, Reason) else _make_question(request, slot, problem, stack_part)
     except QdotError as error:
         return Reason(error)

@@ -42,7 +42,7 @@ def make_phase(angle: AngleCoefficients) -> Phase | None:
     """Return exp(i angle); None if it is no such product.
 
     The factor of each name must be a multiple of 1 / ANGLE_DIVISOR. The multiple of pi must be a multiple of a quarter
-    of a degree. There must be no constant term, because the exponential of a number of radians is no root of unity.
+    of a degree. There must be no constant term, because the exponential of a number of radians is not a root of unity.
     """
     powers, root_exponent = [], Fraction(0)
     for name, factor in angle.items():
@@ -67,7 +67,7 @@ def find_angles(steps: Sequence[Step]) -> list[Angle | None]:
 
 
 def _compute_angle(op: str, args: Sequence[Angle], constant: Any) -> Angle | None:
-    """Return the angle that a step computes from the angles `args`, or None if the result is no angle."""
+    """Return the angle that a step computes from the angles `args`, or None if the result is not an angle."""
     if op == "number":
         return Angle({"": constant})
     if op == "name" and constant != "E":

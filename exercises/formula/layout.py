@@ -107,7 +107,7 @@ def row_pieces(piece: Layout) -> Pieces:
 
 
 def join_pieces(separator: Sequence[Layout], sequences: Iterable[Sequence[Layout]]) -> Pieces:
-    """Return several sequences of pieces as one, with `separator` between each two of them."""
+    """Join sequences of pieces, with `separator` between neighbouring ones."""
     pieces = [piece for sequence in sequences for piece in (*separator, *sequence)]
     return tuple(pieces[len(separator) :])
 
@@ -156,7 +156,7 @@ def split_terms(pieces: Sequence[Layout], max_depth: int = 0) -> list[Pieces]:
 
 
 def split_at(pieces: Sequence[Layout], separator: Layout) -> list[Pieces]:
-    """Return the pieces between the separators that are outside all brackets."""
+    """Split a sequence of pieces at each `separator` that is outside all brackets."""
     parts: list[list[Layout]] = [[]]
     depth = 0
     for piece in pieces:

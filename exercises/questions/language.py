@@ -312,7 +312,7 @@ def _take_entry(formula: ast.Subscript, value: np.ndarray) -> np.ndarray:
         or not all(1 <= number <= size for number, size in zip(numbers, sizes, strict=True))
     ):
         form = "J[1, 2] is the entry in row 1 and column 2; p[1] is the first entry of a vector"
-        raise FormulaError(f"{ast.unparse(formula)!r} is no entry of {describe_shape(value)}; {form}")
+        raise FormulaError(f"{ast.unparse(formula)!r} is not an entry of {describe_shape(value)}; {form}")
     return np.asarray(value[tuple(number - 1 for number in numbers)])
 
 

@@ -16,7 +16,7 @@ from qdot.exercises.short_questions.short_question import ShortQuestion
 
 OPTION_COUNT = 5
 MAX_CHARACTERS = wrong_formulas.MAX_CHARACTERS_PER_ENTRY
-"""Maximum number of characters of a result whose forms are asked for; each form may have twice as many."""
+"""Maximum length of a result in characters if its equal forms are the options; each option may be twice as long."""
 
 
 @dataclass(frozen=True)

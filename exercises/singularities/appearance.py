@@ -385,7 +385,7 @@ def _describe_extreme(chain: Chain, axis: int, moving_joint: int, signs: set[int
     """Describe that a joint brings the point as far from an axis (sign 1), or as near to it (sign -1), as it can."""
     ending = f"the axis of joint {axis + 1} as joint {moving_joint + 1} can bring it"
     if chain.joints[moving_joint].is_prismatic:
-        return f"arm drawn in: the point is as near to {ending}"
+        return f"arm retracted: the point is as near to {ending}"
     relation = "far from or as near to" if len(signs) > 1 else "far from" if 1 in signs else "near to"
     return f"the point is as {relation} {ending}"
 

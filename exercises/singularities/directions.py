@@ -98,9 +98,9 @@ def _substitute_joint_value(
 ) -> sp.Matrix | None:
     """Return J at a joint value; None if the angle of the joint can't be eliminated from J.
 
-    If the value is no multiple of a right angle, it comes from a condition A cos q + B sin q = 0. Then cos q = B t and
-    sin q = -A t are substituted, with the unknown t = `scale`. This is possible if A and B do not contain angles that
-    occur in J.
+    If the value is not a multiple of a right angle, it comes from a condition A cos q + B sin q = 0. Then cos q = B t
+    and sin q = -A t are substituted, with the unknown t = `scale`. This is possible if A and B do not contain angles
+    that occur in J.
     """
     if not is_joint_angle(joint) or (2 * value / sp.pi).is_Integer:
         return jacobian.applyfunc(lambda entry: sp.expand(entry.xreplace({joint: value})))

@@ -141,7 +141,7 @@ def list_candidate_meanings(chain: Chain, samples: Sequence[Sample]) -> list[Mea
         _list_prismatic_meanings(chain, samples, is_perpendicular) if has_angular_rows else []
         for is_perpendicular in (False, True)
     )
-    # A prismatic joint that passes through zero changes the order of the origins, but that is no singularity.
+    # A prismatic joint that passes through zero changes the order of the origins, but that is not a singularity.
     rigid_links = [k for k in range(1, chain.n) if chain.joints[k - 1].is_revolute and chain.joints[k].is_revolute]
     origin_meanings = [meaning for k in rigid_links for meaning in _list_origin_meanings(chain, samples, k)]
     meanings += _select_special(samples, [*perpendicular_meanings, *origin_meanings, *parallel_meanings])

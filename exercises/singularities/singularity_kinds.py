@@ -37,7 +37,7 @@ def can_establish_kind(chain: Chain) -> bool:
     If not, the kind is never asked for or reported.
 
     The kind can be established for tasks of up to four rows, and for all six rows of an arm with a spherical wrist. For
-    other tasks, the search for configurations beyond a fold is no proof.
+    other tasks, the search for configurations beyond a fold is not a proof.
 
     The kind is meaningful if the task's rows are the rates of coordinates: of a position, of an orientation, or of an
     angle about a fixed axis. Other angular velocities are rates of no coordinate, so they have no workspace. If there

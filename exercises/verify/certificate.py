@@ -161,7 +161,7 @@ def _check_parsable(model: NumericModel, part: Part) -> Check:
     except ParseError as error:
         return Check(name, False, str(error))
     if unknown_names := used_names - known_names:
-        return Check(name, False, f"{', '.join(sorted(unknown_names))} is no symbol of the problem")
+        return Check(name, False, f"{', '.join(sorted(unknown_names))} is not a symbol of the problem")
     return Check(name, True, "it can be parsed and contains only symbols of the problem")
 
 

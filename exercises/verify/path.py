@@ -111,7 +111,7 @@ def _check_path_limit(model: NumericModel, part: Part) -> Checks:
     answer, details = part.answer_as(Number), part.details_as(RateLimitDetails)
     line, distance = LineFollower(model, details.welding_line), list_reference_numbers(part)
     if distance.shape != (1, 1, 1) or not 0 < float(distance[0, 0, 0]) < line.length:
-        yield Check("on the line", False, f"{distance.ravel()} is no distance on {line.length:.3f} m")
+        yield Check("on the line", False, f"{distance.ravel()} is not a distance on {line.length:.3f} m")
         return
     s, joint, limit = float(distance[0, 0, 0]), details.joint - 1, float(details.limit)
     configurations = line.follow(np.linspace(0, s, STATION_COUNT))

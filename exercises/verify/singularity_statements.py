@@ -370,8 +370,8 @@ _TESTS: dict[str, Callable[[_Clause], bool]] = {
     r"(, which then do(es)? not move it)?": _is_on_axes,
     rf"the axes of joints {_JOINTS_PATTERN} coincide": _are_collinear,
     r"arm (stretched out|folded back)( or folded back)?": _is_stretched,
-    rf"(arm drawn in: )?{_SUBJECT_PATTERN} is (?P<extreme>as far from|as near to|as far from or as near to) the axis of"
-    r" joint (?P<axis>\d+) as joint (?P<moving_joint>\d+) can bring it": _is_extreme,
+    rf"(arm retracted: )?{_SUBJECT_PATTERN} is (?P<extreme>as far from|as near to|as far from or as near to)"
+    r" the axis of joint (?P<axis>\d+) as joint (?P<moving_joint>\d+) can bring it": _is_extreme,
     rf"{_SUBJECT_PATTERN} is as far to one side of prismatic joint (?P<prismatic>\d+)"
     r" as joint (?P<moving_joint>\d+) can bring it": _is_extreme_sideways,
     rf"the axes of (prismatic )?joints {_JOINTS_PATTERN} are parallel": _are_parallel,

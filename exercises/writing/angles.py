@@ -82,7 +82,7 @@ def name_angles(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
 
 
 def needs_name(angle: sp.Expr) -> bool:
-    """Return whether an angle contains a symbol but is no sum of joint variables and multiples of 90 degrees."""
+    """Return whether an angle contains a symbol but is not a sum of joint variables and multiples of 90 degrees."""
     remainder, constant = shortening.split_constant(angle)
     return remainder != 0 and not ((2 * constant / sp.pi).is_Integer and shortening.is_joint_sum(remainder))
 
@@ -138,7 +138,7 @@ def _group_angles_by_run(chain: Chain) -> list[list[sp.Expr]]:
 
 
 def _reduce_constant(angle: sp.Expr) -> sp.Expr:
-    """Return an angle with its constant moved into (-pi, pi]; unchanged if this is no rational multiple of pi."""
+    """Return an angle with its constant moved into (-pi, pi]; unchanged if this is not a rational multiple of pi."""
     variable, constant = shortening.split_constant(sp.expand(angle))
     return variable + wrap_angle(constant)
 

@@ -347,7 +347,7 @@ class Wording:
         Points get the names that the arm's convention uses, and "the point" becomes P.
         """
         renamed_text = re.sub(r"\b([Oq])(\d+)('?)", r"$\1_{\2}\3$", self.convention.rename_origins(english))
-        clause = re.sub(r"^arm (?=stretched|folded|drawn)", "the arm is ", renamed_text)
+        clause = re.sub(r"^arm (?=stretched|folded|retracted)", "the arm is ", renamed_text)
         return self.messages.translate_phrase(clause.replace("the point", "$P$"))
 
     def join(self, words: list[str]) -> str:

@@ -92,7 +92,7 @@ def generate(
         released_assignment = release_notebooks(assignment, CERTIFIER, process_count, report_student)
     write_atomically(folder / "released" / INDEX_FILE, make_index_csv(released_assignment), 0o600)
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
-    next_step = f"distribute {folder / 'released'}, keep {folder / 'solutions'} private"
+    next_step = f"distribute {folder / 'released'} (see qdot release), keep {folder / 'solutions'} private"
     print_result(f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; {next_step}")
     if counts["rewritten"]:
         note("The assignment, the secret or qdot changed after the notebooks were written: distribute the new ones.")
@@ -132,7 +132,7 @@ def release(
       qdot release homework --links --url https://files.example.edu/rob101
           addresses for a mail merge
       qdot release homework worksheet.csv --to moodle
-          the zip for "Upload multiple feedback files in a zip"
+          the zip for "Upload feedback files in a zip"
     """
     if bool(to) == links:
         raise QdotError(f"choose one way: --links, or --to {' or --to '.join(HANDOUT_TARGETS)}")
@@ -147,7 +147,7 @@ def release(
     target = out or folder / "handout" / (to or "links")
     if worksheet is not None:
         handout = write_moodle_zip(assignment, target, worksheet)
-        next_step = "upload it in the assignment, Submissions > Actions > Upload multiple feedback files in a zip"
+        next_step = "upload it in the assignment, Submissions > Actions > Upload feedback files in a zip"
     elif to:
         handout, next_step = write_folders(assignment, target), f"{target / INDEX_FILE} lists them"
     else:

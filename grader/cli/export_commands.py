@@ -165,7 +165,7 @@ def return_pages(
 
     Examples:
       qdot return homework moodle.zip --to moodle
-          the zip for "Upload multiple feedback files in a zip"
+          the zip for "Upload feedback files in a zip"
       qdot return homework --to folder
           a folder of pages to send by mail
     """
@@ -182,7 +182,8 @@ def return_pages(
         note(message)
     upload_words = "" if to == FOLDER else f"; upload it {TARGETS[to].upload_words}"
     print_result(f"{count_noun(returned.page_count, 'page')}: {returned.pages_path}{upload_words}")
-    print_result(f"marks: {returned.marks_path}")
+    import_words = "" if to == FOLDER else "; import it into the gradebook"
+    print_result(f"marks: {returned.marks_path}{import_words}")
 
 
 def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) -> None:

@@ -257,7 +257,7 @@ class _SetExplanation:
             if is_found or len(contained_pieces) == len(condition):
                 continue
             other_pieces = list(chain.from_iterable(self.conditions[:k] + self.conditions[k + 1 :]))
-            size = min(map(len, condition))  # a piece with more conditions is no root of the condition
+            size = min(map(len, condition))  # a piece with more conditions is not a root of the condition
             correct_pieces = [
                 piece for piece in self.claimed_pieces if piece not in self.wrong_pieces and len(piece) <= size
             ]

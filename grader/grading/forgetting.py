@@ -121,8 +121,7 @@ def _find_student(roster: Sequence[Student], name: str) -> Student:
 def _plan_for_assignment(folder: Path, roster: Sequence[Student], student: Student) -> ForgettingPlan | None:
     """Return the plan for one assignment; None if its folder has nothing of the student."""
     students = [*roster, *([] if any(other.id == student.id for other in roster) else [student])]
-    root = folder / "submitted"
-    certain_paths, doubtful_paths = find_paths_of_student(students, root, student.id) if root.is_dir() else ([], [])
+    certain_paths, doubtful_paths = find_paths_of_student(students, folder, student.id)
     removed_paths = [*certain_paths, *_find_files_named_after(folder, student.id)]
     new_contents = dict(_shorten_tables(folder, student.id))
     if not removed_paths and not new_contents:

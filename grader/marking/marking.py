@@ -59,7 +59,7 @@ def mark(
     the reason why there is no answer.
 
     A part that follows from the student's own wrong answer to an earlier part earns `rules.follow_through_share` of its
-    points, unless the earlier answer was copied or is no attempt at this arm (docs/judging.md).
+    points, unless the earlier answer was copied or is not an attempt at this arm (docs/judging.md).
 
     If qdot's own code fails, or judging takes longer than the `allowance`, the part is UNGRADED. If only the search for
     the mistake takes too long, no mistake is named. `secret` and the answer determine the configurations at which

@@ -30,7 +30,7 @@ MAX_TITLE_LENGTH = 44
 CHART_WIDTH = 4.7
 """Width of a chart in inches; a phone shows it without shrinking the letters."""
 ROW_HEIGHT = 0.27
-"""Height of a part or mistake in a chart, in inches."""
+"""Height in inches of the row for one part or mistake in a chart."""
 
 
 def check_library() -> None:

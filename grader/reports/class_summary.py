@@ -244,4 +244,4 @@ def find_students_without_attempt(results: Sequence[Result]) -> dict[str, list[s
 
 
 MIN_PARTS_WITHOUT_ATTEMPT = 2
-"""Minimum number of wrong formulas that are no attempt at the student's own arm, for a student to be listed."""
+"""Minimum number of wrong formulas that are not an attempt at the student's own arm, for a student to be listed."""

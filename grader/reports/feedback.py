@@ -36,9 +36,10 @@ from qdot.grader.reports.feedback_levels import (
     replace_patterns,
     shows_at_least,
 )
+from qdot.grader.reports.grades_table import find_work_status
 from qdot.grader.reports.part_rows import describe_decisions, describe_override
 
-PAGE_VERSION = 12
+PAGE_VERSION = 13
 """Version of the page; increase it when the page's content changes, so that every page is rewritten."""
 
 OUTCOME_WORDS = dict(zip(Outcome, ("right", "partly right", "wrong", "not answered", "not graded yet"), strict=True))
@@ -49,6 +50,12 @@ CELL_STOP_OUTCOMES = (
 )
 """Patterns of the reason why an answer is missing, each with the outcome in words that the page shows instead."""
 NO_ANSWERS_NOTE = "Your notebook has no answer to any question. Did you submit the notebook in which you worked?"
+ADVICE_BY_STATUS = {
+    "missing": "If you did submit your notebook, tell your instructor.",
+    "unusable": "Check the file that you submitted. If you can still submit, submit the right notebook. "
+    "Otherwise, tell your instructor.",
+}
+"""What a student can do if there was no notebook to grade, by the status of the work (`find_work_status`)."""
 MAX_PARTS_WITHOUT_OVERVIEW = 6
 """If a student has more parts than this, the page begins with an overview of them."""
 
@@ -135,6 +142,7 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
         "reports/feedback.html.j2", title=assignment.title, student=student, result=result, problems=problems,
         made_from=compute_page_fingerprint(assignment, student, result), marked_extent=_find_marked_extent(result),
         obstacle=make_visible(result.obstacle or ""), notes=notes, first_parts=first_parts,
+        advice=ADVICE_BY_STATUS.get(find_work_status(result), ""),
         has_overview=len(parts) > MAX_PARTS_WITHOUT_OVERVIEW,
         withheld_note=_describe_withheld_feedback(assignment.feedback, parts),
     )  # fmt: skip

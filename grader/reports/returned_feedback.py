@@ -19,7 +19,7 @@ from qdot.grader.reports.gradebooks import make_brightspace_csv, make_canvas_csv
 from qdot.grader.reports.graded_folder import read_current_page
 from qdot.grader.reports.grades_table import make_grades_csv
 from qdot.grader.submissions.layouts import check_safely
-from qdot.grader.submissions.submission import find_certain_paths
+from qdot.grader.submissions.submission import UNCERTAIN_OWNER, find_certain_paths
 
 MAX_STUDENTS_LISTED = 10
 """Maximum number of students named in a message."""
@@ -59,7 +59,7 @@ def _find_canvas_place(path: Path) -> str | None:
 TARGETS = {
     "moodle": ReturnTarget(
         "Moodle", _find_moodle_place, make_moodle_csv,
-        "in the assignment, Submissions > Actions > Upload multiple feedback files in a zip",
+        "in the assignment, Submissions > Actions > Upload feedback files in a zip",
     ),
     "canvas": ReturnTarget("Canvas", _find_canvas_place, make_canvas_csv, "in the assignment, Re-upload submissions"),
     "brightspace": ReturnTarget(
@@ -100,6 +100,7 @@ def return_feedback(
     else:
         target = TARGETS[target_name]
         submitted_ids = [result.student for result in results if result.submission is not None]
+        _check_owners(assignment, results)
         places = _find_places(target, assignment, submitted_ids, submissions)
         file_name = f"{assignment.key}-feedback.html"
         zipped_pages = {f"{places[student]}{file_name}": pages[student] for student in submitted_ids}
@@ -113,11 +114,22 @@ def return_feedback(
     return returned
 
 
+def _check_owners(assignment: Assignment, results: Sequence[Result]) -> None:
+    """Raise QdotError if the owner of a submission is uncertain."""
+    doubtful_students = [result.student for result in results if result.obstacle == UNCERTAIN_OWNER]
+    if doubtful_students:
+        names = list_first(doubtful_students, MAX_STUDENTS_LISTED)
+        raise QdotError(
+            f"a submission may belong to {names}, but not certainly; do what `qdot grade {assignment.folder}` advises, "
+            "grade again, and then return the pages"
+        )
+
+
 def _find_places(
     target: ReturnTarget, assignment: Assignment, students: Sequence[str], submissions: Path
 ) -> Mapping[str, str]:
     """Return the place of each student's page in the zip. Raises QdotError if a page can't be placed."""
-    submitted_paths = find_certain_paths(assignment.roster, submissions)
+    submitted_paths = find_certain_paths(assignment, submissions)
     places = {}
     for student in students:
         entries = submitted_paths.get(student, ())

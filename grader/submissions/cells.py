@@ -45,7 +45,7 @@ class Unreadable(Exception):
 
 
 class OverLimit(Unreadable):
-    """Raised if a submission exceeds a limit. The submission then gets no mark, but this is no failure of qdot."""
+    """Raised if a submission exceeds a limit. The submission then gets no mark, but this is not qdot's failure."""
 
 
 @dataclass(frozen=True)

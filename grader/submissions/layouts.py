@@ -21,8 +21,8 @@ from pathlib import Path
 class SubmittedPath:
     """A submitted file or folder, with the owner's identifiers and name according to the platform.
 
-    `received` is the time of the submission; None if only the file itself has a time. `flagged_late` is whether the
-    platform flagged the submission as late; None if the platform doesn't report this.
+    `received` is the time of the submission; None if the platform doesn't report it. `flagged_late` is whether the
+    platform flagged the submission as late; None if it doesn't report this.
     """
 
     path: Path
@@ -34,7 +34,7 @@ class SubmittedPath:
 
 
 def check_safely(check: Callable[[], bool]) -> bool:
-    """Return the result of a check of a path; False if the check raises OSError, as for a link with a too long name."""
+    """Return the result of a check of a path; False if it raises OSError, for example for a name that is too long."""
     try:
         return check()
     except OSError:

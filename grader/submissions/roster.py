@@ -5,7 +5,7 @@ The owner is never guessed: if several students fit, all of them are returned.
 
 import re
 import unicodedata
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -32,12 +32,20 @@ class PossibleOwners:
 
 
 class Roster:
-    """Looks up the owner of a submission among the students of a class."""
+    """Looks up the owner of a submission in a class; names of files and folders may be those that qdot writes.
 
-    def __init__(self, students: "Sequence[Student]") -> None:
-        self._student_ids: dict[str, str] = {_fold_case(student.id): student.id for student in students}
+    `moodle_numbers` has the students by the numbers for which `qdot release` packed notebooks for Moodle.
+    """
+
+    def __init__(self, students: "Sequence[Student]", moodle_numbers: Mapping[str, str] | None = None) -> None:
+        from qdot.exercises.assignment.handout import make_file_name  # a student's `qdot check` needs no assignment
+
+        names = {_fold_case(make_file_name(student)): student.id for student in students}
+        self._student_ids: dict[str, str] = names | {_fold_case(student.id): student.id for student in students}
         self._other_ids: dict[str, set[str]] = {}
         self._names: dict[str, set[str]] = {}
+        ids = self._student_ids.values()
+        self._moodle_numbers = {number: owner for number, owner in (moodle_numbers or {}).items() if owner in ids}
         for student in students:
             identifiers = [value for column, value in student.other_cells if _ID_COLUMN.search(column)]
             for text in (student.email, student.email.partition("@")[0], *identifiers):
@@ -55,6 +63,8 @@ class Roster:
         texts = [*map(_fold_case, submitted_path.ids), path_name]
         student_id_owners = {self._student_ids[text] for text in texts if text in self._student_ids}
         id_owners = student_id_owners or {owner for text in texts for owner in self._other_ids.get(text, ())}
+        if submitted_path.platform == "Moodle":
+            id_owners |= {self._moodle_numbers[text] for text in submitted_path.ids if text in self._moodle_numbers}
         name_owners = self._find_by_name(submitted_path.name)
         if len(id_owners) == 1 and (student_id_owners or not name_owners or id_owners <= name_owners):
             return PossibleOwners(tuple(id_owners))

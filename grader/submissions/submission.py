@@ -127,7 +127,8 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
         raise QdotError(f"{root} is not a folder; expected a folder with STUDENT/*.ipynb or STUDENT.ipynb")
     folder = SubmissionFolder({})
     certain_paths, doubtful_paths = defaultdict[str, list[SubmittedPath]](list), defaultdict[str, list[Path]](list)
-    root, roster = _find_root(assignment.roster, root)
+    roster = _make_roster(assignment.roster, assignment.folder)
+    root = _find_root(roster, root)
     for submitted_path in find_submitted_paths(root):
         name = make_printable(submitted_path.path.name)
         try:
@@ -146,6 +147,7 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
                 if submitted_path.platform and submitted_path.ids:
                     column = f"{submitted_path.platform.lower()} id"
                     advice = f"; enter {submitted_path.ids[0]} in the column {column!r} of the owner in roster.csv"
+                    advice += " (the grading worksheet has the numbers)" * (submitted_path.platform == "Moodle")
                 message = f"{name} may belong to {' or '.join(owner.students)}: {owner.reason}; not graded{advice}"
                 folder.uncertain_owners.append(message)
             else:
@@ -157,24 +159,30 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
     return folder
 
 
-def _find_root(students: "Sequence[Student]", root: Path) -> tuple[Path, Roster]:
-    """Return the folder with the submissions, and the roster in which their owners can be looked up.
+def _make_roster(students: "Sequence[Student]", folder: Path) -> Roster:
+    """Return the students, with the numbers in Moodle for which `qdot release` packed notebooks of the assignment."""
+    from qdot.exercises.assignment.handout import read_moodle_numbers
+
+    return Roster(students, read_moodle_numbers(folder))
+
+
+def _find_root(roster: Roster, root: Path) -> Path:
+    """Return the folder with the submissions.
 
     The folder is `root`. If nothing in `root` has an owner and its only entry is a folder, this inner folder is tried,
     and so on.
     """
-    roster = Roster(students)
     for folder in list_nested_folders(root):
         if any(roster.find_owner(submitted_path).students for submitted_path in find_submitted_paths(folder)):
-            return folder, roster
-    return root, roster
+            return folder
+    return root
 
 
-def find_certain_paths(students: "Sequence[Student]", root: Path) -> dict[str, list[SubmittedPath]]:
+def find_certain_paths(assignment: "Assignment", root: Path) -> dict[str, list[SubmittedPath]]:
     """Return the submitted files and folders that certainly belong to each student."""
-    inner_root, roster = _find_root(students, root)
+    roster = _make_roster(assignment.roster, assignment.folder)
     paths = defaultdict[str, list[SubmittedPath]](list)
-    for submitted_path in find_submitted_paths(inner_root):
+    for submitted_path in find_submitted_paths(_find_root(roster, root)):
         with contextlib.suppress(Exception):  # as in find_submissions, the submission then has no owner
             owner = roster.find_owner(submitted_path)
             if owner.is_certain:
@@ -182,11 +190,14 @@ def find_certain_paths(students: "Sequence[Student]", root: Path) -> dict[str, l
     return paths
 
 
-def find_paths_of_student(students: "Sequence[Student]", root: Path, student: str) -> tuple[list[Path], list[Path]]:
-    """Return the files and folders that certainly belong to a student, and those that may belong to this student."""
-    inner_root, roster = _find_root(students, root)
+def find_paths_of_student(students: "Sequence[Student]", folder: Path, student: str) -> tuple[list[Path], list[Path]]:
+    """Return the paths in submitted/ that certainly belong to a student, and those that may belong to this student."""
+    root = folder / "submitted"
+    if not root.is_dir():
+        return [], []
+    roster = _make_roster(students, folder)
     certain_paths, doubtful_paths = list[Path](), list[Path]()
-    for submitted_path in find_submitted_paths(inner_root):
+    for submitted_path in find_submitted_paths(_find_root(roster, root)):
         with contextlib.suppress(Exception):  # as in find_submissions, the submission then has no owner
             owner = roster.find_owner(submitted_path)
             if student in owner.students:
@@ -512,7 +523,7 @@ def explain_wrong_assignment(submission: Submission, assignment: "Assignment") -
     """Return a message if the metadata of a notebook name another assignment; None otherwise."""
     claimed_key = submission.qdot_metadata.get("assignment")
     if isinstance(claimed_key, str) and claimed_key != assignment.key:
-        return f"this notebook belongs to the assignment {claimed_key[:80]!r}, but this is {assignment.key!r}"
+        return f"this notebook belongs to the assignment {claimed_key[:80]!r}, not to {assignment.key!r}"
     return None
 
 

@@ -311,9 +311,13 @@ test("links are made by menus, with a preview that shows what is sent", async ()
     await page.getByLabel("Title for students").fill('Ada\'s "week"');
     await page.getByLabel("How many questions").fill("99");
     await page.getByLabel("How many questions").blur();
-    await page.getByLabel("Origin of the surrounding page").fill("moodle");
+    await page
+      .getByLabel("Address of the site that embeds this page, such as https://moodle.example.org")
+      .fill("moodle");
     await page.getByText("“moodle” is not an origin").waitFor();
-    await page.getByLabel("Origin of the surrounding page").fill("https://moodle.example.org");
+    await page
+      .getByLabel("Address of the site that embeds this page, such as https://moodle.example.org")
+      .fill("https://moodle.example.org");
     const link = await page.getByLabel("A link", { exact: true }).inputValue();
     const code = await page.getByLabel("A frame for a page of your course").inputValue();
     assert.match(link, /^http:\/\/127.0.0.1:\d+\/practice\.html\?question=determinant&n=1&seed=\w+&name=Ada/);

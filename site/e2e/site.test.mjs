@@ -257,6 +257,53 @@ test("the next problem is shown from its beginning, also for keyboards", async (
   await page.waitForFunction(() => document.activeElement?.matches("article.task"));
 });
 
+test("Back returns to the question that was skipped, and what was typed is there after a reload and after Back", async () => {
+  const { page, wrong } = await open("practice.html?arm=planar-2r&set=a");
+  const item = () => page.locator(".task[data-item]").getAttribute("data-item");
+  const shown = (other) =>
+    page.waitForFunction(
+      (other) => (document.querySelector(".task[data-item]")?.dataset.item ?? other) !== other,
+      other,
+    );
+  const fields = page.locator("form .answer .formula-field");
+  for (
+    let last = "";
+    (await shown(last), await fields.count()) === 0;
+    await page.getByRole("button", { name: "Skip" }).click()
+  )
+    last = await item(); // its answer is a letter
+  const first = await item();
+  await fields.first().fill("a1*co");
+  await page.reload();
+  await shown("");
+  assert.equal(await item(), first);
+  assert.equal(await fields.first().inputValue(), "a1*co");
+  await page.getByRole("button", { name: "Skip" }).click();
+  await shown(first);
+  const second = await item();
+  await page.goBack();
+  await shown(second);
+  assert.equal(await item(), first);
+  assert.equal(await fields.first().inputValue(), "a1*co");
+  await page.goForward();
+  await shown(first);
+  assert.equal(await item(), second);
+  assert.deepEqual(wrong, []);
+});
+
+test("without a connection, the page says so in words, and tries again", async () => {
+  const { page, context, at } = await emptyTab(there);
+  await context.route("**/bank/planar-2r/*", (route) => route.abort());
+  await at("practice.html?arm=planar-2r&question=position");
+  const alert = page.getByRole("alert");
+  await alert.getByText("without a connection").waitFor();
+  assert.doesNotMatch(await alert.innerText(), /TypeError|fetch/);
+  await context.unroute("**/bank/planar-2r/*");
+  await alert.getByRole("button").click();
+  await page.locator("form .answer").waitFor();
+  await context.close();
+});
+
 test("a sheet is printed without the page's controls, with a key on its last page", async () => {
   const { page, wrong } = await open("practice.html?arm=planar-2r&set=a&sheet=3&key=1", { colorScheme: "dark" });
   await page.locator(".sheet-key li").nth(2).waitFor();
@@ -271,7 +318,7 @@ test("a sheet is printed without the page's controls, with a key on its last pag
   const pdf = (await page.pdf({ format: "A4" })).toString("latin1");
   assert.ok(pdf.match(/\/Type \/Page\b/g).length >= 2);
   await page.emulateMedia({ media: null });
-  await page.getByLabel("with a key on a separate page").uncheck();
+  await page.getByLabel("with an answer key on a separate page").uncheck();
   await page.locator(".sheet-key").waitFor({ state: "detached" });
   assert.deepEqual(wrong, []);
 });

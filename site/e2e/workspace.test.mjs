@@ -228,6 +228,9 @@ test("the columns of a wrong Jacobian are drawn beside the true ones, and move w
   await page.keyboard.press("ArrowRight");
   await drawn(page);
   assert.notEqual(await shaft.getAttribute("points"), before);
+  await page.getByLabel("Your answer").fill("[[a1*c1, 0], [a1*s1,"); // another answer has other columns
+  await shaft.waitFor({ state: "detached" });
+  assert.equal(await page.getByText("The dashed arrows at P").count(), 0);
   assert.deepEqual(wrong, []);
 });
 

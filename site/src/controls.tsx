@@ -51,7 +51,7 @@ export const Choice = ({ label, value, any, children, onValue }: ChoiceProps): J
 /** The message that something could not be loaded, with a button that tries again. */
 export const Failed = ({ reason, onAgain }: { reason: string; onAgain: () => void }): JSX.Element => (
   <div role="alert">
-    <p>{say("practice.failed", { why: reason })}</p>
+    <p>{reason}</p>
     <Button className="button" text={say("practice.again")} onClick={onAgain} />
   </div>
 );

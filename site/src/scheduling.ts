@@ -2,6 +2,8 @@
 
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 
+import { say } from "./text/text.js";
+
 /** Call a function after the next paint; soon, if the page is hidden. */
 export function afterPaint(work: () => void): void {
   if (document.hidden) setTimeout(work);
@@ -53,7 +55,11 @@ export function useDebounced<T>(value: T, milliseconds: number): T {
   return settledValue;
 }
 
-/** A loaded value, null until it is loaded; the error as text, or ""; and a function that loads the value again. */
+/** Return in a sentence why something could not be loaded; browsers report a missing connection as a TypeError. */
+export const describeLoadError = (error: unknown): string =>
+  error instanceof TypeError ? say("practice.no-connection") : say("practice.failed", { why: String(error) });
+
+/** A loaded value, null until it is loaded; the error in a sentence, or ""; and a function that loads the value again. */
 type Loaded<T> = { readonly loaded: T | null; readonly error: string; readonly retry: () => void };
 
 /** Load a value, and load it again whenever `inputs` change; the old value is kept until then. */
@@ -66,7 +72,7 @@ export function useLoaded<T>(load: () => Promise<T>, inputs: readonly unknown[])
     setError("");
     load().then(
       (value) => lastRequest.current === request && setLoaded(value),
-      (reason: unknown) => lastRequest.current === request && setError(String(reason)),
+      (reason: unknown) => lastRequest.current === request && setError(describeLoadError(reason)),
     );
   };
   useEffect(retry, inputs);

@@ -8,6 +8,7 @@ import { makeRobot } from "../src/own/standard.js";
 import {
   type Faults,
   makeRow,
+  findUnitWarning,
   parseTable,
   type Numbers,
   type Table,
@@ -40,11 +41,12 @@ describe("a typed table describes the same arm as in Python:", () => {
   test.each(CASES)("%s", (_, { table, task, q, jacobian, det, sigma }) => {
     const robot = makeRobot(table, read(table));
     expect(robot.task).toEqual(task);
-    const state = stateAt(armOf(robot), q);
+    const arm = armOf(robot);
+    const state = stateAt(arm, q);
     const most = Math.max(1, ...jacobian.flat().map(Math.abs));
     const off = jacobian.map((row, k) => row.map((value, i) => Math.abs(value - state.jacobian[k]![i]!)));
     expect(Math.max(...off.flat())).toBeLessThan(EXACT * most);
-    const measures = measuresOf(state);
+    const measures = measuresOf(arm, state);
     if (det === null) expect(measures.det).toBeNull();
     else expect(Math.abs(measures.det! - det)).toBeLessThan(EXACT * Math.max(1, sigma[0]! ** sigma.length));
     expect(measures.sigma.length).toBe(sigma.length);
@@ -80,6 +82,9 @@ describe("a cell", () => {
     ["a", "−0.5", -0.5],
     ["alpha", "π/2", Math.PI / 2],
     ["alpha", "90°", Math.PI / 2],
+    ["a", "0,4 m", 0.4],
+    ["a", "40cm - 5 mm", 0.395],
+    ["theta", "q1 + 90°", Math.PI / 2],
     ["theta", "theta1 - pi/2", -Math.PI / 2],
     ["theta", "pi/2 + q1", Math.PI / 2],
     ["theta", "0", 0],
@@ -104,6 +109,8 @@ describe("a cell", () => {
     ["a", "pi", "radians", "own.pi"],
     ["alpha", "90", "radians", "own.in-radians"],
     ["alpha", "pi/2", "degrees", "own.in-degrees"],
+    ["alpha", "0.4 m", "degrees", "own.no-angle"],
+    ["a", "90°", "degrees", "own.no-length"],
     ["theta", "q1 + atan(1)", "degrees", "own.in-degrees"],
     ["a", "[1, 2]", "radians", "read.no-expression"],
     ["a", "(1", "radians", "read.at"],
@@ -116,6 +123,28 @@ describe("a cell", () => {
     expect(faults).toEqual([[`rows/0/${entry}`, key]]);
   });
 });
+
+test.each([
+  ["90°", "90", 90],
+  ["45 deg + 0.5°", "45 + 0.5", 45.5],
+  ["0,5 rad", `0.5*${180 / Math.PI}`, 90 / Math.PI],
+] as const)("in degrees, %s is accepted, and saved for `qdot solve` without its unit", (text, saved, degrees) => {
+  const found = withCell("alpha", text, "degrees") as Numbers;
+  expect(found.rows[0]!.alpha).toBeCloseTo((degrees * Math.PI) / 180, 14);
+  const toml = writeToml({ ...ONE, angles: "degrees", rows: [{ ...makeRow("R", 0), a: "400mm", alpha: text }] });
+  expect(toml).toContain(`a = "400/1000"\nalpha = "${saved}"`);
+});
+
+test.each([
+  ["alpha", "1.5708", "degrees", "own.looks-radians"],
+  ["theta", "q1 - 3.1416", "degrees", "own.looks-radians"],
+  ["alpha", "1.57", "radians", "own.rounded"],
+  ["a", "400", "radians", "own.millimetres"],
+  ["alpha", "pi/2", "radians", undefined],
+  ["alpha", "1.5", "degrees", undefined],
+] as const)("%s = %s in %s is probably in another unit or rounded: %s", (entry, text, angles, key) =>
+  expect(findUnitWarning(withCell(entry, text, angles) as Numbers, angles)?.key).toBe(key),
+);
 
 test("after a joint is changed or removed, each joint variable has its own number", () => {
   expect(changeKind(makeRow("R", 1), "P", 1)).toEqual({ kind: "P", theta: "0", d: "q2", a: "0", alpha: "0" });

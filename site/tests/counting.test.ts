@@ -58,10 +58,10 @@ describe("an answer in free practice", () => {
     });
   });
 
-  test("to a question in two lessons counts for both; to a question in none, for nothing", () => {
+  test("to a question in several lessons counts for all of them; to a question in none, for nothing", () => {
     const of = (question: string) =>
       Object.keys(countAnswer({}, item("planar-2r/chapter", question), right, sorting).skills);
-    expect(of("joint-effect")).toEqual(["rates", "columns"]);
+    expect(of("joint-effect")).toEqual(["rates", "columns", "differentiation"]);
     expect(of("joint-torques")).toEqual([]);
   });
 

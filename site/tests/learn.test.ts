@@ -215,7 +215,15 @@ function seen(
   const state = stateAt(arm, pose);
   const rates = more.rates ?? [];
   const welding = more.weld ? { weld: more.weld, journey: journeyOf(arm, more.weld), place: more.place ?? 0 } : null;
-  const stage = { arm, pose, state, settledState: state, reach: reachOf(arm), measures: measuresOf(state), welding };
+  const stage = {
+    arm,
+    pose,
+    state,
+    settledState: state,
+    reach: reachOf(arm),
+    measures: measuresOf(arm, state),
+    welding,
+  };
   return { stage: stage as unknown as Stage, rates, velocity: computeVelocity(arm, state, rates) };
 }
 

@@ -37,7 +37,7 @@ def same(mine, right):
 
 
 def a_class(folder: Path, size: int) -> Assignment:
-    """Make a class, and hand in the solutions."""
+    """Make a class, and submit the solutions."""
     students = [Student(f"s{number:02d}") for number in range(size)]
     init_assignment(folder, "Bench", "bench", students, "a secret that is long enough")
     file = folder / "assignment.toml"

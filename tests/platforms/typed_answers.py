@@ -7,7 +7,7 @@ The formulas and sets are those of TEXTBOOK, the planar arm with two links. A nu
 from qdot.exercises.exports.platform_markup import format_decimal
 
 RIGHT, WRONG, INVALID = "right = full", "wrong < full", "not read = not marked"
-"""The checks as which the answers are counted. An invalid answer is no attempt, and STACK says what to type."""
+"""The checks as which the answers are counted. An invalid answer is not an attempt, and STACK says what to type."""
 
 POSITIONS: tuple[tuple[str, tuple[str, str]], ...] = (
     (RIGHT, ("a1*c1 + a2*c12", "a1*s1 + a2*s12")),

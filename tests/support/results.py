@@ -57,7 +57,7 @@ def make_result(
         score=sum_points(part.points for part in parts),
         max_score=sum_points(part.max_points for part in parts),
         late=None,
-        obstacle=None if outcomes else "nothing was handed in",
+        obstacle=None if outcomes else "nothing was submitted",
         problems=problems,
     )
     return replace(result, **others)

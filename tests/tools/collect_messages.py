@@ -228,8 +228,9 @@ def _placeholders(message: Message, text: str) -> set[str]:
 
 
 def _formulas(text: str) -> Counter[str]:
-    """Return the formulas of a text; a quotation from the book may be translated beside it."""
-    return Counter(re.findall(r"\$[^$]*\$", re.sub(r"“[^”]*”|„[^“]*“", "", text)))
+    """Return the formulas of a text, with decimal points; a quotation from the book may be translated beside it."""
+    text_with_points = text.replace("{,}", ".").replace(r";\ ", ", ")  # a vector with decimal commas has semicolons
+    return Counter(re.findall(r"\$[^$]*\$", re.sub(r"“[^”]*”|„[^“]*“", "", text_with_points)))
 
 
 def _by_key(catalog: Catalog) -> dict[Key, Message]:

@@ -1,9 +1,9 @@
-"""Part of `make fuzz`: grade classes in which one student submits something hostile or broken.
+"""Grade classes in which one student submits something hostile or broken, as a part of `make fuzz`.
 
-In every round one of three students submits something generated from a seed (`hostile`), beside a neighbour with a
-right notebook. The class is graded like `qdot grade`, in this process, and now and then by the command itself. No
-exception may be raised, the neighbour must get full marks, and the student a result in printable text. All files
-must be readable, and nothing outside graded/ may change. `python -m tests.tools.submissions --seconds 3600 --seed 1`
+In each round, the attacker submits something generated from a seed (`hostile`), and the neighbour submits a correct
+notebook. Most rounds grade the class in this process, as `qdot grade` would; some call the command itself. No exception
+may be raised. The neighbour must get full marks, and the attacker a result in printable text. All files must be
+readable, and nothing outside graded/ may change. `python -m tests.tools.submissions --seconds 3600 --seed 1`
 prints the finds, stores their folders, and exits with code 1 if there are any; `--seed 1 --only 17` repeats one round.
 """
 
@@ -43,7 +43,7 @@ LIMITS = Limits(seconds=6, cell_seconds=2)
 MAX_PROCESSOR_SECONDS, MAX_SECONDS = 60.0, 900.0
 """Limits for a class in seconds: processor time, and wall-clock time on a busy machine."""
 COMMAND_INTERVAL, ZIP_INTERVAL, FLAT_INTERVAL = 40, 9, 4
-"""Every so many rounds, the command grades, the class is a platform's zip, or the neighbour has no folder."""
+"""One round in this many calls `qdot grade`, grades a platform's zip, or gives the neighbour no folder."""
 
 FULL = 4
 STATES = ("graded", "unusable", "missing", "ungraded", "over limit", "late")

@@ -602,10 +602,10 @@ class QuestionMaker:
             answer = self.compute_answer(compute_numeric_stages(arm, values), details)
             return answer.reshape(-1, answer.shape[-1])
 
-        found = find_dimensions(compute_entries, self._list_units_of_symbols(arm))
+        dimensions = find_dimensions(compute_entries, self._list_units_of_symbols(arm))
         if self.definition.given:
-            return find_unit_objection(found, self.definition.entry_units)
-        return MIXED_UNITS if found.is_mixed else None
+            return find_unit_objection(dimensions, self.definition.entry_units)
+        return MIXED_UNITS if dimensions.is_mixed else None
 
     @property
     def _contains_number(self) -> bool:

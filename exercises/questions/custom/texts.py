@@ -32,7 +32,7 @@ class TextPiece(NamedTuple):
 
 
 def split_text(text: str) -> list[TextPiece]:
-    """Return the pieces of a text. Raises QdotError if a brace has no partner.
+    """Return the pieces of a text. Raises QdotError if a brace is unmatched.
 
     >>> [piece.text for piece in split_text("At {pose}, $M_{1} = {o1}$") if piece.is_placeholder]
     ['pose', 'o1']
@@ -50,12 +50,12 @@ def split_text(text: str) -> list[TextPiece]:
             sign, position = sign[0], match.start() + 1
         elif sign[0] == "$":
             if depth:
-                raise QdotError(f"a brace {{ has no partner in {_show(text_before.rpartition('$')[2])}")
+                raise QdotError(f"unmatched brace {{ in {_show(text_before.rpartition('$')[2])}")
             is_in_formula = not is_in_formula
         elif sign in ("{{", "}}"):
             sign = sign[0]
         elif sign in ("{", "}"):
-            raise QdotError(f"a brace {sign} has no partner; for a brace in the text, write {2 * sign}")
+            raise QdotError(f"unmatched brace {sign}; for a brace in the text, write {2 * sign}")
         elif content is not None and (content or not is_in_formula):
             sign, is_placeholder = content.strip(), True
         pieces.append(TextPiece(sign, is_placeholder, is_in_formula))
@@ -63,23 +63,22 @@ def split_text(text: str) -> list[TextPiece]:
 
 
 def check_text(text: str, source: str = "") -> None:
-    r"""Raise QdotError if a text in Markdown has a sign without a partner, or LaTeX that qdot can't show everywhere.
+    r"""Raise QdotError if a Markdown text has an unmatched brace or dollar sign, or LaTeX that qdot does not support.
 
-    `source` is the TOML file from which the text was read: in double quotes, TOML makes a tab of the beginning of
-    \theta.
+    `source` is the TOML file that contains the text. In double quotes, TOML turns the beginning of \theta into a tab.
     """
     _check_escapes(text, source)
     check_formulas("".join("x" if piece.is_placeholder else piece.text for piece in split_text(text)))
 
 
 def check_formulas(markdown: str) -> None:
-    """Raise QdotError if a dollar sign has no partner, or if a formula has LaTeX that qdot does not support."""
+    """Raise QdotError if a dollar sign is unmatched, or if a formula has LaTeX that qdot does not support."""
     for match in MARKDOWN_FORMULA.finditer(markdown):
         latex = match[1] or match[2]
         if latex is not None:
             check_latex(" ".join(latex.split()))
     if re.search(r"(?<!\\)\$", MARKDOWN_FORMULA.sub("", markdown)):
-        raise QdotError(r"a dollar sign has no partner; formulas are between two dollar signs, and \$ is a dollar")
+        raise QdotError(r"unmatched dollar sign; put a formula between two dollar signs, and write \$ for a dollar")
 
 
 def check_title(title: str, source: str = "") -> None:
@@ -92,7 +91,7 @@ def check_title(title: str, source: str = "") -> None:
 def check_latex(latex: str) -> None:
     """Raise QdotError if a formula has LaTeX that qdot does not support."""
     if match := _SIGN_IN_TEXT.search(latex):
-        raise QdotError(f"{match[1]}…}} contains {match[2]}; write it outside of \\text, as in \\text{{m/s}}^2")
+        raise QdotError(f"{match[1]}…}} contains {match[2]}; write it outside \\text, as in \\text{{m/s}}^2")
     try:
         layout = parse_latex(latex)
         if _find_depth(layout) > MAX_DEPTH:
@@ -115,13 +114,13 @@ def _find_depth(layout: Layout) -> int:
 
 
 def _check_escapes(text: str, source: str) -> None:
-    r"""Raise QdotError if a text has a control character, or a line break that was to be \nabla."""
+    r"""Raise QdotError if a text has a control character, or a line break in place of the beginning of \nabla."""
     breaks = re.finditer(r"(\n)([a-zA-Z]+)", "\0".join(match[0] for match in MARKDOWN_FORMULA.finditer(text)))
     for match in (*_CONTROL_CHARACTER.finditer(text), *re.finditer("(\t)([a-zA-Z]+)", text), *breaks):
         letter, other_letters = _ESCAPE_LETTERS.get(match[1], ""), match[2]
         command = letter + other_letters
         if match[1] not in "\n\t" or (command in COMMAND_NAMES and f"\\{command}" in source):
-            cause = f"TOML reads \\{letter} in double quotes as one; " if letter else ""
+            cause = f"in double quotes, TOML reads \\{letter} as this character; " if letter else ""
             raise QdotError(f"the text has a control character before {other_letters!r}: {cause}{QUOTES_ADVICE}")
 
 

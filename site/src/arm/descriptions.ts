@@ -4,7 +4,7 @@ import { say } from "../text/text.js";
 import { canDecideKind, type SingularityKind, kindAt } from "./classify.js";
 import { plainLetters } from "./letters.js";
 import { lostDirection } from "./lost-direction.js";
-import { type Arm, isMixed, type Measures, measuresOf, type State } from "./model.js";
+import { type Arm, isMixed, type Measures, measuresOf, mixesUnits, type State } from "./model.js";
 import { convertAngle, roundToDecimals, roundToDigits } from "./number-format.js";
 
 type Nearness = "regular" | "near" | "singular";
@@ -22,7 +22,7 @@ export function classifyNearness(arm: Arm, { ratio }: Measures): Nearness {
 
 /** Return the kind of a nearly singular pose; null if it is regular or the kind can't be decided. */
 export function kindOfSingularity(arm: Arm, state: State): Exclude<SingularityKind, "regular"> | null {
-  if (classifyNearness(arm, measuresOf(state)) !== "singular" || !canDecideKind(arm)) return null;
+  if (classifyNearness(arm, measuresOf(arm, state)) !== "singular" || !canDecideKind(arm)) return null;
   const kind = kindAt(arm, state.pose, 0.005);
   return kind === "regular" ? null : kind;
 }
@@ -46,12 +46,15 @@ export function describePose(arm: Arm, { pose, point }: State, inRadians: boolea
 }
 
 function describeSingularity(arm: Arm, state: State): string {
-  const measures = measuresOf(state);
+  const measures = measuresOf(arm, state);
   const { det, volume, minSigma, ratio } = measures;
   const nearness = classifyNearness(arm, measures);
   const sentences = [
     say(det === null ? "arm.words.volume" : "arm.words.det", { value: roundToDigits(det ?? volume) }),
-    say("arm.words.sigma", { least: roundToDigits(minSigma), percent: roundToDecimals(100 * ratio, 1) }),
+    say(mixesUnits(arm) ? "arm.words.sigma-shares" : "arm.words.sigma", {
+      least: roundToDigits(minSigma),
+      percent: roundToDecimals(100 * ratio, 1),
+    }),
     say(`arm.words.${nearness}`),
   ];
   const kind = kindOfSingularity(arm, state);

@@ -291,7 +291,7 @@ function useNearView(props: DrawingProps, fullView: View, firstOrbit: Orbit, isF
     if (!isEnlarged) return null;
     const firstState = stateAt(arm, home);
     const fullFirstView = viewOf(arm, extentOf(arm), width, height, firstOrbit);
-    const isLost = drawnLostDirection(arm, firstState, measuresOf(firstState), isConcealed) !== null;
+    const isLost = drawnLostDirection(arm, firstState, measuresOf(arm, firstState), isConcealed) !== null;
     const visiblePoints = [...markedPoints(firstState, fullFirstView), ...pathEnds, ...extraPoints];
     return framingOf(arm, firstState, visiblePoints, fullFirstView, { isFlat, lineCount: isLost ? 2 : 1 });
   }, [

@@ -7,6 +7,7 @@ import { withPace } from "../pace.js";
 import { formatNumber, numberSeparator, say } from "../text/text.js";
 import { Determinant } from "./jacobian.js";
 import { Letters } from "./letters.js";
+import { mixesUnits } from "./model.js";
 import { convertAngle, InRadians, roundToDecimals } from "./number-format.js";
 import { angleInPlane, rotationAnglesOf } from "./orientation.js";
 import type { Stage } from "./stage.js";
@@ -41,7 +42,10 @@ export const Figures = withPace(
       <div class={`arm-figures arm-${nearness}-pose`}>
         <Determinant arm={arm} state={state} measures={measures} sizes={sizes} />
         <p class="arm-nearness">
-          {point} {orientation} {say("arm.figures.ratio", { percent: roundToDecimals(100 * measures.ratio, 1) })}{" "}
+          {point} {orientation}{" "}
+          {say(mixesUnits(arm) ? "arm.figures.ratio-shares" : "arm.figures.ratio", {
+            percent: roundToDecimals(100 * measures.ratio, 1),
+          })}{" "}
           <strong>{say(`arm.words.${nearness}`)}</strong> {kind && say(`arm.words.${kind}`)}
         </p>
       </div>

@@ -20,6 +20,6 @@ export function createSingularityTest({ robot }: Pick<Problem, "robot">): (confi
   return (configuration) => {
     const arm = armWith(Object.entries(configuration).filter(([name]) => !names.has(name)));
     const pose = joints.map(({ name }) => configuration[name] ?? 0);
-    return measuresOf(stateAt(arm, pose)).ratio < MAX_SINGULAR_RATIO;
+    return measuresOf(arm, stateAt(arm, pose)).ratio < MAX_SINGULAR_RATIO;
   };
 }

@@ -55,7 +55,8 @@ export interface State {
 
 /**
  * `det` is null if J is not square; `volume` is the product of the singular values `sigma` (largest first); `ratio` is
- * the least of these divided by the largest.
+ * the least of these divided by the largest, with lengths as shares of the reach: with metres and radians in one matrix,
+ * it would else depend on the unit of length.
  */
 export interface Measures {
   readonly det: number | null;
@@ -149,16 +150,25 @@ export function stateAt(arm: Arm, pose: Pose): State {
   return { pose, frames, corners, point, jacobian, taskJacobian: arm.task.map((row) => jacobian[row]!) };
 }
 
-export function measuresOf({ taskJacobian }: State): Measures {
+export function measuresOf(arm: Arm, { taskJacobian }: State): Measures {
   const sigma = singularValues(taskJacobian);
-  const [maxSigma, minSigma] = [sigma[0] ?? 0, sigma[sigma.length - 1] ?? 0];
+  const comparedSigma = mixesUnits(arm) ? singularValues(withoutUnits(arm, taskJacobian)) : sigma;
+  const [maxSigma, minSigma] = [comparedSigma[0] ?? 0, comparedSigma.at(-1) ?? 0];
   return {
     det: taskJacobian.length === (taskJacobian[0]?.length ?? 0) ? determinant(taskJacobian) : null,
     volume: sigma.reduce((product, value) => product * value, 1),
     sigma,
-    minSigma,
+    minSigma: sigma.at(-1) ?? 0,
     ratio: maxSigma > 0 ? minSigma / maxSigma : 0,
   };
+}
+
+/** Return a task Jacobian whose velocities and prismatic joints are measured in shares of the reach. */
+function withoutUnits(arm: Arm, taskJacobian: Matrix): Matrix {
+  const reach = reachOf(arm);
+  return taskJacobian.map((row, k) =>
+    row.map((value, i) => (value * (arm.joints[i]!.kind === "P" ? reach : 1)) / (arm.task[k]! < 3 ? reach : 1)),
+  );
 }
 
 /** Return det J if J is square, else the product of the singular values, sqrt(det(J J^T)). */
@@ -183,6 +193,9 @@ export function reachOf(arm: Arm): number {
 
 /** Return whether the task counts linear and angular velocities: then singular values depend on the unit of length. */
 export const isMixed = (arm: Arm): boolean => arm.task.some((row) => row < 3) && arm.task.some((row) => row > 2);
+
+/** Return whether the entries of J have different units. */
+export const mixesUnits = (arm: Arm): boolean => isMixed(arm) || new Set(arm.joints.map(({ kind }) => kind)).size > 1;
 
 /** Return the longest part of the arm (m), the scale for its prismatic joints; 0.4 if all lengths are zero. */
 export function longestPartOf(arm: Arm): number {

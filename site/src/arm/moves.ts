@@ -33,7 +33,7 @@ const SIDE_DISTANCE = 1e-7;
  * part of the error counts. If the goal is out of reach, the arm comes to rest stretched out or folded back, and keeps
  * the side on which it was bent.
  *
- * The steps descend D = |p - goal|^2 / 2. If the goal is out of reach, Gauss's J^T J alone is no measure of a step: the
+ * The steps descend D = |p - goal|^2 / 2. If the goal is out of reach, Gauss's J^T J alone does not measure a step: the
  * remaining error e weights the curvature of p, so D's second derivatives are J^T J - e . d2p. Without the second term,
  * a stretched arm oscillates about its stretched pose.
  */

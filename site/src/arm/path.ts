@@ -73,7 +73,7 @@ function poseAt(arm: Arm, path: Path, s: number, startPose: Pose, firstState: St
 
 function stationAt(arm: Arm, path: Path, s: number, pose: Pose): Station {
   const state = stateAt(arm, pose);
-  return { s, pose, slopes: slopesAt(arm, path, state), ratio: measuresOf(state).ratio };
+  return { s, pose, slopes: slopesAt(arm, path, state), ratio: measuresOf(arm, state).ratio };
 }
 
 /** Follow a path from a pose. Strides get shorter if the joints move fast, and end if J is nearly singular. */

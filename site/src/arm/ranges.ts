@@ -69,7 +69,7 @@ export function firstPose(arm: Arm): Pose {
     const state = stateAt(arm, pose);
     const scoreOfPlace = placeScore(arm, state, longestPart);
     if (scoreOfPlace + REGULAR_SCORE <= bestScore) continue; // can't become the best pose; singular values take longest to compute
-    const score = scoreOfPlace + REGULAR_SCORE * Math.min(measuresOf(state).ratio / regularRatio, 1);
+    const score = scoreOfPlace + REGULAR_SCORE * Math.min(measuresOf(arm, state).ratio / regularRatio, 1);
     if (score > bestScore + 1e-9) [bestPose, bestScore] = [pose, score];
   }
   return bestPose;

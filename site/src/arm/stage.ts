@@ -180,7 +180,7 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
   useEffect(() => history.clear(), [describedRobot]);
 
   const state = useMemo(() => stateAt(arm, pose), [arm, pose]);
-  const measures = useMemo(() => measuresOf(state), [state]);
+  const measures = useMemo(() => measuresOf(arm, state), [state]);
   const settledState = useDebounced(state, 700);
   const journey = useMemo(() => (weld ? journeyOf(arm, weld) : null), [arm, weld?.startPose, weld?.target]);
 

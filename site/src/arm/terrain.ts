@@ -2,8 +2,9 @@
 
 import { makeRandomPoses } from "../random.js";
 import { type SingularityKind, canDecideKind, kindAt } from "./classify.js";
-import { type Arm, measuresOf, type Pose, reachOf, signedVolume, stateAt } from "./model.js";
+import { type Arm, type Pose, reachOf, signedVolume, stateAt } from "./model.js";
 import { rangeOf } from "./ranges.js";
+import { singularValues } from "./svd.js";
 import type { Grid, Spot, Stretch } from "./zeros.js";
 import { cutByKind, gridOf, findZeroMinima, findZeroMinimumLines, findZeroLines } from "./zeros.js";
 
@@ -56,7 +57,7 @@ export function terrainOf(arm: Arm, pose: Pose, pair: JointPair, shownValue: Sho
   const [across, up] = pair.map((joint) => rangeOf(arm, joint));
   const volumeAt = (u: number, v: number): number => signedVolume(arm, poseAtSpot(pose, pair, [u, v]));
   const minSigmaAt = (u: number, v: number): number =>
-    measuresOf(stateAt(arm, poseAtSpot(pose, pair, [u, v]))).minSigma;
+    singularValues(stateAt(arm, poseAtSpot(pose, pair, [u, v])).taskJacobian).at(-1) ?? 0;
   const ranges: [Spot, Spot] = [
     [across!.low, across!.high],
     [up!.low, up!.high],

@@ -3,7 +3,7 @@
 /** What a statement assigns to a name. */
 export interface Assignment {
   readonly name: string;
-  /** The assigned code; null if the statement is no plain assignment, such as one inside of a loop. */
+  /** The assigned code; null unless the statement is a plain assignment outside loops. */
   readonly code: string | null;
 }
 
@@ -64,7 +64,7 @@ export function parseText(code: string): string | null {
   return texts.length > 0 && !texts.includes(null) ? texts.join("") : null;
 }
 
-/** Return the text of a literal; null for other code, and for what is no plain text or not complete, such as f"{a}". */
+/** Return the text of a literal; null for other code, and for text that is not plain or not complete, such as f"{a}". */
 function decodeLiteral(literal: string): string | null {
   const [, prefix = "", quote, rest = ""] = /^([rRuU]?)("""|'''|"|')([^]*)$/.exec(literal) ?? [];
   if (quote === undefined || !rest.endsWith(quote)) return null;

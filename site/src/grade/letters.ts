@@ -34,7 +34,7 @@ export function readLetters(
 /** Return whether a question asks if a statement is true. */
 export const isTrueOrFalse = (texts: readonly string[]): boolean => texts.join() === "true,false";
 
-/** A shorter text is no part of an option's text. */
+/** A shorter text is not taken for a part of an option's text. */
 const MIN_PART_LENGTH = 4;
 
 /** Return the index, in a list, of the option with this letter or text; null if none or several match. */

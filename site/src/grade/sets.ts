@@ -158,7 +158,7 @@ function isEmptyStatement(tree: Node): boolean {
   return hasBlank(tree) && !hasSeveralValues;
 }
 
-/** Return the verdict if a condition is ambiguous or is no condition; else null. */
+/** Return the verdict if a condition is ambiguous or is not a condition; else null. */
 function findAmbiguity(answer: string, tree: Node, key: Pick<ConfigurationsKey, "joints" | "symbols">): Verdict | null {
   const knownNames = [...key.symbols, ...VOCABULARY.whole_numbers];
   const unknownNames = [...findNames(tree)].filter((name) => !knownNames.includes(name));

@@ -415,7 +415,7 @@ const isRate = (symbol: string): boolean => /^qd\d+$/.test(symbol);
 const isAngle = (symbol: string): boolean => /^theta\d+$/.test(symbol);
 const unitOf = (symbol: string): string => (isAngle(symbol) ? "°" : /^[ad]\d+$/.test(symbol) ? " m" : "");
 
-/** Return a message on names in an answer that are no symbols of the problem; null if there are none. */
+/** Return a message on names in an answer that are not symbols of the problem; null if there are none. */
 export function findUnknownSymbols(
   names: ReadonlySet<string>,
   { symbols, constants, mentioned = [] }: Pick<ValuesKey, "symbols" | "constants" | "mentioned">,

@@ -12,10 +12,11 @@ import { ZERO } from "../arm/vector.js";
 import type { View } from "../arm/view.js";
 import type { Index } from "../bank.js";
 import type { ArmRecord } from "../pages/live.js";
-import { updateProgress, type Item, nameItem } from "../practice/choice.js";
+import { isInIndex, updateProgress, type Item, nameItem } from "../practice/choice.js";
 import { Current } from "../practice/current.js";
 import { Rich } from "../practice/math.js";
 import { loadState, storeState } from "../practice/stored-state.js";
+import { useVisits, visitNumber } from "../practice/visits.js";
 import { storage } from "../storage.js";
 import { Offline } from "../offline/offline.js";
 import { type Message, textOf, say } from "../text/text.js";
@@ -232,7 +233,11 @@ function Practice(props: PracticeProps): JSX.Element {
   const { lesson, index, skill, classes, hasArrived, onIdea } = props;
   const steps = useMemo(() => listGuidedItems(classes[0]!.items, lesson.questions), [classes, lesson]);
   const isFirstVisit = hasArrived && skill.row.length === 0 && skill.learned === undefined;
-  const [step, setStep] = useState(isFirstVisit && steps.length > 1 ? 0 : steps.length);
+  const { visit: step, showNext } = useVisits(
+    "step",
+    () => (isFirstVisit && steps.length > 1 ? 0 : steps.length),
+    (step) => step <= steps.length,
+  );
   if (step >= steps.length) return <Counting {...props} />;
   return (
     <div class="workspace">
@@ -241,7 +246,7 @@ function Practice(props: PracticeProps): JSX.Element {
         <p class="lesson-title">
           <strong>{say("lesson.step", { number: step + 1, count: steps.length })}</strong>{" "}
           <Button className="quiet small" text={say("lesson.back")} onClick={onIdea} />{" "}
-          <Button className="quiet small" text={say("lesson.skip-steps")} onClick={() => setStep(steps.length)} />
+          <Button className="quiet small" text={say("lesson.skip-steps")} onClick={() => showNext(steps.length)} />
         </p>
       </div>
       <Current
@@ -251,17 +256,20 @@ function Practice(props: PracticeProps): JSX.Element {
         hasArrived
         notes={[]}
         onVerdict={() => undefined}
-        onNext={() => setStep(step + 1)}
+        onNext={() => showNext(step + 1)}
       />
     </div>
   );
 }
 
+/** A question that counts, the class of its arm, and whether it was answered before. */
+type CountedVisit = { readonly classIndex: number; readonly item: Item | null; readonly isAnswered: boolean };
+
 /** Questions on the lesson, one after the other; `hasArrived` says whether the reader comes from the idea. */
 function Counting(props: PracticeProps): JSX.Element {
   const { lesson, index, skill, classes, hasArrived, onSkill, onIdea } = props;
   /** Choose the next question, and the class of arms to which it belongs. */
-  const chooseNext = (): { classIndex: number; item: Item | null } => {
+  const chooseNext = (): CountedVisit => {
     const classIndex = chooseClassIndex(skill, classes, Date.now());
     const item = chooseItem(
       classes[classIndex]!.items,
@@ -270,13 +278,18 @@ function Counting(props: PracticeProps): JSX.Element {
       Math.random,
     );
     if (item) askedNames.current.push(nameItem(item));
-    return { classIndex, item };
+    return { classIndex, item, isAnswered: false };
   };
   const askedNames = useRef<string[]>([]);
-  const [{ classIndex, item }, setCurrent] = useState(chooseNext);
-  const [count, setCount] = useState(0);
+  const { visit, showNext, replace } = useVisits<CountedVisit>(
+    "counted",
+    chooseNext,
+    ({ classIndex, item }) => classIndex in classes && (!item || isInIndex(index, item)),
+    () => setNote(null),
+  );
+  const { classIndex, item, isAnswered } = visit;
+  const [firstVisit] = useState(visitNumber);
   const [note, setNote] = useState<Message | null>(null);
-  const isAnswered = useRef(false); // whether this question was answered before
   const armCount = countArms(classes[classIndex]!.items);
   const streak = findStreak(skill, classes, classIndex);
   return (
@@ -307,26 +320,24 @@ function Counting(props: PracticeProps): JSX.Element {
       </div>
       {item ? (
         <Current
-          key={`${nameItem(item)} ${count}`}
+          key={`${nameItem(item)} ${visitNumber()}`}
           item={item}
           level={index.feedback}
-          hasArrived={hasArrived || count > 0}
+          hasArrived={hasArrived || visitNumber() !== firstVisit}
           notes={note ? [textOf(note)] : []}
           onVerdict={(isRight, isHelped) => {
             const now = Date.now();
-            const attempt = { isRight, isHelped, isRepeated: isAnswered.current, now };
+            const attempt = { isRight, isHelped, isRepeated: isAnswered, now };
             const counted = countInClass(skill, { classes, classIndex }, item, attempt);
-            isAnswered.current = true;
+            replace({ ...visit, isAnswered: true });
             setNote(counted.outcome);
             onSkill(counted.skill);
             // a wrong answer is asked again on the practice page
             storeState(storage, { progress: updateProgress(loadState(storage).progress, item, isRight, now) });
           }}
           onNext={() => {
-            isAnswered.current = false;
             setNote(null);
-            setCurrent(chooseNext());
-            setCount(count + 1);
+            showNext(chooseNext());
           }}
         />
       ) : null}

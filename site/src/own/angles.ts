@@ -3,7 +3,7 @@
 import { catchParseError } from "../read/tree.js";
 import { type Angles, parseConstant, type Table, type TypedRow, nameVariable, parseVariable } from "./table.js";
 
-/** Significant digits of an angle that is no simple fraction of pi. */
+/** Significant digits of an angle that is not a simple fraction of pi. */
 const DIGITS = 9;
 /** Denominators of the fractions of pi by which angles are written. */
 const DENOMINATORS = [1, 2, 3, 4, 5, 6, 8, 9, 10, 12];

@@ -105,7 +105,7 @@ export function OwnArm({ knownArms }: { knownArms: KnownArms }): JSX.Element {
   );
   const rememberPose = useCallback((next: NamedPose) => void (lastPose.current = next), []);
   const source = allArms.find(({ key }) => key === state.robot)?.source;
-  const warning = "rows" in numbers ? findUnitWarning(numbers) : null;
+  const warning = "rows" in numbers ? findUnitWarning(numbers, state.table.angles) : null;
   return (
     <div class="workspace">
       <article class="task own">

@@ -5,6 +5,7 @@
 import { nameJoint, ROWS, type TaskRow } from "../bank.js";
 import { parse } from "../read/reader.js";
 import { evaluateRealTree } from "../read/real.js";
+import { parseUnit } from "../read/units.js";
 import { anyNode, catchParseError, findNames, type Node, ParseError, type SymbolValues } from "../read/tree.js";
 import { type Message, message } from "../text/text.js";
 
@@ -63,6 +64,8 @@ const MAX_VALUE = 1e6;
 const MAX_RADIANS = 7;
 /** A larger length in metres is probably meant in millimetres. */
 const MAX_PLAUSIBLE_LENGTH = 20;
+/** A number this close (rad) to a multiple of 15 degrees is probably this angle in radians, rounded, as is 1.57. */
+const ROUNDING_ERROR = 0.002;
 
 export const ZEROS: Triple<string> = ["0", "0", "0"];
 
@@ -131,18 +134,37 @@ function parseRow(row: TypedRow, index: number, angles: Angles, parseOrFault: Ce
   return numbers;
 }
 
-/** A single number with a decimal comma. */
-const DECIMAL_COMMA = /^\s*[-+−]?\d*,\d+\s*$/u;
+/** A decimal comma; a cell with brackets may have the comma of a function. */
+const DECIMAL_COMMA = /,(?=\d)/gu;
+/** A name or sign after a value, which may be a unit; group: the name. */
+const TYPED_UNIT = /(?<=[\d.)]|pi|π)\s*(°|\p{L}+)(?![\p{L}\p{N}_(])/gu;
+
+/**
+ * Return a cell with a decimal point and without units: values are converted to metres or to the unit of angles.
+ * Throws ParseError for a unit of another quantity.
+ */
+export function normalizeCell(text: string, angles: Angles | null): string {
+  const textWithPoint = text.includes("(") ? text : text.replace(DECIMAL_COMMA, ".");
+  const textWithoutUnits = textWithPoint.replace(TYPED_UNIT, (typedText, name: string) => {
+    const unit = parseUnit(name);
+    if (!unit) return typedText;
+    if (String(unit.dimension) !== (angles === null ? "0,1,0" : "0,0,0"))
+      throw new ParseError(angles === null ? "own.no-length" : "own.no-angle", { unit: name });
+    if (angles !== "degrees") return unit.conversion;
+    return unit.conversion === "*pi/180" ? "" : `${unit.conversion}*${180 / Math.PI}`;
+  });
+  return textWithoutUnits.trim() || "0";
+}
 
 /** Parse a cell; an empty cell is zero. Throws ParseError. */
-function parseCell(text: string, symbols: ReadonlySet<string>): Node {
+function parseCell(text: string, symbols: ReadonlySet<string>, angles: Angles | null): Node {
   if (text.length > MAX_CHARACTERS) throw new ParseError("read.long", { length: text.length, limit: MAX_CHARACTERS });
-  return parse(DECIMAL_COMMA.test(text) ? text.replace(",", ".") : text.trim() || "0", symbols);
+  return parse(normalizeCell(text, angles), symbols);
 }
 
 /** Return a cell's number (rad or m); `angles` is null for a length. Throws ParseError. */
 export function parseConstant(text: string, angles: Angles | null): number {
-  const tree = parseCell(text, new Set());
+  const tree = parseCell(text, new Set(), angles);
   refuseOtherNames(tree, new Set());
   return evaluateInUnit(tree, {}, angles);
 }
@@ -153,7 +175,7 @@ type VariableEntry = readonly [constant: number, isReversed: boolean];
 /** Parse the cell with a row's joint variable: the variable or its negative, plus a constant. Throws ParseError. */
 export function parseVariable(text: string, kind: Kind, index: number, angles: Angles | null): VariableEntry {
   const names = [nameVariable(index), nameJoint({ kind }, index)];
-  const tree = parseCell(text, new Set(names));
+  const tree = parseCell(text, new Set(names), angles);
   refuseOtherNames(tree, new Set(names));
   const usedNames = [...findNames(tree)].filter((name) => names.includes(name));
   if (usedNames.length === 0) return [evaluateInUnit(tree, {}, angles), false];
@@ -206,13 +228,22 @@ function refuseOtherUnit(value: number, angles: Angles | null, tree: Node): void
   if (angles === null && hasPi) throw new ParseError("own.pi");
 }
 
-/** Return a warning on lengths that are probably in millimetres; null if there are none. */
-export function findUnitWarning({ rows, tool }: Numbers): Message | null {
+/** Return a warning on numbers that are probably in millimetres or radians, or rounded; null if there are none. */
+export function findUnitWarning({ rows, tool, turn }: Numbers, angles: Angles): Message | null {
   const lengths = [...rows.flatMap(({ a, d }) => [a, d]), ...tool].map(Math.abs);
   const maxLength = Math.max(...lengths);
-  return maxLength > MAX_PLAUSIBLE_LENGTH
-    ? message("own.millimetres", { length: maxLength, metres: maxLength / 1000 })
-    : null;
+  if (maxLength > MAX_PLAUSIBLE_LENGTH)
+    return message("own.millimetres", { length: maxLength, metres: maxLength / 1000 });
+  for (const angle of [...rows.flatMap(({ theta, alpha }) => [theta, alpha]), ...turn]) {
+    const value = angles === "degrees" ? (angle * 180) / Math.PI : angle;
+    const degrees = 15 * Math.round((value * 180) / Math.PI / 15);
+    const difference = Math.abs(value - (degrees * Math.PI) / 180);
+    if (degrees === 0 || Math.abs(degrees) > 360 || difference > ROUNDING_ERROR || difference < 1e-9) continue;
+    return angles === "degrees"
+      ? message("own.looks-radians", { value, degrees })
+      : message("own.rounded", { value, degrees });
+  }
+  return null;
 }
 
 export const isTaskRow = (name: string): name is TaskRow => (ROWS as readonly string[]).includes(name);

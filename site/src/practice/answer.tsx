@@ -1,7 +1,7 @@
 // The fields for an answer: a formula, a grid of entries, numbers with units, or letters.
 
 import type { ComponentChildren, JSX } from "preact";
-import { useMemo, useRef, useState } from "preact/hooks";
+import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Button, LITERAL, optionsOf } from "../controls.js";
 import type { Part, Problem } from "../bank.js";
@@ -16,8 +16,11 @@ import { Html, Tex } from "./math.js";
 import { parseEntries, isUnfinished, writeMatrix } from "./entries.js";
 import { nameButton, Letter } from "./letter.js";
 import { MathField, insertFormula } from "./mathfield.js";
+import { useDraft } from "./visits.js";
 
 const LETTERS = "ABCDEFGH";
+
+const nameDraft = ({ id }: Problem, { name }: Part, field: string): string => `${id} ${name} ${field}`;
 
 interface AnswerProps {
   readonly problem: Problem;
@@ -45,7 +48,7 @@ interface SingleProps extends AnswerProps {
 }
 
 function Single({ problem, part, onAnswer, onCheck, initialText = "", shape }: SingleProps) {
-  const [text, setText] = useState(initialText);
+  const [text, setText] = useDraft(nameDraft(problem, part, "text"), initialText);
   const [isMath, setMath] = useState(false);
   const isSet = part.key.type === "configurations";
   const unit = part.key.type === "numbers" ? part.key.units[0] : "";
@@ -53,6 +56,9 @@ function Single({ problem, part, onAnswer, onCheck, initialText = "", shape }: S
     setText(value);
     onAnswer(value);
   };
+  useEffect(() => {
+    if (text) onAnswer(text);
+  }, []);
   const toggle = () => {
     if (!isMath) changeText(writeLatex(text, problem)); // the field for mathematics shows only what can be parsed
     setMath(!isMath);
@@ -77,25 +83,31 @@ function Single({ problem, part, onAnswer, onCheck, initialText = "", shape }: S
 }
 
 function Entries({ problem, part, onAnswer, onCheck, rows, columns }: AnswerProps & { rows: number; columns: number }) {
-  const [isText, setIsText] = useState(false);
+  const [isText, setIsText] = useDraft(nameDraft(problem, part, "is text"), false);
   const [isMath, setMath] = useState(false);
-  const lastText = useRef("");
-  const [entries, setEntries] = useState<readonly string[]>(() => Array<string>(rows * columns).fill(""));
+  const [lastText, setLastText] = useDraft(nameDraft(problem, part, "text"), "");
+  const [entries, setEntries] = useDraft<readonly string[]>(
+    nameDraft(problem, part, "entries"),
+    Array<string>(rows * columns).fill(""),
+  );
   const units = part.key.type === "numbers" ? part.key.units : [];
   const changeEntries = (newEntries: readonly string[]) => {
     setEntries(newEntries);
     onAnswer(writeMatrix(newEntries, columns));
   };
+  useEffect(() => {
+    if (!isText) onAnswer(writeMatrix(entries, columns));
+  }, []);
   if (isText) {
     const showEntries = () => {
-      changeEntries(parseEntries(lastText.current, rows, columns) ?? entries);
+      changeEntries(parseEntries(lastText, rows, columns) ?? entries);
       setIsText(false);
     };
     const changeText = (text: string) => {
-      lastText.current = text;
+      setLastText(text);
       onAnswer(text);
     };
-    const initialMatrix = writeMatrix(entries, columns) || lastText.current; // a text that is no grid is kept
+    const initialMatrix = writeMatrix(entries, columns) || lastText; // a text that is not a grid is kept
     return (
       <>
         <Single
@@ -110,8 +122,8 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: AnswerProp
   }
   const changeEntry = (index: number, value: string) => changeEntries(entries.with(index, value));
   const showText = () => {
-    const text = writeMatrix(entries, columns) || lastText.current;
-    lastText.current = text;
+    const text = writeMatrix(entries, columns) || lastText;
+    setLastText(text);
     onAnswer(text);
     setIsText(true);
   };
@@ -349,15 +361,17 @@ function makePreview(text: string, problem: Problem, part: Part | null = null): 
   );
 }
 
-function Letters({ problem: { lang }, part, onAnswer }: AnswerProps) {
+function Letters({ problem, part, onAnswer }: AnswerProps) {
+  const { lang } = problem;
   const options = part.options ?? [];
-  const [chosenOptions, setChosen] = useState<readonly (number | null)[]>([]);
+  const [chosenOptions, setChosen] = useDraft<readonly (number | null)[]>(nameDraft(problem, part, "options"), []);
   const changeChoice = (newChoice: readonly (number | null)[]) => {
     setChosen(newChoice);
     onAnswer(
       newChoice.every((option) => option !== null) ? newChoice.map((option) => LETTERS[option as number]).join("") : "",
     );
   };
+  useEffect(() => changeChoice(chosenOptions), []);
   if (part.key.type === "matching") {
     const itemCount = part.key.items;
     const chosenByItem = Array.from({ length: itemCount }, (_, i) => chosenOptions[i] ?? null);

@@ -49,6 +49,12 @@ export const BOX_DELAYS: readonly number[] = [2 * 60 * 1000, DAY, 3 * DAY, 7 * D
 
 export const nameItem = ({ family, key, question }: Item): string => `${family}/${key}/${question}`;
 
+/** Return whether an item is in the index. */
+export const isInIndex = (index: Index, { family, key, question }: Item): boolean =>
+  index.families.some(({ name, problems }) =>
+    problems.some((problem) => name === family && problem.key === key && problem.questions.includes(question)),
+  );
+
 /** Return the variations of the bank's arms: the standard steps in their order, then an instructor's own. */
 export function listVariations(index: Index): string[] {
   const names = new Set(index.families.flatMap(({ problems }) => problems.map((problem) => problem.variation)));

@@ -4,7 +4,8 @@ import type { MathfieldElement } from "mathlive";
 import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
-import { decimalSign, getLanguage, say } from "../text/text.js";
+import { describeLoadError } from "../scheduling.js";
+import { decimalSign, getLanguage } from "../text/text.js";
 
 /** Return the LaTeX in a field, with decimal points instead of decimal commas. */
 const readFormula = (field: MathfieldElement | null): string => (field?.getValue("latex") ?? "").replaceAll("{,}", ".");
@@ -57,13 +58,13 @@ export function MathField({ label, value, onValue, onEnter }: MathFieldProps): J
         });
         place.current.replaceChildren(field);
       },
-      (error: unknown) => setLoadError(String(error)),
+      (error: unknown) => setLoadError(describeLoadError(error)),
     );
     return () => {
       isMounted = false;
       field?.remove();
     };
   }, []);
-  if (loadError) return <span role="alert">{say("practice.failed", { why: loadError })}</span>;
+  if (loadError) return <span role="alert">{loadError}</span>;
   return <span ref={place} class="math-place" />;
 }

@@ -18,6 +18,7 @@ import {
   type Item,
   nameItem,
   findFirstNew,
+  isInIndex,
   chooseNext,
   type Progress,
   type Wish,
@@ -33,6 +34,7 @@ import {
 } from "./lesson-credit.js";
 import { Current } from "./current.js";
 import { useStoredState } from "./stored-state.js";
+import { useVisits, visitNumber } from "./visits.js";
 import { Settings } from "./settings.js";
 import { Sheet, parseSheetWish } from "./sheet.js";
 import { WithIndex } from "./with-index.js";
@@ -53,12 +55,22 @@ function Session({ index }: { index: Index }) {
   const [wish, setWish] = useState<Wish>(() => parseWish(window.location.search));
   const [stored, changeStored] = useStoredState();
   const { progress, lessons: skills } = stored;
-  const [{ place, item }, setChosen] = useState(() => chooseQuestion(index, wish, progress, null, ""));
-  const [questionCount, setQuestionCount] = useState(0);
+  const { visit, showNext, replace } = useVisits<Visit>(
+    "question",
+    () => ({ ...chooseQuestion(index, wish, progress, null, ""), isAnswered: false }),
+    ({ item }) => item === null || isInIndex(index, item),
+    () => {
+      setWish(parseWish(window.location.search));
+      setReviewClass(null);
+      setNotes([]);
+      setMoved(true);
+    },
+  );
+  const { place, item, isAnswered } = visit;
+  const [hasMoved, setMoved] = useState(false); // whether this is another question than the page began with
   const [isAnsweringDue, setAnsweringDue] = useState(false); // whether due questions are being answered
   const [reviewClass, setReviewClass] = useState<TopicClass | null>(null); // the class of the current review question
   const [notes, setNotes] = useState<readonly string[]>([]);
-  const isAnswered = useRef(false); // whether this question was answered before
   const askedNames = useRef<string[]>([]); // names of questions asked from due classes
   const findClasses = useMemo(() => makeClassFinder(index), [index]);
   const dueItems = listDueItems(index, progress, Date.now());
@@ -66,10 +78,10 @@ function Session({ index }: { index: Index }) {
   const orderedItems = useMemo(() => (wish.set ? listSetItems(index, wish) : null), [index, wish]);
 
   const show = (chosen: ChosenQuestion, newReviewClass: TopicClass | null = null): void => {
-    isAnswered.current = false;
     setNotes([]);
     setReviewClass(newReviewClass);
-    setChosen(chosen);
+    setMoved(true);
+    showNext({ ...chosen, isAnswered: false });
   };
   const choose = (newWish: Wish, wishedPlace: number | null): void =>
     show(chooseQuestion(index, newWish, progress, wishedPlace, item ? nameItem(item) : ""));
@@ -90,8 +102,8 @@ function Session({ index }: { index: Index }) {
   };
   const countVerdict = (item: Item, isRight: boolean, isHelped: boolean): void => {
     const now = Date.now();
-    const result = countAnswer(skills, item, { isRight, isHelped, isRepeated: isAnswered.current, now }, findClasses);
-    isAnswered.current = true;
+    const result = countAnswer(skills, item, { isRight, isHelped, isRepeated: isAnswered, now }, findClasses);
+    replace({ ...visit, isAnswered: true });
     setNotes(describeOutcomes(result.outcomes));
     changeStored({ progress: updateProgress(progress, item, isRight, now), lessons: result.skills });
   };
@@ -99,8 +111,8 @@ function Session({ index }: { index: Index }) {
 
   const changeWish = (newWish: Wish) => {
     setWish(newWish);
-    window.history.replaceState(null, "", writeWish(newWish) || window.location.pathname);
     choose(newWish, null);
+    window.history.replaceState(window.history.state, "", writeWish(newWish) || window.location.pathname);
   };
   return (
     <div class="workspace">
@@ -127,14 +139,13 @@ function Session({ index }: { index: Index }) {
       </div>
       {item && !fault ? (
         <Current
-          key={`${nameItem(item)} ${questionCount}`}
+          key={`${nameItem(item)} ${visitNumber()}`}
           item={item}
           level={index.feedback}
-          hasArrived={questionCount > 0}
+          hasArrived={hasMoved}
           notes={notes}
           onVerdict={(isRight, isHelped) => countVerdict(item, isRight, isHelped)}
           onNext={() => {
-            setQuestionCount(questionCount + 1);
             if (isAnsweringDue) showDue(false);
             else choose(wish, place + 1);
           }}
@@ -168,6 +179,8 @@ function suggestWishes(index: Index, wish: Wish): [TextKey, Wish][] {
 
 /** A question, and its place in a set. */
 type ChosenQuestion = { readonly place: number; readonly item: Item | null };
+/** A question that is shown, and whether it was answered before. */
+type Visit = ChosenQuestion & { readonly isAnswered: boolean };
 
 /** Choose a question: at the wished place of a set, or the set's first new one; without a set, the next one. */
 function chooseQuestion(

@@ -77,7 +77,7 @@ export function Sheet({ index, wish, initialSheet }: SheetProps): JSX.Element {
         <Button className="button" text={say("sheet.print")} disabled={!arms} onClick={() => window.print()} />
         <a href={writeWish(wish) || window.location.pathname}>{say("sheet.back")}</a>
       </form>
-      {error ? <p role="alert">{say("practice.failed", { why: error })}</p> : null}
+      {error ? <p role="alert">{error}</p> : null}
       {arms ? <Paper arms={arms} set={wish.set} hasKey={sheet.hasKey} /> : null}
       {!arms && !error ? <p role="status">{say("practice.loading")}</p> : null}
     </>

@@ -15,7 +15,7 @@ import { isParsed, type Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
 import type { SymbolValues } from "../read/tree.js";
 import { getLanguage, say } from "../text/text.js";
-import { afterPaint, useSteps } from "../scheduling.js";
+import { afterPaint, describeLoadError, useSteps } from "../scheduling.js";
 import { bringIntoView } from "./in-view.js";
 import { Answer, Preview } from "./answer.js";
 import { type Item, nameItem } from "./choice.js";
@@ -97,12 +97,13 @@ export function Task(props: TaskProps): JSX.Element {
   const figure = (isPosed && part.figure) || problem.figure; // until the movable arm is loaded
   const isOpen = !isClosed && verdict?.outcome !== "correct" && !isSolutionShown; // still to be answered
   const wouldReveal = REVEALED_BY_FACTORS.has(part.kind) && verdict?.outcome !== "correct" && !isSolutionShown;
+  const drawnColumns = answer === lastJudged.current ? typedColumns : null; // of no answer that was changed since
   const overlay = useMemo(
     () =>
-      typedColumns
-        ? (stage: Stage, view: View) => <TypedColumns stage={stage} view={view} columns={typedColumns} />
+      drawnColumns
+        ? (stage: Stage, view: View) => <TypedColumns stage={stage} view={view} columns={drawnColumns} />
         : undefined,
-    [typedColumns],
+    [drawnColumns],
   );
   const [factors, setFactors] = useState<readonly Factor[]>([]);
   const showsFactors = step === 3 && mayShowFactors && !wouldReveal && isAtLeast(level, "solutions");
@@ -124,7 +125,7 @@ export function Task(props: TaskProps): JSX.Element {
   const check = async () => {
     if (isClosed) return;
     setLoadError("");
-    const grading = await loadGrading().catch((error: unknown) => setLoadError(String(error)));
+    const grading = await loadGrading().catch((error: unknown) => setLoadError(describeLoadError(error)));
     if (!grading) return;
     const fullVerdict = grading.judge(problem, part, answer, isSingular);
     const shownVerdict = limitVerdict(fullVerdict, chooseLowerLevel(level, maxLevel));
@@ -175,10 +176,10 @@ export function Task(props: TaskProps): JSX.Element {
         </p>
         <Preview problem={problem} part={part} answer={answer} />
       </form>
-      {loadError ? <p role="alert">{say("practice.failed", { why: loadError })}</p> : null}
+      {loadError ? <p role="alert">{loadError}</p> : null}
       <div role="status" ref={verdictPlace}>
         {verdict ? (
-          <Feedback problem={problem} verdict={verdict} isDrawn={typedColumns !== null} notes={notes} />
+          <Feedback problem={problem} verdict={verdict} isDrawn={drawnColumns !== null} notes={notes} />
         ) : null}
       </div>
       <Help
@@ -289,7 +290,7 @@ function Help({ item, part, lang, hasSolutions, isSolved, onHint, onSolution }: 
         const solvedPart = parts.find(({ name }) => name === part.name);
         setSolution(solvedPart ? { ...solvedPart, lang } : null);
       },
-      (error: unknown) => setLoadError(String(error)),
+      (error: unknown) => setLoadError(describeLoadError(error)),
     );
   };
   return (
@@ -314,7 +315,7 @@ function Help({ item, part, lang, hasSolutions, isSolved, onHint, onSolution }: 
           <Button text={say("practice.solution")} onClick={showSolution} />
         ) : null}
       </p>
-      {loadError ? <p role="alert">{say("practice.failed", { why: loadError })}</p> : null}
+      {loadError ? <p role="alert">{loadError}</p> : null}
       {solution ? (
         <div class="solution">
           <h3>{say("practice.solution-title")}</h3>

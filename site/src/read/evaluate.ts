@@ -34,7 +34,7 @@ const dividedBy = (x: Scalar, y: Scalar): Scalar =>
   typeof x === "number" && typeof y === "number" ? x / y : toComplex(x).div(y);
 const minus = (x: Scalar): Scalar => (typeof x === "number" ? -x : x.neg());
 
-/** Return the value of a tree with these values of names, NaN if undefined. Throws ParseError if it is no scalar. */
+/** Return the value of a tree with these values of names, NaN if undefined. Throws ParseError if it is not a scalar. */
 export function evaluate(tree: Node, values: SymbolValues): Value {
   const value = evaluateNode(tree, values);
   return typeof value === "number"

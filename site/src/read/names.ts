@@ -75,7 +75,7 @@ export function splitAtDots(typedName: string, symbols: ReadonlySet<string>): re
   return names.flatMap((name) => splitIntoPieces(name, symbols)).every(isKnown) ? names : [];
 }
 
-/** Return what a name that is no symbol of the problem means by convention; null if it means nothing. */
+/** Return what a name that is not a symbol of the problem means by convention; null if it means nothing. */
 function findConventionalPiece(name: string, symbols: ReadonlySet<string>): Piece | null {
   const shorthand = SHORTHAND_NAME.exec(name);
   const anglesInSum = shorthand ? listAngles(shorthand[3] as string, symbols, shorthand[2]) : [];

@@ -38,11 +38,11 @@ import {
 } from "./tree.js";
 import { countCharacters, LIMITS, pattern, table, UNITS, VOCABULARY, wholePattern } from "./vocabulary.js";
 
-/** Calls of SymPy, NumPy or Python that are no functions of numbers, with their meanings, such as "set" or "matrix". */
+/** Calls of SymPy, NumPy or Python that are not functions of numbers, with their meanings, such as "set" or "matrix". */
 const CALL_MEANINGS = table(VOCABULARY.call_meanings);
 /** Calls that bind a variable, with what they mean: a rate for Derivative(theta1(t), t), a whole number for Lambda. */
 const BINDING_CALLS = table(VOCABULARY.binding_calls);
-/** Names of what is no formula: NaN of NumPy, oo of SymPy. */
+/** Names that stand for no formula: NaN of NumPy, oo of SymPy. */
 const UNDEFINED_NAMES = new Set(Object.keys(VOCABULARY.undefined));
 const BLANK_NAMES = new Set(VOCABULARY.blank);
 /** Words such as "and" between two conditions; they are never factors. */
@@ -418,7 +418,7 @@ class Parser {
     return kind === "name" && this.position === start + 1 && !beginsWithConstant(text);
   }
 
-  /** Parse a factor without a sign; [0] is no factor, because Python would select an entry by it. */
+  /** Parse a factor without a sign; [0] is not a factor, because Python would select an entry by it. */
   private parseFactor(): Node {
     const start = this.position;
     const hasSquareBracket = this.peek() === "[";
@@ -654,7 +654,7 @@ class Parser {
     return text === "(" || piece?.kind === "sum" || ANGLE.test(piece?.parts[0] ?? "");
   }
 
-  /** Parse c or s of an angle; S(1), as SymPy writes it, is no sine. */
+  /** Parse c or s of an angle; S(1), as SymPy writes it, is not a sine. */
   private parseShorthand(shorthand: string): Node {
     const start = this.position;
     const functionName = SHORTHAND.get(shorthand) as string;

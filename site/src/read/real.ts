@@ -46,7 +46,7 @@ export const REAL: Readonly<Record<string, RealFunction>> = {
   sign: realFunction(Math.sign, () => 0),
 };
 
-/** Return the value of an entry of an arm's table. Throws ParseError if it is no real expression. */
+/** Return the value of an entry of an arm's table. Throws ParseError if it is not a real expression. */
 export function evaluateRealTree(tree: Node, values: SymbolValues): number {
   const { kind, text } = tree;
   const [x = NaN, y = NaN] = tree.args.map((arg) => evaluateRealTree(arg, values));

@@ -26,7 +26,7 @@ export type SymbolValues = Readonly<Record<string, number>>;
 /** Names of constants, such as pi. */
 export const CONSTANTS: readonly string[] = [...new Set(Object.values(VOCABULARY.constants))];
 
-/** A text that is no valid answer. `why` says what was found, where, and what would be valid. */
+/** A text that is not a valid answer. `why` says what was found, where, and what would be valid. */
 export class ParseError extends Error {
   readonly why: Message;
 

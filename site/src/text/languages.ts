@@ -25,7 +25,7 @@ export function chooseLanguage(code: string): void {
   const address = new URL(window.location.href);
   address.searchParams.delete(PARAMETER); // the choice has precedence over the link
   if (loadText(storage, KEY) !== code) address.searchParams.set(PARAMETER, code); // the browser stores nothing
-  window.history.replaceState(null, "", address);
+  window.history.replaceState(window.history.state, "", address); // with the question that is shown
   window.location.reload();
 }
 

@@ -48,7 +48,7 @@ describe.each(Object.entries(ALL))("the Jacobian of %s", (_, robot) => {
   it("is regular in the first pose, which is within the ranges", () => {
     const pose = firstPose(arm);
     pose.forEach((value, i) => expect(limitToRange(arm, i, value)).toBeCloseTo(value, 9));
-    expect(measuresOf(stateAt(arm, pose)).ratio).toBeGreaterThan(0.05);
+    expect(measuresOf(arm, stateAt(arm, pose)).ratio).toBeGreaterThan(0.05);
   });
 });
 
@@ -56,7 +56,7 @@ describe("determinants", () => {
   it("of the planar 2R arm are a1 a2 sin(theta2)", () => {
     const arm = armOf(PLAIN);
     for (const pose of makeRandomPoses(30, 2, 9)) {
-      expect(measuresOf(stateAt(arm, pose)).det).toBeCloseTo(0.5 * 0.4 * Math.sin(pose[1]!), 12);
+      expect(measuresOf(arm, stateAt(arm, pose)).det).toBeCloseTo(0.5 * 0.4 * Math.sin(pose[1]!), 12);
     }
   });
 
@@ -64,7 +64,7 @@ describe("determinants", () => {
     const arm = armOf(ROBOTS["planar-2r"]!);
     const [a1, bend, reach] = [0.47, Math.atan2(0.18, 0.47), Math.hypot(0.47, 0.18)];
     for (const [t1, t2] of makeRandomPoses(10, 2, 3)) {
-      const det = measuresOf(stateAt(arm, [t1!, t2!])).det!;
+      const det = measuresOf(arm, stateAt(arm, [t1!, t2!])).det!;
       expect(Math.abs(det)).toBeCloseTo(Math.abs(a1 * reach * Math.sin(t2! + Math.PI + bend)), 9);
     }
   });
@@ -76,7 +76,7 @@ describe("determinants", () => {
       const gram = taskJacobian.map((row) => taskJacobian.map((other) => dot(row, other)));
       const area = Math.sqrt(gram[0]![0]! * gram[1]![1]! - gram[0]![1]! ** 2);
       expect(signedVolume(arm, pose)).toBeCloseTo(area, 10);
-      expect(measuresOf(stateAt(arm, pose)).det).toBeNull();
+      expect(measuresOf(arm, stateAt(arm, pose)).det).toBeNull();
     }
   });
 });

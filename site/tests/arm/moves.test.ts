@@ -26,7 +26,7 @@ function pulled(arm: Arm, pose: Pose, places: readonly Vec3[]): Pose[] {
 const ray = (from: Vec3, to: Vec3, events: number): Vec3[] =>
   Array.from({ length: events }, (_, k) => add(from, scaleVector(subtract(to, from), (k + 1) / events)));
 
-const ratioAt = (arm: Arm, pose: Pose): number => measuresOf(stateAt(arm, pose)).ratio;
+const ratioAt = (arm: Arm, pose: Pose): number => measuresOf(arm, stateAt(arm, pose)).ratio;
 
 describe("pulling P straight out past the reach", () => {
   const arm = armOf(PLAIN);
@@ -39,7 +39,7 @@ describe("pulling P straight out past the reach", () => {
     poses.forEach((pose, k) => {
       expect(pose[1]).toBeGreaterThan(0);
       if (norm(places[k]!) < 0.9 + 1e-6) return;
-      expect(classifyNearness(arm, measuresOf(stateAt(arm, pose)))).toBe("singular");
+      expect(classifyNearness(arm, measuresOf(arm, stateAt(arm, pose)))).toBe("singular");
       expect(Math.abs(signedVolume(arm, pose))).toBeLessThan(1e-4);
     });
   });

@@ -60,7 +60,7 @@ describe("the elbow", () => {
     const theta2 = 1.2;
     const sum = Math.acos((-0.5 * Math.cos(theta2)) / 0.4);
     const pose = [onAxis[0]!, theta2, sum - theta2];
-    expect(measuresOf(stateAt(arm, pose)).ratio).toBeLessThan(1e-12);
+    expect(measuresOf(arm, stateAt(arm, pose)).ratio).toBeLessThan(1e-12);
     expect(kindAt(arm, pose)).toBe("internal");
   });
 
@@ -94,7 +94,7 @@ describe("redundant arms", () => {
     expect(findZeroLines(grid, value)).toEqual([]);
     const spots = findZeroMinima(grid, value, 1e-6);
     expect(spots.length).toBeGreaterThanOrEqual(4);
-    for (const [u, v] of spots) expect(measuresOf(stateAt(arm, [0.3, u, v])).ratio).toBeLessThan(1e-4);
+    for (const [u, v] of spots) expect(measuresOf(arm, stateAt(arm, [0.3, u, v])).ratio).toBeLessThan(1e-4);
     const kinds = spots.map(([u, v]) => kindAt(arm, [0.3, u, v], 1e-4));
     expect(kinds).toContain("boundary");
   });

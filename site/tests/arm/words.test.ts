@@ -3,9 +3,10 @@
 import { describe, expect, it } from "vitest";
 
 import { plainLetters } from "../../src/arm/letters.js";
-import { armOf, measuresOf, stateAt } from "../../src/arm/model.js";
+import { type Arm, armOf, measuresOf, stateAt } from "../../src/arm/model.js";
 import { describeArm, kindOfSingularity, classifyNearness } from "../../src/arm/descriptions.js";
-import { PLAIN, ROBOTS } from "./robots.js";
+import { scaleVector } from "../../src/arm/vector.js";
+import { PLAIN, PUMA, ROBOTS, SIX } from "./robots.js";
 
 describe("the planar arm in words", () => {
   const arm = armOf(PLAIN);
@@ -33,13 +34,30 @@ describe("the planar arm in words", () => {
 
   it("says that the boundary is reached", () => {
     const state = stateAt(arm, [0.5, 0]);
-    expect(classifyNearness(arm, measuresOf(state))).toBe("singular");
+    expect(classifyNearness(arm, measuresOf(arm, state))).toBe("singular");
     expect(kindOfSingularity(arm, state)).toBe("boundary");
     expect(describeArm(arm, state, false)).toContain("At the boundary of the workspace. The point can't be moved");
   });
 });
 
 describe("other arms in words", () => {
+  it.each([SIX, PUMA, ROBOTS["scara"]!])("are as near to a singularity in millimetres: $name", (robot) => {
+    const arm = armOf(robot);
+    const inMillimetres: Arm = {
+      ...arm,
+      joints: arm.joints.map((joint) => ({
+        ...{ ...joint, a: 1000 * joint.a },
+        ...(joint.kind === "P" ? { offset: 1000 * joint.offset } : { otherConstant: 1000 * joint.otherConstant }),
+      })),
+      point: { ...arm.point, offset: scaleVector(arm.point.offset, 1000) },
+    };
+    const pose = [0.5, 0.8, 0.3, 0.6, 0.9, 1.2].slice(0, arm.joints.length);
+    const poseInMillimetres = pose.map((value, i) => (arm.joints[i]!.kind === "P" ? 1000 * value : value));
+    const { ratio } = measuresOf(inMillimetres, stateAt(inMillimetres, poseInMillimetres));
+    expect(ratio).toBeCloseTo(measuresOf(arm, stateAt(arm, pose)).ratio, 10);
+    expect(ratio).toBeGreaterThan(0.004);
+  });
+
   it("have no determinant if J is not square", () => {
     const arm = armOf(ROBOTS["planar-3r"]!);
     expect(describeArm(arm, stateAt(arm, [0.3, 0.4, 0.5]), false)).toContain("J is not square");

@@ -97,6 +97,8 @@ def test_moodle_gets_each_notebook_at_the_number_of_its_student(folder: Path) ->
         found = {name.split("_")[1]: archive.read(name) for name in archive.namelist()}
         assert all(name.split("/")[0].split("_")[2:] == ["assignfeedback", "file"] for name in archive.namelist())
     assert found == {str(number): read_notebook(folder, s.id) for number, s in enumerate(STUDENTS, 11)}
+    rows = read_table(folder / "handout" / "moodle" / "index.csv")
+    assert [(row["student"], row["moodle id"]) for row in rows] == [(s.id, str(n)) for n, s in enumerate(STUDENTS, 11)]
 
 
 def test_a_folder_is_named_after_each_student(folder: Path) -> None:
@@ -130,6 +132,7 @@ def test_nothing_is_written_that_cannot_be_right(folder: Path) -> None:
         ((), "choose one way: --links, or --to folder or --to moodle"), (("--links", "--to", "folder"), "choose one"),
         (("--to", "moodle"), "give the grading worksheet"), (("--to", "canvas"), "unknown --to 'canvas'"),
         ((folder / "sheet.csv", "--to", "moodle"), "no line belongs certainly to 504"),
+        ((folder / "sheet.csv", "--to", "moodle"), "delete the lines of teachers in roster.csv"),
         ((folder / "other.csv", "--to", "moodle"), "is not a grading worksheet of Moodle"),
         ((folder / "none.csv", "--to", "moodle"), "none.csv"), (("--links", "--url", "files.example.edu"), "https://"),
     ):  # fmt: skip

@@ -124,7 +124,7 @@ def test_files_submitted_with_a_notebook_are_neither_imported_nor_read(
     """Otter works in the submission's folder: a module there named like one of qdot, Otter or Python would run with
     access to the secret and the marks, and an Otter log would be unpickled.
     """
-    ran, folder = tmp_path / "ran", tmp_path / "handed in"
+    ran, folder = tmp_path / "ran", tmp_path / "submitted"
     code = (
         f"import os, pathlib, sys\nwith open({str(ran)!r}, 'a') as out:\n"
         "    print(__name__, os.getcwd(), sys.argv, list(pathlib.Path('..').rglob('secret.txt')), file=out)\n"

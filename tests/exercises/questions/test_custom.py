@@ -18,7 +18,7 @@ from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError, Reason
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.boxes import arrange_options
-from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.export_format import ComputeEarnedShare, ExportRequest
 from qdot.exercises.exports.items import ChoiceForm, make_items
 from qdot.exercises.exports.known_wrong_answers import find_known_wrong_answers
 from qdot.exercises.exports.numeric_part import _sample_configurations
@@ -475,10 +475,10 @@ def test_stack_export_leaves_out_only_what_fails_and_names_it(tmp_path: Path, mo
     text = (folder / "exports" / "stack" / "hw-stack.xml").read_text()
     assert "p1-001, midpoint: T" in text and "p1-001, tip: T" in text
 
-    def fail_for_tip(problem: Problem, part: Part) -> StackPart | Reason:
+    def fail_for_tip(problem: Problem, part: Part, compute_earned_share: ComputeEarnedShare) -> StackPart | Reason:
         if part.name == "tip":
             raise ValueError("the sum diverges")
-        return convert_part(problem, part)
+        return convert_part(problem, part, compute_earned_share)
 
     monkeypatch.setattr("qdot.exercises.exports.stack.convert_part", fail_for_tip)
     result = runner.invoke(app, ["export", str(folder), "--to", "stack", "--variants", "1", "--jobs", "1"])
@@ -804,7 +804,7 @@ def test_options_that_are_matrices_are_displayed_over_several_lines(tmp_path: Pa
     problem = make_problem(tmp_path, 'prompt = "x"\nshown = "formula"\noptions = ["x1", {text = "none of these"}, "p"]')
     (part,) = problem.parts
     rows = [line for line in show_assignment("T", [("p1", problem)]).splitlines() if re.search("[⎡⎢⎣]", line)]
-    assert len(rows) == 6 and all(re.fullmatch(r" +([AB]\. )?[⎡⎢⎣][^⎡⎢⎣]*", row) for row in rows)
+    assert len(rows) == 6 and all(re.fullmatch(r" +([AB]\. +)?[⎡⎢⎣][^⎡⎢⎣]*", row) for row in rows)
     options = arrange_options(problem, part)
     assert options is not None and [option.text[:2] for option in options.options] == ["$$", "$$", "no"]
     (item,) = make_items(ExportRequest(load_assignment(tmp_path / "hw"), find_failures, variant_count=1))
@@ -848,9 +848,11 @@ def test_an_answer_in_words_has_no_typed_form(format: str, tmp_path: Path) -> No
 
 def test_preview_needs_only_the_assignment_file(tmp_path: Path) -> None:
     folder = make_assignment(tmp_path, EVERY_KIND).folder
+    secret = (folder / "secret.txt").read_bytes()
     (folder / "secret.txt").unlink()
     (folder / "roster.csv").unlink()
     assert "Which of these is" in run("show", folder)
+    (folder / "secret.txt").write_bytes(secret)
     assert "roster.csv: file not found" in run_and_fail("show", folder, "--student", "s1")
 
 
@@ -1036,8 +1038,8 @@ def test_error_names_the_file_the_line_and_the_key(question: str, tmp_path: Path
 @pytest.mark.parametrize(
     ("text", "reason"),
     {"{foo}": "unknown name 'foo'; known: pose, rates, velocity, given, base, p,", "{poses}": "did you mean 'pose'",
-      "{rates}": "add 'rates'", "{p": "a brace { has no partner",
-     "p}": "a brace } has no partner", "{p.x.y}": ".x, .y and .z"}.items(),
+      "{rates}": "add 'rates'", "{p": "unmatched brace {",
+     "p}": "unmatched brace }", "{p.x.y}": ".x, .y and .z"}.items(),
 )  # fmt: skip
 def test_placeholders_are_checked(text: str, reason: str, tmp_path: Path) -> None:
     with pytest.raises(QdotError, match=f"prompt = .*{reason}"):
@@ -1047,13 +1049,13 @@ def test_placeholders_are_checked(text: str, reason: str, tmp_path: Path) -> Non
 BAD_TEXTS = {
     r"prompt = '$\foo{v}$'": r"\foo is not supported in $\foo{v}$",
     r"prompt = '$\boldsmybol{v}$'": r"(did you mean \boldsymbol?); supported are, for example, \vec{v},",
-    r"prompt = '$\frac{a}{b$'": r"a brace { has no partner in $\frac{a}{b$",
+    r"prompt = '$\frac{a}{b$'": r"unmatched brace { in $\frac{a}{b$",
     r"prompt = '$\left(a$'": r"a closing brace, \right or \end is missing in $\left(a$",
-    r"prompt = '$\text{m/s^2}$'": r"contains ^; write it outside of \text",
-    "prompt = 'costs 5$ at $P$'": "a dollar sign has no partner",
-    r'prompt = "Find $\theta$."': r"before 'heta': TOML reads \t in double quotes as one; write texts with",
-    r'prompt = "Find $\frac{1}{2}$."': r"before 'rac': TOML reads \f",
-    r'prompt = "Find $\nabla f$."': r"before 'abla': TOML reads \n",
+    r"prompt = '$\text{m/s^2}$'": r"contains ^; write it outside \text",
+    "prompt = 'costs 5$ at $P$'": "unmatched dollar sign",
+    r'prompt = "Find $\theta$."': r"before 'heta': in double quotes, TOML reads \t as this character; write texts with",
+    r'prompt = "Find $\frac{1}{2}$."': r"before 'rac': in double quotes, TOML reads \f",
+    r'prompt = "Find $\nabla f$."': r"before 'abla': in double quotes, TOML reads \n",
     r'prompt = "Find $\alpha$."': r"write LaTeX in single quotes, as in '$\alpha$'",
     r'prompt = "Find $\upsilon$."': "write LaTeX in single quotes",
     "prompt = 'x'\nhints = ['a', '$\\foo$', 'c']": r"hints = .*\foo is not",
@@ -1065,7 +1067,7 @@ BAD_TEXTS = {
     "prompt = '$" + 1000 * r"\hat" + " a$'": "is nested too deeply",
     r"prompt = 'a $\displaystyle \!$'": "shows nothing",
     "prompt = ' '": 'expected a text, as in prompt = "Find',
-    "prompt = 'x'\nunit = 'm/s%'": "'m/s%' is not a unit that qdot knows",
+    "prompt = 'x'\ngiven = ['pose']\nunit = 'm/s%'": "'m/s%' is not a unit that qdot knows",
     "prompt = 'x'\ntitle = 'Speed of $P$'": "a title is plain text without '$'",
 }
 
@@ -1155,7 +1157,7 @@ answer = "p" """,
     {
         '["a.toml", "b.toml"]': "a.toml: line 2: question: mine; ",
         '["https://example.org/a.toml"]': "is a web address; download the file, and write its path",
-        '["a.tml"]': "'a.tml' is no question; the name of a file of questions ends in .toml",
+        '["a.tml"]': "'a.tml' is not a question; the name of a file of questions ends in .toml",
         '["empty.toml"]': "empty.toml: it defines no questions; write each in a table [question.NAME]",
     }.items(),
 )

@@ -31,7 +31,6 @@ from qdot.grader.reports.answer_display import show_answer
 from qdot.grader.reports.counterexample_table import format_decimal, make_counterexample_table
 from qdot.grader.reports.feedback import compute_page_fingerprint, make_feedback_page
 from qdot.grader.reports.graded_folder import write_reports
-from qdot.grader.reports.grades_table import find_work_status
 from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
 from tests.support.results import change_part
 from tests.support.suites import sample_for_suite
@@ -304,13 +303,21 @@ def test_the_page_reveals_no_answer_and_no_problem_id(assignment: Assignment, mi
                 assert write_right_answer(problem, part.name) not in text, (slot, part.name)
 
 
-@pytest.mark.parametrize("obstacle", ["nothing was handed in", "hw.ipynb is not a Jupyter notebook & <more>"])
-def test_the_page_without_a_submission_shows_the_obstacle(assignment: Assignment, obstacle: str) -> None:
-    result = replace(make_result(assignment, lambda *_: None), obstacle=obstacle, submission=None, notes=())
-    assert find_work_status(result) == "missing"
+@pytest.mark.parametrize(
+    ("obstacle", "is_submitted", "advice"),
+    [
+        ("nothing was submitted", False, "If you did submit your notebook, tell"),
+        ("hw.ipynb is not a Jupyter notebook & <more>", True, "submit the right notebook"),
+    ],
+)
+def test_the_page_without_a_notebook_shows_why_and_what_to_do(
+    assignment: Assignment, obstacle: str, is_submitted: bool, advice: str
+) -> None:
+    result = replace(make_result(assignment, lambda *_: None), obstacle=obstacle, notes=())
+    result = result if is_submitted else replace(result, submission=None)
     text, page = make_page(assignment, result)
-    assert 'class="part' not in text and "<nav" not in text
-    assert any(obstacle in paragraph for _, paragraph in page.all("p"))
+    assert 'class="part' not in text and "<nav" not in text and "<footer" not in text
+    assert any(obstacle in paragraph and advice in paragraph for _, paragraph in page.all("p"))
 
 
 def test_the_page_is_accessible_html(assignment: Assignment, mixed_result: Result) -> None:
@@ -426,7 +433,7 @@ def test_formulas_are_typeset_and_unparsable_text_is_verbatim(assignment: Assign
 
 
 def test_a_page_is_rewritten_only_if_it_changes(assignment: Assignment, mixed_result: Result) -> None:
-    other_result = replace(mixed_result, student="s2", obstacle="nothing was handed in")
+    other_result = replace(mixed_result, student="s2", obstacle="nothing was submitted")
     written: list[None] = []
 
     def write(results: list[Result]) -> dict[str, int]:

@@ -191,6 +191,8 @@ def test_a_moodle_export_is_a_roster(make: Make) -> None:
         make("First name,Last name,Groups\nPaul,Erdős,A\n")
     with pytest.raises(QdotError, match=r"line 3: .*'ID number'"):
         make(MOODLE_EXPORT.replace("0043", ""))
+    added = "First name,Last name,Email address,Moodle ID,Assignment: Screw grid (Real)\nWei,Li,li@example.org,59,80\n"
+    assert make(added).roster[0].other_cells == (("moodle id", "59"),)
     # Without any ID numbers, email addresses are the ids.
     assert make(re.sub(r"004\d", "", MOODLE_EXPORT)).roster[0].id == "ada@example.org"
 
@@ -231,7 +233,7 @@ def test_more_than_a_hundred_points_go_to_moodle_as_percent_only(make: Make) -> 
 
 def test_an_override_is_a_mark_and_unreadable_work_is_not(make: Make) -> None:
     assignment = make(MOODLE_EXPORT)
-    override = Override(0.0, "not handed in, no excuse", 0.0)
+    override = Override(0.0, "not submitted, no excuse", 0.0)
     first, second, third = make_results(assignment)
     results = [
         replace(first, obstacle="this is no notebook", score=0.0),

@@ -129,6 +129,23 @@ def test_nothing_is_written_for_a_page_without_a_place(folder: Path) -> None:
     assert not (folder / "returned").exists()
 
 
+def test_the_worksheet_of_the_handout_tells_equal_names_apart(folder: Path) -> None:
+    lines = [f"{student.id},{student.name},{student.email}" for student in STUDENTS]
+    (folder / "roster.csv").write_text("\n".join(("student,name,email", *lines)) + "\n")
+    download = grade_download(folder, "moodle")
+    message = run_and_fail("return", folder, download, "--to", "moodle")
+    assert "a submission may belong to 502, 503, but not certainly; do what `qdot grade" in message
+    rows = (f"Participant {NUMBERS[student.id]},{student.name},{student.email}" for student in STUDENTS)
+    (folder / "sheet.csv").write_text("\n".join(("Identifier,Full name,Email address", *rows)) + "\n")
+    run("release", folder, folder / "sheet.csv", "--to", "moodle")
+    grade_download(folder, "moodle")
+    run("return", folder, download, "--to", "moodle")
+    pages = read_zip(folder / "returned" / "moodle" / "moodle-feedback.zip")
+    for student in STUDENTS[:-1]:
+        page = (folder / "graded" / "feedback" / f"{student.id}.html").read_text()
+        assert pages[f"{student.name}_{NUMBERS[student.id]}_assignsubmission_file/hw-feedback.html"] == page
+
+
 def test_canvas_places_no_page_beside_a_submitted_text(folder: Path) -> None:
     download = grade_download(folder, "canvas")
     with zipfile.ZipFile(folder.parent / "texts.zip", "w") as archive:

@@ -184,7 +184,7 @@ def test_an_ambiguous_owner_is_never_guessed(assignment: Assignment) -> None:
     results, submissions = grade(assignment)
     same_name, contradiction = submissions.uncertain_owners
     assert same_name.startswith("Ada Lovelace_44_assignsubmission_file_ may belong to ada1 or ada2: ")
-    assert same_name.endswith("; enter 44 in the column 'moodle id' of the owner in roster.csv")
+    assert same_name.endswith(" of the owner in roster.csv (the grading worksheet has the numbers)")
     assert contradiction.startswith("José Díaz_1003_assignsubmission_file_ may belong to hen or jose: ")
     for student in ("ada1", "ada2", "jose"):
         assert results[student].obstacle == UNCERTAIN_OWNER and find_work_status(results[student]) == "unusable"
@@ -207,6 +207,26 @@ def test_identifiers_come_before_names(ids: tuple[str, ...], name: str, students
     match = Roster([*twins, Student("cy", "Cy Ada", "cy@x.org")]).find_owner(SubmittedPath(Path("hw.ipynb"), ids, name))
     assert " ".join(match.students) == students
     assert bool(match.reason) == (len(match.students) > 1)
+
+
+@pytest.mark.parametrize(
+    ("platform", "name", "students"),
+    [
+        ("Moodle", "Ada Lovelace", "a"), ("Moodle", "Participant", "a"), ("Moodle", "Bo Boole", "a bo"),
+        ("Canvas", "Bo Boole", "bo"),
+    ],
+)  # fmt: skip
+def test_a_number_from_the_handout_identifies_a_student_in_moodle(platform: str, name: str, students: str) -> None:
+    twins = (Student("a", "Ada Lovelace"), Student("b", "Ada Lovelace"), Student("bo", "Bo Boole"))
+    roster = Roster(twins, {"17": "a", "18": "left the course"})
+    match = roster.find_owner(SubmittedPath(Path("hw.ipynb"), ("17",), name, platform))
+    assert " ".join(match.students) == students
+
+
+def test_the_names_of_folders_that_were_handed_out_identify_students() -> None:
+    roster = Roster([Student("1", "Wei Li"), Student("2", "Wei Li")])
+    owners = [roster.find_owner(SubmittedPath(Path(name), (), name)) for name in ("Li, Wei (2)", "velocity (1)")]
+    assert [owner.students for owner in owners] == [("2",), ()]
 
 
 def test_a_section_does_not_identify_a_student() -> None:
