@@ -20,7 +20,7 @@ import { SingularMap } from "./map.js";
 import { LAYERS, type Layers } from "./marks.js";
 import { whyNoPath, pointOn } from "./path.js";
 import { onPull } from "./pull.js";
-import { useSize } from "./size.js";
+import { drawingScale, useSize } from "./size.js";
 import { roundToDigits, InRadians } from "./number-format.js";
 import { type Pane, type Stage, type StageRequest, useStage } from "./stage.js";
 import type { View } from "./view.js";
@@ -66,7 +66,8 @@ function Panel(props: ArmProps): JSX.Element {
   const [sceneSize, setSceneSize] = useState<readonly [number, number]>();
   useLayoutEffect(() => {
     const { clientWidth = 0, clientHeight = 0 } = emptyScene.current ?? {};
-    if (clientWidth > 0 && clientHeight > 0) setSceneSize([clientWidth, clientHeight]);
+    if (clientWidth > 0 && clientHeight > 0)
+      setSceneSize([clientWidth / drawingScale(), clientHeight / drawingScale()]);
   }, []);
   const isWide = width >= MIN_WIDE_PANEL;
   const [firstPane] = useState(() => (isNarrowPage() ? null : (props.pane ?? "map")));
