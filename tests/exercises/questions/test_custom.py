@@ -725,6 +725,9 @@ def test_units_of_entries_are_a_text_without_gaps(unit: str, tmp_path: Path) -> 
     [
         ('answer = "v"', "planar-2r", 'its z component is always 0; to ask for the others only'),
         ('prompt = "{given}"\ngiven = ["pose", "rates"]\nanswer = "v"', "planar-2r", "its z component is always 0"),
+        ('answer = "ddt(v)"\nrows = ["a_x", "a_{y}"]', "planar-pr",
+         "a_{y} is always 0; the components of its task are x and z"),
+        ('answer = "v"\nrows = ["v_x", "v_z"]', "planar-pr", ""),
         ('answer = "v"\nrows = ["v_x", "v_y"]', "planar-2r", ""), ('answer = "v"', "elbow-3r", ""),
         ('answer = "w"', "planar-2r", ""), ('options = ["x1", "z0"]\nshown = "formula"', "planar-2r", ""),
         ('options = ["cross(z1, p)", "z0"]', "planar-2r", "its option 'cross(z1, p)' is shown as a text"),
