@@ -192,7 +192,8 @@ class _UrdfReader:
         the hand that carries the fingers, or else the end of the first of the longest branches.
         """
         ends = self._list_ends(base)
-        joint_counts = {link: self._count_own_joints(link) - self._count_own_joints(base) for link in self.links}
+        count_to_base = self._count_independent_joints(base)
+        joint_counts = {link: self._count_independent_joints(link) - count_to_base for link in self.links}
         most_joints = max((joint_counts[link] for link in ends), default=0)
         if not most_joints:
             return ""
@@ -203,7 +204,7 @@ class _UrdfReader:
         candidates = (*tool_frames, shared_links[-1], longest_ends[0])
         return next(link for link in candidates if 2 * joint_counts[link] > most_joints)
 
-    def _count_own_joints(self, link: str) -> int:
+    def _count_independent_joints(self, link: str) -> int:
         """Return the number of joints between the root and a link that move and are no mimic joints."""
         joints = self._list_joints_above(link)
         return sum(joint.get("type") != "fixed" and joint.find("mimic") is None for joint in joints)

@@ -480,10 +480,10 @@ def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> tuple[dict
     return definitions, files
 
 
-def _asks_only_built_in_questions(file: TomlFile, entry: ProblemEntry) -> bool:
+def _asks_only_built_in_questions(content: AssignmentFile, entry: ProblemEntry) -> bool:
     """Return whether a problem names no question that the file or another file defines."""
     names = entry.questions if isinstance(entry.questions, list) else []
-    return not any(name in file.content.get("question", {}) or split_question_name(name)[0] for name in names)
+    return not any(name in content.question or split_question_name(name)[0] for name in names)
 
 
 def _parse(file: TomlFile, key_path: Sequence[str | int], parse: Callable[..., Parsed], *values: object) -> Parsed:
@@ -568,7 +568,7 @@ def _read_slots(
         definitions, definition_files = _read_all_definitions(file, content)
         has_all_definitions = True
     for index, entry in enumerate(content.problem):
-        if index in unusable_problems or not (has_all_definitions or _asks_only_built_in_questions(file, entry)):
+        if index in unusable_problems or not (has_all_definitions or _asks_only_built_in_questions(content, entry)):
             continue
         with errors.collect():
             slots.append(_read_slot(file, content, index, variation, notes, definitions, definition_files))

@@ -35,7 +35,7 @@ _UNSAFE_CHARACTERS = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]')
 _PARTICIPANT_NUMBER = re.compile(r"\D+(\d+)\D*")
 """Matches the identifier in Moodle's grading worksheet, as in "Participant 12"."""
 _NUMBER_COLUMN = "moodle id"
-"""The column with Moodle's numbers in the table of what was handed out."""
+"""The column with Moodle's numbers in the table of released notebooks."""
 
 
 @dataclass(frozen=True)

@@ -46,18 +46,16 @@ def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]
     assignment = request.assignment
     quiz_items = list(items.make_items_for_students(request))
     groups = items.group_items(quiz_items, request.report)
-    images: dict[str, str | bytes] = {}
-    for item in quiz_items:
-        images |= platform_markup.make_image_files((*item.body, *item.solution))
+    images = items.collect_image_files(quiz_items)
     ident = f"qdot-{assignment.key}"
     for kind in QUIZ_KINDS:
         context = {
             "ident": ident, "key": assignment.key, "title": assignment.title, "groups": groups,
-            "images": sorted(images), "kind": kind,
+            "images": list(images), "kind": kind,
             "points": platform_markup.format_decimal(sum(group[0].points for group in groups.values())),
             "shows_values": request.has_solutions or request.includes_feedback("values"),
             "name_type": _name_question_type, "list_shares": _list_shares, "write_html": _write_html,
-            "list_blanks": _list_blanks, "write_body": _write_body, "list_option_ids": _list_option_ids,
+            "list_blanks": _list_blanks, "write_body": _write_body, "list_option_ids": items.list_option_ids,
             "write_line": platform_markup.write_line_html, "format_decimal": platform_markup.format_decimal,
             "format_limits": platform_markup.format_limits,
         }  # fmt: skip
@@ -66,8 +64,7 @@ def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]
             f"{ident}/{ident}.xml": render("exports/canvas-quiz.xml.j2", **context),
             f"{ident}/assessment_meta.xml": render("exports/canvas-meta.xml.j2", **context),
         }
-        content = make_zip(package | dict(sorted(images.items())))
-        yield ExportedFile(f"{assignment.key}{kind.file_suffix}.zip", content, is_private=True)
+        yield ExportedFile(f"{assignment.key}{kind.file_suffix}.zip", make_zip(package | images), is_private=True)
 
 
 def _write_body(item: items.QuizItem, blanks: Sequence[Blank]) -> str:
@@ -89,13 +86,6 @@ def _name_question_type(form: items.ItemForm) -> str:
     if isinstance(form, items.NumberForm):
         return "numerical_question" if len(form.fields) == 1 else "fill_in_multiple_blanks_question"
     return {"match": "matching_question", "text": "essay_question"}[form.kind]
-
-
-def _list_option_ids(item_id: str, form: items.ItemForm) -> list[str]:
-    """Return the identifier of each option; an empty list for a form without options to choose."""
-    return (
-        [f"{item_id}-{letter}" for letter, _, _ in form.lettered_options] if isinstance(form, items.ChoiceForm) else []
-    )
 
 
 def _list_blanks(form: items.ItemForm, kind: CanvasQuizKind) -> list[Blank]:

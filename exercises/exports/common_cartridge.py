@@ -70,14 +70,12 @@ def _choose_versions(groups: Sequence[Sequence[items.QuizItem]]) -> list[list[it
 def _make_cartridge(
     request: ExportRequest, path: str, title: str, parts: Sequence[CartridgePart], is_bank: bool
 ) -> ExportedFile:
-    images: dict[str, str | bytes] = {}
-    for part in parts:
-        for item in part.items:
-            images |= platform_markup.make_image_files((*item.body, *item.solution))
-    image_ids = {image_path: f"image-{number}" for number, image_path in enumerate(sorted(images), 1)}
+    images = items.collect_image_files(item for part in parts for item in part.items)
+    image_ids = {image_path: f"image-{number}" for number, image_path in enumerate(images, 1)}
     context = {
         "ident": f"qdot-{re.sub(r'[^A-Za-z0-9.-]', '-', path)}", "key": request.assignment.key, "title": title,
-        "parts": parts, "is_bank": is_bank, "image_ids": image_ids, "list_images": _list_images,
+        "parts": parts, "is_bank": is_bank, "image_ids": image_ids,
+        "list_images": lambda part: items.collect_image_files(part.items),
         "attempts": min(request.assignment.attempt_policy.best_of or 1, MAX_ATTEMPTS), "name_profile": _name_profile,
         "list_option_ids": _list_option_ids, "write_body": _write_body, "write_html": _write_html,
         "write_line": _write_line, "list_texts": lambda field: list_accepted_texts(field.value, field.tolerance),
@@ -86,14 +84,7 @@ def _make_cartridge(
     files: dict[str, str | bytes] = {"imsmanifest.xml": render("exports/cartridge-manifest.xml.j2", **context)}
     for part in parts:
         files[f"{part.ident}/assessment.xml"] = render("exports/cartridge-part.xml.j2", part=part, **context)
-    return ExportedFile(path, make_zip(files | dict(sorted(images.items()))), is_private=True)
-
-
-def _list_images(part: CartridgePart) -> list[str]:
-    """Return the paths of the figures of a quiz or bank."""
-    return sorted(
-        {path for item in part.items for path in platform_markup.make_image_files((*item.body, *item.solution))}
-    )
+    return ExportedFile(path, make_zip(files | images), is_private=True)
 
 
 def _name_profile(form: items.ItemForm) -> str:
@@ -106,11 +97,8 @@ def _name_profile(form: items.ItemForm) -> str:
 
 def _list_option_ids(item_id: str, form: items.ItemForm) -> list[str]:
     """Return the identifier of each option: for true and false these words, from which platforms know them."""
-    if not isinstance(form, items.ChoiceForm):
-        return []
-    if form.is_true_or_false:
-        return list(TRUE_FALSE)
-    return [f"{item_id}-{letter}" for letter, _, _ in form.lettered_options]
+    is_true_or_false = isinstance(form, items.ChoiceForm) and form.is_true_or_false
+    return list(TRUE_FALSE) if is_true_or_false else items.list_option_ids(item_id, form)
 
 
 def _write_body(item: items.QuizItem) -> str:

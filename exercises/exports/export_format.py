@@ -27,6 +27,10 @@ def _raise_failure(failure: FailedSlot) -> None:
     raise QdotError(str(failure))
 
 
+def _refuse_share(*_: object) -> Fraction:
+    raise QdotError("the points of wrong answers are computed by the grader, as in: qdot export DIR")
+
+
 def _ignore(*_: object) -> None:
     """Do nothing. This function belongs to a module, because other processes must be able to unpickle it."""
 
@@ -41,7 +45,7 @@ class ExportRequest:
     - `find_failures` returns the failed checks of a problem; a problem with failed checks is never exported.
     - `on_step` is called after every variant or student, and `on_left_out` for each student without a problem.
     - `report` is called with messages to the staff.
-    - `compute_earned_share` is the grader's share of points for an answer; only marking sheets need it.
+    - `compute_earned_share` is the grader's share of points for an answer; marking sheets and STACK need it.
     - `passing_share` is the share of the points that a student needs to pass; None if there is no such limit.
     """
 
@@ -56,7 +60,7 @@ class ExportRequest:
     on_step: Callable[[], None] = _ignore
     report: Callable[[str], None] = _ignore
     on_left_out: Callable[[FailedSlot], None] = _raise_failure
-    compute_earned_share: ComputeEarnedShare | None = None
+    compute_earned_share: ComputeEarnedShare = _refuse_share
     passing_share: Fraction | None = None
 
     @property

@@ -25,6 +25,9 @@ from qdot.exercises.exports.platform_markup import (
     draw_arm,
     draw_prompt_figure,
     draw_solution_figure,
+    find_pictures,
+    make_svg_file,
+    name_picture_file,
     write_line_html,
 )
 from qdot.exercises.mistakes.base import add_chapter_to_reference
@@ -235,6 +238,17 @@ def make_items_for_students(request: ExportRequest) -> Generator[QuizItem, None,
         number_item = item.single_number_item and replace(item.single_number_item, solution=())
         shows_solutions = request.has_solutions or request.includes_feedback("solutions")
         yield item if shows_solutions else replace(item, solution=(), single_number_item=number_item)
+
+
+def collect_image_files(quiz_items: Iterable[QuizItem]) -> dict[str, str | bytes]:
+    """Return the files of the items' figures, sorted by path: path in a package and content."""
+    pictures = (picture for item in quiz_items for picture in find_pictures((*item.body, *item.solution)))
+    return dict(sorted((f"images/{name_picture_file(picture)}", make_svg_file(picture)) for picture in pictures))
+
+
+def list_option_ids(item_id: str, form: ItemForm) -> list[str]:
+    """Return the identifier of each option; an empty list for a form without options to choose."""
+    return [f"{item_id}-{letter}" for letter, *_ in form.lettered_options] if isinstance(form, ChoiceForm) else []
 
 
 def make_category(request: ExportRequest, slot: Slot, problem: Problem, part: Part) -> ItemCategory:

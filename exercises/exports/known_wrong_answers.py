@@ -5,7 +5,7 @@ qdot's grader judges each of these answers as wrong. No two of these answers are
 
 import itertools
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -28,7 +28,7 @@ from qdot.exercises.problem.problem import Part, Problem, ResultChoiceDetails
 from qdot.exercises.questions.custom.definition import Definition
 from qdot.exercises.questions.custom.question import CustomDetails
 from qdot.exercises.questions.results import comes_from_stages, compute_answer
-from qdot.exercises.reference_answers import ConditionSet, Number
+from qdot.exercises.reference_answers import Answer, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.short_questions import question_of, wrong_formulas
 from qdot.exercises.singularities import classification
 from qdot.exercises.singularities.singular_set import Component
@@ -51,22 +51,29 @@ MAX_RATIO = 1e9
 
 @dataclass(frozen=True)
 class KnownWrongAnswer:
-    """A wrong answer, the mistake that leads to it (name and title), and the feedback on the mistake.
-
-    `entries_equal` says for each entry whether the entry is correct although the answer is wrong.
-    """
+    """A wrong answer, the mistake that leads to it (name and title), and the feedback on the mistake."""
 
     mistake: str
     title: str
     feedback: str
     answer: sp.Matrix | tuple[Component, ...]
-    entries_equal: tuple[bool, ...] = ()
 
     @property
     def matrix(self) -> sp.Matrix:
         """The answer as a matrix; call this only if the answer is not a set."""
         assert isinstance(self.answer, sp.MatrixBase)
         return self.answer
+
+    def make_answer(self, correct_answer: Answer) -> Answer:
+        """Return the wrong answer with the type and the units of the correct answer."""
+        match correct_answer, self.answer:
+            case ConditionSet(), tuple(components):
+                return replace(correct_answer, components=components)
+            case Expression(), matrix:
+                return replace(correct_answer, reference=matrix[0])
+            case ((Matrix() | Direction() | Number()), matrix):
+                return replace(correct_answer, reference=matrix)
+        raise TypeError(f"no known mistakes for answers of type {correct_answer.type}")
 
 
 def find_known_wrong_answers(problem: Problem, part: Part, max_count: int) -> tuple[KnownWrongAnswer, ...]:
@@ -171,11 +178,10 @@ def _find_wrong_formulas(problem: Problem, part: Part, mistake_count: int) -> It
             if formulas is None:
                 continue
             answer = derive(problem.chain).substitute_matrix(formulas)
-        if answer.shape == reference.shape and len(str(answer.tolist())) <= MAX_CHARACTERS:
-            entries_equal = compare_entry_by_entry(problem, answer, reference)
-            if not all(entries_equal):
-                feedback, mistake = add_chapter_to_reference(prediction.sentence), prediction.mistake
-                yield KnownWrongAnswer(mistake.name, mistake.title, feedback, answer, entries_equal)
+        is_usable = answer.shape == reference.shape and len(str(answer.tolist())) <= MAX_CHARACTERS
+        if is_usable and not all(compare_entry_by_entry(problem, answer, reference)):
+            feedback, mistake = add_chapter_to_reference(prediction.sentence), prediction.mistake
+            yield KnownWrongAnswer(mistake.name, mistake.title, feedback, answer)
 
 
 def compare_entry_by_entry(problem: Problem, answer: sp.Matrix, reference: sp.Matrix) -> tuple[bool, ...]:
@@ -207,10 +213,9 @@ def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterato
         is_new = all((np.abs(values - answer) > MIN_DIFFERENCE * tolerances).any() for answer in distinct_answers)
         if is_new and not is_divided_by_zero(values, expected_numbers) and len(distinct_answers) < max_count:
             distinct_answers.append(values)
-            entries_equal = tuple(map(bool, np.abs(values - expected_numbers) <= tolerances))
             rounded_answer = sp.Matrix([sp.Rational(f"{value:.6g}") for value in values])
             feedback, mistake = add_chapter_to_reference(prediction.sentence), prediction.mistake
-            yield KnownWrongAnswer(mistake.name, mistake.title, feedback, rounded_answer, entries_equal)
+            yield KnownWrongAnswer(mistake.name, mistake.title, feedback, rounded_answer)
 
 
 def is_divided_by_zero(wrong_numbers: np.ndarray, correct_numbers: np.ndarray) -> bool:

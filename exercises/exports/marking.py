@@ -10,12 +10,12 @@ from fractions import Fraction
 
 from qdot.exercises import reference_answers
 from qdot.exercises.exports.export_format import ComputeEarnedShare
-from qdot.exercises.exports.known_wrong_answers import KnownWrongAnswer, find_known_wrong_answers
+from qdot.exercises.exports.known_wrong_answers import find_known_wrong_answers
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.credit import INCOMPLETE_CONDITION_FACTOR, MISTAKE_FACTOR, SIGN_OR_FACTOR_COST
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import is_product
-from qdot.exercises.reference_answers import LETTERS, Answer
+from qdot.exercises.reference_answers import LETTERS
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.line_breaking import estimate_width, fit_formula
 from qdot.exercises.writing.short_answer import write_short_answer
@@ -84,24 +84,12 @@ def _make_mistake_lines(
 ) -> Iterator[MarkingLine]:
     """Yield a line for each answer that a known mistake leads to."""
     for known_answer in find_known_wrong_answers(problem, part, MAX_MISTAKES):
-        wrong_part = replace(part, answer=_make_wrong_answer(part.answer, known_answer))
+        wrong_part = replace(part, answer=known_answer.make_answer(part.answer))
         typed_answer = wrong_part.answer.as_typed()
         is_short = len(typed_answer) <= MAX_CHARACTERS
         shown_answer = _keep_if_legible(write_short_answer(problem, wrong_part)) if is_short else ""
         points = _format_points(part, compute_earned_share(problem, part, typed_answer))
         yield MarkingLine(known_answer.title, shown_answer or TOO_LONG, points)
-
-
-def _make_wrong_answer(correct: Answer, known_answer: KnownWrongAnswer) -> Answer:
-    """Return a known wrong answer as an answer of the same type as the correct one."""
-    match correct, known_answer.answer:
-        case reference_answers.ConditionSet(), tuple(components):
-            return replace(correct, components=components)
-        case reference_answers.Expression(), matrix:
-            return replace(correct, reference=matrix[0])
-        case ((reference_answers.Matrix() | reference_answers.Direction() | reference_answers.Number()), matrix):
-            return replace(correct, reference=matrix)
-    raise TypeError(f"no known mistakes for answers of type {correct.type}")
 
 
 def _state_rule(problem: Problem, part: Part) -> str:

@@ -44,8 +44,6 @@ class PaperQuestion:
 
 def check_sheet(request: ExportRequest) -> None:
     """Raise QdotError if the requested kind of sheet is impossible with the other settings of the request."""
-    if request.sheet == "marking" and request.compute_earned_share is None:
-        raise QdotError("marking sheets are written by the command line: qdot export DIR --sheet marking")
     if request.sheet in STAFF_SHEETS and request.has_solutions:
         raise QdotError(
             f"{STAFF_SHEETS[request.sheet]} has no worked solutions; use --solutions with --sheet handout or exam"

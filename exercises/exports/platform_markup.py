@@ -99,11 +99,6 @@ def make_svg_file(picture: Picture) -> bytes:
     return ('<?xml version="1.0" encoding="UTF-8"?>\n' + picture.svg.strip() + "\n").encode()
 
 
-def make_image_files(body: Sequence[str | Picture]) -> dict[str, bytes]:
-    """Return the files of a text's figures: path in a package and content."""
-    return {f"images/{name_picture_file(picture)}": make_svg_file(picture) for picture in find_pictures(body)}
-
-
 def replace_angle_brackets(text: str) -> str:
     """Return a name without < and >. Platforms would take what is between them for a tag, and remove or refuse it.
 

@@ -10,7 +10,7 @@ from collections.abc import Generator
 from qdot.exercises.common.files import make_zip
 from qdot.exercises.exports import platform_markup
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
-from qdot.exercises.exports.items import NumberForm, QuizItem, make_items_for_students
+from qdot.exercises.exports.items import NumberForm, QuizItem, collect_image_files, make_items_for_students
 from qdot.exercises.formula.printers.mathml import print_plain_mathml
 from qdot.exercises.writing.render import render
 
@@ -27,16 +27,14 @@ def export_qti(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield a package with the test, its items and their figures."""
     assignment = request.assignment
     files: dict[str, str | bytes] = {}
-    images: dict[str, str | bytes] = {}
     resources = []
     variants_by_slot: dict[str, dict[str, list[str]]] = {}
     titles: dict[str, str] = {}
     points_by_question: dict[str, float] = {}
-    for item in make_items_for_students(request):
+    quiz_items = list(make_items_for_students(request))
+    for item in quiz_items:
         files[f"items/{item.key}.xml"] = _render_item(item, request.attempt_count)
-        item_images = platform_markup.make_image_files((*item.body, *item.solution))
-        images |= item_images
-        resources.append({"ident": item.key, "images": sorted(item_images)})
+        resources.append({"ident": item.key, "images": list(collect_image_files([item]))})
         slot_name, variant_number, kind = item.key.split("-", 2)
         variants_by_slot.setdefault(slot_name, {}).setdefault(f"{slot_name}-{variant_number}", []).append(item.key)
         titles[slot_name] = item.category.slot_title
@@ -51,7 +49,7 @@ def export_qti(request: ExportRequest) -> Generator[ExportedFile, None, None]:
         points=platform_markup.format_decimal(sum(points_by_question.values())),
     )  # fmt: skip
     manifest = render("exports/qti-manifest.xml.j2", ident=ident, resources=resources)
-    package = {"imsmanifest.xml": manifest, "test.xml": test} | files | dict(sorted(images.items()))
+    package = {"imsmanifest.xml": manifest, "test.xml": test} | files | collect_image_files(quiz_items)
     yield ExportedFile(f"{assignment.key}.zip", make_zip(package), is_private=True)
 
 

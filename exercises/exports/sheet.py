@@ -230,7 +230,6 @@ def _make_sheet_part(request: ExportRequest, label: str, problem: Problem, part:
     width_share = WIDTH_BESIDE_FIGURE if figure and not part.details.has_drawn_options else 1.0
     options = arrange_options(problem, part, width_share) if shows_problem else None
     hints = write_hints(problem, part) if gives_hints else ()
-    compute_earned_share = request.compute_earned_share if request.sheet == "marking" else None
     return SheetPart(
         label, question_of(part).make_title(problem.chain), write_points(part.points), part.points,
         prompt=text if options is None else remove_options(text),
@@ -240,5 +239,5 @@ def _make_sheet_part(request: ExportRequest, label: str, problem: Problem, part:
         solution_figure=draw_solution_figure(problem, part, f"{figure_name}-solution") if shows_solutions else None,
         answer=write_short_answer(problem, part) if request.sheet == "key" else "", has_score_space=is_exam,
         has_wide_figure=part.details.has_drawn_options,
-        marking=explain_marking(problem, part, compute_earned_share) if compute_earned_share is not None else None,
+        marking=explain_marking(problem, part, request.compute_earned_share) if request.sheet == "marking" else None,
     )  # fmt: skip

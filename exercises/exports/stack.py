@@ -136,7 +136,7 @@ def _make_questions(
 def _convert_part(request: ExportRequest, slot: Slot, problem: Problem, part: Part) -> StackQuestion | Reason:
     """Return the question of a part, or the reason why there is none, so that the other questions are exported."""
     try:
-        stack_part = convert_part(problem, remove_rounding_if_exact(part))
+        stack_part = convert_part(problem, remove_rounding_if_exact(part), request.compute_earned_share)
         return stack_part if isinstance(stack_part, Reason) else _make_question(request, slot, problem, stack_part)
     except QdotError as error:
         return Reason(error)

@@ -6,7 +6,7 @@ that STACK must give it. Question tests submit names of question variables, beca
 an answer.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -18,6 +18,7 @@ from qdot.exercises.arm.chain import is_joint_angle
 from qdot.exercises.common.errors import Reason
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports import stack_maxima
+from qdot.exercises.exports.export_format import ComputeEarnedShare
 from qdot.exercises.exports.known_wrong_answers import (
     KnownWrongAnswer,
     compare_entry_by_entry,
@@ -29,36 +30,24 @@ from qdot.exercises.exports.known_wrong_answers import (
 from qdot.exercises.formula.equality import READABLE_POINTS
 from qdot.exercises.formula.printers.maxima import print_maxima, print_maxima_matrix
 from qdot.exercises.formula.program import Program, compile_program, evaluate
-from qdot.exercises.formula.scale import find_constant_factor
-from qdot.exercises.formula.trees import ONE
-from qdot.exercises.formula.trees import Node as Tree
 from qdot.exercises.mistakes.base import add_chapter_to_reference
-from qdot.exercises.mistakes.configurations import sample_values
-from qdot.exercises.mistakes.term_comparison import compare_terms
 from qdot.exercises.problem.credit import (
-    MISTAKE_FACTOR,
     SIGN_OR_FACTOR_COST,
-    compute_share_of_columns,
-    compute_share_of_entries,
-    compute_share_of_set,
-    compute_share_up_to_sign_and_factor,
-    count_false_conditions,
 )
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import find_determinant_in_denominator, is_product
 from qdot.exercises.reference_answers import LETTERS
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.singularities.singular_set import Component
 from qdot.exercises.writing.units import format_unit
 
+ComputeShare = Callable[[KnownWrongAnswer], Fraction]
+"""A function that returns the share of the points for a known wrong answer."""
 MAX_MISTAKES = 6
 """Maximum number of known mistakes in a part's response tree. Each mistake adds a node and a question test."""
 CORRECT_NOTE, UNEXPLAINED_NOTE = "prt1-right", "prt1-other"
 """STACK's answer notes for a correct answer, and for an answer that no known mistake explains."""
 POINT_COUNT, MAX_TRIES = 3, 20
 """Number of points at which formulas are compared, and maximum number of attempts to sample usable points."""
-TERM_SAMPLE_COUNT = 6
-"""Number of configurations at which the terms of two formulas are compared."""
 NO_POINTS = Reason("no configurations were found at which formulas could be compared")
 MIN_PIVOT, MAX_ENTRY = 1e-2, 1e4
 """At a usable point, no entry of the answer exceeds MAX_ENTRY, and the pivot, if there is one, exceeds MIN_PIVOT.
@@ -136,7 +125,7 @@ class StackPart:
         return self.input_type in ("algebraic", "numerical")
 
     def add_mistake(
-        self, index: int, known_answer: KnownWrongAnswer, answer: str, likeness: str, expected: str, share: float
+        self, index: int, known_answer: KnownWrongAnswer, answer: str, likeness: str, expected: str, share: Fraction
     ) -> None:
         """Add a known wrong answer, as the variable wrongN (N is `index`), with the share of the points that it earns.
 
@@ -145,18 +134,27 @@ class StackPart:
         name, note = f"wrong{index}", f"prt1-{known_answer.mistake}"
         self.variables.append(f"{name}: {answer};")
         self.marking_lines.append(f"like{index}: {likeness};")
+        if share:
+            self.marking_lines.append(f"share: if like{index} = {expected} then max(share, {share}) else share;")
         feedback = known_answer.feedback
         self.nodes.append(ResponseNode("AlgEquiv", f"like{index}", expected, note, self.score_variable, feedback))
-        self.question_tests.append(QuestionTest(known_answer.title, name, share, note))
+        self.question_tests.append(QuestionTest(known_answer.title, name, float(share), note))
 
 
-def convert_part(problem: Problem, part: Part) -> StackPart | Reason:
-    """Return a part in STACK's form, or the reason why STACK can't ask it."""
+def convert_part(problem: Problem, part: Part, compute_earned_share: ComputeEarnedShare) -> StackPart | Reason:
+    """Return a part in STACK's form, or the reason why STACK can't ask it.
+
+    `compute_earned_share` returns the share of the points that a known wrong answer earns.
+    """
+
+    def compute_share(known_answer: KnownWrongAnswer) -> Fraction:
+        return compute_earned_share(problem, part, known_answer.make_answer(part.answer).as_typed())
+
     match part.answer:
         case reference_answers.Number():
-            return _convert_numbers(problem, part)
+            return _convert_numbers(problem, part, compute_share)
         case reference_answers.ConditionSet():
-            return _convert_set(problem, part)
+            return _convert_set(problem, part, compute_share)
         case reference_answers.Direction(is_numeric=True):
             return Reason("numeric directions are not supported")
         case reference_answers.Direction():
@@ -168,88 +166,9 @@ def convert_part(problem: Problem, part: Part) -> StackPart | Reason:
         case reference_answers.Words():
             return Reason("a person has to mark it")
         case answer if answer.is_symbolic:
-            return _convert_formulas(problem, part)
+            return _convert_formulas(problem, part, compute_share)
         case answer:
             raise TypeError(f"STACK does not support answers of type {answer.type}")
-
-
-def compute_formula_share(
-    problem: Problem, part: Part, answer: sp.Matrix, entries_equal: Sequence[bool], is_explained: bool = False
-) -> float:
-    """Return the share of the points that formulas earn. `entries_equal` says which entries are correct.
-
-    The share is the same as with `qdot grade`, but factors of a product earn nothing. If a single known mistake
-    explains the answer (`is_explained`), the answer earns at least half of the points.
-    """
-    if all(entries_equal):
-        return 1.0
-    credit = part.credit
-    if credit.rule == "whole":
-        return 0.0
-    reference = part.answer.as_matrix()
-    share = _compute_minimum_share(problem, part, answer) if is_explained else Fraction(0)
-    if part.shape is not None:
-        correct_indices = {k for k, is_equal in enumerate(entries_equal) if is_equal}
-        if credit.rule == "columns" and reference.cols > 1:
-            entry_share = compute_share_of_columns(
-                list(map(correct_indices.issuperset, _list_nonzero_columns(reference)))
-            )
-        else:
-            _, zero_indices = _separate_zeros(reference)
-            entry_share = compute_share_of_entries(
-                entries_equal, [k in zero_indices for k in range(len(entries_equal))]
-            )
-        varying_indices = _find_varying_indices(problem, reference)
-        if not varying_indices or correct_indices.intersection(varying_indices):
-            share = max(share, entry_share)
-    if _find_pivot_position(problem, reference) is not None:
-        share = max(share, _compute_share_up_to_a_factor(problem, answer, reference, entries_equal))
-    return float(share * credit.factor)
-
-
-def _compute_minimum_share(problem: Problem, part: Part, answer: sp.Matrix) -> Fraction:
-    """Return the minimum share of the points for an answer that a single known mistake explains."""
-    reference = part.answer.as_matrix()
-    has_varying_entries = _find_varying_indices(problem, reference) and _find_varying_indices(problem, answer)
-    if not has_varying_entries:
-        return Fraction(0)
-    if not is_product(part) and _has_only_wrong_signs(problem, answer, reference):
-        return compute_share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False)
-    if not part.credit.covers_known_mistakes:
-        return Fraction(0)
-    determinant = find_determinant_in_denominator(problem.chain, part, make_domain(problem).roles)
-    if determinant is None:
-        return MISTAKE_FACTOR
-    no_entry_equal = [False] * len(reference)
-    return max(MISTAKE_FACTOR, _compute_share_up_to_a_factor(problem, answer, reference, no_entry_equal, determinant))
-
-
-def _has_only_wrong_signs(problem: Problem, answer: sp.Matrix, reference: sp.Matrix) -> bool:
-    """Return whether the terms of an answer are all correct except for signs."""
-    entries, expected_entries = parse_entries(problem, answer), parse_entries(problem, reference)
-    wrong_indices = [k for k, is_equal in enumerate(compare_entry_by_entry(problem, answer, reference)) if not is_equal]
-    values = sample_values(make_domain(problem), TERM_SAMPLE_COUNT, Stream(f"stack/{problem.id}/terms"))
-    comparison = compare_terms(entries, expected_entries, wrong_indices, values)
-    return comparison is not None and not (comparison.has_exchanged_trigs or comparison.has_wrong_number)
-
-
-def _compute_share_up_to_a_factor(
-    problem: Problem, answer: sp.Matrix, reference: sp.Matrix, entries_equal: Sequence[bool], common_factor: Tree = ONE
-) -> Fraction:
-    """Return the share of an answer whose wrong entries differ from the reference by signs and a constant factor only.
-
-    The reference is first multiplied by `common_factor`. The share is 0 if there are other differences.
-    """
-    domain, varying_indices = make_domain(problem), _find_varying_indices(problem, reference)
-    wrong_indices = [k for k, is_equal in enumerate(entries_equal) if not is_equal]
-    wrong_entries = parse_entries(problem, (answer[k] for k in wrong_indices))
-    expected_entries = parse_entries(problem, (reference[k] for k in wrong_indices))
-    variables = set(domain.roles) - problem.constants
-    multiplied_entries = [entry * common_factor for entry in expected_entries]
-    factor = find_constant_factor(wrong_entries, multiplied_entries, domain, variables, f"stack/{problem.id}")
-    if factor is None or (factor.changes_size and set(varying_indices).isdisjoint(wrong_indices)):
-        return Fraction(0)
-    return compute_share_up_to_sign_and_factor(factor.is_negative, factor.changes_size or common_factor != ONE)
 
 
 def _find_varying_indices(problem: Problem, reference: sp.Matrix) -> list[int]:
@@ -287,7 +206,7 @@ def _list_nonzero_columns(reference: sp.Matrix) -> list[list[int]]:
 # --- formulas ---
 
 
-def _convert_formulas(problem: Problem, part: Part) -> StackPart | Reason:
+def _convert_formulas(problem: Problem, part: Part, compute_share: ComputeShare) -> StackPart | Reason:
     """Return a part that asks for a formula or a matrix of formulas, or the reason why STACK can't ask it."""
     is_single, reference = part.shape is None, part.answer.as_matrix()
     pivot_position = _find_pivot_position(problem, reference) or 1  # 1: the only entry, or the first of many zeros
@@ -318,19 +237,13 @@ def _convert_formulas(problem: Problem, part: Part) -> StackPart | Reason:
         typing_help=explain_typing(problem),
     )  # fmt: skip
     for index, known_answer in enumerate(find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
-        share = compute_formula_share(problem, part, known_answer.matrix, known_answer.entries_equal, is_explained=True)
-        maxima = _write_maxima(known_answer.matrix, is_single)
-        stack_part.add_mistake(index, known_answer, maxima, f"qdot_same(typed, wrong{index})", "1", share)
-        if min_share := _compute_minimum_share(problem, part, known_answer.matrix):
-            marking.append(_write_minimum_share_line(part, min_share, f"like{index} = 1"))
+        maxima, likeness = _write_maxima(known_answer.matrix, is_single), f"qdot_same(typed, wrong{index})"
+        stack_part.add_mistake(index, known_answer, maxima, likeness, "1", compute_share(known_answer))
     unusual_form = _write_unusual_form(problem, reference)
     if unusual_form is not None:
         variables.append(f"form1: {_write_maxima(unusual_form, is_single)};")
         tests.append(UNUSUAL_FORM_TEST)
-    unrelated_answer = sp.ones(*reference.shape) * UNRELATED_VALUE
-    entries_equal = compare_entry_by_entry(problem, unrelated_answer, reference)
-    share = compute_formula_share(problem, part, unrelated_answer, entries_equal)
-    tests += [replace(UNRELATED_TEST, score=share), UNKNOWN_NAME_TEST]
+    tests += [UNRELATED_TEST, UNKNOWN_NAME_TEST]
     return stack_part
 
 
@@ -373,11 +286,6 @@ def _are_usable(program: Program, points: Sequence[dict[str, float]], pivot_inde
     values, _ = evaluate(program, values_by_name, len(points))
     are_moderate = np.isfinite(values) & (values.imag == 0) & (np.abs(values) < MAX_ENTRY)
     return bool(are_moderate.all() and (pivot_index is None or (np.abs(values[pivot_index]) > MIN_PIVOT).all()))
-
-
-def _write_minimum_share_line(part: Part, minimum_share: Fraction, condition: str) -> str:
-    """Return the line that raises the share to `minimum_share` times the credit's factor, if `condition` is true."""
-    return f"share: if {condition} then max(share, {minimum_share * part.credit.factor}) else share;"
 
 
 def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
@@ -456,7 +364,7 @@ def _convert_direction(problem: Problem, part: Part) -> StackPart | Reason:
 # --- numbers ---
 
 
-def _convert_numbers(problem: Problem, part: Part) -> StackPart:
+def _convert_numbers(problem: Problem, part: Part, compute_share: ComputeShare) -> StackPart:
     """Return a part that asks for a number or a vector of numbers."""
     answer = part.answer_as(reference_answers.Number)
     n = len(answer.reference)
@@ -492,12 +400,9 @@ def _convert_numbers(problem: Problem, part: Part) -> StackPart:
         typing_help="" if is_single else "Type tiny numbers as 2.7*10^-5, not as 2.7e-5.",
     )  # fmt: skip
     for number, known_answer in enumerate(known_answers, 1):
-        share = _compute_number_share(part, known_answer, is_zero)
-        floats = _write_floats(known_answer.matrix, is_single)
-        stack_part.add_mistake(number, known_answer, floats, write_near_count(f"wrong{number}"), str(n), share)
+        floats, likeness = _write_floats(known_answer.matrix, is_single), write_near_count(f"wrong{number}")
+        stack_part.add_mistake(number, known_answer, floats, likeness, str(n), compute_share(known_answer))
         tests[-1] = replace(tests[-1], value=_choose_test_value(tests[-1].value, floats))
-        if not is_single and part.credit.covers_known_mistakes:
-            lines.append(_write_minimum_share_line(part, MISTAKE_FACTOR, f"like{number} = {n}"))
     values_outside = exact_reference + 50 * sp.Matrix(tolerances)  # clearly wrong
     values_inside = exact_reference + sp.Matrix(tolerances) / 2
     floats = _write_floats(values_inside, is_single)
@@ -524,27 +429,12 @@ def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
     spoiled_count = f"{len(zero_positions)} - {near_count.format(zero_positions)}"
     counted_points = f"{near_count.format(counted_positions)} - ({spoiled_count})"
     lines = [f"share: max(0, min({counted_points}, {len(counted_positions) - 1}))/{len(counted_positions)};"]
-    if all(part.answer.expected_units) and not all(is_zero):
+    if not all(is_zero):
         same_size_test = "qdot_near(abs(typed[i, 1]), float(abs(ta1[i, 1])), room[i])"
         condition = f"qdot_count(makelist({same_size_test}, i, 1, {n})) = {n}"
         lines.append(f"share: if {condition} then max(share, {1 - SIGN_OR_FACTOR_COST}) else share;")
     credit_factor = part.credit.factor
     return lines if credit_factor == 1 else [*lines, f"share: share*{credit_factor};"]
-
-
-def _compute_number_share(part: Part, known_answer: KnownWrongAnswer, is_zero: Sequence[bool]) -> float:
-    """Return the share of the points for the numbers that a known mistake leads to."""
-    credit = part.credit
-    if len(is_zero) == 1 or credit.rule == "whole":
-        return 0.0
-    share = max(
-        compute_share_of_entries(known_answer.entries_equal, is_zero), MISTAKE_FACTOR * credit.covers_known_mistakes
-    )
-    triples = zip(known_answer.matrix, part.answer.as_matrix(), list_tolerances(part), strict=True)
-    has_correct_sizes = all(abs(float(abs(a) - abs(b))) <= tolerance for a, b, tolerance in triples)
-    if all(part.answer.expected_units) and not all(is_zero) and has_correct_sizes:
-        share = max(share, 1 - SIGN_OR_FACTOR_COST)
-    return float(share * credit.factor)
 
 
 def _write_floats(matrix: sp.Matrix, is_single: bool) -> str:
@@ -600,7 +490,7 @@ def _convert_choice(part: Part) -> StackPart:
     )  # fmt: skip
 
 
-def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
+def _convert_set(problem: Problem, part: Part, compute_share: ComputeShare) -> StackPart | Reason:
     """Return a part that asks for a set of equations, each with a joint variable on the left and a value on the right.
 
     If STACK can't ask it, return the reason.
@@ -644,7 +534,6 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
         part, "algebraic", _explain_set_typing(problem), variables, lines, nodes, tests, feedback, "share",
         box_width=50, validator="qdot_check_set",
     )  # fmt: skip
-    correct_values = _list_joint_values(answer.components)
     # Twice as many mistakes are tried, because some lead to conditions that STACK can't compare.
     for index, known_answer in enumerate(find_known_wrong_answers(problem, part, 2 * MAX_MISTAKES), 1):
         assert isinstance(known_answer.answer, tuple)
@@ -652,12 +541,8 @@ def _convert_set(problem: Problem, part: Part) -> StackPart | Reason:
             continue
         arguments = f"(claims, args(wrong{index}))"
         likeness = f"[qdot_covered{arguments} - length(wrong{index}), qdot_beyond{arguments}]"
-        wrong_values = _list_joint_values(known_answer.answer)
-        false_joints = [joint for joint, _ in wrong_values - correct_values]
-        false_count = count_false_conditions(false_joints, [joint for joint, _ in wrong_values & correct_values])
-        found_and_all_counts = [(len(wrong_values & expected), len(expected)) for expected in values_by_condition]
-        share = float(compute_share_of_set(found_and_all_counts, false_count) * factor)
-        stack_part.add_mistake(index, known_answer, write_equations(known_answer.answer), likeness, "[0, 0]", share)
+        equations = write_equations(known_answer.answer)
+        stack_part.add_mistake(index, known_answer, equations, likeness, "[0, 0]", compute_share(known_answer))
     variables += [f"form1: {write_equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
     variables.append(f"unknown1: {{{problem.chain.q[0]} = unknown_name}};")
     tests += [UNUSUAL_FORM_TEST, UNRELATED_TEST, UNKNOWN_NAME_TEST]

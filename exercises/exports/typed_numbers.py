@@ -16,7 +16,7 @@ SHOWN_DIGITS = 3
 MAX_LISTED = 12
 """Maximum number of texts with equally many decimals that are all listed; of more, only the correct ones are."""
 MAX_DIGITS = 6
-"""Maximum number of significant digits of a listed number; students are asked for fewer."""
+"""Maximum number of significant digits of a listed number, unless the tolerance requires more."""
 ZEROS = ("0", "0.0", "0.00", "0.000", "-0")
 MIN_STEPS, MAX_PATTERN_DECIMALS = 100, 30
 """Minimum number of steps in the range of a pattern, which may refuse numbers in the first and in the last step; and
@@ -40,8 +40,9 @@ def list_accepted_texts(value: float, tolerance: float) -> tuple[str, ...]:
     zeros = ZEROS if abs(value) <= tolerance else ()
     magnitude = math.floor(math.log10(abs(value)))
     shown_decimals = SHOWN_DIGITS - 1 - magnitude if tolerance else 0
+    needed_decimals = math.ceil(-math.log10(2 * tolerance)) if tolerance else 0
     shown_texts, texts = list[str](), list[str]()
-    for decimals in range(max(1, MAX_DIGITS - magnitude)):
+    for decimals in range(max(needed_decimals + 1, MAX_DIGITS - magnitude, 1)):
         scaled_value, scaled_tolerance = (Fraction(str(number)) * 10**decimals for number in (value, tolerance))
         numerators = [round(scaled_value), math.trunc(scaled_value)]
         if decimals >= shown_decimals:

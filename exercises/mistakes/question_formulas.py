@@ -133,15 +133,30 @@ def _replace_name(node: ast.expr, name: str, replacement: ast.expr) -> ast.expr 
 
 
 def _replace_norm(*new_formulas: str) -> Callable[[ast.expr], Iterator[Rewriting]]:
-    """Return a function that yields the replacement of norm(u) by each formula in u."""
+    """Return a function that yields the replacement of norm(u), or of the root of squares, by each formula in u."""
 
     def replace(node: ast.expr, new_formula: str) -> ast.expr | None:
         match node:
             case ast.Call(func=ast.Name(id="norm"), args=[vector]):
-                return _rewrite(parse(new_formula), partial(_replace_name, name="u", replacement=vector))
-        return None
+                pass
+            case ast.Call(func=ast.Name(id="sqrt"), args=[radicand]) if components := _list_squared(radicand):
+                vector = ast.List(components)
+            case _:
+                return None
+        return _rewrite(parse(new_formula), partial(_replace_name, name="u", replacement=vector))
 
     return lambda formula: (partial(replace, new_formula=text) for text in new_formulas)
+
+
+def _list_squared(radicand: ast.expr) -> list[ast.expr]:
+    """Return what is squared in a square or a sum of squares; nothing for another formula."""
+    match radicand:
+        case ast.BinOp(left=base, op=ast.Pow(), right=ast.Constant(value=2)):
+            return [base]
+        case ast.BinOp(left=left, op=ast.Add(), right=right):
+            parts = [_list_squared(left), _list_squared(right)]
+            return [*parts[0], *parts[1]] if all(parts) else []
+    return []
 
 
 # --- transposed matrices ---
@@ -151,6 +166,7 @@ def _transpose_otherwise(formula: ast.expr) -> Iterator[Rewriting]:
     if "f" not in find_names(formula):  # otherwise, the catalogue has a mistake about the load
         yield _drop_transposition
     yield _transpose_other_factor
+    yield _transpose_last_factor
     for columns in ((0, 1), (0, 2)):
         yield partial(_multiply_by_task_rows, columns=columns)
 
@@ -172,6 +188,19 @@ def _transpose_other_factor(node: ast.expr) -> ast.expr | None:
             factors = [_drop_transposition(node.left), _drop_transposition(node.right)]
             if (factors[0] is None) != (factors[1] is None):
                 return ast.BinOp(node.right, ast.Mult(), node.left)
+    return None
+
+
+def _transpose_last_factor(node: ast.expr) -> ast.expr | None:
+    """Return m J J^T for m J^T J, and J m J^T for J^T m J."""
+    match node:
+        case ast.BinOp(left=ast.BinOp(left=first, op=ast.Mult(), right=second), op=ast.Mult(), right=last):
+            matrices = [first, second]
+            for i, factor in enumerate(matrices):
+                matrix = _drop_transposition(factor)
+                if matrix is not None and ast.dump(matrix) == ast.dump(last):
+                    matrices[i] = last
+                    return ast.BinOp(ast.BinOp(matrices[0], ast.Mult(), matrices[1]), ast.Mult(), factor)
     return None
 
 

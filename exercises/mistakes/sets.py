@@ -5,7 +5,7 @@ such as sin(theta2) = 0. Its solutions give the values of a joint for each condi
 component without solutions has a condition that ties several joints.
 """
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import combinations, islice, product
@@ -32,14 +32,17 @@ MAX_COMBINATIONS = 20
 def _change_sets(change: Callable[[Chain, Components], Iterator[MistakenAnswer]]) -> AnswerGenerator:
     """Return a function that yields the wrong sets that `change` makes from the components of the correct set.
 
-    Mistakes whose message is about the determinant are made only in the set of singular configurations.
+    Mistakes whose message asks about the determinant are made only in the set of singular configurations, and the
+    advice to set its factors to zero is given only there.
     """
 
     def generate(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if isinstance(part.answer, ConditionSet) and part.answer.components:
             for mistaken_answer in change(chain, part.answer.components):
-                if part.answer.is_singular_set or not mentions_determinant(mistaken_answer.words):
+                if part.answer.is_singular_set:
                     yield mistaken_answer
+                elif "zero" not in mistaken_answer.words:
+                    yield replace(mistaken_answer, words=advise_on_any_set(mistaken_answer.words))
 
     return generate
 
@@ -56,9 +59,9 @@ def write_zero_question(chain: Chain) -> str:
     return "Is det J zero there" if chain.has_square_jacobian else "Are all maximal minors zero there"
 
 
-def mentions_determinant(words: Iterable[str]) -> bool:
-    """Return whether a message with these words is about the determinant or the minors of J."""
-    return not {"every", "zero"}.isdisjoint(words)
+def advise_on_any_set(words: Mapping[str, object]) -> dict[str, object]:
+    """Return the words for a message about a set, with advice that doesn't mention the determinant of J."""
+    return {**words, "every": "Find all ways in which the condition can hold"} if "every" in words else dict(words)
 
 
 def _make_answer(components: Sequence[Component], **words: object) -> MistakenAnswer:
@@ -316,13 +319,16 @@ def _join_alternatives(chain: Chain, components: Components) -> Iterator[Mistake
 
 def _add_condition(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield answers in which a sufficient condition is restricted by an unnecessary condition on another joint."""
+    sole_solutions = [c.solutions[0] for c in components if c.solutions and len(c.solutions) == 1]
+    sufficient_values = {(q, value) for q, values in sole_solutions for value in values}
     for k, component in enumerate(components):
         singular_joints = {q for q, _ in component.solutions or ()}
         for joint, q in zip(chain.joints, chain.q, strict=True):
             if component.solutions and q not in singular_joints:
                 for value in (sp.S.Zero, sp.pi) if joint.is_revolute else (sp.S.Zero,):
                     new_component = Component((*component.conditions, q), (*component.solutions, (q, (value,))))
-                    yield _make_answer(_replace_component(components, k, new_component), joint=str(q))
+                    if (q, value) not in sufficient_values:  # otherwise, the whole component is left out
+                        yield _make_answer(_replace_component(components, k, new_component), joint=str(q))
 
 
 def _invert_tangent(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:

@@ -15,14 +15,14 @@ import numpy as np
 
 from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.algebra import expand_terms
-from qdot.exercises.formula.program import evaluate_variants
+from qdot.exercises.formula.program import compile_program, evaluate, evaluate_variants
 from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, format_tree, iterate_nodes
 from qdot.exercises.mistakes import formula_edits
 from qdot.exercises.mistakes.base import join_words
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import SymbolValues
-from qdot.exercises.mistakes.term_comparison import TermComparison
 from qdot.grader.diagnosis.numbers import NumericAnswer, is_distinctive
+from qdot.grader.diagnosis.term_comparison import TermComparison
 from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
@@ -191,6 +191,9 @@ def _find_number_for_symbol(answer: WrongAnswer, reference: Rows) -> Diagnosis |
         new_entries = [formula_edits.replace_nodes(entry, {symbol: number}.get) for entry in entries]
         values = _evaluate(new_entries, answer.values).reshape(answer.correct_values.shape)
         if answer.numeric.equals(values) and is_distinctive(values):
+            if evaluate(compile_program([number]), {}, 1).values == 1:  # the symbol was left out
+                words = {"Where": "In your answer,", "which": f" (with {name})"}
+                return Diagnosis(("factor-missing",), CATALOGUE["factor-missing"].format_message(words))
             return Diagnosis(("number-for-symbol",), CATALOGUE["number-for-symbol"].format_message({"symbol": name}))
     return None
 

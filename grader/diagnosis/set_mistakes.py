@@ -29,7 +29,7 @@ from qdot.exercises.formula.trees import (
 from qdot.exercises.mistakes.base import Mistake, MistakenAnswer
 from qdot.exercises.mistakes.catalogue import CATALOGUE, generate_mistaken_answers
 from qdot.exercises.mistakes.configurations import sample_values
-from qdot.exercises.mistakes.sets import mentions_determinant, name_missed_component, write_zero_question
+from qdot.exercises.mistakes.sets import advise_on_any_set, name_missed_component, write_zero_question
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import Answer, ConditionSet
 from qdot.exercises.singularities.singular_set import Component
@@ -169,8 +169,10 @@ def _explain_pieces(problem: Problem, part: Part, claimed_pieces: Sequence[Piece
     if comparison.is_only_rounded or any(len(piece) > 1 or piece[0].joint is None for piece in wrong_pieces):
         return None
     mistakes += [*explanation.explain_wrong_values(), *explanation.explain_missing_conditions()]
-    if not explanation.is_singular_set and any(mentions_determinant(words) for _, words in mistakes):
-        return None
+    if not explanation.is_singular_set:
+        if any("zero" in words for _, words in mistakes):
+            return None
+        mistakes = [(name, advise_on_any_set(words)) for name, words in mistakes]
     if not 0 < len(mistakes) <= MAX_MISTAKES_NAMED:
         return None
     sentences = list(dict.fromkeys(CATALOGUE[name].format_message(words) for name, words in mistakes))

@@ -598,6 +598,21 @@ def _find_rows(tree: Node) -> Matrix | None:
     return None
 
 
+_SYMBOL_LETTERS = {"a", "alpha", "d", "q", "theta"}
+"""The letters of the symbols of an arm, such as d1, which may be on both sides of an equation."""
+
+
+def _sort_by_number(entries: Mapping[str, Node]) -> tuple[Node, ...]:
+    """Return entries with names such as tau1, f2, f3 in the order of their numbers 1, 2, …; () for other names."""
+    matches = [re.fullmatch(r"([^\W\d]+)(\d+)", name) for name in entries]
+    numbers = [match[2] for match in matches if match and match[1] not in _SYMBOL_LETTERS]
+    positions = [str(i + 1) for i in range(len(entries))]
+    if set(numbers) != set(positions):
+        return ()
+    entry_by_number = dict(zip(numbers, entries.values(), strict=True))
+    return tuple(entry_by_number[position] for position in positions)
+
+
 def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (0, 0)) -> Node:
     """Return the entries of {qd1: …, qd2: …}, [qd1 = …, qd2 = …] or [(qd1, …), (qd2, …)] in the order of `labels`.
 
@@ -633,6 +648,8 @@ def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (
             return Node("list", tuple(ordered_entries))
     if not entries or not all(map(_is_named, node.args)):
         return node
+    if not labels and columns <= 1 and (numbered_entries := _sort_by_number(entries)):
+        return Node("list", numbered_entries)
     expected_words = f", but the question asks for {', '.join(labels)}" if labels else ""
     advice = f"write your answer like {_make_example(shape)}" if columns else "write only the entries"
     raise ParseError(f"you named the entries {', '.join(list(entries)[:5])}{expected_words}; {advice}")

@@ -184,13 +184,8 @@ def judge_numbers(
         is_close = np.isfinite(values) & (np.abs(values - expected) <= np.maximum(tolerance * np.abs(expected), floors))
     is_correct = [bool(flag) for flag in is_close & ~np.array(is_blank)]
     if all(is_correct):
-        max_error = (
-            f"{100 * tolerance:g} %"
-            if tolerance
-            else ", ".join(
-                dict.fromkeys(f"{floor:g} {unit}".strip() for floor, unit in zip(floors, units, strict=True))
-            )
-        )
+        floor_texts = dict.fromkeys(f"{floor:g} {unit}".strip() for floor, unit in zip(floors, units, strict=True))
+        max_error = f"{100 * tolerance:g} %" if tolerance else ", ".join(floor_texts)
         judgement = correct_judgement(Certificate("numeric", 1, 0.0), f"right to {max_error}")
     else:
         wrong_index = is_correct.index(False)
@@ -440,12 +435,10 @@ def _count_covered_pieces(
     """
     remaining_flags = iter(is_covered)
     groups = [(list(islice(remaining_flags, len(condition))), condition) for condition in conditions]
-    counts = [
-        (1, 2)
-        if group == [False] and is_found_in_part(condition[0])
-        else (group.count(True), len(group) - group.count(None))
-        for group, condition in groups
-    ]
+    counts = [(group.count(True), len(group) - group.count(None)) for group, _ in groups]
+    for k, (group, condition) in enumerate(groups):
+        if group == [False] and is_found_in_part(condition[0]):
+            counts[k] = (1, 2)
     return [(covered_count, total) for covered_count, total in counts if total]
 
 

@@ -11,6 +11,7 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.grader.grading.certify import find_failures
+from qdot.grader.marking.marking import compute_earned_share
 from tests.support.gallery import CHAPTER_ARMS, GALLERY, GALLERY_FOLDER
 
 PUMA_560 = "puma-560"
@@ -39,7 +40,10 @@ def make_assignment(folder: Path, kind: str) -> Assignment:
 
 def make_request(folder: Path, kind: str, variants: int = 1) -> ExportRequest:
     """Return a request to export such an assignment, with solutions and so many variants of each problem."""
-    return ExportRequest(make_assignment(folder, kind), find_failures, variant_count=variants, has_solutions=True)
+    return ExportRequest(
+        make_assignment(folder, kind), find_failures, variant_count=variants, has_solutions=True,
+        compute_earned_share=compute_earned_share,
+    )  # fmt: skip
 
 
 def _write_puma_problem() -> str:

@@ -546,10 +546,13 @@ class QuestionMaker:
 
         The built-in questions ask for the components of the task only.
         """
-        if not self.formulas or self.is_set or self.definition.rows:
+        rows = self.definition.rows
+        if not self.formulas or self.is_set or len(rows) >= len(AXES):
             return None
         is_number = bool(self.definition.given)
         matrix = self._compute_symbolic_answer(chain) if is_number else _derive_answer(self.definition, chain)
+        if rows and matrix.shape == (len(rows), 1):
+            return _find_zero_row(rows, matrix, chain)
         if matrix.shape != (len(AXES), 1):
             return None
         zero_axes = [axis for axis, k in AXES.items() if matrix[k] == 0 and f"v{axis}" not in chain.task]
@@ -602,10 +605,10 @@ class QuestionMaker:
             answer = self.compute_answer(compute_numeric_stages(arm, values), details)
             return answer.reshape(-1, answer.shape[-1])
 
-        found = find_dimensions(compute_entries, self._list_units_of_symbols(arm))
+        dimensions = find_dimensions(compute_entries, self._list_units_of_symbols(arm))
         if self.definition.given:
-            return find_unit_objection(found, self.definition.entry_units)
-        return MIXED_UNITS if found.is_mixed else None
+            return find_unit_objection(dimensions, self.definition.entry_units)
+        return MIXED_UNITS if dimensions.is_mixed else None
 
     @property
     def _contains_number(self) -> bool:
@@ -716,3 +719,13 @@ def _sample_value(given_value: GivenValue, rng: Stream) -> sp.Expr:
         return sp.S(rng.choice([k for k in range(-20, 21) if k]))
     low, high = sp.Rational(str(given_value.low)), sp.Rational(str(given_value.high))
     return low + (high - low) * sp.Rational(rng.integer(0, 20), 20)
+
+
+def _find_zero_row(rows: Sequence[str], matrix: sp.Matrix, chain: Chain) -> KeyReason | None:
+    """Return a warning if one of the components that `rows` chooses is always zero and not part of the task."""
+    moving_axes = [axis for axis in AXES if f"v{axis}" in chain.task]
+    for k, name in enumerate(rows):
+        axis = name.rstrip("}")[-1:]
+        if matrix[k] == 0 and axis in AXES and moving_axes and axis not in moving_axes:
+            return KeyReason("rows", f"{name} is always 0; the components of its task are {' and '.join(moving_axes)}")
+    return None

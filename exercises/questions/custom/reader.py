@@ -3,6 +3,7 @@
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from itertools import cycle, islice
 from pathlib import Path
 from typing import Any, Literal
 
@@ -241,9 +242,6 @@ def _read_definition(file: TomlFile, name: str, entry: QuestionEntry) -> Definit
         options = _read_options(entry)
     with errors.collect(), file.locate_errors("question", name, "given"):
         given = _read_given(entry)
-    with errors.collect(), file.locate_errors("question", name, "unit"):
-        if entry.unit and not entry.given:
-            raise QdotError(ONLY_NUMBERS.format("a unit"))
     with errors.collect(), file.locate_errors("question", name, "digits" if entry.tolerance is None else "tolerance"):
         rounding = _read_rounding(entry)
     errors.raise_all()
@@ -336,6 +334,8 @@ def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) ->
             if entry.unit and not unit:
                 raise QdotError("each entry needs a unit between the commas; write 1 for a number without a unit")
             check_si_unit(unit)
+        if entry.unit and not entry.given:
+            raise QdotError(ONLY_NUMBERS.format("a unit"))
     for symbol_name, unit in entry.units.items():
         with file.locate_errors("question", name, "units", symbol_name):
             if symbol_name in RESERVED_NAMES:
@@ -366,20 +366,16 @@ def _read_rounding(entry: QuestionEntry) -> Rounding | None:
         raise QdotError(f"write decimals with a point; {FORMS['tolerance']}")
     units = split_units(entry.unit)
     tolerances = [parse_tolerance(text, FORMS["tolerance"]) for text in split_units(entry.tolerance)]
-    if len(tolerances) > 1 and len(units) not in (1, len(tolerances)):
+    count = max(len(tolerances), len(units))
+    if {len(tolerances), len(units)} - {1, count}:
         counts = f"{len(tolerances)} tolerances, but `unit` has {len(units)} units"
         raise QdotError(f"it has {counts}; write one for each entry, or one for all entries")
-    pairs = zip(
-        tolerances if len(tolerances) > 1 else tolerances * len(units),
-        units if len(units) > 1 else units * len(tolerances), strict=True,
-    )  # fmt: skip
-    for tolerance, unit in pairs:
+    for tolerance, unit in islice(zip(cycle(tolerances), cycle(units), strict=True), count):
         _check_tolerance(tolerance, unit, entry.unit)
     sizes = tuple(tolerance.size for tolerance in tolerances)
-    words = dict.fromkeys(tolerance.words for tolerance in tolerances)
-    is_same = len(words) == 1
-    all_words = next(iter(words)) if is_same else ", ".join(tolerance.words for tolerance in tolerances)
-    return Rounding(0.0, min(sizes), all_words, sizes if len(sizes) > 1 else ())
+    texts = [tolerance.words for tolerance in tolerances]
+    words = texts[0] if len(set(texts)) == 1 else ", ".join(texts)
+    return Rounding(0.0, min(sizes), words, sizes if len(sizes) > 1 else ())
 
 
 def _check_tolerance(tolerance: Tolerance, unit_text: str, all_units: str) -> None:

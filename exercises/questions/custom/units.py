@@ -53,10 +53,10 @@ def has_unit_of_kind(unit: str, kind: str) -> bool:
     >>> has_unit_of_kind("rad", "angle"), has_unit_of_kind("rad", "length"), has_unit_of_kind("m/s^2", "rate")
     (True, False, True)
     """
-    dimension, own_dimension = _find_dimension(unit), _find_dimension(SAMPLED_KINDS[kind])
+    dimension, dimension_of_kind = _find_dimension(unit), _find_dimension(SAMPLED_KINDS[kind])
     has_time = dimension[2] < 0 == dimension[0] and 0 <= dimension[1] <= 1
     is_moment = kind == "force" and dimension == (1, 2, -2)
-    return dimension == own_dimension or is_moment or (kind in ("rate", "velocity") and has_time)
+    return dimension == dimension_of_kind or is_moment or (kind in ("rate", "velocity") and has_time)
 
 
 def describe_dimension(dimension: Dimension) -> str:
@@ -111,7 +111,7 @@ def find_dimensions(
         if np.isfinite(entries).all():
             break
     dimensions = [_find_powers(entry) for entry in entries]
-    return EntryDimensions(tuple(each or None for each in dimensions), () in dimensions)
+    return EntryDimensions(tuple(dimension or None for dimension in dimensions), () in dimensions)
 
 
 def _find_powers(entry: np.ndarray) -> Dimension | None:
@@ -126,19 +126,20 @@ def _find_powers(entry: np.ndarray) -> Dimension | None:
     return tuple(map(round, powers.tolist())) if is_whole else None
 
 
-def find_unit_objection(found: EntryDimensions, answer_units: tuple[str, ...]) -> str | None:
+def find_unit_objection(entries: EntryDimensions, answer_units: tuple[str, ...]) -> str | None:
     """Return why numbers can't have their units (one for all, or one for each), as a clause; or None."""
-    if found.is_mixed:
+    if entries.is_mixed:
         return MIXED_UNITS
-    expected_units = answer_units if len(answer_units) > 1 else answer_units * len(found.dimensions)
-    pairs = list(zip(expected_units, found.dimensions, strict=True))
+    expected_units = answer_units if len(answer_units) > 1 else answer_units * len(entries.dimensions)
+    pairs = list(zip(expected_units, entries.dimensions, strict=True))
     if all(dimension in (None, _find_dimension(unit)) for unit, dimension in pairs):
         return None
-    answer_unit, known_dimensions = ", ".join(answer_units), {each for each in found.dimensions if each is not None}
+    answer_unit = ", ".join(answer_units)
+    known_dimensions = {dimension for dimension in entries.dimensions if dimension is not None}
     statement = f"its unit {answer_unit} doesn't fit, because" if answer_unit else "it has no unit, but"
     if len(known_dimensions) == 1:
         return f"{statement} the answer is {describe_dimension(known_dimensions.pop())}"
-    names = ", ".join("?" if each is None else describe_dimension(each) for each in found.dimensions)
+    names = ", ".join("?" if dimension is None else describe_dimension(dimension) for dimension in entries.dimensions)
     return f'{statement} its entries have different units ({names}); give each its own, as in unit = "rad/s, m/s"'
 
 

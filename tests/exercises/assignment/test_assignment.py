@@ -112,6 +112,7 @@ WRONG_TOML = [
     (TOML.replace('"hw"', "hw"), "line 2 … quotes"),
     (TOML.replace('["position"]', '["position" "jacobian"]'), "line 6 … unclosed array"),
     (TOML + "[problem]\n", "line 7 … 'problem'"),
+    ("question = 3\n" + TOML, "line 1 … question = 3 … [question.NAME]"),
     ("", "is missing"),
 ]
 

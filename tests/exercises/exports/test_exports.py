@@ -25,6 +25,7 @@ from qdot.exercises.verify.certificate import certify
 from qdot.grader.cli import export_commands
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import find_failures
+from qdot.grader.marking.marking import compute_earned_share
 from qdot.grader.reports.formats import FORMATS
 from tests.support import ROOT
 from tests.support.command import run, run_and_fail, runner
@@ -38,9 +39,8 @@ DOCS = ROOT / "docs"
 
 @pytest.fixture(scope="module")
 def export_request(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
-    return ExportRequest(
-        make_class(tmp_path_factory.mktemp("bank") / "hw", [Student("ada")]), find_failures, variant_count=4
-    )
+    assignment = make_class(tmp_path_factory.mktemp("bank") / "hw", [Student("ada")])
+    return ExportRequest(assignment, find_failures, variant_count=4, compute_earned_share=compute_earned_share)
 
 
 def test_bank_has_distinct_certified_problems_and_extends_a_shorter_one(export_request: ExportRequest) -> None:

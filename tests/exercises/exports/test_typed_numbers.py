@@ -57,3 +57,9 @@ def test_counts_are_exact() -> None:
     assert [bool(re.search(pattern, text)) for text in ("3", "+3", "3.00", "3.01", "33", "-3")] == [True] * 3 + [
         False
     ] * 3
+
+
+@pytest.mark.parametrize(("value", "tolerance"), [(173.123456789, 5e-7), (-0.123456789, 1e-9), (2.5e-7, 1e-9)])
+def test_numbers_that_need_many_digits_are_listed(value: float, tolerance: float) -> None:
+    texts = list_accepted_texts(value, tolerance)
+    assert texts and all(is_within(text, value, Fraction(str(tolerance))) for text in texts)

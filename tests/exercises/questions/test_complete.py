@@ -18,6 +18,7 @@ from qdot.exercises.questions.results import comes_from_stages
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
+from qdot.grader.marking.marking import compute_earned_share
 from tests.support.judging import list_earlier_parts
 from tests.support.problems import choose_convention
 
@@ -68,7 +69,7 @@ def list_duties(problem: Problem, part: Part) -> dict[str, bool]:
         or next(generate_mistaken_answers(problem.chain, part), None) is not None,
         "follow-through": not ALL_QUESTIONS[part.kind].prerequisites or any(list_earlier_parts(part)),
         "platforms": bool(part.answer.offered_options) or ask_in_numbers(problem, part) is not None,
-        "STACK": not isinstance(asked_by_stack(problem, remove_rounding_if_exact(part)), str),
+        "STACK": not isinstance(asked_by_stack(problem, remove_rounding_if_exact(part), compute_earned_share), str),
     }
 
 

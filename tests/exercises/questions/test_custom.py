@@ -18,7 +18,7 @@ from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError, Reason
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.boxes import arrange_options
-from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.export_format import ComputeEarnedShare, ExportRequest
 from qdot.exercises.exports.items import ChoiceForm, make_items
 from qdot.exercises.exports.known_wrong_answers import find_known_wrong_answers
 from qdot.exercises.exports.numeric_part import _sample_configurations
@@ -475,10 +475,10 @@ def test_stack_export_leaves_out_only_what_fails_and_names_it(tmp_path: Path, mo
     text = (folder / "exports" / "stack" / "hw-stack.xml").read_text()
     assert "p1-001, midpoint: T" in text and "p1-001, tip: T" in text
 
-    def fail_for_tip(problem: Problem, part: Part) -> StackPart | Reason:
+    def fail_for_tip(problem: Problem, part: Part, compute_earned_share: ComputeEarnedShare) -> StackPart | Reason:
         if part.name == "tip":
             raise ValueError("the sum diverges")
-        return convert_part(problem, part)
+        return convert_part(problem, part, compute_earned_share)
 
     monkeypatch.setattr("qdot.exercises.exports.stack.convert_part", fail_for_tip)
     result = runner.invoke(app, ["export", str(folder), "--to", "stack", "--variants", "1", "--jobs", "1"])
@@ -725,6 +725,9 @@ def test_units_of_entries_are_a_text_without_gaps(unit: str, tmp_path: Path) -> 
     [
         ('answer = "v"', "planar-2r", 'its z component is always 0; to ask for the others only'),
         ('prompt = "{given}"\ngiven = ["pose", "rates"]\nanswer = "v"', "planar-2r", "its z component is always 0"),
+        ('answer = "ddt(v)"\nrows = ["a_x", "a_{y}"]', "planar-pr",
+         "a_{y} is always 0; the components of its task are x and z"),
+        ('answer = "v"\nrows = ["v_x", "v_z"]', "planar-pr", ""),
         ('answer = "v"\nrows = ["v_x", "v_y"]', "planar-2r", ""), ('answer = "v"', "elbow-3r", ""),
         ('answer = "w"', "planar-2r", ""), ('options = ["x1", "z0"]\nshown = "formula"', "planar-2r", ""),
         ('options = ["cross(z1, p)", "z0"]', "planar-2r", "its option 'cross(z1, p)' is shown as a text"),
@@ -804,7 +807,7 @@ def test_options_that_are_matrices_are_displayed_over_several_lines(tmp_path: Pa
     problem = make_problem(tmp_path, 'prompt = "x"\nshown = "formula"\noptions = ["x1", {text = "none of these"}, "p"]')
     (part,) = problem.parts
     rows = [line for line in show_assignment("T", [("p1", problem)]).splitlines() if re.search("[⎡⎢⎣]", line)]
-    assert len(rows) == 6 and all(re.fullmatch(r" +([AB]\. )?[⎡⎢⎣][^⎡⎢⎣]*", row) for row in rows)
+    assert len(rows) == 6 and all(re.fullmatch(r" +([AB]\. +)?[⎡⎢⎣][^⎡⎢⎣]*", row) for row in rows)
     options = arrange_options(problem, part)
     assert options is not None and [option.text[:2] for option in options.options] == ["$$", "$$", "no"]
     (item,) = make_items(ExportRequest(load_assignment(tmp_path / "hw"), find_failures, variant_count=1))
@@ -848,9 +851,11 @@ def test_an_answer_in_words_has_no_typed_form(format: str, tmp_path: Path) -> No
 
 def test_preview_needs_only_the_assignment_file(tmp_path: Path) -> None:
     folder = make_assignment(tmp_path, EVERY_KIND).folder
+    secret = (folder / "secret.txt").read_bytes()
     (folder / "secret.txt").unlink()
     (folder / "roster.csv").unlink()
     assert "Which of these is" in run("show", folder)
+    (folder / "secret.txt").write_bytes(secret)
     assert "roster.csv: file not found" in run_and_fail("show", folder, "--student", "s1")
 
 
@@ -1065,7 +1070,7 @@ BAD_TEXTS = {
     "prompt = '$" + 1000 * r"\hat" + " a$'": "is nested too deeply",
     r"prompt = 'a $\displaystyle \!$'": "shows nothing",
     "prompt = ' '": 'expected a text, as in prompt = "Find',
-    "prompt = 'x'\nunit = 'm/s%'": "'m/s%' is not a unit that qdot knows",
+    "prompt = 'x'\ngiven = ['pose']\nunit = 'm/s%'": "'m/s%' is not a unit that qdot knows",
     "prompt = 'x'\ntitle = 'Speed of $P$'": "a title is plain text without '$'",
 }
 

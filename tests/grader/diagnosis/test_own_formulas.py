@@ -48,12 +48,13 @@ def find_mistake(verdict: Verdict) -> str:
          "trigs-in-terms and term-sign-typed"),
         ("planar-2r", GRAVITY, "[m*g*(a1*s1 + a2*s12), m*g*a2*s12]", 0.5, "all-sines-for-cosines"),
         ("planar-2r", GRAVITY, "[-m*g*(a1*s1 - a2*s12), m*g*a2*s12]", 0.5, "trigs-in-terms and term-sign-typed"),
-        # numbers and rates
+        # numbers, rates and left-out symbols
         ("polar-rp", ACCELERATION, "-a1*s1*qd1^2 + qd1*qd2*s1 + d2*c1*qd1^2", 0.5, "factor-missing"),
         ("planar-2r", ENERGY, "m/2*(2*a1^2*qd1^2 + a2^2*(qd1+qd2)^2 + 3*a1*a2*c2*qd1*(qd1+qd2))", 0.5,
          "number-typed"),
         ("planar-2r", ENERGY, "m/2*(2*a1^2*qd1^2 + a2^2*qd2^2 + 2*a1*a2*c2*qd1*qd2)", 0.5, "relative-rates"),
         ("planar-2r", GRAVITY, "[m*9.81*(a1*c1 + a2*c12), m*9.81*a2*c12]", 0.5, "number-for-symbol"),
+        ("planar-pr", "m*transpose(J)*J", "[[1, a2*c2], [a2*c2, a2^2]]", 0.5, "factor-missing"),
         # a missing term, and another component or frame
         ("polar-rp", ACCELERATION, "-a1*s1*qd1^2 + d2*c1*qd1^2", 0.5, "term-missing"),
         ("polar-rp", ACCELERATION, "-a1*c1*qd1^2 + 2*qd1*qd2*c1 - d2*s1*qd1^2", 0.5, "other-component"),
@@ -90,6 +91,30 @@ def test_a_link_to_an_earlier_mistake_needs_more_than_one_sign_in_common() -> No
     assert verdict.judgement.share == 0.8
 
 
+@pytest.mark.parametrize(
+    ("answer", "mistake"),
+    [("{theta2: [0, pi]}", "component-missed"), ("[Eq(d3, 0)]", "component-missed"), ("[]", "component-missed")],
+)
+def test_a_missed_condition_of_an_own_set_is_named(answer: str, mistake: str) -> None:
+    verdict = mark_one(ask("spherical", "zeros(p.x, p.y)"), answer)  # d3 = 0 or sin(theta2) = 0
+    assert find_mistake(verdict) == mistake and verdict.diagnosis is not None
+    assert "Find all ways in which the condition can hold" in verdict.diagnosis.feedback
+    assert "J" not in verdict.diagnosis.feedback
+
+
+@pytest.mark.parametrize(
+    ("answer", "is_right"),
+    [
+        ("tau1 = 0, tau2 = -m*g*d3*sin(theta2), f3 = m*g*cos(theta2)", True),
+        ("f3 = m*g*cos(theta2), tau2 = -m*g*d3*sin(theta2), tau1 = 0", True),
+        ("tau1 = 0, tau2 = -m*g*d3*sin(theta2), f2 = m*g*cos(theta2)", False),
+    ],
+)
+def test_entries_named_by_their_number_are_read_in_this_order(answer: str, is_right: bool) -> None:
+    verdict = mark_one(ask("spherical", "transpose(Jv)*[0, 0, m*g]", units=MASSES), answer)
+    assert (verdict.judgement.share == 1) is is_right
+
+
 def test_a_direction_that_nothing_loses_gets_no_such_message() -> None:
     verdict = mark_one(ask("planar-2r", "o2 - o1", rows=("x", "y"), is_up_to_factor=True), "[-s12, c12]")
     assert find_mistake(verdict) != "direction-that-moves"
@@ -103,6 +128,8 @@ def test_a_direction_that_nothing_loses_gets_no_such_message() -> None:
         ("m*g*v.y", "m*v.y", "factor-missing"), ("m*g*v.y", "m*g*v.x", "other-component"),
         ("transpose(Jv)*[m, 0, 0]", "J*[m, 0]", "transposed-wrongly"),
         ("J*transpose(J)*qd", "transpose(J)*J*qd", "transposed-wrongly"),
+        ("m*transpose(J)*J*qd", "m*J*transpose(J)*qd", "transposed-wrongly"),
+        ("sqrt(v.x^2 + v.y^2)", "dot(v, v)", "speed-squared"), ("sqrt(v.x^2 + v.y^2)", "v.y", "component-alone"),
     ],
 )  # fmt: skip
 def test_simple_mistakes_in_a_number_are_named(formula: str, wrong_formula: str, mistake: str) -> None:
