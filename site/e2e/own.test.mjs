@@ -156,6 +156,29 @@ for (const [robot, width] of [
   });
 }
 
+test("all columns of the J of ten joints are visible; units are accepted, and an unlikely angle is pointed out", async () => {
+  const rows = Array.from({ length: 10 }, (_, i) => `R_q${i + 1}_0_0.4_${90 * (i % 2)}`).join("~");
+  const { page, wrong } = await opened(
+    there,
+    `own.html#dh=${rows}&angles=degrees&at=${Array(10).fill(-142.7).join("_")}`,
+    { viewport: { width: 1440, height: 900 } },
+  );
+  const cut = () =>
+    page.locator(".arm-jacobian").evaluate((table) => {
+      const [last] = [...table.querySelectorAll("tbody td:last-child")];
+      return last.getBoundingClientRect().right - table.parentElement.getBoundingClientRect().right;
+    });
+  await page.locator(".arm-jacobian td").first().waitFor();
+  assert.ok((await cut()) <= 1, `${await cut()} pixels of J are cut off`);
+  await page.getByLabel("α1", { exact: true }).fill("90°");
+  await page.getByLabel("a1", { exact: true }).fill("400mm");
+  await page.getByLabel("d1", { exact: true }).fill("0,1 m");
+  assert.equal(await page.locator(".own-wrong").count(), 0);
+  await page.getByLabel("α2", { exact: true }).fill("1.5708");
+  await page.getByText("Is 1.5708 in radians? If so, enter 90.").waitFor();
+  assert.deepEqual(wrong, []);
+});
+
 test("an invalid link is reported, and so is a link to an unknown robot", async () => {
   for (const [link, said] of [
     ["#dh=R_1", /contains no readable table/],

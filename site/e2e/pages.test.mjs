@@ -94,6 +94,14 @@ test("a missing address shows the site's own page at any depth, with a way back"
   }
 });
 
+test("screenshots are dark on a dark page", async () => {
+  const { page } = await opened(there, "docs/moodle.html", { colorScheme: "dark" });
+  const filters = await page
+    .locator('main img[src$=".png"]')
+    .evaluateAll((images) => images.map((image) => getComputedStyle(image).filter));
+  assert.ok(filters.length > 5 && filters.every((filter) => filter.startsWith("invert")), `${filters}`);
+});
+
 test("every page can be reached from the first one", () => {
   const seen = new Set(["index.html"]);
   for (const path of seen) {

@@ -46,6 +46,32 @@ for (const [width, height] of SIZES) {
   });
 }
 
+test("on a very wide screen letters and ticks grow with the page, and the pointer meets what is drawn", async () => {
+  const { page, wrong } = await opened(there, JACOBIAN, { viewport: { width: 3840, height: 2160 } });
+  await page.locator(".arm-zero").first().waitFor({ state: "attached" });
+  const sizes = await page
+    .locator(".arm-letter-layer text, .arm-tick text")
+    .evaluateAll((texts) => texts.map((text) => parseFloat(getComputedStyle(text).fontSize) * text.getScreenCTM().a));
+  assert.ok(sizes.length > 10 && Math.min(...sizes) > 15, `${sizes}`);
+  const middle = async (part) => {
+    const { x, y, width, height } = await boxOf(page, part);
+    return [x + width / 2, y + height / 2];
+  };
+  const off = async (part, [x, y]) => Math.hypot(...(await middle(part)).map((value, k) => value - [x, y][k]));
+  const [x, y] = await middle(".arm-map-canvas");
+  await page.mouse.click(x + 60, y + 40);
+  await drawn(page);
+  assert.ok((await off(".arm-here", [x + 60, y + 40])) < 3, "the map's pose is where it was clicked");
+  const [px, py] = await middle(".arm-point-dot");
+  await page.mouse.move(px, py);
+  await page.mouse.down();
+  await page.mouse.move(px - 20, py + 30, { steps: 5 });
+  await drawn(page);
+  assert.ok((await off(".arm-point-dot", [px - 20, py + 30])) < 3, "P is under the pointer");
+  await page.mouse.up();
+  assert.deepEqual(wrong, []);
+});
+
 for (const robot of ["anthropomorphic-6r", "panda"])
   test(`J and the map of ${robot} are completely visible in a narrow column`, async () => {
     const options = { viewport: { width: 1280, height: 900 } };

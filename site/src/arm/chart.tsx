@@ -45,7 +45,7 @@ export function Chart({ arm, journey, speed, limits, time }: ChartProps): JSX.El
     <figure class="arm-chart">
       <figcaption>{say("arm.chart.title")}</figcaption>
       <div ref={box} class="arm-chart-frame">
-        <svg viewBox={`0 0 ${width} ${height}`} width={width} height={height} aria-hidden="true">
+        <svg viewBox={`0 0 ${width} ${height}`} aria-hidden="true">
           <rect class="arm-band" x={LEFT_MARGIN} y={y(1)} width={plotWidth} height={y(-1) - y(1)} />
           <path class="arm-limit" d={`M${LEFT_MARGIN} ${y(1)}h${plotWidth}M${LEFT_MARGIN} ${y(-1)}h${plotWidth}`} />
           <path

@@ -21,7 +21,7 @@ import { add, addScaled, clamp, dot, subtract, type Vec3 } from "./vector.js";
 import type { Orbit, Pixel, View } from "./view.js";
 import { ARROWS, FIRST_ORBIT, hasModifier, keyStep, nearestOnLine, planeNormalOf, toPixel } from "./view.js";
 import { vectorFromPixels, viewOf } from "./view.js";
-import { useSize } from "./size.js";
+import { drawingScale, useSize } from "./size.js";
 import { classifyNearness } from "./descriptions.js";
 
 interface DrawingProps extends Stage {
@@ -84,7 +84,8 @@ export function Drawing(props: DrawingProps): JSX.Element {
   const pixelOf = (event: PointerEvent): Pixel => {
     const corner = box.current!.getBoundingClientRect();
     const { clientLeft, clientTop } = box.current!;
-    return [event.clientX - corner.left - clientLeft, event.clientY - corner.top - clientTop];
+    const scale = drawingScale();
+    return [(event.clientX - corner.left - clientLeft) / scale, (event.clientY - corner.top - clientTop) / scale];
   };
   const startDrag = (event: PointerEvent, dragFrom: (startPixel: Pixel) => Drag): void => {
     if (event.button !== 0) return;
@@ -131,6 +132,11 @@ export function Drawing(props: DrawingProps): JSX.Element {
     [firstOrbit],
   );
   const pressKey = (event: KeyboardEvent): void => {
+    const way = wayInTime(event);
+    if (way) {
+      props.travel(way);
+      return event.preventDefault();
+    }
     if (hasModifier(event)) return;
     const step = ARROWS[event.key];
     const number = Number(event.key);
@@ -167,9 +173,16 @@ export function Drawing(props: DrawingProps): JSX.Element {
         onPointerCancel={() => setDrag(null)}
       >
         {!isFlat && <Space arm={arm} state={state} view={view} columns={columns} onReady={setSolid} />}
-        <svg viewBox={`0 0 ${width} ${height}`} width={width} height={height} aria-hidden="true">
+        <svg viewBox={`0 0 ${width} ${height}`} aria-hidden="true">
           {(isFlat || !isSolidReady) && <Body arm={arm} state={state} view={view} reach={reach} />}
           {!isFlat && <Foot arm={arm} state={state} view={view} />}
+          {layers.trace && (
+            <g class="arm-trace">
+              {props.trace.map((line, i) => (
+                <polyline key={i} points={polylineText(view, line)} />
+              ))}
+            </g>
+          )}
           {props.overlay?.(view)}
           <Marks
             {...props}
@@ -217,6 +230,14 @@ export function Drawing(props: DrawingProps): JSX.Element {
       </div>
     </div>
   );
+}
+
+/** Return whether Ctrl+Z (Cmd+Z) is pressed, or Ctrl+Shift+Z or Ctrl+Y; else null. */
+function wayInTime({ key, ctrlKey, metaKey, altKey, shiftKey }: KeyboardEvent): "undo" | "redo" | null {
+  if (altKey || ctrlKey === metaKey) return null;
+  const letter = key.toLowerCase();
+  if (letter === "z") return shiftKey ? "redo" : "undo";
+  return letter === "y" ? "redo" : null;
 }
 
 /** Return the point at which a link is dragged; null if no link is dragged. */
@@ -303,14 +324,15 @@ function useCovered(box: { readonly current: HTMLElement | null }, changes: read
     if (!box.current || !parent) return;
     const { left, top } = box.current.getBoundingClientRect();
     const { clientLeft, clientTop } = box.current;
+    const scale = drawingScale();
     const boxes = [...parent.querySelectorAll(OVERLAYS)]
       .map((element) => element.getBoundingClientRect())
       .filter(({ width, height }) => width > 0 && height > 0)
       .map((rect) => ({
-        left: rect.left - left - clientLeft,
-        right: rect.right - left - clientLeft,
-        top: rect.top - top - clientTop,
-        bottom: rect.bottom - top - clientTop,
+        left: (rect.left - left - clientLeft) / scale,
+        right: (rect.right - left - clientLeft) / scale,
+        top: (rect.top - top - clientTop) / scale,
+        bottom: (rect.bottom - top - clientTop) / scale,
       }));
     setCovered((before) => (JSON.stringify(before) === JSON.stringify(boxes) ? before : boxes));
   }, changes);

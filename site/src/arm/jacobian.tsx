@@ -79,7 +79,7 @@ export const Jacobian = withPace(
     <JacobianTable
       arm={arm}
       state={state}
-      format={toThreeDecimals}
+      format={arm.joints.length > MANY_JOINTS ? toTwoDecimals : toThreeDecimals}
       className="arm-jacobian"
       classOfColumn={(i) => `${jointClass(i)}${highlightedJoint === i ? " arm-lit" : ""}`}
       onColumn={highlight}
@@ -94,9 +94,15 @@ export function rowName(row: number): string {
   return `${letter === "w" ? "ω" : "v"}_${axis}`;
 }
 
-/** Format with three decimals always, so that nothing jumps while the arm moves, and without "−0". */
-const toThreeDecimals = (value: number): string =>
-  roundToDecimals(value, 3).toFixed(3).replace("-", "−").replace(".", decimalSign());
+/** With more joints, entries have two decimals: J is as wide as the column. */
+const MANY_JOINTS = 7;
+
+/** Format with a fixed number of decimals, so that nothing jumps while the arm moves, and without "−0". */
+const toDecimals =
+  (count: number) =>
+  (value: number): string =>
+    roundToDecimals(value, count).toFixed(count).replace("-", "−").replace(".", decimalSign());
+const [toTwoDecimals, toThreeDecimals] = [toDecimals(2), toDecimals(3)];
 
 /** Below this share of its maximum absolute value, a factor is marked as vanishing. */
 const VANISHING_SHARE = 0.06;

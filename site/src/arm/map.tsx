@@ -10,7 +10,7 @@ import { plainLetters } from "./letters.js";
 import type { Arm } from "./model.js";
 import { rangeOf, limitToRange } from "./ranges.js";
 import { useDebounced } from "../scheduling.js";
-import { useSize } from "./size.js";
+import { drawingScale, useSize } from "./size.js";
 import { onSchemeChange } from "./space.js";
 import { toDegrees, roundToDecimals, roundToDigits, InRadians } from "./number-format.js";
 import type { Stage } from "./stage.js";
@@ -59,7 +59,8 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
     move(poseAtSpot(pose, pair, [limitToRange(arm, acrossJoint, u), limitToRange(arm, upJoint, v)]));
   const dragTo = (event: PointerEvent): void => {
     const corner = box.current!.getBoundingClientRect();
-    const [x, y] = [event.clientX - corner.left, event.clientY - corner.top];
+    const scale = drawingScale();
+    const [x, y] = [(event.clientX - corner.left) / scale, (event.clientY - corner.top) / scale];
     const pointedSpot: Spot = [
       acrossRange.low + clamp((x - LEFT_MARGIN) / plotWidth, 0, 1) * (acrossRange.high - acrossRange.low),
       upRange.low + clamp((EDGE_MARGIN + plotHeight - y) / plotHeight, 0, 1) * (upRange.high - upRange.low),
@@ -109,8 +110,8 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
     [arm, pair, inRadians, ...plotBounds],
   );
   const legend = useMemo(
-    () => (terrain ? <Legend stretches={stretches} isEverywhere={terrain.max === 0} /> : null),
-    [terrain, stretches],
+    () => (map?.hasKinds ? <Legend stretches={stretches} isEverywhere={map.terrain.max === 0} /> : null),
+    [map],
   );
   const [x, y] = pixelOf(currentSpot);
   const name = shownValue === "least" ? say("arm.map.least") : say(sizeKey(arm));
@@ -147,7 +148,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
         onPointerCancel={() => setHeld(false)}
       >
         <canvas ref={canvas} class="arm-map-canvas" aria-hidden="true" hidden={!terrain} />
-        <svg viewBox={`0 0 ${width} ${height}`} width={width} height={height} aria-hidden="true">
+        <svg viewBox={`0 0 ${width} ${height}`} aria-hidden="true">
           <rect class="arm-map-edge" x={LEFT_MARGIN} y={EDGE_MARGIN} width={plotWidth} height={plotHeight} />
           {lines}
           {ticks}
@@ -160,7 +161,9 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
       </div>
       {legend ?? (
         <ul class="arm-legend">
-          <li>{say("practice.loading")}</li>
+          <li>
+            <span role="status">{say(terrain ? "arm.map.finding-kinds" : "arm.map.finding-lines")}</span>
+          </li>
         </ul>
       )}
       <Here

@@ -5,6 +5,7 @@ import * as THREE from "three";
 import { type Arm, reachOf, type State } from "./model.js";
 import { extentOf, thicknessOf } from "./ranges.js";
 import { bodyOf, linkOf, jointCentresOf } from "./shape.js";
+import { drawingScale } from "./size.js";
 import { decompose } from "./svd.js";
 import { addScaled, norm, scaleVector, subtract, unit, type Vec3 } from "./vector.js";
 import type { View } from "./view.js";
@@ -68,7 +69,7 @@ export function createSolidArm(canvas: HTMLCanvasElement): SolidArm {
 
   /** Fit the renderer to the pixels of a view. Resizing clears the canvas, so it happens only if the size changed. */
   function fitRenderer({ width, height }: View): void {
-    const ratio = Math.min(2, globalThis.devicePixelRatio || 1);
+    const ratio = Math.min(2, globalThis.devicePixelRatio || 1) * drawingScale();
     const size = `${width} ${height} ${ratio}`;
     if (size === fittedSize) return;
     fittedSize = size;

@@ -14,6 +14,8 @@ interface ComputedMap {
   readonly shownValue: ShownValue;
   readonly terrain: Terrain;
   readonly stretches: readonly Stretch[];
+  /** Whether the kinds of the lines are known, as far as they can be decided. */
+  readonly hasKinds: boolean;
 }
 
 /** Return the map over two joints, computed when `settledKey` changes; until then the last such map, or null. */
@@ -30,10 +32,11 @@ export function useMap(
     const worker = new Worker(new URL("./map.worker.ts", import.meta.url), { type: "module" });
     worker.addEventListener("message", ({ data }: MessageEvent<MapResponse>) => {
       if ("terrain" in data) {
-        setMap({ arm, pair, shownValue, terrain: data.terrain, stretches: stretchesWithoutKinds(data.terrain) });
+        const stretches = stretchesWithoutKinds(data.terrain);
+        setMap({ arm, pair, shownValue, terrain: data.terrain, stretches, hasKinds: false });
         return;
       }
-      setMap((previous) => previous && { ...previous, stretches: data.stretches });
+      setMap((previous) => previous && { ...previous, stretches: data.stretches, hasKinds: true });
       worker.terminate();
     });
     worker.postMessage({ arm, pose, pair, shownValue } satisfies MapRequest);
