@@ -7,9 +7,8 @@ at which the mistake is made.
 catalogue.toml describes the mistakes, and the modules make them: `position`, `columns`, `screws`, `algebra`, `table`,
 `arrangement`, `numeric`, `question_formulas`, `sets` and `choices`. The other modules are:
 
-    base             define a mistake: a change to a derivation, or to an answer
-    formula_edits    change a finished formula, such as a sign or a factor
-    term_comparison  compare an answer with its reference term by term
-    configurations   sample the configurations at which an answer is evaluated
-    catalogue        list all mistakes by name, and compute the wrong answers that they lead to
+    base            define a mistake: a change to a derivation, or to an answer
+    formula_edits   change a finished formula, such as a sign or a factor
+    configurations  sample the configurations at which an answer is evaluated
+    catalogue       list all mistakes by name, and compute the wrong answers that they lead to
 """

@@ -41,7 +41,7 @@ def _change_sets(change: Callable[[Chain, Components], Iterator[MistakenAnswer]]
             for mistaken_answer in change(chain, part.answer.components):
                 if part.answer.is_singular_set:
                     yield mistaken_answer
-                elif "zero" not in mistaken_answer.words:
+                elif "zero" not in mistaken_answer.words and not mistaken_answer.words.get("instead"):
                     yield replace(mistaken_answer, words=advise_on_any_set(mistaken_answer.words))
 
     return generate

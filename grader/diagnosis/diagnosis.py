@@ -25,7 +25,6 @@ from qdot.exercises.mistakes.catalogue import (
     predict_wrong_answers,
 )
 from qdot.exercises.mistakes.question_formulas import find_formula
-from qdot.exercises.mistakes.term_comparison import TermComparison, compare_terms
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.quantities import is_quantity
 from qdot.exercises.questions.results import is_made_of_jacobian, is_product
@@ -37,6 +36,7 @@ from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE, NumericAnswer, is_
 from qdot.grader.diagnosis.residuals import explain_missing_links
 from qdot.grader.diagnosis.rounding import explain_rounded_function, explain_rounding
 from qdot.grader.diagnosis.set_mistakes import explain_set, find_mistake_by_judging, name_alternatives
+from qdot.grader.diagnosis.term_comparison import TermComparison, compare_terms
 from qdot.grader.diagnosis.wrong_answer import WrongAnswer, evaluate_answer, transpose
 from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.verdict import Diagnosis, locate_mistake

@@ -21,8 +21,8 @@ from qdot.exercises.mistakes import formula_edits
 from qdot.exercises.mistakes.base import join_words
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import SymbolValues
-from qdot.exercises.mistakes.term_comparison import TermComparison
 from qdot.grader.diagnosis.numbers import NumericAnswer, is_distinctive
+from qdot.grader.diagnosis.term_comparison import TermComparison
 from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
 

@@ -180,7 +180,10 @@ def _explain_pieces(problem: Problem, part: Part, claimed_pieces: Sequence[Piece
         sentences = [f"Your answer contains no condition. {mistakes[0][1]['every']}. See (6.8)."]
     names = tuple(dict.fromkeys(name for name, _ in mistakes))
     signature = tuple(dict.fromkeys(locate_mistake(*mistake) for mistake in mistakes))
-    return Diagnosis(names, _join_messages(sentences), signature=signature)
+    feedback = _join_messages(sentences)
+    if not explanation.is_singular_set:  # (6.8) is about singular configurations
+        feedback = feedback.removesuffix(" See (6.8).")
+    return Diagnosis(names, feedback, signature=signature)
 
 
 def _join_messages(messages: Sequence[str]) -> str:

@@ -199,3 +199,65 @@ test("an arm that leaves its enlarged first view is shown whole, and comes under
   assert.ok((await lengthOf()) < 0.8 * near);
   assert.deepEqual(wrong, []);
 });
+
+/** Drags P by some pixels, in steps. */
+async function dragPoint(page, [dx, dy]) {
+  const { x, y, width, height } = await page.locator(".arm-point-ring").boundingBox();
+  const [px, py] = [x + width / 2, y + height / 2];
+  await page.mouse.move(px, py);
+  await page.mouse.down();
+  await page.mouse.move(px + dx, py + dy, { steps: 8 });
+  await page.mouse.up();
+}
+
+const angles = (page) =>
+  page.locator('.arm-joints input[type="number"]').evaluateAll((fields) => fields.map(({ value }) => value));
+
+test("the trace of P ends where P is, and First pose clears it", async () => {
+  const { page } = await opened(there, "learn.html?lesson=singular", { viewport: { width: 1440, height: 900 } });
+  await page.getByLabel("trace of P").check();
+  await dragPoint(page, [-60, 50]);
+  const points = (await page.locator(".arm-trace polyline").getAttribute("points")).split(" ");
+  assert.ok(points.length > 8, points.join(" "));
+  const [x, y] = points.at(-1).split(",").map(Number);
+  const place = await page.locator(".arm-point").getAttribute("transform");
+  const [px, py] = place.match(/[\d.]+/g).map(Number);
+  assert.ok(Math.hypot(x - px, y - py) < 0.1, `${place} after ${points.at(-1)}`);
+  await page.getByRole("button", { name: "First pose" }).click();
+  assert.equal(await page.locator(".arm-trace polyline").count(), 0);
+});
+
+test("a drag is undone in one step, by a button or by Ctrl+Z in the drawing", async () => {
+  const { page } = await opened(there, "learn.html?lesson=singular", { viewport: { width: 1440, height: 900 } });
+  const first = await angles(page);
+  await dragPoint(page, [-50, 30]);
+  const second = await angles(page);
+  await dragPoint(page, [20, 30]);
+  const third = await angles(page);
+  assert.equal(new Set([first, second, third].map(String)).size, 3);
+  await page.locator(".arm-box").focus();
+  await page.keyboard.press("Control+z");
+  assert.deepEqual(await angles(page), second);
+  await page.getByRole("button", { name: "Undo the move" }).click();
+  assert.deepEqual(await angles(page), first);
+  await page.getByRole("button", { name: "Redo the move" }).click();
+  await page.locator(".arm-box").focus();
+  await page.keyboard.press("Control+y");
+  assert.deepEqual(await angles(page), third);
+});
+
+test("the slider of a symbolic length changes arm, J and map, and the pose stays", async () => {
+  const { page } = await opened(there, "learn.html?lesson=singular", { viewport: { width: 1440, height: 900 } });
+  const seen = async () => [
+    await page.locator(".arm-jacobian tbody").innerText(),
+    await page.locator(".arm-factors dd").first().innerText(),
+    await page.locator(".arm-grip").first().getAttribute("points"),
+  ];
+  const [before, pose] = [await seen(), await angles(page)];
+  await page.getByRole("slider", { name: "Length a1" }).focus();
+  for (let k = 0; k < 20; k += 1) await page.keyboard.press("ArrowRight");
+  await page.locator(".arm-lengths").getByText("= 0.5 m").waitFor();
+  await page.getByText("Here: det J = 0.167.").waitFor();
+  (await seen()).forEach((text, i) => assert.notEqual(text, before[i]));
+  assert.deepEqual(await angles(page), pose);
+});

@@ -132,6 +132,11 @@ export function Drawing(props: DrawingProps): JSX.Element {
     [firstOrbit],
   );
   const pressKey = (event: KeyboardEvent): void => {
+    const way = wayInTime(event);
+    if (way) {
+      props.travel(way);
+      return event.preventDefault();
+    }
     if (hasModifier(event)) return;
     const step = ARROWS[event.key];
     const number = Number(event.key);
@@ -171,6 +176,13 @@ export function Drawing(props: DrawingProps): JSX.Element {
         <svg viewBox={`0 0 ${width} ${height}`} aria-hidden="true">
           {(isFlat || !isSolidReady) && <Body arm={arm} state={state} view={view} reach={reach} />}
           {!isFlat && <Foot arm={arm} state={state} view={view} />}
+          {layers.trace && (
+            <g class="arm-trace">
+              {props.trace.map((line, i) => (
+                <polyline key={i} points={polylineText(view, line)} />
+              ))}
+            </g>
+          )}
           {props.overlay?.(view)}
           <Marks
             {...props}
@@ -218,6 +230,14 @@ export function Drawing(props: DrawingProps): JSX.Element {
       </div>
     </div>
   );
+}
+
+/** Return whether Ctrl+Z (Cmd+Z) is pressed, or Ctrl+Shift+Z or Ctrl+Y; else null. */
+function wayInTime({ key, ctrlKey, metaKey, altKey, shiftKey }: KeyboardEvent): "undo" | "redo" | null {
+  if (altKey || ctrlKey === metaKey) return null;
+  const letter = key.toLowerCase();
+  if (letter === "z") return shiftKey ? "redo" : "undo";
+  return letter === "y" ? "redo" : null;
 }
 
 /** Return the point at which a link is dragged; null if no link is dragged. */

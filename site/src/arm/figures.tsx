@@ -1,12 +1,15 @@
 // Show the numbers of a pose: det J with its factors, the point, and how near a singularity is.
 
 import type { JSX } from "preact";
+import { useContext } from "preact/hooks";
 
 import { withPace } from "../pace.js";
 import { formatNumber, numberSeparator, say } from "../text/text.js";
 import { Determinant } from "./jacobian.js";
+import { Letters } from "./letters.js";
 import { mixesUnits } from "./model.js";
-import { roundToDecimals } from "./number-format.js";
+import { convertAngle, InRadians, roundToDecimals } from "./number-format.js";
+import { angleInPlane, rotationAnglesOf } from "./orientation.js";
 import type { Stage } from "./stage.js";
 import { kindOfSingularity, classifyNearness } from "./descriptions.js";
 
@@ -25,18 +28,21 @@ export const Figures = withPace(
         <i>P</i> = ({state.point.map((value) => formatNumber(roundToDecimals(value, 3))).join(numberSeparator())}) m.
       </>
     );
+    const orientation = <Orientation arm={arm} state={state} />;
     if (isConcealed)
       return (
         <div class="arm-figures">
           {isExplainedBeside ? null : <p class="arm-concealed">{say("arm.concealed")}</p>}
-          <p class="arm-nearness">{point}</p>
+          <p class="arm-nearness">
+            {point} {orientation}
+          </p>
         </div>
       );
     return (
       <div class={`arm-figures arm-${nearness}-pose`}>
         <Determinant arm={arm} state={state} measures={measures} sizes={sizes} />
         <p class="arm-nearness">
-          {point}{" "}
+          {point} {orientation}{" "}
           {say(mixesUnits(arm) ? "arm.figures.ratio-shares" : "arm.figures.ratio", {
             percent: roundToDecimals(100 * measures.ratio, 1),
           })}{" "}
@@ -47,3 +53,21 @@ export const Figures = withPace(
   },
   { atOnce: ["arm", "sizes", "isConcealed", "isExplainedBeside"], inTurn: ["state", "measures", "settledState"] },
 );
+
+/** The orientation of the last frame: the angle of its x axis in the plane, or its rotation in space. */
+function Orientation({ arm, state }: Pick<Stage, "arm" | "state">): JSX.Element {
+  const inRadians = useContext(InRadians);
+  const write = (angle: number): string => `${formatNumber(convertAngle(inRadians, angle))}${inRadians ? " rad" : "°"}`;
+  const last = arm.joints.length;
+  const frame = state.frames[last]!;
+  const angle = angleInPlane(arm, frame);
+  if (angle !== null)
+    return (
+      <span>
+        {say("arm.figures.angle-of")} <Letters name={`x${last}`} />: {write(angle)}.
+      </span>
+    );
+  const { yaw, pitch, roll } = rotationAnglesOf(frame);
+  const angles = { yaw: write(yaw), pitch: write(pitch), roll: write(roll) };
+  return <span>{say("arm.figures.rotation", { frame: last, ...angles })}</span>;
+}

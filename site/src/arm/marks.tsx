@@ -23,7 +23,7 @@ import { add, addScaled, scaleVector, type Vec3, ZERO } from "./vector.js";
 import { vectorInPixels, vectorFromPixels, ellipseOnPage, toPixel, type Pixel, type View } from "./view.js";
 import { wayToBase, World, worldLabels } from "./world.js";
 
-export const LAYERS = ["frames", "lengths", "vectors", "columns", "ellipse"] as const;
+export const LAYERS = ["frames", "lengths", "vectors", "columns", "ellipse", "trace"] as const;
 export type Layers = Readonly<Record<(typeof LAYERS)[number], boolean>>;
 
 /** Drawn length (m) of a velocity of 1 m/s, if the arm is not smaller than 1 m. */

@@ -76,7 +76,8 @@ function Panel(props: ArmProps): JSX.Element {
   // In the same frame as the drawing.
   useLayoutEffect(() => onStage?.(stage), [stage.state, stage.settledState, stage.welding?.place, stage.welding?.weld]);
   const { arm, robot, settledState, welding, isConcealed } = stage;
-  const layerProps = { layers: stage.layers, isConcealed, toggle: stage.toggle, reset: stage.reset };
+  const { layers, toggle, reset, travel, canTravel } = stage;
+  const layerProps = { layers, isConcealed, toggle, reset, travel, canTravel };
   const [isFolded, setFolded] = useState(false);
   const startPull = onPull((way) => setFolded(way === "up"));
   const description = useMemo(() => {
@@ -89,7 +90,7 @@ function Panel(props: ArmProps): JSX.Element {
     <>
       <Joints {...stage} />
       <Figures {...stage} isExplainedBeside={isWide && openPane === "map"} />
-      <Lengths robot={robot} symbols={symbols} />
+      <Lengths robot={robot} symbols={symbols} onLength={stage.setLength} />
     </>
   );
   const step = useSteps(1); // first the arm's title and room, then everything else
@@ -193,9 +194,11 @@ function Panel(props: ArmProps): JSX.Element {
 /** Return whether the arm is above the text, so that an open pane would cover the text. */
 const isNarrowPage = (): boolean => typeof matchMedia === "function" && matchMedia("(max-width: 56.24rem)").matches;
 
-/** The layers of the drawing, and a button that returns to the first pose. */
-const LayerControls = memo((props: Pick<Stage, "layers" | "isConcealed" | "toggle" | "reset">): JSX.Element => {
-  const { layers, isConcealed, toggle, reset } = props;
+type LayerControlsProps = Pick<Stage, "layers" | "isConcealed" | "toggle" | "reset" | "travel" | "canTravel">;
+
+/** The layers of the drawing, and buttons that undo or redo a move and return to the first pose. */
+const LayerControls = memo((props: LayerControlsProps): JSX.Element => {
+  const { layers, isConcealed, toggle, reset, travel, canTravel } = props;
   return (
     <div class="arm-layers" role="group" aria-label={say("arm.layers")}>
       {LAYERS.filter((layer) => !isConcealed || !LAYERS_OF_J.has(layer)).map((layer) => (
@@ -204,9 +207,25 @@ const LayerControls = memo((props: Pick<Stage, "layers" | "isConcealed" | "toggl
           {say(`arm.layer.${layer}`)}
         </label>
       ))}
-      <button type="button" class="arm-reset" onClick={reset}>
-        {say("arm.reset")}
-      </button>
+      <span class="arm-moves">
+        {(["undo", "redo"] as const).map((way) => (
+          <button
+            key={way}
+            type="button"
+            class={`arm-${way}`}
+            aria-disabled={!canTravel[way]} // a disabled button would lose the focus
+            aria-label={say(`arm.${way}`)}
+            aria-keyshortcuts={way === "undo" ? "Control+Z" : "Control+Y"}
+            title={say(`arm.${way}`)}
+            onClick={() => travel(way)}
+          >
+            {way === "undo" ? "↶" : "↷"}
+          </button>
+        ))}
+        <button type="button" class="arm-reset" onClick={reset}>
+          {say("arm.reset")}
+        </button>
+      </span>
     </div>
   );
 });

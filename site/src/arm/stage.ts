@@ -1,15 +1,17 @@
 // The state of a stage, the page's panel with the arm: the arm and its pose, what is pointed at, the layers and panes.
 
-import { useCallback, useEffect, useMemo, useState } from "preact/hooks";
+import { useCallback, useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import type { Factor, NamedPose, Robot } from "../bank.js";
 import { type DeterminantSizes, sizesOf } from "./factors.js";
+import { useMoveHistory } from "./history.js";
 import type { Layers } from "./marks.js";
 import type { Arm, Measures, Pose, State } from "./model.js";
 import { armOf, measuresOf, namedPose, reachOf, stateAt } from "./model.js";
 import { whyNoPath, stationOn } from "./path.js";
 import { firstPose, limitPose, widenRanges } from "./ranges.js";
 import { useDebounced } from "../scheduling.js";
+import { extendTrace, NO_TRACE, type Trace } from "./trace.js";
 import { firstWeld, journeyOf, type Weld } from "./weld.js";
 
 /** What the pane beside the drawing shows: sliders, J in numbers, the map of det J, the welding path, or the layers. */
@@ -49,6 +51,13 @@ export interface Stage {
   readonly sizes: () => DeterminantSizes;
   readonly move: (pose: Pose) => void;
   readonly reset: () => void;
+  /** Undo or redo a move of the arm; a drag is one move. */
+  readonly travel: (way: "undo" | "redo") => void;
+  readonly canTravel: Readonly<Record<"undo" | "redo", boolean>>;
+  /** Where P was while the arm was moved. */
+  readonly trace: Trace;
+  /** Change a symbolic length or angle (m or rad); the pose stays. */
+  readonly setLength: (name: string, value: number) => void;
   /** The joint that keys move, or -1 for the point P. */
   readonly chosenJoint: number;
   readonly choose: (joint: number) => void;
@@ -72,7 +81,10 @@ export interface Welding {
   readonly goTo: (s: number) => void;
 }
 
-const FIRST_LAYERS: Layers = { frames: true, lengths: true, vectors: false, columns: true, ellipse: true };
+const FIRST_LAYERS: Layers = {
+  ...{ frames: true, lengths: true, vectors: false, columns: true, ellipse: true, trace: false },
+};
+const NO_LENGTHS: NamedPose = {};
 
 /** With more joints, the names of axes and origins would pile up at the wrist; readers can still show them. */
 const MAX_JOINTS_WITH_FRAMES = 4;
@@ -94,23 +106,39 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
   const lengths = Object.entries(describedRobot.values).map(
     ([name, value]) => [name, shownValues[name] ?? value] as const,
   );
-  const robot = useMemo(
+  const questionRobot = useMemo(
     () => ({ ...describedRobot, values: Object.fromEntries(lengths) }),
     [describedRobot, JSON.stringify(lengths)],
   );
-  const arm = useMemo(() => {
-    const describedArm = armOf(robot);
+  const [changedLengths, setLengths] = useState(NO_LENGTHS); // by the reader
+  const robot = useMemo(
+    () =>
+      changedLengths === NO_LENGTHS
+        ? questionRobot
+        : { ...questionRobot, values: { ...questionRobot.values, ...changedLengths } },
+    [questionRobot, changedLengths],
+  );
+  const armWithRanges = (robotToShow: Robot): Arm => {
+    const describedArm = armOf(robotToShow);
     return widenRanges(
       describedArm,
       [firstValues, requestedValues].map((values) => poseToShow(describedArm, values)),
     );
-  }, [robot, firstValues, requestKey]);
+  };
+  const questionArm = useMemo(() => armWithRanges(questionRobot), [questionRobot, firstValues, requestKey]);
+  const arm = useMemo(
+    () => (robot === questionRobot ? questionArm : armWithRanges(robot)),
+    [robot, questionRobot, questionArm],
+  );
   const reach = useMemo(() => reachOf(arm), [arm]);
-  const startPose = useMemo(() => (firstValues ? poseFrom(arm, firstValues) : firstPose(arm)), [arm, firstValues]);
+  const startPose = useMemo(
+    () => (firstValues ? poseFrom(questionArm, firstValues) : firstPose(questionArm)),
+    [questionArm, firstValues],
+  );
   const sizes = useMemo(() => sizesOf(arm, robot, factors ?? []), [arm, factors]);
   const home = useMemo(
-    () => (isDismissed ? startPose : poseFrom(arm, requestedValues, startPose)),
-    [arm, startPose, requestKey, isDismissed],
+    () => (isDismissed ? startPose : poseFrom(questionArm, requestedValues, startPose)),
+    [questionArm, startPose, requestKey, isDismissed],
   );
   const isRequested = !isDismissed && requestedValues !== undefined;
   const [pose, setPose] = useState<Pose>(home);
@@ -129,9 +157,13 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
   const [weld, setWeld] = useState<Weld | null>(null);
   const [place, setPlace] = useState(0);
 
+  const history = useMoveHistory();
+  const [trace, setTrace] = useState(NO_TRACE);
   useEffect(() => {
     if (!isDismissed) setDismissed("");
   }, [requestKey]);
+  useEffect(() => setLengths(NO_LENGTHS), [describedRobot, firstValues, requestKey]);
+  useEffect(() => setTrace(NO_TRACE), [arm]);
   useEffect(() => {
     const hasSameJoints = pose.length === arm.joints.length;
     const nextPose =
@@ -140,8 +172,12 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
         : poseFrom(arm, requestedValues, hasSameJoints && requestedValues ? pose : startPose);
     if (nextPose.every((value, i) => Math.abs(value - (pose[i] ?? Infinity)) < 1e-9)) return;
     setWeld(null);
+    history.endStep();
+    if (hasSameJoints && requestedValues) history.record(pose);
+    history.endStep();
     setPose(nextPose);
-  }, [arm, requestKey]);
+  }, [questionArm, requestKey]);
+  useEffect(() => history.clear(), [describedRobot]);
 
   const state = useMemo(() => stateAt(arm, pose), [arm, pose]);
   const measures = useMemo(() => measuresOf(arm, state), [state]);
@@ -149,17 +185,48 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
   const journey = useMemo(() => (weld ? journeyOf(arm, weld) : null), [arm, weld?.startPose, weld?.target]);
 
   // These functions stay the same between renderings, so that what receives them is not drawn again.
-  const move = useCallback(
+  const currentPose = useRef(pose);
+  currentPose.current = pose;
+  const goToPose = useCallback(
     (next: Pose): void => {
+      currentPose.current = next; // several moves may come before the next rendering
       setPose(next);
       onPose?.(namedPose(arm, next));
     },
     [arm, onPose],
   );
+  const move = useCallback(
+    (next: Pose): void => {
+      const before = currentPose.current;
+      if (next.some((value, i) => value !== before[i])) history.record(before);
+      setTrace((trace) => extendTrace(trace, arm, before, next));
+      goToPose(next);
+    },
+    [arm, goToPose],
+  );
   const reset = useCallback(() => {
     setDismissed(requestKey);
+    setLengths(NO_LENGTHS);
+    history.endStep();
     move(startPose);
+    history.endStep();
+    setTrace(NO_TRACE);
   }, [move, startPose, requestKey]);
+  const travel = useCallback(
+    (way: "undo" | "redo"): void => {
+      const target = history[way](currentPose.current);
+      if (target) goToPose(target);
+    },
+    [goToPose],
+  );
+  const canTravel = useMemo(
+    () => ({ undo: history.canUndo, redo: history.canRedo }),
+    [history.canUndo, history.canRedo],
+  );
+  const setLength = useCallback(
+    (name: string, value: number): void => setLengths((before) => ({ ...before, [name]: value })),
+    [],
+  );
   const toggle = useCallback(
     (layer: keyof Layers): void => setLayers((before) => ({ ...before, [layer]: !before[layer] })),
     [],
@@ -185,6 +252,7 @@ export function useStage(request: StageRequest, pane: Pane | null): Stage {
   }, []);
   return {
     ...{ robot, arm, reach, pose, home, isRequested, state, measures, settledState, sizes, move, reset },
+    ...{ travel, canTravel, trace, setLength },
     ...{ chosenJoint, choose, highlightedJoint, highlight, isConcealed, layers, toggle },
     pane: openPane,
     setPane,

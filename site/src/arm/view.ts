@@ -50,6 +50,12 @@ const AXES_BY_NORMAL: Readonly<Record<AxisName, Axes>> = {
   y: { right: [1, 0, 0], up: [0, 0, 1], towardReader: [0, -1, 0] },
 };
 
+/** Return the axes of the page in the plane of a planar arm; null for other arms. */
+export function planeAxesOf(arm: Arm): Axes | null {
+  const normal = planeNormalOf(arm);
+  return normal && AXES_BY_NORMAL[normal];
+}
+
 export function axesOfOrbit({ azimuth, elevation }: Orbit): Axes {
   const [ca, sa, ce, se] = [Math.cos(azimuth), Math.sin(azimuth), Math.cos(elevation), Math.sin(elevation)];
   return { right: [-sa, ca, 0], up: [-se * ca, -se * sa, ce], towardReader: [ce * ca, ce * sa, se] };

@@ -16,6 +16,7 @@ import { getLanguage, textOf, say } from "../text/text.js";
 import { convertAngles } from "./angles.js";
 import { Editor } from "./editor.js";
 import { Figures } from "./figures.js";
+import { FormulasView } from "./formulas-view.js";
 import { writeToml } from "./file.js";
 import { type KnownArm, type KnownArms, makeTable } from "./known-arms.js";
 import { writeFragment, parseFragment } from "./link.js";
@@ -133,6 +134,9 @@ export function OwnArm({ knownArms }: { knownArms: KnownArms }): JSX.Element {
           {faults.size > 0 ? say("own.wrong", { count: faults.size }) : warning ? textOf(warning) : ""}
         </p>
         {stage ? <Figures stage={stage} /> : null}
+        {stage && "rows" in numbers && numbers.rows.length === stage.arm.joints.length ? (
+          <FormulasView arm={stage.arm} rows={numbers.rows} />
+        ) : null}
         <NextSteps table={state.table} link={`${window.location.href.split("#")[0]}${fragment}`} />
       </article>
       <section class="stage" aria-label={say("practice.move")}>

@@ -15,7 +15,7 @@ import { describeArm } from "../arm/descriptions.js";
 import { useSteps } from "../scheduling.js";
 import { say } from "../text/text.js";
 
-const LAYERS: Layers = { frames: false, lengths: true, vectors: false, columns: true, ellipse: true };
+const LAYERS: Layers = { frames: false, lengths: true, vectors: false, columns: true, ellipse: true, trace: false };
 
 export function Hero(wish: StageRequest): JSX.Element {
   const stage = useStage(wish, null);

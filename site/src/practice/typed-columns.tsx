@@ -13,8 +13,8 @@ import { namedPose } from "../arm/model.js";
 
 type TypedColumnsProps = { readonly stage: Stage; readonly view: View; readonly columns: ColumnsAt };
 
-export function TypedColumns({ stage: { arm, state }, view, columns }: TypedColumnsProps): JSX.Element | null {
-  const vectors = columns(namedPose(arm, state.pose));
+export function TypedColumns({ stage: { arm, robot, state }, view, columns }: TypedColumnsProps): JSX.Element | null {
+  const vectors = columns({ ...robot.values, ...namedPose(arm, state.pose) });
   if (!vectors) return null;
   const scale = speedScale(arm);
   return (

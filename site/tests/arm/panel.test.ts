@@ -119,6 +119,61 @@ describe("the panel", () => {
     expect(numbers()).toEqual(["57.3", "57.3"]);
   });
 
+  it("undoes and redoes moves: all between one press of a key and the next are one", () => {
+    const firstPose = { theta1: 0, theta2: 1 };
+    show({ firstPose });
+    const slider = (): HTMLInputElement =>
+      document.querySelector<HTMLInputElement>(".arm-joint-row input[type=range]")!;
+    const slide = (...values: number[]): void =>
+      void act(() => {
+        slider().dispatchEvent(new Event("pointerdown", { bubbles: true }));
+        for (const value of values) {
+          slider().value = String(value);
+          slider().dispatchEvent(new Event("input", { bubbles: true }));
+        }
+        slider().dispatchEvent(new Event("pointerup", { bubbles: true }));
+      });
+    const pressInDrawing = (init: KeyboardEventInit): void =>
+      void act(() => {
+        const event = new KeyboardEvent("keydown", { bubbles: true, ...init });
+        document.querySelector(".arm-box")!.dispatchEvent(event);
+      });
+    const isEnabled = (way: string): boolean =>
+      document.querySelector(`.arm-${way}`)!.getAttribute("aria-disabled") === "false";
+    expect([isEnabled("undo"), isEnabled("redo")]).toEqual([false, false]);
+    slide(10, 20, 30);
+    slide(40, 50);
+    press(".arm-reset");
+    expect(numbers()[0]).toBe("0");
+    press(".arm-undo");
+    expect(numbers()[0]).toBe("50");
+    pressInDrawing({ key: "z", ctrlKey: true });
+    expect(numbers()[0]).toBe("30");
+    press(".arm-undo");
+    expect([numbers()[0], isEnabled("undo")]).toEqual(["0", false]);
+    press(".arm-undo");
+    pressInDrawing({ key: "y", ctrlKey: true });
+    pressInDrawing({ key: "Z", metaKey: true, shiftKey: true });
+    expect(numbers()[0]).toBe("50");
+    slide(60);
+    expect(isEnabled("redo")).toBe(false);
+  });
+
+  it("has sliders for symbolic lengths; they change the arm, and the pose stays", () => {
+    const firstPose = { theta1: Math.PI / 6, theta2: Math.PI / 2 };
+    show({ firstPose });
+    void act(() => {
+      const slider = document.querySelectorAll<HTMLInputElement>(".arm-lengths input")[0]!;
+      slider.value = "0.8";
+      slider.dispatchEvent(new Event("input", { bubbles: true }));
+    });
+    expect(lengths()).toContain("a1 = 0.8 m");
+    expect(numbers()).toEqual(["30", "90"]);
+    expect(document.querySelector(".arm-figures")!.textContent).toContain("det J0.32");
+    press(".arm-reset");
+    expect(lengths()).toContain("a1 = 0.5 m");
+  });
+
   it("shows a prismatic joint at its question's value, even beyond its usual range", () => {
     const robot = ROBOTS["scara"]!;
     const slide = robot.joints.findIndex(({ kind }) => kind === "P");

@@ -11,15 +11,14 @@ from math import prod
 
 import numpy as np
 
-from qdot.exercises.formula.algebra import expand_terms
+from qdot.exercises.formula.algebra import expand_terms, split_factors
 from qdot.exercises.formula.program import evaluate_variants
-from qdot.exercises.formula.trees import ONE, Node, count_nodes, make_number
+from qdot.exercises.formula.trees import ONE, Node, count_nodes
 from qdot.exercises.mistakes.configurations import SymbolValues
 from qdot.exercises.mistakes.formula_edits import MAX_ENTRY_NODES, MAX_TERMS, exchange_trigs
 
 RELATIVE_TOLERANCE = 1e-9
 """Two values count as equal if they differ by at most this fraction of the larger one."""
-TWO, THREE = make_number(2), make_number(3)
 MAX_TRIGS_OF_TERM = 4
 """Maximum number of sines and cosines of a term of which each may be exchanged; in other terms, all or none are."""
 
@@ -136,13 +135,9 @@ def _list_terms(entry: Node, values: SymbolValues) -> list[_Term]:
 
 
 def _write_as_products(node: Node) -> Node:
-    """Return a tree in which squares and cubes of sums, and quotients of sums, are written as products."""
-    args = [_write_as_products(arg) for arg in node.args]
-    if node.kind == "^" and args[0].kind in ("+", "-") and args[1] in (TWO, THREE):
-        return prod([args[0]] * int(args[1].value), start=ONE)
-    if node.kind == "/" and args[0].kind in ("+", "-", "*", "neg"):
-        return args[0] * (ONE / args[1])
-    return node.with_args(args)
+    """Return a tree in which powers and quotients are written as products."""
+    node = node.with_args([_write_as_products(arg) for arg in node.args])
+    return prod(split_factors(node), start=ONE) if node.kind in ("^", "/") else node
 
 
 _Variants = Iterator[tuple[TermDifference, np.ndarray]]
