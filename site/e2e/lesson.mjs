@@ -156,6 +156,6 @@ export async function walkedToMastery(page, hand, walk, arms) {
   await page.open(`${walk.root}/learn.html`);
   const standing = await until(page, () => document.querySelector(".skill.is-mastered .skill-state")?.innerText);
   assert.ok(standing.endsWith(words.isMastered), standing);
-  const next = () => document.querySelector(".way > ol > li.current a").search;
+  const next = () => document.querySelector(".way > .actions a").search;
   assert.equal(await page.run(next), "?lesson=columns");
 }
