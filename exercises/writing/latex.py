@@ -374,7 +374,7 @@ def tex_angle(value: sp.Expr) -> str:
     >>> tex_angle(sp.Symbol("theta2") + sp.pi / 2), tex_angle(sp.pi - sp.atan(4))
     ('\\theta_{2} + 90^\\circ', '180^\\circ - \\arctan(4)')
     >>> tex_angle(sp.Symbol("theta2") - sp.Rational(7, 10) + sp.pi)
-    '\\theta_{2} + \\pi - 0.7\\,\\text{rad}'
+    '\\theta_{2} - 0.7 + \\pi\\,\\text{rad}'
     """
     return _write_angle_in_degrees(sp.sympify(value))
 
@@ -408,7 +408,7 @@ def tex_result(value: sp.Expr, joint: sp.Symbol) -> str:
 
     >>> theta3 = sp.Symbol("theta3")
     >>> tex_result(sp.pi / 2, theta3), tex_result(sp.atan(sp.Rational(31, 6)) - sp.pi, theta3)
-    ('90^\\circ', '\\arctan(\\tfrac{31}{6}) - 180^\\circ \\approx -100.9^\\circ')
+    ('90^\\circ', '\\arctan(\\tfrac{31}{6}) - 180^\\circ \\approx -101^\\circ')
     >>> tex_result(sp.atan(sp.Rational(1499950, 55059)) - sp.pi, theta3)
     '-1.607\\,\\text{rad} \\approx -92.1^\\circ'
     """

@@ -73,7 +73,7 @@ def check_notebook(path: Path) -> CheckedNotebook:
     ...     path = Path(folder) / "mine.md"
     ...     _ = path.write_text("```python\np1_determinant = 'a1*a2*sin(theta2'\n```")
     ...     check_notebook(path).rows[0].message
-    "qdot couldn't parse your answer: ')' is missing at the end (at character 17, near '1*a2*sin(theta2')"
+    "qdot couldn't parse your answer: ')' is missing at the end (at character 17, near '…1*a2*sin(theta2')"
     """
     try:
         submission = read_submission(path, siblings=find_python_files(path))

@@ -199,7 +199,7 @@ def _read_entries(
             raise _AmbiguousAnswer("a set {a, b} has no order; write the entries as a list, [a, b]")
         if not are_numbers:
             tree = _stack_vectors(tree, shape, labels, columns) or tree
-        rows = as_matrix(_remove_labels(tree, labels, (0, 0) if are_numbers else shape))
+        rows = as_matrix(_remove_labels(tree, labels, (shape[0], 0) if are_numbers else shape))
         if tree.kind == "eq":
             refuse_nonscalars(tree)
         symbols = _find_symbols(rows)
@@ -648,7 +648,8 @@ def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (
             return Node("list", tuple(ordered_entries))
     if not entries or not all(map(_is_named, node.args)):
         return node
-    if not labels and columns <= 1 and (numbered_entries := _sort_by_number(entries)):
+    has_all_entries = not labels and columns <= 1 and len(entries) == rows
+    if has_all_entries and (numbered_entries := _sort_by_number(entries)):
         return Node("list", numbered_entries)
     expected_words = f", but the question asks for {', '.join(labels)}" if labels else ""
     advice = f"write your answer like {_make_example(shape)}" if columns else "write only the entries"

@@ -25,9 +25,9 @@ TABLES = (
 )  # fmt: skip
 GRAMMAR = {
     "pi", "sqrt", "sin", "cos", "rate", "in", "and", "or", "list", "set", "eq", "name", "qd", "begin", "...",
-    "Derivative", "theta", "radians", "matrix", "image", "diagonal", "condition", "transposed", "inverse", "±",
+    "Derivative", "theta", "radians", "matrix", "image", "diagonal", "condition", "transposed", "inverse", "±", "…",
 }  # fmt: skip
-"""Words with a meaning in the grammar itself, and kinds of nodes with the same names."""
+"""Words with a meaning in the grammar itself, kinds of nodes with the same names, and the mark of a shortened text."""
 
 
 def list_words(table: Any) -> Iterator[str]:

@@ -209,7 +209,7 @@ def test_rounding_to_integers_agrees_with_sympy(digits: int) -> None:
 
 
 def test_factor_keeps_its_sign_throughout_a_solution() -> None:
-    questions = ("determinant", "singularity-type", "singularity-meaning")
+    questions = ("determinant", "singularity-type")
     problem = generate(replace(ProblemId.parse("elbow-lateral/607@zeros"), questions=questions))
     for part in problem.parts:
         assert r"0.45 c_{2} - a_{3} \cos \varphi_{23}" in write_solution(problem, part)
