@@ -17,6 +17,7 @@ from fractions import Fraction
 from functools import cache
 from itertools import product
 from typing import Any
+from unittest.mock import patch
 
 import sympy as sp
 
@@ -31,6 +32,7 @@ from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.site.record import make_arm_record
+from qdot.grader.marking import partial_credit
 from tests.exercises.formula import test_reading as writings
 from tests.support import ROOT
 from tests.support.judging import judge_with_credit
@@ -152,7 +154,8 @@ def judge_answer(problem: int, name: str, text: str) -> tuple[str, float]:
 def judge_part(problem: Problem, part: Part, text: str, seed: str) -> tuple[str, float]:
     """Return the outcome and share of an answer to a part of any problem."""
     part_by_entries = replace(part, credit=Credit("entries"))  # the site gives no credit for factors or known mistakes
-    judgement = judge_with_credit(problem, part_by_entries, text, seed)
+    with patch.object(partial_credit, "_credit_terms", return_value=None):  # nor for terms of sums
+        judgement = judge_with_credit(problem, part_by_entries, text, seed)
     return judgement.outcome.value, round(judgement.share, 9)
 
 
