@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.problem.problem import Part, ProblemId
 from qdot.exercises.questions.concepts import (
@@ -22,7 +23,7 @@ from qdot.exercises.questions.differentiation import TaskDetails
 from qdot.exercises.reference_answers import Choice, Selection
 from qdot.exercises.short_questions.options import ConfigurationOptions, Options
 from tests.support.problems import ask_question
-from tests.support.suites import on_families, select_for_suite
+from tests.support.suites import SHAPES, on_families, select_for_suite
 
 CHOICES = ("joint-effect", "invertibility", "unreachable-velocity", "lost-motion", "singularity-meaning")
 SHORT_CHOICES = ("singular-configurations", "singular-drawing", "column-choice", "vector-choice", "axis-choice")
@@ -88,6 +89,7 @@ def test_a_joint_that_does_not_move_the_point_is_not_asked_about(textbook_arms: 
     assert wrist.details_as(JointEffectDetails).rows == ("wx", "wy", "wz")
 
 
+@on_families(select_for_suite([name for name in SHAPES.values() if name != SHAPES["seven joints"]], tuple(FAMILIES)))
 @pytest.mark.parametrize("name", ["unreachable-velocity", *SHORT_CHOICES])
 def test_no_feature_separates_right_options_from_wrong_ones(family: str, name: str) -> None:
     """Features that are visible without a calculation: shape, zeros, equal entries, formulas such as arctan(3/4)."""
