@@ -7,6 +7,7 @@ depends on the time. A notebook contains no seed, so that students can't regener
 import base64
 import html
 import json
+import re
 from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -28,6 +29,7 @@ if TYPE_CHECKING:  # importing nbformat takes as long as generating a problem, s
     from nbformat import NotebookNode
 
 CHECK_PAGE = "check.html"
+_PAGE_NAME = re.compile(r"(?<=/)[^/]+\.html$")
 """The site's page on which students check their notebooks.
 
 The link's part after the # names assignment and student, so that the page can report a file of another student. A
@@ -101,7 +103,7 @@ def _make_notebook(
         student=student,
         kind=kind,
         has_tables=has_tables,
-        check_page=f"{site.removesuffix('index.html').rstrip('/')}/{CHECK_PAGE}" if site else "",
+        check_page=f"{_PAGE_NAME.sub('', site).rstrip('/')}/{CHECK_PAGE}" if site else "",
         notebook_seconds=NOTEBOOK_SECONDS,
         cell_seconds=CELL_SECONDS,
         gigabytes=MEMORY_GIGABYTES,

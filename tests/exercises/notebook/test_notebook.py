@@ -234,7 +234,7 @@ def test_staff_reads_what_students_read_whether_it_is_written_anew_or_not() -> N
 
 
 @pytest.mark.parametrize(
-    "site", ["https://example.edu/arms", "https://example.edu/arms/", "https://example.edu/arms/index.html"]
+    "site", ["https://example.edu/arms", "https://example.edu/arms/", "https://example.edu/arms/check.html"]
 )
 def test_a_student_can_check_the_notebook_on_the_site_of_the_assignment(site: str) -> None:
     of = (TITLE, "hw1", "Ada L#1", _problems("planar-2r")[:1], False, site)
