@@ -11,6 +11,7 @@ describes its modules.
     grading/                    grade the submissions of a class, store the results, apply overrides
     statistics/                 compute the statistics for the page about the class
     reports/                    write results for people and for other programs
+    serve/                      the service of `qdot serve`, in which a class answers online
     cli/                        the program `qdot`
     integrations/               nbgrader, Otter, PrairieLearn, Gradescope, repositories on GitHub and GitLab
 """

@@ -13,7 +13,12 @@ DISTRIBUTION = "qdot-robotics"
 """The name of qdot in the package index, where `qdot` is another project; the import and the command are qdot."""
 IS_RELEASED = False
 """Whether qdot is in the package index. If so, a test lists the lines of README and docs that must change."""
-EXTRAS = {"pdf": ("typst",), "report": ("matplotlib", "xlsxwriter"), "cluster": ("distributed",)}
+EXTRAS = {
+    "pdf": ("typst",),
+    "report": ("matplotlib", "xlsxwriter"),
+    "cluster": ("distributed",),
+    "serve": ("django", "lti_tool", "django_tasks_db", "psycopg", "waitress", "whitenoise"),
+}
 """The extras of pyproject.toml, and the import names of the libraries that each installs."""
 
 

@@ -1,0 +1,178 @@
+"""The tables of `qdot serve`. Times are aware; points are on the scale of the assignment.
+
+A class is one course of a learning platform, or the roster of the folder if students come by personal links. Nobody
+sees anything of another class. Everything that a student submits is a row of `Submission`, which is never changed or
+removed, except for the marks, which can be computed again.
+"""
+
+import secrets
+import uuid
+
+from django.db import models
+from django.utils import timezone
+
+
+class Classroom(models.Model):
+    """The people of one course. `lti_context` is the course on its learning platform; None for personal links.
+
+    A course that isn't connected may not use the service: the first course of a platform is connected when a teacher
+    opens the tool there; further ones by the command line.
+    """
+
+    title = models.CharField(max_length=500, blank=True)
+    lti_context = models.OneToOneField("lti_tool.LtiContext", null=True, blank=True, on_delete=models.CASCADE)
+    is_connected = models.BooleanField(default=False)
+
+    def __str__(self) -> str:
+        return self.title or "the roster of the folder"
+
+
+class Person(models.Model):
+    """A student or a member of staff in one class.
+
+    `student_id` names the student in the assignment: with the secret it determines the problems. `link_digest` is the
+    SHA-256 of the token in the personal link; the token itself is not stored. `session_version` is raised to sign the
+    person out everywhere.
+    """
+
+    class Role(models.TextChoices):
+        STUDENT = "student"
+        STAFF = "staff"
+
+    classroom = models.ForeignKey(Classroom, on_delete=models.CASCADE, related_name="people")
+    role = models.CharField(max_length=7, choices=Role.choices)
+    student_id = models.CharField(max_length=100)
+    name = models.CharField(max_length=500, blank=True)
+    email = models.CharField(max_length=320, blank=True)
+    lti_user = models.ForeignKey("lti_tool.LtiUser", null=True, blank=True, on_delete=models.SET_NULL)
+    link_digest = models.CharField(max_length=64, null=True, blank=True, unique=True)
+    session_version = models.PositiveIntegerField(default=1)
+    is_active = models.BooleanField(default=True)
+
+    class Meta:
+        constraints = [
+            models.UniqueConstraint(fields=["classroom", "student_id"], name="one_person_per_student_id"),
+            models.UniqueConstraint(fields=["classroom", "lti_user"], name="one_person_per_lti_user"),
+        ]
+
+    def __str__(self) -> str:
+        return self.student_id
+
+
+class Extension(models.Model):
+    """The due date of one student for one assignment, instead of the assignment's."""
+
+    person = models.ForeignKey(Person, on_delete=models.CASCADE, related_name="extensions")
+    assignment = models.CharField(max_length=100)
+    due = models.DateTimeField()
+
+    class Meta:
+        constraints = [models.UniqueConstraint(fields=["person", "assignment"], name="one_due_date_per_student")]
+
+
+class Submission(models.Model):
+    """What a student submitted with one press of a button: one typed answer, or a notebook.
+
+    `request_id` is chosen by the browser, so that a request that arrives twice is stored once. Of typed answers,
+    `answers` maps the names of parts, such as "p1.jacobian", to the texts of *all* of the student's answers up to then,
+    so that the row is the whole of the student's work, as a notebook is; `changed_part` is the part that was submitted.
+    `marks` is a NotebookMarks (grader/grading/result.py) as JSON; None until it is marked.
+    """
+
+    class State(models.TextChoices):
+        WAITING = "waiting"
+        MARKED = "marked"
+        FAILED = "failed"
+
+    person = models.ForeignKey(Person, on_delete=models.CASCADE, related_name="submissions")
+    assignment = models.CharField(max_length=100)
+    request_id = models.UUIDField(default=uuid.uuid4)
+    received = models.DateTimeField(default=timezone.now)
+    answers = models.JSONField(null=True)
+    changed_part = models.CharField(max_length=200, blank=True)
+    file_name = models.CharField(max_length=255, blank=True)
+    content = models.BinaryField(null=True)
+    sha256 = models.CharField(max_length=64, blank=True)
+    state = models.CharField(max_length=7, choices=State.choices, default=State.WAITING)
+    marks = models.JSONField(null=True)
+
+    class Meta:
+        constraints = [models.UniqueConstraint(fields=["person", "request_id"], name="one_row_per_request")]
+        indexes = [models.Index(fields=["person", "assignment", "received"])]
+        ordering = ["received", "id"]
+
+
+class Draft(models.Model):
+    """A text that a student typed but has not submitted, so that it is there on the student's next machine."""
+
+    person = models.ForeignKey(Person, on_delete=models.CASCADE, related_name="drafts")
+    assignment = models.CharField(max_length=100)
+    part = models.CharField(max_length=200)
+    text = models.TextField()
+    saved = models.DateTimeField(default=timezone.now)
+
+    class Meta:
+        constraints = [models.UniqueConstraint(fields=["person", "assignment", "part"], name="one_draft_per_part")]
+
+
+class PointsOverride(models.Model):
+    """A line of overrides.csv: points or a comment for one student's part or total, or for a group of equal answers.
+
+    Either `person` or `group` is set. `answer` is the answer that a person marked by hand, as in overrides.csv.
+    """
+
+    classroom = models.ForeignKey(Classroom, on_delete=models.CASCADE, related_name="overrides")
+    assignment = models.CharField(max_length=100)
+    person = models.ForeignKey(Person, null=True, blank=True, on_delete=models.CASCADE, related_name="overrides")
+    group = models.CharField(max_length=210, blank=True)
+    part = models.CharField(max_length=200)
+    points = models.FloatField(null=True)
+    comment = models.TextField(blank=True)
+    answer = models.TextField(blank=True)
+    made_by = models.ForeignKey(Person, null=True, on_delete=models.SET_NULL, related_name="+")
+    made = models.DateTimeField(default=timezone.now)
+
+    class Meta:
+        constraints = [
+            models.UniqueConstraint(
+                fields=["classroom", "assignment", "person", "group", "part", "answer"], name="one_override_per_target"
+            ),
+        ]
+
+
+class ScoreDelivery(models.Model):
+    """The score that a platform's gradebook should show for a student: written with the marks, sent until it arrives.
+
+    One row per student and column of the gradebook. `score` is what is to be shown, `sent_score` what the platform last
+    confirmed. A row is due if they differ and `next_try` has passed. `timestamp` increases with each change: platforms
+    ignore a score that is older than theirs.
+    """
+
+    person = models.ForeignKey(Person, on_delete=models.CASCADE, related_name="deliveries")
+    line_item = models.ForeignKey("lti_tool.LtiLineItem", on_delete=models.CASCADE)
+    score = models.FloatField(null=True)
+    max_score = models.FloatField()
+    is_final = models.BooleanField(default=False)
+    timestamp = models.DateTimeField(default=timezone.now)
+    sent_score = models.FloatField(null=True)
+    sent = models.DateTimeField(null=True)
+    tries = models.PositiveIntegerField(default=0)
+    next_try = models.DateTimeField(default=timezone.now)
+    last_error = models.CharField(max_length=300, blank=True)
+
+    class Meta:
+        constraints = [models.UniqueConstraint(fields=["person", "line_item"], name="one_delivery_per_column")]
+
+
+class StaffAction(models.Model):
+    """What a member of staff changed: the record that the class page shows."""
+
+    classroom = models.ForeignKey(Classroom, on_delete=models.CASCADE, related_name="actions")
+    person = models.ForeignKey(Person, null=True, on_delete=models.SET_NULL)
+    made = models.DateTimeField(default=timezone.now)
+    summary = models.CharField(max_length=500)
+
+
+def make_link_token() -> str:
+    """Return a new token of a personal link: 192 random bits."""
+    return secrets.token_urlsafe(24)

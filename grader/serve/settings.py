@@ -1,0 +1,102 @@
+"""Make Django's settings from the options of `qdot serve`. Call `configure` before anything else of this package."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import django
+from django.conf import settings
+from django.core.management.utils import get_random_secret_key
+
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.files import write_atomically
+
+DATABASE_FILE = "database.sqlite3"
+ONLINE_FOLDER = "online"
+"""The folder, in that of the assignment, in which the database and the key of sessions are."""
+
+
+@dataclass(frozen=True)
+class ServiceOptions:
+    """The options of the service.
+
+    `folders` are the folders of the assignments. `database` is an address such as postgresql://user@host/name; ""
+    stands for SQLite in the first folder. `url` is the address at which browsers reach the service, with https unless
+    it is on this machine.
+    """
+
+    folders: tuple[Path, ...]
+    database: str = ""
+    url: str = "http://127.0.0.1:8000"
+
+    @property
+    def online_folder(self) -> Path:
+        """The folder for what the service itself stores on disk."""
+        return self.folders[0] / ONLINE_FOLDER
+
+
+def configure(options: ServiceOptions) -> None:
+    """Configure Django for this process. Raises QdotError for a wrong address of a database or of the service."""
+    address = urlsplit(options.url)
+    if address.scheme not in ("http", "https") or not address.hostname:
+        raise QdotError(f"--url {options.url!r} is not a whole address, as in https://qdot.example.edu")
+    is_secure = address.scheme == "https"
+    options.online_folder.mkdir(mode=0o700, exist_ok=True)
+    settings.configure(
+        SECRET_KEY=_read_session_key(options.online_folder / "session-key.txt"),
+        ALLOWED_HOSTS=[address.hostname],
+        CSRF_TRUSTED_ORIGINS=[f"{address.scheme}://{address.netloc}"],
+        ROOT_URLCONF="qdot.grader.serve.urls",
+        DATABASES={"default": _describe_database(options)},
+        DEFAULT_AUTO_FIELD="django.db.models.BigAutoField",
+        USE_TZ=True,
+        INSTALLED_APPS=[
+            *("django.contrib.contenttypes", "django.contrib.auth", "django.contrib.sessions"),
+            *("django_tasks", "django_tasks_db", "lti_tool", "qdot.grader.serve"),
+        ],
+        MIDDLEWARE=[
+            "django.middleware.security.SecurityMiddleware",
+            "whitenoise.middleware.WhiteNoiseMiddleware",
+            "django.contrib.sessions.middleware.SessionMiddleware",
+            "django.middleware.common.CommonMiddleware",
+            "django.middleware.csrf.CsrfViewMiddleware",
+            "lti_tool.middleware.LtiLaunchMiddleware",
+        ],
+        SESSION_ENGINE="django.contrib.sessions.backends.db",
+        SESSION_COOKIE_SECURE=is_secure,
+        SESSION_COOKIE_SAMESITE="None" if is_secure else "Lax",  # in a platform's frame only "None" is sent
+        CSRF_COOKIE_SECURE=is_secure,
+        CSRF_COOKIE_SAMESITE="None" if is_secure else "Lax",
+        SECURE_PROXY_SSL_HEADER=("HTTP_X_FORWARDED_PROTO", "https") if is_secure else None,
+        SECURE_CONTENT_TYPE_NOSNIFF=True,
+        TASKS={"default": {"BACKEND": "django_tasks_db.DatabaseBackend", "QUEUES": ["default"]}},
+        STATIC_URL="/static/",
+        QDOT=options,
+    )
+    django.setup()
+
+
+def _read_session_key(path: Path) -> str:
+    """Return the key that signs sessions; it is made when the service starts for the first time."""
+    if not path.exists():
+        write_atomically(path, get_random_secret_key(), 0o600)
+    return path.read_text(encoding="utf-8")
+
+
+def _describe_database(options: ServiceOptions) -> dict[str, object]:
+    """Return Django's description of the database. Raises QdotError for an address of another kind."""
+    if not options.database:
+        return {
+            "ENGINE": "django.db.backends.sqlite3",
+            "NAME": options.online_folder / DATABASE_FILE,
+            "OPTIONS": {"transaction_mode": "IMMEDIATE", "timeout": 20, "init_command": "PRAGMA journal_mode=WAL"},
+        }
+    address = urlsplit(options.database)
+    name = address.path.lstrip("/")
+    if address.scheme not in ("postgresql", "postgres") or not name:
+        raise QdotError("--database: expected an address, as in postgresql://user:password@host/qdot")
+    user, password = (unquote(text or "") for text in (address.username, address.password))
+    return {
+        "ENGINE": "django.db.backends.postgresql", "NAME": name, "USER": user, "PASSWORD": password,
+        "HOST": address.hostname or "", "PORT": str(address.port or ""), "CONN_MAX_AGE": 60, "CONN_HEALTH_CHECKS": True,
+    }  # fmt: skip
