@@ -16,12 +16,14 @@ class Classroom(models.Model):
     """The people of one course. `lti_context` is the course on its learning platform; None for personal links.
 
     A course that isn't connected may not use the service: the first course of a platform is connected when a teacher
-    opens the tool there; further ones by the command line.
+    opens the tool there; further ones by the command line. `list_due` is when its class list is read from the platform
+    next.
     """
 
     title = models.CharField(max_length=500, blank=True)
     lti_context = models.OneToOneField("lti_tool.LtiContext", null=True, blank=True, on_delete=models.CASCADE)
     is_connected = models.BooleanField(default=False)
+    list_due = models.DateTimeField(default=timezone.now)
 
     def __str__(self) -> str:
         return self.title or "the roster of the folder"
@@ -143,21 +145,20 @@ class PointsOverride(models.Model):
 class ScoreDelivery(models.Model):
     """The score that a platform's gradebook should show for a student: written with the marks, sent until it arrives.
 
-    One row per student and column of the gradebook. `score` is what is to be shown, `sent_score` what the platform last
-    confirmed. A row is due if they differ and `next_try` has passed. `timestamp` increases with each change: platforms
-    ignore a score that is older than theirs.
+    One row per student and column of the gradebook. `next_try` is None once the platform has confirmed the score.
+    `timestamp` increases by a second or more with each change: platforms refuse a score that isn't newer than theirs,
+    and some of them compare whole seconds.
     """
 
     person = models.ForeignKey(Person, on_delete=models.CASCADE, related_name="deliveries")
     line_item = models.ForeignKey("lti_tool.LtiLineItem", on_delete=models.CASCADE)
     score = models.FloatField(null=True)
-    max_score = models.FloatField()
+    max_score = models.FloatField(default=0)
     is_final = models.BooleanField(default=False)
     timestamp = models.DateTimeField(default=timezone.now)
-    sent_score = models.FloatField(null=True)
-    sent = models.DateTimeField(null=True)
+    next_try = models.DateTimeField(null=True, db_index=True)
     tries = models.PositiveIntegerField(default=0)
-    next_try = models.DateTimeField(default=timezone.now)
+    sent = models.DateTimeField(null=True)
     last_error = models.CharField(max_length=300, blank=True)
 
     class Meta:

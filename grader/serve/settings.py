@@ -60,7 +60,6 @@ def configure(options: ServiceOptions) -> None:
             "django.contrib.sessions.middleware.SessionMiddleware",
             "django.middleware.common.CommonMiddleware",
             "django.middleware.csrf.CsrfViewMiddleware",
-            "lti_tool.middleware.LtiLaunchMiddleware",
         ],
         SESSION_ENGINE="django.contrib.sessions.backends.db",
         SESSION_COOKIE_SECURE=is_secure,
