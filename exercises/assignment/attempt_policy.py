@@ -46,16 +46,21 @@ class AttemptPolicy:
         >>> [AttemptPolicy(best_of=best_of).select_counting_indices(times) for best_of in (2, None)]
         [[1, 2], [3]]
         """
+        return [max(attempt, key=lambda i: received[i]) for attempt in self.group_attempts(received)]
+
+    def group_attempts(self, received: Sequence[datetime.datetime]) -> list[list[int]]:
+        """Return the indices of the notebooks of each attempt that counts, from the first received to the last."""
+        order = sorted(range(len(received)), key=lambda i: received[i])
         if self.best_of is None:
-            return [max(range(len(received)), key=lambda i: received[i])]
+            return [order]
         attempts: list[list[int]] = []
-        for i in sorted(range(len(received)), key=lambda i: received[i]):
+        for i in order:
             elapsed = (received[i] - received[attempts[-1][0]]).total_seconds() if attempts else 0.0
             if attempts and (elapsed == 0 or elapsed < self.min_interval):
                 attempts[-1].append(i)
             else:
                 attempts.append([i])
-        return [max(attempt, key=lambda i: received[i]) for attempt in attempts[: self.best_of]]
+        return attempts[: self.best_of]
 
 
 def read_attempt_policy(setting: str | Mapping[str, Any]) -> AttemptPolicy:

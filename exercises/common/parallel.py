@@ -13,7 +13,7 @@ import sys
 import threading
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager
 from multiprocessing import connection, resource_tracker
@@ -84,6 +84,19 @@ def map_in_order(
             for item in items[done_count : done_count + jobs + 1]:  # a pool has at most these in progress
                 done_count += 1
                 yield _run_alone(run_pool, item, result_if_lost)
+
+
+def open_pool(jobs: int, setup: Setup[State], arguments: tuple[Any, ...]) -> ProcessPoolExecutor:
+    """Return a pool of processes for `submit_to_pool`; each creates its state by `setup(*arguments)` and keeps it."""
+    context = multiprocessing.get_context("forkserver" if HAS_FORK_SERVER else "spawn")
+    if HAS_FORK_SERVER:
+        context.set_forkserver_preload([setup.__module__])
+    return ProcessPoolExecutor(jobs, context, _start_worker, (setup, arguments))
+
+
+def submit_to_pool(pool: ProcessPoolExecutor, work: Callable[[State, Item], Result], item: Item) -> Future[Result]:
+    """Have a process of the pool compute `work(state, item)`. Raises BrokenProcessPool if one of them has died."""
+    return pool.submit(_run_item, work, item)
 
 
 def return_state(state: State) -> State:

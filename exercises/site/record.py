@@ -6,6 +6,7 @@ later, because MathML would be ten times as long. Solutions are a separate recor
 """
 
 import html
+from collections.abc import Sequence
 from typing import Any
 
 import sympy as sp
@@ -46,15 +47,48 @@ def make_site_record(problem: Problem) -> Json:
     behind its options as such indices}],
     "said": [[name, title, sentence, missing symbols, if any]]}
     """
-    chain, sentences = problem.chain, MistakeSentences()
+    sentences = MistakeSentences()
+    keys = [sentences.shorten_key(make_key(problem, part)) for part in problem.parts]
+    return _make_record(problem, keys) | {"said": sentences.rows}
+
+
+def make_asked_record(problem: Problem, has_hints: bool, language: str = ENGLISH) -> Json:
+    """Return the record of a problem in a language, for a page whose answers are judged elsewhere.
+
+    It is as in `make_site_record`, but without "said", and each "key" has only the form of the answer: {"type",
+    "units", "items": number of items to be matched}. If it is not English, it also has "lang". It has no correct value.
+    """
+    record = _make_record(problem, [_describe_form(part) for part in problem.parts])
+    if language != ENGLISH:
+        texts = _translate_texts(problem, language)
+        texts["parts"] = [part | text for part, text in zip(record["parts"], texts["parts"], strict=True)]
+        record |= {"lang": language, "robot": record["robot"] | {"title": texts["title"]}, **texts}
+    if not has_hints:
+        record["parts"] = [part | {"hints": []} for part in record["parts"]]
+    return record
+
+
+_FORMS_OF_KEYS = {"number": "numbers", "singular": "configurations", "expression": "values", "matrix": "values"}
+"""The type of the key for each type of answer, unless both have the same name."""
+
+
+def _describe_form(part: Part) -> Json:
+    """Return the form of an answer, as in `make_asked_record`."""
+    key_type = _FORMS_OF_KEYS.get(part.type, part.type)
+    return {"type": key_type, "units": list(part.answer.expected_units), "items": len(part.answer.matched_items)}
+
+
+def _make_record(problem: Problem, keys: Sequence[Json]) -> Json:
+    """Return the record of a problem, as in `make_site_record`, with these keys and without "said"."""
+    chain = problem.chain
     record: Json = {"id": str(problem.id), "family": problem.id.family, "title": problem.title}
     record |= {
         "difficulty": rate_difficulty_band(chain),
         "statement": to_html(problem_texts.write_statement(problem, "")),
     }
     record |= {"figure": draw_figure_svg(chain), "alt": describe_figure(chain), **make_arm_record(problem)}
-    parts = [_make_part_record(problem, part, sentences) for part in problem.parts]
-    return record | {"parts": parts, "said": sentences.rows}
+    parts = [_make_part_record(problem, part) | {"key": key} for part, key in zip(problem.parts, keys, strict=True)]
+    return record | {"parts": parts}
 
 
 def make_arm_record(problem: Problem) -> Json:
@@ -89,6 +123,13 @@ def translate_record(problem: Problem, record: Json, language: str) -> Json:
     {"title", "statement", "parts": [{"name", "title", "prompt", "hints", "options"}], "said": as in the record}
     """
     messages = load_catalogue(language)
+    translated_sentences = [_translate_sentence(messages, *row) for row in record["said"]]
+    return _translate_texts(problem, language) | {"said": translated_sentences}
+
+
+def _translate_texts(problem: Problem, language: str) -> Json:
+    """Return the texts of a problem in another language, as in `translate_record`, without "said"."""
+    messages = load_catalogue(language)
     title = messages.translate_arm_title(problem.chain.title)
     parts = []
     for part in problem.parts:
@@ -96,10 +137,8 @@ def translate_record(problem: Problem, record: Json, language: str) -> Json:
         texts: Json = {"name": part.name, "title": translate_title(question_of(part), messages)}
         texts |= {"prompt": to_html(problem_texts.write_prompt(problem, part, language)), "hints": shown_hints}
         parts.append(texts | {"options": _list_options(problem, part, language)})
-    translated_sentences = [_translate_sentence(messages, *row) for row in record["said"]]
     html_statement = to_html(problem_texts.write_statement(problem, "", language=language))
-    translated_record = {"title": title[0].upper() + title[1:], "statement": html_statement}
-    return translated_record | {"parts": parts, "said": translated_sentences}
+    return {"title": title[0].upper() + title[1:], "statement": html_statement, "parts": parts}
 
 
 def translate_solutions(problem: Problem, language: str) -> Json:
@@ -213,8 +252,8 @@ class MistakeSentences:
         return index
 
 
-def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences) -> Json:
-    """Return the record of a part, as in `make_site_record`; its mistakes are added to `sentences`."""
+def _make_part_record(problem: Problem, part: Part) -> Json:
+    """Return the record of a part, as in `make_site_record`, without its key."""
     chain, question, prompt_text = problem.chain, question_of(part), problem_texts.write_prompt(problem, part)
     svg = draw_part_svg(chain, part, part.name)
     record: Json = {"name": part.name, "kind": part.kind, "title": question.title, "type": part.type}
@@ -227,7 +266,7 @@ def _make_part_record(problem: Problem, part: Part, sentences: MistakeSentences)
         "hints": list(map(write_html_with_latex, problem_texts.write_hints(problem, part))),
         "options": _list_options(problem, part),
     }
-    return record | {"key": sentences.shorten_key(make_key(problem, part))}
+    return record
 
 
 def _list_labels(chain: Chain, part: Part) -> list[list[str]]:

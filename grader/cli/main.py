@@ -51,6 +51,8 @@ ENDING_SIGNALS = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP")
 """The signals that end the program like Ctrl-C: a request to terminate, and a closed terminal."""
 SITE_COMMANDS = {"build": "build_site", "serve": "serve"}
 """The commands of `qdot site`, each with the name of its function."""
+SERVE_COMMANDS = {name: name for name in ("start", "links")}
+"""The commands of `qdot serve`; `qdot serve DIR` is `qdot serve start DIR`."""
 
 COLLECTION_THRESHOLDS = 20_000, 10, 10
 """Python's thresholds for garbage collection of new, older and old objects. They are high because formulas are trees,
@@ -100,7 +102,24 @@ def make_program(needed_part: str = "") -> "typer.Typer":
         for name, function in SITE_COMMANDS.items():
             add_command(site, name, "qdot.grader.cli.site_commands", function)
         app.add_typer(site, name="site")
+    if needed_part not in COMMANDS:
+        service = typer.Typer(no_args_is_help=True, cls=_make_group("start"), help="Serve an assignment online.")
+        for name, function in SERVE_COMMANDS.items():
+            add_command(service, name, "qdot.grader.cli.serve_command", function)
+        app.add_typer(service, name="serve")
     return app
+
+
+def _make_group(default_command: str) -> "type[typer.core.TyperGroup]":
+    """Return a class for a group of commands that runs a default command if the first argument names none."""
+    import typer.core
+
+    class GroupWithDefault(typer.core.TyperGroup):
+        def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+            is_other = bool(args) and args[0] not in self.commands and args[0] != "--help"
+            return super().parse_args(ctx, [default_command, *args] if is_other else args)
+
+    return GroupWithDefault
 
 
 @functools.cache

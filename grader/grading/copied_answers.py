@@ -5,7 +5,7 @@ these values is the fingerprint of an answer: equal answers have equal fingerpri
 """
 
 import hashlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Set
 from contextlib import suppress
 
 import numpy as np
@@ -48,10 +48,7 @@ class ClassAnswers:
         """
         if not comes_from_stages(part):
             return False
-        slot = next(slot for slot in self._assignment.slots if slot.name == slot_name)
-        key = (slot_name, part.kind)
-        if key not in self._fingerprints:
-            self._fingerprints[key] = {self._compute_fingerprint(chain, part) for chain in self._generate_chains(slot)}
+        fingerprints = self.find_fingerprints(slot_name, part)
         entries = [entry for row in rows for entry in row]
         names = set().union(*map(find_names, entries)) | {q.name for q in problem.chain.q}
         program = compile_program(entries)
@@ -60,7 +57,15 @@ class ClassAnswers:
         numbers = {name: np.full(SAMPLE_COUNT, float(info.value)) for name, info in symbols if info.value is not None}
         # A length that is a number here may be symbolic in the other problem, so both are tried.
         results = (evaluate(program, all_samples, SAMPLE_COUNT) for all_samples in (samples | numbers, samples))
-        return any(_compute_digest(values.real) in self._fingerprints[key] for values, _ in results)
+        return any(_compute_digest(values.real) in fingerprints for values, _ in results)
+
+    def find_fingerprints(self, slot_name: str, part: Part) -> Set[bytes]:
+        """Return the fingerprints of the correct answers to a part; empty if they can't be computed from the arm."""
+        key = (slot_name, part.kind)
+        if key not in self._fingerprints and comes_from_stages(part):
+            slot = next(slot for slot in self._assignment.slots if slot.name == slot_name)
+            self._fingerprints[key] = {self._compute_fingerprint(chain, part) for chain in self._generate_chains(slot)}
+        return self._fingerprints.get(key, frozenset())
 
     def _generate_chains(self, slot: Slot) -> Iterator[Chain]:
         """Yield the arm of each student in a slot of the assignment."""

@@ -195,7 +195,7 @@ def _show_problems(assignment: Assignment, student: Student, result: Result) -> 
     stored_problems, problems = load_stored_problems(assignment, student.id), list[ProblemOnPage]()
     for number, (slot, problem) in enumerate(stored_problems.problems, 1):
         pieces, results = stored_problems.pieces_of(slot), result.problems[number - 1].parts
-        parts = _show_parts(pieces, number, problem, results, assignment.feedback)
+        parts = show_parts(pieces, number, problem, results, assignment.feedback)
         title, statement = f"Problem {number}: {problem.title}", _add_caption(pieces["statement"], problem)
         problems.append(ProblemOnPage(f"problem-{number}", title, pieces["figure"], statement, parts))
     return problems
@@ -210,7 +210,7 @@ def _add_caption(statement: str, problem: Problem) -> str:
     return re.sub(r"<th\b(?!ead)", '<th scope="col"', statement.replace("<table>", caption))
 
 
-def _show_parts(
+def show_parts(
     pieces: Mapping[str, str], number: int, problem: Problem, results: Sequence[PartResult], feedback: str
 ) -> tuple[PartOnPage, ...]:
     """Return the parts of a problem with a number (from 1); their texts refer to other parts by number.

@@ -5,11 +5,17 @@ sees anything of another class. Everything that a student submits is a row of `S
 removed, except for the marks, which can be computed again.
 """
 
+import datetime
 import secrets
 import uuid
 
 from django.db import models
 from django.utils import timezone
+
+
+def get_current_second() -> datetime.datetime:
+    """Return the current time in whole seconds."""
+    return timezone.now().replace(microsecond=0)
 
 
 class Classroom(models.Model):
@@ -78,25 +84,26 @@ class Submission(models.Model):
     `request_id` is chosen by the browser, so that a request that arrives twice is stored once. Of typed answers,
     `answers` maps the names of parts, such as "p1.jacobian", to the texts of *all* of the student's answers up to then,
     so that the row is the whole of the student's work, as a notebook is; `changed_part` is the part that was submitted.
-    `marks` is a NotebookMarks (grader/grading/result.py) as JSON; None until it is marked.
+    `marks` is a NotebookMarks (grader/grading/result.py) as JSON, and `shown` what the student's page shows of them, by
+    part (see `judge_process.ShownPart`); both are None until it is marked. `received` is in whole seconds, as the time
+    of a file that `qdot grade` reads.
     """
 
     class State(models.TextChoices):
         WAITING = "waiting"
         MARKED = "marked"
-        FAILED = "failed"
 
     person = models.ForeignKey(Person, on_delete=models.CASCADE, related_name="submissions")
     assignment = models.CharField(max_length=100)
     request_id = models.UUIDField(default=uuid.uuid4)
-    received = models.DateTimeField(default=timezone.now)
+    received = models.DateTimeField(default=get_current_second)
     answers = models.JSONField(null=True)
     changed_part = models.CharField(max_length=200, blank=True)
     file_name = models.CharField(max_length=255, blank=True)
     content = models.BinaryField(null=True)
-    sha256 = models.CharField(max_length=64, blank=True)
     state = models.CharField(max_length=7, choices=State.choices, default=State.WAITING)
     marks = models.JSONField(null=True)
+    shown = models.JSONField(null=True)
 
     class Meta:
         constraints = [models.UniqueConstraint(fields=["person", "request_id"], name="one_row_per_request")]

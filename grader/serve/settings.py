@@ -10,6 +10,7 @@ from django.core.management.utils import get_random_secret_key
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
+from qdot.exercises.common.parallel import CORE_COUNT
 
 DATABASE_FILE = "database.sqlite3"
 ONLINE_FOLDER = "online"
@@ -22,17 +23,24 @@ class ServiceOptions:
 
     `folders` are the folders of the assignments. `database` is an address such as postgresql://user@host/name; ""
     stands for SQLite in the first folder. `url` is the address at which browsers reach the service, with https unless
-    it is on this machine.
+    it is on this machine. `jobs` is the number of processes that judge typed answers.
     """
 
     folders: tuple[Path, ...]
     database: str = ""
     url: str = "http://127.0.0.1:8000"
+    jobs: int = CORE_COUNT
 
     @property
     def online_folder(self) -> Path:
         """The folder for what the service itself stores on disk."""
         return self.folders[0] / ONLINE_FOLDER
+
+
+def find_options() -> ServiceOptions:
+    """Return the options with which the service was configured."""
+    options: ServiceOptions = getattr(settings, "QDOT")  # noqa: B009 - mypy knows only Django's own settings
+    return options
 
 
 def configure(options: ServiceOptions) -> None:
@@ -56,10 +64,12 @@ def configure(options: ServiceOptions) -> None:
         ],
         MIDDLEWARE=[
             "django.middleware.security.SecurityMiddleware",
+            "qdot.grader.serve.headers.HeadersMiddleware",
             "whitenoise.middleware.WhiteNoiseMiddleware",
             "django.contrib.sessions.middleware.SessionMiddleware",
             "django.middleware.common.CommonMiddleware",
             "django.middleware.csrf.CsrfViewMiddleware",
+            "qdot.grader.serve.errors.RefusalMiddleware",
         ],
         SESSION_ENGINE="django.contrib.sessions.backends.db",
         SESSION_COOKIE_SECURE=is_secure,
@@ -70,6 +80,26 @@ def configure(options: ServiceOptions) -> None:
         SECURE_CONTENT_TYPE_NOSNIFF=True,
         TASKS={"default": {"BACKEND": "django_tasks_db.DatabaseBackend", "QUEUES": ["default"]}},
         STATIC_URL="/static/",
+        CSRF_FAILURE_VIEW="qdot.grader.serve.errors.report_forged_request",
+        DATA_UPLOAD_MAX_MEMORY_SIZE=1_000_000,
+        FILE_UPLOAD_MAX_MEMORY_SIZE=1_000_000,
+        CACHES={
+            "default": {
+                "BACKEND": "django.core.cache.backends.filebased.FileBasedCache",
+                "LOCATION": options.online_folder / "pages",
+                "OPTIONS": {"MAX_ENTRIES": 20_000},
+            }
+        },
+        LOGGING={
+            "version": 1,
+            "disable_existing_loggers": False,
+            "handlers": {"stderr": {"class": "logging.StreamHandler"}},
+            "loggers": {
+                "django": {"handlers": ["stderr"], "level": "ERROR", "propagate": False},
+                "django.request": {"level": "CRITICAL"},  # `errors` logs failures; lines about addresses have tokens
+                "qdot": {"handlers": ["stderr"], "level": "INFO"},
+            },
+        },
         QDOT=options,
     )
     django.setup()
@@ -88,7 +118,11 @@ def _describe_database(options: ServiceOptions) -> dict[str, object]:
         return {
             "ENGINE": "django.db.backends.sqlite3",
             "NAME": options.online_folder / DATABASE_FILE,
-            "OPTIONS": {"transaction_mode": "IMMEDIATE", "timeout": 20, "init_command": "PRAGMA journal_mode=WAL"},
+            "OPTIONS": {
+                "transaction_mode": "IMMEDIATE",
+                "timeout": 20,
+                "init_command": "PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL",
+            },
         }
     address = urlsplit(options.database)
     name = address.path.lstrip("/")

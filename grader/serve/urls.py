@@ -1,5 +1,38 @@
 """The addresses of the service."""
 
-from django.urls import URLPattern
+from django.urls import path, register_converter
+from django.urls.converters import StringConverter
 
-urlpatterns: list[URLPattern] = []
+from qdot.grader.serve import sign_in, staff_pages, student_pages
+
+
+class KeyConverter(StringConverter):
+    """The key of an assignment in an address."""
+
+    regex = r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}"
+
+
+register_converter(KeyConverter, "key")
+
+urlpatterns = [
+    path("", student_pages.show_home),
+    path("in/<str:token>", sign_in.enter),
+    path("out", sign_in.leave),
+    path("a/<key:key>/", student_pages.show_work_page),
+    path("a/<key:key>/work", student_pages.get_work),
+    path("a/<key:key>/answers", student_pages.post_answer),
+    path("a/<key:key>/drafts", student_pages.put_draft),
+    path("a/<key:key>/notebooks", student_pages.post_notebook),
+    path("a/<key:key>/submissions/<int:number>", student_pages.get_submission),
+    path("a/<key:key>/notebook.ipynb", student_pages.get_notebook),
+    path("a/<key:key>/feedback", student_pages.get_feedback),
+    path("a/<key:key>/class/", staff_pages.show_class_page),
+    path("a/<key:key>/class/results", staff_pages.get_results),
+    path("a/<key:key>/class/students/<int:number>", staff_pages.get_student),
+    path("a/<key:key>/class/overrides", staff_pages.post_override),
+    path("a/<key:key>/class/extensions", staff_pages.post_extension),
+]
+handler400 = "qdot.grader.serve.errors.report_bad_request"
+handler403 = "qdot.grader.serve.errors.report_bad_request"
+handler404 = "qdot.grader.serve.errors.report_bad_request"
+handler500 = "qdot.grader.serve.errors.report_failure"

@@ -471,10 +471,15 @@ def _explain_missing(part: str, name: str, notebook: _Notebook, run: Run, stop_n
     if run.end != "done":
         return _describe_end(run)
     if not cells:
-        return f"no cell of the notebook sets {name}"
+        return describe_unset(name)
     if not any(index in notebook.sources for index in cells):
         return f"the answer cell ({_name_cells(cells)}) is a text cell, and qdot found no Python code in it"
     return f"the cell for this answer does not set {name}"
+
+
+def describe_unset(name: str) -> str:
+    """Return why a part has no answer if the notebook never sets the part's variable `name`."""
+    return f"no cell of the notebook sets {name}"
 
 
 def _describe_end(run: Run) -> str:

@@ -1,0 +1,143 @@
+"""`qdot serve`: serve an assignment online, and look after the service."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from qdot.exercises.assignment.assignment import load_assignment
+from qdot.exercises.assignment.certified_problems import FailedSlot, raise_failed_slots
+from qdot.exercises.assignment.release import ReleaseResult, release_notebooks
+from qdot.exercises.common.console import note, print_result, show_progress
+from qdot.exercises.common.errors import QdotError, count_noun
+from qdot.exercises.common.extras import require_extra
+from qdot.exercises.common.files import write_atomically
+from qdot.exercises.common.parallel import CORE_COUNT
+from qdot.grader.cli.options import JobsOption
+from qdot.grader.grading.certify import CERTIFIER
+
+FoldersArgument = Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of assignments.")]
+DatabaseOption = Annotated[
+    str,
+    typer.Option(metavar="ADDRESS", envvar="QDOT_DATABASE", help="As in postgresql://user@host/qdot. Default: SQLite."),
+]
+UrlOption = Annotated[
+    str, typer.Option("--url", metavar="URL", envvar="QDOT_URL", help="The address that browsers open.")
+]
+DEFAULT_PORT = 8000
+
+
+def _configure(folders: list[Path], database: str, url: str, jobs: int = CORE_COUNT) -> None:
+    """Connect with the database of the service, and update its tables. Raises QdotError."""
+    require_extra("serve", "qdot serve")
+    from qdot.grader.serve.settings import ServiceOptions, configure
+
+    for folder in folders:
+        load_assignment(folder)  # reports errors before anything is written
+    configure(ServiceOptions(tuple(folder.resolve() for folder in folders), database, url, jobs))
+    from django.db import OperationalError
+
+    from qdot.grader.serve.class_list import update_folder_class
+    from qdot.grader.serve.server import prepare_database
+
+    try:
+        prepare_database()
+    except OperationalError as error:
+        raise QdotError(f"the database can't be used: {' '.join(str(error).split())}") from None
+    update_folder_class()
+
+
+def start(
+    folders: FoldersArgument,
+    database: DatabaseOption = "",
+    url: UrlOption = f"http://127.0.0.1:{DEFAULT_PORT}",
+    host: Annotated[str, typer.Option(help="The network address on which the service listens.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=1, max=65535, help="The port on which the service listens.")] = DEFAULT_PORT,
+    jobs: JobsOption = CORE_COUNT,
+) -> None:
+    """Serve assignments online, until Ctrl-C: students answer in the browser, and the class is graded at once.
+
+    Students come by personal links (`qdot serve links`) or from a learning platform (`qdot serve register`). The
+    database is DIR/online/database.sqlite3, unless --database names another one. Put a web server with a certificate in
+    front of it (docs/serve.md), and say with --url which address browsers open.
+
+    Examples:
+      qdot serve homework
+          on this machine, at http://127.0.0.1:8000
+      qdot serve week1 week2 --url https://qdot.example.edu --database postgresql:///qdot
+          two assignments, behind a web server
+    """
+    _configure(folders, database, url, jobs)
+    from qdot.grader.serve.server import run_service
+    from qdot.grader.serve.settings import find_options
+
+    for folder in folders:
+        _release(folder, jobs)
+    ready = f"qdot is at {url}; stop it with Ctrl-C. Personal links: qdot serve links {folders[0]}"
+    run_service(find_options(), host, port, lambda: print_result(ready))
+
+
+def _release(folder: Path, jobs: int) -> None:
+    """Write the problems of the students on the roster, as `qdot generate` does."""
+    assignment = load_assignment(folder)
+    failed_slots = list[FailedSlot]()
+    if not assignment.roster:
+        return
+    with show_progress("generating", len(assignment.roster)) as counter:
+
+        def report_student(result: ReleaseResult) -> None:
+            failed_slots.extend(result.failed_slots)
+            counter.step()
+
+        release_notebooks(assignment, CERTIFIER, min(jobs, len(assignment.roster)), report_student)
+    raise_failed_slots(assignment, failed_slots)
+
+
+def links(
+    folders: FoldersArgument,
+    database: DatabaseOption = "",
+    url: UrlOption = f"http://127.0.0.1:{DEFAULT_PORT}",
+    staff: Annotated[
+        list[str], typer.Option(metavar="NAME", help="Also make a link for a member of staff. Repeatable.")
+    ] = [],  # noqa: B006
+    student: Annotated[
+        list[str], typer.Option(metavar="ID", help="Make new links for these students only. Repeatable.")
+    ] = [],  # noqa: B006
+    renew: Annotated[bool, typer.Option("--renew", help="Also make new links for students who have one.")] = False,
+    out: Annotated[Path, typer.Option(metavar="PATH", help="The table.")] = Path("links.csv"),
+) -> None:
+    """Write personal links for a mail merge: student, name, email, link.
+
+    Each link signs one person in; qdot stores only a digest of it. By default, only students without a link get one. A
+    new link replaces the old one and signs the student out.
+
+    Examples:
+      qdot serve links homework --staff "Grace Hopper"
+          links for the class and for a teacher, into links.csv
+      qdot serve links homework --student s001
+          a new link for a student who has lost it
+    """
+    _configure(folders, database, url)
+    from qdot.grader.serve.class_list import find_folder_class
+    from qdot.grader.serve.models import Person
+    from qdot.grader.serve.sign_in import STAFF_PREFIX, make_links_csv
+
+    classroom = find_folder_class()
+    staff_people = [
+        classroom.people.get_or_create(
+            student_id=f"{STAFF_PREFIX}{name}"[:100], defaults={"role": Person.Role.STAFF, "name": name}
+        )[0]
+        for name in staff
+    ]
+    students = classroom.people.filter(role=Person.Role.STUDENT, is_active=True).order_by("student_id")
+    if student:
+        students = students.filter(student_id__in=student)
+        if missing := sorted(set(student) - {person.student_id for person in students}):
+            raise QdotError(f"roster.csv has no student {missing[0]!r}")
+    elif not renew:
+        students = students.filter(link_digest=None)
+    people = [*staff_people, *students]
+    write_atomically(out, make_links_csv(people), 0o600)
+    print_result(f"{count_noun(len(people), 'link')} in {out}; send each person only the person's own")
+    if not people:
+        note("everybody has a link already; --renew replaces all, and --student ID that of one student")

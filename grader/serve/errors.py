@@ -1,0 +1,79 @@
+"""Answer a wrong request with one sentence and the right status, never with a traceback."""
+
+import logging
+from collections.abc import Callable
+
+from django.core.exceptions import BadRequest, PermissionDenied, RequestDataTooBig, SuspiciousOperation
+from django.http import Http404, HttpRequest, HttpResponse, JsonResponse
+
+logger = logging.getLogger("qdot.serve")
+
+
+class Refused(Exception):
+    """A request that is refused: the status of HTTP, and a sentence for the person."""
+
+    def __init__(self, status: int, sentence: str) -> None:
+        super().__init__(sentence)
+        self.status, self.sentence = status, sentence
+
+
+NO_PAGE = "There is no such page, or it isn't yours."
+"""The sentence for a page that doesn't exist and for one that belongs to another person: they look the same."""
+FAILURE = "qdot itself failed. Nothing that you submitted is lost; try again in a minute, and tell your instructor."
+
+
+def find_refusal(error: Exception) -> Refused:
+    """Return the status and the sentence for an exception that a view raised."""
+    if isinstance(error, Refused):
+        return error
+    if isinstance(error, RequestDataTooBig):
+        return Refused(413, "This is larger than qdot accepts.")
+    if isinstance(error, Http404):
+        return Refused(404, NO_PAGE)
+    if isinstance(error, PermissionDenied):
+        return Refused(403, "You may not do this.")
+    if isinstance(error, (BadRequest, SuspiciousOperation, UnicodeDecodeError)):
+        return Refused(400, "qdot couldn't read this request; load the page again.")
+    logger.error("%s", type(error).__name__, exc_info=error)
+    return Refused(500, FAILURE)
+
+
+def respond(request: HttpRequest, refusal: Refused) -> HttpResponse:
+    """Return the answer to a refused request: a page for a person who opens an address, otherwise JSON."""
+    if request.method == "GET" and "text/html" in request.headers.get("Accept", ""):
+        from qdot.grader.serve.html_pages import render_page
+
+        page = render_page(request, "serve/refused.html.j2", title="qdot", script="", sentence=refusal.sentence)
+        page.status_code = refusal.status
+        return page
+    return JsonResponse({"error": refusal.sentence}, status=refusal.status)
+
+
+class RefusalMiddleware:
+    """Turns every exception of a view into one sentence."""
+
+    def __init__(self, get_response: Callable[[HttpRequest], HttpResponse]) -> None:
+        self._get_response = get_response
+
+    def __call__(self, request: HttpRequest) -> HttpResponse:
+        """Return the response of the view."""
+        return self._get_response(request)
+
+    def process_exception(self, request: HttpRequest, error: Exception) -> HttpResponse:
+        """Return the answer to a request whose view raised an exception."""
+        return respond(request, find_refusal(error))
+
+
+def report_bad_request(request: HttpRequest, exception: Exception) -> HttpResponse:
+    """Answer a request that Django refused before any view."""
+    return respond(request, find_refusal(exception))
+
+
+def report_failure(request: HttpRequest) -> HttpResponse:
+    """Answer a request on which Django failed outside of a view."""
+    return respond(request, Refused(500, FAILURE))
+
+
+def report_forged_request(request: HttpRequest, reason: str = "") -> HttpResponse:  # noqa: ARG001 - Django calls it
+    """Answer a request without the token that proves that it comes from a page of the service."""
+    return respond(request, Refused(403, "This page is out of date. Load it again, and repeat what you did."))

@@ -1,0 +1,256 @@
+"""Mark typed answers, in a process that has loaded the assignments and SymPy; nothing here uses the database."""
+
+import hashlib
+import html
+import json
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeVar
+
+from qdot.exercises.assignment.assignment import Assignment, Student
+from qdot.exercises.assignment.release import ReleaseContext, ReleaseResult, release_notebooks_of_student
+from qdot.exercises.assignment.store import StoredProblems, load_stored_problems
+from qdot.exercises.formula.equality import Counterexample, SetDifference
+from qdot.exercises.notebook.notebook import write_notebook
+from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
+from qdot.exercises.short_questions import question_of
+from qdot.exercises.site.record import make_asked_record, write_html_with_latex
+from qdot.exercises.writing import problem_texts
+from qdot.exercises.writing.render import render
+from qdot.grader.grading.attempt import make_marking_versions, make_part_result
+from qdot.grader.grading.certify import CERTIFIER
+from qdot.grader.grading.copied_answers import ClassAnswers
+from qdot.grader.grading.result import NotebookMarks, ProblemResult
+from qdot.grader.judging.verdict import Outcome
+from qdot.grader.marking.marking import MarkingRules, mark
+from qdot.grader.reports.feedback import show_parts
+from qdot.grader.sandbox.time_budgets import TimeBudgets
+from qdot.grader.serve.assignments import Assignments
+from qdot.grader.submissions.answer_locator import describe_unset
+
+Key = TypeVar("Key")
+Value = TypeVar("Value")
+
+
+@dataclass(frozen=True)
+class ClassOfAssignment:
+    """The assignment with a key, and the identifiers of the students of a class, whose answers may have been copied."""
+
+    key: str
+    students: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class TypedAnswers:
+    """A student's typed answers by part, as in "p1.jacobian", and the marks of problems that need not be marked."""
+
+    class_of_assignment: ClassOfAssignment
+    student: str
+    answers: Mapping[str, str]
+    finished: Mapping[str, ProblemResult]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShownPart:
+    """What a student's page shows of the verdict on a part, at the level of feedback; texts are HTML.
+
+    `entries` has "right", "follows", "blank" or "wrong" for each entry. `pose` has the joint values of the
+    counterexample, and `followed_from` is the name of the part from which the answer follows.
+    """
+
+    sentences: tuple[str, ...]
+    entries: list[list[str]] | None
+    counterexample: str | None
+    pose: dict[str, float] | None
+    followed_from: str | None
+    answer: str | None
+
+
+class Judge:
+    """Marks typed answers. The problems of recent students and the correct answers of a class stay in memory."""
+
+    def __init__(self, folders: tuple[Path, ...]) -> None:
+        self._assignments = Assignments(folders)
+        self._problems = dict[tuple[str, ...], StoredProblems]()
+        self._class_answers = dict[tuple[object, ...], ClassAnswers]()
+        for assignment in self._assignments.load_all().values():
+            self._warm_up(ClassOfAssignment(assignment.key, tuple(student.id for student in assignment.roster)))
+
+    def load_assignment(self, class_of_assignment: ClassOfAssignment) -> Assignment:
+        """Return an assignment with the class as its roster."""
+        roster = tuple(map(Student, class_of_assignment.students))
+        return replace(self._assignments.load_all()[class_of_assignment.key], roster=roster)
+
+    def load_problems(self, assignment: Assignment, student: str) -> StoredProblems:
+        """Return the problems of a student."""
+        key = (assignment.key, assignment.notebook_digest_of(student), assignment.marking_digest, student)
+        return _remember(self._problems, key, lambda: load_stored_problems(assignment, student))
+
+    def find_class_answers(self, assignment: Assignment) -> ClassAnswers:
+        """Return the correct answers of the class."""
+        students = tuple(student.id for student in assignment.roster)
+        key = (assignment.problems_digest, students, tuple(sorted(assignment.replacements)))
+        return _remember(self._class_answers, key, lambda: ClassAnswers(assignment))
+
+    def _warm_up(self, class_of_assignment: ClassOfAssignment) -> None:
+        """Load what marking needs, so that the first student needn't wait for it."""
+        assignment = self.load_assignment(class_of_assignment)
+        for student in class_of_assignment.students[:1]:
+            for slot, problem in self.load_problems(assignment, student).problems:
+                for part in problem.parts:
+                    self.find_class_answers(assignment).find_fingerprints(slot, part)
+                mark(problem, {part.name: "theta1 + 1" for part in problem.parts[:1]}, secret=assignment.secret)
+
+
+MAX_REMEMBERED = 256
+"""Maximum number of students whose problems stay in memory, and of classes whose answers do."""
+
+
+def _remember(memory: dict[Key, Value], key: Key, make: Callable[[], Value]) -> Value:
+    """Return the value that is stored for a key; it is made if it is missing, and the oldest value is then dropped."""
+    if key not in memory:
+        if len(memory) >= MAX_REMEMBERED:
+            memory.pop(next(iter(memory)))
+        memory[key] = make()
+    return memory[key]
+
+
+# --- what a judge does ---
+
+
+def stay_busy(_: Judge, seconds: float) -> None:
+    """Wait, so that the pool starts another process for other work."""
+    time.sleep(seconds)
+
+
+@dataclass(frozen=True)
+class MarkedAnswers:
+    """The marks of a student's answers, and what the student's page shows of them by part, as in "p1.jacobian"."""
+
+    marks: NotebookMarks
+    shown: Mapping[str, ShownPart]
+
+
+def mark_typed_answers(judge: Judge, typed: TypedAnswers) -> MarkedAnswers:
+    """Return the marks of typed answers: those that `qdot grade` gives to the notebook with the same answers."""
+    assignment = judge.load_assignment(typed.class_of_assignment)
+    class_answers = judge.find_class_answers(assignment)
+    stored_problems, allowance = judge.load_problems(assignment, typed.student), TimeBudgets()
+    results = list[ProblemResult]()
+    for slot, problem in stored_problems.problems:
+        if slot in typed.finished:
+            results.append(typed.finished[slot])
+            continue
+        names = {part.name: f"{slot}.{part.name}" for part in problem.parts}
+        texts = {name: typed.answers[full_name] for name, full_name in names.items() if full_name in typed.answers}
+        reasons = {name: describe_unset(name_answer_variable(slot, name)) for name in names}
+        rules = MarkingRules(assignment.follow_through, partial(class_answers.is_correct_for_another, problem, slot))
+        verdicts = mark(problem, texts, reasons, secret=assignment.secret, rules=rules, allowance=allowance)
+        parts = tuple(make_part_result(slot, verdict) for verdict in verdicts)
+        results.append(ProblemResult(str(problem.id), slot, parts))
+    notebook = write_answers_notebook(assignment, typed.student, typed.answers)
+    marks = NotebookMarks(
+        sha256=hashlib.sha256(notebook.encode()).hexdigest(),
+        made_from=make_marking_versions(assignment, typed.student), problems=tuple(results),
+    )  # fmt: skip
+    return MarkedAnswers(marks, show_marks(assignment, stored_problems, marks, set(typed.finished)))
+
+
+def show_marks(
+    assignment: Assignment, stored_problems: StoredProblems, marks: NotebookMarks, omitted_slots: set[str]
+) -> dict[str, ShownPart]:
+    """Return what the student's page shows of the marks, by part, at the assignment's level of feedback."""
+    shown: dict[str, ShownPart] = {}
+    for number, ((slot, problem), result) in enumerate(zip(stored_problems.problems, marks.problems, strict=True), 1):
+        if slot in omitted_slots:
+            continue
+        pieces = stored_problems.pieces_of(slot)
+        for part_on_page in show_parts(pieces, number, problem, result.parts, assignment.feedback):
+            part_result = part_on_page.result
+            is_missing = part_result.outcome is Outcome.MISSING
+            texts = [] if is_missing or part_result.outcome is Outcome.CORRECT else [part_on_page.reason]
+            sentences = [
+                text if text.endswith((".", "?")) else f"{text}." for text in (part_on_page.advice, *texts) if text
+            ]
+            table = render("reports/difference.html.j2", table=part_on_page.table) if part_on_page.table else ""
+            answer = part_on_page.answer
+            example = part_result.certificate and part_result.certificate.counterexample
+            followed_from = part_result.followed_from
+            shown[f"{slot}.{part_result.name}"] = ShownPart(
+                sentences=tuple(map(html.escape, sentences)), entries=part_on_page.entry_states,
+                counterexample=f"{table}{part_on_page.counterexample_figure}" or None,
+                pose=_find_pose(problem, example) if example else None,
+                followed_from=f"{slot}.{followed_from}" if followed_from else None,
+                answer=None if answer is None else answer.html or html.escape(answer.text),
+            )  # fmt: skip
+    return shown
+
+
+def _find_pose(problem: Problem, example: Counterexample) -> dict[str, float] | None:
+    """Return the joint values of a counterexample."""
+    configuration = example.surplus or example.missing if isinstance(example, SetDifference) else example.at
+    joints = {q.name for q in problem.chain.q}
+    return {name: value for name, value in (configuration or {}).items() if name in joints} or None
+
+
+def write_answers_notebook(assignment: Assignment, student: str, answers: Mapping[str, str]) -> str:
+    """Return the notebook with a student's typed answers, as the text of a file; the same answers give the same."""
+    cells: list[dict[str, Any]] = [
+        {
+            "cell_type": "code", "execution_count": None, "id": part.replace(".", "-")[:64], "outputs": [],
+            "metadata": {"qdot": {"part": part}},
+            "source": f"{name_answer_variable(*part.split('.', 1))} = {json.dumps(answers[part])}",
+        }
+        for part in sorted(answers)
+    ]  # fmt: skip
+    claims = {"assignment": assignment.key, "student": student, "digest": assignment.problems_digest_of(student)}
+    return write_notebook({"cells": cells, "metadata": {"qdot": claims}, "nbformat": 4, "nbformat_minor": 5})
+
+
+@dataclass(frozen=True)
+class StudentOfClass:
+    """A student of a class, for an assignment; `language` is that of the page."""
+
+    class_of_assignment: ClassOfAssignment
+    student: str
+    language: str = "en"
+
+
+def release_problems(judge: Judge, request: StudentOfClass) -> ReleaseResult:
+    """Generate, certify and store the problems of a student who has none yet, as `qdot generate` does."""
+    return release_notebooks_of_student(
+        ReleaseContext(judge.load_assignment(request.class_of_assignment), CERTIFIER), request.student
+    )
+
+
+def make_problem_records(judge: Judge, request: StudentOfClass) -> list[dict[str, Any]]:
+    """Return a student's problems as the page shows them: {"slot", "problem"}, without keys and solutions.
+
+    The id of a problem is that of its slot, because anybody can generate a problem again from its own id.
+    """
+    assignment = judge.load_assignment(request.class_of_assignment)
+    problems = judge.load_problems(assignment, request.student).problems
+    records = [(slot, make_asked_record(problem, assignment.hints, request.language)) for slot, problem in problems]
+    return [{"slot": slot, "problem": record | {"id": slot}} for slot, record in records]
+
+
+def make_solutions(judge: Judge, request: StudentOfClass) -> dict[str, dict[str, str]]:
+    """Return the worked solution of each part, as HTML with LaTeX, and the answer as it would be typed."""
+    assignment = judge.load_assignment(request.class_of_assignment)
+    return {
+        f"{slot}.{part.name}": _write_solution(problem, part)
+        for slot, problem in judge.load_problems(assignment, request.student).problems
+        for part in problem.parts
+    }
+
+
+def _write_solution(problem: Problem, part: Part) -> dict[str, str]:
+    solution = write_html_with_latex(problem_texts.write_solution(problem, part))
+    return {
+        "title": question_of(part).title,
+        "solution": solution,
+        "typed": problem_texts.write_answer_code(problem, part),
+    }

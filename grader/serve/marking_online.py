@@ -1,0 +1,243 @@
+"""Mark what is submitted: typed answers at once in processes that are ready, notebooks from a queue in the database.
+
+A submission that is not marked yet is marked later, so a killed process loses nothing; marking twice gives the same.
+"""
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import TimeoutError as FutureTimeout
+from concurrent.futures.process import BrokenProcessPool
+from datetime import timedelta
+from functools import cache, partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, TypeVar
+
+from django.db import close_old_connections, transaction
+from django.utils import timezone
+from django_tasks import task
+
+from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.assignment.certified_problems import record_replacements
+from qdot.exercises.assignment.store import compute_package_digest, load_stored_problems
+from qdot.exercises.common.json_form import to_jsonable
+from qdot.exercises.common.parallel import open_pool, submit_to_pool
+from qdot.grader.grading.attempt import Grader, grade_safely, make_marking_versions, mark_ungraded, read_attempts
+from qdot.grader.grading.batch import CRASH_REASON
+from qdot.grader.grading.copied_answers import ClassAnswers
+from qdot.grader.grading.result import NotebookMarks, ProblemResult
+from qdot.grader.sandbox.sandbox import Limits, Sandbox
+from qdot.grader.serve.class_list import describe_class, load_class_assignment
+from qdot.grader.serve.errors import Refused
+from qdot.grader.serve.judge_process import (
+    Judge,
+    ShownPart,
+    StudentOfClass,
+    TypedAnswers,
+    make_problem_records,
+    mark_typed_answers,
+    release_problems,
+    show_marks,
+    stay_busy,
+)
+from qdot.grader.serve.models import Person, Submission
+from qdot.grader.serve.scores import announce_score, name_file, read_marks
+from qdot.grader.serve.settings import find_options
+from qdot.grader.submissions.submission import StudentFiles
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+logger = logging.getLogger("qdot.serve")
+
+ANSWER_SECONDS = 25.0
+"""For how many seconds a student's browser waits for a verdict; then the page asks again later."""
+LATER_SECONDS = 60.0
+"""After how many seconds a typed answer without marks is marked by `mark_forgotten_answers`."""
+
+
+class JudgePool:
+    """The processes that judge. If one of them dies, all are started again, and the work is repeated once."""
+
+    def __init__(self, folders: tuple[Path, ...], jobs: int) -> None:
+        self._open = partial(open_pool, setup=Judge, arguments=(folders,))
+        self._jobs, self._lock = jobs, threading.Lock()
+        self._pool = self._open(jobs)
+
+    def run(self, work: Callable[[Judge, Item], Result], item: Item) -> Result:
+        """Return `work(judge, item)`. Raises TimeoutError if it takes too long, BrokenProcessPool if it kills two."""
+        pool = self._pool
+        try:
+            return submit_to_pool(pool, work, item).result(ANSWER_SECONDS)
+        except BrokenProcessPool:
+            with self._lock:
+                if pool is self._pool:
+                    self._pool = self._open(self._jobs)
+        with self._open(1) as own_pool:  # the work that killed the process harms no other a second time
+            return submit_to_pool(own_pool, work, item).result()
+
+    def warm_up(self) -> None:
+        """Start all processes, and wait until they are ready."""
+        futures = [submit_to_pool(self._pool, stay_busy, 0.5) for _ in range(self._jobs)]
+        for future in futures:
+            future.result()
+
+    def close(self) -> None:
+        """End the processes."""
+        self._pool.shutdown(wait=False, cancel_futures=True)
+
+
+@cache
+def find_judges() -> JudgePool:
+    """Return the judges of this service, which are started with the first call."""
+    return JudgePool(find_options().folders, find_options().jobs)
+
+
+# --- typed answers ---
+
+
+def mark_answers(submission: Submission) -> bool:
+    """Mark a submission of typed answers; return whether it is marked now. Problems with unchanged answers are kept."""
+    person = submission.person
+    assignment = load_class_assignment(person.classroom, submission.assignment)
+    answers = submission.answers or {}
+    finished, shown = _find_finished(submission, assignment)
+    typed = TypedAnswers(describe_class(assignment), person.student_id, answers, finished)
+    try:
+        marked = find_judges().run(mark_typed_answers, typed)
+    except FutureTimeout:
+        return False
+    except BrokenProcessPool:
+        _store_marks(submission, mark_ungraded(assignment, person.student_id, None, CRASH_REASON), {})
+        return True
+    _store_marks(submission, marked.marks, shown | to_jsonable(marked.shown))
+    return True
+
+
+def _find_finished(submission: Submission, assignment: Assignment) -> tuple[dict[str, ProblemResult], dict[str, Any]]:
+    """Return the marks, by slot, of problems whose answers are those of the submission before, and what is shown."""
+    earlier = Submission.objects.filter(person=submission.person, assignment=submission.assignment)
+    earlier = earlier.filter(answers__isnull=False, marks__isnull=False, pk__lt=submission.pk)
+    previous = earlier.order_by("-pk").first()
+    marks = None if previous is None else read_marks(previous)
+    if previous is None or marks is None:
+        return {}, {}
+    if marks.made_from != make_marking_versions(assignment, submission.person.student_id):
+        return {}, {}
+    old_answers, new_answers, shown = previous.answers or {}, submission.answers or {}, previous.shown or {}
+    changed = {part for part in {*old_answers, *new_answers} if old_answers.get(part) != new_answers.get(part)}
+    changed_slots = {part.partition(".")[0] for part in changed}
+    finished = {problem.slot: problem for problem in marks.problems if problem.slot not in changed_slots}
+    return finished, {name: text for name, text in shown.items() if name.partition(".")[0] in finished}
+
+
+def _store_marks(submission: Submission, marks: NotebookMarks, shown: dict[str, Any]) -> None:
+    """Store the marks of a submission, and what has to be told to platforms."""
+    submission.marks, submission.shown, submission.state = to_jsonable(marks), shown, Submission.State.MARKED
+    with transaction.atomic():
+        submission.save(update_fields=["marks", "shown", "state"])
+        announce_score(submission.person, submission.assignment)
+
+
+def mark_forgotten_answers() -> None:
+    """Mark typed answers that were stored a while ago but not marked, because a process was killed or was too slow."""
+    moment = timezone.now() - timedelta(seconds=LATER_SECONDS)
+    waiting = Submission.objects.filter(state=Submission.State.WAITING, answers__isnull=False, received__lt=moment)
+    for submission in waiting.select_related("person__classroom").order_by("pk")[:20]:
+        mark_answers(submission)
+
+
+# --- what pages show ---
+
+
+def load_problem_records(person: Person, assignment: Assignment, language: str) -> list[dict[str, Any]]:
+    """Return the problems of a student as the page shows them. They are generated for a student who has none yet."""
+    from django.core.cache import cache as pages
+
+    digest = assignment.notebook_digest_of(person.student_id)
+    key = f"{compute_package_digest()[:16]}-{digest}-{assignment.hints}-{language}-{person.pk}"
+    if (records := pages.get(key)) is None:
+        release_if_needed(assignment, person.student_id)
+        student = StudentOfClass(describe_class(assignment), person.student_id, language)
+        records = find_judges().run(make_problem_records, student)
+        pages.set(key, records, None)
+    return records
+
+
+_release_lock = threading.Lock()
+"""Held while the problems of a student are released, because replaced problems are recorded in one file."""
+
+
+def release_if_needed(assignment: Assignment, student: str) -> None:
+    """Generate, certify and store a student's problems, unless they are up to date. Raises Refused."""
+    with _release_lock:
+        for _ in range(2):
+            result = find_judges().run(release_problems, StudentOfClass(describe_class(assignment), student))
+            if result.outcome != "replaced":
+                break
+            record_replacements(assignment, student, result.replacements)
+    if result.failed_slots:
+        logger.error("%s", "; ".join(map(str, result.failed_slots)))
+        raise Refused(503, "qdot found no valid problem for you. Tell your instructor.")
+
+
+# --- notebooks ---
+
+
+@cache
+def _open_sandbox(seconds: float, strict: bool) -> Sandbox:
+    return Sandbox(Limits(seconds=seconds, cell_seconds=max(1.0, seconds / 2)), strict=strict)
+
+
+@task()
+def grade_notebook(submission_id: int) -> None:
+    """Grade a submitted notebook as `qdot grade` does; called by the process that works off the queue."""
+    submission = Submission.objects.select_related("person__classroom").filter(pk=submission_id).first()
+    if submission is None:  # the student has been forgotten meanwhile
+        return
+    person = submission.person
+    assignment = load_class_assignment(person.classroom, submission.assignment)
+    sandbox = _open_sandbox(Limits.seconds, assignment.sandbox == "strict")
+    grader = Grader(assignment, sandbox, ClassAnswers(assignment))
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / name_file(assignment, submission)
+        path.write_bytes(submission.content or b"")
+        (attempt,) = read_attempts(StudentFiles((path,)), assignment.key)
+        marks = grade_safely(grader, person.student_id, attempt)
+    shown: dict[str, ShownPart] = {}
+    if marks.obstacle is None:
+        shown = show_marks(assignment, load_stored_problems(assignment, person.student_id), marks, set())
+    _store_marks(submission, marks, to_jsonable(shown))
+
+
+def give_up_notebook(submission_id: int) -> None:
+    """Leave a notebook ungraded whose grading has killed its process twice."""
+    submission = Submission.objects.select_related("person__classroom").get(pk=submission_id)
+    assignment = load_class_assignment(submission.person.classroom, submission.assignment)
+    _store_marks(submission, mark_ungraded(assignment, submission.person.student_id, None, CRASH_REASON), {})
+
+
+def run_periodically(work: Callable[[], None], seconds: float) -> threading.Thread:
+    """Call `work` every few seconds in a thread of its own; an error is logged and doesn't end it."""
+
+    def loop() -> None:
+        while True:
+            time.sleep(seconds)
+            try:
+                close_old_connections()
+                work()
+            except Exception:
+                logger.exception("%s failed", work.__name__)
+
+    thread = threading.Thread(target=loop, daemon=True, name=work.__name__)
+    thread.start()
+    return thread
+
+
+def count_waiting_before(submission: Submission) -> int | None:
+    """Return how many notebooks are graded before this one; None if it is graded."""
+    if submission.state != Submission.State.WAITING:
+        return None
+    waiting = Submission.objects.filter(state=Submission.State.WAITING, answers__isnull=True, pk__lt=submission.pk)
+    return waiting.count()

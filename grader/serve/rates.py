@@ -1,0 +1,28 @@
+"""Limit how often a person may do something, so that one person can't take the service away from the others."""
+
+import threading
+import time
+from collections import defaultdict, deque
+
+from qdot.grader.serve.errors import Refused
+
+SECONDS = 60.0
+"""The length of the time for which requests are counted."""
+
+_lock = threading.Lock()
+_times: dict[tuple[str, str], deque[float]] = defaultdict(deque)
+
+
+def check_rate(action: str, who: object, limit: int) -> None:
+    """Count an action. Raises Refused if `who` has done it more than `limit` times within a minute."""
+    now = time.monotonic()
+    with _lock:
+        times = _times[action, str(who)]
+        while times and times[0] < now - SECONDS:
+            times.popleft()
+        if len(times) >= limit:
+            raise Refused(429, "This is more often than qdot accepts. Wait a minute, and try again.")
+        times.append(now)
+        if len(_times) > 10_000:  # forget those who have done nothing for a minute
+            for key in [key for key, moments in _times.items() if moments[-1] < now - SECONDS]:
+                del _times[key]

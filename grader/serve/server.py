@@ -1,0 +1,98 @@
+"""Run the service: the web server, the processes that judge, and the process that works off the queue of notebooks."""
+
+import logging
+import multiprocessing
+import uuid
+from typing import Any
+
+from django.core.management import call_command
+from django.core.wsgi import get_wsgi_application
+from django.db import connections, transaction
+from django_tasks_db.models import DBTaskResult
+from waitress.server import create_server
+
+from qdot.exercises.common.errors import QdotError
+from qdot.grader.serve.marking_online import (
+    find_judges,
+    give_up_notebook,
+    mark_forgotten_answers,
+    run_periodically,
+)
+from qdot.grader.serve.queue_process import work_off_queue
+from qdot.grader.serve.settings import ServiceOptions
+
+THREADS, MAX_STARTS = 16, 2
+"""Number of requests that are answered at once, and of times that the grading of one notebook may kill its process."""
+SECONDS_BETWEEN_CHECKS, MAX_REQUEST_BYTES = 2.0, 25_000_000
+logger = logging.getLogger("qdot.serve")
+
+
+def prepare_database() -> None:
+    """Make or update the tables of the database."""
+    call_command("migrate", verbosity=0, interactive=False)
+
+
+def run_service(options: ServiceOptions, host: str, port: int, on_ready: Any) -> None:
+    """Serve until the process is told to end; `on_ready` is called when the service answers. Raises QdotError."""
+    find_judges().warm_up()
+    queue = QueueProcess(options)
+    queue.start()
+    run_periodically(mark_forgotten_answers, SECONDS_BETWEEN_CHECKS)
+    run_periodically(queue.watch, SECONDS_BETWEEN_CHECKS)
+    proxy = {"trusted_proxy": "*", "trusted_proxy_headers": "x-forwarded-for x-forwarded-proto"}
+    try:
+        server = create_server(
+            get_wsgi_application(), host=host, port=port, threads=THREADS, ident=None,
+            clear_untrusted_proxy_headers=True, max_request_body_size=MAX_REQUEST_BYTES,
+            **(proxy if options.url.startswith("https:") else {}),
+        )  # fmt: skip
+    except OSError as error:
+        queue.stop()
+        raise QdotError(f"port {port} can't be used: {error.strerror}; choose another with --port") from None
+    on_ready()
+    try:
+        server.run()
+    finally:
+        queue.stop()
+        find_judges().close()
+
+
+class QueueProcess:
+    """The process that works off the queue of notebooks; it is started again when it dies."""
+
+    def __init__(self, options: ServiceOptions) -> None:
+        self._options, self._is_stopped, self._name = options, False, ""
+        self._process: multiprocessing.process.BaseProcess | None = None
+
+    def start(self) -> None:
+        """Put what a killed process left back into the queue, and start a new process."""
+        reclaim_tasks()
+        connections.close_all()
+        self._name = uuid.uuid4().hex
+        context = multiprocessing.get_context("spawn")
+        self._process = context.Process(target=work_off_queue, args=(self._options, self._name), daemon=True)
+        self._process.start()
+
+    def watch(self) -> None:
+        """Start the process again if it has died."""
+        if not self._is_stopped and self._process is not None and not self._process.is_alive():
+            logger.error("the process that grades notebooks has died; it is started again")
+            self.start()
+
+    def stop(self) -> None:
+        """End the process."""
+        self._is_stopped = True
+        if self._process is not None:
+            self._process.terminate()
+            self._process.join(5)
+
+
+def reclaim_tasks() -> None:
+    """Put tasks whose process was killed back into the queue; one that has killed its process twice is given up."""
+    for row in DBTaskResult.objects.running():
+        with transaction.atomic():
+            if len(row.worker_ids) >= MAX_STARTS:
+                give_up_notebook(*row.args_kwargs["args"])
+                row.set_failed(RuntimeError("killed its process"))
+            else:
+                DBTaskResult.objects.filter(pk=row.pk).update(status="READY")

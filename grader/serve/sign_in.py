@@ -1,0 +1,96 @@
+"""Sign people in: personal links, sessions and roles."""
+
+import hashlib
+from collections.abc import Callable, Iterable
+from functools import wraps
+
+from django.http import HttpRequest, HttpResponse, HttpResponseRedirect
+from django.middleware.csrf import rotate_token
+
+from qdot.exercises.common.input_file import format_csv
+from qdot.grader.serve.errors import NO_PAGE, Refused
+from qdot.grader.serve.models import Person, make_link_token
+from qdot.grader.serve.rates import check_rate
+from qdot.grader.serve.settings import find_options
+
+SIGN_IN_ADVICE = "You are not signed in. Open your personal link, or open the assignment on your learning platform."
+STAFF_PREFIX = "staff:"
+"""The beginning of the identifier of a member of staff who comes by a personal link; no student's contains a colon."""
+
+View = Callable[..., HttpResponse]
+
+
+def sign_in(request: HttpRequest, person: Person) -> None:
+    """Make a person the one who uses this browser."""
+    request.session.flush()
+    request.session["person"], request.session["version"] = person.pk, person.session_version
+    rotate_token(request)
+
+
+def find_person(request: HttpRequest) -> Person:
+    """Return the person who uses this browser. Raises Refused.
+
+    A page that was opened by another person, for example in another tab, says so by the header X-Person.
+    """
+    people = Person.objects.select_related("classroom").filter(is_active=True, classroom__is_connected=True)
+    number, version = request.session.get("person", 0), request.session.get("version", 0)
+    person = people.filter(pk=number, session_version=version).first()
+    if person is None:
+        raise Refused(401, SIGN_IN_ADVICE)
+    if request.headers.get("X-Person", str(person.pk)) != str(person.pk):
+        raise Refused(409, "Somebody else has signed in in this browser meanwhile. Load the page again.")
+    return person
+
+
+def allow(*roles: str) -> Callable[[View], View]:
+    """Return a decorator for a view that gets the person as its second argument, if the person has one of the roles."""
+
+    def decorate(view: View) -> View:
+        @wraps(view)
+        def check_and_call(request: HttpRequest, *args: object, **kwargs: object) -> HttpResponse:
+            person = find_person(request)
+            if person.role not in roles:
+                raise Refused(404, NO_PAGE)
+            return view(request, person, *args, **kwargs)
+
+        return check_and_call
+
+    return decorate
+
+
+for_staff = allow(Person.Role.STAFF)
+for_everybody = allow(Person.Role.STAFF, Person.Role.STUDENT)
+
+
+def enter(request: HttpRequest, token: str) -> HttpResponse:
+    """Sign in the person with this personal link."""
+    check_rate("enter", request.META.get("REMOTE_ADDR", ""), 60)
+    person = Person.objects.filter(link_digest=compute_digest(token), is_active=True).first()
+    if person is None:
+        raise Refused(404, "This link is not valid any more. Ask your instructor for a new one.")
+    sign_in(request, person)
+    return HttpResponseRedirect("/")
+
+
+def leave(request: HttpRequest) -> HttpResponse:
+    """Sign the person out in this browser."""
+    request.session.flush()
+    return HttpResponseRedirect("/")
+
+
+def compute_digest(token: str) -> str:
+    """Return the digest by which the token of a personal link is stored."""
+    return hashlib.sha256(token.encode()).hexdigest()
+
+
+def make_links_csv(people: Iterable[Person]) -> str:
+    """Give each person a new personal link, and return them as a table for a mail merge; old links become invalid."""
+    rows = [("student", "name", "email", "link")]
+    for person in people:
+        token = make_link_token()
+        person.link_digest = compute_digest(token)
+        person.session_version += 1
+        person.save(update_fields=["link_digest", "session_version"])
+        link = f"{find_options().url.rstrip('/')}/in/{token}"
+        rows.append((person.student_id, person.name, person.email, link))
+    return format_csv(rows)

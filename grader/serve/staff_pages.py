@@ -1,0 +1,234 @@
+"""The addresses that the page of the staff calls: the class, its mistakes, and what a person decides."""
+
+import datetime
+from typing import Any
+
+from django.db import transaction
+from django.db.models import Count, Max, Min
+from django.http import HttpRequest, HttpResponse, JsonResponse
+from django.utils import timezone
+from django.views.decorators.http import require_GET, require_POST
+
+from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.common.errors import QdotError
+from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.grader.grading.batch import parse_time
+from qdot.grader.grading.overrides import TOTAL_PART, flatten_answer
+from qdot.grader.grading.result import PartResult, Result
+from qdot.grader.judging.verdict import AWAITS_PERSON
+from qdot.grader.marking.marking import format_points, map_max_points, sum_points
+from qdot.grader.reports.class_summary import group_wrong_answers
+from qdot.grader.serve.class_list import describe_class, load_class_assignment
+from qdot.grader.serve.errors import NO_PAGE, Refused
+from qdot.grader.serve.html_pages import render_page
+from qdot.grader.serve.judge_process import StudentOfClass, make_solutions
+from qdot.grader.serve.marking_online import find_judges
+from qdot.grader.serve.models import Classroom, Extension, Person, PointsOverride, StaffAction, Submission
+from qdot.grader.serve.scores import announce_score, compute_results
+from qdot.grader.serve.sign_in import for_staff
+from qdot.grader.serve.student_pages import describe_work, find_work, read_json
+
+MAX_COMMENT_CHARACTERS, MAX_ACTIONS_SHOWN = 5_000, 50
+
+
+def record_action(person: Person, summary: str) -> None:
+    """Record what a member of staff has changed."""
+    StaffAction.objects.create(classroom=person.classroom, person=person, summary=summary[:500])
+
+
+def find_version(classroom: Classroom, key: str) -> str:
+    """Return a text that changes whenever the page of the class must change."""
+    submissions = Submission.objects.filter(person__classroom=classroom, assignment=key)
+    counts = submissions.aggregate(last=Max("pk"), marked=Count("marks"))
+    last_action = StaffAction.objects.filter(classroom=classroom).aggregate(last=Max("pk"))["last"]
+    return f"{counts['last'] or 0}.{counts['marked']}.{last_action or 0}"
+
+
+@require_GET
+@for_staff
+def show_class_page(request: HttpRequest, person: Person, key: str) -> HttpResponse:
+    """Show the page of the class."""
+    assignment = load_class_assignment(person.classroom, key)
+    return render_page(
+        request, "serve/class.html.j2", title=assignment.title, script="serve-class", key=key, person=person
+    )
+
+
+@require_GET
+@for_staff
+def get_results(request: HttpRequest, person: Person, key: str) -> HttpResponse:
+    """Return the results of the class; nothing if they haven't changed since a version."""
+    version = find_version(person.classroom, key)
+    if request.GET.get("since") == version:
+        return HttpResponse(status=204)
+    assignment = load_class_assignment(person.classroom, key)
+    results = compute_results(assignment, person.classroom)
+    return JsonResponse({"version": version, **describe_class_results(assignment, person.classroom, results)})
+
+
+def describe_class_results(assignment: Assignment, classroom: Classroom, results: list[Result]) -> dict[str, Any]:
+    """Return the results of a class as its page reads them."""
+    people = {person.student_id: person for person in classroom.people.all()}
+    rows = Submission.objects.filter(person__classroom=classroom, assignment=assignment.key).values("person_id")
+    spans = {
+        row["person_id"]: (row["begun"], row["last"])
+        for row in rows.annotate(begun=Min("received"), last=Max("received"))
+    }
+    extensions = dict(
+        Extension.objects.filter(person__classroom=classroom, assignment=assignment.key).values_list("person_id", "due")
+    )
+    students, to_mark = list[dict[str, Any]](), list[dict[str, Any]]()
+    for result in results:
+        person = people[result.student]
+        begun, last = spans.get(person.pk, (None, None))
+        students.append({
+            "id": person.pk, "student_id": person.student_id, "name": person.name,
+            "begun": _format_time(begun), "last": _format_time(last),
+            "is_late": result.late is not None, "due": _format_time(extensions.get(person.pk)), "score": result.score if begun else None,
+            "comment": result.override.comment if result.override else "",
+            "marks": {name: _describe_mark(part) for name, part in result.parts.items()},
+        })  # fmt: skip
+        to_mark += [
+            {"student": person.pk, "part": name, "text": part.answer or ""}
+            for name, part in result.parts.items()
+            if part.points is None and part.reason == AWAITS_PERSON
+        ]
+    by_student = {result.student: result for result in results}
+    groups = [
+        {
+            "group": group.key, "part": group.part, "count": group.count, "mistake": group.mistake,
+            "outcome": by_student[group.typical_student].parts[group.part].outcome,
+            "points": group.override.points if group.override else group.points_range[1],
+            "answer": by_student[group.typical_student].parts[group.part].answer,
+            "students": [people[student].pk for student in group.students],
+        }
+        for group in group_wrong_answers(results)
+    ]  # fmt: skip
+    actions = StaffAction.objects.filter(classroom=classroom).select_related("person").order_by("-pk")
+    max_points = map_max_points(assignment)
+    texts = {f"{slot.name}.{name}" for slot in assignment.slots for name in slot.text_questions}
+    return {
+        "title": assignment.title, "now": timezone.now().isoformat(), "due": _format_time(assignment.due_date),
+        "max_score": sum_points(max_points.values()),
+        "parts": [
+            {"name": name, "title": name_part(name), "max_points": points, "is_text": name in texts}
+            for name, points in max_points.items()
+        ],
+        "students": students, "groups": groups, "to_mark": to_mark,
+        "actions": [
+            {"made": action.made.isoformat(), "by": _name_person(action.person), "summary": action.summary}
+            for action in actions[:MAX_ACTIONS_SHOWN]
+        ],
+    }  # fmt: skip
+
+
+def name_part(name: str) -> str:
+    """Return the title of a part with a name such as "p1.jacobian"."""
+    question = ALL_QUESTIONS.get(name.partition(".")[2])
+    return question.title if question is not None else name.partition(".")[2].replace("-", " ").capitalize()
+
+
+def _describe_mark(part: PartResult) -> dict[str, Any]:
+    return {
+        "outcome": part.outcome, "points": part.points, "mistake": part.mistake or "",
+        "is_override": part.override is not None,
+    }  # fmt: skip
+
+
+def _format_time(moment: datetime.datetime | None) -> str | None:
+    return None if moment is None else moment.isoformat()
+
+
+def _name_person(person: Person | None) -> str:
+    return "" if person is None else person.name or person.student_id
+
+
+def find_student_of(person: Person, number: object) -> Person:
+    """Return a student of the class of a member of staff. Raises Refused."""
+    if isinstance(number, int):
+        student = person.classroom.people.filter(pk=number, role=Person.Role.STUDENT).first()
+        if student is not None:
+            return student
+    raise Refused(404, NO_PAGE)
+
+
+@require_GET
+@for_staff
+def get_student(request: HttpRequest, person: Person, key: str, number: int) -> HttpResponse:
+    """Return a student's work, with the solutions and without limits of feedback."""
+    student = find_student_of(person, number)
+    work = find_work(student, key)
+    content = describe_work(work, request.GET.get("lang", "en"))
+    who = StudentOfClass(describe_class(work.assignment), student.student_id)
+    content["solutions"] = find_judges().run(make_solutions, who)
+    return JsonResponse(content)
+
+
+# --- decisions ---
+
+
+@require_POST
+@for_staff
+def post_override(request: HttpRequest, person: Person, key: str) -> HttpResponse:
+    """Set points or a comment for a student's part or total, or for a group of equal wrong answers."""
+    content = read_json(request)
+    assignment = load_class_assignment(person.classroom, key)
+    max_points = map_max_points(assignment)
+    max_points[TOTAL_PART] = sum_points(max_points.values())
+    part, points, comment = content.get("part", ""), content.get("points"), str(content.get("comment", ""))
+    group, answer = str(content.get("group") or ""), flatten_answer(str(content.get("answer") or ""))
+    if group:
+        part = group.partition("/")[0]
+    if part not in max_points:
+        raise Refused(404, "This assignment has no such question.")
+    if points is not None and not (
+        isinstance(points, (int, float)) and not isinstance(points, bool) and 0 <= points <= max_points[part]
+    ):
+        raise Refused(400, f"Enter points from 0 to {max_points[part]:g}.")
+    if len(comment) > MAX_COMMENT_CHARACTERS or "\x00" in comment + answer:
+        raise Refused(400, f"A comment has at most {MAX_COMMENT_CHARACTERS:,} characters.")
+    student = None if group else find_student_of(person, content.get("student"))
+    target = name_part(part) if part else "the total"
+    who = f"the group {group}" if student is None else f"{target} of {_name_person(student)}"
+    with transaction.atomic():
+        rows = PointsOverride.objects.filter(
+            classroom=person.classroom, assignment=key, person=student, group=group, part=part, answer=answer
+        )
+        rows.delete()
+        if points is not None or comment:
+            rounded_points = None if points is None else round(float(points), 4)
+            PointsOverride.objects.create(
+                classroom=person.classroom, assignment=key, person=student, group=group, part=part, answer=answer,
+                points=rounded_points, comment=comment, made_by=person,
+            )  # fmt: skip
+            change = "comment" if rounded_points is None else f"{format_points(rounded_points)} points"
+        else:
+            change = "no points by hand any more"
+        record_action(person, f"{who}: {change}")
+        affected = person.classroom.people.filter(role=Person.Role.STUDENT) if student is None else [student]
+        for affected_student in affected:
+            announce_score(affected_student, key)
+    return JsonResponse({})
+
+
+@require_POST
+@for_staff
+def post_extension(request: HttpRequest, person: Person, key: str) -> HttpResponse:
+    """Set the due date of one student, or the assignment's again."""
+    content = read_json(request)
+    assignment = load_class_assignment(person.classroom, key)
+    student, due = find_student_of(person, content.get("student")), content.get("due")
+    if due is not None and assignment.due_date is None:
+        raise Refused(409, "This assignment has no due date.")
+    try:
+        due_date = None if due is None else parse_time(str(due))
+    except QdotError:
+        raise Refused(400, "qdot couldn't read this date.") from None
+    with transaction.atomic():
+        Extension.objects.filter(person=student, assignment=key).delete()
+        if due_date is not None:
+            Extension.objects.create(person=student, assignment=key, due=due_date)
+        summary = f"due {due_date:%Y-%m-%d %H:%M}" if due_date else "due as everybody"
+        record_action(person, f"{_name_person(student)}: {summary}")
+        announce_score(student, key)
+    return JsonResponse({})

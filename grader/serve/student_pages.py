@@ -1,0 +1,267 @@
+"""The addresses that a student's page calls."""
+
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from django.core.exceptions import BadRequest
+from django.http import HttpRequest, HttpResponse, JsonResponse
+from django.middleware.csrf import get_token
+from django.utils import timezone
+from django.views.decorators.http import require_GET, require_http_methods, require_POST
+
+from qdot.exercises.assignment.assignment import Assignment, Student
+from qdot.exercises.assignment.late_rule import describe_duration
+from qdot.exercises.assignment.release import notebook_path
+from qdot.grader.grading.result import Result
+from qdot.grader.reports.feedback import make_feedback_page
+from qdot.grader.reports.part_rows import describe_decisions
+from qdot.grader.serve.class_list import find_student, load_assignments, load_class_assignment
+from qdot.grader.serve.errors import NO_PAGE, Refused
+from qdot.grader.serve.html_pages import render_page
+from qdot.grader.serve.marking_online import (
+    count_waiting_before,
+    load_problem_records,
+    mark_answers,
+    release_if_needed,
+)
+from qdot.grader.serve.models import Draft, Person, Submission
+from qdot.grader.serve.rates import check_rate
+from qdot.grader.serve.scores import compute_result, list_submissions, load_overrides, load_result
+from qdot.grader.serve.sign_in import SIGN_IN_ADVICE, find_person, for_everybody
+from qdot.grader.serve.submitting import (
+    check_text,
+    describe_attempts,
+    explain_closed,
+    parse_request_id,
+    save_draft,
+    submit_answer,
+    submit_notebook,
+)
+
+ANSWERS_PER_MINUTE, DRAFTS_PER_MINUTE, NOTEBOOKS_PER_MINUTE, READS_PER_MINUTE = 40, 90, 6, 240
+MAX_JSON_BYTES = 200_000
+
+
+class Work(NamedTuple):
+    """A student's work on an assignment, as a request needs it."""
+
+    person: Person
+    assignment: Assignment
+    student: Student
+
+
+def find_work(person: Person, key: str) -> Work:
+    """Return the work of the person who is signed in. Raises Refused."""
+    check_rate("read", person.pk, READS_PER_MINUTE)
+    assignment = load_class_assignment(person.classroom, key)
+    if person.role == Person.Role.STAFF:  # staff see the page of a sample student, whose problems nobody has
+        student = Student(person.student_id, person.name or person.student_id)
+        return Work(person, assignment, student)
+    return Work(person, assignment, find_student(assignment, person))
+
+
+def read_json(request: HttpRequest) -> dict[str, Any]:
+    """Return the object in the body of a request. Raises BadRequest."""
+    if len(request.body) > MAX_JSON_BYTES:
+        raise Refused(413, "This is larger than qdot accepts.")
+    try:
+        content = json.loads(request.body)
+    except (ValueError, RecursionError):
+        raise BadRequest from None
+    if not isinstance(content, dict):
+        raise BadRequest
+    return content
+
+
+# --- pages ---
+
+
+@require_GET
+def show_home(request: HttpRequest) -> HttpResponse:
+    """Show the assignments of the person who is signed in, or how to get in."""
+    try:
+        person = find_person(request)
+    except Refused:
+        return render_page(
+            request, "serve/home.html.j2", title="qdot", script="", advice=SIGN_IN_ADVICE, assignments=[]
+        )
+    is_staff = person.role == Person.Role.STAFF
+    assignments = [
+        {"key": key, "title": assignment.title, "is_staff": is_staff}
+        for key, assignment in load_assignments().items()
+        if is_staff or person.classroom.lti_context_id or person.student_id in {s.id for s in assignment.roster}
+    ]
+    return render_page(request, "serve/home.html.j2", title="qdot", script="", advice="", assignments=assignments)
+
+
+@require_GET
+@for_everybody
+def show_work_page(request: HttpRequest, person: Person, key: str) -> HttpResponse:
+    """Show the student's page."""
+    work = find_work(person, key)
+    return render_page(
+        request, "serve/student.html.j2", title=work.assignment.title, script="serve", key=key, person=person
+    )
+
+
+# --- JSON ---
+
+
+@require_GET
+@for_everybody
+def get_work(request: HttpRequest, person: Person, key: str) -> HttpResponse:
+    """Return everything that the student's page shows."""
+    get_token(request)
+    work, language = find_work(person, key), request.GET.get("lang", "en")
+    return JsonResponse(describe_work(work, language if language in ("en", "de") else "en"))
+
+
+def describe_work(work: Work, language: str) -> dict[str, Any]:
+    """Return a student's work as the page reads it."""
+    person, assignment, student = work
+    submissions = list_submissions(person, assignment.key)
+    overrides = load_overrides(person.classroom, assignment.key)
+    result = compute_result(assignment, student, submissions, overrides)
+    received, now, due_date = [s.received for s in submissions], timezone.now(), assignment.due_date_of(student)
+    typed = next((submission for submission in submissions if submission.answers is not None), None)
+    attempts, rule = describe_attempts(assignment, received), assignment.late_rule
+    late_rule = ""
+    if rule is not None and rule.per_day:
+        late_rule = f"Late work loses {100 * float(rule.per_day):.4g} % of its points for each started day"
+        late_rule += f", after a grace period of {describe_duration(rule.grace)}." if rule.grace else "."
+    drafts = Draft.objects.filter(person=person, assignment=assignment.key)
+    return {
+        "person": person.pk, "title": assignment.title, "student": {"id": student.id, "name": student.name},
+        "now": now.isoformat(), "due": due_date and due_date.isoformat(),
+        "is_late": due_date is not None and now > due_date, "late_rule": late_rule, "attempts": attempts._asdict(),
+        "feedback": assignment.feedback, "score": result.score if submissions else None,
+        "max_score": result.max_score, "notes": describe_decisions(result),
+        "closed": explain_closed(assignment, student, received, now.replace(microsecond=0)),
+        "problems": load_problem_records(person, assignment, language),
+        "answers": typed.answers if typed else {}, "drafts": dict(drafts.values_list("part", "text")),
+        "results": describe_results(work, result, submissions),
+        "submissions": [describe_submission(submission) for submission in submissions],
+    }  # fmt: skip
+
+
+def describe_results(work: Work, result: Result, submissions: list[Submission]) -> dict[str, Any]:
+    """Return what the page shows of each part: the marks, and what explains them."""
+    counting = next((s for s in submissions if s.marks and s.received.isoformat() == _find_time(result)), None)
+    shown = {} if counting is None else Submission.objects.values_list("shown", flat=True).get(pk=counting.pk) or {}
+    return {name: describe_part(part, shown.get(name)) for name, part in result.parts.items()}
+
+
+def _find_time(result: Result) -> str | None:
+    return result.submission.received if result.submission else None
+
+
+EMPTY_EXPLANATION: dict[str, Any] = {
+    "sentences": [], "entries": None, "counterexample": None, "pose": None, "followed_from": None, "answer": None,
+}  # fmt: skip
+
+
+def describe_part(part: Any, shown: dict[str, Any] | None) -> dict[str, Any]:
+    """Return the marks of a part with an explanation; `shown` is a `ShownPart`."""
+    return {
+        "outcome": part.outcome, "points": part.points, "max_points": part.max_points,
+        "comment": part.override.comment if part.override else "", **(shown or EMPTY_EXPLANATION),
+    }  # fmt: skip
+
+
+def describe_submission(submission: Submission) -> dict[str, Any]:
+    """Return a submission as the list on the page shows it."""
+    points = [part["points"] for problem in (submission.marks or {}).get("problems", []) for part in problem["parts"]]
+    return {
+        "id": submission.pk, "received": submission.received.isoformat(),
+        "kind": "notebook" if submission.answers is None else "answer", "part": submission.changed_part,
+        "file_name": submission.file_name, "state": submission.state, "place": count_waiting_before(submission),
+        "score": None if not points or None in points else round(sum(points), 4),
+        "note": (submission.marks or {}).get("obstacle") or "",
+    }  # fmt: skip
+
+
+@require_POST
+@for_everybody
+def post_answer(request: HttpRequest, person: Person, key: str) -> HttpResponse:
+    """Store an answer, mark it, and return the verdicts on its problem."""
+    content, work = read_json(request), find_work(person, key)
+    request_id = parse_request_id(content.get("request"))
+    part = str(content.get("part"))
+    text = check_text(part, content.get("text"), work.assignment)
+    check_rate("answer", person.pk, ANSWERS_PER_MINUTE)
+    submission, _ = submit_answer(work.assignment, work.student, person, request_id, {part: text})
+    if submission.state == Submission.State.WAITING:
+        mark_answers(submission)
+    submissions = list_submissions(person, key)
+    result = compute_result(work.assignment, work.student, submissions, load_overrides(person.classroom, key))
+    slot = part.partition(".")[0]
+    results = describe_results(work, result, submissions)
+    return JsonResponse({
+        "submission": submission.pk, "state": submission.state, "score": result.score,
+        "results": {name: shown for name, shown in results.items() if name.startswith(f"{slot}.")},
+        "is_late": result.late is not None,
+        "attempts": describe_attempts(work.assignment, [s.received for s in submissions])._asdict(),
+    })  # fmt: skip
+
+
+@require_http_methods(["PUT"])
+@for_everybody
+def put_draft(request: HttpRequest, person: Person, key: str) -> HttpResponse:
+    """Store a text that isn't submitted yet."""
+    content, work = read_json(request), find_work(person, key)
+    check_rate("draft", person.pk, DRAFTS_PER_MINUTE)
+    part = str(content.get("part"))
+    save_draft(person, key, part, check_text(part, content.get("text"), work.assignment))
+    return JsonResponse({})
+
+
+@require_POST
+@for_everybody
+def post_notebook(request: HttpRequest, person: Person, key: str) -> HttpResponse:
+    """Store a notebook, and put it into the queue."""
+    work, file = find_work(person, key), request.FILES.get("file")
+    request_id = parse_request_id(request.POST.get("request"))
+    if file is None or isinstance(file, list):
+        raise Refused(400, "Choose a file.")
+    check_rate("notebook", person.pk, NOTEBOOKS_PER_MINUTE)
+    submission = submit_notebook(
+        work.assignment, work.student, person, request_id, Path(file.name or "").name, file.read()
+    )
+    return JsonResponse({"submission": submission.pk, "place": count_waiting_before(submission)}, status=202)
+
+
+@require_GET
+@for_everybody
+def get_submission(request: HttpRequest, person: Person, key: str, number: int) -> HttpResponse:
+    """Return how far the grading of a submission is."""
+    work = find_work(person, key)
+    submission = person.submissions.filter(assignment=key, pk=number).defer("content").first()
+    if submission is None:
+        raise Refused(404, NO_PAGE)
+    submissions = list_submissions(person, key)
+    result = compute_result(work.assignment, work.student, submissions, load_overrides(person.classroom, key))
+    return JsonResponse({**describe_submission(submission), "results": describe_results(work, result, submissions)})
+
+
+# --- files ---
+
+
+@require_GET
+@for_everybody
+def get_notebook(request: HttpRequest, person: Person, key: str) -> HttpResponse:
+    """Return the student's notebook."""
+    work = find_work(person, key)
+    release_if_needed(work.assignment, work.student.id)
+    content = notebook_path(work.assignment, work.student.id).read_bytes()
+    return HttpResponse(content, "application/x-ipynb+json", headers={
+        "Content-Disposition": f'attachment; filename="{key}.ipynb"',
+    })  # fmt: skip
+
+
+@require_GET
+@for_everybody
+def get_feedback(request: HttpRequest, person: Person, key: str) -> HttpResponse:
+    """Return the page of feedback that `qdot grade` writes."""
+    work = find_work(person, key)
+    return HttpResponse(make_feedback_page(work.assignment, work.student, load_result(*work)))

@@ -1,0 +1,148 @@
+"""Store what a student submits, once for each press of a button, before anything is answered."""
+
+import re
+import uuid
+from datetime import datetime
+from pathlib import PurePath
+from typing import NamedTuple
+
+from django.db import transaction
+from django.utils import timezone
+
+from qdot.exercises.assignment.assignment import Assignment, Student
+from qdot.exercises.assignment.late_rule import add_time_zone
+from qdot.exercises.common.errors import count_noun
+from qdot.grader.judging.functions import FUNCTION_TEXT, is_function_table
+from qdot.grader.marking.marking import map_max_points
+from qdot.grader.serve.errors import Refused
+from qdot.grader.serve.models import Draft, Person, Submission
+from qdot.grader.serve.scores import list_submissions
+
+MAX_ANSWER_CHARACTERS = 20_000
+MAX_NOTEBOOK_BYTES = 20_000_000
+NOTEBOOK_ENDINGS = (".ipynb", ".zip", ".py", ".md", ".txt", ".json", ".tar", ".tgz", ".gz")
+
+
+class AttemptsState(NamedTuple):
+    """How many attempts are left, None if any number counts, and a sentence that says why; "" if there is no limit."""
+
+    left: int | None
+    rule: str
+
+
+def describe_attempts(assignment: Assignment, received: list[datetime]) -> AttemptsState:
+    """Return how many attempts a student has left who has submitted at these times."""
+    policy = assignment.attempt_policy
+    if policy.best_of is None:
+        return AttemptsState(None, "")
+    used = len(policy.group_attempts(received)) if received else 0
+    rule = f"The best of your attempts counts: {policy.rule}."
+    return AttemptsState(policy.best_of - used, rule)
+
+
+def explain_closed(assignment: Assignment, student: Student, received: list[datetime], now: datetime) -> str:
+    """Return a sentence that says why nothing more can be submitted; "" if it can."""
+    due_date, rule, policy = assignment.due_date_of(student), assignment.late_rule, assignment.attempt_policy
+    if due_date and assignment.due_date and rule is not None and rule.until is not None:
+        extension = due_date - add_time_zone(assignment.due_date)
+        if now > rule.until + extension:
+            return "The time for submitting is over."
+    if policy.best_of is not None and now not in received:
+        times = [*received, now]
+        if len(times) - 1 not in {i for attempt in policy.group_attempts(times) for i in attempt}:
+            return f"You have used {count_noun(policy.best_of, 'attempt')}; no further one counts."
+    return ""
+
+
+def check_text(part: str, text: object, assignment: Assignment) -> str:
+    """Return the text of an answer, in the form in which it is stored. Raises Refused."""
+    if part not in map_max_points(assignment):
+        raise Refused(404, "This assignment has no such question.")
+    if not isinstance(text, str) or len(text) > MAX_ANSWER_CHARACTERS:
+        raise Refused(413, f"An answer has at most {MAX_ANSWER_CHARACTERS:,} characters.")
+    if re.search(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff]", text) or is_function_table(text):
+        raise Refused(400, "This answer contains characters that can't be in an answer.")
+    return text.strip()
+
+
+def parse_request_id(text: object) -> uuid.UUID:
+    """Return the number that the browser has chosen for a press of a button. Raises Refused."""
+    try:
+        return uuid.UUID(str(text))
+    except ValueError:
+        raise Refused(400, "This request has no number; load the page again.") from None
+
+
+def submit_answer(
+    assignment: Assignment, student: Student, person: Person, request_id: uuid.UUID, answers: dict[str, str]
+) -> tuple[Submission, bool]:
+    """Store answers with all earlier ones, and return the row and whether it is new. Raises Refused.
+
+    `answers` has one part, the one that is submitted.
+    """
+    with transaction.atomic():
+        Person.objects.select_for_update().get(pk=person.pk)  # one submission after the other
+        if (known := person.submissions.filter(request_id=request_id).first()) is not None:
+            return known, False
+        earlier = list_submissions(person, assignment.key)
+        _check_open(assignment, student, earlier)
+        base = _find_latest_answers(earlier)
+        merged = {part: text for part, text in {**base, **answers}.items() if text}
+        (part,) = answers
+        submission = Submission.objects.create(
+            person=person, assignment=assignment.key, request_id=request_id, answers=merged, changed_part=part
+        )
+        Draft.objects.filter(person=person, assignment=assignment.key, part=part).delete()
+    return submission, True
+
+
+def _check_open(assignment: Assignment, student: Student, earlier: list[Submission]) -> None:
+    """Raise Refused if nothing more can be submitted."""
+    now = timezone.now().replace(microsecond=0)
+    if sentence := explain_closed(assignment, student, [submission.received for submission in earlier], now):
+        raise Refused(409, sentence)
+
+
+def _find_latest_answers(earlier: list[Submission]) -> dict[str, str]:
+    """Return the answers of the latest submission, which later ones change; those of a notebook are in its marks."""
+    if not earlier:
+        return {}
+    if earlier[0].answers is not None:
+        return dict(earlier[0].answers)
+    if earlier[0].marks is None:
+        raise Refused(409, "Your notebook is still being graded. Submit your answer again when it is.")
+    return {
+        f"{problem['slot']}.{part['name']}": part["answer"]
+        for problem in earlier[0].marks["problems"]
+        for part in problem["parts"]
+        if part["answer"] not in (None, FUNCTION_TEXT)
+    }
+
+
+def submit_notebook(
+    assignment: Assignment, student: Student, person: Person, request_id: uuid.UUID, name: str, content: bytes
+) -> Submission:
+    """Store a notebook and put it into the queue, both or neither. Raises Refused."""
+    from qdot.grader.serve.marking_online import grade_notebook
+
+    if len(content) > MAX_NOTEBOOK_BYTES:
+        raise Refused(413, f"A notebook has at most {MAX_NOTEBOOK_BYTES // 1_000_000} MB; clear its outputs.")
+    if PurePath(name).suffix.lower() not in NOTEBOOK_ENDINGS:
+        raise Refused(415, "Submit the notebook itself, a file that ends in .ipynb, or a zip that contains it.")
+    with transaction.atomic():
+        Person.objects.select_for_update().get(pk=person.pk)
+        if (known := person.submissions.filter(request_id=request_id).first()) is not None:
+            return known
+        _check_open(assignment, student, list_submissions(person, assignment.key))
+        submission = Submission.objects.create(
+            person=person, assignment=assignment.key, request_id=request_id, file_name=name[-255:], content=content
+        )
+        grade_notebook.enqueue(submission.pk)
+    return submission
+
+
+def save_draft(person: Person, key: str, part: str, text: str) -> None:
+    """Store a text that a student has typed but not submitted."""
+    Draft.objects.update_or_create(
+        person=person, assignment=key, part=part, defaults={"text": text, "saved": timezone.now()}
+    )
