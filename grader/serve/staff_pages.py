@@ -82,10 +82,9 @@ def describe_class_results(assignment: Assignment, classroom: Classroom, results
         person = people[result.student]
         begun, last = spans.get(person.pk, (None, None))
         students.append({
-            "id": person.pk, "student_id": person.student_id, "name": person.name,
-            "begun": _format_time(begun), "last": _format_time(last),
-            "is_late": result.late is not None, "due": _format_time(extensions.get(person.pk)), "score": result.score if begun else None,
-            "comment": result.override.comment if result.override else "",
+            "id": person.pk, "student_id": person.student_id, "name": person.name, "is_late": result.late is not None,
+            "begun": _format_time(begun), "last": _format_time(last), "due": _format_time(extensions.get(person.pk)),
+            "score": result.score if begun else None, "comment": result.override.comment if result.override else "",
             "marks": {name: _describe_mark(part) for name, part in result.parts.items()},
         })  # fmt: skip
         to_mark += [
