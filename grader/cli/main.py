@@ -44,14 +44,14 @@ COMMANDS = {
     "demo": "qdot.grader.cli.demo",
 }
 """For each command, the module that defines the command as a function of the same name (`FUNCTION_NAMES`)."""
-FUNCTION_NAMES = {"return": "return_pages"}
+FUNCTION_NAMES = {"return": "return_pages", "import": "import_folder"}
 """The names of the functions of commands whose own names are words of Python."""
 
 ENDING_SIGNALS = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
 """The signals that end the program like Ctrl-C: a request to terminate, and a closed terminal."""
 SITE_COMMANDS = {"build": "build_site", "serve": "serve"}
 """The commands of `qdot site`, each with the name of its function."""
-SERVE_COMMANDS = {name: name for name in ("start", "links")}
+SERVE_COMMANDS = ("start", "links", "export", "import", "backup", "restore")
 """The commands of `qdot serve`; `qdot serve DIR` is `qdot serve start DIR`."""
 
 COLLECTION_THRESHOLDS = 20_000, 10, 10
@@ -104,8 +104,8 @@ def make_program(needed_part: str = "") -> "typer.Typer":
         app.add_typer(site, name="site")
     if needed_part not in COMMANDS:
         service = typer.Typer(no_args_is_help=True, cls=_make_group("start"), help="Serve an assignment online.")
-        for name, function in SERVE_COMMANDS.items():
-            add_command(service, name, "qdot.grader.cli.serve_command", function)
+        for name in SERVE_COMMANDS:
+            add_command(service, name, "qdot.grader.cli.serve_command", FUNCTION_NAMES.get(name, name))
         app.add_typer(service, name="serve")
     return app
 

@@ -24,10 +24,12 @@ DatabaseOption = Annotated[
 UrlOption = Annotated[
     str, typer.Option("--url", metavar="URL", envvar="QDOT_URL", help="The address that browsers open.")
 ]
+BackupOption = Annotated[Path, typer.Option("--out", metavar="PATH", help="The zip.")]
 DEFAULT_PORT = 8000
+DEFAULT_URL = f"http://127.0.0.1:{DEFAULT_PORT}"
 
 
-def _configure(folders: list[Path], database: str, url: str, jobs: int = CORE_COUNT) -> None:
+def _configure(folders: list[Path], database: str, url: str = DEFAULT_URL, jobs: int = CORE_COUNT) -> None:
     """Connect with the database of the service, and update its tables. Raises QdotError."""
     require_extra("serve", "qdot serve")
     from qdot.grader.serve.settings import ServiceOptions, configure
@@ -50,7 +52,7 @@ def _configure(folders: list[Path], database: str, url: str, jobs: int = CORE_CO
 def start(
     folders: FoldersArgument,
     database: DatabaseOption = "",
-    url: UrlOption = f"http://127.0.0.1:{DEFAULT_PORT}",
+    url: UrlOption = DEFAULT_URL,
     host: Annotated[str, typer.Option(help="The network address on which the service listens.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="The port on which the service listens.")] = DEFAULT_PORT,
     jobs: JobsOption = CORE_COUNT,
@@ -96,7 +98,7 @@ def _release(folder: Path, jobs: int) -> None:
 def links(
     folders: FoldersArgument,
     database: DatabaseOption = "",
-    url: UrlOption = f"http://127.0.0.1:{DEFAULT_PORT}",
+    url: UrlOption = DEFAULT_URL,
     staff: Annotated[
         list[str], typer.Option(metavar="NAME", help="Also make a link for a member of staff. Repeatable.")
     ] = [],  # noqa: B006
@@ -141,3 +143,89 @@ def links(
     print_result(f"{count_noun(len(people), 'link')} in {out}; send each person only the person's own")
     if not people:
         note("everybody has a link already; --renew replaces all, and --student ID that of one student")
+
+
+FolderArgument = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the assignment.")]
+FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="The backup, a zip.")]
+
+
+def export(
+    folder: FolderArgument,
+    out: Annotated[Path, typer.Option(metavar="PATH", help="The new folder.")],
+    database: DatabaseOption = "",
+) -> None:
+    """Write a class as a folder that `qdot grade` marks the same: roster, overrides and submissions.
+
+    Typed answers become notebooks. The folder also has the secret and the other files of the assignment.
+
+    Examples:
+      qdot serve export homework --out homework-now
+          then: qdot grade homework-now
+    """
+    _configure([folder], database)
+    from qdot.grader.serve.class_list import find_folder_class
+    from qdot.grader.serve.exchange import export_class
+
+    export_class(find_folder_class(), load_assignment(folder).key, out)
+    print_result(f"{out} has the class; grade it with: qdot grade {out}")
+
+
+def import_folder(
+    folder: FolderArgument,
+    submissions: Annotated[
+        Path | None, typer.Argument(metavar="SUBMISSIONS", help="A folder or a platform's zip. Default: DIR/submitted.")
+    ] = None,
+    database: DatabaseOption = "",
+) -> None:
+    """Store submissions and overrides.csv of a folder in the database; a running service grades them.
+
+    What is stored already is left out, so the command can be run again.
+
+    Examples:
+      qdot serve import homework moodle.zip
+          what students have submitted elsewhere
+    """
+    _configure([folder], database)
+    from qdot.grader.serve.class_list import find_folder_class
+    from qdot.grader.serve.exchange import import_class
+
+    key = load_assignment(folder).key
+    counts = import_class(find_folder_class(), key, submissions or folder / "submitted")
+    print_result(f"{count_noun(counts[0], 'new submission')}, {count_noun(counts[1], 'new override')}")
+
+
+def backup(folders: FoldersArgument, out: BackupOption = Path("backup.zip"), database: DatabaseOption = "") -> None:
+    """Write everything into a zip: the database and the files of the assignments. The service may run meanwhile.
+
+    The zip contains the secret, and all that students have submitted: store it where nobody else can read it.
+
+    Examples:
+      qdot serve backup homework --out backup.zip
+          for `qdot serve restore`
+    """
+    _configure(folders, database)
+    from qdot.grader.serve.exchange import back_up
+
+    back_up(out)
+    print_result(f"{out} has the database and the assignments; it is secret")
+
+
+def restore(file: FileArgument, folders: FoldersArgument, database: DatabaseOption = "") -> None:
+    """Replace the database by a backup. Stop the service first.
+
+    Files of the assignments that are missing in their folders are written, too; others stay. Everybody has to sign in
+    again. The database may be another one than that of the backup, for example PostgreSQL instead of SQLite.
+
+    Examples:
+      qdot serve restore backup.zip homework
+          on the same machine or on a new one
+    """
+    require_extra("serve", "qdot serve")
+    from qdot.grader.serve.backup_files import restore_files
+
+    restore_files(file, folders)
+    _configure(folders, database)
+    from qdot.grader.serve.exchange import restore as restore_database
+
+    restore_database(file)
+    print_result(f"the database is that of {file}; start the service again")

@@ -2,7 +2,6 @@
 
 import hashlib
 import html
-import json
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -202,7 +201,7 @@ def write_answers_notebook(assignment: Assignment, student: str, answers: Mappin
         {
             "cell_type": "code", "execution_count": None, "id": part.replace(".", "-")[:64], "outputs": [],
             "metadata": {"qdot": {"part": part}},
-            "source": f"{name_answer_variable(*part.split('.', 1))} = {json.dumps(answers[part])}",
+            "source": f"{name_answer_variable(*part.split('.', 1))} = {answers[part]!r}",
         }
         for part in sorted(answers)
     ]  # fmt: skip

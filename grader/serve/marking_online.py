@@ -21,19 +21,17 @@ from django_tasks import task
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.certified_problems import record_replacements
-from qdot.exercises.assignment.store import compute_package_digest, load_stored_problems
+from qdot.exercises.assignment.store import compute_package_digest
 from qdot.exercises.common.json_form import to_jsonable
 from qdot.exercises.common.parallel import open_pool, submit_to_pool
 from qdot.grader.grading.attempt import Grader, grade_safely, make_marking_versions, mark_ungraded, read_attempts
-from qdot.grader.grading.batch import CRASH_REASON
-from qdot.grader.grading.copied_answers import ClassAnswers
+from qdot.grader.grading.batch import CRASH_REASON, make_limits
 from qdot.grader.grading.result import NotebookMarks, ProblemResult
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.serve.class_list import describe_class, load_class_assignment
 from qdot.grader.serve.errors import Refused
 from qdot.grader.serve.judge_process import (
     Judge,
-    ShownPart,
     StudentOfClass,
     TypedAnswers,
     make_problem_records,
@@ -182,40 +180,69 @@ def release_if_needed(assignment: Assignment, student: str) -> None:
         raise Refused(503, "qdot found no valid problem for you. Tell your instructor.")
 
 
-# --- notebooks ---
+# --- in the process that works off the queue ---
 
 
 @cache
-def _open_sandbox(seconds: float, strict: bool) -> Sandbox:
-    return Sandbox(Limits(seconds=seconds, cell_seconds=max(1.0, seconds / 2)), strict=strict)
+def _open_sandbox(strict: bool) -> Sandbox:
+    return Sandbox(make_limits(Limits.seconds), strict=strict)
+
+
+@cache
+def _find_own_judge() -> Judge:
+    return Judge(find_options().folders)
 
 
 @task()
 def grade_notebook(submission_id: int) -> None:
-    """Grade a submitted notebook as `qdot grade` does; called by the process that works off the queue."""
+    """Grade a submitted notebook as `qdot grade` does."""
     submission = Submission.objects.select_related("person__classroom").filter(pk=submission_id).first()
-    if submission is None:  # the student has been forgotten meanwhile
-        return
-    person = submission.person
-    assignment = load_class_assignment(person.classroom, submission.assignment)
-    sandbox = _open_sandbox(Limits.seconds, assignment.sandbox == "strict")
-    grader = Grader(assignment, sandbox, ClassAnswers(assignment))
+    if submission is not None:  # otherwise, the student has been forgotten meanwhile
+        _store_marks(submission, *_grade_file(submission))
+
+
+def _grade_file(submission: Submission) -> tuple[NotebookMarks, dict[str, Any]]:
+    """Return the marks of a submitted file, and what is shown of them."""
+    assignment, judge = load_class_assignment(submission.person.classroom, submission.assignment), _find_own_judge()
+    student = submission.person.student_id
+    grader = Grader(assignment, _open_sandbox(assignment.sandbox == "strict"), judge.find_class_answers(assignment))
     with TemporaryDirectory() as folder:
         path = Path(folder) / name_file(assignment, submission)
         path.write_bytes(submission.content or b"")
         (attempt,) = read_attempts(StudentFiles((path,)), assignment.key)
-        marks = grade_safely(grader, person.student_id, attempt)
-    shown: dict[str, ShownPart] = {}
-    if marks.obstacle is None:
-        shown = show_marks(assignment, load_stored_problems(assignment, person.student_id), marks, set())
-    _store_marks(submission, marks, to_jsonable(shown))
+        marks = grade_safely(grader, student, attempt)
+    if marks.obstacle is not None:
+        return marks, {}
+    return marks, to_jsonable(show_marks(assignment, judge.load_problems(assignment, student), marks, set()))
 
 
-def give_up_notebook(submission_id: int) -> None:
-    """Leave a notebook ungraded whose grading has killed its process twice."""
-    submission = Submission.objects.select_related("person__classroom").get(pk=submission_id)
+@task()
+def mark_again(submission_id: int) -> None:
+    """Mark a submission again, for the staff to compare (see `regrading`)."""
+    submission = Submission.objects.select_related("person__classroom").filter(pk=submission_id).first()
+    if submission is None:
+        return
+    if submission.answers is None:
+        marks, shown = _grade_file(submission)
+    else:
+        assignment = load_class_assignment(submission.person.classroom, submission.assignment)
+        typed = TypedAnswers(describe_class(assignment), submission.person.student_id, submission.answers, {})
+        marked = mark_typed_answers(_find_own_judge(), typed)
+        marks, shown = marked.marks, to_jsonable(marked.shown)
+    Submission.objects.filter(pk=submission_id).update(remarked={"marks": to_jsonable(marks), "shown": shown})
+
+
+def give_up(task_path: str, submission_id: int) -> None:
+    """Leave a submission ungraded whose task has killed its process twice."""
+    submission = Submission.objects.select_related("person__classroom").filter(pk=submission_id).first()
+    if submission is None:
+        return
     assignment = load_class_assignment(submission.person.classroom, submission.assignment)
-    _store_marks(submission, mark_ungraded(assignment, submission.person.student_id, None, CRASH_REASON), {})
+    marks = mark_ungraded(assignment, submission.person.student_id, None, CRASH_REASON)
+    if task_path == grade_notebook.module_path:
+        _store_marks(submission, marks, {})
+    else:
+        Submission.objects.filter(pk=submission_id).update(remarked={"marks": to_jsonable(marks), "shown": {}})
 
 
 def run_periodically(work: Callable[[], None], seconds: float) -> threading.Thread:

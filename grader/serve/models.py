@@ -85,8 +85,9 @@ class Submission(models.Model):
     `answers` maps the names of parts, such as "p1.jacobian", to the texts of *all* of the student's answers up to then,
     so that the row is the whole of the student's work, as a notebook is; `changed_part` is the part that was submitted.
     `marks` is a NotebookMarks (grader/grading/result.py) as JSON, and `shown` what the student's page shows of them, by
-    part (see `judge_process.ShownPart`); both are None until it is marked. `received` is in whole seconds, as the time
-    of a file that `qdot grade` reads.
+    part (see `judge_process.ShownPart`); both are None until it is marked. `remarked` has both after a second marking
+    that the staff has yet to accept; it is {} before that is done. `received` is in whole seconds, as the time of a
+    file that `qdot grade` reads.
     """
 
     class State(models.TextChoices):
@@ -104,6 +105,7 @@ class Submission(models.Model):
     state = models.CharField(max_length=7, choices=State.choices, default=State.WAITING)
     marks = models.JSONField(null=True)
     shown = models.JSONField(null=True)
+    remarked = models.JSONField(null=True)
 
     class Meta:
         constraints = [models.UniqueConstraint(fields=["person", "request_id"], name="one_row_per_request")]

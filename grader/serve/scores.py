@@ -38,9 +38,10 @@ def select_attempts(assignment: Assignment, submissions: Sequence[Submission]) -
     return [submissions[i] for i in sorted({*first, *counting}, reverse=True)], {submissions[i].pk for i in counting}
 
 
-def read_marks(submission: Submission) -> NotebookMarks | None:
+def read_marks(submission: Submission, uses_new_marks: bool = False) -> NotebookMarks | None:
     """Return the marks of a submission; None if it isn't marked yet."""
-    return None if submission.marks is None else parse_dataclass(NotebookMarks, json.dumps(submission.marks))
+    marks = submission.remarked["marks"] if uses_new_marks and submission.remarked else submission.marks
+    return None if marks is None else parse_dataclass(NotebookMarks, json.dumps(marks))
 
 
 def name_file(assignment: Assignment, submission: Submission) -> str:
@@ -50,15 +51,22 @@ def name_file(assignment: Assignment, submission: Submission) -> str:
 
 
 def compute_result(
-    assignment: Assignment, student: Student, submissions: Sequence[Submission], overrides: Overrides
+    assignment: Assignment,
+    student: Student,
+    submissions: Sequence[Submission],
+    overrides: Overrides,
+    uses_new_marks: bool = False,
 ) -> Result:
-    """Return a student's result. Submissions that are not marked yet are left out."""
+    """Return a student's result. Submissions that are not marked yet are left out.
+
+    If `uses_new_marks`, marks of a second marking count instead of the first ones.
+    """
     marked = [submission for submission in submissions if submission.marks is not None]
     attempts, counting = select_attempts(assignment, marked)
     notebooks = [
         GradedNotebook(
             name_file(assignment, submission), submission.received,
-            read_marks(submission) if submission.pk in counting else None,
+            read_marks(submission, uses_new_marks) if submission.pk in counting else None,
         )
         for submission in attempts
     ]  # fmt: skip
@@ -94,14 +102,22 @@ def load_overrides(classroom: Classroom, key: str) -> Overrides:
     return Overrides(by_part, by_group)
 
 
-def compute_results(assignment: Assignment, classroom: Classroom) -> list[Result]:
-    """Return the results of a class in the order of the roster."""
+def load_submissions(assignment: Assignment, classroom: Classroom) -> dict[str, list[Submission]]:
+    """Return what each student of a class has submitted, the newest first."""
     by_student: dict[str, list[Submission]] = defaultdict(list)
     rows = Submission.objects.filter(person__classroom=classroom, assignment=assignment.key)
     for submission in rows.defer("content", "shown").select_related("person").order_by("-received", "-id"):
         by_student[submission.person.student_id].append(submission)
-    overrides = load_overrides(classroom, assignment.key)
-    return [compute_result(assignment, student, by_student[student.id], overrides) for student in assignment.roster]
+    return by_student
+
+
+def compute_results(assignment: Assignment, classroom: Classroom, uses_new_marks: bool = False) -> list[Result]:
+    """Return the results of a class in the order of the roster."""
+    by_student, overrides = load_submissions(assignment, classroom), load_overrides(classroom, assignment.key)
+    return [
+        compute_result(assignment, student, by_student.get(student.id, []), overrides, uses_new_marks)
+        for student in assignment.roster
+    ]
 
 
 def load_result(person: Person, assignment: Assignment, student: Student) -> Result:

@@ -8,13 +8,14 @@ from typing import Any
 from django.core.management import call_command
 from django.core.wsgi import get_wsgi_application
 from django.db import connections, transaction
+from django.urls import resolve
 from django_tasks_db.models import DBTaskResult
 from waitress.server import create_server
 
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.serve.marking_online import (
     find_judges,
-    give_up_notebook,
+    give_up,
     mark_forgotten_answers,
     run_periodically,
 )
@@ -34,6 +35,7 @@ def prepare_database() -> None:
 
 def run_service(options: ServiceOptions, host: str, port: int, on_ready: Any) -> None:
     """Serve until the process is told to end; `on_ready` is called when the service answers. Raises QdotError."""
+    resolve("/")  # loads all views
     find_judges().warm_up()
     queue = QueueProcess(options)
     queue.start()
@@ -92,7 +94,7 @@ def reclaim_tasks() -> None:
     for row in DBTaskResult.objects.running():
         with transaction.atomic():
             if len(row.worker_ids) >= MAX_STARTS:
-                give_up_notebook(*row.args_kwargs["args"])
+                give_up(row.task_path, *row.args_kwargs["args"])
                 row.set_failed(RuntimeError("killed its process"))
             else:
                 DBTaskResult.objects.filter(pk=row.pk).update(status="READY")

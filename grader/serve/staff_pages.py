@@ -10,7 +10,7 @@ from django.utils import timezone
 from django.views.decorators.http import require_GET, require_POST
 
 from qdot.exercises.assignment.assignment import Assignment
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading.batch import parse_time
 from qdot.grader.grading.overrides import TOTAL_PART, flatten_answer
@@ -20,10 +20,12 @@ from qdot.grader.marking.marking import format_points, map_max_points, sum_point
 from qdot.grader.reports.class_summary import group_wrong_answers
 from qdot.grader.serve.class_list import describe_class, load_class_assignment
 from qdot.grader.serve.errors import NO_PAGE, Refused
+from qdot.grader.serve.exchange import make_results_zip
 from qdot.grader.serve.html_pages import render_page
 from qdot.grader.serve.judge_process import StudentOfClass, make_solutions
 from qdot.grader.serve.marking_online import find_judges
 from qdot.grader.serve.models import Classroom, Extension, Person, PointsOverride, StaffAction, Submission
+from qdot.grader.serve.regrading import accept_regrading, continue_regrading, find_outdated
 from qdot.grader.serve.scores import announce_score, compute_results
 from qdot.grader.serve.sign_in import for_staff
 from qdot.grader.serve.student_pages import describe_work, find_work, read_json
@@ -114,6 +116,7 @@ def describe_class_results(assignment: Assignment, classroom: Classroom, results
             for name, points in max_points.items()
         ],
         "students": students, "groups": groups, "to_mark": to_mark,
+        "outdated": len(find_outdated(assignment, classroom)),
         "actions": [
             {"made": action.made.isoformat(), "by": _name_person(action.person), "summary": action.summary}
             for action in actions[:MAX_ACTIONS_SHOWN]
@@ -231,3 +234,23 @@ def post_extension(request: HttpRequest, person: Person, key: str) -> HttpRespon
         record_action(person, f"{_name_person(student)}: {summary}")
         announce_score(student, key)
     return JsonResponse({})
+
+
+@require_POST
+@for_staff
+def post_regrade(request: HttpRequest, person: Person, key: str) -> HttpResponse:
+    """Mark again what is outdated, and return what changes; with the token of these changes, let them count."""
+    content, assignment = read_json(request), load_class_assignment(person.classroom, key)
+    if "token" not in content:
+        return JsonResponse(continue_regrading(assignment, person.classroom)._asdict())
+    count = accept_regrading(assignment, person.classroom, str(content["token"]))
+    record_action(person, f"{count_noun(count, 'submission')} marked again")
+    return JsonResponse({})
+
+
+@require_GET
+@for_staff
+def get_export(request: HttpRequest, person: Person, key: str) -> HttpResponse:
+    """Return the tables that `qdot grade` writes."""
+    headers = {"Content-Disposition": f'attachment; filename="{key}.zip"'}
+    return HttpResponse(make_results_zip(person.classroom, key), "application/zip", headers=headers)

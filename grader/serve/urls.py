@@ -31,6 +31,8 @@ urlpatterns = [
     path("a/<key:key>/class/students/<int:number>", staff_pages.get_student),
     path("a/<key:key>/class/overrides", staff_pages.post_override),
     path("a/<key:key>/class/extensions", staff_pages.post_extension),
+    path("a/<key:key>/class/regrade", staff_pages.post_regrade),
+    path("a/<key:key>/class/export.zip", staff_pages.get_export),
 ]
 handler400 = "qdot.grader.serve.errors.report_bad_request"
 handler403 = "qdot.grader.serve.errors.report_bad_request"

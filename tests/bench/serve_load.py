@@ -35,7 +35,7 @@ class Browser:
 
     def call(self, path: str, content: object = None) -> Any:
         headers = {"Content-Type": "application/json"}
-        headers |= {"X-CSRFToken": cookie.value or "" for cookie in self._cookies if cookie.name == "csrftoken"}
+        headers["X-CSRFToken"] = next((str(c.value) for c in self._cookies if c.name == "csrftoken"), "")
         data = None if content is None else json.dumps(content).encode()
         with self._open(urllib.request.Request(self.url + path, data, headers)) as response:
             return json.loads(response.read())
@@ -82,7 +82,7 @@ def main() -> None:
         rows = browsers[student].call(f"/a/{assignment.key}/work")["submissions"]
         lost += len(numbers - {row["id"] for row in rows})
     quantiles = statistics.quantiles(seconds, n=100)
-    print(f"{len(seconds)} answers, {options.per_minute:g} a minute; {len(failures)} failed {failures[:3]}; {lost} lost")
+    print(f"{len(seconds)} answers, {options.per_minute:g} a minute; failed: {failures or 'none'}; {lost} lost")
     print(f"seconds: half within {quantiles[49]:.2f}, 95 % within {quantiles[94]:.2f}, all within {max(seconds):.2f}")
 
 

@@ -1,0 +1,81 @@
+"""Mark a class again after a change of the assignment or of qdot; the staff sees what changes before it counts."""
+
+import hashlib
+import json
+from typing import Any, NamedTuple
+
+from django.db import transaction
+
+from qdot.exercises.assignment.assignment import Assignment
+from qdot.grader.grading.attempt import make_marking_versions
+from qdot.grader.grading.history import find_mark_changes
+from qdot.grader.serve.errors import Refused
+from qdot.grader.serve.marking_online import mark_again
+from qdot.grader.serve.models import Classroom, Person, Submission
+from qdot.grader.serve.scores import announce_score, compute_results, load_submissions, read_marks, select_attempts
+
+PRIORITY = -10
+"""The priority in the queue; notebooks that students have just submitted have 0, which is higher."""
+
+
+class Regrading(NamedTuple):
+    """The state: how many submissions are being marked again, and the changed marks, which the token stands for."""
+
+    waiting: int
+    changes: list[dict[str, Any]]
+    token: str
+
+
+def find_outdated(assignment: Assignment, classroom: Classroom) -> list[Submission]:
+    """Return the submissions that count but were marked by other settings, by another qdot, or not completely."""
+    outdated = list[Submission]()
+    for student, submissions in load_submissions(assignment, classroom).items():
+        _, counting = select_attempts(assignment, [row for row in submissions if row.marks is not None])
+        versions = make_marking_versions(assignment, student)
+        for submission in (row for row in submissions if row.pk in counting):
+            marks = read_marks(submission)
+            if marks is not None and (marks.made_from != versions or not marks.is_graded):
+                outdated.append(submission)
+    return outdated
+
+
+def continue_regrading(assignment: Assignment, classroom: Classroom) -> Regrading:
+    """Begin to mark the outdated submissions again, or return how far this is and what changes."""
+    rows = Submission.objects.filter(person__classroom=classroom, assignment=assignment.key, remarked__isnull=False)
+    if not rows.exists():
+        with transaction.atomic():
+            for submission in find_outdated(assignment, classroom):
+                Submission.objects.filter(pk=submission.pk).update(remarked={})
+                mark_again.using(priority=PRIORITY).enqueue(submission.pk)
+    waiting = rows.filter(remarked={}).count()
+    if waiting:
+        return Regrading(waiting, [], "")
+    people = {person.student_id: person for person in classroom.people.all()}
+    old_results = {result.student: result for result in compute_results(assignment, classroom)}
+    changes = [
+        {
+            "student": people[change.student].pk, "name": people[change.student].name or change.student,
+            "part": change.part, "before": change.old_points, "after": change.new_points,
+        }
+        for change in find_mark_changes(old_results, compute_results(assignment, classroom, uses_new_marks=True))
+    ]  # fmt: skip
+    content = json.dumps([changes, sorted(rows.values_list("pk", flat=True))])
+    return Regrading(0, changes, hashlib.sha256(content.encode()).hexdigest()[:16])
+
+
+def accept_regrading(assignment: Assignment, classroom: Classroom, token: str) -> int:
+    """Let the new marks count; return the number of submissions. Raises Refused if they aren't those of the token."""
+    with transaction.atomic():
+        state = continue_regrading(assignment, classroom)
+        if state.waiting or state.token != token:
+            raise Refused(409, "The marks have changed meanwhile. Look at the changes again.")
+        rows = Submission.objects.filter(person__classroom=classroom, assignment=assignment.key)
+        rows = rows.filter(remarked__isnull=False).select_related("person__classroom")
+        people = dict[int, Person]()
+        for row in rows:
+            row.marks, row.shown, row.remarked = row.remarked["marks"], row.remarked["shown"], None
+            row.save(update_fields=["marks", "shown", "remarked"])
+            people[row.person.pk] = row.person
+        for person in people.values():
+            announce_score(person, assignment.key)
+    return len(rows)
