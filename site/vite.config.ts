@@ -24,6 +24,7 @@ export default defineConfig({
         course: "src/course/main.tsx",
         check: "src/check/main.tsx",
         package: "src/course/package.tsx",
+        serve: "src/serve/main.ts",
         pages: "src/pages/main.ts",
       },
     },

@@ -25,9 +25,10 @@ from qdot.exercises.writing.render import find_folder, find_template_folder, ren
 SCRIPT_SOURCES = {
     "practice": "src/practice/main.tsx", "learn": "src/learn/main.tsx", "own": "src/own/main.tsx",
     "course": "src/course/main.tsx", "check": "src/check/main.tsx", "package": "src/course/package.tsx",
-    "pages": "src/pages/main.ts",
+    "serve": "src/serve/main.ts", "pages": "src/pages/main.ts",
 }  # fmt: skip
-"""The source of each script that pages load; "package" is for packages for learning platforms (`exports.scorm`)."""
+"""The source of each script that pages load; "package" is for packages for learning platforms (`exports.scorm`).
+"serve" is for the pages of `qdot serve`."""
 NODE_VERSION = "Node 20.19 or later"
 """The versions of Node that build the scripts, as in site/package.json. Node includes npm."""
 HOME_CONFIGURATION = {"theta1": math.radians(15), "theta2": math.radians(100)}

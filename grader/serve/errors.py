@@ -43,7 +43,7 @@ def respond(request: HttpRequest, refusal: Refused) -> HttpResponse:
     if request.method == "GET" and "text/html" in request.headers.get("Accept", ""):
         from qdot.grader.serve.html_pages import render_page
 
-        page = render_page(request, "serve/refused.html.j2", title="qdot", script="", sentence=refusal.sentence)
+        page = render_page(request, "serve/refused.html.j2", title="qdot", sentence=refusal.sentence)
         page.status_code = refusal.status
         return page
     return JsonResponse({"error": refusal.sentence}, status=refusal.status)

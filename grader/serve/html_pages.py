@@ -1,13 +1,35 @@
-"""Render the pages of the service."""
+"""Render the pages of the service; the site's script shows their texts in the reader's language."""
 
-from typing import Any
+from functools import cache
 
+from django.conf import settings
 from django.http import HttpRequest, HttpResponse
 from django.middleware.csrf import get_token
+from django.urls import get_script_prefix
 
+from qdot.exercises.site.pages import Assets, find_assets
 from qdot.exercises.writing.render import render
 
 
-def render_page(request: HttpRequest, template: str, *, title: str, script: str, **values: Any) -> HttpResponse:
-    """Return a page from a template; `script` is the name of its script, "" for none."""
-    return HttpResponse(render(template, title=title, script=script, csrf=get_token(request), **values))
+@cache
+def load_assets() -> Assets:
+    """Return the site's scripts and styles, which WhiteNoise sends. Raises QdotError if they are not built."""
+    return find_assets()
+
+
+def render_page(request: HttpRequest, template: str, *, title: str, **values: object) -> HttpResponse:
+    """Return a page from a template in templates/serve, which also gets `values`.
+
+    - student, class: `person`, who is signed in
+    - home: `advice` on how to get in, or `assignments` with `key`, `title` and `is_staff`
+    - choose: what to add to a course; `action`, and `assignments` with `key`, `title`, `points` and `parts` (`name`,
+      `title`, `points`). The form posts `choice`, KEY or KEY/PART.
+    - refused: a `sentence`
+    """
+    assets = load_assets()
+    page = render(
+        template, title=title, csrf_token=get_token(request), home=get_script_prefix(), static=settings.STATIC_URL,
+        script=assets.scripts["serve"], modules=assets.modules["serve"], styles=assets.styles["serve"], kind="",
+        **values,
+    )  # fmt: skip
+    return HttpResponse(page)

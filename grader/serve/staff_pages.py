@@ -51,9 +51,7 @@ def find_version(classroom: Classroom, key: str) -> str:
 def show_class_page(request: HttpRequest, person: Person, key: str) -> HttpResponse:
     """Show the page of the class."""
     assignment = load_class_assignment(person.classroom, key)
-    return render_page(
-        request, "serve/class.html.j2", title=assignment.title, script="serve-class", key=key, person=person
-    )
+    return render_page(request, "serve/class.html.j2", title=assignment.title, key=key, person=person)
 
 
 @require_GET

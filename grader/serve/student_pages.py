@@ -83,16 +83,14 @@ def show_home(request: HttpRequest) -> HttpResponse:
     try:
         person = find_person(request)
     except Refused:
-        return render_page(
-            request, "serve/home.html.j2", title="qdot", script="", advice=SIGN_IN_ADVICE, assignments=[]
-        )
+        return render_page(request, "serve/home.html.j2", title="qdot", advice=SIGN_IN_ADVICE, assignments=[])
     is_staff = person.role == Person.Role.STAFF
     assignments = [
         {"key": key, "title": assignment.title, "is_staff": is_staff}
         for key, assignment in load_assignments().items()
         if is_staff or person.classroom.lti_context_id or person.student_id in {s.id for s in assignment.roster}
     ]
-    return render_page(request, "serve/home.html.j2", title="qdot", script="", advice="", assignments=assignments)
+    return render_page(request, "serve/home.html.j2", title="qdot", advice="", assignments=assignments)
 
 
 @require_GET
@@ -100,9 +98,7 @@ def show_home(request: HttpRequest) -> HttpResponse:
 def show_work_page(request: HttpRequest, person: Person, key: str) -> HttpResponse:
     """Show the student's page."""
     work = find_work(person, key)
-    return render_page(
-        request, "serve/student.html.j2", title=work.assignment.title, script="serve", key=key, person=person
-    )
+    return render_page(request, "serve/student.html.j2", title=work.assignment.title, key=key, person=person)
 
 
 # --- JSON ---

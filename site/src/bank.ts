@@ -54,8 +54,8 @@ export interface Question {
   readonly form: string;
 }
 
-/** FAMILY/KEY.json: a problem, which consists of an arm and of parts, the questions about the arm. */
-export interface Problem {
+/** A problem without the keys of its answers: an arm, and parts, the questions about the arm. */
+export interface AskedProblem {
   /** Code of the texts' language, if it is not English. */
   readonly lang?: string;
   readonly id: string;
@@ -73,6 +73,11 @@ export interface Problem {
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
   /** The pose in the figure. */
   readonly pose: NamedPose;
+  readonly parts: readonly AskedPart[];
+}
+
+/** FAMILY/KEY.json: a problem with the keys by which a browser judges answers. */
+export interface Problem extends AskedProblem {
   readonly parts: readonly Part[];
   /** Sentences on known mistakes, to which answer keys refer by index. `missing` lists the names of missing symbols. */
   readonly said: readonly (readonly [name: string, title: string, sentence: string, missing?: string])[];
@@ -124,15 +129,16 @@ export const nameJoint = ({ kind }: Pick<JointRow, "kind">, index: number): stri
 export const ROWS = ["vx", "vy", "vz", "wx", "wy", "wz"] as const;
 export type TaskRow = (typeof ROWS)[number];
 
-/** A question of a problem, with its answer key. */
-export interface Part {
+/** A question of a problem, with the form of its answer. */
+export interface AskedPart {
   /** The name of the part in its problem. */
   readonly name: string;
   /** The name of the question that it asks (`Question.name`). */
   readonly kind: string;
   readonly title: string;
   /** The type of the answer. */
-  readonly type: "expression" | "matrix" | "singular" | "number" | "direction" | "choice" | "selection" | "matching";
+  readonly type:
+    "expression" | "matrix" | "singular" | "number" | "direction" | "choice" | "selection" | "matching" | "text";
   /** The shape of a vector or matrix; null for other answers. */
   readonly shape: readonly [rows: number, columns: number] | null;
   /** The maximum score. */
@@ -155,8 +161,24 @@ export interface Part {
   readonly hints: readonly string[];
   /** The lettered options, from A; null for other answers. */
   readonly options: readonly string[] | null;
+  readonly key: AnswerForm;
+}
+
+/** A question of a problem, with its answer key. */
+export interface Part extends AskedPart {
   readonly key: AnswerKey;
 }
+
+/** The form of an answer: of its key, what the fields for the answer depend on. "text" is marked by a person. */
+export type AnswerForm =
+  | { readonly type: "values" | "direction" | "configurations" | "text" }
+  | Pick<NumbersKey, "type" | "units">
+  | LettersForm;
+type LettersForm = Pick<LettersKey, "type" | "items">;
+
+/** Return whether an answer consists of letters of options. */
+export const isByLetters = (form: AnswerForm): form is LettersForm =>
+  form.type === "choice" || form.type === "selection" || form.type === "matching";
 
 /** The correct answer and known mistakes, as values at some configurations or as letters, without formulas. */
 type AnswerKey = ValuesKey | NumbersKey | ConfigurationsKey | LettersKey;

@@ -5,8 +5,8 @@ import { useEffect, useRef, useState } from "preact/hooks";
 
 import { isTrueOrFalse } from "../grade/letters.js";
 import { Rich, Tex } from "../practice/math.js";
-import { listen } from "../scheduling.js";
 import { type Message, message, numberSeparator, say, textOf, type TextKey } from "../text/text.js";
+import { DropField } from "./drop-field.js";
 import { type CheckedNotebook, checkNotebook, type FoundAnswer, parseOrigin, shorten } from "./notebook.js";
 import type { Form } from "./reading.js";
 
@@ -15,10 +15,9 @@ type Checked = (CheckedNotebook & { readonly fileName: string }) | null;
 
 export function CheckPage({ maxMegabytes }: { maxMegabytes: number }): JSX.Element {
   const [checked, setChecked] = useState<Checked>(null);
-  const [isDragging, setDragging] = useState(false);
   const results = useRef<HTMLHeadingElement>(null);
-  const readFiles = async (files: FileList | null | undefined): Promise<void> => {
-    const file = files?.[0];
+  const readFiles = async (files: FileList): Promise<void> => {
+    const file = files[0];
     if (!file) return;
     const refuse = (key: TextKey): CheckedNotebook => ({
       problems: [],
@@ -36,29 +35,9 @@ export function CheckPage({ maxMegabytes }: { maxMegabytes: number }): JSX.Eleme
     setChecked({ ...notebook, fileName: file.name });
   };
   useEffect(() => results.current?.focus(), [checked]);
-  useEffect(() => {
-    // a file that is dropped beside the field would replace the page
-    const stops = (["dragover", "dragleave", "drop"] as const).map((kind) =>
-      listen(document, kind, (event: DragEvent) => {
-        event.preventDefault();
-        setDragging(kind === "dragover");
-        if (kind === "drop") void readFiles(event.dataTransfer?.files);
-      }),
-    );
-    return () => stops.forEach((stop) => stop());
-  }, []);
   return (
     <>
-      <label class={`drop ${isDragging ? "dragging" : ""}`}>
-        <span>{say("check.drop")}</span> <span class="button">{say("check.choose")}</span>
-        <input
-          class="visually-hidden"
-          type="file"
-          onChange={({ currentTarget }) => {
-            void readFiles(currentTarget.files).then(() => (currentTarget.value = "")); // to choose the same file again
-          }}
-        />
-      </label>
+      <DropField text={say("check.drop")} onFiles={(files) => void readFiles(files)} />
       {checked ? (
         <>
           <h2 ref={results} tabIndex={-1} class="checked-file">

@@ -7,7 +7,8 @@ import { Button } from "../controls.js";
 import type { Index } from "../bank.js";
 import { Current } from "../practice/current.js";
 import { listen } from "../scheduling.js";
-import { formatNumber, message, type Message, textOf, say } from "../text/text.js";
+import { formatRounded, message, type Message, textOf, say } from "../text/text.js";
+import { type Mark, Places } from "./places.js";
 import { type JudgedAnswer, isComplete, isPassed, type Report, type Recipient } from "./recipient.js";
 import type { Round, Score, Standing, QuestionState } from "./round.js";
 import { addAnswer, closeQuestion, parseStanding, isDone, isLastTry, findNextPlace, computeScore } from "./round.js";
@@ -87,24 +88,11 @@ function Head({ round, standing, place, destination, onPlace, onAgain }: HeadPro
         <span>{say("round.done", { done: score.answered, count: score.count })}</span>
         <span>{say("round.points", { points: formatRounded(score.points), max: score.max })}</span>
       </p>
-      <ol class="round-places">
-        {round.questions.map((_, i) => (
-          <li key={i}>
-            <button
-              type="button"
-              class={findMark(round, standing[i]!)}
-              aria-current={i === place ? "true" : undefined}
-              aria-label={say("round.place", {
-                number: i + 1,
-                state: message(MARK_TEXTS[findMark(round, standing[i]!)]),
-              })}
-              onClick={() => onPlace(i)}
-            >
-              {i + 1}
-            </button>
-          </li>
-        ))}
-      </ol>
+      <Places
+        places={round.questions.map((_, i) => ({ number: String(i + 1), mark: findMark(round, standing[i]!) }))}
+        place={place}
+        onPlace={onPlace}
+      />
       <p class="muted">
         <span class="round-tries">{describeTriesLeft(round, standing[place]!)}</span>{" "}
         <span role="status">
@@ -117,15 +105,7 @@ function Head({ round, standing, place, destination, onPlace, onAgain }: HeadPro
   );
 }
 
-const MARK_TEXTS = {
-  open: "round.open",
-  right: "practice.right",
-  partial: "practice.partly",
-  wrong: "practice.wrong",
-} as const;
-
-/** Return how a question is marked: by a text as well as a colour. */
-function findMark(round: Round, state: QuestionState): keyof typeof MARK_TEXTS {
+function findMark(round: Round, state: QuestionState): Mark {
   if (state.share === 1) return "right";
   if (state.share > 0) return "partial";
   return state.tries > 0 || isDone(round, state) ? "wrong" : "open";
@@ -144,5 +124,3 @@ function describeTriesLeft(round: Round, state: QuestionState): string {
   if (round.tries === 0) return say("round.tries-any");
   return say("round.tries-left", { count: Math.max(round.tries - state.tries, 0), all: round.tries });
 }
-
-const formatRounded = (value: number): string => formatNumber(Math.round(value * 100) / 100);

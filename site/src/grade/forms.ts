@@ -1,6 +1,6 @@
 // The forms of an answer: entries in a shape, with or without names, or a formula.
 
-import { type Part, ROWS, type ValuesKey } from "../bank.js";
+import { type AskedPart, ROWS, type ValuesKey } from "../bank.js";
 import { evaluate } from "../read/evaluate.js";
 import { parse } from "../read/reader.js";
 import { convertNumbers, convertTable } from "../read/tables.js";
@@ -164,7 +164,11 @@ export function checkShape(rows: Node[][], shape: Shape): RowsOrVerdict {
 }
 
 /** Parse an answer as for judging: as a table if the text itself lacks the part's shape. Throws ParseError. */
-export function parseAnswer(text: string, symbols: ReadonlySet<string>, { key, shape }: Part): Node {
+export function parseAnswer(
+  text: string,
+  symbols: ReadonlySet<string>,
+  { key, shape }: Pick<AskedPart, "key" | "shape">,
+): Node {
   const [rows, columns] = shape ?? [1, 1];
   if (rows * columns === 1 || !["values", "numbers", "direction"].includes(key.type)) return parse(text, symbols);
   const listText = key.type === "numbers" ? convertNumbers(text, rows) : convertTable(text, rows, columns);

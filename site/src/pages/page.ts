@@ -12,6 +12,11 @@ export async function startPage(): Promise<void> {
   setLanguage(await loadLanguage().catch(() => ENGLISH));
   await translatePage().catch(() => undefined); // without a translation, the page stays English
   document.querySelector("main")!.lang ||= "en";
+  showTexts();
+}
+
+/** Show the texts of a page's elements, and the menu of languages, in the page's language. */
+export function showTexts(): void {
   document.documentElement.lang = getLanguageCode(); // for texts without a language of their own
   for (const element of document.querySelectorAll<HTMLElement>("[data-translations]")) {
     const text = (JSON.parse(element.dataset["translations"]!) as Record<string, string>)[getLanguageCode()];

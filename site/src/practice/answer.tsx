@@ -4,7 +4,7 @@ import type { ComponentChildren, JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Button, LITERAL, optionsOf } from "../controls.js";
-import type { Part, Problem } from "../bank.js";
+import { type AskedPart, type AskedProblem, isByLetters } from "../bank.js";
 import { readCommasAsPoints } from "../read/points.js";
 import { parseAnswer } from "../grade/forms.js";
 import { parse } from "../read/reader.js";
@@ -20,24 +20,49 @@ import { useDraft } from "./visits.js";
 
 const LETTERS = "ABCDEFGH";
 
-const nameDraft = ({ id }: Problem, { name }: Part, field: string): string => `${id} ${name} ${field}`;
-
 interface AnswerProps {
-  readonly problem: Problem;
-  readonly part: Part;
+  readonly problem: AskedProblem;
+  readonly part: AskedPart;
+  /** The text of the answer so far, if the page stores it; else this tab stores what the fields contain. */
+  readonly storedText?: string | undefined;
   readonly onAnswer: (text: string) => void;
   readonly onCheck: () => void;
 }
 
+/** Return the name under which this tab stores a field; "" if the page stores the answer. */
+const nameDraft = ({ problem, part, storedText }: AnswerProps, field: string): string =>
+  storedText === undefined ? `${problem.id} ${part.name} ${field}` : "";
+
 /** The fields for an answer to a part; `onAnswer` is called while it is typed. */
 export function Answer(props: AnswerProps): JSX.Element {
   const { part } = props;
-  if ("option_mistakes" in part.key) return <Letters {...props} />;
+  if (isByLetters(part.key)) return <Letters {...props} />;
+  if (part.key.type === "text") return <Text {...props} />;
   const [rows, columns] = part.shape ?? [1, 1];
   return rows * columns > 1 && rows * columns <= 42 ? (
     <Entries {...props} rows={rows} columns={columns} />
   ) : (
     <Single {...props} {...(rows * columns > 1 ? { shape: [rows, columns] as const } : {})} />
+  );
+}
+
+/** An answer in words. */
+function Text({ onAnswer, storedText = "" }: AnswerProps) {
+  const [text, setText] = useState(storedText);
+  useEffect(() => onAnswer(text), []);
+  return (
+    <div class="answer">
+      <textarea
+        class="words wide"
+        rows={6}
+        aria-label={say("answer.label")}
+        value={text}
+        onInput={({ currentTarget }) => {
+          setText(currentTarget.value);
+          onAnswer(currentTarget.value);
+        }}
+      />
+    </div>
   );
 }
 
@@ -47,8 +72,9 @@ interface SingleProps extends AnswerProps {
   readonly shape?: readonly [rows: number, columns: number];
 }
 
-function Single({ problem, part, onAnswer, onCheck, initialText = "", shape }: SingleProps) {
-  const [text, setText] = useDraft(nameDraft(problem, part, "text"), initialText);
+function Single(props: SingleProps) {
+  const { problem, part, onAnswer, onCheck, storedText, initialText = storedText ?? "", shape } = props;
+  const [text, setText] = useDraft(nameDraft(props, "text"), initialText);
   const [isMath, setMath] = useState(false);
   const isSet = part.key.type === "configurations";
   const unit = part.key.type === "numbers" ? part.key.units[0] : "";
@@ -82,13 +108,15 @@ function Single({ problem, part, onAnswer, onCheck, initialText = "", shape }: S
   );
 }
 
-function Entries({ problem, part, onAnswer, onCheck, rows, columns }: AnswerProps & { rows: number; columns: number }) {
-  const [isText, setIsText] = useDraft(nameDraft(problem, part, "is text"), false);
+function Entries(props: AnswerProps & { rows: number; columns: number }) {
+  const { problem, part, onAnswer, onCheck, storedText = "", rows, columns } = props;
+  const [storedEntries] = useState(() => parseEntries(storedText, rows, columns));
+  const [isText, setIsText] = useDraft(nameDraft(props, "is text"), storedText.trim() !== "" && !storedEntries);
   const [isMath, setMath] = useState(false);
-  const [lastText, setLastText] = useDraft(nameDraft(problem, part, "text"), "");
+  const [lastText, setLastText] = useDraft(nameDraft(props, "text"), storedText);
   const [entries, setEntries] = useDraft<readonly string[]>(
-    nameDraft(problem, part, "entries"),
-    Array<string>(rows * columns).fill(""),
+    nameDraft(props, "entries"),
+    storedEntries ?? Array<string>(rows * columns).fill(""),
   );
   const units = part.key.type === "numbers" ? part.key.units : [];
   const changeEntries = (newEntries: readonly string[]) => {
@@ -111,7 +139,7 @@ function Entries({ problem, part, onAnswer, onCheck, rows, columns }: AnswerProp
     return (
       <>
         <Single
-          {...{ problem, part, onCheck }}
+          {...{ problem, part, onCheck, storedText: props.storedText }}
           initialText={initialMatrix}
           onAnswer={changeText}
           shape={[rows, columns]}
@@ -165,7 +193,7 @@ interface GridProps {
   readonly rows: number;
   readonly columns: number;
   /** LaTeX of the labels of rows and columns; for screen readers, the prompt says the same. */
-  readonly labels: Part["grid"];
+  readonly labels: AskedPart["grid"];
   readonly onPaste: (event: ClipboardEvent) => void;
   readonly children: readonly JSX.Element[];
 }
@@ -328,7 +356,7 @@ export function Preview(props: Pick<AnswerProps, "problem" | "part"> & { answer:
   const text = type === "configurations" ? answer : readCommasAsPoints(answer);
   const settledText = useDebounced(text, 150);
   const preview = useMemo(() => makePreview(settledText, problem, part), [settledText, problem, part]);
-  if ("option_mistakes" in part.key) return null;
+  if (isByLetters(part.key) || part.key.type === "text") return null;
   return (
     <p class="preview" aria-live="polite">
       {preview === null ? null : "latex" in preview ? (
@@ -343,14 +371,14 @@ export function Preview(props: Pick<AnswerProps, "problem" | "part"> & { answer:
 }
 
 /** Return a typed formula as LaTeX; "" if it can't be parsed, because the field could not show it. */
-function writeLatex(text: string, problem: Problem): string {
+function writeLatex(text: string, problem: AskedProblem): string {
   const preview = makePreview(readCommasAsPoints(text), problem);
   return preview && "latex" in preview ? preview.latex.replaceAll("{,}", ".") : "";
 }
 
 type FormulaPreview = { readonly latex: string } | { readonly why: string };
 
-function makePreview(text: string, problem: Problem, part: Part | null = null): FormulaPreview | null {
+function makePreview(text: string, problem: AskedProblem, part: AskedPart | null = null): FormulaPreview | null {
   if (!text.trim() || text.length > MAX_PREVIEW_LENGTH) return null;
   const symbolNames = new Set(Object.keys(problem.symbols));
   return catchParseError<FormulaPreview, FormulaPreview>(
@@ -361,10 +389,15 @@ function makePreview(text: string, problem: Problem, part: Part | null = null): 
   );
 }
 
-function Letters({ problem, part, onAnswer }: AnswerProps) {
+function Letters(props: AnswerProps) {
+  const { problem, part, onAnswer, storedText = "" } = props;
   const { lang } = problem;
   const options = part.options ?? [];
-  const [chosenOptions, setChosen] = useDraft<readonly (number | null)[]>(nameDraft(problem, part, "options"), []);
+  const storedOptions = [...storedText].map((letter) => LETTERS.indexOf(letter));
+  const [chosenOptions, setChosen] = useDraft<readonly (number | null)[]>(
+    nameDraft(props, "options"),
+    storedOptions.filter((option) => option >= 0 && option < options.length),
+  );
   const changeChoice = (newChoice: readonly (number | null)[]) => {
     setChosen(newChoice);
     onAnswer(

@@ -1,6 +1,6 @@
 // The feedback on an answer: the verdict, where the answer differs, the likely mistakes, and a pose to look at.
 
-import type { JSX } from "preact";
+import type { ComponentChildren, JSX } from "preact";
 import { nameJoint, type Problem } from "../bank.js";
 import { isParsed, type Slip, type Verdict } from "../grade/verdict.js";
 import type { SymbolValues } from "../read/tree.js";
@@ -22,38 +22,24 @@ interface FeedbackProps {
   readonly notes?: readonly string[] | undefined;
 }
 
+/** The feedback on an answer that was judged by its key. */
 export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProps): JSX.Element {
   const slips: Slip[] = [...(verdict.slips ?? [])];
   if (verdict.mistake !== undefined) slips.unshift({ mistake: verdict.mistake });
-  const slipTexts = slips.map((slip, i) => <SlipText key={i} problem={problem} slip={slip} />);
-  const pose = findPose(problem, verdict);
   const isAnswer = isParsed(verdict);
   const reasons = isAnswer ? verdict.reasons : verdict.reasons.filter(({ key }) => key.startsWith("read."));
   const title = isAnswer || verdict.outcome === "missing" ? TITLES[verdict.outcome] : "practice.unread";
   return (
-    <section class={`verdict ${isAnswer ? verdict.outcome : "missing"}`}>
-      <h3>{say(title)}</h3>
-      {reasons.map((reason) => (
-        <p key={reason.key}>{textOf(reason)}</p>
+    <VerdictBox
+      look={isAnswer ? verdict.outcome : "missing"}
+      title={say(title)}
+      reasons={reasons.map((reason) => textOf(reason))}
+      mistakes={slips.map((slip, i) => (
+        <SlipText key={i} problem={problem} slip={slip} />
       ))}
-      {slips.length === 1 ? (
-        <p class="mistake">
-          <strong>{say("practice.mistake")}</strong> {slipTexts[0]}
-        </p>
-      ) : null}
-      {slips.length > 1 ? (
-        <div class="mistake">
-          <strong>{say("practice.mistakes")}</strong>
-          <ul>
-            {slipTexts.map((text, i) => (
-              <li key={i}>{text}</li>
-            ))}
-          </ul>
-        </div>
-      ) : null}
-      {isAnswer && verdict.entries && verdict.entries.length * (verdict.entries[0]?.length ?? 0) > 1 ? (
-        <Marks entries={verdict.entries} />
-      ) : null}
+      entries={(isAnswer && verdict.entries?.map((row) => row.map((isRight) => (isRight ? "right" : "wrong")))) || []}
+      hasPose={findPose(problem, verdict) !== undefined}
+    >
       {isDrawn ? <p>{say("practice.own-columns")}</p> : null}
       {isAnswer
         ? notes.map((note) => (
@@ -62,7 +48,53 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
             </p>
           ))
         : null}
-      {pose ? (
+    </VerdictBox>
+  );
+}
+
+/** The state of an entry of an answer; "follows": right, given the student's own earlier answer. */
+export type EntryState = "right" | "follows" | "blank" | "wrong";
+
+interface VerdictBoxProps {
+  readonly look: "correct" | "partial" | "wrong" | "missing";
+  readonly title: string;
+  readonly reasons: readonly ComponentChildren[];
+  /** What seems to be wrong. */
+  readonly mistakes?: readonly JSX.Element[];
+  /** The states of the answer's entries, in rows. */
+  readonly entries?: readonly (readonly EntryState[])[];
+  /** Whether the arm shows the pose in which the answer differs. */
+  readonly hasPose?: boolean;
+  readonly children?: ComponentChildren;
+}
+
+/** The verdict on an answer, from a key or from the server. */
+export function VerdictBox(props: VerdictBoxProps): JSX.Element {
+  const { look, title, reasons, mistakes = [], entries = [], hasPose = false, children } = props;
+  return (
+    <section class={`verdict ${look}`}>
+      <h3>{title}</h3>
+      {reasons.map((reason, i) => (
+        <p key={i}>{reason}</p>
+      ))}
+      {mistakes.length === 1 ? (
+        <p class="mistake">
+          <strong>{say("practice.mistake")}</strong> {mistakes[0]}
+        </p>
+      ) : null}
+      {mistakes.length > 1 ? (
+        <div class="mistake">
+          <strong>{say("practice.mistakes")}</strong>
+          <ul>
+            {mistakes.map((text, i) => (
+              <li key={i}>{text}</li>
+            ))}
+          </ul>
+        </div>
+      ) : null}
+      {entries.length * (entries[0]?.length ?? 0) > 1 ? <Marks entries={entries} /> : null}
+      {children}
+      {hasPose ? (
         <p>
           <a href="#arm">{say("practice.pose")}</a>
         </p>
@@ -92,17 +124,25 @@ function SlipText({ problem, slip }: { problem: Problem; slip: Slip }) {
   );
 }
 
+/** The sign and the name of each state of an entry. */
+const ENTRY_STATES = {
+  right: ["✓", "practice.right"],
+  follows: ["↪", "practice.follows"],
+  blank: ["–", "practice.missing"],
+  wrong: ["✗", "practice.wrong"],
+} as const;
+
 /** Which entries are right, as a table in the shape of the answer. */
-function Marks({ entries }: { entries: readonly (readonly boolean[])[] }) {
+function Marks({ entries }: { entries: readonly (readonly EntryState[])[] }) {
   return (
     <table class="marks">
       <tbody>
         {entries.map((row, r) => (
           <tr key={r}>
-            {row.map((right, c) => (
-              <td key={c} class={right ? "right" : "wrong"}>
-                {right ? "✓" : "✗"}
-                <span class="visually-hidden">{say(right ? "practice.right" : "practice.wrong")}</span>
+            {row.map((state, c) => (
+              <td key={c} class={state}>
+                {ENTRY_STATES[state][0]}
+                <span class="visually-hidden">{say(ENTRY_STATES[state][1])}</span>
               </td>
             ))}
           </tr>

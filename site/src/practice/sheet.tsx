@@ -5,7 +5,7 @@ import type { JSX } from "preact";
 import { useState } from "preact/hooks";
 
 import { Button, Choice, optionsOf } from "../controls.js";
-import type { Index, Part, Problem } from "../bank.js";
+import { type Index, isByLetters, type Part, type Problem } from "../bank.js";
 import { isAtLeast } from "../grade/levels.js";
 import { useLoaded } from "../scheduling.js";
 import { loadProblem, loadSolutions } from "../load.js";
@@ -176,7 +176,7 @@ function Room({ part }: { part: Part }) {
 
 /** Return the texts before and after each blank for letters; null for other answers. */
 function listLetterLines(key: Part["key"]): string[][] | null {
-  if (!("option_mistakes" in key)) return null;
+  if (!isByLetters(key)) return null;
   return key.type === "matching" ? Array.from({ length: key.items }, (_, i) => [`${i + 1}: `, ""]) : [["", ""]];
 }
 

@@ -1,55 +1,25 @@
-// One problem: the arm, the question, the answer, the feedback, hints and the solution.
+// One problem of the bank: the answer is judged in the browser by its key; hints and the solution are shown.
 
 import type { JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Button } from "../controls.js";
-import type * as Panel from "../arm/panel.js";
 import { createSingularityTest } from "../arm/is-singular.js";
 import type { Stage } from "../arm/stage.js";
 import type { View } from "../arm/view.js";
-import { type Factor, nameJoint, type Part, type Problem, type Solutions } from "../bank.js";
+import type { Factor, Part, Problem } from "../bank.js";
 import { isAtLeast, chooseLowerLevel, type Level, limitVerdict } from "../grade/levels.js";
 import type { ColumnsAt } from "../grade/typed-jacobian.js";
 import { isParsed, type Verdict } from "../grade/verdict.js";
 import { loadSolutions } from "../load.js";
 import type { SymbolValues } from "../read/tree.js";
-import { getLanguage, say } from "../text/text.js";
-import { afterPaint, describeLoadError, useSteps } from "../scheduling.js";
-import { bringIntoView } from "./in-view.js";
-import { Answer, Preview } from "./answer.js";
+import { say } from "../text/text.js";
+import { describeLoadError } from "../scheduling.js";
 import { type Item, nameItem } from "./choice.js";
 import { Feedback, findPose } from "./feedback.js";
-import { Html } from "./math.js";
+import { Hints, Question, Solution, type SolutionProps } from "./question.js";
 import { TypedColumns } from "./typed-columns.js";
-import { removeOptions } from "./prompt.js";
 
-/** The movable arm; or a message if it could not be loaded, because practice works without it. */
-type ArmPart = typeof Panel.Arm | typeof NoArm;
-let armComponent: ArmPart | null = null;
-
-/** Return the movable arm once it is wanted and loaded, else null. */
-function useArm(isWanted: boolean): ArmPart | null {
-  const [, setLoaded] = useState(armComponent !== null);
-  useEffect(() => {
-    if (!isWanted || armComponent !== null) return;
-    let isMounted = true;
-    void import("../arm/panel.js")
-      .then(
-        ({ Arm }) => (armComponent = Arm),
-        () => (armComponent = NoArm),
-      )
-      .then(() => isMounted && setLoaded(true));
-    return () => void (isMounted = false);
-  }, [isWanted]);
-  return isWanted ? armComponent : null;
-}
-
-const NoArm = () => (
-  <p role="status" class="stage-failed">
-    {say("practice.arm-failed")}
-  </p>
-);
 const loadGrading = () => import("../grade/judge.js");
 
 /** An answer with its verdict. */
@@ -85,16 +55,11 @@ export function Task(props: TaskProps): JSX.Element {
   const [pose, setPose] = useState<SymbolValues | undefined>(undefined);
   const [typedColumns, setTypedColumns] = useState<ColumnsAt | null>(null);
   const [isSolutionShown, setSolutionShown] = useState(false); // an answer after the solution was shown does not count
+  const [verdictNumber, setVerdictNumber] = useState(0);
+  const [isShown, setShown] = useState(false);
   const hasSeenHints = useRef(false);
   const isPrepared = useRef(false);
   const lastJudged = useRef<string | null>(null);
-  const article = useRef<HTMLElement>(null);
-  const verdictPlace = useRef<HTMLDivElement>(null);
-  const step = useSteps(3); // the question comes first, because a phone shows little else
-  const Arm = useArm(step > 2);
-  const isPosed = problem.robot.joints.every((joint, i) => part.pose?.[nameJoint(joint, i)] !== undefined);
-  const initialPose = useMemo(() => ({ ...problem.pose, ...part.pose }), [problem, part]);
-  const figure = (isPosed && part.figure) || problem.figure; // until the movable arm is loaded
   const isOpen = !isClosed && verdict?.outcome !== "correct" && !isSolutionShown; // still to be answered
   const wouldReveal = REVEALED_BY_FACTORS.has(part.kind) && verdict?.outcome !== "correct" && !isSolutionShown;
   const drawnColumns = answer === lastJudged.current ? typedColumns : null; // of no answer that was changed since
@@ -106,7 +71,7 @@ export function Task(props: TaskProps): JSX.Element {
     [drawnColumns],
   );
   const [factors, setFactors] = useState<readonly Factor[]>([]);
-  const showsFactors = step === 3 && mayShowFactors && !wouldReveal && isAtLeast(level, "solutions");
+  const showsFactors = isShown && mayShowFactors && !wouldReveal && isAtLeast(level, "solutions");
   useEffect(() => {
     if (!showsFactors) return;
     loadSolutions(item.family, item.key).then(
@@ -130,6 +95,7 @@ export function Task(props: TaskProps): JSX.Element {
     const fullVerdict = grading.judge(problem, part, answer, isSingular);
     const shownVerdict = limitVerdict(fullVerdict, chooseLowerLevel(level, maxLevel));
     setVerdict(shownVerdict);
+    setVerdictNumber((number) => number + 1);
     const isDrawn =
       fullVerdict.outcome !== "correct" && fullVerdict.outcome !== "missing" && isAtLeast(level, "counterexample");
     const columns = isDrawn ? grading.parseTypedColumns(problem, part, answer) : null;
@@ -142,46 +108,25 @@ export function Task(props: TaskProps): JSX.Element {
         answer,
         verdict: fullVerdict,
       });
-    afterPaint(() => {
-      setPose(findPose(problem, shownVerdict)); // the feedback is on the page before the arm moves
-      // a change of the page would end a scroll
-      afterPaint(() => verdictPlace.current && bringIntoView(verdictPlace.current));
-    });
   };
-  useEffect(() => {
-    if (!hasArrived) return;
-    article.current?.focus({ preventScroll: true });
-    article.current?.scrollIntoView({ block: "start" });
-  }, []);
   const isDone = isClosed || verdict?.outcome === "correct";
-  const answerForm = (
-    <>
-      <form
-        onFocusIn={prepare}
-        onSubmit={(event) => {
-          event.preventDefault();
-          void check();
-        }}
-      >
-        <Answer problem={problem} part={part} onAnswer={setAnswer} onCheck={() => void check()} />
-        <p class="actions">
-          <button type="submit" class={isDone ? "quiet" : "button"} aria-disabled={isClosed}>
-            {say("practice.check")}
-          </button>
-          <Button
-            className={isDone ? "button" : "quiet"}
-            text={say(isDone ? "practice.next" : "practice.skip")}
-            onClick={onNext}
-          />
-        </p>
-        <Preview problem={problem} part={part} answer={answer} />
-      </form>
-      {loadError ? <p role="alert">{loadError}</p> : null}
-      <div role="status" ref={verdictPlace}>
-        {verdict ? (
-          <Feedback problem={problem} verdict={verdict} isDrawn={drawnColumns !== null} notes={notes} />
-        ) : null}
-      </div>
+  return (
+    <Question
+      name={nameItem(item)}
+      {...{ problem, part, hasArrived, isOpen, isDone, isClosed, answer, pose, overlay, factors, verdictNumber }}
+      checkText={say("practice.check")}
+      nextText={say(isDone ? "practice.next" : "practice.skip")}
+      onAnswer={setAnswer}
+      onCheck={() => void check()}
+      onNext={onNext}
+      onStart={prepare}
+      onShown={() => setShown(true)}
+      error={loadError}
+      verdict={
+        verdict ? <Feedback problem={problem} verdict={verdict} isDrawn={drawnColumns !== null} notes={notes} /> : null
+      }
+      onVerdictShown={() => setPose(verdict ? findPose(problem, verdict) : undefined)}
+    >
       <Help
         item={item}
         part={part}
@@ -194,69 +139,9 @@ export function Task(props: TaskProps): JSX.Element {
           if (verdict?.outcome !== "correct") onSolution?.();
         }}
       />
-    </>
-  );
-  return (
-    <>
-      <article
-        class="task"
-        data-item={nameItem(item)}
-        ref={article}
-        tabIndex={-1}
-        aria-label={`${problem.title}: ${part.title}`}
-      >
-        <p class="kicker">
-          <span lang={problem.lang ?? "en"}>{problem.title}</span>{" "}
-          <span class="muted">· {say("practice.points", { difficulty: problem.difficulty })}</span>
-        </p>
-        <h2 lang={problem.lang ?? "en"}>{part.title}</h2>
-        {getLanguage().code === "en" ? null : (
-          <p class={problem.lang ? "visually-hidden" : "muted"}>
-            {say(problem.lang ? "practice.english-drawings" : "practice.english")}
-          </p>
-        )}
-        <figure class="printed" lang="en" dangerouslySetInnerHTML={{ __html: problem.figure }} />
-        {part.figure ? (
-          <figure class={isPosed ? "printed" : ""} lang="en" dangerouslySetInnerHTML={{ __html: part.figure }} />
-        ) : null}
-        {step > 0 ? <Html html={removeOptions(part)} class="prompt" lang={problem.lang} /> : null}
-        {step > 1 ? (
-          <>
-            <p class="muted to-given">
-              <a href="#given">{say("practice.to-given")}</a>
-            </p>
-            {answerForm}
-            <details open class="given" id="given">
-              <summary>{say("practice.given")}</summary>
-              <Html html={problem.statement} class="statement" lang={problem.lang} />
-            </details>
-          </>
-        ) : null}
-      </article>
-      <section class="stage" id="arm" aria-label={say("practice.move")}>
-        {Arm !== null ? (
-          <Arm
-            robot={problem.robot}
-            symbols={problem.symbols}
-            firstPose={initialPose}
-            isConcealed={isPosed && isOpen && !PATH_QUESTIONS.has(part.kind)}
-            isMapHidden={isOpen && REVEALED_BY_MAP.has(part.kind)}
-            pose={pose}
-            overlay={overlay}
-            factors={factors}
-          />
-        ) : (
-          <figure class="drawn" lang="en" dangerouslySetInnerHTML={{ __html: figure }} />
-        )}
-      </section>
-    </>
+    </Question>
   );
 }
-
-/** Questions whose answers the map of det J would reveal: it is shown after they are answered. */
-const REVEALED_BY_MAP: ReadonlySet<string> = new Set([
-  ...["singular-angles", "singular-configurations", "singular-angles-choice", "singularity-type"],
-]);
 
 /** Questions whose answers the factors of det J would reveal: they are shown after it is solved. */
 const REVEALED_BY_FACTORS: ReadonlySet<string> = new Set([
@@ -264,9 +149,6 @@ const REVEALED_BY_FACTORS: ReadonlySet<string> = new Set([
   ...["singular-angles", "singularity-type", "singularity-meaning", "rank", "invertibility"],
   ...["arm-block", "wrist-block", "block-determinants"],
 ]);
-
-/** Questions that begin in a pose, but do not ask about this pose. */
-const PATH_QUESTIONS: ReadonlySet<string> = new Set(["path-rates", "path-limit"]);
 
 interface HelpProps {
   readonly item: Item;
@@ -280,8 +162,8 @@ interface HelpProps {
 }
 
 function Help({ item, part, lang, hasSolutions, isSolved, onHint, onSolution }: HelpProps) {
-  const [hintCount, setHintCount] = useState(0);
-  const [solution, setSolution] = useState<(Solutions["parts"][number] & { lang?: string | undefined }) | null>(null);
+  const [hasSeenHint, setSeenHint] = useState(false);
+  const [solution, setSolution] = useState<SolutionProps | null>(null);
   const [loadError, setLoadError] = useState("");
   const showSolution = () => {
     onSolution();
@@ -295,40 +177,20 @@ function Help({ item, part, lang, hasSolutions, isSolved, onHint, onSolution }: 
   };
   return (
     <section class="help-steps">
-      {part.hints.slice(0, hintCount).map((hint, i) => (
-        <div class="hint" key={i}>
-          <h3>{say("practice.hint", { number: i + 1 })}</h3>
-          <Html html={hint} lang={lang} />
-        </div>
-      ))}
-      <p class="actions">
-        {hintCount < part.hints.length ? (
-          <Button
-            text={say("practice.more-hints", { number: hintCount + 1 })}
-            onClick={() => {
-              onHint();
-              setHintCount(hintCount + 1);
-            }}
-          />
-        ) : null}
-        {hasSolutions && solution === null && (isSolved || hintCount > 0) ? (
+      <Hints
+        part={part}
+        lang={lang}
+        onHint={() => {
+          onHint();
+          setSeenHint(true);
+        }}
+      >
+        {hasSolutions && solution === null && (isSolved || hasSeenHint) ? (
           <Button text={say("practice.solution")} onClick={showSolution} />
         ) : null}
-      </p>
+      </Hints>
       {loadError ? <p role="alert">{loadError}</p> : null}
-      {solution ? (
-        <div class="solution">
-          <h3>{say("practice.solution-title")}</h3>
-          <Html html={solution.solution} lang={solution.lang} />
-          {solution.figure ? <figure lang="en" dangerouslySetInnerHTML={{ __html: solution.figure }} /> : null}
-          <details>
-            <summary>{say("practice.typed")}</summary>
-            <pre>
-              <code>{solution.typed}</code>
-            </pre>
-          </details>
-        </div>
-      ) : null}
+      {solution ? <Solution {...solution} /> : null}
     </section>
   );
 }

@@ -59,13 +59,19 @@ export function useVisits<T>(
   return { visit, showNext, replace };
 }
 
-/** Like `useState`, but the value is there again after a reload and after Back; `name` names the field. */
+/**
+ * Like `useState`, but the value is there again after a reload and after Back. `name` names the field; if it is "", the
+ * value is not stored.
+ */
 export function useDraft<T>(name: string, initialValue: T): [T, (value: T) => void] {
+  const usedStorage = name ? tabStorage : null;
   const [key] = useState(() => `qdot-draft ${visitNumber()} ${name}`);
-  const [value, setValue] = useState(() => loadJson(tabStorage, key, (stored) => (stored as T | null) ?? initialValue));
+  const [value, setValue] = useState(() =>
+    loadJson(usedStorage, key, (stored) => (stored as T | null) ?? initialValue),
+  );
   const changeValue = (newValue: T): void => {
     setValue(newValue);
-    storeText(tabStorage, key, JSON.stringify(newValue));
+    storeText(usedStorage, key, JSON.stringify(newValue));
   };
   return [value, changeValue];
 }

@@ -59,3 +59,6 @@ export function formatNumber(value: number, inLanguage: Language = pageLanguage)
   const sign = value < 0 || Object.is(value, -0) ? "−" : "";
   return sign + before + (after && inLanguage.catalogue["number.point"] + after);
 }
+
+/** Format a number of points, rounded to two decimals. */
+export const formatRounded = (value: number): string => formatNumber(Math.round(value * 100) / 100);

@@ -24,6 +24,7 @@ from qdot.exercises.site.record import (
     find_mentioned_names,
     list_determinant_factors,
     make_arm_record,
+    make_asked_record,
     make_site_record,
     make_solutions_record,
     translate_record,
@@ -182,6 +183,23 @@ def test_a_short_question_in_numbers_is_worked_out_as_the_chapters(name: str) ->
 def test_the_page_knows_the_steps_in_their_order() -> None:
     text = (ROOT / "site" / "src" / "practice" / "choice.ts").read_text(encoding="utf-8")
     assert f"export const VARIATION_STEPS = {json.dumps(list(VARIATION_STEPS))} as const;" in text
+
+
+@few_families
+def test_a_record_for_a_server_has_the_form_of_each_answer_but_no_value(family: str) -> None:
+    problem = get_problem(family, 0)
+    english, german = make_asked_record(problem, has_hints=True), make_asked_record(problem, False, "de")
+    assert "said" not in english and "lang" not in english and german["lang"] == "de"
+    assert german["title"] == german["robot"]["title"] != english["title"]
+    shown = {part["name"]: part for part in english["parts"]}
+    for part in {part.type: part for part in select_parts(problem)}.values():
+        key = make_key(problem, part, with_mistakes=False)
+        form = {"type": key["type"], "units": key.get("units", []), "items": key.get("items", 0)}
+        assert shown[part.name]["key"] == form
+    assert any(part["hints"] for part in english["parts"])
+    assert not any(part["hints"] for part in german["parts"])
+    for part, translated in zip(english["parts"], german["parts"], strict=True):
+        assert translated["prompt"] != part["prompt"] and translated["key"] == part["key"]
 
 
 def test_a_record_says_what_a_page_needs() -> None:

@@ -1,0 +1,197 @@
+// What the server of `qdot serve` sends and takes (../../../grader/serve). Times are ISO texts with a time zone.
+
+import type { AskedProblem } from "../bank.js";
+import type { EntryState } from "../practice/feedback.js";
+import { getLanguageCode } from "../text/languages.js";
+
+/** GET work: the student's problems, and everything on the state of the student's work. */
+export interface Work {
+  readonly title: string;
+  readonly student: { readonly id: string; readonly name: string };
+  /** The time on the server, and the due date of this student. */
+  readonly now: string;
+  readonly due: string | null;
+  /** Whether the work that counts was received after the due date. */
+  readonly is_late: boolean;
+  /** The rule for late work in a sentence, "" if there is none. */
+  readonly late_rule: string;
+  /** How many submissions may still count (null: any number), and the rule in a sentence. */
+  readonly attempts: { readonly left: number | null; readonly rule: string };
+  readonly score: number | null;
+  readonly max_score: number;
+  /** Why nothing can be submitted any more, "" if it can. */
+  readonly closed: string;
+  readonly problems: readonly { readonly slot: string; readonly problem: AskedProblem }[];
+  /** By the names of parts, such as "p1.jacobian": the texts submitted last, those only typed, and the results. */
+  readonly answers: Readonly<Record<string, string>>;
+  readonly drafts: Readonly<Record<string, string>>;
+  readonly results: Readonly<Record<string, Shown>>;
+  readonly submissions: readonly Submission[];
+}
+
+/** The result of a part, with what the assignment's level of feedback shows. */
+export interface Shown {
+  readonly outcome: "correct" | "partial" | "wrong" | "missing" | "ungraded";
+  readonly points: number | null;
+  readonly max_points: number;
+  /** HTML. */
+  readonly sentences: readonly string[];
+  readonly entries: readonly (readonly EntryState[])[] | null;
+  /** HTML; and the joints of the configuration in which the answer differs. */
+  readonly counterexample: string | null;
+  readonly pose: Readonly<Record<string, number>> | null;
+  /** The part with the wrong answer from which this answer follows. */
+  readonly followed_from: string | null;
+  /** The answer as it was understood, as HTML. */
+  readonly answer: string | null;
+  /** What the staff wrote about it. */
+  readonly comment: string;
+}
+
+export interface Submission {
+  readonly id: number;
+  readonly received: string;
+  readonly kind: "answer" | "notebook";
+  readonly part: string;
+  readonly file_name: string;
+  readonly state: "waiting" | "marked" | "failed";
+  /** Its place in the queue, from 1. */
+  readonly place: number | null;
+  readonly score: number | null;
+  /** Why it could not be graded, or what was noticed. */
+  readonly note: string;
+}
+
+/** POST answers. */
+export type Judged = Pick<Work, "results" | "score" | "is_late" | "attempts"> & { readonly submission: number };
+/** POST notebooks. */
+export type Queued = { readonly submission: number; readonly place: number };
+
+/** GET class/results. */
+export interface ClassResults {
+  /** Changes with every change of the results. */
+  readonly version: string | number;
+  readonly title: string;
+  readonly now: string;
+  readonly due: string | null;
+  readonly max_score: number;
+  readonly parts: readonly ClassPart[];
+  readonly students: readonly ClassStudent[];
+  readonly groups: readonly Group[];
+  readonly to_mark: readonly { readonly student: number; readonly part: string; readonly text: string }[];
+  readonly actions: readonly { readonly made: string; readonly by: string; readonly summary: string }[];
+}
+
+export type ClassPart = {
+  readonly name: string;
+  readonly title: string;
+  readonly max_points: number;
+  readonly is_text: boolean;
+};
+
+export interface ClassStudent {
+  readonly id: number;
+  readonly student_id: string;
+  readonly name: string;
+  /** When the student submitted first and last; null if there is no submission. */
+  readonly begun: string | null;
+  readonly last: string | null;
+  readonly is_late: boolean;
+  /** The student's own due date. */
+  readonly due: string | null;
+  readonly score: number | null;
+  readonly marks: Readonly<Record<string, Mark>>;
+}
+
+export type Mark = Pick<Shown, "outcome" | "points"> & { readonly mistake: string; readonly is_override: boolean };
+
+/** Students with the same wrong answer. `answer` is HTML. */
+export interface Group extends Pick<Shown, "outcome" | "points"> {
+  readonly group: string;
+  readonly part: string;
+  readonly mistake: string;
+  readonly answer: string;
+  readonly students: readonly number[];
+}
+
+/** GET class/students/ID: the student's work, with solutions and the texts of the answers. */
+export type StudentWork = Work & {
+  readonly solutions: Readonly<Record<string, { readonly solution: string; readonly typed: string }>>;
+  readonly texts: Readonly<Record<string, string>>;
+};
+
+/** POST overrides: points (null: none) and a comment for the answer of a student or of a group; "" is the total. */
+export type Override = ({ readonly student: number } | { readonly group: string }) & {
+  readonly part: string;
+  readonly points: number | null;
+  readonly comment: string;
+  /** The text that was marked by a person. */
+  readonly answer?: string;
+};
+
+/** POST regrade: what would change, and the token by which it is confirmed. */
+export type Regraded = {
+  readonly token: string;
+  readonly changes: readonly {
+    readonly student: number;
+    readonly name: string;
+    readonly part: string;
+    readonly before: number | null;
+    readonly after: number | null;
+  }[];
+};
+
+/** An answer of the server that is not a success, with a sentence for the person at the page. */
+export class Refused extends Error {
+  constructor(
+    readonly status: number,
+    sentence: string,
+  ) {
+    super(sentence);
+  }
+  /** Whether the same request can succeed later. */
+  get isTemporary(): boolean {
+    return this.status >= 500 || this.status === 429 || this.status === 408 || this.isSignedOut;
+  }
+  get isSignedOut(): boolean {
+    return this.status === 401 || this.status === 403;
+  }
+}
+
+const readToken = (): string => document.querySelector<HTMLMetaElement>('meta[name="csrf"]')?.content ?? "";
+
+/** Send a request to an address below that of the page, and return the JSON, null if there is none. Throws Refused. */
+export async function request<T>(method: string, path: string, body?: object, isLast = false): Promise<T> {
+  const isForm = body instanceof FormData;
+  const response = await fetch(path, {
+    method,
+    credentials: "same-origin",
+    cache: "no-store",
+    keepalive: isLast,
+    headers: {
+      ...(method === "GET" ? {} : { "X-CSRFToken": readToken() }),
+      ...(body && !isForm ? { "Content-Type": "application/json" } : {}),
+    },
+    ...(body ? { body: isForm ? body : JSON.stringify(body) } : {}),
+  });
+  const content: unknown = response.status === 204 ? null : await response.json().catch(() => null);
+  if (response.ok && (content !== null || response.status === 204)) return content as T;
+  const { error } = (content ?? {}) as { readonly error?: unknown };
+  throw new Refused(response.ok ? 502 : response.status, typeof error === "string" ? error : "");
+}
+
+export const get = <T>(path: string): Promise<T> => request("GET", path);
+export const post = <T>(path: string, body: object): Promise<T> => request("POST", path, body);
+
+/** Return the address of something in the page's language. */
+export const inLanguage = (path: string): string => `${path}?lang=${getLanguageCode()}`;
+
+/** Return a new number of a request, by which the server recognises a request that arrives twice (RFC 4122). */
+export function makeRequestId(): string {
+  if (typeof crypto.randomUUID === "function") return crypto.randomUUID(); // only where the connection is secure
+  const bytes = crypto.getRandomValues(new Uint8Array(16));
+  bytes[6] = (bytes[6]! & 0x0f) | 0x40;
+  bytes[8] = (bytes[8]! & 0x3f) | 0x80;
+  const digits = [...bytes].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+  return digits.replace(/^(.{8})(.{4})(.{4})(.{4})/, "$1-$2-$3-$4-");
+}

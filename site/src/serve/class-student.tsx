@@ -1,0 +1,140 @@
+// One student's submission as the staff see it: answers, results, solutions, points by hand, due date.
+
+import type { JSX } from "preact";
+import { useEffect, useRef } from "preact/hooks";
+
+import { Button, Failed } from "../controls.js";
+import { Html } from "../practice/math.js";
+import { removeLetterInstructions } from "../practice/prompt.js";
+import { Solution } from "../practice/question.js";
+import { useLoaded } from "../scheduling.js";
+import { say } from "../text/text.js";
+import { type ClassResults, get, inLanguage, type StudentWork } from "./api.js";
+import { ExtensionForm, PointsForm } from "./points-form.js";
+import { ShownResult, writePoints } from "./shown.js";
+import { listQuestions } from "./student.js";
+import { formatTime } from "./times.js";
+
+interface StudentViewProps {
+  readonly id: number;
+  readonly results: ClassResults;
+  readonly onChange: () => void;
+  readonly onStudent: (id: number | null) => void;
+}
+
+export function StudentView({ id, results, onChange, onStudent }: StudentViewProps): JSX.Element {
+  const student = results.students.find((other) => other.id === id);
+  const {
+    loaded: work,
+    error,
+    retry,
+  } = useLoaded(
+    () => get<StudentWork>(inLanguage(`students/${id}`)),
+    [id, student?.score, student?.last], // again if something about the student changes
+  );
+  const heading = useRef<HTMLHeadingElement>(null);
+  useEffect(() => heading.current?.focus(), [id, work === null]);
+  const place = results.students.findIndex((other) => other.id === id);
+  const neighbours = [results.students[place - 1], results.students[place + 1]] as const;
+  const save = () => {
+    onChange();
+    retry();
+  };
+  return (
+    <section class="student-view">
+      <p class="actions">
+        <Button text={say("class.back")} onClick={() => onStudent(null)} />
+        {neighbours.map((other, i) =>
+          other ? (
+            <Button
+              key={i}
+              text={say(i === 0 ? "class.previous" : "class.following", { name: other.name || other.student_id })}
+              onClick={() => onStudent(other.id)}
+            />
+          ) : null,
+        )}
+      </p>
+      {error ? <Failed reason={error} onAgain={retry} /> : null}
+      {!work || !student ? (
+        <p role="status">{say("practice.loading")}</p>
+      ) : (
+        <>
+          <h2 ref={heading} tabIndex={-1}>
+            {student.name || student.student_id}{" "}
+            <span class="muted">
+              {say("serve.points", { points: writePoints(work.score), max: work.max_score })}
+              {work.is_late ? ` · ${say("class.late")}` : ""}
+            </span>
+          </h2>
+          <ExtensionForm key={student.due} student={id} due={student.due} onSaved={save} />
+          <details>
+            <summary>{say("class.total")}</summary>
+            <PointsForm target={{ student: id, part: "" }} maxPoints={work.max_score} onSaved={save} />
+          </details>
+          {work.submissions.length > 0 ? (
+            <details>
+              <summary>{say("class.submissions", { count: work.submissions.length })}</summary>
+              <ul>
+                {work.submissions.map((submission) => (
+                  <li key={submission.id}>
+                    {formatTime(submission.received)} · {submission.file_name || submission.part} ·{" "}
+                    {writePoints(submission.score)} {submission.note}
+                  </li>
+                ))}
+              </ul>
+            </details>
+          ) : null}
+          {listQuestions(work).map((question) => (
+            <Answered key={question.name} {...{ question, work, id }} onSaved={save} />
+          ))}
+        </>
+      )}
+    </section>
+  );
+}
+
+interface AnsweredProps {
+  readonly question: ReturnType<typeof listQuestions>[number];
+  readonly work: StudentWork;
+  readonly id: number;
+  readonly onSaved: () => void;
+}
+
+/** A question with the student's answer, its result, and the solution. */
+function Answered({ question, work, id, onSaved }: AnsweredProps): JSX.Element {
+  const { name, number, problem, part } = question;
+  const { [name]: shown } = work.results;
+  const { [name]: text } = work.texts;
+  const { [name]: solution } = work.solutions;
+  return (
+    <article class="answered">
+      <h3 lang={problem.lang ?? "en"}>
+        {number} {part.title}
+      </h3>
+      <details>
+        <summary>{say("class.asked")}</summary>
+        <figure lang="en" dangerouslySetInnerHTML={{ __html: part.figure || problem.figure }} />
+        <Html html={problem.statement} class="statement" lang={problem.lang} />
+        <Html html={removeLetterInstructions(part)} class="prompt" lang={problem.lang} />
+      </details>
+      {text ? (
+        <pre tabIndex={0} role="region" aria-label={say("class.answer-to", { number })}>
+          <code>{text}</code>
+        </pre>
+      ) : null}
+      {shown ? <ShownResult shown={shown} followedFrom={shown.followed_from ?? ""} hasPose={false} /> : null}
+      {solution ? (
+        <details>
+          <summary>{say("practice.solution-title")}</summary>
+          <Solution {...solution} lang={problem.lang} />
+        </details>
+      ) : null}
+      <PointsForm
+        target={{ student: id, part: name, ...(part.key.type === "text" && text ? { answer: text } : {}) }}
+        maxPoints={shown?.max_points ?? part.points}
+        comment={shown?.comment ?? ""}
+        onSaved={onSaved}
+      />
+    </article>
+  );
+}

@@ -1,0 +1,91 @@
+// Groups of equal wrong answers, the largest first; points can be set for a whole group.
+
+import type { JSX } from "preact";
+
+import { Html } from "../practice/math.js";
+import { say } from "../text/text.js";
+import type { ClassResults, Group } from "./api.js";
+import { PointsForm } from "./points-form.js";
+import { nameOutcome, writePoints } from "./shown.js";
+
+interface GroupsProps {
+  readonly results: ClassResults;
+  readonly onChange: () => void;
+  readonly onStudent: (id: number) => void;
+}
+
+export function Groups({ results, onChange, onStudent }: GroupsProps): JSX.Element {
+  const parts = results.parts.filter(({ name }) => results.groups.some(({ part }) => part === name));
+  if (parts.length === 0) return <p>{say("class.no-groups")}</p>;
+  return (
+    <>
+      {parts.map((part) => {
+        const groups = results.groups
+          .filter((group) => group.part === part.name)
+          .sort((a, b) => b.students.length - a.students.length);
+        return (
+          <section key={part.name}>
+            <h2>
+              {part.name} {part.title}
+            </h2>
+            <Mistakes groups={groups} />
+            {groups.map((group) => (
+              <article key={group.group} class="answered">
+                <h3>
+                  {say("class.group", { count: group.students.length })}{" "}
+                  <span class="muted">
+                    {nameOutcome(group.outcome)} ·{" "}
+                    {say("serve.points", { points: writePoints(group.points), max: part.max_points })}
+                  </span>
+                </h3>
+                {group.mistake ? <p class="mistake">{group.mistake}</p> : null}
+                <div class="scrolled" tabIndex={0} role="region" aria-label={say("answer.label")}>
+                  <Html html={group.answer} />
+                </div>
+                <details>
+                  <summary>{say("class.students")}</summary>
+                  <p class="names">
+                    {group.students.map((id) => (
+                      <button key={id} type="button" class="heading" onClick={() => onStudent(id)}>
+                        {nameOf(results, id)}
+                      </button>
+                    ))}
+                  </p>
+                </details>
+                <PointsForm
+                  target={{ group: group.group, part: part.name }}
+                  maxPoints={part.max_points}
+                  onSaved={onChange}
+                />
+              </article>
+            ))}
+          </section>
+        );
+      })}
+    </>
+  );
+}
+
+/** How many students made each mistake. */
+function Mistakes({ groups }: { groups: readonly Group[] }): JSX.Element | null {
+  const counts = new Map<string, number>();
+  for (const { mistake, students } of groups)
+    if (mistake) counts.set(mistake, (counts.get(mistake) ?? 0) + students.length);
+  if (counts.size === 0) return null;
+  return (
+    <ul class="mistakes">
+      {[...counts]
+        .sort(([, a], [, b]) => b - a)
+        .map(([mistake, count]) => (
+          <li key={mistake}>
+            {count} × {mistake}
+          </li>
+        ))}
+    </ul>
+  );
+}
+
+export function nameOf({ students }: ClassResults, id: number): string {
+  const student = students.find((other) => other.id === id);
+  return student?.name || student?.student_id || String(id);
+}

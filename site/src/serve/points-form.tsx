@@ -1,0 +1,140 @@
+// A form by which the staff set points with a comment: for a student's part or total, or for a group.
+
+import type { JSX } from "preact";
+import { useId, useState } from "preact/hooks";
+
+import { Button } from "../controls.js";
+import { describeLoadError } from "../scheduling.js";
+import { say } from "../text/text.js";
+import { type Override, post, Refused } from "./api.js";
+
+/** Return a function that sends something, whether it is on its way, and the error of the last try in a sentence. */
+export function useSending(onDone: () => void): {
+  readonly send: (work: () => Promise<unknown>) => Promise<boolean>;
+  readonly isSending: boolean;
+  readonly error: string;
+} {
+  const [isSending, setSending] = useState(false);
+  const [error, setError] = useState("");
+  const send = async (work: () => Promise<unknown>): Promise<boolean> => {
+    if (isSending) return false;
+    setSending(true);
+    setError("");
+    try {
+      await work();
+      onDone();
+      return true;
+    } catch (reason) {
+      setError(reason instanceof Refused ? reason.message || say("serve.refused") : describeLoadError(reason));
+      return false;
+    } finally {
+      setSending(false);
+    }
+  };
+  return { send, isSending, error };
+}
+
+/** For whom points are set, and the answer that they are for. */
+export type Target = ({ readonly student: number } | { readonly group: string }) & {
+  readonly part: string;
+  readonly answer?: string;
+};
+
+interface PointsFormProps {
+  readonly target: Target;
+  readonly maxPoints: number;
+  readonly comment?: string;
+  readonly onSaved: () => void;
+}
+
+/** Read points as they are typed, with a point or a comma; null for an empty field, NaN for anything else. */
+export const readPoints = (text: string): number | null => {
+  const typed = text.trim().replace(",", ".");
+  return typed === "" ? null : /^\d*\.?\d+$|^\d+\.$/.test(typed) ? Number(typed) : NaN;
+};
+
+export function PointsForm({ target, maxPoints, comment = "", onSaved }: PointsFormProps): JSX.Element {
+  const [points, setPoints] = useState("");
+  const [text, setText] = useState(comment);
+  const [isSaved, setSaved] = useState(false);
+  const [problem, setProblem] = useState("");
+  const { send, isSending, error } = useSending(onSaved);
+  const id = useId();
+  const save = async () => {
+    const number = readPoints(points);
+    const isValid = number === null ? text.trim() !== "" : number >= 0 && number <= maxPoints;
+    setProblem(isValid ? "" : say("class.points-wrong", { max: maxPoints }));
+    const override: Override = { ...target, points: number, comment: text.trim() };
+    setSaved(isValid && (await send(() => post("overrides", override))));
+  };
+  return (
+    <form
+      class="points-form"
+      onSubmit={(event) => {
+        event.preventDefault();
+        void save();
+      }}
+    >
+      <label for={`${id}points`}>{say("class.points", { max: maxPoints })}</label>
+      <input
+        id={`${id}points`}
+        inputMode="decimal"
+        autocomplete="off"
+        value={points}
+        onInput={({ currentTarget }) => setPoints(currentTarget.value)}
+      />
+      <label for={`${id}comment`}>{say("class.comment")}</label>
+      <input
+        id={`${id}comment`}
+        autocomplete="off"
+        value={text}
+        onInput={({ currentTarget }) => setText(currentTarget.value)}
+      />
+      <button type="submit" class="quiet small" disabled={isSending}>
+        {say("class.save")}
+      </button>
+      <span role="status" class="muted">
+        {isSaved ? say("class.saved") : ""}
+      </span>
+      {problem || error ? <span role="alert">{problem || error}</span> : null}
+    </form>
+  );
+}
+
+/** A form for the due date of one student, in the reader's time zone. */
+export function ExtensionForm(props: { student: number; due: string | null; onSaved: () => void }): JSX.Element {
+  const { student, due, onSaved } = props;
+  const [value, setValue] = useState(due ? writeLocalTime(new Date(due)) : "");
+  const { send, isSending, error } = useSending(onSaved);
+  const id = useId();
+  const save = (newDue: string | null) => void send(() => post("extensions", { student, due: newDue }));
+  return (
+    <form
+      class="points-form"
+      onSubmit={(event) => {
+        event.preventDefault();
+        if (value) save(new Date(value).toISOString());
+      }}
+    >
+      <label for={id}>{say("class.extension")}</label>
+      <input
+        id={id}
+        type="datetime-local"
+        value={value}
+        onInput={({ currentTarget }) => setValue(currentTarget.value)}
+      />
+      <button type="submit" class="quiet small" disabled={isSending || !value}>
+        {say("class.save")}
+      </button>
+      {due ? <Button className="quiet small" text={say("class.no-extension")} onClick={() => save(null)} /> : null}
+      {error ? <span role="alert">{error}</span> : null}
+    </form>
+  );
+}
+
+/** Return a time as a field for local times takes it. */
+export function writeLocalTime(time: Date): string {
+  const digits = (value: number) => String(value).padStart(2, "0");
+  const date = [time.getFullYear(), digits(time.getMonth() + 1), digits(time.getDate())].join("-");
+  return `${date}T${digits(time.getHours())}:${digits(time.getMinutes())}`;
+}

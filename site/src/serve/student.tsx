@@ -1,0 +1,282 @@
+// A student's page: the problems of an assignment, one question at a time, judged by the server.
+
+import type { JSX } from "preact";
+import { useEffect, useRef, useState } from "preact/hooks";
+
+import type { AskedPart, AskedProblem } from "../bank.js";
+import { Button, Failed } from "../controls.js";
+import { Places } from "../course/places.js";
+import { Hints, Question } from "../practice/question.js";
+import { listen, useLoaded } from "../scheduling.js";
+import { storage } from "../storage.js";
+import { say, type TextKey } from "../text/text.js";
+import { get, inLanguage, type Shown, type Work } from "./api.js";
+import { NotebookWork } from "./notebook.js";
+import { type Connection, Outbox } from "./outbox.js";
+import { MARKS, ShownResult, writePoints } from "./shown.js";
+import { formatDistance, formatTime } from "./times.js";
+
+/** A question with its name, such as "p1.jacobian", and its number, such as "1.2". */
+export interface NamedQuestion {
+  readonly name: string;
+  readonly number: string;
+  readonly problem: AskedProblem;
+  readonly part: AskedPart;
+}
+
+/** Return the questions of a student's problems in their order. */
+export const listQuestions = ({ problems }: Pick<Work, "problems">): readonly NamedQuestion[] =>
+  problems.flatMap(({ slot, problem }, i) =>
+    problem.parts.map((part, k) => ({ name: `${slot}.${part.name}`, number: `${i + 1}.${k + 1}`, problem, part })),
+  );
+
+export function StudentPage(): JSX.Element {
+  const { loaded, error, retry } = useLoaded(() => get<Work>(inLanguage("work")), []);
+  if (error && !loaded) return <Failed reason={error} onAgain={retry} />;
+  if (!loaded)
+    return (
+      <p role="status" class="loading">
+        {say("practice.loading")}
+      </p>
+    );
+  return <Workplace initialWork={loaded} />;
+}
+
+const readPart = (): string => new URLSearchParams(window.location.search).get("part") ?? "";
+
+/** How often the time that is left is shown anew, in milliseconds. */
+const CLOCK_STEP = 20_000;
+
+function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
+  const [work, setWork] = useState(initialWork);
+  const [connection, setConnection] = useState<Connection>("saved");
+  const [judged, setJudged] = useState<{ readonly part: string; readonly count: number }>({ part: "", count: 0 });
+  const [refusal, setRefusal] = useState<Readonly<Record<string, string>>>({});
+  const [clockOffset] = useState(() => Date.parse(initialWork.now) - Date.now());
+  const [, setTick] = useState(0);
+  const questions = listQuestions(work);
+  const findPlace = (name: string) =>
+    Math.max(
+      0,
+      questions.findIndex((question) => question.name === name),
+    );
+  const [{ place, visits }, setVisit] = useState(() => ({ place: findPlace(readPart()), visits: 0 }));
+  const reload = () => void get<Work>(inLanguage("work")).then(setWork, () => undefined); // the page shows what it has
+  const [outbox] = useState(
+    () =>
+      new Outbox({
+        storage,
+        key: `qdot-serve ${window.location.pathname} ${initialWork.student.id}`,
+        onConnection: setConnection,
+        onJudged: ({ part, text }, { results, ...news }) => {
+          setWork((old) => ({
+            ...old,
+            ...{ score: news.score, is_late: news.is_late, attempts: news.attempts },
+            results: { ...old.results, ...results },
+            answers: { ...old.answers, [part]: text },
+          }));
+          setRefusal((old) => ({ ...old, [part]: "" }));
+          setJudged(({ count }) => ({ part, count: count + 1 }));
+        },
+        onRefused: ({ part }, sentence) => setRefusal((old) => ({ ...old, [part]: sentence || say("serve.refused") })),
+      }),
+  );
+  useEffect(() => {
+    void outbox.send(); // what an earlier page could not send
+    const timer = setInterval(() => setTick((tick) => tick + 1), CLOCK_STEP);
+    const stops = [
+      listen(window, "online", () => void outbox.send()),
+      listen(window, "pagehide", () => outbox.leave()),
+      listen(document, "visibilitychange", () => (document.hidden ? outbox.leave() : reload())),
+      listen(window, "storage", reload), // another tab has submitted
+      listen(window, "popstate", () =>
+        setVisit(({ visits }) => ({ place: findPlace(readPart()), visits: visits + 1 })),
+      ),
+    ];
+    return () => {
+      clearInterval(timer);
+      outbox.end();
+      stops.forEach((stop) => stop());
+    };
+  }, []);
+  const goTo = (newPlace: number) => {
+    const address = new URL(window.location.href);
+    address.searchParams.set("part", questions[newPlace]!.name);
+    window.history.pushState(window.history.state, "", address);
+    setVisit({ place: newPlace, visits: visits + 1 });
+  };
+  const question = questions[place]!;
+  const now = Date.now() + clockOffset;
+  const numberOf = (name: string) => questions.find((other) => other.name === name)?.number ?? "";
+  return (
+    <div class="workspace">
+      <section class="choosing round" aria-label={work.title}>
+        <p class="round-head">
+          <strong>{work.title}</strong>
+          <span class="score">{say("serve.points", { points: writePoints(work.score), max: work.max_score })}</span>
+        </p>
+        <Places
+          places={questions.map(({ name, number }) => ({
+            number,
+            mark: MARKS[work.results[name]?.outcome ?? "missing"],
+          }))}
+          place={place}
+          onPlace={goTo}
+        />
+        <p class="muted">
+          <DueDate work={work} now={now} /> {work.attempts.rule}
+          {work.attempts.left === null ? null : ` ${say("serve.attempts-left", { count: work.attempts.left })}`}{" "}
+          {work.closed ? <strong>{work.closed}</strong> : null}{" "}
+          <span role="status" class={`connection ${connection}`}>
+            {say(connection === "waiting" && storage === null ? "serve.waiting-open" : CONNECTION_TEXTS[connection])}
+          </span>
+        </p>
+        <NotebookWork work={work} onGraded={reload} />
+      </section>
+      <ServedQuestion
+        key={`${question.name} ${visits}`}
+        question={question}
+        hasArrived={visits > 0}
+        storedText={outbox.draftOf(question.name) ?? work.drafts[question.name] ?? work.answers[question.name] ?? ""}
+        submittedText={outbox.pendingOf(question.name)?.text ?? work.answers[question.name]}
+        shown={work.results[question.name]}
+        followedFrom={numberOf(work.results[question.name]?.followed_from ?? "")}
+        isPending={outbox.pendingOf(question.name) !== undefined}
+        isOffline={connection === "waiting" || connection === "signed-out"}
+        isClosed={work.closed !== ""}
+        makesLate={work.due !== null && now > Date.parse(work.due) && !work.is_late && work.submissions.length > 0}
+        lateRule={work.late_rule}
+        refusal={refusal[question.name] ?? ""}
+        judgedCount={judged.part === question.name ? judged.count : 0}
+        onDraft={(text) => outbox.saveDraft(question.name, text)}
+        onSubmit={(text) => {
+          outbox.submit(question.name, text);
+          setTick((tick) => tick + 1);
+        }}
+        onNext={() => goTo((place + 1) % questions.length)}
+      />
+    </div>
+  );
+}
+
+const CONNECTION_TEXTS: Readonly<Record<Connection, TextKey>> = {
+  saved: "serve.saved",
+  saving: "serve.saving",
+  waiting: "serve.waiting",
+  "signed-out": "serve.signed-out",
+};
+
+/** The due date in the reader's time zone, and how long it is until then. */
+function DueDate({ work: { due, is_late, late_rule }, now }: { work: Work; now: number }): JSX.Element | null {
+  if (due === null) return null;
+  const left = Date.parse(due) - now;
+  return (
+    <span class="due-date">
+      {say("serve.due", { time: formatTime(due), distance: formatDistance(left) })}
+      {is_late ? <strong> {say("serve.late")}</strong> : null}
+      {left < 0 || is_late ? ` ${late_rule}` : null}
+    </span>
+  );
+}
+
+interface ServedQuestionProps {
+  readonly question: NamedQuestion;
+  readonly hasArrived: boolean;
+  /** The text in the fields at first, and that of the answer that was submitted last. */
+  readonly storedText: string;
+  readonly submittedText: string | undefined;
+  readonly shown: Shown | undefined;
+  readonly followedFrom: string;
+  /** Whether an answer is on its way; and whether the last try to send something failed. */
+  readonly isPending: boolean;
+  readonly isOffline: boolean;
+  readonly isClosed: boolean;
+  /** Whether submitting makes the whole work late. */
+  readonly makesLate: boolean;
+  readonly lateRule: string;
+  /** Why the server did not take the last answer. */
+  readonly refusal: string;
+  /** Changes with each verdict on this question since the page was opened. */
+  readonly judgedCount: number;
+  readonly onDraft: (text: string) => void;
+  readonly onSubmit: (text: string) => void;
+  readonly onNext: () => void;
+}
+
+/** A question that the server judges. */
+function ServedQuestion(props: ServedQuestionProps): JSX.Element {
+  const { question, shown, isPending, isOffline, isClosed, submittedText, judgedCount } = props;
+  const { problem, part, name } = question;
+  const [storedText] = useState(props.storedText);
+  const [answer, setAnswer] = useState(storedText);
+  const latestText = useRef(storedText);
+  const [error, setError] = useState("");
+  const [isAsking, setAsking] = useState(false); // whether to submit late
+  const [repeats, setRepeats] = useState(0);
+  const [pose, setPose] = useState<Readonly<Record<string, number>> | undefined>(undefined);
+  const isRight = shown?.outcome === "correct";
+  const submit = () => {
+    setAsking(false);
+    props.onSubmit(answer);
+  };
+  const check = () => {
+    if (isClosed || isPending) return;
+    setError(answer.trim() ? "" : say("serve.empty"));
+    if (!answer.trim()) return;
+    if (answer === submittedText && shown && shown.outcome !== "ungraded") setRepeats(repeats + 1);
+    else if (props.makesLate && !isAsking) setAsking(true);
+    else submit();
+  };
+  return (
+    <Question
+      name={name}
+      {...{ problem, part, answer, storedText, isClosed }}
+      hasArrived={props.hasArrived}
+      isOpen={!isRight && !isClosed}
+      isDone={isRight || isClosed}
+      checkText={say(isPending ? "serve.submitting" : "serve.submit")}
+      nextText={say("serve.next")}
+      onAnswer={(text) => {
+        setAnswer(text);
+        if (text === latestText.current) return;
+        latestText.current = text;
+        props.onDraft(text);
+      }}
+      onCheck={check}
+      onNext={props.onNext}
+      error={error || props.refusal}
+      notice={
+        isAsking ? (
+          <div role="alert" class="verdict partial">
+            <p>
+              {say("serve.makes-late")} {props.lateRule}
+            </p>
+            <p class="actions">
+              <Button className="button" text={say("serve.submit-late")} onClick={submit} />
+              <Button text={say("serve.not-late")} onClick={() => setAsking(false)} />
+            </p>
+          </div>
+        ) : isPending && isOffline ? (
+          <p role="alert">{say("serve.will-submit")}</p>
+        ) : null
+      }
+      verdict={
+        shown && shown.outcome !== "missing" ? (
+          <>
+            {repeats > 0 && answer === submittedText ? <p class="muted">{say("serve.same-answer")}</p> : null}
+            <ShownResult shown={shown} followedFrom={props.followedFrom} hasPose={pose !== undefined} />
+          </>
+        ) : null
+      }
+      verdictNumber={judgedCount + repeats}
+      onVerdictShown={() => setPose(shown?.pose ?? undefined)}
+      pose={pose}
+    >
+      {part.hints.length > 0 ? (
+        <section class="help-steps">
+          <Hints part={part} lang={problem.lang} />
+        </section>
+      ) : null}
+    </Question>
+  );
+}

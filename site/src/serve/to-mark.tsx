@@ -1,0 +1,83 @@
+// Answers in words that a person marks, one after the other, by keys: numbers are points, j and k go on and back.
+
+import type { JSX } from "preact";
+import { useEffect, useRef, useState } from "preact/hooks";
+
+import { Button } from "../controls.js";
+import { listen } from "../scheduling.js";
+import { say } from "../text/text.js";
+import { type ClassResults, type Override, post } from "./api.js";
+import { nameOf } from "./groups.js";
+import { PointsForm, useSending } from "./points-form.js";
+
+interface ToMarkProps {
+  readonly results: ClassResults;
+  readonly onChange: () => void;
+}
+
+export function ToMark({ results, onChange }: ToMarkProps): JSX.Element {
+  const [place, setPlace] = useState(0);
+  const [done, setDone] = useState<Readonly<Record<string, number>>>({}); // points that were set on this page
+  const [queue] = useState(() => [...results.to_mark]); // it stays in order while answers are marked
+  const known = new Set(queue.map(nameAnswer));
+  const answers = [...queue, ...results.to_mark.filter((answer) => !known.has(nameAnswer(answer)))];
+  const { send, isSending, error } = useSending(onChange);
+  const answer = answers[Math.min(place, answers.length - 1)];
+  const part = results.parts.find(({ name }) => name === answer?.part);
+  const maxPoints = part?.max_points ?? 0;
+  const move = (step: number) => setPlace((old) => Math.min(Math.max(old + step, 0), answers.length - 1));
+  const mark = async (points: number) => {
+    if (!answer || points > maxPoints) return;
+    const override: Override = { ...answerTarget(answer), points, comment: "" };
+    if (!(await send(() => post("overrides", override)))) return;
+    setDone((old) => ({ ...old, [nameAnswer(answer)]: points }));
+    move(1);
+  };
+  const latestKeys = useRef<(event: KeyboardEvent) => void>(() => undefined);
+  latestKeys.current = ({ key, target, ctrlKey, altKey, metaKey }) => {
+    if (ctrlKey || altKey || metaKey || (target as Element).closest?.("input, textarea, select")) return;
+    if (key === "j") move(1);
+    else if (key === "k") move(-1);
+    else if (/^\d$/.test(key)) void mark(Number(key));
+  };
+  useEffect(() => listen(document, "keydown", (event: KeyboardEvent) => latestKeys.current(event)), []);
+  if (!answer || !part) return <p>{say("class.nothing-to-mark")}</p>;
+  const points = done[nameAnswer(answer)];
+  return (
+    <section class="to-mark">
+      <p class="muted">{say("class.mark-keys", { max: Math.min(9, Math.floor(maxPoints)) })}</p>
+      <div role="status">
+        <h2>
+          {nameOf(results, answer.student)}{" "}
+          <span class="muted">
+            {part.name} {part.title} ·{" "}
+            {say("class.place", { number: answers.indexOf(answer) + 1, count: answers.length })}
+          </span>
+        </h2>
+        <blockquote class="words">{answer.text}</blockquote>
+        <p>{points === undefined ? "" : say("serve.points", { points, max: maxPoints })}</p>
+      </div>
+      <p class="actions">
+        {Array.from({ length: Math.floor(maxPoints) + 1 }, (_, value) => (
+          <Button key={value} text={String(value)} disabled={isSending} onClick={() => void mark(value)} />
+        ))}
+        <Button text={say("class.back-one")} onClick={() => move(-1)} />
+        <Button text={say("class.forth-one")} onClick={() => move(1)} />
+      </p>
+      {error ? <p role="alert">{error}</p> : null}
+      <PointsForm
+        key={nameAnswer(answer)}
+        target={answerTarget(answer)}
+        maxPoints={maxPoints}
+        onSaved={() => {
+          onChange();
+          move(1);
+        }}
+      />
+    </section>
+  );
+}
+
+type Answer = ClassResults["to_mark"][number];
+const nameAnswer = ({ student, part, text }: Answer): string => JSON.stringify([student, part, text]);
+const answerTarget = ({ student, part, text }: Answer) => ({ student, part, answer: text });
