@@ -7,6 +7,8 @@ import { getLanguageCode } from "../text/languages.js";
 /** GET work: the student's problems, and everything on the state of the student's work. */
 export interface Work {
   readonly title: string;
+  /** Who is signed in. Requests that change something name this person, in case another one signs in meanwhile. */
+  readonly person: number;
   readonly student: { readonly id: string; readonly name: string };
   /** The time on the server, and the due date of this student. */
   readonly now: string;
@@ -19,6 +21,8 @@ export interface Work {
   readonly attempts: { readonly left: number | null; readonly rule: string };
   readonly score: number | null;
   readonly max_score: number;
+  /** Sentences on how the score came about, such as a deduction for late work. */
+  readonly notes: readonly string[];
   /** Why nothing can be submitted any more, "" if it can. */
   readonly closed: string;
   readonly problems: readonly { readonly slot: string; readonly problem: AskedProblem }[];
@@ -62,8 +66,8 @@ export interface Submission {
   readonly note: string;
 }
 
-/** POST answers. */
-export type Judged = Pick<Work, "results" | "score" | "is_late" | "attempts"> & { readonly submission: number };
+/** POST answers. If the verdict takes long, the state is "waiting", and the results come later. */
+export type Judged = Pick<Work, "results" | "score" | "is_late" | "attempts"> & Pick<Submission, "state">;
 /** POST notebooks. */
 export type Queued = { readonly submission: number; readonly place: number };
 
@@ -105,7 +109,7 @@ export interface ClassStudent {
 
 export type Mark = Pick<Shown, "outcome" | "points"> & { readonly mistake: string; readonly is_override: boolean };
 
-/** Students with the same wrong answer. `answer` is HTML. */
+/** Students with the same wrong answer, a text. */
 export interface Group extends Pick<Shown, "outcome" | "points"> {
   readonly group: string;
   readonly part: string;
@@ -114,10 +118,9 @@ export interface Group extends Pick<Shown, "outcome" | "points"> {
   readonly students: readonly number[];
 }
 
-/** GET class/students/ID: the student's work, with solutions and the texts of the answers. */
+/** GET class/students/ID: the student's work, with solutions. */
 export type StudentWork = Work & {
   readonly solutions: Readonly<Record<string, { readonly solution: string; readonly typed: string }>>;
-  readonly texts: Readonly<Record<string, string>>;
 };
 
 /** POST overrides: points (null: none) and a comment for the answer of a student or of a group; "" is the total. */
@@ -129,8 +132,9 @@ export type Override = ({ readonly student: number } | { readonly group: string 
   readonly answer?: string;
 };
 
-/** POST regrade: what would change, and the token by which it is confirmed. */
+/** POST regrade: how many submissions are still to be marked again, what would change, and the token that confirms it. */
 export type Regraded = {
+  readonly waiting: number;
   readonly token: string;
   readonly changes: readonly {
     readonly student: number;
@@ -158,6 +162,11 @@ export class Refused extends Error {
   }
 }
 
+let person = "";
+
+/** Name the person for whom this page sends requests. */
+export const setPerson = (id: number): void => void (person = String(id));
+
 const readToken = (): string => document.querySelector<HTMLMetaElement>('meta[name="csrf"]')?.content ?? "";
 
 /** Send a request to an address below that of the page, and return the JSON, null if there is none. Throws Refused. */
@@ -170,6 +179,7 @@ export async function request<T>(method: string, path: string, body?: object, is
     keepalive: isLast,
     headers: {
       ...(method === "GET" ? {} : { "X-CSRFToken": readToken() }),
+      ...(person && method !== "GET" ? { "X-Person": person } : {}),
       ...(body && !isForm ? { "Content-Type": "application/json" } : {}),
     },
     ...(body ? { body: isForm ? body : JSON.stringify(body) } : {}),

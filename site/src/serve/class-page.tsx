@@ -142,7 +142,15 @@ function Summary({ results: { students, due, max_score } }: { results: ClassResu
 function Regrading({ onChange }: { onChange: () => void }): JSX.Element {
   const [regraded, setRegraded] = useState<Regraded | null>(null);
   const { send, isSending, error } = useSending(onChange);
-  const compare = () => void send(async () => setRegraded(await post<Regraded>("regrade", {})));
+  const compare = () =>
+    void send(async () => {
+      let answer = await post<Regraded>("regrade", {});
+      for (; answer.waiting > 0; answer = await post<Regraded>("regrade", {})) {
+        setRegraded(answer);
+        await new Promise((done) => setTimeout(done, LOOK_WAIT));
+      }
+      setRegraded(answer);
+    });
   const confirm = (token: string) =>
     void send(async () => {
       await post("regrade", { token });
@@ -157,8 +165,8 @@ function Regrading({ onChange }: { onChange: () => void }): JSX.Element {
         <Button text={say("class.regrade")} disabled={isSending} onClick={compare} />
       </p>
       {error ? <p role="alert">{error}</p> : null}
-      {isSending ? <p role="status">{say("class.regrading")}</p> : null}
-      {regraded ? (
+      {isSending ? <p role="status">{say("class.regrading", { count: regraded?.waiting ?? 0 })}</p> : null}
+      {regraded && regraded.waiting === 0 ? (
         <div role="status">
           <h2>{say("class.changes", { count: regraded.changes.length })}</h2>
           {regraded.changes.length > 0 ? (

@@ -104,7 +104,7 @@ interface AnsweredProps {
 function Answered({ question, work, id, onSaved }: AnsweredProps): JSX.Element {
   const { name, number, problem, part } = question;
   const { [name]: shown } = work.results;
-  const { [name]: text } = work.texts;
+  const { [name]: text } = work.answers;
   const { [name]: solution } = work.solutions;
   return (
     <article class="answered">
@@ -117,11 +117,6 @@ function Answered({ question, work, id, onSaved }: AnsweredProps): JSX.Element {
         <Html html={problem.statement} class="statement" lang={problem.lang} />
         <Html html={removeLetterInstructions(part)} class="prompt" lang={problem.lang} />
       </details>
-      {text ? (
-        <pre tabIndex={0} role="region" aria-label={say("class.answer-to", { number })}>
-          <code>{text}</code>
-        </pre>
-      ) : null}
       {shown ? <ShownResult shown={shown} followedFrom={shown.followed_from ?? ""} hasPose={false} /> : null}
       {solution ? (
         <details>

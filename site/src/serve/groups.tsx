@@ -2,7 +2,6 @@
 
 import type { JSX } from "preact";
 
-import { Html } from "../practice/math.js";
 import { say } from "../text/text.js";
 import type { ClassResults, Group } from "./api.js";
 import { PointsForm } from "./points-form.js";
@@ -39,9 +38,9 @@ export function Groups({ results, onChange, onStudent }: GroupsProps): JSX.Eleme
                   </span>
                 </h3>
                 {group.mistake ? <p class="mistake">{group.mistake}</p> : null}
-                <div class="scrolled" tabIndex={0} role="region" aria-label={say("answer.label")}>
-                  <Html html={group.answer} />
-                </div>
+                <pre tabIndex={0} role="region" aria-label={say("answer.label")}>
+                  <code>{group.answer}</code>
+                </pre>
                 <details>
                   <summary>{say("class.students")}</summary>
                   <p class="names">

@@ -10,7 +10,7 @@ import { Hints, Question } from "../practice/question.js";
 import { listen, useLoaded } from "../scheduling.js";
 import { storage } from "../storage.js";
 import { say, type TextKey } from "../text/text.js";
-import { get, inLanguage, type Shown, type Work } from "./api.js";
+import { get, inLanguage, setPerson, type Shown, type Work } from "./api.js";
 import { NotebookWork } from "./notebook.js";
 import { type Connection, Outbox } from "./outbox.js";
 import { MARKS, ShownResult, writePoints } from "./shown.js";
@@ -44,8 +44,9 @@ export function StudentPage(): JSX.Element {
 
 const readPart = (): string => new URLSearchParams(window.location.search).get("part") ?? "";
 
-/** How often the time that is left is shown anew, in milliseconds. */
+/** How often the time that is left is shown anew, and results are asked for that take long, in milliseconds. */
 const CLOCK_STEP = 20_000;
+const MARKING_WAIT = 3000;
 
 function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
   const [work, setWork] = useState(initialWork);
@@ -62,16 +63,18 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
     );
   const [{ place, visits }, setVisit] = useState(() => ({ place: findPlace(readPart()), visits: 0 }));
   const reload = () => void get<Work>(inLanguage("work")).then(setWork, () => undefined); // the page shows what it has
+  const isMarking = work.submissions.some(({ kind, state }) => kind === "answer" && state === "waiting");
   const [outbox] = useState(
     () =>
       new Outbox({
         storage,
         key: `qdot-serve ${window.location.pathname} ${initialWork.student.id}`,
         onConnection: setConnection,
-        onJudged: ({ part, text }, { results, ...news }) => {
+        onJudged: ({ part, text }, { results, state, ...news }) => {
+          if (state === "waiting") reload();
           setWork((old) => ({
             ...old,
-            ...{ score: news.score, is_late: news.is_late, attempts: news.attempts },
+            ...news,
             results: { ...old.results, ...results },
             answers: { ...old.answers, [part]: text },
           }));
@@ -82,6 +85,12 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
       }),
   );
   useEffect(() => {
+    if (!isMarking) return;
+    const timer = setInterval(reload, MARKING_WAIT);
+    return () => clearInterval(timer);
+  }, [isMarking]);
+  useEffect(() => {
+    setPerson(initialWork.person);
     void outbox.send(); // what an earlier page could not send
     const timer = setInterval(() => setTick((tick) => tick + 1), CLOCK_STEP);
     const stops = [
@@ -126,7 +135,7 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
         <p class="muted">
           <DueDate work={work} now={now} /> {work.attempts.rule}
           {work.attempts.left === null ? null : ` ${say("serve.attempts-left", { count: work.attempts.left })}`}{" "}
-          {work.closed ? <strong>{work.closed}</strong> : null}{" "}
+          {work.notes.join(" ")} {work.closed ? <strong>{work.closed}</strong> : null}{" "}
           <span role="status" class={`connection ${connection}`}>
             {say(connection === "waiting" && storage === null ? "serve.waiting-open" : CONNECTION_TEXTS[connection])}
           </span>
