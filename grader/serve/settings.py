@@ -10,6 +10,7 @@ from django.core.management.utils import get_random_secret_key
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
+from qdot.exercises.writing.render import find_folder
 from qdot.exercises.common.parallel import CORE_COUNT
 
 DATABASE_FILE = "database.sqlite3"
@@ -80,6 +81,8 @@ def configure(options: ServiceOptions) -> None:
         SECURE_CONTENT_TYPE_NOSNIFF=True,
         TASKS={"default": {"BACKEND": "django_tasks_db.DatabaseBackend", "QUEUES": ["default"]}},
         STATIC_URL="/static/",
+        STATIC_ROOT=find_folder("site_dist", "site/dist"),
+        WHITENOISE_IMMUTABLE_FILE_TEST=r"^/static/assets/",  # Vite's names change with the content
         CSRF_FAILURE_VIEW="qdot.grader.serve.errors.report_forged_request",
         DATA_UPLOAD_MAX_MEMORY_SIZE=1_000_000,
         FILE_UPLOAD_MAX_MEMORY_SIZE=1_000_000,
