@@ -109,7 +109,7 @@ def read_overrides(assignment: Assignment) -> Overrides:
             )
         if student and not points and not comment and ANSWER_COLUMN in cells:
             continue  # an answer that is not marked yet
-        new_points = None if group and not points else _parse_points(location, part, points, max_points[part])
+        new_points = None if comment and not points else _parse_points(location, part, points, max_points[part])
         if group:
             by_group[group] = Override(new_points, comment, was=None, group=group)
         else:

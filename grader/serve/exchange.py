@@ -8,6 +8,7 @@ import zipfile
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 from django.contrib.sessions.models import Session
 from django.core.management import call_command
@@ -19,6 +20,7 @@ from qdot.exercises.common.files import make_folder, write_atomically
 from qdot.exercises.common.input_file import format_csv
 from qdot.grader.grading.attempt import read_attempts
 from qdot.grader.grading.overrides import ANSWER_COLUMN, COLUMN_NAMES, GROUP_COLUMN, OVERRIDES_FILE, read_overrides
+from qdot.grader.grading.result import Override
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.grades_table import (
     TO_MARK_FILE,
@@ -137,18 +139,20 @@ def import_class(classroom: Classroom, key: str, source: Path) -> tuple[int, int
                 if is_new:
                     grade_notebook.enqueue(submission.pk)
                     new_submissions += 1
-        for (student, part, answer), override in overrides.by_part.items():
-            target = {"person": people[student], "group": "", "part": part, "answer": answer}
-            defaults = {"points": override.points, "comment": override.comment}
-            new_overrides += PointsOverride.objects.update_or_create(
-                classroom=classroom, assignment=key, **target, defaults=defaults
-            )[1]
-        for group, override in overrides.by_group.items():
-            target = {"person": None, "group": group, "part": group.partition("/")[0], "answer": ""}
-            defaults = {"points": override.points, "comment": override.comment}
-            new_overrides += PointsOverride.objects.update_or_create(
-                classroom=classroom, assignment=key, **target, defaults=defaults
-            )[1]
+        targets: list[tuple[dict[str, Any], Override]] = [
+            ({"person": people[student], "part": part, "group": "", "answer": answer}, override)
+            for (student, part, answer), override in overrides.by_part.items()
+        ]
+        targets += [
+            ({"person": None, "part": group.partition("/")[0], "group": group, "answer": ""}, override)
+            for group, override in overrides.by_group.items()
+        ]
+        for target, override in targets:
+            _, is_new = PointsOverride.objects.update_or_create(
+                defaults={"points": override.points, "comment": override.comment},
+                classroom=classroom, assignment=key, **target,
+            )  # fmt: skip
+            new_overrides += is_new
     return new_submissions, new_overrides
 
 

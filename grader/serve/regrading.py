@@ -73,7 +73,8 @@ def accept_regrading(assignment: Assignment, classroom: Classroom, token: str) -
         rows = rows.filter(remarked__isnull=False).select_related("person__classroom")
         people = dict[int, Person]()
         for row in rows:
-            row.marks, row.shown, row.remarked = row.remarked["marks"], row.remarked["shown"], None
+            new_marks = row.remarked or {}
+            row.marks, row.shown, row.remarked = new_marks["marks"], new_marks["shown"], None
             row.save(update_fields=["marks", "shown", "remarked"])
             people[row.person.pk] = row.person
         for person in people.values():

@@ -1,0 +1,155 @@
+"""A service in this process: a class whose students and staff open its addresses, without a web server."""
+
+import datetime
+import json
+import tempfile
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.release import init_assignment
+from qdot.grader.sandbox.sandbox import Limits
+from qdot.grader.serve.judge_process import Judge
+from qdot.grader.serve.settings import ServiceOptions, configure
+from tests.support.submitting import UNCERTIFIED, _sandbox
+
+STUDENTS = [Student("s001", "Ada"), Student("s002", "Bo"), Student("s003", "Cy")]
+HEAD = 'title = "T"\nkey = "hw"\n'
+PROBLEMS = """
+[question.why]
+prompt = "Why does the arm lose a motion?"
+answer = "text"
+[[problem]]
+family = "planar-2r"
+questions = ["position", "jacobian", "determinant", "why"]
+points = [1, 2, 1, 3]
+[[problem]]
+family = "polar-rp"
+questions = ["determinant"]
+"""
+LIMITS = Limits(seconds=20, cell_seconds=4)
+
+
+@cache
+def find_folder() -> Path:
+    """Return the folder of the class; the first call also configures Django, which is possible once in a process."""
+    folder = Path(tempfile.mkdtemp()) / "hw"
+    init_assignment(folder, "T", "hw", STUDENTS, secret="0123456789abcdef")
+    (folder / "assignment.toml").write_text(f"{HEAD}{PROBLEMS}")
+    configure(ServiceOptions((folder,), url="http://testserver"))
+    from qdot.grader.serve.server import prepare_database
+
+    prepare_database()
+    return folder
+
+
+def write_settings(lines: str, problems: str = PROBLEMS) -> None:
+    """Write assignment.toml with some more settings."""
+    (find_folder() / "assignment.toml").write_text(f"{HEAD}{lines}\n{problems}")
+
+
+class OwnJudges:
+    """Judges in this process, because starting others takes longer than all that is tested."""
+
+    def __init__(self, folders: tuple[Path, ...], jobs: int) -> None:
+        self._judge = Judge(folders)
+
+    def run(self, work: Any, item: Any) -> Any:
+        return work(self._judge, item)
+
+
+@contextmanager
+def serve_class(settings: str = "") -> Iterator["Service"]:
+    """Yield a service with an empty database and a class with personal links."""
+    folder = find_folder()
+    write_settings(settings)
+    from django.core.management import call_command
+
+    from qdot.grader.serve import marking_online
+
+    call_command("flush", verbosity=0, interactive=False)
+    with (
+        patch.object(marking_online, "JudgePool", OwnJudges),
+        patch.object(marking_online, "_open_sandbox", lambda strict: _sandbox(LIMITS, strict)),
+        patch("qdot.grader.serve.judge_process.CERTIFIER", UNCERTIFIED),
+        patch("qdot.grader.serve.rates.check_rate"),
+    ):
+        yield Service(folder)
+
+
+class Service:
+    """The service, its people by identifier, and its clock."""
+
+    def __init__(self, folder: Path) -> None:
+        from qdot.grader.serve.class_list import update_folder_class
+        from qdot.grader.serve.models import Person
+
+        self.folder, self.classroom = folder, update_folder_class()
+        Person.objects.create(classroom=self.classroom, role="staff", student_id="staff:Grace", name="Grace")
+        self.people = {person.student_id: person for person in self.classroom.people.all()}
+
+    @property
+    def assignment(self) -> Assignment:
+        return load_assignment(self.folder)
+
+    def open_browser(self, who: str) -> "Browser":
+        """Return the browser of a person who has signed in by a personal link."""
+        from qdot.grader.serve.sign_in import make_links_csv
+
+        link = make_links_csv([self.people[who]]).split(",")[-1].strip()
+        browser = Browser()
+        assert browser.client.get(link).status_code == 302
+        return browser
+
+    def work_off_queue(self) -> int:
+        """Do all tasks in the queue, and return how many there were."""
+        from django_tasks_db.models import DBTaskResult
+
+        rows = list(DBTaskResult.objects.ready())
+        for row in rows:
+            row.claim("test")
+            row.task.call(*row.args_kwargs["args"])
+            row.set_successful(None)
+        return len(rows)
+
+
+class Browser:
+    """A browser whose pages send the token against forged requests, as the service's scripts do."""
+
+    def __init__(self) -> None:
+        from django.test import Client
+
+        self.client = Client(enforce_csrf_checks=True)
+
+    def get(self, path: str, **headers: Any) -> Any:
+        return self.client.get(path, headers=headers)
+
+    def send(self, method: str, path: str, content: Any) -> Any:
+        self.client.get("/")  # sets the token
+        token = self.client.cookies["csrftoken"].value
+        headers = {"X-CSRFToken": token}
+        return self.client.generic(method, path, json.dumps(content), "application/json", headers=headers)
+
+    def answer(self, part: str, text: str, request: str = "") -> Any:
+        content = {"request": request or str(uuid.uuid4()), "part": part, "text": text}
+        return self.send("POST", "/a/hw/answers", content)
+
+    def upload(self, name: str, content: bytes, request: str = "") -> Any:
+        from django.core.files.uploadedfile import SimpleUploadedFile
+
+        self.client.get("/")
+        token = self.client.cookies["csrftoken"].value
+        data = {"request": request or str(uuid.uuid4()), "file": SimpleUploadedFile(name, content)}
+        return self.client.post("/a/hw/notebooks", data, headers={"X-CSRFToken": token})
+
+
+@contextmanager
+def set_clock(moment: datetime.datetime) -> Iterator[None]:
+    """Let the service's clock stand at a moment."""
+    with patch("django.utils.timezone.now", lambda: moment):
+        yield
