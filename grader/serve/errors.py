@@ -39,8 +39,8 @@ def find_refusal(error: Exception) -> Refused:
 
 
 def respond(request: HttpRequest, refusal: Refused) -> HttpResponse:
-    """Return the answer to a refused request: a page for a person who opens an address, otherwise JSON."""
-    if request.method == "GET" and "text/html" in request.headers.get("Accept", ""):
+    """Return the answer to a refused request: a page if the browser shows it, JSON if a script asks."""
+    if "text/html" in request.headers.get("Accept", ""):
         from qdot.grader.serve.html_pages import render_page
 
         page = render_page(request, "serve/refused.html.j2", title="qdot", sentence=refusal.sentence)

@@ -15,6 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
+from django.core.cache import caches
 from django.db import close_old_connections, transaction
 from django.utils import timezone
 from django_tasks import task
@@ -151,9 +152,7 @@ def mark_forgotten_answers() -> None:
 
 def load_problem_records(person: Person, assignment: Assignment, language: str) -> list[dict[str, Any]]:
     """Return the problems of a student as the page shows them. They are generated for a student who has none yet."""
-    from django.core.cache import cache as pages
-
-    digest = assignment.notebook_digest_of(person.student_id)
+    digest, pages = assignment.notebook_digest_of(person.student_id), caches["pages"]
     key = f"{compute_package_digest()[:16]}-{digest}-{assignment.hints}-{language}-{person.pk}"
     if (records := pages.get(key)) is None:
         release_if_needed(assignment, person.student_id)

@@ -13,6 +13,7 @@ from django_tasks_db.models import DBTaskResult
 from waitress.server import create_server
 
 from qdot.exercises.common.errors import QdotError
+from qdot.grader.serve.html_pages import load_assets
 from qdot.grader.serve.marking_online import (
     find_judges,
     give_up,
@@ -36,6 +37,7 @@ def prepare_database() -> None:
 def run_service(options: ServiceOptions, host: str, port: int, on_ready: Any) -> None:
     """Serve until the process is told to end; `on_ready` is called when the service answers. Raises QdotError."""
     resolve("/")  # loads all views
+    load_assets()
     find_judges().warm_up()
     queue = QueueProcess(options)
     queue.start()

@@ -10,8 +10,8 @@ from django.core.management.utils import get_random_secret_key
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.writing.render import find_folder
 from qdot.exercises.common.parallel import CORE_COUNT
+from qdot.exercises.writing.render import find_folder
 
 DATABASE_FILE = "database.sqlite3"
 ONLINE_FOLDER = "online"
@@ -88,10 +88,14 @@ def configure(options: ServiceOptions) -> None:
         FILE_UPLOAD_MAX_MEMORY_SIZE=1_000_000,
         CACHES={
             "default": {
+                "BACKEND": "django.core.cache.backends.locmem.LocMemCache",
+                "OPTIONS": {"MAX_ENTRIES": 100_000},
+            },
+            "pages": {
                 "BACKEND": "django.core.cache.backends.filebased.FileBasedCache",
                 "LOCATION": options.online_folder / "pages",
                 "OPTIONS": {"MAX_ENTRIES": 20_000},
-            }
+            },
         },
         LOGGING={
             "version": 1,

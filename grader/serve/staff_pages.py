@@ -28,7 +28,7 @@ from qdot.grader.serve.models import Classroom, Extension, Person, PointsOverrid
 from qdot.grader.serve.regrading import accept_regrading, continue_regrading, find_outdated
 from qdot.grader.serve.scores import announce_score, compute_results
 from qdot.grader.serve.sign_in import for_staff
-from qdot.grader.serve.student_pages import describe_work, find_work, read_json
+from qdot.grader.serve.student_pages import describe_work, find_language, find_work, read_json
 
 MAX_COMMENT_CHARACTERS, MAX_ACTIONS_SHOWN = 5_000, 50
 
@@ -158,7 +158,7 @@ def get_student(request: HttpRequest, person: Person, key: str, number: int) -> 
     """Return a student's work, with the solutions and without limits of feedback."""
     student = find_student_of(person, number)
     work = find_work(student, key)
-    content = describe_work(work, request.GET.get("lang", "en"))
+    content = describe_work(work, find_language(request))
     who = StudentOfClass(describe_class(work.assignment), student.student_id)
     content["solutions"] = find_judges().run(make_solutions, who)
     return JsonResponse(content)
@@ -175,7 +175,7 @@ def post_override(request: HttpRequest, person: Person, key: str) -> HttpRespons
     assignment = load_class_assignment(person.classroom, key)
     max_points = map_max_points(assignment)
     max_points[TOTAL_PART] = sum_points(max_points.values())
-    part, points, comment = content.get("part", ""), content.get("points"), str(content.get("comment", ""))
+    part, points, comment = str(content.get("part", "")), content.get("points"), str(content.get("comment", ""))
     group, answer = str(content.get("group") or ""), flatten_answer(str(content.get("answer") or ""))
     if group:
         part = group.partition("/")[0]

@@ -13,6 +13,7 @@ from django.views.decorators.http import require_GET, require_http_methods, requ
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.late_rule import describe_duration
 from qdot.exercises.assignment.release import notebook_path
+from qdot.exercises.writing.languages import ENGLISH, LANGUAGES
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import make_feedback_page
 from qdot.grader.reports.part_rows import describe_decisions
@@ -109,8 +110,13 @@ def show_work_page(request: HttpRequest, person: Person, key: str) -> HttpRespon
 def get_work(request: HttpRequest, person: Person, key: str) -> HttpResponse:
     """Return everything that the student's page shows."""
     get_token(request)
-    work, language = find_work(person, key), request.GET.get("lang", "en")
-    return JsonResponse(describe_work(work, language if language in ("en", "de") else "en"))
+    return JsonResponse(describe_work(find_work(person, key), find_language(request)))
+
+
+def find_language(request: HttpRequest) -> str:
+    """Return the language in which the page wants the problems."""
+    language = request.GET.get("lang", ENGLISH)
+    return language if language in LANGUAGES else ENGLISH
 
 
 def describe_work(work: Work, language: str) -> dict[str, Any]:
@@ -130,7 +136,7 @@ def describe_work(work: Work, language: str) -> dict[str, Any]:
     return {
         "person": person.pk, "title": assignment.title, "student": {"id": student.id, "name": student.name},
         "now": now.isoformat(), "due": due_date and due_date.isoformat(),
-        "is_late": due_date is not None and now > due_date, "late_rule": late_rule, "attempts": attempts._asdict(),
+        "is_late": result.late is not None, "late_rule": late_rule, "attempts": attempts._asdict(),
         "feedback": assignment.feedback, "score": result.score if submissions else None,
         "max_score": result.max_score, "notes": describe_decisions(result),
         "closed": explain_closed(assignment, student, received, now.replace(microsecond=0)),

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from unittest.mock import patch
 
@@ -18,7 +19,7 @@ from qdot.grader.serve.judge_process import Judge
 from qdot.grader.serve.settings import ServiceOptions, configure
 from tests.support.submitting import UNCERTIFIED, _sandbox
 
-STUDENTS = [Student("s001", "Ada"), Student("s002", "Bo"), Student("s003", "Cy")]
+STUDENTS = [Student("s001", "Ada"), Student("s002", "Bolivar Quux"), Student("s003", "Cy")]
 HEAD = 'title = "T"\nkey = "hw"\n'
 PROBLEMS = """
 [question.why]
@@ -32,6 +33,8 @@ points = [1, 2, 1, 3]
 family = "polar-rp"
 questions = ["determinant"]
 """
+ASSETS = SimpleNamespace(scripts={"serve": "serve.js"}, modules={"serve": []}, styles={"serve": []})
+"""Stands for the site's scripts, which may not be built."""
 LIMITS = Limits(seconds=20, cell_seconds=4)
 
 
@@ -77,7 +80,8 @@ def serve_class(settings: str = "") -> Iterator["Service"]:
         patch.object(marking_online, "JudgePool", OwnJudges),
         patch.object(marking_online, "_open_sandbox", lambda strict: _sandbox(LIMITS, strict)),
         patch("qdot.grader.serve.judge_process.CERTIFIER", UNCERTIFIED),
-        patch("qdot.grader.serve.rates.check_rate"),
+        patch("qdot.grader.serve.rates.SECONDS", 0.0),
+        patch("qdot.grader.serve.html_pages.load_assets", lambda: ASSETS),
     ):
         yield Service(folder)
 
