@@ -1,4 +1,4 @@
-// Load the bank's index: show that it is loading, an error, or the content that needs the index.
+// Load something, such as the bank's index: show that it is loading, an error, or the content that needs it.
 
 import type { JSX } from "preact";
 
@@ -8,14 +8,15 @@ import { useLoaded } from "../scheduling.js";
 import { loadIndex } from "../load.js";
 import { say } from "../text/text.js";
 
-interface WithIndexProps {
-  readonly children: (index: Index) => JSX.Element;
-  /** Shown while the index is loaded, by default a line of text. */
-  readonly loading?: JSX.Element;
+interface WithLoadedProps<T> {
+  readonly load: () => Promise<T>;
+  readonly children: (loaded: T) => JSX.Element;
+  /** Shown while it is loaded, by default a line of text. */
+  readonly loading?: JSX.Element | undefined;
 }
 
-export function WithIndex({ children, loading }: WithIndexProps): JSX.Element {
-  const { loaded, error, retry } = useLoaded(loadIndex, []);
+export function WithLoaded<T>({ load, children, loading }: WithLoadedProps<T>): JSX.Element {
+  const { loaded, error, retry } = useLoaded(load, []);
   if (error) return <Failed reason={error} onAgain={retry} />;
   if (loaded) return children(loaded);
   return (
@@ -26,3 +27,7 @@ export function WithIndex({ children, loading }: WithIndexProps): JSX.Element {
     )
   );
 }
+
+export const WithIndex = (props: Omit<WithLoadedProps<Index>, "load">): JSX.Element => (
+  <WithLoaded load={loadIndex} {...props} />
+);

@@ -11,7 +11,7 @@ import { useLoaded } from "../scheduling.js";
 import { say } from "../text/text.js";
 import { type ClassResults, get, inLanguage, type StudentWork } from "./api.js";
 import { ExtensionForm, PointsForm } from "./points-form.js";
-import { ShownResult, writePoints } from "./shown.js";
+import { nameOutcome, ShownResult, writePoints } from "./shown.js";
 import { listQuestions } from "./student.js";
 import { formatTime } from "./times.js";
 
@@ -36,6 +36,8 @@ export function StudentView({ id, results, onChange, onStudent }: StudentViewPro
   useEffect(() => heading.current?.focus(), [id, work === null]);
   const place = results.students.findIndex((other) => other.id === id);
   const neighbours = [results.students[place - 1], results.students[place + 1]] as const;
+  const questions = work ? listQuestions(work) : [];
+  const numberOf = (name: string | null) => questions.find((question) => question.name === name)?.number ?? "";
   const save = () => {
     onChange();
     retry();
@@ -69,7 +71,12 @@ export function StudentView({ id, results, onChange, onStudent }: StudentViewPro
           <ExtensionForm key={student.due} student={id} due={student.due} onSaved={save} />
           <details>
             <summary>{say("class.total")}</summary>
-            <PointsForm target={{ student: id, part: "" }} maxPoints={work.max_score} onSaved={save} />
+            <PointsForm
+              target={{ student: id, part: "" }}
+              maxPoints={work.max_score}
+              points={work.score}
+              onSaved={save}
+            />
           </details>
           {work.submissions.length > 0 ? (
             <details>
@@ -84,8 +91,8 @@ export function StudentView({ id, results, onChange, onStudent }: StudentViewPro
               </ul>
             </details>
           ) : null}
-          {listQuestions(work).map((question) => (
-            <Answered key={question.name} {...{ question, work, id }} onSaved={save} />
+          {questions.map((question) => (
+            <Answered key={question.name} {...{ question, work, id, numberOf }} onSaved={save} />
           ))}
         </>
       )}
@@ -97,11 +104,12 @@ interface AnsweredProps {
   readonly question: ReturnType<typeof listQuestions>[number];
   readonly work: StudentWork;
   readonly id: number;
+  readonly numberOf: (name: string | null) => string;
   readonly onSaved: () => void;
 }
 
 /** A question with the student's answer, its result, and the solution. */
-function Answered({ question, work, id, onSaved }: AnsweredProps): JSX.Element {
+function Answered({ question, work, id, numberOf, onSaved }: AnsweredProps): JSX.Element {
   const { name, number, problem, part } = question;
   const { [name]: shown } = work.results;
   const { [name]: text } = work.answers;
@@ -117,7 +125,11 @@ function Answered({ question, work, id, onSaved }: AnsweredProps): JSX.Element {
         <Html html={problem.statement} class="statement" lang={problem.lang} />
         <Html html={removeLetterInstructions(part)} class="prompt" lang={problem.lang} />
       </details>
-      {shown ? <ShownResult shown={shown} followedFrom={shown.followed_from ?? ""} hasPose={false} /> : null}
+      {shown && shown.outcome !== "missing" ? (
+        <ShownResult shown={shown} followedFrom={numberOf(shown.followed_from)} hasPose={false} hasAnswer />
+      ) : (
+        <p class="muted">{nameOutcome("missing")}</p>
+      )}
       {solution ? (
         <details>
           <summary>{say("practice.solution-title")}</summary>
@@ -127,6 +139,7 @@ function Answered({ question, work, id, onSaved }: AnsweredProps): JSX.Element {
       <PointsForm
         target={{ student: id, part: name, ...(part.key.type === "text" && text ? { answer: text } : {}) }}
         maxPoints={shown?.max_points ?? part.points}
+        points={shown?.points ?? null}
         comment={shown?.comment ?? ""}
         onSaved={onSaved}
       />

@@ -41,6 +41,15 @@ export function listStudents(
   return students.filter((student) => FILTERS[filter]!(student) && matches(student)).sort(compare);
 }
 
+/** Return the numbers of parts by their names, as students see them: "1.2" for the second part of the first problem. */
+export function numberParts(parts: readonly ClassPart[]): Readonly<Record<string, string>> {
+  const slots = [...new Set(parts.map(({ name }) => name.split(".")[0]!))];
+  const partsOf = (slot: string) => parts.filter(({ name }) => name.startsWith(`${slot}.`));
+  return Object.fromEntries(
+    slots.flatMap((slot, i) => partsOf(slot).map(({ name }, k) => [name, `${i + 1}.${k + 1}`])),
+  );
+}
+
 interface ClassTableProps {
   readonly results: ClassResults;
   readonly onStudent: (id: number) => void;
@@ -54,6 +63,7 @@ export function ClassTable({ results, onStudent }: ClassTableProps): JSX.Element
     () => listStudents(results.students, { filter, search, order }),
     [results.students, filter, search, order],
   );
+  const numbers = useMemo(() => numberParts(results.parts), [results.parts]);
   const heading = (key: Order, text: TextKey, className: string) => (
     <th
       scope="col"
@@ -88,7 +98,7 @@ export function ClassTable({ results, onStudent }: ClassTableProps): JSX.Element
               {heading("score", "class.score", "of-score")}
               {results.parts.map(({ name, title, max_points }) => (
                 <th key={name} scope="col" class="of-part" title={title}>
-                  {name}
+                  {numbers[name]}
                   <span class="visually-hidden"> {title}</span> <span class="muted">/ {max_points}</span>
                 </th>
               ))}

@@ -4,6 +4,7 @@ import type { JSX } from "preact";
 
 import { say } from "../text/text.js";
 import type { ClassResults, Group } from "./api.js";
+import { numberParts } from "./class-table.js";
 import { PointsForm } from "./points-form.js";
 import { nameOutcome, writePoints } from "./shown.js";
 
@@ -14,20 +15,22 @@ interface GroupsProps {
 }
 
 export function Groups({ results, onChange, onStudent }: GroupsProps): JSX.Element {
-  const parts = results.parts.filter(({ name }) => results.groups.some(({ part }) => part === name));
+  const numbers = numberParts(results.parts);
+  const common = results.groups.filter(({ students }) => students.length > 1);
+  const parts = results.parts.filter(({ name }) => common.some(({ part }) => part === name));
   if (parts.length === 0) return <p>{say("class.no-groups")}</p>;
   return (
     <>
       {parts.map((part) => {
-        const groups = results.groups
+        const groups = common
           .filter((group) => group.part === part.name)
           .sort((a, b) => b.students.length - a.students.length);
         return (
           <section key={part.name}>
             <h2>
-              {part.name} {part.title}
+              {numbers[part.name]} {part.title}
             </h2>
-            <Mistakes groups={groups} />
+            <Mistakes groups={results.groups.filter((group) => group.part === part.name)} />
             {groups.map((group) => (
               <article key={group.group} class="answered">
                 <h3>
@@ -35,14 +38,20 @@ export function Groups({ results, onChange, onStudent }: GroupsProps): JSX.Eleme
                   <span class="muted">
                     {nameOutcome(group.outcome)} ·{" "}
                     {say("serve.points", { points: writePoints(group.points), max: part.max_points })}
+                    {group.mistake ? ` · ${group.mistake}` : ""}
                   </span>
                 </h3>
-                {group.mistake ? <p class="mistake">{group.mistake}</p> : null}
                 <pre tabIndex={0} role="region" aria-label={say("answer.label")}>
                   <code>{group.answer}</code>
                 </pre>
                 <details>
-                  <summary>{say("class.students")}</summary>
+                  <summary>{say("class.set-points")}</summary>
+                  <PointsForm
+                    target={{ group: group.group, part: part.name }}
+                    maxPoints={part.max_points}
+                    points={group.points}
+                    onSaved={onChange}
+                  />
                   <p class="names">
                     {group.students.map((id) => (
                       <button key={id} type="button" class="heading" onClick={() => onStudent(id)}>
@@ -51,11 +60,6 @@ export function Groups({ results, onChange, onStudent }: GroupsProps): JSX.Eleme
                     ))}
                   </p>
                 </details>
-                <PointsForm
-                  target={{ group: group.group, part: part.name }}
-                  maxPoints={part.max_points}
-                  onSaved={onChange}
-                />
               </article>
             ))}
           </section>

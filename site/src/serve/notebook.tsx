@@ -99,7 +99,7 @@ export function NotebookWork({ work, onGraded }: NotebookWorkProps): JSX.Element
           ))}
         </ul>
       ) : null}
-      {work.submissions.length + own.length > 0 ? (
+      {Object.values(work.results).some(({ outcome }) => outcome !== "missing") ? (
         <p>
           <a href="feedback">{say("serve.feedback")}</a>
         </p>

@@ -5,7 +5,7 @@ import { useId, useState } from "preact/hooks";
 
 import { Button } from "../controls.js";
 import { describeLoadError } from "../scheduling.js";
-import { say } from "../text/text.js";
+import { formatRounded, say } from "../text/text.js";
 import { type Override, post, Refused } from "./api.js";
 
 /** Return a function that sends something, whether it is on its way, and the error of the last try in a sentence. */
@@ -43,6 +43,8 @@ export type Target = ({ readonly student: number } | { readonly group: string })
 interface PointsFormProps {
   readonly target: Target;
   readonly maxPoints: number;
+  /** The present points and comment. */
+  readonly points: number | null;
   readonly comment?: string;
   readonly onSaved: () => void;
 }
@@ -53,7 +55,8 @@ export const readPoints = (text: string): number | null => {
   return typed === "" ? null : /^\d*\.?\d+$|^\d+\.$/.test(typed) ? Number(typed) : NaN;
 };
 
-export function PointsForm({ target, maxPoints, comment = "", onSaved }: PointsFormProps): JSX.Element {
+export function PointsForm(props: PointsFormProps): JSX.Element {
+  const { target, maxPoints, comment = "", onSaved } = props;
   const [points, setPoints] = useState("");
   const [text, setText] = useState(comment);
   const [isSaved, setSaved] = useState(false);
@@ -80,6 +83,7 @@ export function PointsForm({ target, maxPoints, comment = "", onSaved }: PointsF
         id={`${id}points`}
         inputMode="decimal"
         autocomplete="off"
+        placeholder={props.points === null ? "" : formatRounded(props.points)}
         value={points}
         onInput={({ currentTarget }) => setPoints(currentTarget.value)}
       />

@@ -32,9 +32,11 @@ interface ShownResultProps {
   /** The number of the part from which the answer follows. */
   readonly followedFrom: string;
   readonly hasPose: boolean;
+  /** Whether the answer itself is shown, as it was understood. */
+  readonly hasAnswer: boolean;
 }
 
-export function ShownResult({ shown, followedFrom, hasPose }: ShownResultProps): JSX.Element {
+export function ShownResult({ shown, followedFrom, hasPose, hasAnswer }: ShownResultProps): JSX.Element {
   const { outcome, points, max_points, sentences, entries, counterexample, answer, comment } = shown;
   const look = outcome === "ungraded" ? "partial" : outcome;
   return (
@@ -49,7 +51,7 @@ export function ShownResult({ shown, followedFrom, hasPose }: ShownResultProps):
       hasPose={hasPose}
     >
       {counterexample ? <Html html={counterexample} class="counterexample" /> : null}
-      {answer ? (
+      {answer && hasAnswer ? (
         <div class="preview">
           <span class="muted">{say("answer.read-as")}</span> <Html html={answer} />
         </div>

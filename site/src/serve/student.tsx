@@ -4,13 +4,14 @@ import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
 import type { AskedPart, AskedProblem } from "../bank.js";
-import { Button, Failed } from "../controls.js";
+import { Button } from "../controls.js";
 import { Places } from "../course/places.js";
 import { Hints, Question } from "../practice/question.js";
-import { listen, useLoaded } from "../scheduling.js";
+import { WithLoaded } from "../practice/with-index.js";
+import { listen } from "../scheduling.js";
 import { storage } from "../storage.js";
 import { say, type TextKey } from "../text/text.js";
-import { get, inLanguage, setPerson, type Shown, type Work } from "./api.js";
+import { get, inLanguage, setPerson, type Work } from "./api.js";
 import { NotebookWork } from "./notebook.js";
 import { type Connection, Outbox } from "./outbox.js";
 import { MARKS, ShownResult, writePoints } from "./shown.js";
@@ -30,17 +31,9 @@ export const listQuestions = ({ problems }: Pick<Work, "problems">): readonly Na
     problem.parts.map((part, k) => ({ name: `${slot}.${part.name}`, number: `${i + 1}.${k + 1}`, problem, part })),
   );
 
-export function StudentPage(): JSX.Element {
-  const { loaded, error, retry } = useLoaded(() => get<Work>(inLanguage("work")), []);
-  if (error && !loaded) return <Failed reason={error} onAgain={retry} />;
-  if (!loaded)
-    return (
-      <p role="status" class="loading">
-        {say("practice.loading")}
-      </p>
-    );
-  return <Workplace initialWork={loaded} />;
-}
+export const StudentPage = (): JSX.Element => (
+  <WithLoaded load={() => get<Work>(inLanguage("work"))}>{(work) => <Workplace initialWork={work} />}</WithLoaded>
+);
 
 const readPart = (): string => new URLSearchParams(window.location.search).get("part") ?? "";
 
@@ -144,20 +137,12 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
       </section>
       <ServedQuestion
         key={`${question.name} ${visits}`}
-        question={question}
+        {...{ question, work, outbox, connection }}
         hasArrived={visits > 0}
-        storedText={outbox.draftOf(question.name) ?? work.drafts[question.name] ?? work.answers[question.name] ?? ""}
-        submittedText={outbox.pendingOf(question.name)?.text ?? work.answers[question.name]}
-        shown={work.results[question.name]}
+        isOverdue={work.due !== null && now > Date.parse(work.due)}
         followedFrom={numberOf(work.results[question.name]?.followed_from ?? "")}
-        isPending={outbox.pendingOf(question.name) !== undefined}
-        isOffline={connection === "waiting" || connection === "signed-out"}
-        isClosed={work.closed !== ""}
-        makesLate={work.due !== null && now > Date.parse(work.due) && !work.is_late && work.submissions.length > 0}
-        lateRule={work.late_rule}
         refusal={refusal[question.name] ?? ""}
         judgedCount={judged.part === question.name ? judged.count : 0}
-        onDraft={(text) => outbox.saveDraft(question.name, text)}
         onSubmit={(text) => {
           outbox.submit(question.name, text);
           setTick((tick) => tick + 1);
@@ -190,40 +175,39 @@ function DueDate({ work: { due, is_late, late_rule }, now }: { work: Work; now: 
 
 interface ServedQuestionProps {
   readonly question: NamedQuestion;
+  readonly work: Work;
+  readonly outbox: Outbox;
+  readonly connection: Connection;
   readonly hasArrived: boolean;
-  /** The text in the fields at first, and that of the answer that was submitted last. */
-  readonly storedText: string;
-  readonly submittedText: string | undefined;
-  readonly shown: Shown | undefined;
+  /** Whether the due date has passed. */
+  readonly isOverdue: boolean;
+  /** The number of the question from whose answer this one follows, or "". */
   readonly followedFrom: string;
-  /** Whether an answer is on its way; and whether the last try to send something failed. */
-  readonly isPending: boolean;
-  readonly isOffline: boolean;
-  readonly isClosed: boolean;
-  /** Whether submitting makes the whole work late. */
-  readonly makesLate: boolean;
-  readonly lateRule: string;
   /** Why the server did not take the last answer. */
   readonly refusal: string;
   /** Changes with each verdict on this question since the page was opened. */
   readonly judgedCount: number;
-  readonly onDraft: (text: string) => void;
   readonly onSubmit: (text: string) => void;
   readonly onNext: () => void;
 }
 
 /** A question that the server judges. */
 function ServedQuestion(props: ServedQuestionProps): JSX.Element {
-  const { question, shown, isPending, isOffline, isClosed, submittedText, judgedCount } = props;
-  const { problem, part, name } = question;
-  const [storedText] = useState(props.storedText);
+  const { work, outbox, connection, judgedCount } = props;
+  const { problem, part, name } = props.question;
+  const { [name]: shown } = work.results;
+  const pending = outbox.pendingOf(name);
+  const submittedText = pending?.text ?? work.answers[name];
+  const [storedText] = useState(outbox.draftOf(name) ?? work.drafts[name] ?? submittedText ?? "");
   const [answer, setAnswer] = useState(storedText);
   const latestText = useRef(storedText);
   const [error, setError] = useState("");
   const [isAsking, setAsking] = useState(false); // whether to submit late
   const [repeats, setRepeats] = useState(0);
   const [pose, setPose] = useState<Readonly<Record<string, number>> | undefined>(undefined);
+  const [isPending, isClosed] = [pending !== undefined, work.closed !== ""];
   const isRight = shown?.outcome === "correct";
+  const makesLate = props.isOverdue && !work.is_late && work.submissions.length > 0;
   const submit = () => {
     setAsking(false);
     props.onSubmit(answer);
@@ -233,7 +217,7 @@ function ServedQuestion(props: ServedQuestionProps): JSX.Element {
     setError(answer.trim() ? "" : say("serve.empty"));
     if (!answer.trim()) return;
     if (answer === submittedText && shown && shown.outcome !== "ungraded") setRepeats(repeats + 1);
-    else if (props.makesLate && !isAsking) setAsking(true);
+    else if (makesLate && !isAsking) setAsking(true);
     else submit();
   };
   return (
@@ -249,7 +233,7 @@ function ServedQuestion(props: ServedQuestionProps): JSX.Element {
         setAnswer(text);
         if (text === latestText.current) return;
         latestText.current = text;
-        props.onDraft(text);
+        outbox.saveDraft(name, text);
       }}
       onCheck={check}
       onNext={props.onNext}
@@ -258,14 +242,14 @@ function ServedQuestion(props: ServedQuestionProps): JSX.Element {
         isAsking ? (
           <div role="alert" class="verdict partial">
             <p>
-              {say("serve.makes-late")} {props.lateRule}
+              {say("serve.makes-late")} {work.late_rule}
             </p>
             <p class="actions">
               <Button className="button" text={say("serve.submit-late")} onClick={submit} />
               <Button text={say("serve.not-late")} onClick={() => setAsking(false)} />
             </p>
           </div>
-        ) : isPending && isOffline ? (
+        ) : isPending && (connection === "waiting" || connection === "signed-out") ? (
           <p role="alert">{say("serve.will-submit")}</p>
         ) : null
       }
@@ -273,7 +257,12 @@ function ServedQuestion(props: ServedQuestionProps): JSX.Element {
         shown && shown.outcome !== "missing" ? (
           <>
             {repeats > 0 && answer === submittedText ? <p class="muted">{say("serve.same-answer")}</p> : null}
-            <ShownResult shown={shown} followedFrom={props.followedFrom} hasPose={pose !== undefined} />
+            <ShownResult
+              shown={shown}
+              followedFrom={props.followedFrom}
+              hasPose={pose !== undefined}
+              hasAnswer={answer !== submittedText}
+            />
           </>
         ) : null
       }

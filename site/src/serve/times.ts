@@ -8,16 +8,22 @@ const UNITS = [
   ["minute", 60_000],
 ] as const;
 
+/** Return the browser's own variant of the page's language, such as en-GB. */
+const findLocale = (): string =>
+  navigator.languages.find((tag) => tag.split("-")[0] === getLanguage().code) ?? getLanguage().code;
+
 /** Return a time with its day and time zone. */
 export const formatTime = (time: string): string =>
-  new Intl.DateTimeFormat(getLanguage().code, {
+  new Intl.DateTimeFormat(findLocale(), {
     ...{ weekday: "short", day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" },
     timeZoneName: "short",
   }).format(new Date(time));
 
 /** Return a time in short, for tables. */
 export const formatShortTime = (time: string): string =>
-  new Intl.DateTimeFormat(getLanguage().code, { dateStyle: "short", timeStyle: "short" }).format(new Date(time));
+  new Intl.DateTimeFormat(findLocale(), { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" }).format(
+    new Date(time),
+  );
 
 /** Return how long it is until a time, or since then, as in "in 2 days" or "5 minutes ago". */
 export function formatDistance(milliseconds: number): string {

@@ -7,6 +7,7 @@ import { Button } from "../controls.js";
 import { listen } from "../scheduling.js";
 import { say } from "../text/text.js";
 import { type ClassResults, type Override, post } from "./api.js";
+import { numberParts } from "./class-table.js";
 import { nameOf } from "./groups.js";
 import { PointsForm, useSending } from "./points-form.js";
 
@@ -50,7 +51,7 @@ export function ToMark({ results, onChange }: ToMarkProps): JSX.Element {
         <h2>
           {nameOf(results, answer.student)}{" "}
           <span class="muted">
-            {part.name} {part.title} ·{" "}
+            {numberParts(results.parts)[part.name]} {part.title} ·{" "}
             {say("class.place", { number: answers.indexOf(answer) + 1, count: answers.length })}
           </span>
         </h2>
@@ -69,6 +70,7 @@ export function ToMark({ results, onChange }: ToMarkProps): JSX.Element {
         key={nameAnswer(answer)}
         target={answerTarget(answer)}
         maxPoints={maxPoints}
+        points={points ?? null}
         onSaved={() => {
           onChange();
           move(1);
