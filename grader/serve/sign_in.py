@@ -41,7 +41,7 @@ def find_person(request: HttpRequest) -> Person:
     if person is None:
         raise Refused(401, SIGN_IN_ADVICE)
     if request.headers.get("X-Person", str(person.pk)) != str(person.pk):
-        raise Refused(409, "Somebody else has signed in in this browser meanwhile. Load the page again.")
+        raise Refused(401, "Somebody else has signed in in this browser meanwhile. Load the page again.")
     return person
 
 
