@@ -51,7 +51,7 @@ ENDING_SIGNALS = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP")
 """The signals that end the program like Ctrl-C: a request to terminate, and a closed terminal."""
 SITE_COMMANDS = {"build": "build_site", "serve": "serve"}
 """The commands of `qdot site`, each with the name of its function."""
-SERVE_COMMANDS = ("start", "links", "export", "import", "backup", "restore")
+SERVE_COMMANDS = ("start", "links", "register", "connect", "export", "import", "backup", "restore")
 """The commands of `qdot serve`; `qdot serve DIR` is `qdot serve start DIR`."""
 
 COLLECTION_THRESHOLDS = 20_000, 10, 10

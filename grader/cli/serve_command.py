@@ -229,3 +229,69 @@ def restore(file: FileArgument, folders: FoldersArgument, database: DatabaseOpti
 
     restore_database(file)
     print_result(f"the database is that of {file}; start the service again")
+
+
+def register(
+    folders: FoldersArgument,
+    platform: Annotated[str, typer.Option(metavar="NAME", help="canvas, moodle, brightspace, blackboard or sakai.")],
+    site: Annotated[str, typer.Option(metavar="URL", help="Where people open the platform.")],
+    client_id: Annotated[
+        str, typer.Option(metavar="ID", help="What the platform shows after you registered qdot.")
+    ] = "",
+    issuer: Annotated[str, typer.Option(metavar="URL", help="Only if it differs from the usual one.")] = "",
+    auth_url: Annotated[str, typer.Option(metavar="URL", help="Only if it differs from the usual one.")] = "",
+    token_url: Annotated[str, typer.Option(metavar="URL", help="Only if it differs from the usual one.")] = "",
+    keys_url: Annotated[str, typer.Option(metavar="URL", help="Only if it differs from the usual one.")] = "",
+    database: DatabaseOption = "",
+    url: UrlOption = DEFAULT_URL,
+) -> None:
+    """Register a learning platform (LTI 1.3): print what to paste where, and store what the platform shows.
+
+    Without --client-id, it begins, and prints the addresses of qdot. Most platforms then need nothing else: they
+    register qdot themselves from one address. Otherwise, enter the command again with the client ID. The first course
+    in which a teacher opens qdot is connected; `qdot serve connect` connects others.
+
+    Examples:
+      qdot serve register homework --url https://qdot.example.edu --platform moodle --site https://moodle.example.edu
+          print what to paste into Moodle
+      qdot serve register homework --platform canvas --site https://canvas.example.edu --client-id 10000000000001
+          store the number that Canvas shows
+    """
+    _configure(folders, database, url)
+    from qdot.grader.serve.lti.registering import PlatformAnswers, begin, describe_steps, finish
+
+    if client_id:
+        finish(platform, PlatformAnswers(site, client_id, issuer, auth_url, token_url, keys_url))
+        print_result(f"{site} is registered; open qdot in a course as its teacher")
+    else:
+        print_result(describe_steps(platform, begin(platform, site)))
+
+
+def connect(
+    folders: FoldersArgument,
+    course: Annotated[list[int], typer.Option(metavar="NUMBER", help="Connect this course. Repeatable.")] = [],  # noqa: B006
+    database: DatabaseOption = "",
+) -> None:
+    """List the courses in which qdot was opened, or let the people of a course use the service.
+
+    Examples:
+      qdot serve connect homework
+          1  connected  Robotics A (https://moodle.example.edu)
+          2  -          Robotics B (https://moodle.example.edu)
+      qdot serve connect homework --course 2
+    """
+    _configure(folders, database)
+    from qdot.grader.serve.lti.registering import connect as connect_class
+    from qdot.grader.serve.models import Classroom
+
+    courses = {row.pk: row for row in Classroom.objects.filter(lti_context__isnull=False).order_by("pk")}
+    if unknown := sorted(set(course) - set(courses)):
+        raise QdotError(f"there is no course {unknown[0]}; without --course, the command lists them")
+    for number in course:
+        connect_class(courses[number])
+    for number, row in courses.items():
+        state = "connected" if row.is_connected else "-"
+        platform = row.lti_context.deployment.registration if row.lti_context else ""
+        print_result(f"{number:>3}  {state:9}  {row} ({platform})")
+    if not courses:
+        note("qdot was not opened in a course yet")

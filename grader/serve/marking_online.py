@@ -41,8 +41,9 @@ from qdot.grader.serve.judge_process import (
     show_marks,
     stay_busy,
 )
+from qdot.grader.serve.lti.outbox import update_scores
 from qdot.grader.serve.models import Person, Submission
-from qdot.grader.serve.scores import announce_score, name_file, read_marks
+from qdot.grader.serve.scores import name_file, read_marks
 from qdot.grader.serve.settings import find_options
 from qdot.grader.submissions.submission import StudentFiles
 
@@ -136,7 +137,7 @@ def _store_marks(submission: Submission, marks: NotebookMarks, shown: dict[str, 
     submission.marks, submission.shown, submission.state = to_jsonable(marks), shown, Submission.State.MARKED
     with transaction.atomic():
         submission.save(update_fields=["marks", "shown", "state"])
-        announce_score(submission.person, submission.assignment)
+        update_scores(submission.person, submission.assignment)
 
 
 def mark_forgotten_answers() -> None:

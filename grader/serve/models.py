@@ -163,7 +163,6 @@ class ScoreDelivery(models.Model):
     line_item = models.ForeignKey("lti_tool.LtiLineItem", on_delete=models.CASCADE)
     score = models.FloatField(null=True)
     max_score = models.FloatField(default=0)
-    is_final = models.BooleanField(default=False)
     timestamp = models.DateTimeField(default=timezone.now)
     next_try = models.DateTimeField(null=True, db_index=True)
     tries = models.PositiveIntegerField(default=0)

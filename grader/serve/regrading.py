@@ -10,9 +10,10 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.grader.grading.attempt import make_marking_versions
 from qdot.grader.grading.history import find_mark_changes
 from qdot.grader.serve.errors import Refused
+from qdot.grader.serve.lti.outbox import update_scores
 from qdot.grader.serve.marking_online import mark_again
 from qdot.grader.serve.models import Classroom, Person, Submission
-from qdot.grader.serve.scores import announce_score, compute_results, load_submissions, read_marks, select_attempts
+from qdot.grader.serve.scores import compute_results, load_submissions, read_marks, select_attempts
 
 PRIORITY = -10
 """The priority in the queue; notebooks that students have just submitted have 0, which is higher."""
@@ -78,5 +79,5 @@ def accept_regrading(assignment: Assignment, classroom: Classroom, token: str) -
             row.save(update_fields=["marks", "shown", "remarked"])
             people[row.person.pk] = row.person
         for person in people.values():
-            announce_score(person, assignment.key)
+            update_scores(person, assignment.key)
     return len(rows)

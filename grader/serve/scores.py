@@ -124,7 +124,3 @@ def load_result(person: Person, assignment: Assignment, student: Student) -> Res
     """Return the result of one student."""
     overrides = load_overrides(person.classroom, assignment.key)
     return compute_result(assignment, student, list_submissions(person, assignment.key), overrides)
-
-
-def announce_score(person: Person, key: str) -> None:
-    """Record that a student's score may have changed; call it in the transaction that changes it."""

@@ -14,6 +14,7 @@ from waitress.server import create_server
 
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.serve.html_pages import load_assets
+from qdot.grader.serve.lti.outbox import work_off_outbox
 from qdot.grader.serve.marking_online import (
     find_judges,
     give_up,
@@ -43,6 +44,7 @@ def run_service(options: ServiceOptions, host: str, port: int, on_ready: Any) ->
     queue.start()
     run_periodically(mark_forgotten_answers, SECONDS_BETWEEN_CHECKS)
     run_periodically(queue.watch, SECONDS_BETWEEN_CHECKS)
+    run_periodically(work_off_outbox, 1.0)
     proxy = {"trusted_proxy": "*", "trusted_proxy_headers": "x-forwarded-for x-forwarded-proto"}
     try:
         server = create_server(

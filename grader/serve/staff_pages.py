@@ -23,10 +23,11 @@ from qdot.grader.serve.errors import NO_PAGE, Refused
 from qdot.grader.serve.exchange import make_results_zip
 from qdot.grader.serve.html_pages import render_page
 from qdot.grader.serve.judge_process import StudentOfClass, make_solutions
+from qdot.grader.serve.lti.outbox import update_scores
 from qdot.grader.serve.marking_online import find_judges
 from qdot.grader.serve.models import Classroom, Extension, Person, PointsOverride, StaffAction, Submission
 from qdot.grader.serve.regrading import accept_regrading, continue_regrading, find_outdated
-from qdot.grader.serve.scores import announce_score, compute_results
+from qdot.grader.serve.scores import compute_results
 from qdot.grader.serve.sign_in import for_staff
 from qdot.grader.serve.student_pages import describe_work, find_language, find_work, read_json
 
@@ -207,7 +208,7 @@ def post_override(request: HttpRequest, person: Person, key: str) -> HttpRespons
         record_action(person, f"{who}: {change}")
         affected = person.classroom.people.filter(role=Person.Role.STUDENT) if student is None else [student]
         for affected_student in affected:
-            announce_score(affected_student, key)
+            update_scores(affected_student, key)
     return JsonResponse({})
 
 
@@ -230,7 +231,7 @@ def post_extension(request: HttpRequest, person: Person, key: str) -> HttpRespon
             Extension.objects.create(person=student, assignment=key, due=due_date)
         summary = f"due {due_date:%Y-%m-%d %H:%M}" if due_date else "due as everybody"
         record_action(person, f"{_name_person(student)}: {summary}")
-        announce_score(student, key)
+        update_scores(student, key)
     return JsonResponse({})
 
 

@@ -1,6 +1,6 @@
 """The addresses of the service."""
 
-from django.urls import path, register_converter
+from django.urls import include, path, register_converter
 from django.urls.converters import StringConverter
 
 from qdot.grader.serve import sign_in, staff_pages, student_pages
@@ -18,6 +18,7 @@ urlpatterns = [
     path("", student_pages.show_home),
     path("in/<str:token>", sign_in.enter),
     path("out", sign_in.leave),
+    path("lti/", include("qdot.grader.serve.lti.urls")),
     path("a/<key:key>/", student_pages.show_work_page),
     path("a/<key:key>/work", student_pages.get_work),
     path("a/<key:key>/answers", student_pages.post_answer),

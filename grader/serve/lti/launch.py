@@ -1,0 +1,249 @@
+"""Sign a person in who opens qdot in a course of a platform: login, launch and the public keys.
+
+The platform sends the browser to /lti/login, we send it back with a `state` and a `nonce`, and the platform posts a
+signed message to /lti/launch. The state is a signed time that only this browser has as a cookie; the nonce is
+computed from the state. So nothing is stored for a login, and a message is accepted once, from the browser for which it
+was made.
+"""
+
+import secrets
+from typing import Self
+from uuid import UUID
+
+import jwt
+from django.core import signing
+from django.core.cache import caches
+from django.db import transaction
+from django.http import HttpRequest, HttpResponse, HttpResponseRedirect, JsonResponse
+from django.shortcuts import get_object_or_404
+from django.utils import timezone
+from django.utils.crypto import constant_time_compare, salted_hmac
+from django.views.decorators.csrf import csrf_exempt
+from django.views.decorators.http import require_POST
+from lti_tool.models import Key, LtiContext, LtiLaunch, LtiLineItem, LtiRegistration
+from lti_tool.utils import DjangoToolConfig, sync_data_from_launch
+from pylti1p3.contrib.django import DjangoMessageLaunch, DjangoOIDCLogin
+from pylti1p3.contrib.django.request import DjangoRequest
+from pylti1p3.contrib.django.session import DjangoSessionService
+from pylti1p3.exception import LtiException, OIDCException
+
+from qdot.exercises.common.console import escape_controls
+from qdot.grader.serve.class_list import load_assignments
+from qdot.grader.serve.errors import Refused, logger
+from qdot.grader.serve.lti.choosing import begin_choosing
+from qdot.grader.serve.lti.columns import find_resource_id, make_path, save_column
+from qdot.grader.serve.lti.connection import PLATFORM_ERRORS, PlatformSession, make_connector, renew_keys
+from qdot.grader.serve.lti.outbox import update_scores
+from qdot.grader.serve.lti.pages import send_page
+from qdot.grader.serve.lti.people import find_role, save_person
+from qdot.grader.serve.lti.registering import connect
+from qdot.grader.serve.models import Classroom, Person
+from qdot.grader.serve.settings import find_options
+from qdot.grader.serve.sign_in import sign_in
+
+CLOCK_SKEW = 60
+"""By how many seconds the clocks of the platform and of this machine may differ."""
+LOGIN_SECONDS = 300
+"""How long a person has from login to launch; so long the platform may ask for a password."""
+KEY_SECONDS = 3600
+"""For how long the public keys of a platform are stored."""
+SECONDS_BETWEEN_KEYS = 10
+"""How long to wait before they are fetched again because of a message with an unknown key."""
+CACHE = "lti"
+ALGORITHM = "RS256"
+_REQUIRED = ["exp", "iat", "iss", "aud", "sub", "nonce"]
+_CLAIM = "https://purl.imsglobal.org/spec/lti/claim/"
+_NOT_VERIFIED = "qdot couldn't verify this launch. Open the activity again from your course."
+_COOKIE_MESSAGE = "Your browser doesn't let qdot keep you signed in inside this page."
+_COOKIE_BUTTON = "Open qdot in a new tab"
+_MALFORMED = (LookupError, TypeError, ValueError, AttributeError)
+"""What the library raises on a message that has another form than agreed."""
+
+
+def _make_signer() -> signing.TimestampSigner:
+    return signing.TimestampSigner(sep=".", salt="qdot.lti.state")
+
+
+def compute_nonce(state: str) -> str:
+    """Return the nonce of a login; nobody without the key of this service can compute it."""
+    return salted_hmac("qdot.lti.nonce", state, algorithm="sha256").hexdigest()
+
+
+class Login(DjangoOIDCLogin):
+    """The answer to a platform that begins a login, with a state and a nonce of ours."""
+
+    def _get_uuid(self) -> str:
+        self._state = _make_signer().sign(secrets.token_urlsafe(16))
+        return self._state
+
+    def _generate_nonce(self) -> str:
+        return compute_nonce(f"state-{self._state}")
+
+
+class Launch(DjangoMessageLaunch):
+    """A message from a platform, checked more strictly than PyLTI1p3 does."""
+
+    def validate_state(self) -> Self:
+        """Check that this browser began the login, a short time ago."""
+        state = self._get_request_param("state") or ""
+        cookie = self._cookie_service.get_cookie(state) or ""
+        try:
+            _make_signer().unsign(state.removeprefix("state-"), max_age=LOGIN_SECONDS)
+        except signing.BadSignature as error:
+            raise LtiException("the login is too old, or not ours") from error
+        if not constant_time_compare(state, cookie):
+            raise LtiException("the browser has no cookie of this login")
+        return self
+
+    def validate_nonce(self) -> Self:
+        """Check that the message answers this login."""
+        if not constant_time_compare(str(self._jwt["body"]["nonce"]), compute_nonce(self._get_request_param("state"))):
+            raise LtiException("the nonce is wrong")
+        return self
+
+    def get_public_key(self) -> tuple[str, str]:
+        """Return the key that signed the message; if it isn't among the stored ones, the platform has new keys."""
+        platform = self._tool_config.registration
+        name, stored = f"lti-keys-{platform.pk}", caches[CACHE].get(f"lti-keys-{platform.pk}")
+        if stored is not None:
+            self._registration.set_key_set(stored)
+            try:
+                return super().get_public_key()
+            except LtiException:
+                if not caches[CACHE].add(f"lti-new-keys-{platform.pk}", True, SECONDS_BETWEEN_KEYS):
+                    raise
+        keys = self.fetch_public_key(platform.keyset_url)
+        caches[CACHE].set(name, keys, KEY_SECONDS)
+        self._registration.set_key_set(keys)
+        return super().get_public_key()
+
+    def validate_jwt_signature(self) -> Self:
+        """Check the signature, the audience, the issuer and the times, and that the message is new."""
+        key, _ = self.get_public_key()
+        client_id = self._registration.get_client_id()
+        try:
+            claims = jwt.decode(
+                self._get_id_token(), key, algorithms=[ALGORITHM], audience=client_id, leeway=CLOCK_SKEW,
+                issuer=self._registration.get_issuer(), options={"require": _REQUIRED},
+            )  # fmt: skip
+        except jwt.InvalidTokenError as error:
+            raise LtiException(f"the message is not valid: {error}") from error
+        if claims.get("azp", client_id) != client_id:
+            raise LtiException("the message is for another tool")
+        if not caches[CACHE].add(f"lti-nonce-{claims['nonce']}", True, LOGIN_SECONDS + CLOCK_SKEW):
+            raise LtiException("the message was used before")
+        self._jwt["body"] = claims
+        return self
+
+    def save_launch_data(self) -> Self:
+        """Store nothing: what we need of the message is in our tables."""
+        return self
+
+
+def show_keys(request: HttpRequest) -> HttpResponse:  # noqa: ARG001 - Django calls it
+    """Return the public keys of this service (a JSON Web Key Set)."""
+    renew_keys(timezone.now())
+    return JsonResponse(Key.objects.as_jwks())
+
+
+@csrf_exempt
+def login(request: HttpRequest, uuid: UUID) -> HttpResponse:
+    """Answer a platform that begins a login. If the browser stores no cookies in a frame, offer a new tab."""
+    platform = get_object_or_404(LtiRegistration.objects.active(), uuid=uuid)
+    defaults = {"client_id": platform.client_id}  # not every platform sends it
+    answer = Login(
+        DjangoRequest(request, default_params=defaults), DjangoToolConfig(platform.uuid), DjangoSessionService(request)
+    )
+    answer.enable_check_cookies(_COOKIE_MESSAGE, _COOKIE_BUTTON, "…")
+    try:
+        response = answer.redirect(f"{find_options().url.rstrip('/')}/lti/launch")
+    except OIDCException as error:
+        raise Refused(400, _NOT_VERIFIED) from error
+    return response if response.has_header("Location") else send_page(response.content.decode())
+
+
+@csrf_exempt
+@require_POST
+def launch(request: HttpRequest) -> HttpResponse:
+    """Sign in the person of a launch, and go to what the launch opens."""
+    message = Launch(request, DjangoToolConfig(), requests_session=PlatformSession())
+    try:
+        message.validate()
+        response = _open(request, LtiLaunch(message))
+    except (LtiException, *_MALFORMED) as error:
+        logger.warning("a launch was refused: %s", escape_controls(f"{type(error).__name__}: {error}")[:300])
+        raise Refused(400, _NOT_VERIFIED) from error
+    response.delete_cookie(f"lti1p3-{request.POST['state']}", samesite="None" if request.is_secure() else None)
+    return response
+
+
+def _open(request: HttpRequest, lti_launch: LtiLaunch) -> HttpResponse:
+    """Sign in the person of a verified launch, and return the way to what it opens. Raises Refused."""
+    if lti_launch.context_claim is None:
+        raise Refused(400, "Open qdot in a course.")
+    role = find_role(lti_launch.roles_claim)
+    with transaction.atomic():
+        sync_data_from_launch(lti_launch)
+        classroom = _find_classroom(lti_launch.context, role)
+    if role is None:
+        raise Refused(403, "Your platform says that you are neither a student nor a teacher of this course.")
+    if not (classroom.is_connected and lti_launch.context.deployment.is_active):
+        advice = f"the person who runs qdot connects it with: qdot serve connect FOLDER {classroom.pk}"
+        raise Refused(403, f"This course isn't connected to qdot yet; {advice}")
+    identifier = (lti_launch.get_claim(f"{_CLAIM}lis") or {}).get("person_sourcedid")
+    person = save_person(classroom, lti_launch.user, role, identifier)
+    sign_in(request, person)
+    if lti_launch.is_deep_link_launch:
+        return begin_choosing(request, lti_launch, person)
+    if lti_launch.is_submission_review_launch:
+        return HttpResponseRedirect(_find_review(lti_launch, person))
+    resource_id = find_resource_id(str(lti_launch.get_claim(f"{_CLAIM}target_link_uri")))
+    assignments = load_assignments()
+    if not resource_id and len(assignments) == 1:
+        resource_id = next(iter(assignments))  # as after a teacher has typed the address of the service
+    key = resource_id.partition("/")[0]
+    if key not in assignments:
+        return HttpResponseRedirect("/")
+    _store_column(lti_launch, classroom, resource_id)
+    return HttpResponseRedirect(f"/a/{key}/class/" if role == Person.Role.STAFF else make_path(resource_id))
+
+
+def _find_classroom(context: LtiContext, role: Person.Role | None) -> Classroom:
+    """Return the class of a course. The first course of a platform in which a teacher opens qdot becomes connected."""
+    classroom, _ = Classroom.objects.get_or_create(lti_context=context)
+    classroom.lti_context, classroom.title = context, context.title or context.label
+    if role == Person.Role.STAFF:
+        classroom.list_due = timezone.now()
+        platform = LtiRegistration.objects.select_for_update().get(pk=context.deployment.registration_id)
+        same_platform = Classroom.objects.filter(lti_context__deployment__registration=platform)
+        if not same_platform.filter(is_connected=True).exists():
+            connect(classroom)
+    classroom.save()
+    return classroom
+
+
+def _store_column(lti_launch: LtiLaunch, classroom: Classroom, resource_id: str) -> None:
+    """Store the column of the gradebook for what a launch opened, and fill it in if it is new."""
+    connector = make_connector(lti_launch.registration, timezone.now())
+    try:
+        is_new = save_column(lti_launch, lti_launch.context, resource_id, connector)
+    except PLATFORM_ERRORS as error:
+        logger.warning("a column of the gradebook was not made: %s", escape_controls(str(error))[:300])
+        return
+    if is_new:
+        key = resource_id.partition("/")[0]
+        for person in classroom.people.filter(submissions__assignment=key).distinct():
+            update_scores(person, key)
+
+
+def _find_review(lti_launch: LtiLaunch, person: Person) -> str:
+    """Return the address of the work that a person opened from the gradebook; students see their own."""
+    column = LtiLineItem.objects.filter(url=lti_launch.ags_claim["lineitem"], context=lti_launch.context).first()
+    if column is None:
+        return "/"
+    if person.role != Person.Role.STAFF:
+        return make_path(column.resource_id)
+    sub = str(lti_launch.get_claim(f"{_CLAIM}for_user")["user_id"])
+    student = person.classroom.people.filter(lti_user__sub=sub).first()
+    query = f"?student={student.pk}" if student else ""
+    return f"/a/{column.resource_id.partition('/')[0]}/class/{query}"

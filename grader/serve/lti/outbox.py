@@ -1,0 +1,189 @@
+"""Send scores to the gradebook of the platform until they arrive (Assignment and Grade Services).
+
+The rows of ScoreDelivery are the queue. They say what the gradebook should show, so that a restart can't send an old
+score after a newer one, and a score that is sent twice does no harm.
+"""
+
+import datetime
+import random
+from dataclasses import dataclass
+
+from django.db import transaction
+from django.db.models import F, Q, QuerySet
+from django.utils import timezone
+from lti_tool.models import LtiLineItem, LtiRegistration
+from pylti1p3.assignments_grades import AssignmentsGradesService
+from pylti1p3.exception import LtiServiceException
+from pylti1p3.grade import Grade
+
+from qdot.exercises.common.console import escape_controls
+from qdot.grader.grading.result import Result
+from qdot.grader.judging.verdict import Outcome
+from qdot.grader.serve.class_list import find_student, load_class_assignment
+from qdot.grader.serve.errors import logger
+from qdot.grader.serve.lti.connection import PLATFORM_ERRORS, Connections
+from qdot.grader.serve.lti.people import read_class_list
+from qdot.grader.serve.models import Classroom, Person, ScoreDelivery
+from qdot.grader.serve.scores import load_result
+
+SCORE_SCOPE = "https://purl.imsglobal.org/spec/lti-ags/scope/score"
+FIRST_WAIT = datetime.timedelta(seconds=10)
+LONGEST_WAIT = datetime.timedelta(hours=6)
+CLAIM = datetime.timedelta(minutes=2)
+"""For how long the process that is sending a score keeps others from sending it."""
+LIST_INTERVAL = datetime.timedelta(days=1)
+LIST_RETRY = datetime.timedelta(hours=1)
+_UNREACHABLE = "can't be reached"
+
+
+@dataclass(frozen=True)
+class Score:
+    """The points that a column of the gradebook shows for a student; None for an empty cell."""
+
+    points: float | None
+    max_points: float
+
+
+def update_scores(person: Person, key: str) -> None:
+    """Note which scores of an assignment the gradebook of the person's course should show.
+
+    Call it in the transaction that changes marks or points. Nothing is noted for a person or a column that the platform
+    hasn't introduced to us.
+    """
+    if person.lti_user_id is None or person.role != Person.Role.STUDENT:
+        return
+    is_for_assignment = Q(resource_id=key) | Q(resource_id__startswith=f"{key}/")
+    columns = LtiLineItem.objects.filter(is_for_assignment, context=person.classroom.lti_context_id).order_by("pk")
+    with transaction.atomic():
+        rows = ScoreDelivery.objects.select_for_update()
+        deliveries = [rows.get_or_create(person=person, line_item=column)[0] for column in columns]
+        if deliveries:
+            assignment = load_class_assignment(person.classroom, key)
+            result = load_result(person, assignment, find_student(assignment, person))
+        for delivery in deliveries:
+            score = _find_score(result, delivery.line_item.resource_id.partition("/")[2])
+            if (score.points, score.max_points) != (delivery.score, delivery.max_score) and not (
+                score.points is None and delivery.score is None
+            ):
+                delivery.score, delivery.max_score = score.points, score.max_points
+                _make_newer(delivery, timezone.now())
+                delivery.tries, delivery.last_error = 0, ""
+                delivery.save()
+
+
+def _find_score(result: Result, part_name: str) -> Score:
+    """Return the score for a part, or for the whole assignment if the part is ""."""
+    if not part_name:
+        is_empty = result.submission is None and not result.overrides
+        return Score(None if is_empty else result.score, result.max_score)
+    part = result.parts.get(part_name)
+    if part is None:
+        return Score(None, 0)
+    if part.override is not None:
+        return Score(part.points, part.max_points)
+    penalty = result.late.penalty if result.late else 0
+    is_empty = part.points is None or part.outcome == Outcome.MISSING
+    return Score(None if is_empty else (part.points or 0) * (1 - penalty), part.max_points)
+
+
+def _make_newer(delivery: ScoreDelivery, now: datetime.datetime) -> None:
+    """Give a score a later time than it had, and send it as soon as that time has come."""
+    was_sent = delivery.sent is not None or delivery.tries > 0 or delivery.next_try is not None
+    delivery.timestamp = max(now, delivery.timestamp + datetime.timedelta(seconds=1)) if was_sent else now
+    delivery.next_try = delivery.timestamp
+
+
+def send_scores(connections: Connections, now: datetime.datetime) -> None:
+    """Send the scores whose time has come. A platform that can't be reached keeps no other platform waiting."""
+    due = ScoreDelivery.objects.filter(next_try__lte=now, line_item__context__deployment__registration__is_active=True)
+    related = ("person__lti_user", "line_item__context__deployment__registration")
+    unreachable: set[int] = set()
+    for delivery in due.select_related(*related).order_by("next_try"):
+        platform = delivery.line_item.context.deployment.registration
+        if platform.pk in unreachable:
+            continue
+        unchanged = ScoreDelivery.objects.filter(pk=delivery.pk, timestamp=delivery.timestamp)
+        if not unchanged.filter(next_try=delivery.next_try).update(next_try=timezone.now() + CLAIM):
+            continue  # another process sends it, or the score has changed
+        all_of_platform = ScoreDelivery.objects.filter(line_item__context__deployment__registration=platform)
+        try:
+            _send(delivery, connections, platform, now)
+        except PLATFORM_ERRORS as error:
+            if _is_unreachable(error, platform):
+                unreachable.add(platform.pk)
+                unchanged = unchanged | all_of_platform.filter(next_try__lte=now)
+            _postpone(unchanged, delivery.tries, error, now)
+        else:
+            unchanged.update(next_try=None, sent=timezone.now(), tries=0, last_error="")
+            all_of_platform.filter(last_error__startswith=_UNREACHABLE).update(next_try=now, last_error="")
+
+
+def _is_unreachable(error: Exception, platform: LtiRegistration) -> bool:
+    """Whether an error concerns all scores, because the platform is down, too busy, or gives us no access token."""
+    if not isinstance(error, LtiServiceException):
+        return True
+    status, is_about_token = error.response.status_code, error.response.url.startswith(platform.token_url)
+    return status >= 500 or status == 429 or is_about_token
+
+
+def _send(delivery: ScoreDelivery, connections: Connections, platform: LtiRegistration, now: datetime.datetime) -> None:
+    """Send a score once; if the platform no longer accepts the access token, once more with a new one."""
+    sub = delivery.person.lti_user.sub if delivery.person.lti_user else ""
+    grade = Grade().set_user_id(sub).set_timestamp(delivery.timestamp.isoformat())
+    if delivery.score is None:
+        grade.set_activity_progress("Initialized").set_grading_progress("NotReady")
+    else:
+        grade.set_score_given(round(delivery.score, 6)).set_score_maximum(delivery.max_score)
+        grade.set_activity_progress("Submitted").set_grading_progress("FullyGraded")
+    endpoint = {"scope": [SCORE_SCOPE], "lineitem": delivery.line_item.url}
+    try:
+        AssignmentsGradesService(connections.open(platform, now), endpoint).put_grade(grade)
+    except LtiServiceException as error:
+        connections.close(platform)
+        if error.response.status_code != 401:
+            raise
+        AssignmentsGradesService(connections.open(platform, now), endpoint).put_grade(grade)
+
+
+def _postpone(deliveries: QuerySet[ScoreDelivery], tries: int, error: Exception, now: datetime.datetime) -> None:
+    """Try again later; each wait is twice as long as the one before, unless the platform names a time.
+
+    If the platform says that it has a newer score (409), the score gets a new time.
+    """
+    response = error.response if isinstance(error, LtiServiceException) else None
+    wait = min(FIRST_WAIT * 2 ** min(tries, 20), LONGEST_WAIT) * random.uniform(1, 1.25)  # noqa: S311 (no secret)
+    named_wait = response.headers.get("Retry-After", "") if response is not None else ""
+    if named_wait.isdecimal():
+        wait = min(max(wait, datetime.timedelta(seconds=int(named_wait[:9]))), LONGEST_WAIT)
+    if response is None:
+        words = f"{_UNREACHABLE}: {type(error).__name__}: {error}"
+    else:
+        words = f"{_UNREACHABLE if response.status_code >= 500 else 'refused'}: HTTP {response.status_code}"
+    values = {"next_try": now + wait, "tries": F("tries") + 1, "last_error": escape_controls(words)[:300]}
+    if response is not None and response.status_code == 409:
+        values["timestamp"] = now + wait
+    number = deliveries.update(**values)
+    logger.warning("%d scores have not arrived; the platform %s", number, values["last_error"])
+
+
+def read_class_lists(connections: Connections, now: datetime.datetime) -> None:
+    """Read the class lists of connected courses whose time has come."""
+    due = Classroom.objects.filter(is_connected=True, list_due__lte=now, lti_context__isnull=False)
+    for classroom in due.exclude(lti_context__memberships_url=""):
+        wait = LIST_INTERVAL
+        try:
+            read_class_list(classroom, connections, now)
+        except PLATFORM_ERRORS as error:
+            wait = LIST_RETRY
+            logger.warning("the class list of course %s was not read: %s", classroom.pk, escape_controls(str(error)))
+        Classroom.objects.filter(pk=classroom.pk, list_due=classroom.list_due).update(list_due=now + wait)
+
+
+_connections = Connections()
+
+
+def work_off_outbox() -> None:
+    """Send the scores and read the class lists whose time has come; called every second."""
+    now = timezone.now()
+    send_scores(_connections, now)
+    read_class_lists(_connections, now)

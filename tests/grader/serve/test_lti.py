@@ -1,0 +1,651 @@
+"""Launches, class lists, deep linking and scores, with a platform of our own (platform.py)."""
+
+import datetime
+import itertools
+import json
+import re
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import jwt
+import pytest
+import requests
+from django.core.cache import caches
+from django.core.management import call_command
+from django.db import transaction
+from django.test import Client
+from django.utils import timezone
+from lti_tool.models import Key, LtiRegistration, LtiUser
+
+from qdot.exercises.common.errors import QdotError
+from qdot.grader.serve.class_list import update_folder_class
+from qdot.grader.serve.lti import outbox
+from qdot.grader.serve.lti.connection import Connections, find_signing_key, renew_keys
+from qdot.grader.serve.lti.outbox import update_scores
+from qdot.grader.serve.lti.registering import PlatformAnswers, begin, connect, describe_steps, finish
+from qdot.grader.serve.models import Classroom, Person, PointsOverride, ScoreDelivery
+from tests.grader.serve.platform import AGS, CLAIM, MEMBERSHIP, TOOL, Platform, make_key, make_public
+from tests.support.serving import find_folder
+
+pytestmark = pytest.mark.usefixtures("platform")
+
+
+ROSTER = "student,name,email\nada,Ada,ada@example.edu\nhenri,Henri,henri@example.edu\n"
+ASSIGNMENT = """title = "Velocity kinematics"
+key = "velocity"
+[[problem]]
+family = "planar-2r"
+questions = ["position", "jacobian"]
+points = [1, 3]
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _folder() -> Iterator[None]:
+    """Give the service an assignment whose students have e-mail addresses, and an empty database."""
+    folder = find_folder()
+    call_command("flush", verbosity=0, interactive=False)
+    paths = {folder / "assignment.toml": ASSIGNMENT, folder / "roster.csv": ROSTER}
+    before = {path: path.read_text(encoding="utf-8") for path in paths}
+    for path, text in paths.items():
+        path.write_text(text, encoding="utf-8")
+    yield
+    for path, text in before.items():
+        path.write_text(text, encoding="utf-8")
+
+
+@pytest.fixture
+def platform(monkeypatch: pytest.MonkeyPatch) -> Iterator[Platform]:
+    """Register a platform that answers without a network; what the test writes into the database is undone."""
+    platform = Platform(keys=[_KEYS[0]])
+    monkeypatch.setattr("requests.adapters.HTTPAdapter.send", lambda self, request, **_: platform.answer(request))
+    monkeypatch.setattr("qdot.grader.serve.lti.outbox._connections", Connections())
+    caches["lti"].clear()
+    with transaction.atomic():
+        renew_keys(timezone.now())
+        platform.register()
+        yield platform
+        transaction.set_rollback(True)
+
+
+_KEYS = [make_key("first"), make_key("second"), make_key("foreign")]
+
+
+def _find_people(course: str = "c1") -> dict[str, tuple[str, str, bool]]:
+    """Return the people of a course by what the platform calls them: identifier, role, and whether they are active."""
+
+    people = Person.objects.filter(classroom__lti_context__id_on_platform=course, lti_user__isnull=False)
+    rows = [(person, person.lti_user) for person in people]
+    return {user.sub: (person.student_id, person.role, person.is_active) for person, user in rows if user}
+
+
+# --- launches ---
+
+
+def test_a_teacher_and_then_students_of_the_course_come_in(platform: Platform) -> None:
+    teacher, student = Client(), Client()
+    assert platform.launch(Client(), user="ada").status_code == 403  # no teacher has been there
+    assert platform.launch(teacher, user="grace", role="Instructor")["Location"] == "/a/velocity/class/"
+    answer = platform.launch(student, user="ada")
+    assert answer["Location"] == "/a/velocity/"
+    assert student.session["person"] and teacher.session["person"] != student.session["person"]
+    assert _find_people() == {"grace": (_find_people()["grace"][0], "staff", True), "ada": ("ada", "student", True)}
+
+
+def test_a_student_who_is_on_no_roster_gets_an_identifier_that_stays(platform: Platform) -> None:
+    platform.launch(Client(), user="grace", role="Instructor")
+    identifiers = set()
+    for email in ("x@example.edu", "ada@example.edu", None):
+        platform.launch(Client(), user="newcomer", email=email)
+        identifiers.add(_find_people()["newcomer"][0])
+    assert len(identifiers) == 1
+    assert re.fullmatch("lti-[a-z2-7]{12}", identifiers.pop())
+    platform.launch(Client(), user="ada2", email="Ada@Example.edu ")
+    platform.launch(Client(), user="impostor", email="ada@example.edu")
+    assert _find_people()["ada2"][0] == "ada"
+    assert _find_people()["impostor"][0].startswith("lti-")
+
+
+def test_the_role_is_that_of_the_launch_even_if_it_was_a_higher_one_before(platform: Platform) -> None:
+    browser, other_browser = Client(), Client()
+    platform.launch(browser, user="grace", role="Instructor")
+    platform.launch(other_browser, user="grace", role="Instructor")
+    assert other_browser.get("/lti/choose").status_code == 400  # staff, but without a request of the platform
+    platform.launch(browser, user="grace", role="Learner")
+    assert _find_people()["grace"][1] == "student"
+    assert other_browser.get("/lti/choose").status_code == 401
+    assert browser.get("/lti/choose").status_code == 404
+
+
+@pytest.mark.parametrize(
+    "roles",
+    [
+        ["http://purl.imsglobal.org/vocab/lis/v2/institution/person#Instructor"],
+        ["http://purl.imsglobal.org/vocab/lis/v2/system/person#Administrator"],
+        ["http://purl.imsglobal.org/vocab/lis/v2/membership/Learner#Instructor"],
+        ["http://purl.imsglobal.org/vocab/lis/v2/membership#Mentor"],
+        ["http://evil.example/vocab/lis/v2/membership#Instructor", 7, None, {}],
+        [],
+    ],
+)
+def test_no_other_role_makes_a_teacher(platform: Platform, roles: list[object]) -> None:
+    platform.launch(Client(), user="grace", role="Instructor")
+    answer = platform.launch(Client(), user="mallory", roles=roles)
+    is_learner = any("Learner#" in str(role) for role in roles)
+    assert answer.status_code in ((302,) if is_learner else (400, 403))
+    assert _find_people().get("mallory", ("", "student"))[1] == "student"
+
+
+@pytest.mark.parametrize("role", ["Instructor", "Learner"])
+def test_another_course_gets_nothing_before_it_is_connected(platform: Platform, role: str) -> None:
+
+    platform.launch(Client(), user="grace", role="Instructor")
+    browser = Client()
+    assert platform.launch(browser, user="eve", role=role, course="c2").status_code == 403
+    assert "person" not in browser.session
+    connect(Classroom.objects.get(lti_context__id_on_platform="c2"))
+    assert platform.launch(browser, user="eve", role=role, course="c2").status_code == 302
+    assert set(_find_people("c2")) == {"eve"}
+    assert set(_find_people()) == {"grace"}
+
+
+def test_another_deployment_is_another_course_that_isn_t_connected(platform: Platform) -> None:
+    platform.launch(Client(), user="grace", role="Instructor")
+    assert platform.launch(Client(), user="ada", deployment_id="d2").status_code == 403
+    assert platform.launch(Client(), user="ada", deployment_id="").status_code == 400
+
+
+def _sign_confused(platform: Platform, claims: dict[str, Any]) -> str:
+    """Sign with our public key as if it were a shared secret (HS256)."""
+    import base64
+    import hashlib
+    import hmac
+
+    def encode(data: bytes) -> str:
+        return base64.urlsafe_b64encode(data).rstrip(b"=").decode()
+
+    header = {"alg": "HS256", "kid": "first", "typ": "JWT"}
+    text = f"{encode(json.dumps(header).encode())}.{encode(json.dumps(claims).encode())}"
+    digest = hmac.new(platform.keys[0].export_to_pem(), text.encode(), hashlib.sha256).digest()
+    return f"{text}.{encode(digest)}"
+
+
+_NOW = time.time
+_WRONG: dict[str, Callable[[Platform, dict[str, Any]], str]] = {
+    "signed by a foreign key": lambda p, c: p.sign(c, _KEYS[2]),
+    "signed by a foreign key under the name of the platform's": lambda p, c: p.sign(c, _KEYS[2], kid="first"),
+    "not signed": lambda p, c: jwt.encode(c, None, algorithm="none", headers={"kid": "first"}),  # type: ignore[arg-type]
+    "signed with the public key as a secret": _sign_confused,
+    "for another tool": lambda p, c: p.sign({**c, "aud": "client-2"}),
+    "for several tools, of which another one is meant": lambda p, c: p.sign(
+        {**c, "aud": [p.client_id, "client-2"], "azp": "client-2"}
+    ),
+    "without an audience": lambda p, c: p.sign({**c, "aud": []}),
+    "of another platform": lambda p, c: p.sign({**c, "iss": "https://canvas.example.edu"}),
+    "expired": lambda p, c: p.sign({**c, "exp": int(_NOW()) - 90}),
+    "without an expiry": lambda p, c: p.sign({k: v for k, v in c.items() if k != "exp"}),
+    "of the future": lambda p, c: p.sign({**c, "iat": int(_NOW()) + 90}),
+    "with another nonce": lambda p, c: p.sign({**c, "nonce": "n" * 64}),
+    "without a nonce": lambda p, c: p.sign({k: v for k, v in c.items() if k != "nonce"}),
+    "of another version": lambda p, c: p.sign({**c, f"{CLAIM}version": "1.1"}),
+    "of no person": lambda p, c: p.sign({k: v for k, v in c.items() if k != "sub"}),
+    "without a course": lambda p, c: p.sign({k: v for k, v in c.items() if k != f"{CLAIM}context"}),
+    "no message": lambda p, c: "a.b.c",
+    "a list": lambda p, c: ".".join([p.sign(c).split(".")[0], "W10", "AA"]),
+    "with a list as its header": lambda p, c: ".".join(["W10", *p.sign(c).split(".")[1:]]),
+    "with numbers for texts": lambda p, c: p.sign({**c, "aud": {"a": 1}, "nonce": [1], "sub": {}}),
+}
+
+
+@pytest.mark.parametrize("name", _WRONG)
+def test_a_wrong_message_is_refused(platform: Platform, name: str) -> None:
+
+    browser = Client()
+    answer = platform.launch(browser, lambda claims: _WRONG[name](platform, claims), user="eve", role="Instructor")
+    assert answer.status_code == 400
+    assert "person" not in browser.session
+    assert not LtiUser.objects.exists()
+
+
+def test_clocks_may_differ_by_less_than_a_minute(platform: Platform) -> None:
+    now = int(time.time())
+    for issued, expires in ((now + 40, now + 600), (now - 600, now - 40)):
+        answer = platform.launch(Client(), user="grace", role="Instructor", iat=issued, exp=expires)
+        assert answer.status_code == 302
+
+
+def test_a_launch_is_accepted_once_and_from_the_browser_that_began_it(platform: Platform) -> None:
+    browser, thief = Client(), Client()
+    login = platform.begin(browser)
+    claims = {**platform.make_claims("grace", "Instructor"), "nonce": login["nonce"]}
+    form = {"state": login["state"], "id_token": platform.sign(claims)}
+    assert thief.post("/lti/launch", form).status_code == 400
+    other = platform.begin(thief)
+    assert thief.post("/lti/launch", {**form, "state": other["state"]}).status_code == 400
+    cookies = {name: cookie.value for name, cookie in browser.cookies.items()}
+    assert browser.post("/lti/launch", form).status_code == 302
+    assert browser.post("/lti/launch", form).status_code == 400  # the cookie is gone
+    for name, value in cookies.items():
+        thief.cookies[name] = value
+    assert thief.post("/lti/launch", form).status_code == 400  # even with the cookie
+    assert "person" not in thief.session
+
+
+def test_a_login_ends_after_five_minutes(platform: Platform, monkeypatch: pytest.MonkeyPatch) -> None:
+    browser = Client()
+    login = platform.begin(browser)
+    claims = {**platform.make_claims("grace", "Instructor"), "nonce": login["nonce"]}
+    form = {"state": login["state"], "id_token": platform.sign({**claims, "exp": int(time.time()) + 4000})}
+    real = time.time
+    monkeypatch.setattr(time, "time", lambda: real() + 301)
+    assert browser.post("/lti/launch", form).status_code == 400
+
+
+def test_a_person_who_was_signed_in_before_isn_t_any_more(platform: Platform) -> None:
+    browser = Client()
+    platform.launch(browser, user="grace", role="Instructor")
+    old_session, old_person = browser.session.session_key, browser.session["person"]
+    platform.launch(browser, user="ada")
+    assert browser.session.session_key != old_session
+    assert browser.session["person"] != old_person
+
+
+def test_keys_of_the_platform_are_fetched_again_when_they_change(platform: Platform) -> None:
+    for _ in range(3):
+        platform.launch(Client(), user="grace", role="Instructor")
+    assert platform.asked.count("GET /keys") == 1
+    platform.keys = [_KEYS[1]]
+    assert platform.launch(Client(), user="grace", role="Instructor").status_code == 302
+    assert platform.asked.count("GET /keys") == 2
+    for _ in range(3):  # a message with an unknown key doesn't make us ask the platform each time
+        assert platform.launch(Client(), lambda claims: platform.sign(claims, _KEYS[2])).status_code == 400
+    assert platform.asked.count("GET /keys") == 2
+
+
+def test_a_login_goes_to_the_registered_platform_only(platform: Platform) -> None:
+
+    row = LtiRegistration.objects.get()
+    query = {
+        "iss": platform.site,
+        "login_hint": "1",
+        "target_link_uri": "https://evil.example/",
+        "lti1p3_new_window": "1",
+    }
+    answer = Client().post(f"/lti/login/{row.uuid}", query)
+    assert "evil" not in answer["Location"]
+    assert Client().get(f"/lti/login/{row.uuid}", {**query, "iss": "https://evil.example"}).status_code == 400
+    assert Client().get("/lti/login/00000000-0000-4000-8000-000000000000", query).status_code == 404
+    row.is_active = False
+    row.save()
+    assert Client().get(f"/lti/login/{row.uuid}", query).status_code == 404
+
+
+def test_the_page_that_tries_cookies_runs_only_its_own_script(platform: Platform) -> None:
+
+    row = LtiRegistration.objects.get()
+    hint = "</script><script>alert(1)</script>"
+    answer = Client().get(f"/lti/login/{row.uuid}", {"iss": platform.site, "login_hint": hint, "target_link_uri": TOOL})
+    assert answer.status_code == 200
+    assert "<script>alert" not in answer.content.decode()
+    assert re.search(
+        r"script-src 'sha256-[^']+'; frame-ancestors .*moodle\.example\.edu", answer["Content-Security-Policy"]
+    )
+
+
+# --- our keys ---
+
+
+def test_a_new_key_is_published_before_it_signs_and_an_old_one_stays_for_a_while() -> None:
+
+    start = timezone.now()
+    first = find_signing_key(start)
+    later = start + datetime.timedelta(days=181)
+    renew_keys(later)
+    second = Key.objects.order_by("pk").last()
+    Key.objects.filter(pk=second.pk).update(datetime_created=later)
+    renew_keys(later)
+    assert Key.objects.count() == 2
+    assert find_signing_key(later + datetime.timedelta(hours=23)) == first
+    assert find_signing_key(later + datetime.timedelta(hours=25)) == second
+    names = [key["kid"] for key in Client().get("/lti/keys").json()["keys"]]
+    assert len(set(names)) == 2
+    renew_keys(later + datetime.timedelta(days=15))
+    assert [key.pk for key in Key.objects.active()] == [second.pk]
+    assert "PRIVATE" not in Client().get("/lti/keys").content.decode()
+    assert all("d" not in key for key in Client().get("/lti/keys").json()["keys"])
+
+
+# --- registering ---
+
+
+def test_a_platform_registers_itself_once_at_the_address_that_was_printed(platform: Platform) -> None:
+
+    LtiRegistration.objects.all().delete()
+    row = begin("moodle", platform.site)
+    assert f"/lti/register/{row.uuid}" in describe_steps("moodle", row)
+    query = {"openid_configuration": f"{platform.site}/openid", "registration_token": "once"}
+    assert Client().get("/lti/register/00000000-0000-4000-8000-000000000000", query).status_code == 404
+    assert Client().get(f"/lti/register/{row.uuid}", {"openid_configuration": "file:///etc/passwd"}).status_code == 400
+    answer = Client().get(f"/lti/register/{row.uuid}", query)
+    assert answer.status_code == 200
+    assert "org.imsglobal.lti.close" in answer.content.decode()
+    assert Client().get(f"/lti/register/{row.uuid}", query).status_code == 404
+    assert platform.registered["initiate_login_uri"] == f"{TOOL}/lti/login/{row.uuid}"
+    assert platform.launch(Client(), user="grace", role="Instructor").status_code == 302
+
+
+def test_an_address_of_registration_works_for_a_week(platform: Platform) -> None:
+
+    row = begin("moodle", "https://other.example.edu")
+    LtiRegistration.objects.filter(pk=row.pk).update(datetime_created=timezone.now() - datetime.timedelta(days=8))
+    query = {"openid_configuration": f"{platform.site}/openid", "registration_token": "once"}
+    assert Client().get(f"/lti/register/{row.uuid}", query).status_code == 404
+
+
+@pytest.mark.parametrize("kind", ["canvas", "moodle", "brightspace", "blackboard", "sakai"])
+def test_every_kind_of_platform_is_registered_by_hand(kind: str) -> None:
+
+    site = "https://lms.example.edu"
+    row = begin(kind, site + "/")
+    words = describe_steps(kind, row)
+    assert f"{TOOL}/lti/login/{row.uuid}" in words and f"{TOOL}/lti/keys" in words
+    assert ("/lti/register/" in words) == (kind != "blackboard")
+    finished = finish(kind, PlatformAnswers(site, "abc"))
+    assert finished.is_active and finished.pk == row.pk and "{" not in finished.keyset_url + finished.auth_url
+    with pytest.raises(QdotError, match="not registered yet"):
+        begin(kind, "https://second.example.edu")
+        finish(kind, PlatformAnswers("https://second.example.edu", "abc", issuer=finished.issuer))
+    with pytest.raises(QdotError, match="whole address"):
+        begin(kind, "lms.example.edu")
+
+
+# --- deep linking ---
+
+
+def _choose(platform: Platform, browser: Client, choice: str, role: str = "Instructor") -> Any:
+    dl = "https://purl.imsglobal.org/spec/lti-dl/claim/"
+    wishes = {
+        "deep_link_return_url": f"{platform.site}/return?a=1&b=2", "accept_types": ["ltiResourceLink"],
+        "accept_presentation_document_targets": ["iframe"], "data": "as it was",
+    }  # fmt: skip
+    more: dict[str, Any] = {
+        "message_type": "LtiDeepLinkingRequest",
+        "resource_link": None,
+        f"{dl}deep_linking_settings": wishes,
+    }
+    answer = platform.launch(browser, user="grace", role=role, **more)
+    return browser.post("/lti/choose", {"choice": choice}) if answer.status_code == 302 else answer
+
+
+@pytest.mark.parametrize(("choice", "points"), [("velocity", 4), ("velocity/p1.jacobian", 3)])
+def test_a_teacher_chooses_an_assignment_or_a_question(platform: Platform, choice: str, points: float) -> None:
+    browser = Client()
+    answer = _choose(platform, browser, choice)
+    html = answer.content.decode()
+    assert f'action="{platform.site}/return?a=1&amp;b=2"' in html
+    token = re.search(r'name="JWT" value="([^"]+)"', html)
+    assert token is not None
+    key = jwt.PyJWK(Client().get("/lti/keys").json()["keys"][0])
+    claims = jwt.decode(token[1], key.key, algorithms=["RS256"], audience=platform.site)
+    (item,) = claims["https://purl.imsglobal.org/spec/lti-dl/claim/content_items"]
+    assert claims["https://purl.imsglobal.org/spec/lti-dl/claim/data"] == "as it was"
+    assert item["lineItem"]["scoreMaximum"] == points
+    assert item["lineItem"]["resourceId"] == choice
+    launched = platform.launch(Client(), user="ada", target_link_uri=item["url"])
+    assert TOOL + launched["Location"] == item["url"]
+    assert browser.post("/lti/choose", {"choice": choice}).status_code == 400  # answered once
+
+
+def test_only_a_teacher_chooses_and_only_what_there_is(platform: Platform) -> None:
+    browser = Client()
+    assert _choose(platform, browser, "velocity/../../x").status_code == 400
+    assert _choose(platform, browser, "velocity", role="Learner").status_code == 403
+    assert browser.get("/lti/choose").status_code == 404
+
+
+# --- class lists ---
+
+
+def _make_member(user: str, role: str = "Learner", **more: Any) -> dict[str, Any]:
+    return {"user_id": user, "roles": [MEMBERSHIP + role], "name": user.title(), "email": f"{user}@example.edu", **more}
+
+
+def _work_off(seconds: float = 0) -> None:
+    """Send what is to be sent, as if some seconds had passed."""
+
+    now = timezone.now() + datetime.timedelta(seconds=seconds)
+    outbox.send_scores(outbox._connections, now)
+    outbox.read_class_lists(outbox._connections, now)
+
+
+@pytest.mark.parametrize("page_size", [1, 100])
+def test_the_class_list_becomes_the_class_and_people_who_left_become_inactive(
+    platform: Platform, page_size: int
+) -> None:
+    platform.page_size = page_size
+    platform.members = [
+        _make_member("grace", "Instructor"), _make_member("ada", email="ada@example.edu"),
+        _make_member("u2", email="other@example.edu", lis_person_sourcedid="henri"), _make_member("u3"),
+        _make_member("gone", status="Inactive"), _make_member("parent", "Mentor"),
+    ]  # fmt: skip
+    platform.launch(Client(), user="grace", role="Instructor")
+    _work_off()
+    people = _find_people()
+    assert {user: person[1:] for user, person in people.items()} == {
+        "grace": ("staff", True), "ada": ("student", True), "u2": ("student", True), "u3": ("student", True),
+    }  # fmt: skip
+    assert (people["ada"][0], people["u2"][0]) == ("ada", "henri")
+    platform.members = [_make_member("grace", "Learner"), _make_member("u3")]
+    _work_off(60)
+    assert _find_people()["ada"][2]  # the list is read again after a day
+    _work_off(90_000)
+    people = _find_people()
+    assert [people[user][2] for user in ("grace", "ada", "u2", "u3")] == [True, False, False, True]
+    assert people["grace"][1] == "student"
+    assert people["ada"][0] == "ada"
+
+
+def test_a_class_list_that_can_t_be_read_changes_nothing(platform: Platform) -> None:
+    platform.members = [_make_member("grace", "Instructor"), _make_member("ada")]
+    platform.launch(Client(), user="grace", role="Instructor")
+    _work_off()
+    before = _find_people()
+    for trouble in (500, 403, requests.ConnectionError("down")):
+        platform.launch(Client(), user="grace", role="Instructor")
+        platform.failures = [trouble]
+        _work_off()
+        assert _find_people() == before
+    platform.members = []
+    _work_off(90_000)
+    assert _find_people() == before
+
+
+# --- scores ---
+
+
+def _set_points(user: str, points: float, part: str = "") -> None:
+    """Set a student's points as a member of staff does."""
+
+    person = Person.objects.get(lti_user__sub=user)
+    row: dict[str, Any] = {"classroom": person.classroom, "assignment": "velocity", "person": person, "part": part}
+    PointsOverride.objects.update_or_create(**row, defaults={"points": points})
+    update_scores(person, "velocity")
+
+
+@pytest.fixture
+def course(platform: Platform) -> Platform:
+    """A course whose teacher and two students have been there."""
+    platform.launch(Client(), user="grace", role="Instructor")
+    for user in ("ada", "henri"):
+        platform.launch(Client(), user=user)
+    return platform
+
+
+def test_scores_arrive_at_once_and_again_when_they_change(course: Platform) -> None:
+    _work_off()
+    assert course.scores == []  # nobody has submitted anything
+    _set_points("ada", 3)
+    _work_off()
+    _work_off(3600)
+    assert course.list_points() == [("ada", 3)]
+    assert course.scores[0]["scoreMaximum"] == 4
+    assert course.scores[0]["column"] == "/c1/columns/1"
+    _set_points("ada", 2)
+    _set_points("ada", 2)
+    _work_off(1.1)
+    _work_off(3600)
+    assert course.list_points() == [("ada", 3), ("ada", 2)]
+
+
+def test_timestamps_increase_by_a_second(course: Platform) -> None:
+    for points in (1, 2, 3, 2, 1):
+        _set_points("ada", points)
+        _work_off(30)
+    assert [points for _, points in course.list_points()] == [1, 2, 3, 2, 1]
+    times = [datetime.datetime.fromisoformat(score["timestamp"]) for score in course.scores]
+    assert all((b - a).total_seconds() >= 1 for a, b in itertools.pairwise(times))
+
+
+def test_scores_that_change_before_they_are_sent_are_sent_once(course: Platform) -> None:
+    for points in (1, 2, 3):
+        _set_points("ada", points)
+    _work_off(30)
+    assert course.list_points() == [("ada", 3)]
+
+
+@pytest.mark.parametrize(
+    "trouble", [requests.ConnectionError("down"), requests.Timeout(), 500, 503, 429, 404, 403, 400]
+)
+def test_a_platform_that_is_down_loses_nothing_and_is_asked_ever_more_rarely(
+    course: Platform, trouble: int | Exception
+) -> None:
+
+    for user in ("ada", "henri"):
+        _set_points(user, 2)
+    course.failures = [trouble] * 100_000
+    start, tries = timezone.now(), [0.0]
+    while tries[-1] < 200_000:
+        _work_off(tries[-1])
+        next_try = ScoreDelivery.objects.earliest("next_try").next_try
+        assert next_try is not None
+        tries.append((next_try - start).total_seconds())
+    assert course.scores == []
+    assert len(tries) < 90
+    assert tries[1] < 60 and tries[-1] - tries[-2] > 5_000
+    assert all(row.last_error for row in ScoreDelivery.objects.all())
+    course.failures = []
+    _work_off(230_000)
+    _work_off(230_001)
+    assert sorted(course.list_points()) == [("ada", 2), ("henri", 2)]
+
+
+def test_the_first_score_that_arrives_after_a_failure_brings_the_others(course: Platform) -> None:
+    _set_points("ada", 2)
+    course.failures = [requests.ConnectionError("down")] * 20
+    for hours in range(40):
+        _work_off(3600 * hours)
+        course.failures = course.failures or [requests.ConnectionError("down")]
+    course.failures = []
+    _set_points("henri", 1)
+    _work_off(2)
+    _work_off(3)
+    assert sorted(course.list_points()) == [("ada", 2), ("henri", 1)]
+
+
+def test_an_access_token_that_has_ended_is_replaced(course: Platform) -> None:
+    _set_points("ada", 2)
+    _work_off()
+    course.tokens.clear()
+    _set_points("henri", 1)
+    _work_off()
+    assert course.list_points() == [("ada", 2), ("henri", 1)]
+
+
+def test_a_score_that_arrived_without_our_knowing_is_not_stuck(course: Platform) -> None:
+
+    _set_points("ada", 2)
+    _work_off()
+    row = ScoreDelivery.objects.get(person__lti_user__sub="ada")
+    ScoreDelivery.objects.filter(pk=row.pk).update(next_try=row.timestamp, sent=None)  # killed before it was noted
+    _work_off()
+    assert course.list_points() == [("ada", 2)]
+    _work_off(60)
+    assert course.list_points() == [("ada", 2), ("ada", 2)]
+    assert ScoreDelivery.objects.get(pk=row.pk).next_try is None
+
+
+def test_a_score_that_changes_while_it_is_being_sent_is_sent_again(course: Platform) -> None:
+    answer = course.answer
+
+    def change_meanwhile(request: requests.PreparedRequest) -> requests.Response:
+        response = answer(request)
+        if str(request.url).split("?")[0].endswith("/scores") and len(course.scores) == 1:
+            _set_points("ada", 4)
+        return response
+
+    course.answer = change_meanwhile  # type: ignore[method-assign]
+    _set_points("ada", 3)
+    _work_off()
+    _work_off(5)
+    assert course.list_points() == [("ada", 3), ("ada", 4)]
+
+
+def test_another_process_doesn_t_send_the_same_score(course: Platform) -> None:
+    answer = course.answer
+
+    def send_twice(request: requests.PreparedRequest) -> requests.Response:
+        if str(request.url).split("?")[0].endswith("/scores") and not course.scores:
+            course.answer = answer  # type: ignore[method-assign]
+            _work_off()
+        return answer(request)
+
+    course.answer = send_twice  # type: ignore[method-assign]
+    _set_points("ada", 3)
+    _work_off()
+    assert course.list_points() == [("ada", 3)]
+
+
+def test_nothing_is_sent_for_people_or_courses_that_the_platform_never_introduced(platform: Platform) -> None:
+
+    platform.launch(Client(), user="grace", role="Instructor")
+    for person in update_folder_class().people.all():
+        update_scores(person, "velocity")
+    assert not ScoreDelivery.objects.exists()
+
+
+def test_a_column_of_one_question_gets_the_points_of_the_question(platform: Platform) -> None:
+    target = f"{TOOL}/a/velocity/?part=p1.jacobian"
+    platform.launch(Client(), user="grace", role="Instructor", target_link_uri=target)
+    platform.launch(Client(), user="ada", target_link_uri=target)
+    _set_points("ada", 1.5, "p1.jacobian")
+    _set_points("ada", 1, "p1.position")
+    _work_off(5)
+    assert [(score["scoreGiven"], score["scoreMaximum"]) for score in platform.scores] == [(1.5, 3)]
+
+
+def test_a_column_is_made_where_the_platform_made_none_and_gets_earlier_scores(platform: Platform) -> None:
+    endpoint = {
+        "scope": [f"{AGS}scope/score", f"{AGS}scope/lineitem"], "lineitems": f"{platform.site}/c1/columns",
+    }  # fmt: skip
+    claims: dict[str, Any] = {f"{AGS}claim/endpoint": endpoint, "target_link_uri": f"{TOOL}/"}
+    for user, role in (("grace", "Instructor"), ("ada", "Learner"), ("grace", "Instructor")):
+        platform.launch(Client(), user=user, role=role, **claims)
+    assert [column["resourceLinkId"] for column in platform.columns] == ["c1-link"]
+    _set_points("ada", 2)
+    _work_off()
+    assert [score["column"] for score in platform.scores] == ["/c1/columns/made1"]
+
+
+def test_a_submission_review_opens_the_student_s_work(course: Platform) -> None:
+
+    ada = Person.objects.get(lti_user__sub="ada")
+    review: dict[str, Any] = {"message_type": "LtiSubmissionReviewRequest", "for_user": {"user_id": "ada"}}
+    assert course.launch(Client(), user="grace", role="Instructor", **review)["Location"].endswith(
+        f"/a/velocity/class/?student={ada.pk}"
+    )
+    assert course.launch(Client(), user="henri", **review)["Location"] == "/a/velocity/"
+
+
+def test_make_public_has_no_private_part() -> None:
+    assert "d" not in make_public(_KEYS[0])
