@@ -2,14 +2,20 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from qdot.exercises.common.console import print_result
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.extras import require_extra
 from qdot.grader.grading.forgetting import plan_forgetting
 
+if TYPE_CHECKING:
+    from qdot.grader.serve.models import Person
+
+DATABASE_PATH = "online/database.sqlite3"
+"""Where `qdot serve` has its database, unless another one was named."""
 LIMITATION = "qdot can't remove copies on learning platforms, in repositories, e-mail, backups or elsewhere"
 
 
@@ -20,11 +26,16 @@ def forget(
     ] = Path(),
     yes: Annotated[bool, typer.Option("--yes", help="Remove without asking for confirmation.")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="List what would be removed, but remove nothing.")] = False,
+    database: Annotated[
+        str,
+        typer.Option(metavar="ADDRESS", envvar="QDOT_DATABASE", help="The database of `qdot serve`, if not in FOLDER."),
+    ] = "",
 ) -> None:
     """Remove everything that is stored about one student.
 
     Removes submissions, notebooks, certificates, feedback, results and history, the student's own exported files, and
-    the student's lines in roster.csv, overrides.csv, redrawn.csv and the results. Lists these first, with other files
+    the student's lines in roster.csv, overrides.csv, redrawn.csv and the results, and the student in the database of
+    `qdot serve`. Lists these first, with other files
     that name the student, and asks for confirmation. Other students' problems and marks do not change. If interrupted,
     run the same command again. docs/privacy.md says what is stored where.
 
@@ -34,10 +45,13 @@ def forget(
       qdot forget ada@example.org course --yes
           remove a student from every assignment of a course, without asking
     """
-    plans = plan_forgetting(folder, student)
+    online = _find_online(folder, student, database)
+    plans = plan_forgetting(folder, student, is_optional=online is not None)
     for plan in plans:
         for line in plan.describe():
             print_result(line)
+    if online is not None:
+        online.describe()
     print_result(LIMITATION)
     if dry_run:
         print_result("nothing was removed: --dry-run")
@@ -49,6 +63,48 @@ def forget(
         if not typer.confirm("Remove this permanently?", err=True):
             print_result("nothing was removed")
             raise typer.Exit(1)
+    if online is not None:
+        online.carry_out()
     for plan in plans:
         plan.carry_out()
     print_result("removed")
+
+
+class _OnlinePlan:
+    """What the database of `qdot serve` has of a student."""
+
+    def __init__(self, people: "list[Person]") -> None:
+        self._people = people
+
+    def describe(self) -> None:
+        """Print what would be removed."""
+        from qdot.grader.serve.forgetting_online import describe_people
+
+        print_result("the database of qdot serve:")
+        for line in describe_people(self._people):
+            print_result(line)
+
+    def carry_out(self) -> None:
+        """Remove it."""
+        from qdot.grader.serve.forgetting_online import forget_people
+
+        forget_people(self._people)
+
+
+def _find_online(folder: Path, student: str, database: str) -> _OnlinePlan | None:
+    """Return the plan for the database of a course, None if it has nothing of the student. Raises QdotError."""
+    paths = [*folder.glob(DATABASE_PATH), *folder.glob(f"*/{DATABASE_PATH}")]
+    if not paths and not database:
+        return None
+    if len(paths) > 1:
+        names = " and ".join(str(path.parent.parent) for path in paths)
+        raise QdotError(f"{names} each have a database; run the command for one folder after the other")
+    require_extra("serve", "removing a student from the database")
+    from qdot.grader.serve.settings import ServiceOptions, configure
+
+    served_folder = paths[0].parent.parent if paths else folder
+    configure(ServiceOptions((served_folder.resolve(),), database))
+    from qdot.grader.serve.forgetting_online import find_people
+
+    people = find_people(student)
+    return _OnlinePlan(people) if people else None

@@ -26,6 +26,8 @@ from qdot.grader.sandbox.notebook_process import folder_removal
 from qdot.grader.submissions.submission import NOT_FETCHED_FILE, find_paths_of_student
 
 ROSTER_FILE = "roster.csv"
+ONLINE_FOLDER = "online"
+"""The folder of `qdot serve`, from whose database the student is removed by `forgetting_online`."""
 UNSEARCHABLE_ENDINGS = (".zip", ".mbz", ".xlsx", ".tar", ".gz", ".tgz", ".pdf")
 """Endings of compressed files, which are not searched for a student's name."""
 MAX_SEARCHED_SIZE = 200_000_000
@@ -74,10 +76,11 @@ class ForgettingPlan:
         return path.relative_to(self.folder).as_posix()
 
 
-def plan_forgetting(folder: Path, name: str) -> list[ForgettingPlan]:
+def plan_forgetting(folder: Path, name: str, is_optional: bool = False) -> list[ForgettingPlan]:
     """Return the plan for an assignment's folder, or one plan for each assignment of a course. Raises QdotError.
 
-    `name` is an identifier in the roster, or a name or e-mail address that only one student has.
+    `name` is an identifier in the roster, or a name or e-mail address that only one student has. If the folder has
+    nothing of the student, this is an error, unless `is_optional`.
     """
     is_assignment = (folder / "assignment.toml").is_file()
     folders = [folder] if is_assignment else sorted(path.parent for path in folder.glob("*/assignment.toml"))
@@ -86,7 +89,7 @@ def plan_forgetting(folder: Path, name: str) -> list[ForgettingPlan]:
     rosters = {assignment_folder: _read_roster_if_present(assignment_folder) for assignment_folder in folders}
     student = _find_student([student for roster in rosters.values() for student in roster], name)
     plans = [plan for path, roster in rosters.items() if (plan := _plan_for_assignment(path, roster, student))]
-    if not plans:
+    if not plans and not is_optional:
         identifiers = sorted({student.id for roster in rosters.values() for student in roster})
         raise QdotError(f"{folder} has nothing of this student: {make_name_error('student', name, identifiers[:50])}")
     return plans
@@ -207,7 +210,8 @@ def _find_mentions(folder: Path, student: Student, handled_paths: set[Path]) -> 
     words = b"|".join(re.escape(name.encode()) for name in names if name.strip())
     pattern = re.compile(rb"(?<![A-Za-z0-9_])(?:" + words + rb")(?![A-Za-z0-9_])", re.IGNORECASE) if words else None
     for path in sorted(folder.rglob("*")):
-        if path in handled_paths or not path.is_file() or ".git" in path.relative_to(folder).parts:
+        parts = path.relative_to(folder).parts
+        if path in handled_paths or not path.is_file() or ".git" in parts or parts[0] == ONLINE_FOLDER:
             continue
         path_text = path.relative_to(folder).as_posix()
         if path.name.lower().endswith(UNSEARCHABLE_ENDINGS):

@@ -12,10 +12,9 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.exercises.writing.render import find_folder
+from qdot.grader.grading.forgetting import ONLINE_FOLDER
 
 DATABASE_FILE = "database.sqlite3"
-ONLINE_FOLDER = "online"
-"""The folder, in that of the assignment, in which the database and the key of sessions are."""
 
 
 @dataclass(frozen=True)

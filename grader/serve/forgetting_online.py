@@ -1,0 +1,56 @@
+"""Remove a student from the database of the service (`qdot forget`)."""
+
+from collections.abc import Iterator
+
+from django.contrib.sessions.models import Session
+from django.core.cache import caches
+from django.db import connection, transaction
+from django.db.models import Q
+
+from qdot.exercises.common.errors import QdotError, count_noun
+from qdot.grader.serve.models import Person, StaffAction
+
+
+def find_people(name: str) -> list[Person]:
+    """Return the rows of a student in all classes; the name is an identifier, or a name or email of one student.
+
+    Raises QdotError if several students have the name.
+    """
+    people = Person.objects.filter(role=Person.Role.STUDENT)
+    found = list(people.filter(student_id=name)) or list(people.filter(Q(name__iexact=name) | Q(email__iexact=name)))
+    identifiers = sorted({person.student_id for person in found})
+    if len(identifiers) > 1:
+        raise QdotError(f"{name!r} fits {' and '.join(identifiers)} in the database; enter the identifier")
+    return found
+
+
+def describe_people(people: list[Person]) -> Iterator[str]:
+    """Yield a line on what the database has of a student in each class."""
+    for person in people:
+        contents = (
+            count_noun(person.submissions.count(), "submission"), count_noun(person.drafts.count(), "draft"),
+            count_noun(person.overrides.count(), "override"),
+        )  # fmt: skip
+        yield f"  remove   {person.student_id} ({person.name}) in {person.classroom}: {', '.join(contents)}"
+
+
+def forget_people(people: list[Person]) -> None:
+    """Remove everything about a student from the database, also from the free space of its file."""
+    numbers = {person.pk for person in people}
+    with transaction.atomic():
+        for person in people:
+            names = [name for name in (person.name, person.student_id) if name]
+            for name in names:
+                StaffAction.objects.filter(classroom=person.classroom, summary__contains=name).delete()
+            user = person.lti_user
+            person.delete()
+            if user is not None and not Person.objects.filter(lti_user=user).exists():
+                user.delete()
+        for session in Session.objects.all():
+            if session.get_decoded().get("person") in numbers:
+                session.delete()
+    caches["pages"].clear()
+    if connection.vendor == "sqlite":
+        with connection.cursor() as cursor:
+            cursor.execute("VACUUM")
+            cursor.execute("PRAGMA wal_checkpoint(TRUNCATE)")

@@ -1,0 +1,163 @@
+"""What students submit is stored once, judged by the settings of the assignment, and never lost."""
+
+import datetime
+import uuid
+
+import pytest
+from django_tasks_db.models import DBTaskResult
+
+from qdot.exercises.writing.problem_texts import write_answer_code
+from qdot.grader.grading.result import NotebookMarks
+from qdot.grader.serve import scores
+from qdot.grader.serve.marking_online import mark_forgotten_answers
+from qdot.grader.serve.models import Submission
+from qdot.grader.serve.server import MAX_STARTS, reclaim_tasks
+from tests.support.serving import Service, serve_class, set_clock
+from tests.support.submitting import code_cell, write_notebook
+
+
+def read_marks(submission: Submission) -> NotebookMarks:
+    marks = scores.read_marks(submission)
+    assert marks is not None
+    return marks
+
+
+NOW = datetime.datetime(2027, 1, 9, 12, tzinfo=datetime.UTC)
+
+
+def find_right_answer(service: Service, student: str, part: str) -> str:
+    slot, _, name = part.partition(".")
+    problem = dict(service.assignment.generate_problems(student))[slot]
+    return write_answer_code(problem, problem[name])
+
+
+def test_verdict_comes_at_once_and_only_the_problem_of_the_answer_is_marked(service: Service) -> None:
+    browser = service.open_browser("s001")
+    wrong_position = find_right_answer(service, "s001", "p1.position").replace("theta1 + theta2", "theta2")
+    reply = browser.answer("p1.position", wrong_position).json()
+    shown = reply["results"]["p1.position"]
+    assert shown["outcome"] == "partial"
+    assert "angles of the parallel joints" in shown["sentences"][0]
+    assert shown["counterexample"] and "expected" not in str(shown)
+    assert set(reply["results"]) == {"p1.position", "p1.jacobian", "p1.determinant", "p1.why"}
+    reply = browser.answer("p2.determinant", find_right_answer(service, "s001", "p2.determinant")).json()
+    assert reply["results"]["p2.determinant"]["points"] == reply["results"]["p2.determinant"]["max_points"]
+    first, second = (read_marks(row).problems[0] for row in Submission.objects.order_by("pk"))
+    assert first == second
+    work = browser.get("/a/hw/work").json()
+    assert work["answers"] == {
+        "p1.position": wrong_position, "p2.determinant": find_right_answer(service, "s001", "p2.determinant"),
+    }  # fmt: skip
+    assert work["results"]["p1.position"]["sentences"] == shown["sentences"]
+
+
+def test_the_same_request_is_stored_once(service: Service) -> None:
+    browser, request = service.open_browser("s001"), str(uuid.uuid4())
+    replies = [browser.answer("p1.position", "theta1", request).json() for _ in range(3)]
+    assert replies[0] == replies[1] == replies[2]
+    assert service.open_browser("s002").answer("p1.position", "theta1", request).status_code == 200
+    assert Submission.objects.count() == 2
+    request = str(uuid.uuid4())
+    for _ in range(2):
+        assert browser.upload("a.ipynb", b"{}", request).status_code == 202
+    assert DBTaskResult.objects.count() == 1
+
+
+def test_drafts_stay_until_the_answer_is_submitted(service: Service) -> None:
+    browser = service.open_browser("s001")
+    for text in ("the", "theta1"):
+        assert browser.send("PUT", "/a/hw/drafts", {"part": "p1.position", "text": text}).status_code == 200
+    assert browser.get("/a/hw/work").json()["drafts"] == {"p1.position": "theta1"}
+    assert service.open_browser("s002").get("/a/hw/work").json()["drafts"] == {}
+    browser.answer("p1.position", "theta1")
+    assert browser.get("/a/hw/work").json()["drafts"] == {}
+
+
+def test_attempts_and_due_dates_are_those_of_the_assignment() -> None:
+    settings = """due = 2027-01-09T13:00:00+00:00
+late = {per_day = 0.1, until = 2027-01-12T13:00:00+00:00}
+attempts = {best_of = 2, apart = "1 h"}
+"""
+    with serve_class(settings) as service:
+        right = find_right_answer(service, "s001", "p2.determinant")
+        with set_clock(NOW):
+            browser, other = service.open_browser("s001"), service.open_browser("s002")
+            assert browser.get("/a/hw/work").json()["attempts"]["left"] == 2
+            assert browser.answer("p2.determinant", "1").json()["attempts"]["left"] == 1
+        with set_clock(NOW + datetime.timedelta(hours=3)):  # the second attempt, late
+            reply = browser.answer("p2.determinant", right).json()
+            assert reply["is_late"] and reply["score"] == pytest.approx(0.9 * 1)
+        with set_clock(NOW + datetime.timedelta(hours=6)):
+            reply = browser.answer("p2.determinant", "1")
+            assert (reply.status_code, reply.json()["error"][:8]) == (409, "You have")
+            assert browser.get("/a/hw/work").json()["closed"]
+        with set_clock(NOW + datetime.timedelta(days=4)):
+            assert other.answer("p2.determinant", "1").status_code == 409
+            staff = service.open_browser("staff:Grace")
+            due = (NOW + datetime.timedelta(days=5)).isoformat()
+            content = {"student": service.people["s002"].pk, "due": due}
+            assert staff.send("POST", "/a/hw/class/extensions", content).status_code == 200
+            assert other.answer("p2.determinant", "1").json()["is_late"] is False
+
+
+def test_a_notebook_is_graded_from_the_queue_and_its_answers_are_the_basis_of_typed_ones(service: Service) -> None:
+    browser = service.open_browser("s001")
+    cells = make_correct_cells_of(service, "s001")
+    reply = browser.upload("mine.ipynb", write_notebook(service.assignment, "s001", cells).encode())
+    assert (reply.status_code, reply.json()["place"]) == (202, 0)
+    number = reply.json()["submission"]
+    assert browser.get(f"/a/hw/submissions/{number}").json()["state"] == "waiting"
+    assert browser.answer("p1.why", "stretched").status_code == 409
+    assert service.work_off_queue() == 1
+    state = browser.get(f"/a/hw/submissions/{number}").json()
+    assert state["state"] == "marked" and state["results"]["p1.jacobian"]["outcome"] == "correct"
+    assert browser.answer("p1.why", "stretched").json()["results"]["p1.jacobian"]["outcome"] == "correct"
+    assert "Ada" in browser.get("/a/hw/feedback").content.decode()
+
+
+def make_correct_cells_of(service: Service, student: str) -> list[dict[str, object]]:
+    (slot, problem), *_ = service.assignment.generate_problems(student)
+    names = ", ".join(problem.symbols)
+
+    cells = [code_cell(f"from sympy import *\n{names} = symbols('{names}')")]
+    for part in problem.parts[:3]:
+        cells.append(code_cell(f"{slot}_{part.name} = {part.answer.write_code()}", f"{slot}.{part.name}"))
+    return cells
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "status"),
+    [("a.exe", b"", 415), ("../../a.ipynb", b"not a notebook", 202), ("a.zip", b"PK", 202), ("a.ipynb", b"", 202)],
+)
+def test_files_that_are_no_notebooks(service: Service, name: str, content: bytes, status: int) -> None:
+    browser = service.open_browser("s001")
+    reply = browser.upload(name, content)
+    assert reply.status_code == status
+    service.work_off_queue()
+    if status == 202:
+        state = browser.get(f"/a/hw/submissions/{reply.json()['submission']}").json()
+        assert state["state"] == "marked" and state["note"]
+
+
+def test_what_a_killed_process_left_is_done_later(service: Service) -> None:
+    browser = service.open_browser("s001")
+    browser.answer("p1.position", "theta1")
+    Submission.objects.update(state="waiting", marks=None, received=NOW - datetime.timedelta(days=3650))
+    mark_forgotten_answers()
+    assert Submission.objects.get().state == "marked"
+    browser.upload("a.ipynb", b"{}")
+    for _ in range(MAX_STARTS - 1):
+        DBTaskResult.objects.ready().get().claim("killed")
+        reclaim_tasks()
+    assert DBTaskResult.objects.ready().count() == 1
+    DBTaskResult.objects.ready().get().claim("killed again")
+    reclaim_tasks()
+    assert not DBTaskResult.objects.ready().exists()
+    assert "ended its process twice" in str(read_marks(Submission.objects.get(answers__isnull=True)).obstacle)
+
+
+def test_another_person_in_the_same_browser_is_noticed(service: Service) -> None:
+    browser = service.open_browser("s001")
+    work = browser.get("/a/hw/work").json()
+    assert browser.get("/a/hw/work", **{"X-Person": str(work["person"])}).status_code == 200
+    assert browser.get("/a/hw/work", **{"X-Person": "999"}).status_code == 409
