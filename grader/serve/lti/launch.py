@@ -12,7 +12,7 @@ from uuid import UUID
 
 import jwt
 from django.core import signing
-from django.core.cache import caches
+from django.core.cache import cache
 from django.db import transaction
 from django.http import HttpRequest, HttpResponse, HttpResponseRedirect, JsonResponse
 from django.shortcuts import get_object_or_404
@@ -49,7 +49,6 @@ KEY_SECONDS = 3600
 """For how long the public keys of a platform are stored."""
 SECONDS_BETWEEN_KEYS = 10
 """How long to wait before they are fetched again because of a message with an unknown key."""
-CACHE = "lti"
 ALGORITHM = "RS256"
 _REQUIRED = ["exp", "iat", "iss", "aud", "sub", "nonce"]
 _CLAIM = "https://purl.imsglobal.org/spec/lti/claim/"
@@ -104,16 +103,16 @@ class Launch(DjangoMessageLaunch):
     def get_public_key(self) -> tuple[str, str]:
         """Return the key that signed the message; if it isn't among the stored ones, the platform has new keys."""
         platform = self._tool_config.registration
-        name, stored = f"lti-keys-{platform.pk}", caches[CACHE].get(f"lti-keys-{platform.pk}")
+        name, stored = f"lti-keys-{platform.pk}", cache.get(f"lti-keys-{platform.pk}")
         if stored is not None:
             self._registration.set_key_set(stored)
             try:
                 return super().get_public_key()
             except LtiException:
-                if not caches[CACHE].add(f"lti-new-keys-{platform.pk}", True, SECONDS_BETWEEN_KEYS):
+                if not cache.add(f"lti-new-keys-{platform.pk}", True, SECONDS_BETWEEN_KEYS):
                     raise
         keys = self.fetch_public_key(platform.keyset_url)
-        caches[CACHE].set(name, keys, KEY_SECONDS)
+        cache.set(name, keys, KEY_SECONDS)
         self._registration.set_key_set(keys)
         return super().get_public_key()
 
@@ -130,7 +129,7 @@ class Launch(DjangoMessageLaunch):
             raise LtiException(f"the message is not valid: {error}") from error
         if claims.get("azp", client_id) != client_id:
             raise LtiException("the message is for another tool")
-        if not caches[CACHE].add(f"lti-nonce-{claims['nonce']}", True, LOGIN_SECONDS + CLOCK_SKEW):
+        if not cache.add(f"lti-nonce-{claims['nonce']}", True, LOGIN_SECONDS + CLOCK_SKEW):
             raise LtiException("the message was used before")
         self._jwt["body"] = claims
         return self

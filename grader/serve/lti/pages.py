@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping
 from urllib.parse import urlsplit
 
-from django.core.cache import caches
+from django.core.cache import cache
 from django.http import HttpResponse
 from django.utils.html import format_html, format_html_join
 from django.utils.safestring import mark_safe
@@ -27,7 +27,7 @@ _CLOSE = mark_safe(
 
 def list_frame_origins() -> list[str]:
     """Return the origins of the registered platforms, which may show our pages in a frame."""
-    return caches["lti"].get_or_set("frame-origins", _find_frame_origins, SECONDS_OF_ORIGINS) or []
+    return cache.get_or_set("frame-origins", _find_frame_origins, SECONDS_OF_ORIGINS) or []
 
 
 def _find_frame_origins() -> list[str]:

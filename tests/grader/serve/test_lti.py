@@ -11,7 +11,7 @@ from typing import Any
 import jwt
 import pytest
 import requests
-from django.core.cache import caches
+from django.core.cache import cache
 from django.core.management import call_command
 from django.db import transaction
 from django.test import Client
@@ -61,7 +61,7 @@ def platform(monkeypatch: pytest.MonkeyPatch) -> Iterator[Platform]:
     platform = Platform(keys=[_KEYS[0]])
     monkeypatch.setattr("requests.adapters.HTTPAdapter.send", lambda self, request, **_: platform.answer(request))
     monkeypatch.setattr("qdot.grader.serve.lti.outbox._connections", Connections())
-    caches["lti"].clear()
+    cache.clear()
     with transaction.atomic():
         renew_keys(timezone.now())
         platform.register()
