@@ -70,7 +70,8 @@ def report_bad_request(request: HttpRequest, exception: Exception) -> HttpRespon
 
 
 def report_failure(request: HttpRequest) -> HttpResponse:
-    """Answer a request on which Django failed outside of a view."""
+    """Answer a request on which qdot failed outside of a view."""
+    logger.error("failed outside of a view", exc_info=True)
     return respond(request, Refused(500, FAILURE))
 
 
