@@ -1,0 +1,148 @@
+"""The staff see the class, decide points and due dates, mark the class again, and can take everything out and back."""
+
+import io
+import json
+import zipfile
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from qdot.grader.serve.class_list import update_folder_class
+from qdot.grader.serve.exchange import back_up, restore
+from qdot.grader.serve.forgetting_online import describe_people, find_people, forget_people
+from qdot.grader.serve.models import Draft, Person, PointsOverride, StaffAction, Submission
+from qdot.grader.serve.settings import DATABASE_FILE, find_options
+from tests.grader.serve.test_submitting import find_right_answer
+from tests.support.serving import PROBLEMS, Service, write_settings
+
+
+def test_equal_wrong_answers_form_a_group_that_gets_points_together(service: Service) -> None:
+    for student in ("s001", "s002"):
+        browser = service.open_browser(student)
+        browser.answer("p2.determinant", find_right_answer(service, student, "p2.determinant") + " + 1")
+    staff = service.open_browser("staff:Grace")
+    results = staff.get("/a/hw/class/results").json()
+    (group,) = results["groups"]
+    assert sorted(group["students"]) == sorted(service.people[name].pk for name in ("s001", "s002"))
+    assert staff.get(f"/a/hw/class/results?since={results['version']}").status_code == 204
+    content = {"group": group["group"], "points": 0.75, "comment": "a metre too much"}
+    assert staff.send("POST", "/a/hw/class/overrides", content).status_code == 200
+    work = service.open_browser("s002").get("/a/hw/work").json()
+    assert work["results"]["p2.determinant"]["points"] == 0.75
+    assert work["results"]["p2.determinant"]["comment"] == "a metre too much"
+    results = staff.get(f"/a/hw/class/results?since={results['version']}").json()
+    assert [row["score"] for row in results["students"]] == [0.75, 0.75, None]
+    assert results["actions"][0]["by"] == "Grace"
+    staff.send("POST", "/a/hw/class/overrides", {"group": group["group"], "points": None, "comment": ""})
+    assert not PointsOverride.objects.exists()
+
+
+def test_answers_in_words_wait_for_a_person(service: Service) -> None:
+    browser = service.open_browser("s001")
+    assert browser.answer("p1.why", "it is stretched").json()["results"]["p1.why"]["outcome"] == "ungraded"
+    staff = service.open_browser("staff:Grace")
+    (row,) = staff.get("/a/hw/class/results").json()["to_mark"]
+    assert row == {"student": service.people["s001"].pk, "part": "p1.why", "text": "it is stretched"}
+    decision = {**row, "points": 2, "comment": "why?", "answer": row["text"]}
+    assert staff.send("POST", "/a/hw/class/overrides", decision).status_code == 200
+    assert staff.get("/a/hw/class/results").json()["to_mark"] == []
+    assert browser.get("/a/hw/work").json()["results"]["p1.why"]["points"] == 2
+    browser.answer("p1.why", "it is folded")  # the points belong to the other answer
+    assert len(staff.get("/a/hw/class/results").json()["to_mark"]) == 1
+
+
+def test_staff_see_a_students_work_with_the_solutions(service: Service) -> None:
+    service.open_browser("s001").answer("p1.position", "theta1")
+    staff = service.open_browser("staff:Grace")
+    work = staff.get(f"/a/hw/class/students/{service.people['s001'].pk}").json()
+    assert work["answers"] == {"p1.position": "theta1"}
+    right = find_right_answer(service, "s001", "p1.determinant")
+    assert work["solutions"]["p1.determinant"]["typed"] == right
+
+
+def test_marking_again_shows_what_changes_before_it_counts(service: Service) -> None:
+    browser = service.open_browser("s001")
+    browser.answer("p1.position", find_right_answer(service, "s001", "p1.position").replace("sin", "cos"))
+    before = browser.answer("p1.jacobian", find_right_answer(service, "s001", "p1.jacobian")).json()["score"]
+    staff = service.open_browser("staff:Grace")
+    state = staff.send("POST", "/a/hw/class/regrade", {}).json()
+    assert (state["waiting"], state["changes"]) == (0, [])
+    write_settings("", PROBLEMS.replace("points = [1, 2, 1, 3]", "points = [1, 4, 1, 3]"))
+    assert staff.get("/a/hw/class/results").json()["outdated"] == 1
+    assert staff.send("POST", "/a/hw/class/regrade", {}).json()["waiting"] == 1
+    assert service.work_off_queue() == 1
+    state = staff.send("POST", "/a/hw/class/regrade", {}).json()
+    assert {change["part"] for change in state["changes"]} == {"p1.jacobian", ""}
+    assert browser.get("/a/hw/work").json()["score"] == before
+    assert staff.send("POST", "/a/hw/class/regrade", {"token": "other"}).status_code == 409
+    assert staff.send("POST", "/a/hw/class/regrade", {"token": state["token"]}).status_code == 200
+    assert browser.get("/a/hw/work").json()["score"] == before + 2
+    assert staff.get("/a/hw/class/results").json()["outdated"] == 0
+
+
+def test_export_has_the_tables_of_the_class(service: Service) -> None:
+    service.open_browser("s001").answer("p1.position", "theta1")
+    content = service.open_browser("staff:Grace").get("/a/hw/class/export.zip").content
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        names = {"results.jsonl", "grades.csv", "overrides.csv", "roster.csv"}
+        assert set(archive.namelist()) == {f"hw/{name}" for name in names}
+        lines = [json.loads(line) for line in archive.read("hw/results.jsonl").splitlines()]
+    assert [line["student"] for line in lines] == ["s001", "s002", "s003"]
+
+
+def test_backup_restores_everything(service: Service, tmp_path: Path) -> None:
+    service.open_browser("s001").answer("p1.position", "theta1")
+    service.open_browser("s001").upload("a.ipynb", b"\x00\xff")
+    before = list(Submission.objects.values())
+    back_up(tmp_path / "backup.zip")
+    Submission.objects.all().delete()
+    Draft.objects.create(person=service.people["s001"], assignment="hw", part="p1.position", text="later")
+    restore(tmp_path / "backup.zip")
+    assert list(Submission.objects.values()) == before
+    assert not Draft.objects.exists()
+    assert service.work_off_queue() == 1  # the queue is in the backup, too
+
+
+def test_forgetting_leaves_nothing_of_a_student_in_the_database(service: Service) -> None:
+    name = "Zephyrine Unforgettable"
+    Person.objects.filter(student_id="s002").update(name=name)
+    browser, staff = service.open_browser("s002"), service.open_browser("staff:Grace")
+    browser.answer("p1.why", "unforgettable words")
+    browser.send("PUT", "/a/hw/drafts", {"part": "p1.position", "text": "unforgettable draft"})
+    person = service.people["s002"].pk
+    decision = {"student": person, "part": "p1.why", "points": 1, "comment": "unforgettable comment"}
+    staff.send("POST", "/a/hw/class/overrides", decision)
+    service.open_browser("s001").answer("p1.position", "theta1")
+    path = find_options().online_folder / DATABASE_FILE
+    assert b"nforgettable" in path.read_bytes() + path.with_name(f"{path.name}-wal").read_bytes()
+    people = find_people(name)
+    assert "1 submission, 1 draft, 1 override" in next(describe_people(people))
+    forget_people(people)
+    files = [file for file in path.parent.rglob("*") if file.is_file()]
+    assert not [file for file in files if b"nforgettable" in file.read_bytes()]
+    assert (Submission.objects.count(), StaffAction.objects.count()) == (1, 0)
+    assert browser.get("/a/hw/work").status_code == 401
+
+
+def test_a_student_who_left_the_roster_may_not_enter(service: Service) -> None:
+    browser = service.open_browser("s002")
+    roster = service.folder / "roster.csv"
+    content = roster.read_text()
+    try:
+        roster.write_text(content.replace("s002", "s009"))
+        update_folder_class()
+        assert browser.get("/a/hw/work").status_code == 401
+    finally:
+        roster.write_text(content)
+
+
+@pytest.mark.parametrize("command", ["start", "links", "export", "import", "backup", "restore"])
+def test_wrong_folders_get_one_line(command: str, tmp_path: Path) -> None:
+    from qdot.grader.cli.main import make_program
+
+    arguments = [str(tmp_path / "none"), "--out", str(tmp_path / "o")][: 1 if command in ("start", "import") else 3]
+    arguments = [str(tmp_path / "none.zip"), *arguments[:1]] if command == "restore" else arguments
+    result = CliRunner().invoke(make_program("serve"), ["serve", command, *arguments])
+    assert result.exit_code == 2
+    assert "none" in result.output and "Traceback" not in result.output
