@@ -11,7 +11,7 @@ import { useLoaded } from "../scheduling.js";
 import { say } from "../text/text.js";
 import { type ClassResults, get, inLanguage, type StudentWork } from "./api.js";
 import { ExtensionForm, PointsForm } from "./points-form.js";
-import { nameOutcome, ShownResult, writePoints } from "./shown.js";
+import { isTelling, nameOutcome, ShownResult, writePoints } from "./shown.js";
 import { listQuestions } from "./student.js";
 import { formatTime } from "./times.js";
 
@@ -125,7 +125,7 @@ function Answered({ question, work, id, numberOf, onSaved }: AnsweredProps): JSX
         <Html html={problem.statement} class="statement" lang={problem.lang} />
         <Html html={removeLetterInstructions(part)} class="prompt" lang={problem.lang} />
       </details>
-      {shown && shown.outcome !== "missing" ? (
+      {shown && isTelling(shown) ? (
         <ShownResult shown={shown} followedFrom={numberOf(shown.followed_from)} hasPose={false} hasAnswer />
       ) : (
         <p class="muted">{nameOutcome("missing")}</p>

@@ -54,6 +54,7 @@ export function NotebookWork({ work, onGraded }: NotebookWorkProps): JSX.Element
       setSending(false);
     }
   };
+  const [isOpen, setOpen] = useState(isWaiting);
   useEffect(() => {
     if (!isWaiting) return;
     const timer = setInterval(() => {
@@ -70,7 +71,7 @@ export function NotebookWork({ work, onGraded }: NotebookWorkProps): JSX.Element
     return () => clearInterval(timer);
   }, [isWaiting, submissions.length]);
   return (
-    <details class="more notebook-work" open={isWaiting || undefined}>
+    <details class="more notebook-work" open={isOpen} onToggle={({ currentTarget }) => setOpen(currentTarget.open)}>
       <summary>{say("serve.notebook")}</summary>
       <p>
         <a class="button quiet" href="notebook.ipynb" download>

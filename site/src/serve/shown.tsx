@@ -27,6 +27,10 @@ export const nameOutcome = (outcome: Shown["outcome"]): string => say(TITLES[out
 /** Return points as they are shown; a dash if there are none yet. */
 export const writePoints = (points: number | null): string => (points === null ? "–" : formatRounded(points));
 
+/** Return whether a result says more than that there is no answer. */
+export const isTelling = ({ outcome, points, comment }: Shown): boolean =>
+  outcome !== "missing" || (points ?? 0) > 0 || comment !== "";
+
 interface ShownResultProps {
   readonly shown: Shown;
   /** The number of the part from which the answer follows. */

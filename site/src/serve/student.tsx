@@ -14,7 +14,7 @@ import { say, type TextKey } from "../text/text.js";
 import { get, inLanguage, setPerson, type Work } from "./api.js";
 import { NotebookWork } from "./notebook.js";
 import { type Connection, Outbox } from "./outbox.js";
-import { MARKS, ShownResult, writePoints } from "./shown.js";
+import { isTelling, MARKS, ShownResult, writePoints } from "./shown.js";
 import { formatDistance, formatTime } from "./times.js";
 
 /** A question with its name, such as "p1.jacobian", and its number, such as "1.2". */
@@ -91,9 +91,10 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
       listen(window, "pagehide", () => outbox.leave()),
       listen(document, "visibilitychange", () => (document.hidden ? outbox.leave() : reload())),
       listen(window, "storage", reload), // another tab has submitted
-      listen(window, "popstate", () =>
-        setVisit(({ visits }) => ({ place: findPlace(readPart()), visits: visits + 1 })),
-      ),
+      listen(window, "popstate", () => {
+        const place = findPlace(readPart());
+        setVisit((old) => (old.place === place ? old : { place, visits: old.visits + 1 })); // else a link in the page
+      }),
     ];
     return () => {
       clearInterval(timer);
@@ -254,7 +255,7 @@ function ServedQuestion(props: ServedQuestionProps): JSX.Element {
         ) : null
       }
       verdict={
-        shown && shown.outcome !== "missing" ? (
+        shown && isTelling(shown) ? (
           <>
             {repeats > 0 && answer === submittedText ? <p class="muted">{say("serve.same-answer")}</p> : null}
             <ShownResult
