@@ -9,6 +9,7 @@ This package imports all other packages of qdot, but a command's module is impor
     export_commands             `qdot export`, `qdot report` and `qdot return`
     site_commands               `qdot site`
     student_command             the command for students, `qdot check`
+    serve_command               `qdot serve`
     forget_command              `qdot forget`
     options, overview           options that commands share; overviews of the families and robots
     demo                        `qdot demo`: the simulated class

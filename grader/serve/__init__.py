@@ -3,15 +3,21 @@
 A Django application. Everything that decides a mark is what `qdot grade` uses: `marking`, `grading` and the sandbox.
 Only this package and `cli/serve_command` import Django; docs/decisions/serve.md says why, and what was compared.
 
-    settings                        make Django's settings from the options of `qdot serve`
+    settings, apps                  make Django's settings from the options of `qdot serve`
     models, migrations/             the tables of the database
+    errors, rates, headers          sentences for wrong requests, limits, and what browsers are told about pages
+    assignments, class_list         the assignments, and the students of a class as the roster of an assignment
     sign_in                         personal links, sessions and roles
-    class_list                      the students of a class, as the roster of the assignment
+    scores                          compute a student's result
+    judge_process                   what the processes that judge typed answers do
+    marking_online                  have typed answers and notebooks marked, and store the marks
     submitting                      store an answer or a notebook, once for each press of a button
-    marking_online                  mark typed answers in worker processes, and notebooks from the queue
-    scores                          compute a student's result, and keep what platforms have to be told
+    regrading                       mark a class again
     html_pages                      render the pages from templates/serve
     student_pages, staff_pages      the addresses that the pages in the browser call
+    urls                            the list of all addresses
     lti/                            launches from a learning platform, its class lists and its gradebook
-    exchange                        write the database as a folder that `qdot grade` reads, and read it back
+    exchange, backup_files          write the database as a folder or a backup, and read it back
+    forgetting_online               remove a student
+    server, queue_process           run the web server and the other processes
 """

@@ -30,14 +30,16 @@ class Browser:
     def __init__(self, link: str) -> None:
         self.url = link.partition("/in/")[0]
         self._cookies = CookieJar()
-        self._open = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(self._cookies)).open
-        self._open(link).read()
+        self.open = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(self._cookies)).open
+        self.open(link).read()
+
+    def find_token(self) -> str:
+        return next((str(cookie.value) for cookie in self._cookies if cookie.name == "csrftoken"), "")
 
     def call(self, path: str, content: object = None) -> Any:
-        headers = {"Content-Type": "application/json"}
-        headers["X-CSRFToken"] = next((str(c.value) for c in self._cookies if c.name == "csrftoken"), "")
+        headers = {"Content-Type": "application/json", "X-CSRFToken": self.find_token()}
         data = None if content is None else json.dumps(content).encode()
-        with self._open(urllib.request.Request(self.url + path, data, headers)) as response:
+        with self.open(urllib.request.Request(self.url + path, data, headers)) as response:
             return json.loads(response.read())
 
 

@@ -8,6 +8,7 @@ The library PyLTI1p3 makes and checks the messages, and django-lti stores platfo
     launch             sign a person in who opens qdot in a course
     people             the role of a person in a course, and the class list of the course
     columns            the columns of a course's gradebook
+    pages, urls        the pages for launches and keys; their addresses
     outbox             send scores to the gradebook until they arrive
     choosing           deep linking: choose the assignment or the question that a course shows
 """
