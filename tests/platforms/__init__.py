@@ -26,7 +26,8 @@ PLATFORMS: dict[str, str] = {
     "github": "GITHUB_RUNNER",
     "gitlab": "GITLAB_RUNNER", "otter": "OTTER", "nbgrader": "NBGRADER", "gradescope": "GRADESCOPE_ROOT",
     "jupyterlab": "JUPYTERLAB", "scorm": "SCORM_AGAIN", "jupyterlite": "JUPYTERLITE",
-    "moodle_cartridge": "MOODLE", "moodle_scorm": "MOODLE", "stack": "STACK", "prairielearn": "PRAIRIELEARN",
+    "moodle_cartridge": "MOODLE", "moodle_scorm": "MOODLE", "moodle_lti": "MOODLE", "stack": "STACK",
+    "prairielearn": "PRAIRIELEARN",
 }  # fmt: skip
 """Modules of this package by name, each with the environment variable that holds the path of its software.
 

@@ -33,8 +33,9 @@ class Count:
 class Record:
     """A run: the `export_format`, the program with its version (`software`), the date, and the counts by kind of check.
 
-    The format "generate" stands for the notebooks that `qdot generate` writes. Kinds of checks are "imported", "shown",
-    "right = full" (right answers earn full marks), "wrong < full", "blank = 0", …
+    The format "generate" stands for the notebooks that `qdot generate` writes, "serve" for `qdot serve` as a tool of a
+    learning platform. Kinds of checks are "imported", "shown", "right = full" (right answers earn full marks),
+    "wrong < full", "blank = 0", …
     """
 
     export_format: str

@@ -35,7 +35,7 @@ def make_pages() -> dict[str, str]:
 
 def export_formats_page() -> str:
     """Return the page of export formats: which program reads each, and which tests check that it can be read."""
-    order = ["generate", *EXPORT_FORMATS]  # the table of tests has rows for students' notebooks, too
+    order = ["generate", "serve", *EXPORT_FORMATS]  # the table of tests has rows for students' notebooks, too
     records = sorted(
         _read_platform_runs(), key=lambda record: (order.index(record["export_format"]), record["software"])
     )

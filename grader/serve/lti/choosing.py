@@ -55,6 +55,7 @@ def choose(request: HttpRequest, person: Person) -> HttpResponse:  # noqa: ARG00
     column = LineItem({"label": title, "scoreMaximum": points, "resourceId": choice})
     column.set_submission_review(_REVIEWABLE)
     link = DeepLinkResource().set_title(title).set_url(find_options().url.rstrip("/") + make_path(choice))
+    link.set_custom_params({"resource": choice})  # Moodle refuses a link without any parameter
     if settings_claim.get("accept_lineitem", True):
         link.set_lineitem(column)
     registration = make_registration(LtiRegistration.objects.active().get(pk=platform_id), timezone.now())
