@@ -4,13 +4,13 @@ import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
 import { Button, Failed } from "../controls.js";
-import { describeLoadError, listen } from "../scheduling.js";
+import { listen } from "../scheduling.js";
 import { say, type TextKey } from "../text/text.js";
-import { type ClassResults, get, post, Refused, type Regraded } from "./api.js";
+import { type ClassResults, get, post, type Regraded } from "./api.js";
 import { StudentView } from "./class-student.js";
 import { ClassTable } from "./class-table.js";
 import { Groups } from "./groups.js";
-import { useSending } from "./points-form.js";
+import { describeFailure, useSending } from "./points-form.js";
 import { writePoints } from "./shown.js";
 import { formatShortTime, formatTime } from "./times.js";
 import { ToMark } from "./to-mark.js";
@@ -45,8 +45,7 @@ export function ClassPage(): JSX.Element {
         version.current = news.version;
         setResults(news);
       },
-      (reason: unknown) =>
-        setError(reason instanceof Refused ? reason.message || say("serve.refused") : describeLoadError(reason)),
+      (reason: unknown) => setError(describeFailure(reason)),
     );
   };
   useEffect(() => {

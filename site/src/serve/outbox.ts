@@ -1,6 +1,6 @@
 // What a student typed and submitted, kept in the browser until the server has it.
 
-import { loadJson, storeText } from "../storage.js";
+import { loadJson, resultOrNull, storeText } from "../storage.js";
 import { type Judged, makeRequestId, Refused, request } from "./api.js";
 
 /** A press of Submit: it keeps its number until the server has acknowledged it. */
@@ -8,6 +8,19 @@ export type Pending = { readonly request: string; readonly part: string; readonl
 
 /** What was typed but is not stored on the server yet, by the names of parts; and answers on their way. */
 type Stored = { readonly drafts: Readonly<Record<string, string>>; readonly pending: readonly Pending[] };
+
+function parseStored(content: unknown): Stored {
+  const { drafts = {}, pending = [] } = (content ?? {}) as Partial<Stored>;
+  return { drafts, pending: Array.isArray(pending) ? pending : [] };
+}
+
+/** Return whether the change of an entry in the browser's storage says that an answer has reached the server. */
+export function hasArrived({ oldValue, newValue }: Pick<StorageEvent, "oldValue" | "newValue">): boolean {
+  const [before, after] = [oldValue, newValue].map((text) =>
+    resultOrNull(() => parseStored(JSON.parse(text ?? "null"))),
+  );
+  return (before?.pending.length ?? 0) > (after?.pending.length ?? 0);
+}
 
 /** "saved": the server has everything; "waiting": the browser tries again; "signed-out": a person has to sign in. */
 export type Connection = "saved" | "saving" | "waiting" | "signed-out";
@@ -41,10 +54,7 @@ export class Outbox {
   private load(): Stored {
     const { storage, key } = this.options;
     if (!storage) return this.stored ?? { drafts: {}, pending: [] };
-    return loadJson(storage, key, (content) => {
-      const { drafts = {}, pending = [] } = (content ?? {}) as Partial<Stored>;
-      return { drafts, pending: Array.isArray(pending) ? pending : [] };
-    });
+    return loadJson(storage, key, parseStored);
   }
 
   private change(changes: (stored: Stored) => Partial<Stored>): void {

@@ -8,6 +8,10 @@ import { describeLoadError } from "../scheduling.js";
 import { formatRounded, say } from "../text/text.js";
 import { type Override, post, Refused } from "./api.js";
 
+/** Return in a sentence why a request failed. */
+export const describeFailure = (reason: unknown): string =>
+  reason instanceof Refused ? reason.message || say("serve.refused") : describeLoadError(reason);
+
 /** Return a function that sends something, whether it is on its way, and the error of the last try in a sentence. */
 export function useSending(onDone: () => void): {
   readonly send: (work: () => Promise<unknown>) => Promise<boolean>;
@@ -25,7 +29,7 @@ export function useSending(onDone: () => void): {
       onDone();
       return true;
     } catch (reason) {
-      setError(reason instanceof Refused ? reason.message || say("serve.refused") : describeLoadError(reason));
+      setError(describeFailure(reason));
       return false;
     } finally {
       setSending(false);

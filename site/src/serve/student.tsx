@@ -13,7 +13,7 @@ import { storage } from "../storage.js";
 import { say, type TextKey } from "../text/text.js";
 import { get, inLanguage, setPerson, type Work } from "./api.js";
 import { NotebookWork } from "./notebook.js";
-import { type Connection, Outbox } from "./outbox.js";
+import { type Connection, hasArrived, Outbox } from "./outbox.js";
 import { isTelling, MARKS, ShownResult, writePoints } from "./shown.js";
 import { formatDistance, formatTime } from "./times.js";
 
@@ -90,7 +90,7 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
       listen(window, "online", () => void outbox.send()),
       listen(window, "pagehide", () => outbox.leave()),
       listen(document, "visibilitychange", () => (document.hidden ? outbox.leave() : reload())),
-      listen(window, "storage", reload), // another tab has submitted
+      listen(window, "storage", (event: StorageEvent) => hasArrived(event) && reload()), // from another tab
       listen(window, "popstate", () => {
         const place = findPlace(readPart());
         setVisit((old) => (old.place === place ? old : { place, visits: old.visits + 1 })); // else a link in the page
@@ -208,15 +208,16 @@ function ServedQuestion(props: ServedQuestionProps): JSX.Element {
   const [pose, setPose] = useState<Readonly<Record<string, number>> | undefined>(undefined);
   const [isPending, isClosed] = [pending !== undefined, work.closed !== ""];
   const isRight = shown?.outcome === "correct";
-  const makesLate = props.isOverdue && !work.is_late && work.submissions.length > 0;
+  const hasWork = Object.values(work.results).some(({ outcome }) => outcome !== "missing");
+  const makesLate = props.isOverdue && !work.is_late && work.attempts.left === null && hasWork; // else attempts are apart
   const submit = () => {
     setAsking(false);
     props.onSubmit(answer);
   };
   const check = () => {
-    if (isClosed || isPending) return;
-    setError(answer.trim() ? "" : say("serve.empty"));
-    if (!answer.trim()) return;
+    const reason = work.closed || (answer.trim() ? "" : say("serve.empty"));
+    setError(reason);
+    if (reason || isPending) return;
     if (answer === submittedText && shown && shown.outcome !== "ungraded") setRepeats(repeats + 1);
     else if (makesLate && !isAsking) setAsking(true);
     else submit();

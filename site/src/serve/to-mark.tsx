@@ -4,12 +4,11 @@ import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
 import { Button } from "../controls.js";
-import { listen } from "../scheduling.js";
 import { say } from "../text/text.js";
 import { type ClassResults, type Override, post } from "./api.js";
 import { numberParts } from "./class-table.js";
 import { nameOf } from "./groups.js";
-import { PointsForm, useSending } from "./points-form.js";
+import { describeFailure, PointsForm } from "./points-form.js";
 
 interface ToMarkProps {
   readonly results: ClassResults;
@@ -22,30 +21,35 @@ export function ToMark({ results, onChange }: ToMarkProps): JSX.Element {
   const [queue] = useState(() => [...results.to_mark]); // it stays in order while answers are marked
   const known = new Set(queue.map(nameAnswer));
   const answers = [...queue, ...results.to_mark.filter((answer) => !known.has(nameAnswer(answer)))];
-  const { send, isSending, error } = useSending(onChange);
+  const [failures, setFailures] = useState<readonly string[]>([]);
+  const section = useRef<HTMLElement>(null);
+  useEffect(() => section.current?.focus(), []); // the keys work while the focus is here
   const answer = answers[Math.min(place, answers.length - 1)];
   const part = results.parts.find(({ name }) => name === answer?.part);
   const maxPoints = part?.max_points ?? 0;
   const move = (step: number) => setPlace((old) => Math.min(Math.max(old + step, 0), answers.length - 1));
-  const mark = async (points: number) => {
+  /** Set points and move on at once; if they can't be stored, the answer is named. */
+  const mark = (points: number) => {
     if (!answer || points > maxPoints) return;
+    const name = nameAnswer(answer);
     const override: Override = { ...answerTarget(answer), points, comment: "" };
-    if (!(await send(() => post("overrides", override)))) return;
-    setDone((old) => ({ ...old, [nameAnswer(answer)]: points }));
+    setDone((old) => ({ ...old, [name]: points }));
     move(1);
+    post("overrides", override).then(onChange, (reason: unknown) => {
+      setDone(({ [name]: _, ...others }) => others);
+      setFailures((old) => [...old, `${nameOf(results, answer.student)}: ${describeFailure(reason)}`]);
+    });
   };
-  const latestKeys = useRef<(event: KeyboardEvent) => void>(() => undefined);
-  latestKeys.current = ({ key, target, ctrlKey, altKey, metaKey }) => {
-    if (ctrlKey || altKey || metaKey || (target as Element).closest?.("input, textarea, select")) return;
+  const pressKey = ({ key, target, ctrlKey, altKey, metaKey }: KeyboardEvent) => {
+    if (ctrlKey || altKey || metaKey || (target as Element).matches("input")) return;
     if (key === "j") move(1);
     else if (key === "k") move(-1);
-    else if (/^\d$/.test(key)) void mark(Number(key));
+    else if (/^\d$/.test(key)) mark(Number(key));
   };
-  useEffect(() => listen(document, "keydown", (event: KeyboardEvent) => latestKeys.current(event)), []);
   if (!answer || !part) return <p>{say("class.nothing-to-mark")}</p>;
   const points = done[nameAnswer(answer)];
   return (
-    <section class="to-mark">
+    <section class="to-mark" ref={section} tabIndex={-1} aria-label={say("class.view.to-mark")} onKeyDown={pressKey}>
       <p class="muted">{say("class.mark-keys", { max: Math.min(9, Math.floor(maxPoints)) })}</p>
       <div role="status">
         <h2>
@@ -60,12 +64,16 @@ export function ToMark({ results, onChange }: ToMarkProps): JSX.Element {
       </div>
       <p class="actions">
         {Array.from({ length: Math.floor(maxPoints) + 1 }, (_, value) => (
-          <Button key={value} text={String(value)} disabled={isSending} onClick={() => void mark(value)} />
+          <Button key={value} text={String(value)} onClick={() => mark(value)} />
         ))}
         <Button text={say("class.back-one")} onClick={() => move(-1)} />
         <Button text={say("class.forth-one")} onClick={() => move(1)} />
       </p>
-      {error ? <p role="alert">{error}</p> : null}
+      {failures.map((failure) => (
+        <p key={failure} role="alert">
+          {failure}
+        </p>
+      ))}
       <PointsForm
         key={nameAnswer(answer)}
         target={answerTarget(answer)}

@@ -2,7 +2,7 @@
 // What a student typed and submitted: sent once, in spite of double clicks, tabs, reloads and lost connections.
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 
-import { type Connection, Outbox } from "../../src/serve/outbox.js";
+import { type Connection, hasArrived, Outbox } from "../../src/serve/outbox.js";
 import { type Answer, makeStorage, type Sent, serve } from "./server.js";
 
 const JUDGED = { results: {}, score: 1, is_late: false, attempts: { left: null, rule: "" }, state: "marked" };
@@ -137,4 +137,15 @@ test("what is typed while a text is on its way is not lost", async () => {
   outbox.saveDraft("p1.a", "s");
   await pass(5000);
   expect(requests.map(({ body }) => body.text)).toEqual(["s", "si"]);
+});
+
+test("another tab is told of an answer that has arrived, but not of every key that is pressed", () => {
+  const entry = (drafts: object, ...requests: string[]) =>
+    JSON.stringify({ drafts, pending: requests.map((request) => ({ request, part: "p1.a", text: '"request"' })) });
+  const change = (oldValue: string | null, newValue: string | null) => hasArrived({ oldValue, newValue });
+  expect(change(entry({}, "1"), entry({}))).toBe(true);
+  expect(change(entry({}), entry({ a: "s" }))).toBe(false);
+  expect(change(null, entry({}, "1"))).toBe(false);
+  expect(change(entry({}), null)).toBe(false);
+  expect(change("no JSON", "{")).toBe(false);
 });

@@ -1,0 +1,201 @@
+// @vitest-environment happy-dom
+// The pages of `qdot serve`: what a student typed is in the fields, late work is warned of, the staff mark by keys.
+import { h, render } from "preact";
+import { act } from "preact/test-utils";
+import { afterEach, beforeEach, expect, test, vi } from "vitest";
+
+import type { AskedPart } from "../../src/bank.js";
+import { writeLocalTime, readPoints } from "../../src/serve/points-form.js";
+import type { ClassResults, ClassStudent, Shown, Work } from "../../src/serve/api.js";
+import { ClassTable, listStudents, numberParts } from "../../src/serve/class-table.js";
+import { StudentPage } from "../../src/serve/student.js";
+import { ToMark } from "../../src/serve/to-mark.js";
+import { storage } from "../../src/storage.js";
+import { PLAIN } from "../arm/robots.js";
+import { type Answer, serve, type Sent } from "./server.js";
+
+// All at once: what is shown is tested here, not when.
+vi.mock("../../src/scheduling.js", async (real) => ({
+  ...(await real<typeof import("../../src/scheduling.js")>()),
+  useSteps: (last: number) => Math.min(last, 2), // without the arm
+}));
+// Formulas are not typeset, because happy-dom has no mode for them.
+vi.mock("../../src/tex.js", () => ({ typeset: async () => undefined, typesetInto: async () => undefined }));
+
+const SHOWN: Shown = {
+  ...{ outcome: "missing", points: 0, max_points: 1, sentences: [], entries: null, counterexample: null, pose: null },
+  ...{ followed_from: null, answer: null, comment: "" },
+};
+const PART: AskedPart = {
+  ...{ name: "determinant", kind: "determinant", title: "Determinant", type: "expression", shape: null, points: 1 },
+  ...{ prompt: "", names: [], labels: [], columns: [], grid: [[], []], figure: "", alt: "", pose: null, hints: [] },
+  ...{ options: null, key: { type: "values" } },
+} as const;
+const PROBLEM = {
+  ...{ id: "p1", family: "planar-2r", title: "Arm", difficulty: 1, statement: "", figure: "", alt: "", robot: PLAIN },
+  ...{ symbols: {}, pose: {} },
+};
+const WORK: Work = {
+  ...{ title: "Week 3", person: 1, student: { id: "s1", name: "Ada" }, now: "2027-01-15T12:00:00Z", is_late: false },
+  ...{ due: "2027-01-15T13:00:00Z", late_rule: "It loses 10 %.", attempts: { left: null, rule: "" }, score: 0 },
+  ...{ max_score: 1, notes: [], closed: "", answers: {}, drafts: {}, results: {}, submissions: [] },
+  problems: [{ slot: "p1", problem: { ...PROBLEM, parts: [PART] } }],
+};
+const JUDGED = {
+  results: { "p1.determinant": { ...SHOWN, outcome: "correct", points: 1 } },
+  score: 1,
+  state: "marked",
+};
+
+async function showStudent(work: Partial<Work>, part: Partial<AskedPart> = {}): Promise<Sent[]> {
+  const problems = [{ slot: "p1", problem: { ...PROBLEM, parts: [{ ...PART, ...part } as AskedPart] } }];
+  const shown = { ...WORK, problems, ...work };
+  const requests = serve(({ path }): Answer => [200, path.startsWith("work") ? shown : { ...shown, ...JUDGED }]);
+  await act(async () => render(h(StudentPage, {}), document.body));
+  await vi.waitFor(() => expect(document.querySelector("form")).not.toBeNull());
+  return requests;
+}
+const press = (text: string) =>
+  act(async () => [...document.querySelectorAll("button")].find(({ textContent }) => textContent === text)!.click());
+const submitted = (requests: Sent[]) => requests.filter(({ path }) => path === "answers").map(({ body }) => body.text);
+const typedTexts = () =>
+  [...document.querySelectorAll<HTMLInputElement>(".answer input, .answer textarea")].map(({ type, value, checked }) =>
+    type === "text" || type === "textarea" ? value : checked,
+  );
+
+beforeEach(() => storage?.clear());
+afterEach(() => {
+  render(null, document.body);
+  storage?.clear();
+  vi.unstubAllGlobals();
+});
+
+const BEGUN = { results: { "p1.determinant": { ...SHOWN, outcome: "wrong" } } } as const;
+const OVERDUE = { due: "2027-01-15T11:00:00Z", answers: { "p1.determinant": "1" }, drafts: { "p1.determinant": "2" } };
+
+test.each([
+  ["on time", { due: "2027-01-15T13:00:00Z" }, false],
+  ["the first answer", { results: {} }, false],
+  ["already late", { is_late: true }, false],
+  ["attempts that count apart", { attempts: { left: 2, rule: "" } }, false],
+  ["what makes the whole work late", {}, true],
+] as const)("before a late answer there is a warning only for %s", async (_, work, isWarned) => {
+  const requests = await showStudent({ ...OVERDUE, ...BEGUN, ...work });
+  await press("Submit");
+  expect(submitted(requests)).toEqual(isWarned ? [] : ["2"]);
+  expect(document.body.textContent!.includes("your whole work counts as late")).toBe(isWarned);
+  if (!isWarned) return;
+  await press("Submit late");
+  expect(submitted(requests)).toEqual(["2"]);
+});
+
+test("where nothing can be submitted any more, the page says why", async () => {
+  const requests = await showStudent({ closed: "You have used all attempts.", drafts: { "p1.determinant": "2" } });
+  await press("Submit");
+  expect(document.querySelector("[role=alert]")!.textContent).toBe("You have used all attempts.");
+  expect(submitted(requests)).toEqual([]);
+});
+
+const MATRIX = { shape: [2, 2], type: "matrix" } as const;
+const OPTIONS = { options: ["", "", ""], type: "selection", key: { type: "selection", items: 0 } } as const;
+test.each([
+  ["sin(theta1)", {}, ["sin(theta1)"]],
+  ["[[a, b], [c, d]]", MATRIX, ["a", "b", "c", "d"]],
+  ["[[a, blank], [blank, d]]", MATRIX, ["a", "", "", "d"]],
+  ["Matrix of zeros", MATRIX, ["Matrix of zeros"]], // as text, because it has no entries
+  ["AC", OPTIONS, [true, false, true]],
+  ["Two\nlines", { type: "text", key: { type: "text" } }, ["Two\nlines"]],
+] as [string, Partial<AskedPart>, unknown[]][])("the text %j is in the fields again", async (text, part, expected) => {
+  const requests = await showStudent(
+    { answers: { "p1.determinant": "old" }, drafts: { "p1.determinant": text } },
+    part,
+  );
+  expect(typedTexts()).toEqual(expected);
+  expect(requests.map(({ path }) => path.split("?")[0])).toEqual(["work"]); // nothing was typed, so nothing is saved
+});
+
+const PARTS = ["p1.a", "p1.b", "p2.a"].map((name) => ({ name, title: name, max_points: 3, is_text: true }));
+const student = (id: number, changes: Partial<ClassStudent> = {}): ClassStudent => ({
+  ...{ id, student_id: `s${id}`, name: `Student ${String(id).padStart(3, "0")}`, begun: null, last: null },
+  ...{ is_late: false, due: null, score: null, marks: {}, ...changes },
+});
+const RESULTS: ClassResults = {
+  ...{ version: 1, title: "Week 3", now: "", due: null, max_score: 9, parts: PARTS, groups: [], actions: [] },
+  students: Array.from({ length: 300 }, (_, id) => student(id)),
+  to_mark: [1, 2, 3].map((id) => ({ student: id, part: "p1.a", text: `Answer ${id}` })),
+};
+
+test("a new mark of one of 300 students changes that student's row alone", async () => {
+  const show = (results: ClassResults) =>
+    act(() => render(h(ClassTable, { results, onStudent: () => undefined }), document.body));
+  await show(RESULTS);
+  const rows = [...document.querySelectorAll("tbody tr")];
+  expect(rows).toHaveLength(300);
+  const changed = new Set<Node>();
+  const observer = new MutationObserver((records) => records.forEach(({ target }) => changed.add(target)));
+  observer.observe(document.body, { subtree: true, childList: true, characterData: true, attributes: true });
+  const mark = { outcome: "correct", points: 3, mistake: "", is_override: false } as const;
+  const news = JSON.parse(JSON.stringify(RESULTS)) as ClassResults; // as from the server
+  await show({ ...news, students: news.students.with(7, student(7, { score: 3, marks: { "p1.a": mark } })) });
+  await Promise.resolve();
+  observer.disconnect();
+  expect(rows[7]!.textContent).toContain("✓");
+  expect(changed.size).toBeGreaterThan(0);
+  expect([...changed].filter((node) => !rows[7]!.contains(node))).toEqual([]);
+});
+
+test("students are found by words, filtered and ordered", () => {
+  const last = "2027-01-15T12:00:00Z";
+  const students = [
+    student(1, { name: "Ada Lovelace", score: 1, begun: last, last, is_late: true }),
+    student(2, { name: "Zoë Ångström", score: 2, begun: last, last }),
+    student(3, { name: "" }),
+  ];
+  const found = (choice: Partial<Parameters<typeof listStudents>[1]>) =>
+    listStudents(students, { filter: "all", search: "", order: "name", ...choice }).map(({ id }) => id);
+  expect(found({})).toEqual([1, 3, 2]);
+  expect(found({ search: "love ADA" })).toEqual([1]);
+  expect(found({ search: "s3" })).toEqual([3]);
+  expect(found({ order: "score" })).toEqual([2, 1, 3]);
+  expect(found({ filter: "late" })).toEqual([1]);
+  expect(found({ filter: "not-begun" })).toEqual([3]);
+});
+
+test("parts have the numbers that students see", () => {
+  expect(numberParts(PARTS)).toEqual({ "p1.a": "1.1", "p1.b": "1.2", "p2.a": "2.1" });
+});
+
+test("texts are marked by keys, also faster than the server answers; what it refuses is named", async () => {
+  const requests = serve(({ body }) => (body.student === 2 ? [400, { error: "No." }] : [200, {}]));
+  await act(() => render(h(ToMark, { results: RESULTS, onChange: () => undefined }), document.body));
+  const key = (name: string, target = document.activeElement!) =>
+    act(() => void target.dispatchEvent(new KeyboardEvent("keydown", { key: name, bubbles: true })));
+  const text = () => document.querySelector("blockquote")!.textContent;
+  const keys = ["9", "2", "1", "k", "k", "j", "j", "j", "0"]; // 9 is more than the question has
+  for (const name of keys) await key(name);
+  expect(text()).toBe("Answer 3");
+  await key("3", document.querySelector(".points-form input")!); // typed into a field
+  expect(requests.map(({ body }) => [body.student, body.points, body.answer])).toEqual([
+    [1, 2, "Answer 1"],
+    [2, 1, "Answer 2"],
+    [3, 0, "Answer 3"],
+  ]);
+  await vi.waitFor(() => expect(document.querySelector("[role=alert]")!.textContent).toBe("Student 002: No."));
+});
+
+test.each([
+  ["", null],
+  ["0,5", 0.5],
+  ["2", 2],
+  [".5", 0.5],
+  ["1e9", NaN],
+  ["two", NaN],
+  ["-1", NaN],
+  ["0x10", NaN],
+] as const)("the points %j are read as %j", (text, points) => expect(readPoints(text)).toBe(points));
+
+test("a time is in a field as the field takes it", () => {
+  const time = new Date(2027, 0, 5, 7, 3);
+  expect(writeLocalTime(time)).toBe("2027-01-05T07:03");
+  expect(new Date(writeLocalTime(time))).toEqual(time);
+});
