@@ -19,9 +19,10 @@ from http.cookiejar import CookieJar
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.assignment.assignment import load_assignment
+from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.writing.problem_texts import write_answer_code
+from qdot.grader.serve.judge_process import write_answers_notebook
 
 
 class Browser:
@@ -42,6 +43,19 @@ class Browser:
         with self.open(urllib.request.Request(self.url + path, data, headers)) as response:
             return json.loads(response.read())
 
+    def upload(self, key: str, content: bytes) -> int:
+        """Upload a notebook, and return the number of the submission."""
+        boundary, body = uuid.uuid4().hex, b""
+        for name, data in (('"request"', str(uuid.uuid4()).encode()), ('"file"; filename="a.ipynb"', content)):
+            head = f"--{boundary}\r\nContent-Disposition: form-data; name={name}\r\n\r\n"
+            body += head.encode() + data + b"\r\n"
+        request = urllib.request.Request(f"{self.url}/a/{key}/notebooks", body + f"--{boundary}--\r\n".encode())
+        request.add_header("Content-Type", f"multipart/form-data; boundary={boundary}")
+        request.add_header("X-CSRFToken", self.find_token())
+        with self.open(request) as response:
+            number: int = json.loads(response.read())["submission"]
+            return number
+
 
 def main() -> None:
     parser = argparse.ArgumentParser()
@@ -49,6 +63,7 @@ def main() -> None:
     parser.add_argument("links", type=Path)
     parser.add_argument("--per-minute", type=float, default=300)
     parser.add_argument("--count", type=int, default=300)
+    parser.add_argument("--notebooks", type=int, default=0)
     options = parser.parse_args()
     assignment, rng = load_assignment(options.homework), random.Random(1)
     with options.links.open() as table:
@@ -79,6 +94,8 @@ def main() -> None:
         for index in range(options.count):
             pool.submit(submit, list(links)[index % len(links)])
             time.sleep(rng.expovariate(options.per_minute / 60))
+    if options.notebooks:
+        measure_notebooks(assignment, browsers, options.notebooks, acknowledged)
     lost = 0
     for student, numbers in acknowledged.items():
         rows = browsers[student].call(f"/a/{assignment.key}/work")["submissions"]
@@ -86,6 +103,23 @@ def main() -> None:
     quantiles = statistics.quantiles(seconds, n=100)
     print(f"{len(seconds)} answers, {options.per_minute:g} a minute; failed: {failures or 'none'}; {lost} lost")
     print(f"seconds: half within {quantiles[49]:.2f}, 95 % within {quantiles[94]:.2f}, all within {max(seconds):.2f}")
+
+
+def measure_notebooks(
+    assignment: Assignment, browsers: dict[str, Browser], count: int, acknowledged: dict[str, set[int]]
+) -> None:
+    """Upload notebooks as fast as possible, and print how long it takes until all are graded."""
+    start, waiting = time.monotonic(), list[tuple[str, int]]()
+    for index in range(count):
+        student = list(browsers)[index % len(browsers)]
+        answers = dict(list_answers(load_stored_problems(assignment, student).problems))
+        notebook = write_answers_notebook(assignment, student, answers)
+        waiting.append((student, browsers[student].upload(assignment.key, notebook.encode())))
+        acknowledged[student].add(waiting[-1][1])
+    for student, number in waiting:
+        while browsers[student].call(f"/a/{assignment.key}/submissions/{number}")["state"] != "marked":
+            time.sleep(0.5)
+    print(f"{count} notebooks are graded after {time.monotonic() - start:.0f} s")
 
 
 def list_answers(problems: Any) -> list[tuple[str, str]]:

@@ -10,7 +10,6 @@ import subprocess
 import sys
 import threading
 import time
-import urllib.request
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -19,7 +18,7 @@ from pathlib import Path
 from typing import Any
 from urllib.error import HTTPError
 
-import psutil
+import psutil  # type: ignore[import-untyped]
 import pytest
 
 from qdot.exercises.assignment.assignment import load_assignment
@@ -51,6 +50,7 @@ class RunningService:
             self.links = {row["student"]: row["link"] for row in csv.DictReader(table)}
 
         self._log = (folder.parent / "log.txt").open("w")
+        self.close = self._log.close
 
     def start(self) -> None:
         command = [*QDOT, "serve", str(self.folder), "--url", self.url, "--port", str(self.port), "--jobs", "1"]
@@ -65,7 +65,13 @@ class RunningService:
 
     def kill(self) -> None:
         self.process.send_signal(signal.SIGKILL)
-        self.process.wait()
+        self.wait()
+
+    def wait(self) -> None:
+        """Wait until the process has ended, and close its output."""
+        self.process.wait(20)
+        if self.process.stdout is not None:
+            self.process.stdout.close()
 
 
 @contextmanager
@@ -76,7 +82,8 @@ def run_service(folder: Path) -> Iterator[RunningService]:
         yield service
     finally:
         service.process.terminate()
-        service.process.wait(20)
+        service.wait()
+        service.close()
 
 
 def retry(action: Any) -> Any:
@@ -112,7 +119,7 @@ def test_nothing_acknowledged_is_lost_when_processes_are_killed(tmp_path: Path) 
 
         notebook = make_correct_notebook(assignment, "s003").encode()
         browser = Browser(service.links["s003"])
-        upload(browser, notebook)
+        browser.upload("hw", notebook)
         threads = [threading.Thread(target=work_as, args=(student,)) for student in ("s001", "s002")]
         for thread in threads:
             thread.start()
@@ -147,15 +154,3 @@ def test_nothing_acknowledged_is_lost_when_processes_are_killed(tmp_path: Path) 
     lines = [json.loads(line) for line in (out / "graded" / "results.jsonl").read_text().splitlines()]
     assert [line["score"] for line in lines][2] == 4
     assert load_assignment(out).roster[2].id == "s003"
-
-
-def upload(browser: Browser, content: bytes) -> None:
-    """Upload a notebook."""
-    boundary, body = uuid.uuid4().hex, b""
-    for name, data in (('"request"', str(uuid.uuid4()).encode()), ('"file"; filename="a.ipynb"', content)):
-        body += f"--{boundary}\r\nContent-Disposition: form-data; name={name}\r\n\r\n".encode() + data + b"\r\n"
-    request = urllib.request.Request(f"{browser.url}/a/hw/notebooks", body + f"--{boundary}--\r\n".encode())
-    request.add_header("Content-Type", f"multipart/form-data; boundary={boundary}")
-    request.add_header("X-CSRFToken", browser.find_token())
-    with browser.open(request) as reply:
-        assert reply.status == 202
