@@ -153,6 +153,46 @@ test("the staff see the class, set points with a comment, mark a text by a key, 
   assert.deepEqual(student.wrong, []);
 });
 
+test("the staff take the results away, and see what grading again would change", async () => {
+  const staff = await signIn(browser, service, "staff:Grace Hopper");
+  const page = await staff.open("class/");
+  const [download] = await Promise.all([
+    page.waitForEvent("download"),
+    page.getByRole("link", { name: "Download all results" }).click(),
+  ]);
+  assert.equal(
+    readFileSync(await download.path())
+      .subarray(0, 2)
+      .toString(),
+    "PK",
+  );
+  await page.getByRole("button", { name: "Grade again" }).click();
+  await page.getByText("Marks that would change: 0").waitFor();
+  await page.getByLabel("Search").fill("noether");
+  await page.getByText("1 of 4 students").waitFor();
+  assert.deepEqual(staff.wrong, []);
+});
+
+test("in the frame of a platform, a page asks for room, and its arm and fields fit", async () => {
+  const student = await signIn(browser, service, "s2");
+  const { page } = student;
+  const frame = `<!DOCTYPE html><title>Course</title><script>
+    window.asked = [];
+    addEventListener("message", ({ data }) => window.asked.push(data));
+  </script><iframe style="width: 800px; height: 700px" src="/a/week-3/?part=p1.determinant"></iframe>`;
+  await page.route(`${service.root}/course`, (route) => route.fulfill({ contentType: "text/html", body: frame }));
+  await page.goto(`${service.root}/course`);
+  const inside = page.frameLocator("iframe");
+  await inside.locator(".arm-box").waitFor();
+  await inside.getByRole("button", { name: "Submit", exact: true }).waitFor();
+  const asked = await page.evaluate(() => window.asked);
+  assert.equal(asked.length, 1);
+  assert.deepEqual(Object.keys(asked[0]).sort(), ["height", "subject"]);
+  assert.ok(asked[0].subject === "lti.frameResize" && asked[0].height > 400, JSON.stringify(asked));
+  const wider = await inside.locator("html").evaluate((html) => html.scrollWidth - html.clientWidth);
+  assert.ok(wider <= 0, `${wider} pixels wider than the frame`);
+});
+
 test("the pages are accessible on a phone, in the dark, in German", async () => {
   const options = { viewport: { width: 390, height: 844 }, colorScheme: "dark", locale: "de-DE" };
   const student = await signIn(browser, service, "s2", options);
