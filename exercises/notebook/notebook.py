@@ -30,11 +30,6 @@ if TYPE_CHECKING:  # importing nbformat takes as long as generating a problem, s
 
 CHECK_PAGE = "check.html"
 _PAGE_NAME = re.compile(r"(?<=/)[^/]+\.html$")
-"""The site's page on which students check their notebooks.
-
-The link's part after the # names assignment and student, so that the page can report a file of another student. A
-browser never sends this part to the server.
-"""
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 
 
@@ -66,6 +61,15 @@ SELF_CHECK_TITLE = """## Check your answers
 
 Run the next cell. It compares your answers with each other, such as your determinant with your Jacobian."""
 """The cell before the cell with the checks."""
+
+
+def make_check_page_address(site: str) -> str:
+    """Return the address of the page on which students check their notebooks, on a site given by any of its pages.
+
+    The link in a notebook names assignment and student after a #, so that the page can report a file of another
+    student. A browser never sends this part to the server.
+    """
+    return f"{_PAGE_NAME.sub('', site).rstrip('/')}/{CHECK_PAGE}"
 
 
 def write_points(points: float) -> str:
@@ -103,7 +107,7 @@ def _make_notebook(
         student=student,
         kind=kind,
         has_tables=has_tables,
-        check_page=f"{_PAGE_NAME.sub('', site).rstrip('/')}/{CHECK_PAGE}" if site else "",
+        check_page=make_check_page_address(site) if site else "",
         notebook_seconds=NOTEBOOK_SECONDS,
         cell_seconds=CELL_SECONDS,
         gigabytes=MEMORY_GIGABYTES,

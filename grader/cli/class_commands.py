@@ -95,7 +95,8 @@ def generate(
     next_step = f"distribute {folder / 'released'} (see qdot release), keep {folder / 'solutions'} private"
     print_result(f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; {next_step}")
     if counts["rewritten"]:
-        note("The assignment, the secret or qdot changed after the notebooks were written: distribute the new ones.")
+        causes = "The assignment (its problems, title, points, hints or site), the secret or qdot"
+        note(f"{causes} changed after the notebooks were written: distribute the new ones.")
     messages = describe_replacements(assignment, released_assignment)
     for message in (*messages, *describe_shared_answers(released_assignment)):
         note(message)

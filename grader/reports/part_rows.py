@@ -38,6 +38,11 @@ class PartRow:
         return self.points is not None and self.points >= self.max_points
 
     @property
+    def description(self) -> str:
+        """The outcome with the message, unless the message only repeats it."""
+        return self.outcome if self.message == "right" else f"{self.outcome}: {self.message}"
+
+    @property
     def points_text(self) -> str:
         """The points as text, for example "1.5 of 2"."""
         return f"{'no mark' if self.points is None else format_points(self.points)} of {format_points(self.max_points)}"

@@ -177,7 +177,8 @@ def test_a_student_without_a_valid_problem_is_named_and_the_others_get_notebooks
     assert set(read_notebooks(folder)) == set(STUDENTS) - {"s3"}
     # With other questions, every student gets a notebook.
     (folder / "assignment.toml").write_text(TOML.replace('["position", "determinant"]', '["position"]'))
-    assert "5 rewritten" in generate(folder)
+    rewriting = runner.invoke(app, ["generate", str(folder)])
+    assert "5 rewritten" in rewriting.stdout and "hints or site" in rewriting.stderr
     assert set(read_notebooks(folder)) == set(STUDENTS)
 
 
