@@ -55,8 +55,7 @@ def mark(
 ) -> list[Verdict]:  # fmt: skip
     """Return a verdict for each part of a problem.
 
-    `answers` maps the name of a part to the text of its answer. `reasons` maps the name of a part without an answer to
-    the reason why there is no answer.
+    The keys of `answers` and `reasons` are the names of the parts. `reasons` says why a part has no answer.
 
     A part that follows from the student's own wrong answer to an earlier part earns `rules.follow_through_share` of its
     points, unless the earlier answer was copied or is not an attempt at this arm (docs/judging.md).
