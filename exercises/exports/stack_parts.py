@@ -377,7 +377,7 @@ def _convert_numbers(problem: Problem, part: Part, compute_share: ComputeShare) 
     def write_near_count(variable: str) -> str:
         return f"qdot_count(makelist(qdot_near(typed{subscript}, float({variable}{subscript}), room[i]), i, 1, {n}))"
 
-    _, floors = answer.find_tolerance_and_floors(part.rounding)
+    floors = answer.find_allowed_errors(part.rounding).absolute
     is_zero = [abs(float(value)) <= floor for value, floor in zip(answer.reference, floors, strict=True)]
     lines = ["typed: qdot_read(ans1);", f"room: [{', '.join(map(print_maxima, tolerances))}];"]
     lines += [f"right: {write_near_count('ta1')};", *_write_number_share_lines(part, is_zero)]

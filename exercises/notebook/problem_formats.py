@@ -148,7 +148,8 @@ def _write_ipynb(title: str, problems: Problems, with_solutions: bool, with_hint
     make_notebook = notebook.make_solution_notebook if with_solutions else notebook.make_student_notebook
     _, first_problem = problems[0]
     key = re.sub("[^A-Za-z0-9._-]", "-", str(first_problem.id) if len(problems) == 1 else title)
-    return notebook.write_notebook(make_notebook(title, key, "", list(problems), with_hints, site))
+    content = notebook.NotebookContent(title, key, "", problems, with_hints, site)
+    return notebook.write_notebook(make_notebook(content))
 
 
 FORMATS: dict[str, Callable[[str, Problems, bool, bool], str]] = {

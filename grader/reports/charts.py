@@ -29,8 +29,14 @@ MAX_TITLE_LENGTH = 44
 
 CHART_WIDTH = 4.7
 """Width of a chart in inches; a phone shows it without shrinking the letters."""
-ROW_HEIGHT = 0.27
-"""Height in inches of the row for one part or mistake in a chart."""
+HISTOGRAM_HEIGHT, ROW_HEIGHT, GROUP_ROW_HEIGHT = 2.5, 0.27, 0.55
+"""Heights in inches of the histogram, of the row for one part or mistake, and of the row for one group of arms."""
+AXIS_HEIGHT, LEGEND_HEIGHT, MARGIN_HEIGHT = 0.75, 0.4, 0.3
+"""Heights in inches of an axis with its label, of a legend, and of the margins of a chart without an axis."""
+COUNT_ROOM_ABOVE, COUNT_ROOM_BESIDE = 1.18, 1.12
+"""Lengths of an axis relative to its longest bar, with room for the count above or beside the bar."""
+MEAN_LINE_HALF_HEIGHT, MAX_DOT_DISTANCE, MAX_STACK_HEIGHT = 0.42, 0.09, 0.7
+"""Half the height of the line at a mean, and the sizes of a stack of dots; the unit is the height of a row."""
 
 
 def check_library() -> None:
@@ -109,12 +115,12 @@ def draw_histogram(tenth_counts: Sequence[int], mean: float, median: float) -> s
         axes.bar_label(bars, [str(count or "") for count in tenth_counts], padding=2, color=COLOURS["ink"])
         axes.axvline(mean, color=COLOURS["ink"], linewidth=1.4, label=f"mean {mean:.3g} %")
         axes.axvline(median, color=COLOURS["ink"], linewidth=1.4, linestyle=(0, (2, 2)), label=f"median {median:.3g} %")
-        axes.set(xlim=(0, 100), ylim=(0, 1.18 * max(tenth_counts)), xticks=range(0, 101, 20), yticks=[])
+        axes.set(xlim=(0, 100), ylim=(0, COUNT_ROOM_ABOVE * max(tenth_counts)), xticks=range(0, 101, 20), yticks=[])
         axes.set_xlabel("score, % of the points")
         axes.spines["left"].set_visible(False)
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
 
-    return _make_chart("scores", 2.5, draw)
+    return _make_chart("scores", HISTOGRAM_HEIGHT, draw)
 
 
 def draw_outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]]) -> str:
@@ -136,7 +142,7 @@ def draw_outcomes(parts: Sequence[str], counts: Sequence[Mapping[Outcome, int]])
         spacing = {"columnspacing": 0.9, "handlelength": 1.3, "handletextpad": 0.5}
         axes.legend(loc="lower center", bbox_to_anchor=(0.36, 1.0), ncols=5, **spacing)
 
-    return _make_chart("outcomes", 1.15 + ROW_HEIGHT * len(parts), draw)
+    return _make_chart("outcomes", AXIS_HEIGHT + LEGEND_HEIGHT + ROW_HEIGHT * len(parts), draw)
 
 
 def draw_intervals(parts: Sequence[str], intervals: Sequence[Interval | None]) -> str:
@@ -155,7 +161,7 @@ def draw_intervals(parts: Sequence[str], intervals: Sequence[Interval | None]) -
         axes.set(xlim=(-1, 1), xticks=[-1, -0.5, 0, 0.5, 1])
         axes.set_xlabel("correlation with the points of the other parts")
 
-    return _make_chart("discrimination", 0.75 + ROW_HEIGHT * len(parts), draw)
+    return _make_chart("discrimination", AXIS_HEIGHT + ROW_HEIGHT * len(parts), draw)
 
 
 def draw_mistakes(count_by_title: Mapping[str, int]) -> str:
@@ -169,10 +175,10 @@ def draw_mistakes(count_by_title: Mapping[str, int]) -> str:
         bars = axes.barh(range(len(names)), counts, height=0.62, color=COLOURS["bar"], linewidth=0)
         axes.bar_label(bars, [str(count) for count in counts], padding=3, color=COLOURS["ink"])
         _label_rows(axes, names)
-        axes.set(xlim=(0, 1.12 * max(counts)), xticks=[])
+        axes.set(xlim=(0, COUNT_ROOM_BESIDE * max(counts)), xticks=[])
         axes.spines["bottom"].set_visible(False)
 
-    return _make_chart("mistakes", 0.3 + ROW_HEIGHT * len(names), draw)
+    return _make_chart("mistakes", MARGIN_HEIGHT + ROW_HEIGHT * len(names), draw)
 
 
 def draw_groups(number: int, shares_by_group: Mapping[str, Sequence[float]]) -> str:
@@ -187,16 +193,18 @@ def draw_groups(number: int, shares_by_group: Mapping[str, Sequence[float]]) -> 
             levels: dict[float, int] = {}
             for value in sorted(values):
                 level = levels[value] = levels.get(value, -1) + 1
-                offset = (-1) ** level * ((level + 1) // 2) * min(0.09, 0.7 / max(1, values.count(value)))
+                distance = min(MAX_DOT_DISTANCE, MAX_STACK_HEIGHT / values.count(value))
+                offset = (-1) ** level * ((level + 1) // 2) * distance
                 axes.plot(value, row + offset, "o", color=COLOURS["bar"], markersize=3.4, markeredgewidth=0)
             mean = sum(values) / len(values)
-            axes.plot([mean, mean], [row - 0.42, row + 0.42], color=COLOURS["ink"], linewidth=2.2)
+            line_ends = [row - MEAN_LINE_HALF_HEIGHT, row + MEAN_LINE_HALF_HEIGHT]
+            axes.plot([mean, mean], line_ends, color=COLOURS["ink"], linewidth=2.2)
         _label_rows(axes, list(shares_by_group))
         axes.grid(axis="x")
         axes.set(xlim=(-3, 103), xticks=range(0, 101, 25))
         axes.set_xlabel("% of the points; a line at the mean")
 
-    return _make_chart(f"variants-{number}", 0.75 + 0.55 * len(shares_by_group), draw)
+    return _make_chart(f"variants-{number}", AXIS_HEIGHT + GROUP_ROW_HEIGHT * len(shares_by_group), draw)
 
 
 def _label_rows(axes: "Axes", names: Sequence[str]) -> None:

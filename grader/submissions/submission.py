@@ -541,7 +541,7 @@ class SubmissionNote(NamedTuple):
 def describe_unusual_metadata(submission: Submission, assignment: "Assignment", student: str) -> list[SubmissionNote]:
     """Return notes on unusual metadata, which don't affect marks: the student's own problems are graded in any case."""
     claims, notes = submission.qdot_metadata, list[SubmissionNote]()
-    claimed_student, digest = claims.get("student"), claims.get("digest")
+    claimed_student, digest = claims.get("student"), claims.get("problems_digest")
     if isinstance(claimed_student, str) and claimed_student != student:
         rule = "no answer in it earns points for following from a wrong one"
         message = f"this notebook was released to another student. It was graded against your own problems, and {rule}"

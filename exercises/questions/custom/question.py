@@ -152,7 +152,7 @@ def make_question(definition: Definition) -> CustomQuestion:
         sample = maker.sample_number if definition.given else maker.derive_formulas
     prerequisites = tuple(dict.fromkeys(name for names in maker.prerequisite_sets for name in names))
     return CustomQuestion(
-        definition.name, definition.texts[0][1].title, "", definition=definition, points=definition.points,
+        definition.name, definition.texts[0].title, "", definition=definition, points=definition.points,
         rounding=definition.rounding,
         template="custom", sample=sample, prerequisites=prerequisites, find_arm_objection=maker.find_objection,
         compute=maker.compute_answer if maker.formulas and not maker.is_set else None,
