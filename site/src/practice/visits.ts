@@ -28,30 +28,32 @@ export function useVisits<T>(
   choose: () => T,
   isValid: (visit: T) => boolean,
   onBack?: () => void,
-  beginsAnew = false,
 ): Visits<T> {
+  const number = useRef(visitNumber() || Date.now());
   const readVisit = (): T | null => {
     const stored = readHistory()?.[name] as T | undefined;
     return stored !== undefined && isValid(stored) ? stored : null;
   };
   const write = (changed: T): T => {
-    window.history.replaceState({ visit: Date.now(), ...readHistory(), [name]: changed }, "");
+    window.history.replaceState({ ...readHistory(), [name]: changed, visit: number.current }, "");
     return changed;
   };
-  const [visit, setVisit] = useState(() => write((beginsAnew ? null : readVisit()) ?? choose()));
+  const [visit, setVisit] = useState(() => write(readVisit() ?? choose()));
   const latestVisit = useRef(visit);
   latestVisit.current = visit;
   const replace = (changed: T): void => {
     if (latestVisit.current === visit) setVisit(write(changed)); // else this visit has ended meanwhile
   };
   const showNext = (next: T): void => {
-    window.history.pushState({ ...readHistory(), [name]: next, visit: Date.now() }, "");
+    number.current = Date.now();
+    window.history.pushState({ ...readHistory(), [name]: next, visit: number.current }, "");
     setVisit(next);
   };
   useEffect(() =>
     listen(window, "popstate", () => {
       const storedVisit = readVisit();
-      if (storedVisit === null) return void write(visit); // a link within the page leads to the same question
+      if (storedVisit === null) return void write(visit); // a link within the page leads to the same visit
+      number.current = visitNumber();
       setVisit(storedVisit);
       onBack?.();
     }),
