@@ -13,7 +13,7 @@ from qdot.exercises.formula.layout import ACCENTS, COMMA, EMPTY, EQUALS, MINUS, 
 
 _CORNER = "linear-gradient(currentColor, currentColor) {} {} / 5px 1.5px"
 _CORNERS = ", ".join(_CORNER.format(x, y) for x in ("0", "100%") for y in ("0", "100%"))
-_BORDER = "border: solid currentColor; border-width: 0 1.5px; padding: 0.15em 0.2em"
+_BORDER = "border: solid currentColor; border-width: 0 1.5px; margin: 0 0.1em; padding: 0.15em 0.2em"
 _BRACKET_STYLES = {
     "[]": f"{_BORDER}; background: {_CORNERS}; background-repeat: no-repeat",
     "()": f"{_BORDER}; border-radius: 0.8em",
