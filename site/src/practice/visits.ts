@@ -11,6 +11,10 @@ const tabStorage: Storage | null = resultOrNull(() => window.sessionStorage);
 type HistoryState = Readonly<Record<string, unknown>> | null;
 const readHistory = (): HistoryState => window.history.state as HistoryState;
 
+const navigation = performance.getEntriesByType("navigation")[0] as PerformanceNavigationTiming | undefined;
+/** Whether the page was reloaded or returned to, and not opened by a link or its address. */
+const isReturn = navigation?.type !== "navigate";
+
 /** Return the number of the present visit of a question; 0 on pages without visits. */
 export const visitNumber = (): number => Number(readHistory()?.visit ?? 0);
 
@@ -29,7 +33,7 @@ export function useVisits<T>(
   isValid: (visit: T) => boolean,
   onBack?: () => void,
 ): Visits<T> {
-  const number = useRef(visitNumber() || Date.now());
+  const number = useRef((isReturn && visitNumber()) || Date.now());
   const readVisit = (): T | null => {
     const stored = readHistory()?.[name] as T | undefined;
     return stored !== undefined && isValid(stored) ? stored : null;
@@ -38,7 +42,7 @@ export function useVisits<T>(
     window.history.replaceState({ ...readHistory(), [name]: changed, visit: number.current }, "");
     return changed;
   };
-  const [visit, setVisit] = useState(() => write(readVisit() ?? choose()));
+  const [visit, setVisit] = useState(() => write((isReturn ? readVisit() : null) ?? choose()));
   const latestVisit = useRef(visit);
   latestVisit.current = visit;
   const replace = (changed: T): void => {
