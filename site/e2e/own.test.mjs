@@ -45,6 +45,39 @@ test("a link opens its table in its pose, and typing and moving change the addre
   await context.close();
 });
 
+test("the formulas of J and det J follow the table, or the page says why there are none", async () => {
+  const { page, wrong, context } = await openedAnew(there, `${TABLE}&angles=degrees`);
+  const formulas = () => page.locator(".own-formulas math").evaluateAll((all) => all.map((each) => each.textContent));
+  const until = (text) =>
+    page.waitForFunction(
+      (text) =>
+        document
+          .querySelector(".own-formulas")
+          ?.textContent.replace(/[\s\u2061\u2062]/g, "")
+          .includes(text),
+      text,
+    );
+  await until("detJ=a1a2s2");
+  await until("J=[−a1s1−a2s12−a2s12a1c1+a2c12a2c12]");
+  const before = await formulas();
+  const angle = page.locator('.arm-joints input[type="number"]').first();
+  await angle.fill("75");
+  await angle.press("Tab");
+  await page.waitForFunction(() => location.hash.includes("at=75_"));
+  assert.deepEqual(await formulas(), before); // they hold in every pose
+  await page.getByLabel("a2", { exact: true }).fill("0.25");
+  await until("a2=0.25m");
+  await page.getByLabel("α1", { exact: true }).fill("45");
+  await page.getByText("Formulas appear if all α").waitFor();
+  assert.deepEqual(await formulas(), []);
+  await page.getByLabel("α1", { exact: true }).fill("90");
+  await until("J=[");
+  for (let joint = 3; joint <= 5; joint += 1) await page.getByRole("button", { name: "Add a revolute joint" }).click();
+  await page.getByText("Formulas appear for arms of up to 4 joints").waitFor();
+  assert.deepEqual(wrong, []);
+  await context.close();
+});
+
 test("if radians are chosen, the table is converted, and sliders and map show radians", async () => {
   const { page, wrong, context } = await openedAnew(there, "own.html#robot=scara");
   const angle = page.locator('.arm-joints input[type="number"]').first();
