@@ -5,7 +5,7 @@ import type { JSX } from "preact";
 import { ROWS } from "../bank.js";
 import { withPace } from "../pace.js";
 import { decimalSign, formatNumber, say } from "../text/text.js";
-import { jointClass, Letters } from "./letters.js";
+import { jointClass, Letters, Words } from "./letters.js";
 import type { Arm, State } from "./model.js";
 import { roundToDecimals, roundToDigits } from "./number-format.js";
 import type { Stage } from "./stage.js";
@@ -116,7 +116,9 @@ export function Determinant(props: Pick<Stage, "arm" | "state" | "measures" | "s
   return (
     <dl class="arm-factors">
       <div>
-        <dt>{say(sizeKey(arm))}</dt>
+        <dt>
+          <Words text={say(sizeKey(arm))} />
+        </dt>
         <dd>{formatNumber(roundToDigits(size))}</dd>
         <Bar share={Math.abs(size) / maxDeterminant} isLow={nearness !== "regular"} />
       </div>

@@ -178,8 +178,8 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
         <PredictionBox lesson={lesson} skill={skill} onPredict={(predicted) => onSkill({ ...skill, predicted })} />
         <h3>{say("lesson.try")}</h3>
         {tool === "workspace" && stage ? <WorkspaceChart arm={stage.arm} state={stage.state} /> : null}
-        {tool && tool !== "workspace" && stage ? (
-          <DialBoard tool={tool} arm={stage.arm} dials={dials} rates={rates} velocity={velocity} onDials={setDials} />
+        {tool && tool !== "workspace" && tool !== "area" && stage ? (
+          <DialBoard tool={tool} stage={stage} dials={dials} rates={rates} velocity={velocity} onDials={setDials} />
         ) : null}
         <ul class="goals" aria-live="polite">
           {goals.map(({ text }, i) => (
@@ -215,6 +215,7 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
           firstPose={record.pose}
           factors={record.factors}
           layers={lesson.layers}
+          isBeforeJacobian={lesson.isBeforeJacobian}
           pane={lesson.pane}
           onStage={setStage}
           overlay={overlay ?? undefined}
@@ -241,8 +242,10 @@ function PredictionBox({ lesson, skill, onPredict }: PredictionProps): JSX.Eleme
       </legend>
       {options.map((text, i) => (
         <label key={text}>
-          <input type="radio" name={name} checked={i === predicted} onChange={() => onPredict(i)} />{" "}
-          <Rich text={say(text)} />
+          <input type="radio" name={name} checked={i === predicted} onChange={() => onPredict(i)} />
+          <span>
+            <Rich text={say(text)} />
+          </span>
         </label>
       ))}
       <p role="status">
@@ -274,7 +277,7 @@ function Explanation({ lesson, arm, isOpen }: ExplanationProps): JSX.Element {
       <p>
         <Rich text={say(first!)} />
       </p>
-      {arm ? <Sketch arm={arm} degrees={lesson.sketch} /> : null}
+      {arm ? <Sketch arm={arm} degrees={lesson.sketch} tool={lesson.tool} /> : null}
       {others.map((text) => (
         <p key={text}>
           <Rich text={say(text)} />

@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 
 import { JacobianTable } from "../arm/jacobian.js";
-import { Letters } from "../arm/letters.js";
+import { Letters, Words } from "../arm/letters.js";
 import type { Stage } from "../arm/stage.js";
 import { sizeKey } from "../arm/descriptions.js";
 import { ROWS } from "../bank.js";
@@ -25,7 +25,9 @@ export function Figures({ stage }: { stage: Stage }): JSX.Element {
       <h3>{say("own.figures")}</h3>
       <JacobianTable arm={arm} state={state} format={(value) => formatOrZero(value, largestEntry)} />
       <dl>
-        <dt>{say(sizeKey(arm))}</dt>
+        <dt>
+          <Words text={say(sizeKey(arm))} />
+        </dt>
         <dd>{formatOrZero(det ?? volume, largest ?? 1)}</dd>
         <dt>
           <Letters name="sigma" />

@@ -1,6 +1,7 @@
 // The feedback on an answer: the verdict, where the answer differs, the likely mistakes, and a pose to look at.
 
 import type { JSX } from "preact";
+import { Words } from "../arm/letters.js";
 import { nameJoint, type Problem } from "../bank.js";
 import { isParsed, type Slip, type Verdict } from "../grade/verdict.js";
 import type { SymbolValues } from "../read/tree.js";
@@ -34,7 +35,9 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
     <section class={`verdict ${isAnswer ? verdict.outcome : "missing"}`}>
       <h3>{say(title)}</h3>
       {reasons.map((reason) => (
-        <p key={reason.key}>{textOf(reason)}</p>
+        <p key={reason.key}>
+          <Words text={textOf(reason)} />
+        </p>
       ))}
       {slips.length === 1 ? (
         <p class="mistake">
@@ -54,7 +57,11 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
       {isAnswer && verdict.entries && verdict.entries.length * (verdict.entries[0]?.length ?? 0) > 1 ? (
         <Marks entries={verdict.entries} />
       ) : null}
-      {isDrawn ? <p>{say("practice.own-columns")}</p> : null}
+      {isDrawn ? (
+        <p>
+          <Words text={say("practice.own-columns")} />
+        </p>
+      ) : null}
       {isAnswer
         ? notes.map((note) => (
             <p key={note} class="verdict-note">
@@ -79,13 +86,13 @@ export function describeMissingFactor(symbols: string, isOfDeterminant: boolean)
 
 /** A mistake in words; a known mistake is described in the problem's language. */
 function SlipText({ problem, slip }: { problem: Problem; slip: Slip }) {
-  if (!("mistake" in slip)) return <>{textOf(slip)}</>;
+  if (!("mistake" in slip)) return <Words text={textOf(slip)} />;
   const [name, title, sentence, missing] = problem.said[slip.mistake] ?? [];
   return (
     <>
       {slip.where ? `${textOf(slip.where)}: ` : null}
       <span lang={problem.lang ?? "en"}>
-        <strong>{title}</strong> {sentence}
+        <strong>{title}.</strong> <Words text={sentence ?? ""} />
         {missing ? ` ${textOf(describeMissingFactor(missing, name === "factor-lost"))}` : null}
       </span>
     </>

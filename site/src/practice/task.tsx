@@ -5,6 +5,7 @@ import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import { Button } from "../controls.js";
 import type * as Panel from "../arm/panel.js";
+import { Words } from "../arm/letters.js";
 import { createSingularityTest } from "../arm/is-singular.js";
 import type { Stage } from "../arm/stage.js";
 import type { View } from "../arm/view.js";
@@ -223,7 +224,9 @@ export function Task(props: TaskProps): JSX.Element {
         {step > 1 ? (
           <>
             <p class="muted to-given">
-              <a href="#given">{say("practice.to-given")}</a>
+              <a href="#given">
+                <Words text={say("practice.to-given")} />
+              </a>
             </p>
             {answerForm}
             <details open class="given" id="given">
