@@ -110,28 +110,6 @@ def check_rank_loss(
     )  # fmt: skip
 
 
-def find_covering_branches(
-    chain: Chain, branch: Sequence[sp.Expr], other_branches: Sequence[Sequence[sp.Expr]]
-) -> frozenset[int] | None:
-    """Return the indices of the `other_branches` that together contain all configurations found on a branch.
-
-    If several branches contain a configuration, only the first of them is returned for it. Return None if a
-    configuration lies on no other branch, or if no configuration was found.
-    """
-    rng, covering_branches = Stream("lies on"), set()
-    for values, arm in _sample_lengths(chain, rng, LENGTH_SAMPLES):
-        starts = _RankTest(arm, chain).sample_configurations(START_COUNT, rng)
-        has_converged, q = _Branch(branch, chain, values).find_zeros(starts)
-        q = q[has_converged]
-        for k, conditions in enumerate(other_branches):
-            is_covered = _Branch(conditions, chain, values).contains(q)
-            covering_branches |= {k} if is_covered.any() else set()
-            q = q[~is_covered]
-        if len(q):
-            return None
-    return frozenset(covering_branches) or None
-
-
 def _sample_lengths(
     chain: Chain, rng: Stream, sample_count: int, min_numerator: int = 3000
 ) -> Iterator[tuple[dict[sp.Symbol, sp.Rational], NumericChain]]:

@@ -193,7 +193,7 @@ def _yield_lost_directions(lost_basis: np.ndarray, bending: "_Bending") -> Itera
         yield lost_basis @ weights
 
 
-_DIRECTION_STEP = np.pi / 45
+_DIRECTION_STEP = np.pi / 15
 """Angle (rad) between successive combinations that are tried if two directions are lost."""
 _RANDOM_DIRECTION_COUNT = 150
 """Number of random combinations that are tried if more than two directions are lost."""

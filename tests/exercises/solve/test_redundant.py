@@ -14,10 +14,9 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.library import find_robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS, time_limit
-from qdot.exercises.singularities.numeric_rank_check import _RankTest, check_rank_loss, find_covering_branches
+from qdot.exercises.singularities.numeric_rank_check import _RankTest, check_rank_loss
 from qdot.exercises.singularities.reciprocal import elimination_applies, find_reciprocal_set, make_polynomial_arm
 from qdot.exercises.singularities.singular_set import find_singular_set
-from qdot.exercises.solve import special_lengths
 from qdot.exercises.solve.solver import Solution, solve
 from tests.repository.test_schemas import find_schema_errors
 from tests.support.solving import solve_to_json, solve_to_text
@@ -229,30 +228,6 @@ def test_a_position_whose_minors_are_long_is_solved_by_a_force_that_does_no_work
     text = " ".join(solve_to_text(solution.chain, "text").split())
     assert "some force at P" in text and "a boundary singularity" in text
     assert find_schema_errors("solve", solve_to_json(solution.chain)) == []
-
-
-@pytest.mark.whole
-def test_special_lengths_are_told_by_elimination(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Links 3 and 4 as long as each other, folded on one another: P is on the axis of joint 3 then."""
-    chain = _of_position([(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, "a3", 90), (0, 0, "a4", 0)])
-    a2, a3, a4 = chain.parameters
-    monkeypatch.setattr(derivation, "LONG_MINOR_TERMS", 0)
-    monkeypatch.setattr(special_lengths, "list_length_relations", lambda *_: [(a3, a4), (a3, 2 * a2)])
-    (special,) = solve(chain).special
-    assert special.relation == "a3 = a4"
-    assert [[str(c) for c in one.conditions] for one in special.components] == [["cos(theta4) + 1"]]
-
-
-def test_what_is_told_by_other_conditions_is_found_to_be_the_same() -> None:
-    """A half turn of sin(x) - a cos(x), and a way that is parted between two others."""
-    chain = _of_position([(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, ".3", 90), (0, 0, ".2", 0)])
-    t2, t3 = chain.q[1:3]
-    both = (sp.sin(t2) * sp.cos(t3),)
-    others = [(1 - sp.cos(t2),), (sp.tan(t2) * sp.cos(t2) * 2,), (sp.cos(t3) / 3,)]
-    assert find_covering_branches(chain, (sp.sin(t2),), others) == frozenset({0, 1})
-    assert find_covering_branches(chain, both, others) == frozenset({0, 1, 2})
-    assert find_covering_branches(chain, both, others[:2]) is None
-    assert find_covering_branches(chain, (2 + sp.cos(t2),), others) is None
 
 
 def test_the_minors_of_short_arms_are_kept() -> None:
