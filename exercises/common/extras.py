@@ -13,8 +13,8 @@ DISTRIBUTION = "qdot-robotics"
 """The name of qdot in the package index, where `qdot` is another project; the import and the command are qdot."""
 IS_RELEASED = False
 """Whether qdot is in the package index. If so, a test lists the lines of README and docs that must change."""
-EXTRAS = {"pdf": ("typst",), "report": ("matplotlib", "xlsxwriter"), "cluster": ("distributed",)}
-"""The extras of pyproject.toml, and the import names of the libraries that each installs."""
+EXTRAS = {"pdf": "typst", "report": "xlsxwriter", "cluster": "distributed"}
+"""The extras of pyproject.toml, and the import name of the library that each installs."""
 
 
 def find_qdot_version() -> str:
@@ -33,20 +33,16 @@ def make_install_command(extra: str = "") -> str:
     return f"pip install {argument}"
 
 
-def explain_missing(extra: str, feature: str, module: str = "") -> str:
-    """Return the message that a feature needs libraries which are not installed; "" if nothing is missing.
-
-    The feature needs all modules of an extra, or only its module `module`.
-    """
-    missing_modules = [name for name in EXTRAS[extra] if module in ("", name) and find_spec(name) is None]
-    if not missing_modules:
+def explain_missing(extra: str, feature: str) -> str:
+    """Return the message that a feature needs a library which is not installed; "" if nothing is missing."""
+    if find_spec(EXTRAS[extra]) is not None:
         return ""
     folder_hint = "" if IS_RELEASED else " (in the folder of qdot's source)"
     words = f"install it with: {make_install_command(extra)}{folder_hint}"
-    return f"{feature} needs {' and '.join(missing_modules)}, which is not installed; {words}"
+    return f"{feature} needs {EXTRAS[extra]}, which is not installed; {words}"
 
 
-def require_extra(extra: str, feature: str, module: str = "") -> None:
+def require_extra(extra: str, feature: str) -> None:
     """Raise QdotError if `explain_missing` returns a message."""
-    if message := explain_missing(extra, feature, module):
+    if message := explain_missing(extra, feature):
         raise QdotError(message)

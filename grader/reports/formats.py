@@ -13,7 +13,7 @@ from qdot.exercises.common.extras import require_extra
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.json_form import to_jsonable
 from qdot.grader.grading.result import Result
-from qdot.grader.reports import charts, github, gradescope, junit
+from qdot.grader.reports import github, gradescope, junit
 from qdot.grader.reports.class_page import make_class_page
 from qdot.grader.reports.excel import make_workbook
 from qdot.grader.reports.gradebooks import (
@@ -69,9 +69,9 @@ FORMATS = {
         ReportFormat("brightspace", "A file to import into Brightspace's grades", "Brightspace", make_brightspace_csv,
                      make_notes=describe_unmarked_students),
         ReportFormat("xlsx", "A workbook: grades, and the outcomes of each part", "Excel, LibreOffice", make_workbook,
-                     check_library=lambda: require_extra("report", "--report xlsx", "xlsxwriter")),
+                     check_library=lambda: require_extra("report", "--report xlsx")),
         ReportFormat("html", "The class overview, a page for the staff", "any browser", make_class_page,
-                     is_private=True, check_library=charts.check_library),
+                     is_private=True),
     )
 }  # fmt: skip
 """The report formats by name."""
