@@ -352,8 +352,8 @@ def generate_text_events(robot: Robot) -> Events:
     chain = robot.chain
     w, steps = Wording(chain), get_solution_steps(chain)
     description = _describe_arm(robot)
-    shows_same = description is not None and not description.base and description.rows == w.rows
-    if shows_same or not w.convention.shows_table:
+    is_same_table = description is not None and not description.base and description.rows == w.rows
+    if is_same_table or not w.convention.shows_table:
         description = None  # the standard text below shows the same
     content = {"chain": chain, "w": w, "steps": steps, "tex": tex, "description": description}
     yield ReadyResult("arm", render("solve/arm.md.j2", **content, is_rounded=robot.is_table_rounded))
