@@ -4,7 +4,7 @@ This package imports all other packages of qdot, but a command's module is impor
 
     main                        the program
     problem_commands            the commands about arms and problems: init, families, questions, show, robots, solve
-    class_commands              the commands for a class: generate, release, verify, doctor
+    class_commands              the commands for a class: generate, release, verify, compare, doctor
     grade_command               `qdot grade`
     export_commands             `qdot export`, `qdot report` and `qdot return`
     site_commands               `qdot site`

@@ -1,14 +1,16 @@
-"""The commands for a class other than `qdot grade`: generate, release, verify, doctor."""
+"""The commands for a class other than `qdot grade`: generate, release, verify, compare, doctor."""
 
+import io
 import json
 import platform
 import re
+import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import closing
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -46,6 +48,8 @@ from qdot.grader.cli.options import (
 from qdot.grader.grading.certificates import FailureKind
 from qdot.grader.grading.certify import CERTIFIER, VerificationTask, find_former_students, list_tasks
 from qdot.grader.grading.class_check import load_class
+from qdot.grader.judging.compare_command import COMPARISON_TYPES, compare_lines, guess_type, judgement_content
+from qdot.grader.judging.compare_command import compare as compare_texts
 from qdot.grader.sandbox import guarantees
 from qdot.grader.statistics.shared_answers import describe_shared_answers
 
@@ -303,6 +307,58 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
     for refusal in all_refusals:
         note(refusal)
     return tasks
+
+
+def compare(
+    student: Annotated[str, typer.Argument(metavar="STUDENT", help="The student's answer, as text.")] = "",
+    reference: Annotated[str, typer.Argument(metavar="REFERENCE", help="The correct answer, as text.")] = "",
+    type: Annotated[
+        str,
+        name_option(f"Type: {', '.join(COMPARISON_TYPES)}. Default: that of the reference.", names=COMPARISON_TYPES),
+    ] = "",
+    joints: Annotated[str, typer.Option(help="Joint variables of angles or conditions, separated by commas.")] = "",
+    batch: Annotated[
+        str, typer.Option(metavar="FILE.jsonl", help="One comparison per line, as JSON; - reads standard input.")
+    ] = "",
+) -> None:
+    """Compare two answers as the grader does.
+
+    Prints the verdict and how certain it is.
+
+    Examples:
+      qdot compare "a1*a2*s2" "a1*a2*sin(theta2)"
+          an answer and its reference
+      qdot compare --batch answers.jsonl
+          many comparisons, one JSON object per line
+    """
+    if batch:
+        errors: list[str] = []
+        for response in compare_lines(_read_lines(batch), errors):
+            print_result(response)
+        if errors:
+            others_text = f", and {count_noun(len(errors) - 1, 'more line')} with errors" if len(errors) > 1 else ""
+            raise QdotError(f"{errors[0]}{others_text}; all other lines were compared")
+        return
+    if not reference:
+        raise QdotError("give two texts, STUDENT and REFERENCE, or --batch FILE.jsonl")
+    kind = type or guess_type(reference)
+    texts: Any = [reference] if kind == "singular" else reference
+    names = tuple(name.strip() for name in joints.split(",") if name.strip())
+    print_result(json.dumps(judgement_content(compare_texts(kind, student, texts, names)), ensure_ascii=False))
+
+
+def _read_lines(batch: str) -> Iterable[str]:
+    """Yield the lines of a file, or of standard input for "-". Raises QdotError if the file can't be read."""
+    if batch == "-":
+        if isinstance(sys.stdin, io.TextIOWrapper):
+            sys.stdin.reconfigure(errors="surrogateescape")
+        yield from sys.stdin
+        return
+    try:
+        with Path(batch).open(encoding="utf-8", errors="surrogateescape") as file:
+            yield from file
+    except OSError as error:
+        raise QdotError(f"{batch} can't be read: {error}") from None
 
 
 def doctor(as_json: JsonOption = False) -> None:

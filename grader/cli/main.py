@@ -36,7 +36,7 @@ STOP_MESSAGES = {
 
 COMMANDS = {
     **dict.fromkeys(("init", "families", "questions", "show", "robots", "solve"), "qdot.grader.cli.problem_commands"),
-    **dict.fromkeys(("verify", "generate", "release", "doctor"), "qdot.grader.cli.class_commands"),
+    **dict.fromkeys(("verify", "generate", "release", "compare", "doctor"), "qdot.grader.cli.class_commands"),
     "grade": "qdot.grader.cli.grade_command",
     "check": "qdot.grader.cli.student_command",
     **dict.fromkeys(("export", "report", "return"), "qdot.grader.cli.export_commands"),
@@ -89,7 +89,8 @@ def make_program(needed_part: str = "") -> "typer.Typer":
             command = _report_errors(getattr(import_module(module), function))
             docstring = inspect.getdoc(command)
         text, _, examples = (docstring or "").partition("\nExamples:\n")
-        group.command(name, help=text, epilog=f"\b\nExamples:\n{examples}")(command)
+        context = {"ignore_unknown_options": name == "compare"}  # a formula may begin with a minus
+        group.command(name, context_settings=context, help=text, epilog=f"\b\nExamples:\n{examples}")(command)
 
     for name, module in COMMANDS.items():
         if needed_part not in COMMANDS or name == needed_part:

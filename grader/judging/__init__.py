@@ -7,6 +7,7 @@ This package imports only parts of the sandbox from the rest of the grader.
     formulas, choices           judge formulas, numbers, directions and sets; judge the letters of options
     functions                   judge Python functions by their values
     expected_form, judge        the entry points: parse the answer to a part in the form expected of it; judge it
+    compare_command             compare two texts (`qdot compare`)
 
 Whether two formulas or sets are equal is decided in `exercises.formula` (`equality`, `conditions`).
 """

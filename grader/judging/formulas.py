@@ -27,7 +27,7 @@ from qdot.exercises.formula.equality import (
     to_json_number,
 )
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.formula.set_parser import Atom, Piece, parse_typed_set
+from qdot.exercises.formula.set_parser import Atom, Piece, parse_pieces, parse_typed_set
 from qdot.exercises.formula.trees import ZERO, Node, ParseError, find_names, make_number
 from qdot.exercises.formula.vocabulary import VOCABULARY
 from qdot.exercises.problem.credit import (
@@ -309,11 +309,11 @@ def _judge_numeric_direction(parsed: ParsedAnswer, reference: Sequence[Node], to
     return wrong_judgement(reason, Certificate("numeric", 1, 0.0, example))
 
 
-SINGULAR_CONFIGURATION, CONFIGURATION = "a singular configuration", "a configuration"
+SINGULAR_CONFIGURATION, CONFIGURATION, ANGLE = "a singular configuration", "a configuration", "an angle"
 """The elements of sets, as messages about missing ones call them."""
 SURPLUS_WORDS = {
     SINGULAR_CONFIGURATION: "this configuration is not singular",
-    CONFIGURATION: "this configuration does not satisfy the condition",
+    CONFIGURATION: "this configuration does not satisfy the condition", ANGLE: "this angle is wrong",
 }  # fmt: skip
 """What is said of an element that is not in the reference."""
 
@@ -344,6 +344,19 @@ def judge_singular(
         return judgement
     is_better = joined_judgement.share > judgement.share
     return replace(judgement, reason=f"{OR_HINT}; {judgement.reason}") if is_better else judgement
+
+
+def judge_angles(parsed: ParsedAnswer, reference: Node, domain: Domain, seed: str) -> Judgement:
+    """Judge a set of angles, modulo 2 pi."""
+    assert parsed.tree is not None
+    joint, angle_domain = Node("name", value="angle"), Domain({**domain.roles, "angle": "angle"})
+    reference_pieces = [parse_pieces(Node("in", (joint, reference)), ["angle"])]
+    space = ConfigurationSpace(["angle"], angle_domain)
+    try:
+        claimed_pieces = parse_typed_set(Node("in", (joint, parsed.tree)), ["angle"])
+        return _judge_set(claimed_pieces, reference_pieces, space, seed, ANGLE)
+    except ParseError as error:
+        return wrong_judgement(describe_parse_error(error, "a set of angles"))
 
 
 def _judge_set(
@@ -461,6 +474,14 @@ def _describe_matches(match_counts: Sequence[tuple[int, int]], false_count: int)
     verb = "is" if false_count == 1 else "are"
     false_words = f"; {false_count} of your conditions {verb} wrong" if false_count else ""
     return f"{found_words}{false_words}"
+
+
+def group_by_joints(reference: Sequence[Node], joints: Sequence[str]) -> list[list[Node]]:
+    """Return conditions grouped by the joints that they contain, because the correct grouping is unknown."""
+    groups: dict[frozenset[str], list[Node]] = {}
+    for tree in reference:
+        groups.setdefault(frozenset(find_names(tree) & set(joints)), []).append(tree)
+    return list(groups.values())
 
 
 def _are_degrees(

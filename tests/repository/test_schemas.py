@@ -71,6 +71,16 @@ def test_results_conform(results: list[dict[str, Any]]) -> None:
         assert find_schema_errors("result", changed)
 
 
+def test_compare_conforms(results: list[dict[str, Any]]) -> None:
+    requests = [
+        {"id": 1, "type": "expression", "reference": "a1*sin(theta1)", "student": student, "joints": ["theta1"]}
+        for student in ("sin(theta1)*a1", "a1", "", "a1**(", "blank")
+    ]
+    lines = run("compare", "--batch", "-", stdin="".join(json.dumps(line) + "\n" for line in requests)).splitlines()
+    assert [find_schema_errors("compare", json.loads(line)) for line in lines] == [[]] * 5
+    assert find_schema_errors("compare", {"id": 1, "outcome": "good", "reason": "", "certificate": None})
+
+
 def test_doctor_conforms() -> None:
     content = json.loads(run("doctor", "--json"))
     assert find_schema_errors("doctor", content) == []

@@ -83,13 +83,14 @@ def test_every_command_and_its_processes_can_be_loaded() -> None:
 
 
 @pytest.mark.integration
-def test_problems_are_shown_solved_and_verified() -> None:
+def test_problems_are_shown_solved_verified_and_compared() -> None:
     output, _ = run("show", "polar-rp/1", "--solution")
     assert "θ" in output, "a pipe is UTF-8, whatever the system's encoding is"
     assert "?" in run("show", "polar-rp/1", encoding="ascii")[0]
     assert json.loads(run("show", "polar-rp/1", "--format", "json")[0])["id"] == "polar-rp/1"
     assert "determinant" in run("solve", ROOT / "tests/data/archives/unreleased/arm.toml")[0].lower()
     assert "1 problem verified, 0 failed" in run("verify", "polar-rp/1")[0]
+    assert json.loads(run("compare", "a1*a2*s2", "a1*a2*sin(theta2)")[0])["outcome"] == "correct"
 
 
 @pytest.mark.integration

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 from qdot.exercises.formula.equality import Domain, Rounding
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.trees import Node, find_names
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
 from qdot.grader.diagnosis import diagnosis
@@ -45,23 +44,14 @@ def judge_singular(
     rounding: Rounding | None = None,
 ) -> Judgement:  # fmt: skip
     pieces = [parse_formula(text, domain.roles) for text in reference]
-    expected = group_by_joints(pieces, joints)
+    expected = formulas.group_by_joints(pieces, joints)
     answer = read_conditions(student, domain)
     return answer.refusal or formulas.judge_singular(answer, expected, joints, domain, seed, rounding)
 
 
 def judge_angles(student: str, reference: str, domain: Domain, seed: str) -> Judgement:
-    """Judge a set of angles as values of a joint."""
-    angle_domain = Domain({**domain.roles, "angle": "angle"})
-    return judge_singular(student, [f"angle in {reference}"], ["angle"], angle_domain, seed)
-
-
-def group_by_joints(reference: Sequence[Node], joints: Sequence[str]) -> list[list[Node]]:
-    """Return conditions grouped by the joints that they contain, because the correct grouping is unknown."""
-    groups: dict[frozenset[str], list[Node]] = {}
-    for tree in reference:
-        groups.setdefault(frozenset(find_names(tree) & set(joints)), []).append(tree)
-    return list(groups.values())
+    answer, expected = read_conditions(student, domain), parse_formula(reference, domain.roles)
+    return answer.refusal or formulas.judge_angles(answer, expected, domain, seed)
 
 
 def judge_direction(

@@ -31,9 +31,9 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import Atom, parse_pieces
 from qdot.exercises.formula.trees import Node, ParseError, as_matrix, format_tree
 from qdot.grader.judging.answer_parser import assign_values_to_joint, read_conditions, replace_decimal_commas
+from qdot.grader.judging.compare_command import compare_line
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support import DATA
-from tests.support.comparing import judge_request
 from tests.support.judging import judge_angles, judge_expression, judge_matrix, judge_singular
 
 MAX_LENGTH = 10_000
@@ -108,7 +108,7 @@ def check_parsing(text: str) -> None:
         if tree is not None:
             _is_scalar(tree)
     for kind, reference in (("expression", "a1"), ("matrix", "[[a1, 0]]"), ("angles", "{0, pi}")):
-        answer = judge_request({"type": kind, "reference": reference, "student": text})
+        answer = compare_line(json.dumps({"type": kind, "reference": reference, "student": text}), 1)
         json.dumps(answer, allow_nan=False)
         if answer["outcome"] == Outcome.UNGRADED.value:
             raise Find(answer["reason"])

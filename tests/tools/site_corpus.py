@@ -20,9 +20,9 @@ from qdot.exercises.notebook.notebook import NotebookContent, make_notebook_meta
 from qdot.exercises.site.keys import make_values_key
 from qdot.exercises.site.record import make_arm_record
 from qdot.grader.grading.check import find_claimed_form, is_readable
+from qdot.grader.judging.compare_command import compare
 from tests.grader.judging.test_forms import TEXTS, part_of, problem
 from tests.support import ROOT
-from tests.support.comparing import compare
 from tests.tools.fuzz import SYMBOL_SETS
 from tests.tools.readers import judge_answer, judge_part, make_stored_query, part_json, problems, tree_text
 from tests.tools.site_slips import slips_text

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula import equality
 from qdot.exercises.formula.equality import (
@@ -22,8 +23,8 @@ from qdot.exercises.formula.equality import (
 )
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import find_names
+from qdot.grader.judging.compare_command import compare_line
 from tests.support import DATA
-from tests.support.comparing import judge_request
 from tests.support.suites import select_for_suite
 
 CASES = [json.loads(line) for line in (DATA / "corpus.jsonl").read_text(encoding="utf-8").splitlines()]
@@ -37,7 +38,7 @@ def compare(student: str, reference: str, seed: str = "seed") -> Comparison:
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case['id']}-{case['tag']}")
 def test_verdicts_of_the_corpus_are_reproduced(case: dict[str, Any]) -> None:
-    judged = judge_request(case)
+    judged = compare_line(json.dumps(case), 1)
     assert (judged["outcome"] == "correct") == case["correct"], judged
     assert ((judged["certificate"] or {}).get("bound") or 0) < 1e-15
     assert judged["outcome"] != "ungraded"
@@ -72,7 +73,13 @@ def test_entry_that_is_only_rounding_noise_is_zero() -> None:
 
 def test_reference_may_be_a_long_sum() -> None:
     request = {"type": "matrix", "reference": f"[[{'a1+' * 2000}a1, 0]]", "student": "[[2001*a1, 0]]"}
-    assert judge_request(request)["outcome"] == "correct"
+    assert compare_line(json.dumps(request), 1)["outcome"] == "correct"
+
+
+@pytest.mark.parametrize("line", ["", "[" * 100_000, '{"type": ' * 100_000, "9" * 5000], ids=lambda line: line[:9])
+def test_invalid_json_line_is_reported(line: str) -> None:
+    with pytest.raises(QdotError, match="line 7 is not JSON"):
+        compare_line(line, 7)
 
 
 WRONG_IN_PLACES = [

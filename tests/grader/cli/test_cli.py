@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import psutil  # type: ignore[import-untyped]
 import pytest
@@ -19,9 +20,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.reference_answers import Matrix
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.cli.main import COMMANDS, LIST_COMMANDS, app, make_program
-from qdot.grader.judging.verdict import Outcome
 from tests.support.command import run, run_and_fail, runner
-from tests.support.comparing import compare
 from tests.support.submitting import TOML
 from tests.support.suites import select_for_suite
 
@@ -117,6 +116,10 @@ def test_show_prints_the_same_twice_in_every_format(format: str) -> None:
         (("generate", "nowhere"), "qdot init nowhere"),
         (("grade", "nowhere"), "qdot init nowhere"),
         (("check", "nowhere.ipynb"), "nowhere.ipynb"),
+        (("compare", "a1"), "two texts"),
+        (("compare", "a1", "a1", "--type", "word"), "not one of expression"),
+        (("compare", "a1", "a1+"), "the reference can't be parsed"),
+        (("compare", "--batch", "nowhere.jsonl"), "nowhere.jsonl"),
         (("export", "nowhere"), "--to html"),
         (("export", "nowhere", "--to", "cc"), "did you mean 'common-cartridge'"),
     ],
@@ -134,7 +137,8 @@ def test_solve_derives_example_6_3(tmp_path: Path) -> None:
     assert solution["task"] == ["vx", "vy", "vz"]
     assert [len(solution["jacobian"]), len(solution["geometric_jacobian"])] == [3, 6]
     expected = "a2*a3*sin(theta3)*(a1 + a2*cos(theta2) + a3*cos(theta2 + theta3))"
-    assert compare("expression", solution["determinant"], expected).outcome is Outcome.CORRECT
+    judged = run("compare", solution["determinant"], expected)
+    assert json.loads(judged)["outcome"] == "correct"
     elbow, shoulder = solution["singular"]
     assert elbow["solutions"] == {"theta3": ["0", "pi"]}
     assert (elbow["condition"], elbow["type"]) == ("sin(theta3)", "boundary")
@@ -161,6 +165,38 @@ def test_solve_warns_of_a_length_in_millimetres_on_stderr(tmp_path: Path) -> Non
     assert result.exit_code == 0
     assert json.loads(result.stdout)["task"] == ["vx", "vy"]
     assert result.stderr.startswith(f"{robot}: line 13: joint 2: a = 400: ") and result.stderr.count("\n") == 1
+
+
+def test_compare_judges_arguments_and_batches(tmp_path: Path) -> None:
+    right_answer = json.loads(run("compare", "a1*a2*s2", "a1*a2*sin(theta2)"))
+    assert right_answer["outcome"] == "correct"
+    assert set(right_answer["certificate"]) == {"method", "points", "bound", "counterexample"}
+    wrong_answer = json.loads(run("compare", "a1*a2*c2", "a1*a2*sin(theta2)"))
+    assert wrong_answer["certificate"]["counterexample"]["at"]
+    requests: list[dict[str, Any]] = [
+        {"id": 1, "type": "matrix", "reference": [["a1", "0"], ["0", "a2"]], "student": "[[a1, 0], [0, a2*2]]"},
+        {"id": 2, "type": "angles", "reference": "{0, pi}", "student": "{pi, 2*pi}"},
+        {"id": 3, "type": "singular", "reference": ["sin(theta3) = 0"], "student": "theta3 in {0, pi}",
+         "joints": ["theta1", "theta2", "theta3"]},
+        {"id": 4, "type": "matrix", "reference": ["a1", "a2"], "student": "[a1, a2]"},
+        {"id": 5, "type": "expression", "reference": "a1", "student": ""},
+        {"id": 6, "type": "matrix", "reference": 5, "student": 5},
+        {"id": 7, "type": "matrix", "reference": ["a1"], "student": json.loads("[" * 900 + "]" * 900)},
+        {"id": 8, "reference": [["a1", "0"], ["0", "a2"]], "student": "Matrix([[a1, 0], [0, a2]])"},
+    ]  # fmt: skip
+    lines = "".join(json.dumps(request) + "\n" for request in requests)
+    (tmp_path / "b.jsonl").write_text(lines)
+    expected = ["partial", "correct", "correct", "correct", "missing", "correct", "wrong", "correct"]
+    for source, stdin in ((tmp_path / "b.jsonl", None), ("-", lines)):
+        answers = [json.loads(line) for line in run("compare", "--batch", source, stdin=stdin).splitlines()]
+        assert [answer["outcome"] for answer in answers] == expected
+        assert [answer["id"] for answer in answers] == list(range(1, 9))
+    (tmp_path / "b.jsonl").write_bytes(b'{"id": 1}\n\xff\n[]\n' + lines.encode())
+    result = runner.invoke(app, ["compare", "--batch", str(tmp_path / "b.jsonl")])
+    assert result.exit_code == 2
+    outcomes = [json.loads(line)["outcome"] for line in result.stdout.splitlines()]
+    assert outcomes == ["ungraded"] * 3 + expected
+    assert result.stderr.startswith("qdot: line 1: ") and "2 more lines" in result.stderr
 
 
 @pytest.mark.whole
@@ -311,6 +347,19 @@ def assert_group_ended(group: int) -> None:
     while left := [process for process in psutil.process_iter(["status"]) if is_alive(process, group)]:
         assert time.monotonic() < deadline, left
         time.sleep(0.05)
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [["-a1*s1", "-a1*sin(theta1)"], ["-theta1*s2", "--type", "expression", "-theta1*sin(theta2)"], ["--", "-a1", "-a1"],
+     ["--5", "5"]],
+)  # fmt: skip
+def test_compare_accepts_answers_that_begin_with_a_minus(texts: list[str]) -> None:
+    assert json.loads(run("compare", *texts))["outcome"] == "correct"
+
+
+def test_compare_refuses_unknown_options() -> None:
+    assert runner.invoke(app, ["compare", "--jonits", "theta1", "a", "b"]).exit_code == 2
 
 
 def is_alive(process: psutil.Process, group: int) -> bool:

@@ -1,5 +1,6 @@
 """Time limits on judging: an answer that takes too long is interrupted and left ungraded; the others are graded."""
 
+import json
 import threading
 import time
 import warnings
@@ -15,13 +16,13 @@ from qdot.exercises.common.time_limit import OutOfTime, Watchdog, end_watchdog
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.grading.check import check_notebook
 from qdot.grader.judging.answer_parser import ParsedAnswer
+from qdot.grader.judging.compare_command import compare_lines
 from qdot.grader.judging.judge import judge_parsed
 from qdot.grader.judging.verdict import Judgement, Outcome
 from qdot.grader.marking import marking
 from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.sandbox.time_budgets import Budget, TimeBudgets
-from tests.support.comparing import judge_request
 from tests.support.submitting import (
     ALL_CORRECT,
     code_cell,
@@ -181,8 +182,25 @@ def test_overflow_in_answers_raises_no_warning(answer: str) -> None:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         mark(problem, {part.name: answer for part in problem.parts}, secret="s")
-        judge_request({"type": "matrix", "reference": ["theta1", "a1"], "student": answer})
+        list(compare_lines([json.dumps({"type": "matrix", "reference": ["theta1", "a1"], "student": answer})], []))
     assert caught == []
+
+
+# --- one line of a batch ---
+
+
+def test_a_bad_line_of_a_batch_stops_no_other_line() -> None:
+    good_line = json.dumps({"id": 7, "type": "expression", "reference": "a1", "student": "a1"})
+    bad_lines = [
+        "no JSON", "[]", '{"id": 1}', "[" * 100_000, '{"type": "x", "reference": "a1", "student": "a1"}',
+        '{"type": "expression", "reference": "(", "student": "a1"}', "9" * 5000,
+        '{"id": 1, "type": "expression", "reference": "a1", "student": "a1", "joints": 5}', "\udcff\udcfe",
+    ]  # fmt: skip
+    errors: list[str] = []
+    answers = [json.loads(line) for line in compare_lines([*bad_lines, "", good_line], errors)]
+    assert [answer["outcome"] for answer in answers] == ["ungraded"] * len(bad_lines) + ["correct"]
+    assert [answer["reason"] for answer in answers[:-1]] == errors and answers[-1]["id"] == 7
+    assert all(error.startswith(f"line {number}") for number, error in enumerate(errors, 1))
 
 
 # --- a cell that was stopped ---

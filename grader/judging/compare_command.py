@@ -1,21 +1,23 @@
-"""Compare a student's text with a reference as the grader does, for tests of single answers."""
+"""Compare a student's text with a reference as the grader does, and return a judgement (`qdot compare`)."""
 
 import contextlib
 import hashlib
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.json_form import to_jsonable
+from qdot.exercises.common.time_limit import OutOfTime
 from qdot.exercises.formula.equality import Domain, choose_default_role
 from qdot.exercises.formula.parser import MAX_DEPTH, parse_formula, parse_reference
 from qdot.exercises.formula.trees import Node, ParseError, as_matrix, find_names
 from qdot.grader.judging.answer_parser import read_conditions, read_formula, read_matrix
-from qdot.grader.judging.formulas import judge_expression, judge_matrix, judge_singular
-from qdot.grader.judging.verdict import Judgement
-from tests.support.judging import group_by_joints
+from qdot.grader.judging.formulas import group_by_joints, judge_angles, judge_expression, judge_matrix, judge_singular
+from qdot.grader.judging.verdict import Judgement, Outcome
+from qdot.grader.sandbox.time_budgets import Budget
 
 COMPARISON_TYPES = ("expression", "matrix", "angles", "singular")
 """The types of answers that can be compared: a formula, a matrix, a set of angles, a set of singular configurations."""
@@ -47,8 +49,8 @@ def compare(kind: str, student: str, reference: Any, joints: Sequence[str] = ())
         return parsed.refusal or judge_matrix(parsed, rows, domain, seed)
     parsed = read_conditions(student, domain)
     if kind == "angles":
-        domain = Domain({**domain.roles, "angle": "angle"})
-        trees, joints = [parse_formula(f"angle in {', '.join(texts)}", domain.roles)], ["angle"]
+        angles = Node("set", tuple(trees)) if len(trees) > 1 else trees[0]
+        return parsed.refusal or judge_angles(parsed, angles, domain, seed)
     variables = joints or sorted(name for name in domain.roles if name.startswith("theta"))
     return parsed.refusal or judge_singular(parsed, group_by_joints(trees, variables), variables, domain, seed)
 
@@ -86,13 +88,61 @@ def _make_default_domain(reference_nodes: Sequence[Node], student: str, joints: 
     return Domain({name: choose_default_role(name) for name in sorted(symbols)})
 
 
-def judge_request(request: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the outcome, reason and certificate of the comparison of a request's student and reference."""
-    with np.errstate(all="ignore"):
-        texts = as_text(request["student"]), request["reference"]
-        judgement = compare(request.get("type", "expression"), *texts, request.get("joints") or ())
-    certificate = to_jsonable(judgement.certificate)
-    return {"outcome": judgement.outcome.value, "reason": judgement.reason, "certificate": certificate}
+def compare_line(line: str, line_number: int) -> dict[str, Any]:
+    """Judge the request in one line of a batch, and return the response in the form of docs/schemas/compare.json.
+
+    Raises QdotError if the line is not a valid request.
+    """
+    try:
+        request = json.loads(line)
+    except (ValueError, RecursionError) as error:
+        raise QdotError(f"line {line_number} is not JSON: {error}") from None
+    if not isinstance(request, dict):
+        raise QdotError(
+            f"line {line_number}: a request must be an object with reference and student (and type, id, joints)"
+        )
+    if missing_keys := [key for key in ("reference", "student") if key not in request]:
+        names = " and ".join(missing_keys)
+        raise QdotError(f"line {line_number}: {names} missing; a request must have reference and student")
+    return {"id": request.get("id"), **judgement_content(judge_request(request, line_number))}
+
+
+def compare_lines(lines: Iterable[str], errors: list[str]) -> Iterator[str]:
+    """Yield one line of JSON for each nonempty line of a batch. Errors in invalid requests are added to `errors`."""
+    for line_number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            response = json.dumps(compare_line(line, line_number), ensure_ascii=False)
+        except (QdotError, RecursionError) as error:  # RecursionError if its id can't be written
+            reason = str(error) if isinstance(error, QdotError) else f"line {line_number}: its id is nested too deeply"
+            errors.append(reason)
+            content = judgement_content(Judgement(Outcome.UNGRADED, 0.0, reason))
+            response = json.dumps({"id": None, **content}, ensure_ascii=False)
+        yield response
+
+
+def judge_request(request: Mapping[str, Any], line_number: int) -> Judgement:
+    """Return the judgement on the request in a line. Raises QdotError if the request is invalid.
+
+    If qdot's own code fails or takes too long, the outcome is UNGRADED.
+    """
+    joints = request.get("joints") or ()
+    if not isinstance(joints, (list, tuple)) or not all(isinstance(joint, str) for joint in joints):
+        raise QdotError(f'line {line_number}: joints must be a list of names, such as ["theta1", "theta2"]')
+    budget = Budget(30.0)
+    try:
+        with budget.spend(), np.errstate(all="ignore"):
+            reference = request["reference"]
+            kind = str(request.get("type") or guess_type(as_text(reference)))
+            return compare(kind, as_text(request["student"]), reference, joints)
+    except QdotError as error:
+        raise QdotError(f"line {line_number}: {error}") from None
+    except OutOfTime:
+        reason = f"the comparison takes longer than {budget.seconds:g} s of processor time"
+    except Exception as error:  # a failure of qdot is reported and is never a verdict
+        reason = f"qdot failed: {type(error).__name__}: {error}"[:300]
+    return Judgement(Outcome.UNGRADED, 0.0, reason)
 
 
 def as_text(answer: Any, depth: int = 0) -> str:
@@ -103,3 +153,18 @@ def as_text(answer: Any, depth: int = 0) -> str:
         items = answer if depth <= MAX_DEPTH else []
         return "[" + ", ".join(as_text(item, depth + 1) for item in items) + "]"
     return answer if isinstance(answer, str) else repr(answer)
+
+
+def guess_type(reference: str) -> str:
+    """Guess the type of a reference: matrix for a list, angles for a set, singular for conditions, else expression."""
+    types = {"list": "matrix", "set": "angles", "eq": "singular", "or": "singular"}
+    try:
+        return types.get(parse_formula(reference).kind, "expression")
+    except ParseError:
+        return "expression"
+
+
+def judgement_content(judgement: Judgement) -> dict[str, Any]:
+    """Return the outcome, reason and certificate as data for JSON."""
+    certificate = to_jsonable(judgement.certificate)
+    return {"outcome": judgement.outcome.value, "reason": judgement.reason, "certificate": certificate}
