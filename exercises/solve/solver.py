@@ -26,11 +26,11 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import MAX_JOINTS_FOR_INVERSE
 from qdot.exercises.questions.screws import derive_body_jacobian, derive_space_jacobian
 from qdot.exercises.singularities.existence_conditions import find_existence_condition
-from qdot.exercises.singularities.numeric_rank_check import check_rank_loss
 from qdot.exercises.singularities.reciprocal import elimination_applies
 from qdot.exercises.singularities.singular_set import Component, find_singular_set, find_special_length_components
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.solve.certified_singularities import certify_components
+from qdot.exercises.solve.numeric_rank_check import check_rank_loss
 from qdot.exercises.solve.redundant import RedundantSingularities, generate_redundant_events
 from qdot.exercises.writing.latex import tex, tex_angle, tex_degrees, tex_length, tex_result
 from qdot.exercises.writing.markup import escape_latex, to_latex

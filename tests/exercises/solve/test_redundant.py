@@ -14,9 +14,9 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.library import find_robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS, time_limit
-from qdot.exercises.singularities.numeric_rank_check import _RankTest, check_rank_loss
 from qdot.exercises.singularities.reciprocal import elimination_applies, find_reciprocal_set, make_polynomial_arm
 from qdot.exercises.singularities.singular_set import find_singular_set
+from qdot.exercises.solve.numeric_rank_check import check_rank_loss
 from qdot.exercises.solve.solver import Solution, solve
 from tests.repository.test_schemas import find_schema_errors
 from tests.support.solving import solve_to_json, solve_to_text
@@ -154,27 +154,6 @@ def test_the_test_in_numbers_finds_what_is_missing_and_what_is_false() -> None:
     assert check_rank_loss(chain, [*ways, (s2,)]).full_rank_branches == (4,)
     assert check_rank_loss(chain, [*ways, (c3, s2 - 2)]).samples[4] == ()  # there is no such configuration
     assert len(check_rank_loss(chain, []).unexplained_configurations) > 50
-
-
-def _mixed(task: tuple[str, ...]) -> Chain:
-    angles, fifth = [sp.pi / 3, -sp.pi / 4, sp.pi / 2, sp.pi / 5, 0], sp.Rational(1, 5)
-    joints = []
-    for i, (kind, alpha) in enumerate(zip("RPRRP", angles, strict=True), 1):
-        theta, d = (f"theta{i}", fifth) if kind == "R" else (sp.pi / 7, f"d{i}")
-        joints.append(Joint(kind, theta, d, sp.Rational(i, 10), alpha))
-    return Chain("mixed", tuple(joints), task)
-
-
-@pytest.mark.parametrize("task", [VELOCITY_NAMES, ("vx", "vy", "vz"), ("vx", "wz"), ("wx", "wy", "wz", "vz", "vx")])
-def test_slopes_of_the_jacobian_are_those_of_small_steps(task: tuple[str, ...]) -> None:
-    rank = _RankTest(NumericChain(_mixed(task), {}), _mixed(task))
-    q, step = np.array([[0.3, 0.4, -1.2, 0.7, 0.2]]), 1e-6
-    for j in range(5):
-        ahead, behind = q.copy(), q.copy()
-        ahead[0, j] += step * rank._joint_units[j]
-        behind[0, j] -= step * rank._joint_units[j]
-        slope = (rank.compute_jacobian(ahead) - rank.compute_jacobian(behind)) / (2 * step)
-        assert np.allclose(rank._compute_jacobian_derivatives(q)[..., j], slope, atol=1e-8)
 
 
 def test_where_rank_is_lost_everywhere_it_is_said() -> None:
