@@ -5,7 +5,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { test } from "node:test";
 
-import { drawn, inChromium, opened, openedAnew, PHONE } from "./opened.mjs";
+import { assertAccessible, drawn, inChromium, opened, openedAnew, PHONE } from "./opened.mjs";
 
 const there = inChromium();
 const TABLE = "own.html#dh=R_q1_0_0.5_0~R_q2_0_0.4_0&at=30_90";
@@ -188,6 +188,15 @@ for (const [robot, width] of [
     assert.ok(found.off >= 3, `${found.off} pixels from the bracket`);
   });
 }
+
+test("on a phone, keys scroll the J of six joints", async () => {
+  const { page } = await opened(there, "own.html#robot=ur5", PHONE);
+  const table = page.locator(".own-figures table");
+  await table.focus();
+  await page.keyboard.press("ArrowRight");
+  await page.waitForFunction(() => document.querySelector(".own-figures table").scrollLeft > 0);
+  await assertAccessible(page);
+});
 
 test("all columns of the J of ten joints are visible; units are accepted, and an unlikely angle is pointed out", async () => {
   const rows = Array.from({ length: 10 }, (_, i) => `R_q${i + 1}_0_0.4_${90 * (i % 2)}`).join("~");

@@ -15,6 +15,9 @@ function formatOrZero(value: number, largest: number): string {
   return formatNumber(Math.abs(value) < 1e-12 * Math.max(1, largest) ? 0 : value);
 }
 
+/** On a phone, J of more joints is scrolled sideways. */
+const FITTING_JOINTS = 3;
+
 export function Figures({ stage }: { stage: Stage }): JSX.Element {
   const { arm, state, measures } = stage;
   const largestEntry = Math.max(...state.jacobian.flat().map(Math.abs));
@@ -23,7 +26,12 @@ export function Figures({ stage }: { stage: Stage }): JSX.Element {
   return (
     <section class="own-figures" aria-label={say("own.figures")}>
       <h3>{say("own.figures")}</h3>
-      <JacobianTable arm={arm} state={state} format={(value) => formatOrZero(value, largestEntry)} />
+      <JacobianTable
+        arm={arm}
+        state={state}
+        format={(value) => formatOrZero(value, largestEntry)}
+        tabIndex={arm.joints.length > FITTING_JOINTS ? 0 : undefined}
+      />
       <dl>
         <dt>
           <Words text={say(sizeKey(arm))} />
