@@ -68,7 +68,7 @@ export const DrawnLetters = memo(({ name }: { name: string }): JSX.Element => {
 });
 
 /** A text in which the point P and the Jacobian J stand as in formulas. */
-export const Words = ({ text }: { text: string }): JSX.Element => (
+export const Words = memo(({ text }: { text: string }): JSX.Element => (
   <span>
     {text.split(/\b(JJ?|P)\b/).map((piece, i) =>
       i % 2 === 1 ? (
@@ -80,4 +80,4 @@ export const Words = ({ text }: { text: string }): JSX.Element => (
       ),
     )}
   </span>
-);
+));
