@@ -105,8 +105,8 @@ class ExportFormat:
     `progress_unit`, a "variant" or a "student". `regenerates_problems` means that the platform regenerates the problems
     from assignment.toml.
 
-    Before anything is written, `check` raises QdotError if no machine can carry out the request. `explain_missing`
-    returns which program this machine lacks and how to install it, or "".
+    Before anything is written, `check` raises QdotError if the request is impossible. `explain_missing` returns
+    which program this machine lacks and how to install it, or "".
     """
 
     name: str

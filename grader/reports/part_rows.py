@@ -56,11 +56,14 @@ def make_part_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow
         override_text = "" if part.override is None else describe_override(part.override)
         texts = list(filter(None, (shown_part.advice, shown_part.reason, override_text)))
         sentences = [f"{capitalize(text)}{'' if text.endswith(('.', '?')) else '.'}" for text in texts]
-        message = " ".join(" ".join(sentences if len(texts) > 1 else texts).split()).removesuffix(".")
-        message = shorten(add_chapter_to_reference(message), MAX_MESSAGE_LENGTH)
+        text = " ".join(sentences if len(texts) > 1 else texts)
+        message = add_chapter_to_reference(" ".join(text.split()).removesuffix("."))
+        message = shorten(message, MAX_MESSAGE_LENGTH)
         question = ALL_QUESTIONS.get(part.name)  # None for an instructor's own question
         title = part.name.replace("-", " ").capitalize() if question is None else question.title
-        rows.append(PartRow(name, title, part.outcome, part.points, part.max_points, message))
+        rows.append(
+            PartRow(name, title, part.outcome, part.points, part.max_points, shorten(message, MAX_MESSAGE_LENGTH))
+        )
     return rows
 
 
