@@ -58,7 +58,6 @@ def make_part_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow
         sentences = [f"{capitalize(text)}{'' if text.endswith(('.', '?')) else '.'}" for text in texts]
         text = " ".join(sentences if len(texts) > 1 else texts)
         message = add_chapter_to_reference(" ".join(text.split()).removesuffix("."))
-        message = shorten(message, MAX_MESSAGE_LENGTH)
         question = ALL_QUESTIONS.get(part.name)  # None for an instructor's own question
         title = part.name.replace("-", " ").capitalize() if question is None else question.title
         rows.append(
