@@ -182,7 +182,6 @@ class _UrdfReader:
         return joints
 
     def _list_links_to(self, link: str) -> list[str]:
-        """Return the links from the root to a link."""
         return [*(self.read_link(joint, "parent") for joint in self._list_joints_above(link)), link]
 
     def propose_tip(self, base: str) -> str:

@@ -143,8 +143,8 @@ class _ProblemMarking:
         names = " and ".join(filter(None, [", ".join(blank_parts[:-1]), blank_parts[-1]]))
         advice = f"your answer contains a blank from an earlier part. Fill in {names} first, then redo this part"
         is_refused = self.parsed_answers[part.name].refusal is not None  # because of the blank
-        rest = "" if is_refused else f". {_capitalize(judgement.reason)}"
-        return replace(judgement, reason=f"{advice}{rest}")
+        other_reason = "" if is_refused else f". {_capitalize(judgement.reason)}"
+        return replace(judgement, reason=f"{advice}{other_reason}")
 
     def make_verdict(self, part: Part, text: str | None) -> Verdict:
         """Return the verdict on a part. Call this in the order of the parts, after all of them are judged."""
