@@ -233,6 +233,7 @@ def test_moodle_xml_satisfies_moodles_rules(bank: Element) -> None:
     assert len(bank.findall("question/hint")) >= 3
     text = bank.findtext("question[@type='cloze']/questiontext/text", "")
     assert r"\[" in text and len(CLOZE.findall(text)) == 4
+    assert all(word in text for word in ("decimal with a point", "minus sign", "fraction (1/4)", "v = 0.25"))
     feedback = [text.text for text in bank.iter("text") if text.text and "Say }" in text.text]
     assert feedback == ["Say } # ~ / \\ &quot; &lt;b&gt; &amp; {1:NUMERICAL:=1}"]
 
