@@ -287,8 +287,8 @@ def generate(
 
     `points` are the points of each part; the default depends on its question. `family` is needed only if the family is
     not registered (an instructor's own robot). `definitions` are an instructor's own questions. Each part has its own
-    random stream, so it does not depend on the other questions. Lengths are in metres, angles in radians, everything in
-    the base frame. Raises QdotError if the family or a question is unknown, or if a question doesn't apply to the arm.
+    random stream, so it does not depend on the other questions. Raises QdotError if the family or a question is
+    unknown, or if a question doesn't apply to the arm.
 
     >>> generate("planar-2r/7", ["position", "jacobian"])
     Problem(planar-2r/7: position, jacobian)

@@ -40,8 +40,11 @@ _TOKEN = re.compile(rf"(?P<number>{_NUMBER})|(?P<name>[^\W\d]\w*)|(?P<other>\S)"
 
 _UNITS = frozenset({"rad", "radian", "radians", "°", "deg", "degree", "degrees", "m", "cm", "mm"})
 """Units, which are recognised only to be refused, because entries are in radians and metres."""
-_UNIT_HINT = {True: 'angles are in radians, as in "pi/2"', False: 'lengths are in metres, as in 0.4 or "a1"'}
-"""Hints that are appended to error messages about angles (key True) and about lengths (key False)."""
+
+
+def _get_unit_hint(is_angle: bool) -> str:
+    """Return the hint that is appended to messages about an angle or a length."""
+    return 'angles are in radians, as in "pi/2"' if is_angle else 'lengths are in metres, as in 0.4 or "a1"'
 
 
 def parse_entry(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Expr:
@@ -53,7 +56,7 @@ def parse_entry(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Exp
     if in_degrees and is_angle:
         return _parse_degrees(raw)
     if isinstance(raw, bool) or not isinstance(raw, (int, Decimal, str)):
-        raise QdotError(f"expected a number, or an expression in quotes; {_UNIT_HINT[is_angle]}")
+        raise QdotError(f"expected a number, or an expression in quotes; {_get_unit_hint(is_angle)}")
     if isinstance(raw, str):
         value = _parse_quoted_formula(raw, is_angle)
     elif isinstance(raw, Decimal) and not raw.is_finite():
@@ -64,7 +67,7 @@ def parse_entry(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Exp
     constant = _sum_constant_terms(value)
     if constant.is_Rational and constant != 0 and not _MIN_MAGNITUDE <= abs(constant) <= _MAX_MAGNITUDE:
         limits = "its absolute value must be from 1e-9 to 1e6"
-        raise QdotError(f"the number is out of range: {limits}; {_UNIT_HINT[is_angle]}")
+        raise QdotError(f"the number is out of range: {limits}; {_get_unit_hint(is_angle)}")
     if is_angle:
         _check_angle(value)
     return value
@@ -89,7 +92,7 @@ def _parse_quoted_formula(text: str, is_angle: bool) -> sp.Expr:
     tokens = list(_TOKEN.finditer(text))
     for word in (token.group() for token in tokens):
         if (word if word == "M" else word.lower()) in _UNITS:  # M is a length; m is the metre
-            raise QdotError(f"{word} is a unit; write the entry without a unit: {_UNIT_HINT[is_angle]}")
+            raise QdotError(f"{word} is a unit; write the entry without a unit: {_get_unit_hint(is_angle)}")
     for token, next_token in itertools.pairwise(tokens):
         if _lacks_product_sign(token, next_token):
             correction = f"{text[: token.end()]}*{text[next_token.start() :]}"
@@ -104,7 +107,7 @@ def _parse_quoted_formula(text: str, is_angle: bool) -> sp.Expr:
         return to_sympy(parse_formula(text))
     except ParseError as error:
         has_example = "as in" in str(error)  # an example is a hint, so no other hint is needed
-        raise QdotError(str(error) if has_example else f"{error}; {_UNIT_HINT[is_angle]}") from None
+        raise QdotError(str(error) if has_example else f"{error}; {_get_unit_hint(is_angle)}") from None
 
 
 def _lacks_product_sign(token: re.Match[str], next_token: re.Match[str]) -> bool:

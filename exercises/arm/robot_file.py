@@ -30,12 +30,12 @@ The default task consists of these rows of the Jacobian:
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from itertools import compress, product
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import Any, NamedTuple, TypeGuard
 
 import numpy as np
 import sympy as sp
@@ -96,8 +96,14 @@ _RANGE_HINT = "lengths need a range in metres, as in a1 = [0.3, 0.8]"
 _POSE_HINT = "expected {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if the frame is rotated"
 Limits = tuple[sp.Expr, sp.Expr]
 """The lower and the upper limit of a joint (rad or m)."""
-LengthRanges = tuple[tuple[sp.Symbol, int, int], ...]
-"""The random lengths of an arm: symbol, minimum and maximum in whole cm."""
+
+
+class LengthRange(NamedTuple):
+    """A length that is random for each student, with its minimum and maximum in whole centimetres."""
+
+    symbol: sp.Symbol
+    min_cm: int
+    max_cm: int
 
 
 @dataclass(frozen=True)
@@ -127,7 +133,7 @@ class Robot:
     """
 
     chain: Chain
-    length_ranges: LengthRanges = ()
+    length_ranges: tuple[LengthRange, ...] = ()
     notes: tuple[str, ...] = ()
     limits: tuple[Limits | None, ...] = ()
     written_arm: WrittenArm | None = None
@@ -525,7 +531,7 @@ def _parse_task(raw: object) -> tuple[str, ...]:
 # --- random lengths ---
 
 
-def _parse_length_ranges(file: TomlFile, chain: Chain) -> LengthRanges:
+def _parse_length_ranges(file: TomlFile, chain: Chain) -> tuple[LengthRange, ...]:
     """Parse the table [draw] with the ranges of random lengths. Raises QdotError."""
     range_table = file.content.get("draw", {})
     with file.locate_errors("draw"):
@@ -541,7 +547,7 @@ def _parse_length_ranges(file: TomlFile, chain: Chain) -> LengthRanges:
                 raise QdotError(f"{name!r} is not a symbolic length of the table; symbolic lengths: {symbolic_lengths}")
             if symbol in angles:
                 raise QdotError(f"{name!r} is an angle; {_RANGE_HINT}")
-            ranges.append((symbol, *_parse_range(range_ends)))
+            ranges.append(LengthRange(symbol, *_parse_range(range_ends)))
     return tuple(ranges)
 
 
@@ -557,12 +563,12 @@ def _parse_range(range_ends: object) -> tuple[int, int]:
     return int(100 * low), int(100 * high)
 
 
-def _find_length_warning(file: TomlFile, chain: Chain, length_ranges: LengthRanges) -> tuple[str, ...]:
+def _find_length_warning(file: TomlFile, chain: Chain, length_ranges: Iterable[LengthRange]) -> tuple[str, ...]:
     """Return a warning about the first length that is probably not in metres; an empty tuple if there is none."""
     rows = product(enumerate(chain.joints), ("d", "a"))
     entries: list[tuple[KeyPath, sp.Expr]] = [(("joint", i, key), getattr(joint, key)) for (i, joint), key in rows]
     entries += [(("point",), value) for value in chain.point.offset]
-    entries += [(("draw", symbol.name), sp.Rational(high, 100)) for symbol, _, high in length_ranges]
+    entries += [(("draw", length.symbol.name), sp.Rational(length.max_cm, 100)) for length in length_ranges]
     warnings = [(path, warning) for path, value in entries if (warning := find_unit_warning(value)) is not None]
     if not warnings:
         return ()

@@ -182,7 +182,6 @@ class _UrdfReader:
         return joints
 
     def _list_links_to(self, link: str) -> list[str]:
-        """Return the links from the root to a link."""
         return [*(self.read_link(joint, "parent") for joint in self._list_joints_above(link)), link]
 
     def propose_tip(self, base: str) -> str:
@@ -217,13 +216,16 @@ class _UrdfReader:
                 continue
             first_joint, mimic = first_joints.setdefault(self._find_original(joint), joint), joint.find("mimic")
             if first_joint is not joint:
-                problem = f"it moves together with joint {self.read_name(first_joint)!r} (mimic)"
-                problem += ", so the two have one variable, which qdot cannot derive"
+                name, first_name = self.read_name(joint), self.read_name(first_joint)
+                problem = f"it moves together with joint {first_name!r} (mimic), but qdot needs independent joints"
+                rate = f"how far {name!r} moves per unit of {first_name!r}"
+                chain_rule = f"add the column of {name!r}, times {rate}, to that of {first_name!r}"
                 parent, child = self.read_link(joint, "parent"), self.read_link(first_joint, "child")
-                hint = (
-                    f"end the chain before this joint (--tip {parent}) or begin it after the other one (--base {child})"
+                raise self.make_joint_error(
+                    joint,
+                    f"{problem}; delete this joint's <mimic> and, in the Jacobian, {chain_rule} (chain rule); or end "
+                    f"the chain before this joint (--tip {parent}), or begin it after the other one (--base {child})",
                 )
-                raise self.make_joint_error(joint, f"{problem}; {hint}")
             if mimic is not None:
                 note = f"joint {self.read_name(joint)!r}: it copies joint {mimic.get('joint')!r} (mimic)"
                 remark = "which is not in the chain; here, the joint has a variable of its own"

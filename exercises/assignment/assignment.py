@@ -13,7 +13,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar
 
 import pydantic
 
@@ -396,7 +396,7 @@ def load_assignment(folder: Path, is_preview: bool = False) -> Assignment:
         replacements = read_replacements(folder)
     if file is None:
         errors.raise_all()
-    content, unusable_problems = _validate(file, errors)
+    content, unusable_problems = _find_usable_content(file, errors)
     with errors.collect():
         _parse(file, ("key",), _check_assignment_key, content.key)
     with errors.collect():
@@ -508,8 +508,15 @@ def _check_folder(folder: Path) -> None:
         raise QdotError(f"{folder} is not a folder; 'qdot init {folder}' creates one")
 
 
-def _validate(file: TomlFile, errors: ErrorList) -> tuple[AssignmentFile, Set[int]]:
-    """Return the content of the file, and the indices of the problems that can't be used.
+class _UsableContent(NamedTuple):
+    """The usable content of a file, and the indices of the problems that can't be used."""
+
+    content: AssignmentFile
+    unusable_problems: Set[int]
+
+
+def _find_usable_content(file: TomlFile, errors: ErrorList) -> _UsableContent:
+    """Return the usable content of a file.
 
     Misspelt or missing keys and wrong values are added to `errors`, and left out of the content, so that the rest can
     be checked, too.
@@ -526,7 +533,7 @@ def _validate(file: TomlFile, errors: ErrorList) -> tuple[AssignmentFile, Set[in
             with errors.collect():
                 file.check_keys(("problem", index), problem_keys, (), top_level_keys)
     try:
-        return AssignmentFile.model_validate(file.content), frozenset()
+        return _UsableContent(AssignmentFile.model_validate(file.content), frozenset())
     except pydantic.ValidationError as error:
         wrong_keys, wrong_problem_keys, unusable_problems = set[str | int](), set[tuple[int, str]](), set[int]()
         for entry in error.errors():
@@ -550,7 +557,8 @@ def _validate(file: TomlFile, errors: ErrorList) -> tuple[AssignmentFile, Set[in
     ]
     if "problem" in wrong_keys:
         unusable_problems.add(0)
-    return AssignmentFile.model_validate({"title": "-", "key": "key", **usable_content}), unusable_problems
+    content = AssignmentFile.model_validate({"title": "-", "key": "key", **usable_content})
+    return _UsableContent(content, unusable_problems)
 
 
 def _read_slots(
@@ -673,8 +681,8 @@ def check_definition_on_family(
         raise QdotError(f"{number_objection} (for an arm of {family.name})")
     if (unit_objection := maker.find_wrong_unit(problem.chain)) is not None:
         raise QdotError(f"unit: for {family.name}, {unit_objection}")
-    for language, texts in definition.texts:
-        wording = Wording(problem.chain, load_catalogue(language))
+    for texts in definition.texts:
+        wording = Wording(problem.chain, load_catalogue(texts.language))
         for key, text in texts.list_texts():
             try:
                 filled_text = fill_text(text, problem.parts[0], wording)
@@ -682,7 +690,7 @@ def check_definition_on_family(
                 if key == "prompt":
                     check_given_values(filled_text, problem.parts[0], wording)
             except QdotError as error:
-                prefix = "" if language == ENGLISH else f"{language}."
+                prefix = "" if texts.language == ENGLISH else f"{texts.language}."
                 raise QdotError(f"{prefix}{key}: {error}") from None
     for option in definition.options:
         try:

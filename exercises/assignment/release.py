@@ -23,8 +23,13 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import clean_up_after, make_folder, sync_disks_after, write_atomically
 from qdot.exercises.common.parallel import map_in_order, return_state
 from qdot.exercises.common.variation import DEFAULT_VARIATION
-from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook, write_notebook
-from qdot.exercises.problem.problem import Problem
+from qdot.exercises.notebook.notebook import (
+    NotebookContent,
+    make_solution_notebook,
+    make_student_notebook,
+    write_notebook,
+)
+from qdot.exercises.notebook.self_check import Problems
 from qdot.exercises.writing.render import render
 
 if TYPE_CHECKING:
@@ -61,8 +66,6 @@ def init_assignment(
     write_atomically(folder / "assignment.toml", render("init/assignment.toml.j2", **context))
 
 
-Problems = Sequence[tuple[str, Problem]]
-"""A student's problems, each with the name of its slot."""
 NOTEBOOK_FOLDERS = ("released", "solutions")
 """The folders of a student's notebooks: the one to release, and the staff's."""
 
@@ -187,15 +190,15 @@ def make_notebook(
     assignment: Assignment, student: str, problems: Problems, released_notebook: "NotebookNode | None" = None
 ) -> "NotebookNode":
     """Return the notebook to release, or the staff's notebook with solutions if `released_notebook` is given."""
-    content = assignment.title, assignment.key, student, problems, assignment.hints, assignment.site
+    content = NotebookContent(assignment.title, assignment.key, student, problems, assignment.hints, assignment.site)
     if released_notebook is None:
-        notebook = make_student_notebook(*content)
+        notebook = make_student_notebook(content)
     else:
-        notebook = make_solution_notebook(*content, released_notebook=released_notebook)
-    notebook.metadata["qdot"].update(  # released notebooks have these keys, so they must not change
-        digest=assignment.problems_digest_of(student),
-        edition=assignment.notebook_digest_of(student),
-        secret=assignment.secret_digest,
+        notebook = make_solution_notebook(content, released_notebook)
+    notebook.metadata["qdot"].update(
+        problems_digest=assignment.problems_digest_of(student),
+        notebook_digest=assignment.notebook_digest_of(student),
+        secret_digest=assignment.secret_digest,
     )
     return notebook
 
@@ -224,7 +227,7 @@ def read_if_present(path: Path) -> str | None:
 
 def _read_notebook_digest(path: Path) -> str:
     """Return the notebook digest recorded in a notebook or certificate, or "" if there is none."""
-    match = re.search(r'"edition": "([^"]*)"', read_if_present(path) or "")
+    match = re.search(r'"notebook_digest": "([^"]*)"', read_if_present(path) or "")
     return match.group(1) if match else ""
 
 

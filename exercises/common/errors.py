@@ -102,11 +102,15 @@ def shorten(text: str, max_length: int) -> str:
 
 
 def find_most_similar(name: str, known_names: Sequence[str]) -> str:
-    """Return the known name that is most similar to an unknown name; "" if no known name is similar.
+    """Return the known name that is most similar to an unknown name or has it as initials; "" if there is none.
 
     >>> find_most_similar("scra", ["planar-2r", "scara"]), find_most_similar("x", ["planar-2r", "scara"])
     ('scara', '')
+    >>> find_most_similar("cc", ["canvas", "common-cartridge"])
+    'common-cartridge'
     """
     import difflib
 
-    return next(iter(difflib.get_close_matches(name, known_names, n=1)), "")
+    named_by_initials = [known for known in known_names if "".join(word[:1] for word in known.split("-")) == name]
+    similar_names = difflib.get_close_matches(name, known_names, n=1)
+    return next(iter([*similar_names, *(named_by_initials if len(name) > 1 else [])]), "")

@@ -15,7 +15,7 @@ IS_RELEASED = False
 """Whether qdot is in the package index. If so, a test lists the lines of README and docs that must change."""
 EXTRAS = {
     "pdf": ("typst",),
-    "report": ("matplotlib", "xlsxwriter"),
+    "report": ("xlsxwriter",),
     "cluster": ("distributed",),
     "serve": ("django", "lti_tool", "django_tasks_db", "psycopg", "waitress", "whitenoise"),
 }
@@ -38,12 +38,9 @@ def make_install_command(extra: str = "") -> str:
     return f"pip install {argument}"
 
 
-def explain_missing(extra: str, feature: str, module: str = "") -> str:
-    """Return the message that a feature needs libraries which are not installed; "" if nothing is missing.
-
-    The feature needs all modules of an extra, or only its module `module`.
-    """
-    missing_modules = [name for name in EXTRAS[extra] if module in ("", name) and find_spec(name) is None]
+def explain_missing(extra: str, feature: str) -> str:
+    """Return the message that a feature needs libraries which are not installed; "" if nothing is missing."""
+    missing_modules = [name for name in EXTRAS[extra] if find_spec(name) is None]
     if not missing_modules:
         return ""
     folder_hint = "" if IS_RELEASED else " (in the folder of qdot's source)"
@@ -51,7 +48,7 @@ def explain_missing(extra: str, feature: str, module: str = "") -> str:
     return f"{feature} needs {' and '.join(missing_modules)}, which is not installed; {words}"
 
 
-def require_extra(extra: str, feature: str, module: str = "") -> None:
+def require_extra(extra: str, feature: str) -> None:
     """Raise QdotError if `explain_missing` returns a message."""
-    if message := explain_missing(extra, feature, module):
+    if message := explain_missing(extra, feature):
         raise QdotError(message)

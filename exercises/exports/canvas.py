@@ -21,14 +21,17 @@ FILE_FOLDER = "%24IMS-CC-FILEBASE%24"
 class CanvasQuizKind:
     """A kind of quizzes: the end of its package's name, and the texts or patterns accepted for a number."""
 
+    title: str
     file_suffix: str
     list_texts: Callable[[items.NumberField], tuple[str, ...]]
     uses_patterns: bool = False
 
 
 QUIZ_KINDS = (
-    CanvasQuizKind("", lambda field: list_accepted_texts(field.value, field.tolerance)),
-    CanvasQuizKind("-new-quizzes", lambda field: (make_number_pattern(field.value, field.tolerance),), True),
+    CanvasQuizKind("classic quizzes", "", lambda field: list_accepted_texts(field.value, field.tolerance)),
+    CanvasQuizKind(
+        "New Quizzes", "-new-quizzes", lambda field: (make_number_pattern(field.value, field.tolerance),), True
+    ),
 )
 """Classic quizzes and New Quizzes."""
 
@@ -64,7 +67,9 @@ def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]
             f"{ident}/{ident}.xml": render("exports/canvas-quiz.xml.j2", **context),
             f"{ident}/assessment_meta.xml": render("exports/canvas-meta.xml.j2", **context),
         }
-        yield ExportedFile(f"{assignment.key}{kind.file_suffix}.zip", make_zip(package | images), is_private=True)
+        file_name = f"{assignment.key}{kind.file_suffix}.zip"
+        request.report(f"{file_name} is for {kind.title}")
+        yield ExportedFile(file_name, make_zip(package | images), is_private=True)
 
 
 def _write_body(item: items.QuizItem, blanks: Sequence[Blank]) -> str:

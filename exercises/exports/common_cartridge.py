@@ -44,8 +44,10 @@ def export_common_cartridge(request: ExportRequest) -> Generator[ExportedFile, N
             f"{category.slot_title}: {category.question_title} is left out, because a Common Cartridge has no matching "
             "questions"
         )
-    if any(item.single_number_item for item in all_items):
-        request.report("A Common Cartridge asks for one number per question, so of a vector or matrix for one entry")
+    reduced = {item.category: None for item in all_items if item.single_number_item}
+    if reduced:
+        names = ", ".join(f"{category.slot_title} ({category.question_title})" for category in reduced)
+        request.report(f"a question of a Common Cartridge has one number, so these ask for one entry only: {names}")
     single_items = [item.single_number_item or item for item in all_items if item.category not in left_out]
     variants: dict[items.ItemCategory, list[items.QuizItem]] = {}
     for item in single_items:

@@ -101,18 +101,17 @@ class ExportedFile:
 class ExportFormat:
     """An export format, selected by `--to NAME`.
 
-    `title` describes the exported files. `read_by` names the program for which they are, and `checked_by` the program
-    that reads the files in our tests. The work is done for every `progress_unit`: for every "variant" or "student".
-    `regenerates_problems` means that the platform regenerates the problems from assignment.toml.
+    `title` describes the exported files, and `read_by` names the program for which they are. The work is done for every
+    `progress_unit`, a "variant" or a "student". `regenerates_problems` means that the platform regenerates the problems
+    from assignment.toml.
 
-    Before anything is written, `check` raises QdotError if no machine can carry out the request. `explain_missing`
-    returns which program this machine lacks and how to install it, or "".
+    Before anything is written, `check` raises QdotError if the request is impossible. `explain_missing` returns
+    which program this machine lacks and how to install it, or "".
     """
 
     name: str
     title: str
     read_by: str
-    checked_by: str
     progress_unit: Literal["variant", "student"]
     export: Callable[[ExportRequest], Generator[ExportedFile, None, None]]
     regenerates_problems: bool = False

@@ -206,20 +206,22 @@ def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterato
     predictions = _select_distinct(compute_answer(stages, part), predict_wrong_answers(stages, part))
     expected_numbers = np.array([float(value) for value in part.answer.as_matrix()])
     tolerances = np.array(list_tolerances(part))
-    distinct_answers = [expected_numbers, np.zeros_like(expected_numbers)]
-    max_count += len(distinct_answers)
+    other_answers = [expected_numbers, np.zeros_like(expected_numbers)]
+    wrong_answers: list[np.ndarray] = []
     for prediction in predictions:
         values = prediction.answer[..., 0].ravel()
-        is_new = all((np.abs(values - answer) > MIN_DIFFERENCE * tolerances).any() for answer in distinct_answers)
-        if is_new and not is_divided_by_zero(values, expected_numbers) and len(distinct_answers) < max_count:
-            distinct_answers.append(values)
+        is_new = all(
+            (np.abs(values - answer) > MIN_DIFFERENCE * tolerances).any() for answer in other_answers + wrong_answers
+        )
+        if is_new and not is_divided_by_zero(values, expected_numbers) and len(wrong_answers) < max_count:
+            wrong_answers.append(values)
             rounded_answer = sp.Matrix([sp.Rational(f"{value:.6g}") for value in values])
             feedback, mistake = add_chapter_to_reference(prediction.sentence), prediction.mistake
             yield KnownWrongAnswer(mistake.name, mistake.title, feedback, rounded_answer)
 
 
 def is_divided_by_zero(wrong_numbers: np.ndarray, correct_numbers: np.ndarray) -> bool:
-    """Return whether a mistake leads to a division by zero, which may be a tiny number because of rounding."""
+    """Return whether a mistake leads to a division by zero, or by the tiny number that rounding makes of a zero."""
     limit = MAX_RATIO * max(np.abs(correct_numbers).max(), ZERO_TOLERANCE)
     return not np.isfinite(wrong_numbers).all() or bool(np.abs(wrong_numbers).max() > limit)
 

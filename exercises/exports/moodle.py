@@ -23,8 +23,15 @@ ZERO_WEIGHT, NONZERO_WEIGHT = 1, 2
 DIGITS = 14
 """Significant digits of a number in Moodle."""
 
-DECIMALS_NOTE = "<p>Type numbers as decimals, for example -0.25 or -2.5e-1, not as fractions.</p>"
-"""What students must know about boxes for numbers, because Moodle reads 1/4 as the number 1 with a unit."""
+DECIMALS_NOTE = (
+    "<p>Type only the number, as a decimal with a point and the minus sign of the keyboard, for example -0.25 or "
+    "-2.5e-1. A fraction (1/4) or a name before the number (v = 0.25) counts as wrong.</p>"
+)
+"""What students must know about boxes for numbers.
+
+Moodle reads 1/4 as the number 1 with a unit, 0,25 as 25 in English, and neither −0.25 nor v = 0.25. Only units can be
+added to its forms, and only for a single box; a question that compares texts would lose the tolerance.
+"""
 
 MIN_BOX_WIDTH = 12
 """Minimum width of a box in characters. If a number in the question is longer, the box is wider."""

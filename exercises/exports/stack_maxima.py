@@ -8,7 +8,8 @@ only 30 seconds for a question. The functions have these arguments and variables
                     that is the same at both is a constant
     short, given    substitutions for short names such as c12 and theta_2, and for lengths with given numbers
     known           the names that an answer may contain, besides the short ones
-    joints, turning the names of all joint variables, and those of the revolute joints
+    joints          the names of all joint variables
+    revolute        the names of the variables of revolute joints
     u, w            submitted and correct answer: for each point, a list of entries; false for an entry without a value
 """
 
@@ -26,7 +27,7 @@ MAX_JOINTS_IN_NAME, MAX_JOINT_NUMBER = 6, 9
 Numbers with two digits would be ambiguous: c110 could be joint 110, or joints 1 and 10.
 """
 NAME_BEGINNINGS = ("theta", "th", "t", "q", "d", "a", "alpha", "beta")
-"""What students may type before a joint's number; `formula.names` says what it means, if it means anything."""
+"""Beginnings of names that students may type before a number; `formula.names` decides which of them have a meaning."""
 RATE_PATTERNS = (
     *(f"{letter}{dot}" for letter in ("theta", "th", "q") for dot in ("dot{}", "_dot{}", "dot_{}", "{}dot", "{}_dot")),
     "dtheta{}", "dth{}", "dq{}", "dtheta_{}", "dth_{}", "dq_{}", "qd_{}", "d{}_dot", "ddot{}",
@@ -46,24 +47,28 @@ def _select_functions(names: str) -> tuple[str, ...]:
 
 
 _READING = "count read number is has unknown_names report_names"
-FORMULA_FUNCTIONS = _select_functions(f"{_READING} check_formulas values close agree same parallel along signed amiss")
+FORMULA_FUNCTIONS = _select_functions(
+    f"{_READING} check_formulas values close agree same parallel parallel_everywhere signed sign_and_factor_errors"
+)
 NUMBER_FUNCTIONS = _select_functions("count read number check_numbers near")
 SET_FUNCTIONS = _select_functions(
-    f"{_READING} sign each_integer split is_value is_read solve claims has_decimal check_set "
-    "fits covered beyond set_share"
+    f"{_READING} sign each_integer split is_value is_read solve conditions has_decimal check_set "
+    "same_condition count_found false_conditions set_share"
 )
 """The functions for marking formulas, numbers and sets of joint values.
 
 - `qdot_check_formulas`, `qdot_check_numbers` and `qdot_check_set` validate an answer for STACK: they return "" or, if
   qdot can't mark the answer, what the student should type. STACK doesn't count such an answer as an attempt.
-- `qdot_claims` returns the conditions in a set as equations with a joint on the left, if they can be read. Values that
-  differ by full turns are one condition.
-- `qdot_along` returns whether two vectors are parallel at all points; `qdot_parallel` compares them at a single point.
-- `qdot_amiss` returns 1 for wrong signs plus 1 for a wrong constant factor. It returns 0 if the answer is correct, and
-  if the answer has other errors. The argument `agree` says which entries are correct. The argument `moving` has the
-  indices of the entries that depend on the configuration.
-- `qdot_fits` returns whether two conditions have the same joint and value. `qdot_covered` counts the correct conditions
-  that were found, and `qdot_beyond` counts the false ones (all false values of a joint count as one).
+- `qdot_conditions` returns the conditions in a set as equations with a joint on the left, if they can be parsed. Values
+  that differ by full turns are one condition.
+- `qdot_parallel_everywhere` returns whether two vectors are parallel at all points; `qdot_parallel` compares them at a
+  single point.
+- `qdot_sign_and_factor_errors` returns 1 for wrong signs plus 1 for a wrong constant factor. It returns 0 if the answer
+  is correct, and if the answer has other errors. The argument `agree` says which entries are correct. The argument
+  `moving` has the indices of the entries that depend on the configuration.
+- `qdot_same_condition` returns whether two conditions have the same joint and value. `qdot_count_found` counts the
+  correct conditions that were found, and `qdot_false_conditions` counts the false ones (all false values of a joint
+  count as one).
 """
 
 

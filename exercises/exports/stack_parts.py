@@ -293,13 +293,13 @@ def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matr
     lines, feedback = (["share: 0;"], "") if part.shape is None else _write_entry_lines(problem, part, reference)
     if _find_pivot_position(problem, reference) is None:
         return lines, feedback
-    varying_positions = [k + 1 for k in _find_varying_indices(problem, reference)]
+    varying_positions, factor = [k + 1 for k in _find_varying_indices(problem, reference)], part.credit.factor
     lines += [
-        f"amiss: qdot_amiss(typed, expected, agree, {varying_positions});",
-        f"share: max(share, if amiss = 0 then 0 else {part.credit.factor}*(1 - {SIGN_OR_FACTOR_COST}*amiss));",
+        f"error_count: qdot_sign_and_factor_errors(typed, expected, agree, {varying_positions});",
+        f"share: max(share, if error_count = 0 then 0 else {factor}*(1 - {SIGN_OR_FACTOR_COST}*error_count));",
     ]
     factor_feedback = "Your answer is right except for signs, a common factor, or both."
-    return lines, feedback + f'[[if test="amiss>0"]]<p>{factor_feedback}</p>[[/if]]'
+    return lines, feedback + f'[[if test="error_count>0"]]<p>{factor_feedback}</p>[[/if]]'
 
 
 def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
@@ -349,7 +349,7 @@ def _convert_direction(problem: Problem, part: Part) -> StackPart | Reason:
     points = _sample_points(problem, reference, pivot_position)
     if points is None:
         return NO_POINTS
-    same_line = f"same: if qdot_along(typed, qdot_values(ta1), {pivot_position}) then 1 else 0;"
+    same_line = f"same: if qdot_parallel_everywhere(typed, qdot_values(ta1), {pivot_position}) then 1 else 0;"
     variables = stack_maxima.write_definitions(problem, stack_maxima.FORMULA_FUNCTIONS, points)
     variables += [f"ta1: {print_maxima_matrix(reference)};", "form1: -3*ta1;", "other1: 0*ta1;"]
     variables.append("unknown1: ta1 + unknown_name;")
@@ -377,7 +377,7 @@ def _convert_numbers(problem: Problem, part: Part, compute_share: ComputeShare) 
     def write_near_count(variable: str) -> str:
         return f"qdot_count(makelist(qdot_near(typed{subscript}, float({variable}{subscript}), room[i]), i, 1, {n}))"
 
-    _, floors = answer.find_tolerance_and_floors(part.rounding)
+    floors = answer.find_allowed_errors(part.rounding).absolute
     is_zero = [abs(float(value)) <= floor for value, floor in zip(answer.reference, floors, strict=True)]
     lines = ["typed: qdot_read(ans1);", f"room: [{', '.join(map(print_maxima, tolerances))}];"]
     lines += [f"right: {write_near_count('ta1')};", *_write_number_share_lines(part, is_zero)]
@@ -508,26 +508,26 @@ def _convert_set(problem: Problem, part: Part, compute_share: ComputeShare) -> S
 
     values_by_condition = [_list_joint_values((component,)) for component in answer.components]
     coverage = ", ".join(
-        f"[qdot_covered(claims, args({write_equations((component,))})), {len(joint_values)}]"
+        f"[qdot_count_found(typed_conditions, args({write_equations((component,))})), {len(joint_values)}]"
         for component, joint_values in zip(answer.components, values_by_condition, strict=True)
     )
     factor = part.credit.factor if part.credit.rule != "whole" else 0
     lines = [
-        "claims: qdot_claims(ans1);", "right: qdot_covered(claims, args(ta1));",
-        "beyond: qdot_beyond(claims, args(ta1));",
-        f"share: qdot_set_share([{coverage}], beyond);", *([] if factor == 1 else [f"share: share*{factor};"]),
+        "typed_conditions: qdot_conditions(ans1);", "right: qdot_count_found(typed_conditions, args(ta1));",
+        "false_count: qdot_false_conditions(typed_conditions, args(ta1));",
+        f"share: qdot_set_share([{coverage}], false_count);", *([] if factor == 1 else [f"share: share*{factor};"]),
     ]  # fmt: skip
     value_count = len(list(_iterate_joint_values(answer.components)))
-    nodes = [ResponseNode("AlgEquiv", "[right, beyond]", f"[{value_count}, 0]", CORRECT_NOTE, "1")]
+    nodes = [ResponseNode("AlgEquiv", "[right, false_count]", f"[{value_count}, 0]", CORRECT_NOTE, "1")]
     joint_lines = [
         f"joints: [{', '.join(q.name for q in problem.chain.q)}];",
-        f"turning: [{', '.join(q.name for q in problem.chain.q if is_joint_angle(q))}];",
+        f"revolute: [{', '.join(q.name for q in problem.chain.q if is_joint_angle(q))}];",
     ]
     variables = stack_maxima.write_definitions(problem, stack_maxima.SET_FUNCTIONS, *joint_lines)
     variables.append(f"ta1: {write_equations(answer.components)};")
     feedback = (
         "<p>Right values that you found: {@right@}. Conditions that are wrong or not in the form that the question "
-        "asks for: {@beyond@}.</p>"
+        "asks for: {@false_count@}.</p>"
     )
     tests = [REFERENCE_TEST]
     stack_part = StackPart(
@@ -539,8 +539,8 @@ def _convert_set(problem: Problem, part: Part, compute_share: ComputeShare) -> S
         assert isinstance(known_answer.answer, tuple)
         if len(nodes) > MAX_MISTAKES or not all(map(_has_numeric_values_of_one_joint, known_answer.answer)):
             continue
-        arguments = f"(claims, args(wrong{index}))"
-        likeness = f"[qdot_covered{arguments} - length(wrong{index}), qdot_beyond{arguments}]"
+        arguments = f"(typed_conditions, args(wrong{index}))"
+        likeness = f"[qdot_count_found{arguments} - length(wrong{index}), qdot_false_conditions{arguments}]"
         equations = write_equations(known_answer.answer)
         stack_part.add_mistake(index, known_answer, equations, likeness, "[0, 0]", compute_share(known_answer))
     variables += [f"form1: {write_equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]

@@ -2,6 +2,7 @@
 
 import re
 import shlex
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.arm.library import ROBOT_FOLDER
-from qdot.exercises.arm.robot_file import LengthRanges, Robot, read_robot_file
+from qdot.exercises.arm.robot_file import LengthRange, Robot, read_robot_file
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families.family import Family
 from qdot.exercises.families.variations import are_distinct, to_metres
@@ -31,11 +32,11 @@ def read_robot_family(path: Path, robot: Robot | None = None) -> Family:
     return Family(name, robot.chain.title, source, chain, axes, robot_argument=robot_argument)
 
 
-def _sample_lengths(chain: Chain, rng: Stream, ranges: LengthRanges) -> Chain:
+def _sample_lengths(chain: Chain, rng: Stream, ranges: Sequence[LengthRange]) -> Chain:
     """Return the arm with random lengths from the ranges of [draw], clearly different ones if the ranges allow it."""
     for _ in range(MAX_TRIES):
-        lengths = [rng.integer(low, high) for _, low, high in ranges]
+        lengths = [rng.integer(item.min_cm, item.max_cm) for item in ranges]
         if are_distinct(lengths):
             break
-    values = {symbol: to_metres(length) for (symbol, _, _), length in zip(ranges, lengths, strict=True)}
+    values = {item.symbol: to_metres(length) for item, length in zip(ranges, lengths, strict=True)}
     return substitute_arm_lengths(chain, values)

@@ -145,7 +145,7 @@ def mount_base(chain: Chain, rng: Stream) -> Chain:
 
 
 def place_point(chain: Chain, rng: Stream, lateral_offset: sp.Expr = sp.S.Zero) -> Chain:
-    """Place the point of interest P at O_n, or displace P from O_n by a length that moves from the table to P.
+    """Place the point of interest P at O_n, or at a distance from O_n that is a length of the table.
 
     In half of all samples, P is O_n, or is displaced from O_n by `lateral_offset` along y_n. In the other samples, a
     length of the table becomes a coordinate of P in frame n. The Jacobian always has the same number of terms, so that
@@ -178,7 +178,7 @@ def place_point_beyond_joint(chain: Chain, rng: Stream) -> Chain:
 
 
 def choose_point_frame(chain: Chain, rng: Stream, frames: Sequence[int]) -> Chain:
-    """Fix P in one of several frames, which the numbers `frames` name. Their origins coincide."""
+    """Fix P in one of the frames with the numbers `frames`, whose origins coincide."""
     frame = rng.choice(frames)
     return replace(chain, tool=None if frame == chain.n else Point(frame))
 

@@ -10,7 +10,7 @@ from qdot.exercises.figure.arm_parts import Scene, draw_arc, draw_dimension, has
 from qdot.exercises.figure.lettering import (
     Lettering,
     write_length,
-    write_sign_and_rest,
+    write_sign_and_size,
     write_upright,
     write_with_index,
 )
@@ -157,7 +157,6 @@ def _compute_closeness_cost(distance: float, min_distance: float) -> float:
 
 
 def _compute_distance_to_segment(point: Vector2D, start: Vector2D, end: Vector2D) -> float:
-    """Return the distance of a point from a line segment."""
     (x, y), (u, v) = (point[0] - start[0], point[1] - start[1]), (end[0] - start[0], end[1] - start[1])
     share = min(max((x * u + y * v) / (u * u + v * v), 0.0), 1.0)
     return math.hypot(x - share * u, y - share * v)
@@ -248,6 +247,6 @@ def _draw_base_yaw(scene: Scene, shows_x_direction: bool) -> Drawing:
     radius = AXIS_LENGTH[scene.is_flat] - 7.0
     end = origin + np.eye(3)[0] * (radius + 16) / view.scale
     line: tuple[Shape, ...] = (Polyline(view.to_pixel_path([origin, end]), "dashed"),) if shows_x_direction else ()
-    sign, letters = write_sign_and_rest(base.yaw, is_angle=True)
+    sign, letters = write_sign_and_size(base.yaw, is_angle=True)
     lettering = (*(write_upright("−") if sign == "−" else ()), *letters)
     return Drawing(line) + draw_arc(view, origin, (np.eye(3)[0], np.eye(3)[1]), angle, radius, lettering)

@@ -52,7 +52,7 @@ def write_symbol(name: str) -> Lettering:
     return write_with_index(GREEK_LETTERS.get(letter, letter), index)
 
 
-def write_sign_and_rest(expression: sp.Expr, is_angle: bool) -> tuple[str, Lettering]:
+def write_sign_and_size(expression: sp.Expr, is_angle: bool) -> tuple[str, Lettering]:
     """Return the sign ("+" or "−") of a length (m) or an angle (rad), and the lettering of the rest."""
     sign, size = ("−", -expression) if expression.could_extract_minus_sign() else ("+", expression)
     if size.is_number:
@@ -60,13 +60,13 @@ def write_sign_and_rest(expression: sp.Expr, is_angle: bool) -> tuple[str, Lette
         return sign, write_upright(text)
     if isinstance(size, sp.Symbol):
         return sign, write_symbol(size.name)
-    factor, rest = size.as_coeff_Mul()
-    if isinstance(rest, sp.Symbol):
-        return sign, (*write_upright(f"{format_decimal(factor)} "), *write_symbol(rest.name))
+    factor, other_factor = size.as_coeff_Mul()
+    if isinstance(other_factor, sp.Symbol):
+        return sign, (*write_upright(f"{format_decimal(factor)} "), *write_symbol(other_factor.name))
     if isinstance(size, sp.Add):
         runs: Lettering = ()
         for number, term in enumerate(size.as_ordered_terms()):
-            term_sign, letters = write_sign_and_rest(term, is_angle)
+            term_sign, letters = write_sign_and_size(term, is_angle)
             sign_text = f" {term_sign} " if number else term_sign.strip("+")
             runs += (*(write_upright(sign_text) if sign_text else ()), *letters)
         return sign, runs
@@ -82,7 +82,7 @@ def format_decimal(number: sp.Expr) -> str:
 @lru_cache(maxsize=4096)
 def write_length(expression: sp.Expr) -> Lettering:
     """Return the lettering of a length beside a drawn line, without its sign."""
-    _, lettering = write_sign_and_rest(expression, is_angle=False)
+    _, lettering = write_sign_and_size(expression, is_angle=False)
     return lettering
 
 
@@ -91,8 +91,8 @@ def write_joint_variable(variable: sp.Symbol, offset: sp.Expr, is_angle: bool) -
     """Return the lettering of a joint variable plus its offset, as in θ1 + 30°."""
     if offset == 0:
         return write_symbol(variable.name)
-    sign, rest = write_sign_and_rest(offset, is_angle)
-    return (*write_symbol(variable.name), *write_upright(f" {sign} "), *rest)
+    sign, offset_letters = write_sign_and_size(offset, is_angle)
+    return (*write_symbol(variable.name), *write_upright(f" {sign} "), *offset_letters)
 
 
 @lru_cache(maxsize=4096)

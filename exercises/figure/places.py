@@ -306,7 +306,6 @@ class LabelPlaces:
 
     @cached_property
     def _bounding_box(self) -> Box:
-        """The bounding box of all places."""
         places = (
             self._make_place(0, anchor, distance, direction)
             for _, _, anchor, distance, direction in _list_places(len(self._anchors))

@@ -284,12 +284,12 @@ def _format_joint_value(value: sp.Expr, is_length: bool, chain: Chain) -> str:
 
     Multiples of a degree are exact, other angles have two decimals.
     """
-    constant, rest = value.as_independent(sp.Symbol, as_Add=True)
+    constant, symbolic_part = value.as_independent(sp.Symbol, as_Add=True)
     number = f"{format_decimal(constant)} m" if is_length else _format_angle(constant)
-    if rest == 0:
+    if symbolic_part == 0:
         return number.replace("-", "−")
     sign = "" if constant == 0 else f" − {number[1:]}" if number.startswith("-") else f" + {number}"
-    return f"{_format_expression(rest, chain)}{sign}"
+    return f"{_format_expression(symbolic_part, chain)}{sign}"
 
 
 def _format_angle(value: sp.Expr) -> str:

@@ -5,7 +5,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain, Joint, Triple
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.standard_table import compute_home_geometry
-from qdot.exercises.figure.lettering import write_sign_and_rest
+from qdot.exercises.figure.lettering import write_sign_and_size
 from qdot.exercises.figure.plane import VIEW_DESCRIPTIONS, find_normal_axis, is_drawn_flat, make_numbers_exact
 from qdot.exercises.writing.languages import ENGLISH, Catalogue, load_catalogue
 from qdot.exercises.writing.translatable_phrases import NUMBER_WORDS
@@ -69,7 +69,7 @@ def _format_in_words(expression: sp.Expr, is_angle: bool = False) -> str:
     """Return a length or an angle in words, such as "minus 30 degrees"."""
     if expression == 0:
         return "0"
-    sign, lettering = write_sign_and_rest(expression, is_angle)
+    sign, lettering = write_sign_and_size(expression, is_angle)
     words = "".join(text for text, _, _ in lettering).replace("°", " degrees")
     return f"{'minus ' if sign == '−' else ''}{words}"
 

@@ -275,7 +275,6 @@ def vanishes_at(expression: Node, joint_values: Mapping[str, Any], symbols: Mapp
 
 
 def _count_configurations(values: Configurations) -> int:
-    """Return the number of configurations."""
     return len(next(iter(values.values())))
 
 

@@ -67,12 +67,10 @@ def _log2_of_sum(x: float, y: float) -> float:
 
 
 def _multiply_sizes(x: Size, y: Size) -> Size:
-    """Return the size of a product."""
     return Size(*map(add, x, y))
 
 
 def _invert_size(x: Size) -> Size:
-    """Return the size of the reciprocal."""
     return Size(*x[2:], *x[:2])
 
 

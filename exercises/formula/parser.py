@@ -48,7 +48,7 @@ _TOKENS_AFTER_BARS = ("*", "/", "^", "**", "=", "==", ")", "]", "}", ",", ";")
 _TOKENS_BEFORE_EQUATION = (",", ";", "and", "&", "or", "[", "(", "{")
 """Tokens after which an equation such as J(q) = … may begin."""
 _OR_WORDS = ("or", "|")
-"""Words that add nothing to a comma between two conditions, but make alternatives of two entries of a vector."""
+"""Words that are skipped after a comma between two conditions, but not between two entries of a vector."""
 
 _BRACKETS = {"(": (")", "group"), "[": ("]", "list"), "{": ("}", "set")}
 """For each opening bracket its closing bracket and the meaning of its content."""
@@ -130,7 +130,7 @@ class _Parser:
                 for factor in factors:  # a1.a2.sin
                     translated_tokens += [_Token("op", "*", start), _Token("name", factor, start)]
                     start += len(factor) + 1
-                del translated_tokens[-2 * len(factors)]
+                del translated_tokens[-2 * len(factors)]  # no * before the first factor
             elif word is None:
                 translated_tokens.append(token)
         return translated_tokens

@@ -145,7 +145,7 @@ def _intersect(unions: Sequence[Sequence[Piece]]) -> list[Piece]:
 
 
 def _parse_assignment(joint: Node, values: Node, joints: Sequence[str]) -> list[Piece]:
-    """Return a piece for each value; if `joint` is an expression, their difference vanishes."""
+    """Return a piece for each value of a joint; if `joint` is an expression, a piece says that it equals the value."""
     if joint.kind != "name" or joint.value not in joints:
         differences = (Node("-", (joint, value)) for value in _list_values(values))
         return [piece for difference in differences for piece in _parse_vanishing_expression(difference)]
@@ -168,7 +168,7 @@ def _parse_vanishing_expression(node: Node) -> list[Piece]:
 
 
 def _strip_powers(node: Node) -> Node:
-    """Return X for sqrt(X), X^4 etc., which have the same zeros, but no derivative at a zero for a search."""
+    """Return X for sqrt(X), X^4 etc., which has the same zeros; the search for zeros needs derivatives there."""
     while True:
         is_minus_zero = node.kind == "-" and node.args[1].kind in ("number", "decimal") and not node.args[1].value
         is_power = node.kind == "^" and node.args[1].kind in ("number", "decimal") and node.args[1].value > 0
@@ -181,7 +181,7 @@ def _strip_powers(node: Node) -> Node:
 def _list_whole_number_cases(node: Node) -> list[Node]:
     """Return the different cases of a node with whole numbers from -6 to 6.
 
-    Multiples of pi that differ by 2 pi are the same case. So the cases of k*pi/6 are all that there are.
+    Multiples of pi that differ by 2 pi are the same case, so no case of k*pi/6 is left out.
     """
     whole_numbers = [name for name in WHOLE_NUMBER_NAMES if name in find_names(node)]
     combinations = product(WHOLE_NUMBER_VALUES, repeat=len(whole_numbers))

@@ -47,16 +47,22 @@ class Node:
 
     def __add__(self, addend: "Node | int") -> "Node":
         addend = _to_node(addend)
-        return addend if self == ZERO else self if addend == ZERO else Node("+", (self, addend))
+        if self == ZERO:
+            return addend
+        return self if addend == ZERO else Node("+", (self, addend))
 
     __radd__ = __add__
 
     def __sub__(self, subtrahend: "Node | int") -> "Node":
         subtrahend = _to_node(subtrahend)
-        return self if subtrahend == ZERO else -subtrahend if self == ZERO else Node("-", (self, subtrahend))
+        if subtrahend == ZERO:
+            return self
+        return -subtrahend if self == ZERO else Node("-", (self, subtrahend))
 
     def __neg__(self) -> "Node":
-        return self if self == ZERO else self.args[0] if self.kind == "neg" else Node("neg", (self,))
+        if self == ZERO:
+            return self
+        return self.args[0] if self.kind == "neg" else Node("neg", (self,))
 
     def __mul__(self, factor: "Node | int") -> "Node":
         if factor == -1:
@@ -64,17 +70,23 @@ class Node:
         factor = _to_node(factor)
         if ZERO in (self, factor):
             return ZERO
-        return factor if self == ONE else self if factor == ONE else Node("*", (self, factor))
+        if self == ONE:
+            return factor
+        return self if factor == ONE else Node("*", (self, factor))
 
     __rmul__ = __mul__
 
     def __truediv__(self, divisor: "Node | int") -> "Node":
         divisor = _to_node(divisor)
-        return ZERO if self == ZERO else self if divisor == ONE else Node("/", (self, divisor))
+        if self == ZERO:
+            return ZERO
+        return self if divisor == ONE else Node("/", (self, divisor))
 
     def __pow__(self, exponent: "Node | int") -> "Node":
         exponent = _to_node(exponent)
-        return ONE if exponent == ZERO else self if exponent == ONE else Node("^", (self, exponent))
+        if exponent == ZERO:
+            return ONE
+        return self if exponent == ONE else Node("^", (self, exponent))
 
 
 def make_number(value: int | Fraction) -> Node:
@@ -171,8 +183,8 @@ def _split_decimal(decimal: Fraction) -> tuple[int, int]:
     (1225, 2)
     """
     twos = (decimal.denominator & -decimal.denominator).bit_length() - 1  # the denominator is 2^twos 5^fives
-    # The parser limits a number to 1,000 characters and an exponent of 400, so fives is at most 1,400 and log is exact
-    # enough to be rounded.
+    # A number has at most 1,000 characters and an exponent of at most 400, so fives is at most 1,400, and the logarithm
+    # is exact enough to be rounded.
     fives = round(log(decimal.denominator >> twos, 5))
     places = max(twos, fives)
     return decimal.numerator * (10**places // decimal.denominator), places

@@ -2,9 +2,9 @@
 
 A derivation consists of stages, such as the table, the link vectors and the Jacobian (`arm.derivation_graph`). A
 mistake changes the results of some stages; all later stages are computed from the changed results. A change is a
-function of all stages and of one stage's correct result, and returns the wrong result. Values may carry derivatives by
-the joint variables; `drop_derivatives` removes these. In shapes, "…" stands for the axes of the arithmetic: the
-configurations, or a single formula.
+function of all stages and of one stage's correct result, and returns the wrong result. Values may carry derivatives
+with respect to the joint variables; `drop_derivatives` removes these. In shapes, "…" stands for the axes of the
+arithmetic: the configurations, or a single formula.
 """
 
 import re
@@ -117,7 +117,7 @@ class Mistake:
         return self.answer_generator(chain, part) if self.answer_generator and self._applies_to(chain) else iter(())
 
     def _applies_to(self, chain: Chain) -> bool:
-        """Return whether the arm's convention has the required feature, and allows this misreading, if it is one."""
+        """Return whether the mistake can be made in the arm's convention."""
         convention = convention_of(chain)
         is_possible = self.name in convention.specific_mistakes or self.name not in MISREADINGS
         return is_possible and (not self.requires or self.requires in convention.features)

@@ -9,6 +9,7 @@ import html
 import json
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -30,11 +31,6 @@ if TYPE_CHECKING:  # importing nbformat takes as long as generating a problem, s
 
 CHECK_PAGE = "check.html"
 _PAGE_NAME = re.compile(r"(?<=/)[^/]+\.html$")
-"""The site's page on which students check their notebooks.
-
-The link's part after the # names assignment and student, so that the page can report a file of another student. A
-browser never sends this part to the server.
-"""
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 
 
@@ -68,42 +64,59 @@ Run the next cell. It compares your answers with each other, such as your determ
 """The cell before the cell with the checks."""
 
 
+def make_check_page_address(site: str) -> str:
+    """Return the address of the page on which students check their notebooks, on a site given by any of its pages.
+
+    The link in a notebook names assignment and student after a #, so that the page can report a file of another
+    student. A browser never sends this part to the server.
+    """
+    return f"{_PAGE_NAME.sub('', site).rstrip('/')}/{CHECK_PAGE}"
+
+
 def write_points(points: float) -> str:
     """Return points in words, such as "1 point" or "2.5 points"."""
     return f"{points:g} {'point' if points == 1 else 'points'}"
 
 
-def _make_notebook(
-    kind: str,
-    title: str,
-    key: str,
-    student: str,
-    problems: Problems,
-    with_hints: bool = False,
-    site: str = "",
-    released_notebook: "NotebookNode | None" = None,
-) -> "NotebookNode":
-    """Return a notebook of a kind, "student" or "solution".
+@dataclass(frozen=True)
+class NotebookContent:
+    """What a student's notebook contains.
 
     `key` and `student` identify the assignment and the student. `problems` are pairs (slot, problem) with slots p1, p2,
     … If `with_hints`, three hints that can be expanded follow every prompt. `site` is the address of a site on which
-    students can check the notebook, if there is one. Statements and prompts with their figures are copied from the
-    `released_notebook` if there is one.
+    students can check the notebook, if there is one.
+    """
+
+    title: str
+    key: str
+    student: str
+    problems: Problems
+    with_hints: bool = False
+    site: str = ""
+
+
+def _make_notebook(
+    kind: str, content: NotebookContent, released_notebook: "NotebookNode | None" = None
+) -> "NotebookNode":
+    """Return a notebook of a kind, "student" or "solution".
+
+    Statements and prompts with their figures are copied from the `released_notebook` if there is one.
     """
     import nbformat
     from nbformat.v4 import new_notebook
 
-    metadata = make_notebook_metadata(kind, key, student, problems)
+    problems = content.problems
+    metadata = make_notebook_metadata(kind, content.key, content.student, problems)
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": metadata})
     has_tables = any(convention_of(problem.chain).shows_table for _, problem in problems)
     opening = render(
         "notebook/title.md.j2",
-        title=title,
-        key=key,
-        student=student,
+        title=content.title,
+        key=content.key,
+        student=content.student,
         kind=kind,
         has_tables=has_tables,
-        check_page=f"{_PAGE_NAME.sub('', site).rstrip('/')}/{CHECK_PAGE}" if site else "",
+        check_page=make_check_page_address(content.site) if content.site else "",
         notebook_seconds=NOTEBOOK_SECONDS,
         cell_seconds=CELL_SECONDS,
         gigabytes=MEMORY_GIGABYTES,
@@ -111,7 +124,7 @@ def _make_notebook(
     notebook.cells = [_make_cell("markdown", "title", opening), _make_cell("code", "setup", write_setup_cell(problems))]
     released_texts = {cell.id: cell.source for cell in released_notebook.cells} if released_notebook else {}
     for number, (slot, problem) in enumerate(problems, 1):
-        notebook.cells.extend(_make_problem_cells(kind, number, slot, problem, with_hints, released_texts))
+        notebook.cells.extend(_make_problem_cells(kind, number, slot, problem, content.with_hints, released_texts))
     if check_code := write_self_check_cell(problems):
         notebook.cells.append(_make_cell("markdown", "self-check-title", SELF_CHECK_TITLE))
         notebook.cells.append(_make_cell("code", "self-check", check_code, FOLDED_CODE_METADATA))

@@ -74,12 +74,17 @@ def _describe_parts(
 
 def show_assignment(
     title: str, problems: Problems, solution: bool = False, format: str = "text",
-    hinted: bool = False,
+    hinted: bool = False, site: str = "",
 ) -> str:  # fmt: skip
-    """Return a student's problems, with the names of their slots, in one document; see `show` for the formats."""
+    """Return a student's problems, with the names of their slots, in one document; see `show` for the formats.
+
+    A notebook links to the page of the `site` on which students check it, if there is a site.
+    """
     if format == "json":
         slots = [{"slot": slot, **make_problem_json(problem, solution)} for slot, problem in problems]
         return json.dumps({"title": title, "problems": slots}, indent=2, ensure_ascii=False) + "\n"
+    if format == "ipynb":
+        return _write_ipynb(title, problems, solution, hinted, site)
     return _write_document(format, title, problems, solution, hinted)
 
 
@@ -139,11 +144,12 @@ def _write_html(title: str, problems: Problems, with_solutions: bool, with_hints
     return render("notebook/problem.html.j2", **_describe_problems(title, problems, describe))
 
 
-def _write_ipynb(title: str, problems: Problems, with_solutions: bool, with_hints: bool) -> str:
+def _write_ipynb(title: str, problems: Problems, with_solutions: bool, with_hints: bool, site: str = "") -> str:
     make_notebook = notebook.make_solution_notebook if with_solutions else notebook.make_student_notebook
     _, first_problem = problems[0]
     key = re.sub("[^A-Za-z0-9._-]", "-", str(first_problem.id) if len(problems) == 1 else title)
-    return notebook.write_notebook(make_notebook(title, key, "", list(problems), with_hints))
+    content = notebook.NotebookContent(title, key, "", problems, with_hints, site)
+    return notebook.write_notebook(make_notebook(content))
 
 
 FORMATS: dict[str, Callable[[str, Problems, bool, bool], str]] = {

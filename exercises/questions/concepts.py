@@ -108,6 +108,7 @@ def _choose_rows(chain: Chain) -> tuple[str, ...]:
 
 
 def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+    """Offer the column and a wrong column, both also with the opposite sign, so that the sign shows nothing."""
     rows = _choose_rows(chain)
     indices = [VELOCITY_NAMES.index(row) for row in rows]
     for _ in range(MAX_EFFECT_TRIES):
@@ -119,12 +120,11 @@ def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
             continue
         joint = rng.choice(moving_joints)
         wrong_columns = _make_wrong_columns(chain, configuration, joint, jacobian, [i for i in indices if i < 3])
-        options = [_round_vector(jacobian.col(joint))]
-        for candidate in map(_round_vector, rng.permutation(wrong_columns)):
-            if all(_differ_clearly(candidate, option) for option in options):
-                options.append(candidate)
-        if len(options) >= 4:
-            answer, _ = shuffle_options(options[:4], options[0], rng, write_vector)
+        correct = _round_vector(jacobian.col(joint))
+        candidates = [c for c in map(_round_vector, wrong_columns) if not _are_nearly_parallel(correct, c)]
+        if candidates:
+            options = [option for column in (correct, rng.choice(candidates)) for option in (column, _negate(column))]
+            answer, _ = shuffle_options(options, options[0], rng, write_vector)
             return answer, JointEffectDetails(joint=joint + 1, configuration=configuration, rows=rows)
     return None
 
@@ -140,12 +140,12 @@ def _make_wrong_columns(
 ) -> list[sp.Matrix]:
     """Return wrong columns of a joint (an index), for the question whose rows of the Jacobian are `jacobian`.
 
-    A wrong column has the wrong sign, belongs to another joint, is the vector p* from the joint's origin to P, is the
-    cross product with the p* of the next origin, or has x and y mixed up. `linear_rows` are the linear rows (0 to 2) of
-    the column. Columns that are nearly zero are left out.
+    A wrong column belongs to another joint, is the vector p* from the joint's origin to P, is the cross product with
+    the p* of the next origin, or has x and y mixed up. `linear_rows` are the linear rows (0 to 2) of the column.
+    Columns that are nearly zero are left out.
     """
     column = jacobian.col(joint)
-    vectors = [-column, *(jacobian.col(i) for i in range(chain.n) if i != joint)]
+    vectors = [jacobian.col(i) for i in range(chain.n) if i != joint]
     if linear_rows:
         z = evaluate_precisely(chain, configuration, derive(chain).z)
         p_star = evaluate_precisely(chain, configuration, derive(chain).p_star)
@@ -169,6 +169,10 @@ def _round_vector(vector: sp.Matrix) -> RoundedVector:
 
 def _round_to(value: sp.Expr, decimals: int) -> sp.Rational:
     return sp.Rational(round_to_integer(sp.Float(value, 30) * 10**decimals), 10**decimals)
+
+
+def _negate(vector: RoundedVector) -> RoundedVector:
+    return tuple(-value for value in vector)
 
 
 def _differ_clearly(a: RoundedVector, b: RoundedVector) -> bool:

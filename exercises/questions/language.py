@@ -47,7 +47,7 @@ _SHAPE_WORDS = {0: "a number", 1: "a vector", 2: "a matrix"}
 class FormulaError(QdotError):
     """Raised if a formula can't be parsed, has an unknown name, or makes no sense for an arm.
 
-    `key` is the key of the question that has to be changed; it is "" for that of the formula.
+    `key` is the key in the question's table that must be changed; "" stands for the key with the formula.
     """
 
     def __init__(self, message: str, key: str = "") -> None:

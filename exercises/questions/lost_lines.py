@@ -42,7 +42,10 @@ class LostMotion:
 
 @lru_cache(maxsize=1024)
 def find_lost_motion(symbolic_chain: Chain, component: Component) -> LostMotion | None:
-    """Return the motion that a structure loses on a branch; None if no line of the arm has the lost direction."""
+    """Return the motion that a structure loses on a branch; None if no line of the arm has the lost direction.
+
+    The correct lines have the form of a wrong line, because an option of another form than all others would stand out.
+    """
     samples = sample_singular_configurations(symbolic_chain, component, SAMPLE_COUNT)
     threshold = directions.NONZERO_THRESHOLD / 5  # lower, because the samples have lengths of very different size
     rows = symbolic_chain.task_rows
@@ -67,8 +70,11 @@ def find_lost_motion(symbolic_chain: Chain, component: Component) -> LostMotion 
         is_oblique = (np.mean(cosine < MAX_WRONG_COSINE, axis=1) >= 0.75) & ~np.isnan(cosine).any(axis=1)
         is_wrong = is_in_task & ~is_correct & is_oblique
         if is_correct.any() and _count_directions(vectors[is_wrong]) >= 2:
-            correct_lines, wrong_lines = tuple(compress(lines, is_correct)), tuple(compress(lines, is_wrong))
-            return LostMotion(moving_part, bool(np.any(norms[other_part] > 1e-7)), correct_lines, wrong_lines)
+            wrong_lines = tuple(compress(lines, is_wrong))
+            forms = {line.form for line in wrong_lines}  # the only line of its form would stand out
+            correct_lines = tuple(line for line in compress(lines, is_correct) if line.form in forms)
+            if correct_lines:
+                return LostMotion(moving_part, bool(np.any(norms[other_part] > 1e-7)), correct_lines, wrong_lines)
     return None
 
 

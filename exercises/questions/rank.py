@@ -294,7 +294,9 @@ def _ask_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
     configurations, branch, motion = rng.choice(_find_lost_motions(chain))
     are_parallel = compare_lines(make_symbolic_arm(chain).chain, branch.structure_component)
     lines = [rng.choice(motion.correct_lines)]
-    for line in rng.permutation(motion.wrong_lines):
+    wrong_lines = rng.permutation(motion.wrong_lines)
+    similar_line = next(line for line in wrong_lines if line.form == lines[0].form)
+    for line in (similar_line, *wrong_lines):
         if len(lines) < 4 and not any(are_parallel[line, chosen_line] for chosen_line in lines):
             lines.append(line)
     answer, shuffled_lines = shuffle_options(lines, lines[0], rng, lambda line: line.description)
@@ -372,19 +374,20 @@ class MeaningDetails(Details):
 
 
 def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Offer the correct meaning and kind, the same meaning with the other kind, and meanings that do not hold."""
+    """Offer the correct meaning and one that does not hold, each with both kinds; without a kind, several meanings."""
     for branch, meanings in _iterate_branches_with_meaning(chain, rng.permutation(match_branches(chain))):
         configuration = sample_displayable_configuration(chain, (branch.component,), rng, 1)
         if configuration is None:
             continue
         kind = _confirm_common_kind(chain, branch, configuration)
-        options = [MeaningOption(meanings.correct, kind)]
-        if kind is not None:
-            options.append(MeaningOption(meanings.correct, "internal" if kind == "boundary" else "boundary"))
-        for meaning in rng.permutation(meanings.wrong)[: 4 - len(options)]:
-            wrong_kind = None if kind is None else rng.choice(("boundary", "internal"))
-            options.append(MeaningOption(meaning, wrong_kind))
-        answer, shuffled_options = shuffle_options(options, options[0], rng, lambda option: option.text)
+        kinds = (None,) if kind is None else ("boundary", "internal")
+        offered_meanings = [meanings.correct, *rng.permutation(meanings.wrong)][: 4 // len(kinds)]
+        if not all(meaning.remark for meaning in offered_meanings):  # a remark would make an option stand out
+            offered_meanings = [meaning.without_remark() for meaning in offered_meanings]
+        options = [MeaningOption(meaning, offered_kind) for meaning in offered_meanings for offered_kind in kinds]
+        answer, shuffled_options = shuffle_options(
+            options, MeaningOption(offered_meanings[0], kind), rng, lambda option: option.text
+        )
         has_values = branch.component.solutions is not None
         return answer, MeaningDetails(
             values=branch.values,

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import islice, product
-from typing import Any
+from typing import Any, NamedTuple
 
 import sympy as sp
 
@@ -137,6 +137,13 @@ class Direction(RowsAnswer):
         return self.tolerance is not None
 
 
+class AllowedErrors(NamedTuple):
+    """The allowed errors of numbers: one relative error, and an absolute error for each number; the larger counts."""
+
+    relative: float
+    absolute: list[float]
+
+
 @dataclass(frozen=True)
 class Number(RowsAnswer):
     """Numbers with units, correct within the relative error `tolerance`, or within the absolute error `floor`.
@@ -158,24 +165,21 @@ class Number(RowsAnswer):
         """Whether the numbers are counts, which must be exact. The tolerances of all other numbers exceed 1e-6."""
         return self.tolerance < 1e-6
 
-    def find_tolerance_and_floors(self, rounding: Rounding | None) -> tuple[float, list[float]]:
-        """Return the errors allowed under the assignment's rounding: relative, and absolute for each number.
-
-        The larger one counts.
-        """
+    def find_allowed_errors(self, rounding: Rounding | None) -> AllowedErrors:
+        """Return the errors that are allowed under the assignment's rounding."""
         count = len(self.reference)
         if rounding is None:
-            return self.tolerance, count * [self.floor]
+            return AllowedErrors(self.tolerance, count * [self.floor])
         # The error allowed near zero scales with the required number of digits.
         floor_of_digits = self.floor * rounding.relative / self.tolerance
         absolute_errors = rounding.errors_of_entries or count * (rounding.absolute,)
-        return rounding.relative, [error + floor_of_digits for error in absolute_errors]
+        return AllowedErrors(rounding.relative, [error + floor_of_digits for error in absolute_errors])
 
     def list_allowed_errors(self, rounding: Rounding | None) -> list[float]:
         """Return the absolute error allowed for each number."""
-        tolerance, floors = self.find_tolerance_and_floors(rounding)
+        relative, absolute = self.find_allowed_errors(rounding)
         values = map(float, self.reference)
-        return [max(tolerance * abs(value), floor) for value, floor in zip(values, floors, strict=True)]
+        return [max(relative * abs(value), error) for value, error in zip(values, absolute, strict=True)]
 
     @property
     def expected_units(self) -> tuple[str, ...]:

@@ -140,7 +140,7 @@ def make_regular_configuration(chain: Chain, joints: JointValues) -> ExactConfig
 def _select_distinct(
     candidates: Iterator[ConfigurationAndBlame], count: int, excluded_candidates: Sequence[ConfigurationAndBlame] = ()
 ) -> list[ConfigurationAndBlame]:
-    """Return up to `count` candidates whose texts differ from each other and from the texts of `excluded`."""
+    """Return up to `count` candidates whose texts differ from each other and from the `excluded_candidates`."""
     texts = {_write_configuration(configuration) for configuration, _ in excluded_candidates}
     distinct_candidates: list[ConfigurationAndBlame] = []
     for configuration, blame in candidates:

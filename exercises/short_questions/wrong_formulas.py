@@ -1,8 +1,8 @@
 """Generate wrong formulas for options by known mistakes. They look as plausible as the correct formula.
 
-Two mistakes give three wrong options: with the first mistake, with the second, and with both. In such a set of four
-options, every feature occurs twice. So the correct option is not the option that is most similar to the others. The
-rank of the correct option by length is random.
+Two mistakes give three wrong options: with the first mistake, with the second, and with both. Each
+mistake then occurs in two of the four options, so the correct option is not the one that is most similar to the others.
+The rank of the correct option by length is random.
 
 Formulas are derived once for the structure of an arm (the arm with symbols for all lengths and oblique angles), and
 then get the arm's numbers. Only formulas that depend on the home position are derived for the arm itself. In this
@@ -54,8 +54,8 @@ SCREW_MISTAKES = frozenset(screws.VARIANTS)
 """The names of the mistakes that concern screws. A wrong order or a wrong sign of the entries is not among them."""
 NOT_A_NUMBER = (sp.nan, sp.zoo, sp.oo)
 """SymPy's results of operations that are undefined, such as a division by zero."""
-MAX_CHARACTERS_PER_ENTRY, GUARANTEED_CHARACTERS = 110, 260
-"""Maximum number of characters of an option: per entry (for up to four entries), and the number always allowed."""
+MAX_CHARACTERS_PER_ENTRY, MIN_CHARACTER_LIMIT = 110, 260
+"""The limit for the characters of an option: a number for each of up to four entries, but at least the minimum."""
 MAX_JOINTS_FOR_MINORS = 4
 """Maximum number of joints for which determinants are derived as formulas, which takes minutes for more joints."""
 
@@ -116,6 +116,7 @@ def _sample_values(symbolic_chain: Chain, question: str) -> Mapping[str, np.ndar
 
 @lru_cache(maxsize=512)
 def _evaluate_correct_answer(symbolic_chain: Chain, subject: OptionSubject) -> tuple[StageResults, np.ndarray]:
+    """Return the correct derivation at random values of all symbols, and the values of the correct option."""
     stages = compute_numeric_stages(symbolic_chain, _sample_values(symbolic_chain, subject.base_question))
     return stages, _compute_subject(stages, subject)
 
@@ -152,7 +153,7 @@ def have_different_values(a: np.ndarray, b: np.ndarray) -> bool:
     return bool(np.abs(a - b).max() > MIN_RELATIVE_DIFFERENCE * max(np.abs(a).max(), np.abs(b).max(), 1e-12))
 
 
-def _give_new_answer_together(symbolic_chain: Chain, subject: OptionSubject, a: _Variant, b: _Variant) -> bool:
+def _combine_to_new_answer(symbolic_chain: Chain, subject: OptionSubject, a: _Variant, b: _Variant) -> bool:
     """Return whether two mistakes together give a wrong answer that neither mistake alone gives."""
     stages, correct = _evaluate_correct_answer(symbolic_chain, subject)
     both_mistakes = stages.with_mistakes(dict(a.changes)).with_mistakes(dict(b.changes))
@@ -198,7 +199,7 @@ def _write_answer(symbolic_chain: Chain, subject: OptionSubject, variants: Varia
 
 
 def _is_short_enough(option: sp.Matrix) -> bool:
-    return len(str(option.tolist())) <= max(MAX_CHARACTERS_PER_ENTRY * min(len(option), 4), GUARANTEED_CHARACTERS)
+    return len(str(option.tolist())) <= max(MAX_CHARACTERS_PER_ENTRY * min(len(option), 4), MIN_CHARACTER_LIMIT)
 
 
 @lru_cache(maxsize=2048)
@@ -280,14 +281,14 @@ def _make_wrong_triples(
         is_same_mistake = variants[a].blame.mistake == variants[b].blame.mistake
         if is_same_mistake and len(variants) > MAX_VARIANTS_FOR_ANY_PAIR:
             continue
-        if _give_new_answer_together(symbolic_chain, subject, variants[a], variants[b]):
+        if _combine_to_new_answer(symbolic_chain, subject, variants[a], variants[b]):
             yield (a,), (b,), (a, b)
     for a, b, c in rng.permutation(list(islice(combinations(range(len(variants)), 3), MAX_PAIRS))):
         yield (a,), (b,), (c,)
 
 
 def are_different_functions(chain: Chain, formulas: list[sp.Matrix]) -> bool:
-    """Return whether formulas are different functions for an arm, of which some numeric lengths may be equal."""
+    """Return whether formulas are different functions for an arm, whose numeric lengths may make them equal."""
     programs = compile_program([parse_formula(str(entry)) for formula in formulas for entry in formula])
     names = {symbol.name for formula in formulas for symbol in formula.free_symbols}
     count = READABLE_POINTS + SAMPLE_COUNT

@@ -46,8 +46,9 @@ def _find_length_mismatch(four_options: list[OfferedOption], intended_rank: int)
     This check is much faster than `are_different_sets`.
     """
     texts = [option.text for option in four_options]
-    if len(set(texts)) < 4 or any(text.count(" or ") >= MAX_PIECES for text in texts):
-        return None
+    correct_count, *wrong_counts = (text.count(" or ") for text in texts)
+    if len(set(texts)) < 4 or max(correct_count, *wrong_counts) >= MAX_PIECES or correct_count not in wrong_counts:
+        return None  # the only set with its number of pieces would stand out
     return options.find_length_mismatch(list(map(len, texts)), intended_rank, tolerance=2)
 
 

@@ -9,10 +9,9 @@ the joint variables. Each module uses only modules above it in this list:
     normalized_arm          an arm without joint offsets and base position, on which singularities do not depend
     reciprocal              the singular set of an arm with more joints than task rows, by elimination
     axes                    how joint axes are arranged at a configuration
-    numeric_rank_check      the numeric check of a singular set
     reason                  whether an arrangement of axes is the reason for a singularity
     appearance              descriptions of singular configurations, such as "arm stretched out"
-    three_joints, reach     which points an arm reaches, and whether it reaches beyond its current position
+    reach                   which points an arm reaches, and whether it reaches beyond its current position
     singularity_kinds       whether a singular configuration is a boundary or an internal singularity
     classification          the kind and the description of a component
     difficulty              how hard an arm is to work through by hand

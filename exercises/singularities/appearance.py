@@ -163,7 +163,7 @@ def _find_point_statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[
 def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
     """Describe the smallest set of joints that can move together without any motion in the task's rows.
 
-    That some motion of all joints together has no effect is true of every singular configuration and is not reported.
+    A set of all joints is not reported, because such a motion of all joints exists at every singular configuration.
     If there are more joints than rows, such a set exists in every configuration; then describe the motion that is lost.
     """
     rows = chain.task_rows

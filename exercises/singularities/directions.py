@@ -6,6 +6,7 @@ determinant with two equal columns is zero. For m = 3, u is the cross product of
 world frame.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -172,6 +173,11 @@ class ArmLine:
 
     kind: str
     index: int
+
+    @property
+    def form(self) -> str:
+        """The words that describe the line, without its symbols: an axis of a frame, an axis of a joint, …"""
+        return re.sub(r"\$[^$]*\$|\d", "", self.description)
 
     @property
     def description(self) -> str:

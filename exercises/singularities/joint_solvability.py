@@ -23,7 +23,7 @@ the product of the polynomials' degrees, which bounds the number of zeros."""
 _SMALLEST_PRIME, _PRIME_SEARCH_LENGTH = 10**9, 20_000
 """The smallest number that is tried as the prime, and how many numbers are tried."""
 _ANGLE_PARTS = 36 * 10**12
-"""Number of equal parts into which a symbolic angle and a radian are divided.
+"""A symbolic angle and a radian have this many equal parts, and constant angles must be multiples of a part.
 
 The residues for the cosine and the sine of one part determine those of its multiples. The sine and the cosine of a
 rational number of radians are transcendental, so that random residues can represent them.
@@ -61,7 +61,7 @@ def is_implied(
 
     The condition follows if the premises and 1 = y * condition, with a new unknown y, have no common zero.
     """
-    y = sp.Symbol("d_y")
+    y = sp.Symbol("d_y")  # with the name of a length, because y is not an angle
     return not may_hold_simultaneously([*premises, 1 - y * condition], (*joints, y), max_zeros)
 
 
@@ -238,7 +238,8 @@ class _Field:
             raise _Undecided
         multiple, base = angle.as_coeff_Mul()
         part_count = multiple * _ANGLE_PARTS
-        if not (base.is_Symbol or base == 1) or not part_count.is_Integer:  # pi/7 has algebraic relations of its own
+        # The cosine of pi/7, for example, is an algebraic number, which no random residue represents.
+        if not (base.is_Symbol or base == 1) or not part_count.is_Integer:
             raise _Undecided
         # t represents the tangent of half a part; any residue gives a cosine and a sine on the circle
         t, p = self._sample_residue(sp.tan(base, evaluate=False)), self.prime

@@ -6,7 +6,7 @@ A *branch* is a part of the singular set. A statement, such as "the axes of join
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, product
 
@@ -54,6 +54,15 @@ class Meaning:
     kind: str
     joints: tuple[int, ...]
     words: str
+
+    @property
+    def remark(self) -> str:
+        """The remark before the statement, such as "the arm is stretched out"; "" if there is none."""
+        return self.words.rpartition(": ")[0]
+
+    def without_remark(self) -> "Meaning":
+        """Return the statement without the remark before it."""
+        return replace(self, words=self.words.rpartition(": ")[2])
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,6 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.vectors import cross
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.singularities.axes import Sample, shorten_steps, stack_samples
-from qdot.exercises.singularities.three_joints import NO, UNSURE, YES, reaches_targets
 
 _ZERO_TOLERANCE = 1e-9
 """A sine, or a fraction of the total length of all links, below this limit counts as zero."""
@@ -289,18 +288,14 @@ def reaches_beyond(samples: Sequence[Sample], task: Sequence[int], directions: n
     is_linear = np.array([row < 3 for row in task])
     shifts = _TESTED_DISTANCE * arm_lengths[:, None] * directions * np.where(is_linear, 1.0, 1.0 / arm_lengths[:, None])
     frames = arms.compute_frames(q)[:, 0]
-    answers = np.full(len(samples), UNSURE)
-    if list(task) == [0, 1, 2] and len(arms.kinds) == arms.point_frame == 3:
-        answers = reaches_targets(arms, arms.compute_point_of(frames[:, None])[:, 0] + shifts)
-    for k in np.flatnonzero(answers == UNSURE).tolist():
-        is_reached = reaches_displaced_pose(samples[k].arm, frames[k], task, shifts[k])
-        if is_reached is not None:
-            answers[k] = YES if is_reached else NO
-    indices = np.flatnonzero(answers == UNSURE).tolist()
+    poses_and_shifts = zip(samples, frames, shifts, strict=True)
+    answers = [reaches_displaced_pose(sample.arm, pose, task, shift) for sample, pose, shift in poses_and_shifts]
+    is_reached = np.array([bool(answer) for answer in answers])
+    indices = [k for k, answer in enumerate(answers) if answer is None]
     if indices:
         arrays = frames[indices], shifts[indices], arm_lengths[indices]
-        answers[indices] = _search_displaced_poses([samples[k].arm for k in indices], task, *arrays)
-    return np.asarray(answers == YES)
+        is_reached[indices] = _search_displaced_poses([samples[k].arm for k in indices], task, *arrays)
+    return is_reached
 
 
 def _search_displaced_poses(
@@ -310,11 +305,11 @@ def _search_displaced_poses(
     shifts: np.ndarray,
     arm_lengths: np.ndarray,
 ) -> np.ndarray:
-    """Return YES or NO for each of k arms: whether a search finds a configuration `shifts` away from a pose.
+    """Return for each of k arms whether a search finds a configuration `shifts` away from a pose.
 
     `frames` are the frames of the arms at these poses. The search starts from many configurations of each arm.
     """
-    answers = np.full(len(all_arms), NO)
+    is_reached = np.zeros(len(all_arms), dtype=bool)
     unsolved_indices = np.arange(len(all_arms))
     arms = NumericChain.stack(all_arms)
     q = np.tile(_sample_starts(len(arms.kinds)), (len(all_arms), 1, 1))
@@ -325,7 +320,7 @@ def _search_displaced_poses(
         distance = np.linalg.norm(residual, axis=2)
         has_converged = np.any(distance < _CONVERGED_DISTANCE * arm_lengths[unsolved_indices, None], axis=1)
         if has_converged.any():
-            answers[unsolved_indices[has_converged]] = YES
+            is_reached[unsolved_indices[has_converged]] = True
             is_unsolved = ~has_converged
             unsolved_indices = unsolved_indices[is_unsolved]
             if not len(unsolved_indices):
@@ -341,7 +336,7 @@ def _search_displaced_poses(
         damped_gram_matrix = jacobian @ transposed_jacobian + _DAMPING * np.eye(len(task))
         steps = (transposed_jacobian @ np.linalg.solve(damped_gram_matrix, residual[..., None]))[..., 0]
         q += shorten_steps(steps, _MAX_STEP_SIZE)
-    return answers
+    return is_reached
 
 
 def _compute_pose_difference(arms: NumericChain, frames: np.ndarray, current_frames: np.ndarray) -> np.ndarray:

@@ -165,12 +165,12 @@ def _classify_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarra
         bending = _compute_bending(rank_samples, task, v_transposed[indices, rank:])
         is_at_boundary = np.zeros(len(indices), dtype=bool)
         for lost_directions in _yield_lost_directions(u[indices, :, rank:], bending):
-            rest = np.flatnonzero(
-                ~is_at_boundary
-            )  # the samples that no direction so far has shown to be at the boundary
-            if len(rest):
-                samples_in_rest = [rank_samples[k] for k in rest.tolist()]
-                is_at_boundary[rest] = _are_at_boundary(samples_in_rest, task, lost_directions[rest], bending[rest])
+            undecided = np.flatnonzero(~is_at_boundary)  # no direction has shown yet that these are at the boundary
+            if len(undecided):
+                undecided_samples = [rank_samples[k] for k in undecided.tolist()]
+                is_at_boundary[undecided] = _are_at_boundary(
+                    undecided_samples, task, lost_directions[undecided], bending[undecided]
+                )
         kinds[indices] = np.where(is_at_boundary, "boundary", "internal")
     return kinds
 
@@ -193,7 +193,7 @@ def _yield_lost_directions(lost_basis: np.ndarray, bending: "_Bending") -> Itera
         yield lost_basis @ weights
 
 
-_DIRECTION_STEP = np.pi / 45
+_DIRECTION_STEP = np.pi / 15
 """Angle (rad) between successive combinations that are tried if two directions are lost."""
 _RANDOM_DIRECTION_COUNT = 150
 """Number of random combinations that are tried if more than two directions are lost."""

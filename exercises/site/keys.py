@@ -127,7 +127,7 @@ class _KeyMaker(AnswerVisitor[Json]):
 
     def visit_number(self, answer: Number) -> Json:
         mistakes = self._collect(_find_mistakes_in_numbers(self.problem, self.part, answer))
-        tolerance, floors = answer.find_tolerance_and_floors(self.part.rounding)
+        tolerance, floors = answer.find_allowed_errors(self.part.rounding)
         key: Json = {
             "type": "numbers", "units": list(answer.units), "tolerance": tolerance, "floor": min(floors),
             "right": [_to_double(float(value)) for value in answer.reference], "mistakes": mistakes,

@@ -13,11 +13,11 @@ from qdot.exercises.arm.conventions.base import NO_SIMPLE_MEANING
 from qdot.exercises.singularities.appearance import find_reason
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import Classification
-from qdot.exercises.singularities.numeric_rank_check import RankCheck, check_rank_loss
 from qdot.exercises.singularities.reciprocal import ReciprocalSet, ReducedCase, find_reciprocal_set, make_polynomial_arm
 from qdot.exercises.singularities.singular_set import Component, solve_conjunction
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.solve.certified_singularities import certify_component, certify_statement
+from qdot.exercises.solve.numeric_rank_check import RankCheck, check_rank_loss
 from qdot.exercises.verify.singularity_statements import all_have_kind
 from qdot.exercises.writing.solution_steps import SingularComponent
 

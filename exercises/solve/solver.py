@@ -5,7 +5,7 @@ So `time_limited` can print each result when it is ready, and can say what is mi
 """
 
 import json
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -25,18 +25,13 @@ from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import MAX_JOINTS_FOR_INVERSE
 from qdot.exercises.questions.screws import derive_body_jacobian, derive_space_jacobian
-from qdot.exercises.singularities.numeric_rank_check import check_rank_loss
+from qdot.exercises.singularities.existence_conditions import find_existence_condition
 from qdot.exercises.singularities.reciprocal import elimination_applies
 from qdot.exercises.singularities.singular_set import Component, find_singular_set, find_special_length_components
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.solve.certified_singularities import certify_components
+from qdot.exercises.solve.numeric_rank_check import check_rank_loss
 from qdot.exercises.solve.redundant import RedundantSingularities, generate_redundant_events
-from qdot.exercises.solve.special_lengths import (
-    SpecialLength,
-    find_length_requirements,
-    find_special_lengths,
-    list_length_relations,
-)
 from qdot.exercises.writing.latex import tex, tex_angle, tex_degrees, tex_length, tex_result
 from qdot.exercises.writing.markup import escape_latex, to_latex
 from qdot.exercises.writing.problem_texts import get_solution_steps, write_next_solution
@@ -74,7 +69,6 @@ class Solution:
       `singular` are None if they would be too long.
     - `note`: remarks on the results, such as why results are missing; None if there are none.
     - `redundant`: how elimination found the singular set of an arm with more joints than task rows, or None.
-    - `special`: the special lengths that change the singular set, each with the components that are new or changed.
     """
 
     chain: Chain
@@ -85,15 +79,14 @@ class Solution:
     singular: tuple[SingularComponent, ...] | None
     note: str | None
     redundant: RedundantSingularities | None = None
-    special: tuple[SpecialLength, ...] = ()
 
     def __repr__(self) -> str:
         return f"Solution({self.chain.name}: J {len(self.chain.task)} x {self.chain.n}, det J = {self.determinant})"
 
 
-DESCRIPTION, NUMERIC_TEST, SPECIAL_LENGTHS = "meaning", "tested", "special_lengths"
-"""The names of results about a singular set: what its configurations look like, the numeric test of its conditions, and
-what differs for special lengths. They are derived in this order, after the conditions."""
+DESCRIPTION, NUMERIC_TEST = "meaning", "tested"
+"""The names of results about a singular set: what its configurations look like, and the numeric test of its conditions.
+They are derived in this order, after the conditions."""
 SINGULAR_SET = "singular"
 """The name of the conditions of a singular set, which are derived before these results."""
 
@@ -104,8 +97,7 @@ class Singularities:
 
     - `remark`: a remark on the set itself, for example that it is empty or was not derived.
     - `test_remark`: the result of the numeric test.
-    - `lengths_remark`: which conditions can hold simultaneously only for special lengths.
-    - `special_cases`: what differs for special lengths.
+    - `lengths_remark`: which conditions can hold, or hold simultaneously, only for some lengths.
     - `missing_names`: the names of the results that have not been derived yet.
     """
 
@@ -113,7 +105,6 @@ class Singularities:
     components: tuple[SingularComponent, ...] | None
     remark: str = ""
     redundant: RedundantSingularities | None = None
-    special_cases: tuple[SpecialLength, ...] = ()
     test_remark: str = ""
     lengths_remark: str = ""
     missing_names: tuple[str, ...] = ()
@@ -139,7 +130,7 @@ def solve(chain: Chain) -> Solution:
     assert isinstance(singularities, Singularities)
     return Solution(
         chain, derivation.position, derivation.linear_rows, derivation.geometric_jacobian, singularities.determinant,
-        singularities.components, singularities.note, singularities.redundant, singularities.special_cases,
+        singularities.components, singularities.note, singularities.redundant,
     )  # fmt: skip
 
 
@@ -166,65 +157,45 @@ def generate_singular_events(chain: Chain) -> Iterator[str | PartialResult | Sin
     methods = [_solve_by_elimination, _solve_by_minors] if elimination_applies(chain) else [_solve_by_minors]
     for method in methods:
         try:
-            singularities = yield from method(chain)
-            break
+            yield from method(chain)
+            return
         except TooLong as error:
             reason = error
-    else:
-        remark = f"The singular configurations were not derived: {reason}. Position and Jacobian are complete."
-        yield Singularities(None, None, remark)
-        return
-    if SPECIAL_LENGTHS in singularities.missing_names:
-        yield from _solve_special_lengths(chain, singularities)
+    remark = f"The singular configurations were not derived: {reason}. Position and Jacobian are complete."
+    yield Singularities(None, None, remark)
 
 
-SingularEvents = Generator[str | PartialResult | Singularities, None, Singularities]
-"""A generator of events; it returns the singular set for all lengths except special ones."""
-
-
-def _solve_by_minors(chain: Chain) -> SingularEvents:
+def _solve_by_minors(chain: Chain) -> Iterator[str | PartialResult | Singularities]:
     """Find the singular set by the minors of J, or by the determinant if J is square; yield events. Raises TooLong."""
     derivation = derive(chain)
     step = "where the determinant of J is zero" if derivation.is_square else "where the minors of J are all zero"
-    later_results = (NUMERIC_TEST, SPECIAL_LENGTHS) if chain.parameters else (NUMERIC_TEST,)
     determinant = derivation.determinant if derivation.is_square else None
     if all(minor.is_zero for minor in derivation.symbolic_minors):
-        singularities = Singularities(determinant, None, ALWAYS_SINGULAR)
-        yield singularities
-        return singularities
+        yield Singularities(determinant, None, ALWAYS_SINGULAR)
+        return
     yield PartialResult(partial(_render_partial_set, chain, minors_only=True), dict, (SINGULAR_SET,))
     yield step
     find_singular_set(chain)  # its result is cached
     render_conditions = partial(_render_partial_set, chain, minors_only=False)
-    yield PartialResult(render_conditions, partial(_make_conditions_data, chain), (DESCRIPTION, *later_results))
+    yield PartialResult(render_conditions, partial(_make_conditions_data, chain), (DESCRIPTION, NUMERIC_TEST))
     yield "the geometry of the configurations in which J loses rank"
     components = certify_components(chain)
-    lengths_remark = "" if components else _describe_special_conditions(chain)
-    never_singular = "For general lengths, no configuration is singular." if lengths_remark else NEVER_SINGULAR
-    remark = "" if components else never_singular
-    singularities = Singularities(determinant, components, remark, lengths_remark=lengths_remark)
-    yield replace(singularities, missing_names=later_results)
+    special_conditions = _describe_special_conditions(chain)
+    never_singular = "For general lengths, no configuration is singular." if special_conditions else NEVER_SINGULAR
+    lengths_remark = f"{_describe_length_requirements(chain, components)} {special_conditions}".strip()
+    singularities = Singularities(
+        determinant, components, "" if components else never_singular, lengths_remark=lengths_remark
+    )
+    yield replace(singularities, missing_names=(NUMERIC_TEST,))
     yield "the numeric test of these conditions"
-    test_remark = _describe_doubts(chain, components)
-    singularities = replace(singularities, test_remark=test_remark, missing_names=later_results[1:])
-    yield singularities
-    return singularities
+    yield replace(singularities, test_remark=_describe_doubts(chain, components))
 
 
-def _solve_special_lengths(chain: Chain, singularities: Singularities) -> Iterator[str | Singularities]:
-    """Yield descriptions of the next step, then the singular set, completed by what differs for special lengths."""
-    yield "special lengths"
-    sentences = [f"{requirement}." for requirement in find_length_requirements(chain, singularities.components or ())]
-    if singularities.redundant is None:
-        sentences.append(_describe_special_conditions(chain))
-    special_lengths = []
-    for event in find_special_lengths(chain, singularities.components or ()):
-        if isinstance(event, SpecialLength):
-            special_lengths.append(event)
-        else:
-            yield event
-    remark = " ".join(filter(None, sentences))
-    yield replace(singularities, lengths_remark=remark, special_cases=tuple(special_lengths), missing_names=())
+def _describe_length_requirements(chain: Chain, components: Iterable[SingularComponent]) -> str:
+    """Return sentences on what the symbolic lengths must satisfy so that the conditions have solutions."""
+    conditions = (condition for component in components for condition in component.conditions)
+    requirements = filter(None, (find_existence_condition(condition, chain) for condition in conditions))
+    return " ".join(f"{requirement}." for requirement in requirements)
 
 
 def _describe_doubts(chain: Chain, components: tuple[SingularComponent, ...]) -> str:
@@ -238,27 +209,23 @@ def _render_sentences(template: str, **content: Any) -> str:
     return " ".join(render(template, **content).split())
 
 
-def _solve_by_elimination(chain: Chain) -> SingularEvents:
+def _solve_by_elimination(chain: Chain) -> Iterator[str | PartialResult | Singularities]:
     """Find the singular set of a redundant arm by elimination; yield events. Raises TooLong."""
-    later_results = (SPECIAL_LENGTHS,) if chain.parameters else ()
-    singularities = Singularities(None, None, ALWAYS_SINGULAR)
     for event in generate_redundant_events(chain):
         if isinstance(event, str):
             yield event
         elif event.is_always_singular:
-            singularities = replace(singularities, redundant=event)
-            yield singularities
+            yield Singularities(None, None, ALWAYS_SINGULAR, event)
         else:
             remark = _describe_numeric_check(chain, event)
             if event.is_described:
-                singularities = Singularities(None, event.components, remark, event, missing_names=later_results)
-                yield singularities
+                lengths_remark = _describe_length_requirements(chain, event.components)
+                yield Singularities(None, event.components, remark, event, lengths_remark=lengths_remark)
             else:
                 components = [*map(_make_component_data, event.components)]
                 data = {"singular": components, "tested": event.search_counts, "note": remark}
                 render_text = partial(_render_redundant, chain, event, remark=remark)
-                yield PartialResult(render_text, partial(dict, data), (DESCRIPTION, *later_results))
-    return singularities
+                yield PartialResult(render_text, partial(dict, data), (DESCRIPTION,))
 
 
 def _describe_numeric_check(chain: Chain, redundant: RedundantSingularities) -> str:
@@ -293,20 +260,14 @@ def format_json(content: dict[str, Any]) -> str:
 def _make_singular_data(chain: Chain, singularities: Singularities) -> dict[str, Any]:
     """Return the singular set as plain data."""
     has_kinds = can_establish_kind(chain)
-
-    def make_list(components: Iterable[SingularComponent]) -> list[dict[str, Any]]:
-        return [_make_classified_data(chain, component, has_kinds) for component in components]
-
     determinant, components = singularities.determinant, singularities.components
+    records = components and [_make_classified_data(chain, component, has_kinds) for component in components]
     content: dict[str, Any] = {
         "determinant": None if determinant is None else str(determinant),
-        "singular": None if components is None else make_list(components),
+        "singular": None if records is None else list(records),
     }
     if singularities.redundant is not None and singularities.redundant.search_counts:
         content["tested"] = singularities.redundant.search_counts
-    if special_cases := singularities.special_cases:
-        cases = ({"lengths": case.relation, "singular": make_list(case.components)} for case in special_cases)
-        content["special_lengths"] = list(cases)
     return content | ({"note": singularities.note} if singularities.note else {})
 
 
@@ -391,8 +352,8 @@ def generate_text_events(robot: Robot) -> Events:
     chain = robot.chain
     w, steps = Wording(chain), get_solution_steps(chain)
     description = _describe_arm(robot)
-    shows_same = description is not None and not description.base and description.rows == w.rows
-    if shows_same or not w.convention.shows_table:
+    is_same_table = description is not None and not description.base and description.rows == w.rows
+    if is_same_table or not w.convention.shows_table:
         description = None  # the standard text below shows the same
     content = {"chain": chain, "w": w, "steps": steps, "tex": tex, "description": description}
     yield ReadyResult("arm", render("solve/arm.md.j2", **content, is_rounded=robot.is_table_rounded))
@@ -405,8 +366,8 @@ def generate_text_events(robot: Robot) -> Events:
 
 
 def _generate_singular_text_events(chain: Chain, robot: Robot, parts: list[Part], explained_terms: set[str]) -> Events:
-    """Yield the events of the section on the singular set, of its numeric test, and of special lengths."""
-    names = iter((SECTIONS[-1], "test", "special lengths"))  # of the results, in the order of the events
+    """Yield the events of the section on the singular set and of its numeric test."""
+    names = iter((SECTIONS[-1], "test"))  # of the results, in the order of the events
     number = len(parts) + 1 + ARM_SECTION_COUNT
     for event in generate_singular_events(chain):
         if not isinstance(event, Singularities):
@@ -415,8 +376,6 @@ def _generate_singular_text_events(chain: Chain, robot: Robot, parts: list[Part]
         name, blocks = next(names), list[str]()
         title, remark = "Remarks", event.test_remark if name == "test" else ""
         if name == SECTIONS[-1]:
-            if event.redundant is not None:  # the remark on the set contains the result of the test
-                names = iter(("special lengths",))
             yield "the singular configurations, step by step"
             section = _render_singular_section(chain, robot, event, parts, explained_terms)
             blocks.append(section)
@@ -426,8 +385,8 @@ def _generate_singular_text_events(chain: Chain, robot: Robot, parts: list[Part]
         if remark:
             blocks.append(f"## {number}. {title}\n\n{remark}\n")
             number += 1
-        if not event.missing_names and (event.lengths_remark or event.special_cases):
-            blocks.append(_render_special_lengths(chain, event, number))
+        if event.lengths_remark and not event.missing_names:
+            blocks.append(f"## {number}. Special lengths\n\n{event.lengths_remark}\n")
         yield ReadyResult(name, "\n".join(filter(None, blocks)), event.missing_names)
 
 
@@ -447,16 +406,6 @@ def _render_singular_section(
     if singularities.components and robot.is_table_rounded:
         remarks.append("The numbers in these conditions are rounded, like those of the arm.")
     return "\n\n".join([text, *remarks]) + "\n" if remarks else text
-
-
-def _render_special_lengths(chain: Chain, singularities: Singularities, number: int) -> str:
-    return render(
-        "solve/lengths.md.j2",
-        number=number,
-        note=singularities.lengths_remark,
-        special_cases=[(case, Wording(case.chain)) for case in singularities.special_cases],
-        examined=list_length_relations(chain, singularities.components or ()) if singularities.special_cases else [],
-    )
 
 
 def _render_section(chain: Chain, name: str, parts: list[Part], explained_terms: set[str]) -> str:

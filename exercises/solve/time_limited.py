@@ -21,7 +21,6 @@ from qdot.exercises.solve.solver import (
     NUMERIC_TEST,
     SECTIONS,
     SINGULAR_SET,
-    SPECIAL_LENGTHS,
     Events,
     PartialResult,
     ReadyResult,
@@ -153,7 +152,6 @@ _RESULT_DESCRIPTIONS = {
     SINGULAR_SET: "these configurations and their geometry",
     DESCRIPTION: "the geometry of these configurations",
     NUMERIC_TEST: "the numeric test of these conditions",
-    SPECIAL_LENGTHS: "the case of special lengths",
 }
 
 

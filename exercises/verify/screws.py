@@ -136,7 +136,7 @@ def _check_changed_twist(model: NumericModel, part: Part) -> Checks:
     velocity, angular = (pose[:3, :3].T @ (rows @ rates) for rows in (jacobian[:3], jacobian[3:]))
     error = np.abs(_stack_twist(model, angular, velocity) - twist[:, 0]).max()
     is_only_rounded = bool(error <= 0.51 * 10.0**-DECIMALS)  # slightly more than half of the last decimal
-    yield Check("the arm can", is_only_rounded, f"its rates give the twist but for {error:.1e}")
+    yield Check("the arm can", is_only_rounded, f"its rates give the twist with an error of {error:.1e}")
     yield check_three_digits(part)
 
 

@@ -40,8 +40,8 @@ def list_constant_angles(chain: Chain) -> tuple[sp.Expr, ...]:
 def use_constant_angles(expression: sp.Expr, angles: Sequence[sp.Expr] = ()) -> sp.Expr:
     """Return an expression in which sums of roots and nested roots become sines and cosines of constant angles.
 
-    >>> half, large = sp.cos(5 * sp.pi / 12), sp.sin(5 * sp.pi / 12)
-    >>> use_constant_angles(half * sp.Symbol("a1")), use_constant_angles(large, (5 * sp.pi / 12,))
+    >>> cos_75, sin_75 = sp.cos(5 * sp.pi / 12), sp.sin(5 * sp.pi / 12)
+    >>> use_constant_angles(cos_75 * sp.Symbol("a1")), use_constant_angles(sin_75, (5 * sp.pi / 12,))
     (a1*sin(pi/12), sin(5*pi/12))
     """
     if not any(power.exp == sp.Rational(1, 2) for power in expression.atoms(sp.Pow)):

@@ -61,14 +61,15 @@ def translate_title(question: Question, messages: Catalogue) -> str:
     """Return the title of a built-in or custom question in another language; in English if it is not translated."""
     if not isinstance(question, CustomQuestion):
         return messages.translate_question(question.title)
-    return question.definition.find_texts(messages.language, lambda texts: texts.title)[1].title
+    return question.definition.find_texts(messages.language, lambda texts: texts.title).title
 
 
 def _find_texts(part: Part, wording: "Wording", has_text: Callable[[Texts], object]) -> tuple[Texts, "Wording"]:
     """Return the texts in the language of a wording, or in English if a text is missing; and their own wording."""
     definition, messages = part.details_as(CustomDetails).definition, wording.messages
-    language, texts = definition.find_texts(messages.language, has_text)
-    return texts, wording if language == messages.language else replace(wording, messages=load_catalogue(language))
+    texts = definition.find_texts(messages.language, has_text)
+    has_language = texts.language == messages.language
+    return texts, wording if has_language else replace(wording, messages=load_catalogue(texts.language))
 
 
 def fill_text(text: str, part: Part, wording: "Wording") -> str:

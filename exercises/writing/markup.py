@@ -115,24 +115,17 @@ def find_percent(formula: Layout, max_width: float) -> int:
     return 100 if width <= max_width else int(100 * max_width / width)
 
 
-MIN_SPLIT_EQUATIONS = 3
-"""An inline list of at least this many equations is split, so that browsers can break lines between its formulas."""
-
-
 def _split_equations(latex: str) -> list[tuple[str, str]]:
-    r"""Return each equation of a list with the separator after it; a list of fewer equations is not split.
+    r"""Return each equation of a list with the separator after it, so that browsers can break lines between equations.
 
     >>> _split_equations("a_1 = 1, a_2 = 2, P = (0, 1)")
     [('a_1 = 1', ', '), ('a_2 = 2', ', '), ('P = (0, 1)', '')]
     >>> _split_equations("a = 1,\\; b = 2,\\; c = 3")
     [('a = 1', ', '), ('b = 2', ', '), ('c = 3', '')]
-    >>> _split_equations("x = 1, y = 2")
-    [('x = 1, y = 2', '')]
+    >>> _split_equations("f(x, y)")
+    [('f(x, y)', '')]
     """
-    pieces = re.split(r"(?<=[,;])(?<!\\[,;])(?: |\\; )(?=[^,;]*=)", latex)
-    if len(pieces) < MIN_SPLIT_EQUATIONS:
-        return [(latex, "")]
-    *pieces, last_piece = pieces
+    *pieces, last_piece = re.split(r"(?<=[,;])(?<!\\[,;])(?: |\\; )(?=[^,;]*=)", latex)
     return [*((piece[:-1].strip(), f"{piece[-1]} ") for piece in pieces), (last_piece.strip(), "")]
 
 

@@ -111,8 +111,8 @@ class Wording:
     def mover_dative(self) -> str:
         """The mover as the recipient in "give the mover a velocity"; in some languages, this is the dative."""
         link = self.messages.pgettext("to whom something is given", "the last link")
-        both = self.messages.pgettext("to whom something is given", "$P$ and the last link")
-        return {"v": "$P$", "w": link, "vw": both}[self.task_motions]
+        point_and_link = self.messages.pgettext("to whom something is given", "$P$ and the last link")
+        return {"v": "$P$", "w": link, "vw": point_and_link}[self.task_motions]
 
     @property
     def task_motions(self) -> str:

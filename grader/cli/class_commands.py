@@ -23,7 +23,7 @@ from qdot.exercises.assignment.handout import (
     write_links,
     write_moodle_zip,
 )
-from qdot.exercises.assignment.release import ReleaseResult, notebook_path, release_notebooks
+from qdot.exercises.assignment.release import ReleaseResult, is_released, notebook_path, release_notebooks
 from qdot.exercises.common.console import check_choice, note, print_result, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, list_first
 from qdot.exercises.common.extras import find_qdot_version
@@ -95,7 +95,8 @@ def generate(
     next_step = f"distribute {folder / 'released'} (see qdot release), keep {folder / 'solutions'} private"
     print_result(f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; {next_step}")
     if counts["rewritten"]:
-        note("The assignment, the secret or qdot changed after the notebooks were written: distribute the new ones.")
+        causes = "The assignment (its problems, title, points, hints or site), the secret or qdot"
+        note(f"{causes} changed after the notebooks were written: distribute the new ones.")
     messages = describe_replacements(assignment, released_assignment)
     for message in (*messages, *describe_shared_answers(released_assignment)):
         note(message)
@@ -120,13 +121,14 @@ def release(
     to: Annotated[str, name_option("Where the notebooks go: folder or moodle.", names=HANDOUT_TARGETS)] = "",
     url: Annotated[str, typer.Option(metavar="ADDRESS", help="With --links: the address of the uploaded folder.")] = "",
     out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Folder. Default: DIR/handout/NAME.")] = None,
+    jobs: JobsOption = CORE_COUNT,
 ) -> None:
-    """Pack the notebooks of a class for handing them out.
+    """Pack the notebooks of a class for handing them out; generate those that are missing or out of date.
 
     With --links, writes a folder to upload to any file server. It has one address for each student, which nobody can
     guess, and mail-merge.csv beside it has the addresses for a mail to each student. With --to moodle, writes a zip
     that gives each student their notebook as a feedback file of an assignment. With --to folder, writes a folder named
-    after each student, such as "Lovelace, Ada (501)". The notebooks must be up to date (`qdot generate`).
+    after each student, such as "Lovelace, Ada (501)".
 
     Examples:
       qdot release homework --links --url https://files.example.edu/rob101
@@ -144,6 +146,9 @@ def release(
         advice = "give the grading worksheet, as in: qdot release homework worksheet.csv --to moodle"
         raise QdotError(advice if worksheet is None else "WORKSHEET applies to --to moodle only")
     assignment = load_class(folder)
+    if not all(is_released(assignment, student.id) for student in assignment.roster):
+        generate(folder, jobs)
+        assignment = load_class(folder)
     target = out or folder / "handout" / (to or "links")
     if worksheet is not None:
         handout = write_moodle_zip(assignment, target, worksheet)

@@ -15,7 +15,6 @@ from qdot.exercises.assignment.assignment import Assignment, Student, load_assig
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.console import note, print_result
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.exercises.problem.problem import Part, Problem
@@ -148,10 +147,7 @@ def demo(
         )
     example = next(student.id for student in assignment.roster if KIND_BY_NAME[student.name] == "half of the answer")
     print_result(f"\na feedback page: {folder / 'graded' / 'feedback' / f'{example}.html'}")
-    if missing_message := explain_missing("report", "the report of the class", "matplotlib"):
-        note(missing_message)
-    else:
-        report(folder)
+    report(folder)
 
 
 def _check_is_demo(folder: Path) -> None:

@@ -128,9 +128,10 @@ def _grade_class(
 ) -> tuple[Mapping[str, Result], list[Result], str]:
     """Grade a class's submissions and write feedback; `source` is the folder or zip with the submissions.
 
-    Return the results of the previous run by student, the new results, and one line that summarises them.
+    Return the results of the previous run by student, the new results, and a summary with the next command, if any.
     """
     from qdot.grader.reports.graded_folder import write_reports
+    from qdot.grader.reports.returned_feedback import TARGETS
 
     with open_submissions(source) as root:
         submission_folder = find_submissions(assignment, root)
@@ -162,7 +163,12 @@ def _grade_class(
     ownerless_count = len(submission_folder.uncertain_owners) + len(submission_folder.not_on_roster)
     if not ownerless_count and all(result.submission is None for result in results):
         note(f"there are no submissions: put them into {source}, as STUDENT/{assignment.key}.ipynb")
-    return earlier_results, results, _summarize(results, assignment.folder, ownerless_count)
+    summary = _summarize(results, assignment.folder, ownerless_count)
+    platforms = {files.platform for files in submission_folder.by_student.values()}
+    for name, target in TARGETS.items():
+        if target.layout in platforms:
+            summary += f"\nreturn the pages: qdot return {assignment.folder} {source} --to {name}"
+    return earlier_results, results, summary
 
 
 def _check_nobody_missing(

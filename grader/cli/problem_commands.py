@@ -25,6 +25,7 @@ from qdot.exercises.common.time_limit import MIN_SECONDS, parse_seconds
 from qdot.exercises.families import Family
 from qdot.exercises.families.robot_family import read_robot_family
 from qdot.exercises.generation import find_listing, look_up_family, select_quiz_questions
+from qdot.exercises.notebook.notebook import make_check_page_address
 from qdot.exercises.notebook.problem_formats import show_assignment
 from qdot.exercises.problem.problem import normalize_convention
 from qdot.exercises.short_questions import SHORT_QUESTIONS
@@ -260,9 +261,10 @@ def _preview_assignment(
     identifier = find_student(assignment, student).id if student else SAMPLE_STUDENT
     problems = assignment.generate_problems(identifier)
     if format == "text":
-        print_result("\n".join((*_describe_names_and_follow_through(assignment), "")))
+        print_result("\n".join((*_describe_settings(assignment), "")))
     if format != "pdf":
-        print_result(show_assignment(assignment.title, problems, solution, format, hints or assignment.hints))
+        has_hints = hints or assignment.hints
+        print_result(show_assignment(assignment.title, problems, solution, format, has_hints, assignment.site))
         return
     from qdot.exercises.exports.paper import make_pdf_preview
 
@@ -272,8 +274,8 @@ def _preview_assignment(
     sys.stdout.buffer.write(make_pdf_preview(preview, identifier, [problem for _, problem in problems], solution))
 
 
-def _describe_names_and_follow_through(assignment: "Assignment") -> Iterator[str]:
-    """Yield what p1 and p1.position mean, and how many points an answer earns that follows from a wrong one."""
+def _describe_settings(assignment: "Assignment") -> Iterator[str]:
+    """Yield what p1 and p1.position mean, what an answer earns that follows from a wrong one, and the site's link."""
     slots = assignment.slots
     name, question = slots[0].name, slots[0].questions[0]
     problems = f"{name} is the problem" if len(slots) == 1 else f"{name} to {slots[-1].name} are the problems"
@@ -283,6 +285,8 @@ def _describe_names_and_follow_through(assignment: "Assignment") -> Iterator[str
     earned = f"{100 * share:g} % of its points" if share else "no points"
     subject = "an answer that follows from the student's own wrong earlier answer"
     yield f"{subject} earns {earned} (follow_through = {share:g})"
+    if assignment.site:
+        yield f"notebooks link to {make_check_page_address(assignment.site)}, where students see how answers are read"
 
 
 def robots(as_json: JsonOption = False) -> None:

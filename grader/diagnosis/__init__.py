@@ -9,5 +9,5 @@ The package imports judging. Its modules:
     term_comparison             compare an answer with its reference term by term
     numbers, residuals          compare the values of an answer; find the links that an answer lacks
     advice, term_overlap        advise if no mistake is named; count the terms that an answer shares with the solution
-    similar, groups             compare answers as they are written; compute the key that equal wrong answers share
+    groups                      compute the key that equal wrong answers share
 """

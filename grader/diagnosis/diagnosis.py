@@ -88,9 +88,8 @@ def diagnose(
 ) -> Diagnosis | None:
     """Return the known mistake that explains a wrong answer, or None if no mistake in the catalogue does.
 
-    The message refers to the chapter: to the source of the mistake, or else to that of the question. If the mistake is
-    one of the `earlier_mistakes`, which were found in earlier parts, the diagnosis names the earlier part. `seed`
-    determines the configurations at which the answer is compared with the answers that known mistakes give.
+    If the mistake is one of the `earlier_mistakes`, which were found in earlier parts, the diagnosis names the earlier
+    part. `seed` determines the configurations at which the answer is compared with answers that known mistakes give.
 
     >>> from qdot import generate
     >>> from qdot import read_answer

@@ -27,7 +27,6 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.set_parser import Atom, parse_typed_set
 from qdot.exercises.formula.trees import Node, ParseError
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.grader.diagnosis.similar import make_canonical_form
 from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
@@ -187,7 +186,7 @@ class _GeneralForm:
             trees = [Node("/", (tree, pivot)) for tree in trees]
             digests = fingerprint_results(compile_program(trees), self.seed)
         pairs = zip(trees, digests, strict=True)
-        return tuple(_write_canonical_text(tree) if digest is None else digest for tree, digest in pairs)
+        return tuple(_write_sorted(tree) if digest is None else digest for tree, digest in pairs)
 
     def fingerprint_set(self, tree: Node, joints: Sequence[str]) -> tuple[object, ...]:
         """Return a fingerprint of a set of configurations that doesn't depend on the order of its conditions."""
@@ -214,9 +213,13 @@ def _replace_number(name_by_value: Mapping[Fraction, Node], value: Fraction) -> 
     return Node("neg", (absolute_value,)) if value < 0 else absolute_value
 
 
-def _write_canonical_text(tree: Node) -> str:
-    canonical = make_canonical_form(ParsedAnswer("", tree=tree))
-    return repr(tree) if canonical is None else canonical.text
+def _write_sorted(tree: Node) -> str:
+    """Return the text of a tree, with the factors of products and the operands of sums in alphabetical order."""
+    if tree.kind in ("*", "/", "neg"):
+        factors = ((_write_sorted(factor), is_in_denominator) for factor, is_in_denominator in _split_product(tree))
+        return repr(sorted(factors))
+    texts = list(map(_write_sorted, tree.args))
+    return f"{tree.kind} {tree.value} {sorted(texts) if tree.kind == '+' else texts}"
 
 
 def _list_offsets(arm: Chain) -> Sequence[sp.Expr]:

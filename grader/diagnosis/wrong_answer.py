@@ -92,7 +92,7 @@ def evaluate_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, s
     try:
         is_choice = bool(part.answer.offered_options)
         numeric = _parse_option(part, parsed_answer) if is_choice else _evaluate_entries(part, parsed_answer, values)
-    except ParseError:  # an answer that was refused may have statements as entries
+    except ParseError:  # a refused answer may contain equations, which have no value
         return None
     return None if numeric is None else WrongAnswer(problem, part, values, numeric, parsed_answer.rows)
 
@@ -127,7 +127,7 @@ def _evaluate_entries(part: Part, parsed_answer: ParsedAnswer, values: SymbolVal
     entries = [placeholder if blank else entry for entry, blank in pairs]
     count = len(next(iter(values.values())))
     entry_values, term_size = evaluate(compile_program(entries), values, count)
-    if part.answer.is_numeric:  # typed as a calculation, a number must not match mistakes that give other numbers
+    if part.answer.is_numeric:  # large terms in a typed calculation must not widen the tolerance
         term_size = np.abs(entry_values)
     entry_values[is_blank] = np.nan
     shape = (len(parsed_answer.rows), len(parsed_answer.rows[0]), count)

@@ -42,7 +42,7 @@ from qdot.grader.submissions.submission import (
 
 MAX_ERROR_LENGTH = 300
 """Maximum number of characters that are recorded of an error's message."""
-GRADER_VERSION = 15
+GRADER_VERSION = 16
 """Version of the grader; increase it if a submission may earn different points or if stored results change."""
 
 
@@ -162,12 +162,12 @@ def grade_attempt(grader: Grader, student: str, submission: Submission | None) -
             forbidden_stops = [stop for stop in answers.forbidden_stops if stop not in answers.notes]
             notes += [SubmissionNote(f"refused: {stop}") for stop in forbidden_stops]
     belongs_to_another = submission is not None and submission.qdot_metadata.get("student") not in (None, student)
-    credit = Fraction(0) if belongs_to_another else assignment.follow_through
+    follow_through_share = Fraction(0) if belongs_to_another else assignment.follow_through
     mark_problem = partial(mark, secret=assignment.secret, functions_seed=seed, allowance=TimeBudgets())
     results = list[ProblemResult]()
     for slot, problem in problems:
         reasons = {part.name: ungraded_reason or answers.explain_missing(slot, part.name) for part in problem.parts}
-        rules = MarkingRules(credit, partial(grader.class_answers.is_correct_for_another, problem, slot))
+        rules = MarkingRules(follow_through_share, partial(grader.class_answers.is_correct_for_another, problem, slot))
         verdicts = mark_problem(problem, answers.map_texts(slot, problem), reasons, rules=rules)
         parts = tuple(make_part_result(slot, verdict) for verdict in verdicts)
         results.append(ProblemResult(str(problem.id), slot, parts))
@@ -204,10 +204,10 @@ def _run_with_retries(sandbox: Sandbox, run: Callable[[], Run]) -> Run:
 
     A process that dies once may be the machine's fault, so only a notebook whose process dies twice is blamed.
     """
-    result, crash_count = Run(end="unbegun"), 0
+    result, crash_count = Run(end="not-started"), 0
     for _ in range(MAX_STARTS):
         result = run()
-        if result.end not in ("lost", "unbegun"):
+        if result.end not in ("lost", "not-started"):
             return result
         crash_count += result.end == "lost"
         if crash_count == 2:

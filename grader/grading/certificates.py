@@ -70,13 +70,13 @@ class ProblemRecord(pydantic.BaseModel):
 class StudentCertificate(pydantic.BaseModel):
     """The certificate of one student: a record for each slot, and a digest for each cell of the released notebook.
 
-    `edition` is the digest of the assignment's settings from which the notebook was made.
+    `notebook_digest` identifies the settings of the assignment from which the notebook was made.
     """
 
     model_config = pydantic.ConfigDict(strict=True, frozen=True)
     assignment: str
     student: str
-    edition: str
+    notebook_digest: str
     notebook: dict[str, str]
     problems: dict[str, ProblemRecord]
 

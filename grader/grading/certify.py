@@ -102,7 +102,7 @@ def make_certificate_text(
 ) -> str:
     """Return the content of a student's certificate file: `records` by slot, and digests of the released notebook."""
     certificate = StudentCertificate(
-        assignment=assignment.key, student=student, edition=assignment.notebook_digest_of(student),
+        assignment=assignment.key, student=student, notebook_digest=assignment.notebook_digest_of(student),
         notebook=dict(certificates.compute_cell_digests(notebook)), problems=dict(records),
     )  # fmt: skip
     return certificate.model_dump_json(indent=1) + "\n"

@@ -91,7 +91,9 @@ def check_secret(assignment: Assignment, submissions: Sequence[Submission], path
 
     `path` is where the notebooks are. The message ends with `remedy`, an additional suggestion.
     """
-    claims = [claim for submission in submissions if isinstance(claim := submission.qdot_metadata.get("secret"), str)]
+    claims = [
+        claim for submission in submissions if isinstance(claim := submission.qdot_metadata.get("secret_digest"), str)
+    ]
     wrong_count = sum(claim != assignment.secret_digest for claim in claims)
     if 2 * wrong_count > len(claims):
         source = assignment.folder / SECRET_FILE

@@ -510,7 +510,6 @@ def _unwrap(node: Node, domain: Domain) -> Node:
 
 
 def _contains_only_blanks(node: Node) -> bool:
-    """Return whether a tree contains only blanks."""
     if node.kind in ("list", "set"):
         return all(map(_contains_only_blanks, node.args)) and bool(node.args)
     return node.kind == "blank"

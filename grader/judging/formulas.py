@@ -421,7 +421,6 @@ _EXACT_VALUE_HINT = "the exact value, such as pi/3 or acos(1/3)"
 
 
 def _find_restricted_joints(piece: Piece, space: ConfigurationSpace) -> frozenset[str]:
-    """Return the joints that a piece of a set restricts."""
     return frozenset(space.joints) & {name for atom in piece for name in (*find_names(atom.expression), atom.joint)}
 
 
@@ -498,7 +497,6 @@ def _are_degrees(
 
 
 def _make_set_certificate(comparison: SetComparison) -> Certificate:
-    """Return the certificate of a comparison of two sets."""
     example = None if comparison.are_equal else SetDifference(comparison.missing, comparison.surplus)
     count = comparison.fewest_configurations
     return Certificate("numeric", count, compute_chance_of_missing(count), example)

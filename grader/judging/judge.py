@@ -73,7 +73,7 @@ class _AnswerJudge(reference_answers.AnswerVisitor[Judgement]):
     def visit_number(self, answer: reference_answers.Number) -> Judgement:
         """Compare numbers within their tolerances."""
         expected = [float(value) for value in answer.reference]
-        return judge_numbers(self.parsed, expected, answer.units, *answer.find_tolerance_and_floors(self.part.rounding))
+        return judge_numbers(self.parsed, expected, answer.units, *answer.find_allowed_errors(self.part.rounding))
 
     def visit_singular(self, answer: reference_answers.ConditionSet) -> Judgement:
         """Compare sets of configurations."""

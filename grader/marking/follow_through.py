@@ -339,7 +339,7 @@ class _Context:
             tolerance = part.answer_as(Direction).find_tolerance(part.rounding)
             return judge_direction(answer, entries, self.domain, self.seed, tolerance)
         number = part.answer_as(Number)
-        tolerance, _ = number.find_tolerance_and_floors(part.rounding)
+        tolerance = number.find_allowed_errors(part.rounding).relative
         floors = len(values) * [0.001 * largest_value]
         return judge_numbers(answer, values.tolist(), number.units, tolerance or number.tolerance, floors)
 

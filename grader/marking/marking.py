@@ -55,8 +55,7 @@ def mark(
 ) -> list[Verdict]:  # fmt: skip
     """Return a verdict for each part of a problem.
 
-    `answers` maps the name of a part to the text of its answer. `reasons` maps the name of a part without an answer to
-    the reason why there is no answer.
+    The keys of `answers` and `reasons` are the names of the parts. `reasons` says why a part has no answer.
 
     A part that follows from the student's own wrong answer to an earlier part earns `rules.follow_through_share` of its
     points, unless the earlier answer was copied or is not an attempt at this arm (docs/judging.md).
@@ -144,8 +143,8 @@ class _ProblemMarking:
         names = " and ".join(filter(None, [", ".join(blank_parts[:-1]), blank_parts[-1]]))
         advice = f"your answer contains a blank from an earlier part. Fill in {names} first, then redo this part"
         is_refused = self.parsed_answers[part.name].refusal is not None  # because of the blank
-        rest = "" if is_refused else f". {_capitalize(judgement.reason)}"
-        return replace(judgement, reason=f"{advice}{rest}")
+        other_reason = "" if is_refused else f". {_capitalize(judgement.reason)}"
+        return replace(judgement, reason=f"{advice}{other_reason}")
 
     def make_verdict(self, part: Part, text: str | None) -> Verdict:
         """Return the verdict on a part. Call this in the order of the parts, after all of them are judged."""

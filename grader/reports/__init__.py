@@ -5,7 +5,7 @@ The formats that other programs read are modules of their own, which `formats` l
     formats                         lists the formats that other programs read
     feedback_levels                 limit what a student sees about a wrong answer
     part_rows, grades_table         list a result part by part; write results.jsonl and grades.csv
-    class_summary, charts           compute the numbers of `qdot report`; draw its charts
+    class_summary                   compute the numbers of `qdot report`
     class_page                      write the page of `qdot report`
     answer_display                  show an answer as it was parsed
     counterexample_table            show where an answer is wrong, as a table

@@ -16,6 +16,12 @@ from qdot.grader.reports.answer_display import make_visible
 from qdot.grader.reports.grades_table import REASONS_WITHOUT_MARK, UNMARKED_STATUSES, find_work_status, is_marked
 from qdot.grader.statistics.class_statistics import Interval, compute_discrimination, compute_reliability
 
+OUTCOME_WORDS = {
+    Outcome.CORRECT: "right", Outcome.PARTIAL: "partly right", Outcome.WRONG: "wrong", Outcome.MISSING: "blank",
+    Outcome.UNGRADED: "ungraded",
+}  # fmt: skip
+"""The outcomes in words, in the order in which tables list them."""
+
 
 @dataclass(frozen=True)
 class PartSummary:

@@ -12,8 +12,7 @@ from typing import Any
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.console import escape_controls
 from qdot.grader.grading.result import Result
-from qdot.grader.reports.charts import OUTCOME_STYLES
-from qdot.grader.reports.class_summary import summarize_parts
+from qdot.grader.reports.class_summary import OUTCOME_WORDS, summarize_parts
 from qdot.grader.reports.grades_table import Cell, is_marked, make_grades_table
 
 CREATION_TIME = datetime.datetime(2000, 1, 1)  # noqa: DTZ001 - a workbook's times have no zone
@@ -47,11 +46,11 @@ def make_workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
 
 def _make_part_table(assignment: Assignment, results: Sequence[Result]) -> tuple[list[str], list[list[Cell]]]:
     """Return a header, and a row for each part: maximum and mean points, and the count of each outcome."""
-    header = ["part", "points", "mean", *(style.label for style in OUTCOME_STYLES.values())]
+    header = ["part", "points", "mean", *OUTCOME_WORDS.values()]
     rows: list[list[Cell]] = []
     for part in summarize_parts(assignment, results):
         mean = None if part.mean_share is None else round(part.mean_share * part.max_points, 4)
-        counts = [float(part.outcome_counts[outcome]) for outcome in OUTCOME_STYLES]
+        counts = [float(part.outcome_counts[outcome]) for outcome in OUTCOME_WORDS]
         rows.append([part.name, part.max_points, mean, *counts])
     return header, rows
 

@@ -13,7 +13,7 @@ from qdot.exercises.common.extras import require_extra
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.json_form import to_jsonable
 from qdot.grader.grading.result import Result
-from qdot.grader.reports import charts, github, gradescope, junit
+from qdot.grader.reports import github, gradescope, junit
 from qdot.grader.reports.class_page import make_class_page
 from qdot.grader.reports.excel import make_workbook
 from qdot.grader.reports.gradebooks import (
@@ -30,7 +30,6 @@ class ReportFormat:
     """A report format.
 
     - `read_by`: the programs that read the report
-    - `tested_with`: the program or library that reads the report in qdot's tests
     - `make`: returns the content of the file, from the assignment and the results in the roster's order
     - `is_for_one_student`: whether the report has the result of only one student
     - `make_printed_text`: returns a text that is also written to standard output
@@ -42,7 +41,6 @@ class ReportFormat:
     name: str
     title: str
     read_by: str
-    tested_with: str
     make: Callable[[Assignment, Sequence[Result]], str | bytes]
     is_for_one_student: bool = False
     make_printed_text: Callable[[Assignment, Sequence[Result]], str] = lambda *_: ""
@@ -51,33 +49,29 @@ class ReportFormat:
     check_library: Callable[[], None] = lambda: None
 
 
-IMPORTER_RULES = "a reimplementation of its importer's rules"
-
 FORMATS = {
     report_format.name: report_format
     for report_format in (
-        ReportFormat("csv", "A row for each student, a column for each part", "spreadsheets", "Python's csv",
+        ReportFormat("csv", "A row for each student, a column for each part", "spreadsheets",
                      lambda assignment, results: make_grades_csv(results, assignment.roster)),
-        ReportFormat("json", "All results, as one list", "programs", "our JSON Schema",
+        ReportFormat("json", "All results, as one list", "programs",
                      lambda _, results: json.dumps(to_jsonable(results), ensure_ascii=False, indent=1) + "\n"),
         ReportFormat("junit", "A test for every part of every student, in XML", "GitLab, Jenkins, Artemis",
-                     "junitparser", junit.write_junit_xml),
+                     junit.write_junit_xml),
         ReportFormat("github", "A job summary; annotations are printed to standard output", "GitHub Actions",
-                     "markdown-it; a check against the rules for workflow commands", github.make_summary,
-                     make_printed_text=github.make_annotations),
+                     github.make_summary, make_printed_text=github.make_annotations),
         ReportFormat("gradescope", "results.json for one student (`--student`)", "Gradescope",
-                     "a harness with Gradescope's folders", gradescope.make_results_json, is_for_one_student=True),
-        ReportFormat("canvas", "A file to import into Canvas's gradebook", "Canvas", IMPORTER_RULES, make_canvas_csv,
+                     gradescope.make_results_json, is_for_one_student=True),
+        ReportFormat("canvas", "A file to import into Canvas's gradebook", "Canvas", make_canvas_csv,
                      make_notes=describe_unmarked_students),
-        ReportFormat("moodle", "A file to import into Moodle's gradebook", "Moodle", IMPORTER_RULES, make_moodle_csv,
+        ReportFormat("moodle", "A file to import into Moodle's gradebook", "Moodle", make_moodle_csv,
                      make_notes=describe_unmarked_students),
-        ReportFormat("brightspace", "A file to import into Brightspace's grades", "Brightspace",
-                     "the form in Brightspace's documentation", make_brightspace_csv,
+        ReportFormat("brightspace", "A file to import into Brightspace's grades", "Brightspace", make_brightspace_csv,
                      make_notes=describe_unmarked_students),
-        ReportFormat("xlsx", "A workbook: grades, and the outcomes of each part", "Excel, LibreOffice", "openpyxl",
-                     make_workbook, check_library=lambda: require_extra("report", "--report xlsx", "xlsxwriter")),
-        ReportFormat("html", "The class overview, a page for the staff", "any browser", "Chromium",
-                     make_class_page, is_private=True, check_library=charts.check_library),
+        ReportFormat("xlsx", "A workbook: grades, and the outcomes of each part", "Excel, LibreOffice", make_workbook,
+                     check_library=lambda: require_extra("report", "--report xlsx")),
+        ReportFormat("html", "The class overview, a page for the staff", "any browser", make_class_page,
+                     is_private=True),
     )
 }  # fmt: skip
 """The report formats by name."""

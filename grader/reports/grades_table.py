@@ -54,14 +54,14 @@ def make_grades_table(results: Sequence[Result], roster: Sequence[Student]) -> t
         points = [part.points for part in result.parts.values()]
         status = find_work_status(result)
         score, percent = (None, None) if status in UNMARKED_STATUSES else (result.score, result.percent)
-        sums = [score, result.max_score, percent, status, _compute_late_penalty(result)]
+        totals = [score, result.max_score, percent, status, _compute_late_penalty(result)]
         group_notes = [
             f"overrides.csv {'comments on' if override.points is None else 'sets'} the group {override.group}"
             for override in result.overrides.values()
             if override.group is not None
         ]
         notes = "; ".join((*list_staff_notes(result), *group_notes))
-        rows.append([*cells, *points, *sums, "; ".join(describe_overrides(result)), notes])
+        rows.append([*cells, *points, *totals, "; ".join(describe_overrides(result)), notes])
     return ["student", "name", "email", *columns, *results[0].parts, *SUMMARY_COLUMNS], rows
 
 
@@ -95,8 +95,8 @@ def is_marked(result: Result, *, count_zero: bool = False) -> bool:
     has a mark.
     """
     status = find_work_status(result)
-    counts_anyway = count_zero or count_overridden(result) > 0
-    return status in ("graded", "late") or (status not in UNMARKED_STATUSES and counts_anyway)
+    has_other_mark = count_zero or count_overridden(result) > 0  # a zero, or a mark that a person set
+    return status in ("graded", "late") or (status not in UNMARKED_STATUSES and has_other_mark)
 
 
 UNMARKED_STATUSES = ("ungraded", "over limit", "to mark")

@@ -74,7 +74,7 @@ def make_gradescope_results(result: Result, feedback: str, visibility: str = "vi
     tests = tuple(
         PartTest(
             row.title, row.part, row.points, row.max_points, "passed" if row.has_full_points else "failed",
-            make_visible(f"{row.outcome}: {row.message}"), "text", visibility,
+            make_visible(row.description), "text", visibility,
         )
         for row in make_part_rows(result, feedback)
     )  # fmt: skip

@@ -32,7 +32,7 @@ def write_junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
         for row in rows:
             test = ET.SubElement(suite, "testcase", {"classname": classname, "name": f"{row.part}: {row.title}"})
             if not row.has_full_points:
-                message = make_visible(f"{row.points_text} points, {row.outcome}: {row.message}")
+                message = make_visible(f"{row.points_text} points, {row.description}")
                 kind = "error" if row.points is None else "failure"
                 ET.SubElement(
                     test, kind, {"message": message[:MAX_ATTRIBUTE_LENGTH], "type": row.outcome}

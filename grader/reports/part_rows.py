@@ -38,6 +38,11 @@ class PartRow:
         return self.points is not None and self.points >= self.max_points
 
     @property
+    def description(self) -> str:
+        """The outcome with the message, unless the message only repeats it."""
+        return self.outcome if self.message == "right" else f"{self.outcome}: {self.message}"
+
+    @property
     def points_text(self) -> str:
         """The points as text, for example "1.5 of 2"."""
         return f"{'no mark' if self.points is None else format_points(self.points)} of {format_points(self.max_points)}"
@@ -51,11 +56,13 @@ def make_part_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow
         override_text = "" if part.override is None else describe_override(part.override)
         texts = list(filter(None, (shown_part.advice, shown_part.reason, override_text)))
         sentences = [f"{capitalize(text)}{'' if text.endswith(('.', '?')) else '.'}" for text in texts]
-        message = " ".join(" ".join(sentences if len(texts) > 1 else texts).split()).removesuffix(".")
-        message = shorten(add_chapter_to_reference(message), MAX_MESSAGE_LENGTH)
+        text = " ".join(sentences if len(texts) > 1 else texts)
+        message = add_chapter_to_reference(" ".join(text.split()).removesuffix("."))
         question = ALL_QUESTIONS.get(part.name)  # None for an instructor's own question
         title = part.name.replace("-", " ").capitalize() if question is None else question.title
-        rows.append(PartRow(name, title, part.outcome, part.points, part.max_points, message))
+        rows.append(
+            PartRow(name, title, part.outcome, part.points, part.max_points, shorten(message, MAX_MESSAGE_LENGTH))
+        )
     return rows
 
 

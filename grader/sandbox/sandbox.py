@@ -41,7 +41,7 @@ def check_system() -> None:
         raise QdotError(WINDOWS_MESSAGE)
 
 
-READ_REPORT_BYTES = isolation.MAX_REPORT_BYTES + 100_000
+MAX_READ_BYTES = isolation.MAX_REPORT_BYTES + 100_000
 """Maximum number of bytes that are read from a notebook's report, with room for the line that exceeds the limit."""
 
 MAX_REPORT_LINES = 50_000
@@ -139,7 +139,7 @@ class Run:
             "killed": f"the notebook was stopped{location} because it exceeded a limit ({limits_text})",
             "lost": f"the notebook killed the process that runs it{location}",
         }
-        if self.end == "unbegun":
+        if self.end == "not-started":
             return "this machine ended the process for the notebook before any cell was run"
         return f"{descriptions[self.end]}; later cells were not run" if self.end in descriptions else ""
 
@@ -180,7 +180,7 @@ class _NotebookNotStarted(_ForkingProcessEnded):
 class Sandbox:
     """Runs notebooks one after the other in isolation; close the sandbox, or use it in a `with` statement.
 
-    A `strict` sandbox refuses to run without the measures by which the kernel isolates a notebook. Tests switch off
+    A `strict` sandbox refuses to run without the measures by which the kernel isolates a notebook. Tests can leave out
     `disabled_measures`. `processor_seconds` is the limit that the kernel enforces, by default that of `limits`. With
     `load_libraries`, SymPy and NumPy are loaded before the fork, which a probe does not need. With `warm_up`, typical
     operations fill SymPy's caches before the fork, which is of no use for a single notebook.
@@ -284,7 +284,7 @@ class Sandbox:
         - "killed": the kernel killed the child because it exceeded a limit
         - "crashed": another signal ended the child
         - "lost": the forking process has ended, possibly because the notebook killed it
-        - "unbegun": nothing was run, for a reason that lies outside the notebook
+        - "not-started": nothing was run, and the notebook is not the cause
         """
         self._finish_last_notebook()
         self._start_if_needed()
@@ -305,7 +305,7 @@ class Sandbox:
         except (_ForkingProcessEnded, OSError) as error:
             self.close()
             self.not_started_reason = str(error) if isinstance(error, _NotebookNotStarted) else ""
-            return "unbegun" if isinstance(error, _NotebookNotStarted) else "lost"
+            return "not-started" if isinstance(error, _NotebookNotStarted) else "lost"
         except BaseException:
             self.close()
             raise
@@ -441,7 +441,7 @@ class _ReportLines:
     ) -> None:
         self._descriptor, self._seconds, self._get_processor_time = descriptor, seconds, get_processor_time
         self._max_lines = MAX_REPORT_LINES + cell_count
-        self._max_bytes = READ_REPORT_BYTES + CELL_START_BYTES * cell_count
+        self._max_bytes = MAX_READ_BYTES + CELL_START_BYTES * cell_count
         self._start_time = time.monotonic()
         self._deadline = self._start_time + seconds
         self._lines: deque[bytes] = deque()

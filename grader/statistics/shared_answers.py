@@ -32,7 +32,7 @@ def _read_digests(assignment: Assignment, student: str) -> dict[str, dict[str, s
         certificate = read_certificate(certificate_path(assignment, student), assignment.key, student)
     except QdotError:
         return {}  # `qdot verify` reports the error
-    if certificate is None or certificate.edition != assignment.notebook_digest_of(student):
+    if certificate is None or certificate.notebook_digest != assignment.notebook_digest_of(student):
         return {}  # the certificate of a notebook that has been replaced
     return {name: record.parts for name, record in certificate.problems.items()}
 

@@ -222,7 +222,6 @@ def _drop_outputs(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _get_cell_text(cell: dict[str, Any]) -> str:
-    """Return a cell's text."""
     source = cell.get("source", "")
     return _use_unix_newlines("".join(map(str, source)) if isinstance(source, list) else str(source))
 

@@ -18,6 +18,10 @@ _ID_COLUMN = re.compile(r"id\b|identif|login|user|mail|sis\b|matri|participant|(
 """Matches the names of the roster columns that may contain identifiers of platforms; a seat number is none."""
 
 
+SAME_NAME = "several students have this name"
+"""The reason for several possible owners that only the submissions themselves can tell apart."""
+
+
 @dataclass(frozen=True)
 class PossibleOwners:
     """The students who may have made a submission: only the owner if certain, otherwise all who fit, and the reason."""
@@ -75,7 +79,7 @@ class Roster:
             return PossibleOwners(students, "its name and its number belong to different students")
         if id_owners:
             return PossibleOwners(tuple(sorted(id_owners)), "its identifier fits several students")
-        reason = "several students have this name" if len(name_owners) > 1 else ""
+        reason = SAME_NAME if len(name_owners) > 1 else ""
         return PossibleOwners(tuple(sorted(name_owners)), reason)
 
     def _find_by_name(self, name: str) -> set[str]:

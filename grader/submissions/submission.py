@@ -32,7 +32,7 @@ from qdot.grader.submissions.cells import (
     read_cells,
 )
 from qdot.grader.submissions.layouts import SubmittedPath, check_safely, find_submitted_paths, list_nested_folders
-from qdot.grader.submissions.roster import Roster
+from qdot.grader.submissions.roster import SAME_NAME, PossibleOwners, Roster
 
 if TYPE_CHECKING:  # not imported at run time: a student's `qdot check` needs no assignment
     from qdot.exercises.assignment.assignment import Assignment, Student
@@ -129,12 +129,10 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
     certain_paths, doubtful_paths = defaultdict[str, list[SubmittedPath]](list), defaultdict[str, list[Path]](list)
     roster = _make_roster(assignment.roster, assignment.folder)
     root = _find_root(roster, root)
-    for submitted_path in find_submitted_paths(root):
+    for submitted_path, owner in _find_owners(roster, root, assignment.key):
         name = make_printable(submitted_path.path.name)
-        try:
-            owner = roster.find_owner(submitted_path)
-        except Exception as error:  # a problem with one submission must not affect the others
-            folder.uncertain_owners.append(f"{name}: qdot failed to find the owner ({error}); not graded")
+        if owner.reason and not owner.students:
+            folder.uncertain_owners.append(f"{name}: {owner.reason}; not graded")
             continue
         is_likely = submitted_path.platform or _rank_by_ending(submitted_path.path.name) < _DOCUMENT_RANK
         if owner.is_certain:
@@ -178,15 +176,48 @@ def _find_root(roster: Roster, root: Path) -> Path:
     return root
 
 
+def _find_owners(roster: Roster, root: Path, key: str = "") -> list[tuple[SubmittedPath, PossibleOwners]]:
+    """Return the submitted files and folders with their possible owners.
+
+    Students with the same name are told apart by the names in their notebooks if each of them has submitted one: a
+    student who changes the name in a notebook can't become another student.
+    """
+    owners_by_path = {path: _find_possible_owners(roster, path) for path in find_submitted_paths(root)}
+    for owners in {owners for owners in owners_by_path.values() if owners.reason == SAME_NAME}:
+        paths = [path for path, possible_owners in owners_by_path.items() if possible_owners == owners]
+        named_students = [_read_named_student(path, key) for path in paths]
+        if sorted(named_students) == sorted(owners.students):
+            owners_by_path |= {
+                path: PossibleOwners((student,)) for path, student in zip(paths, named_students, strict=True)
+            }
+    return list(owners_by_path.items())
+
+
+def _find_possible_owners(roster: Roster, submitted_path: SubmittedPath) -> PossibleOwners:
+    try:
+        return roster.find_owner(submitted_path)
+    except Exception as error:  # a problem with one submission must not affect the others
+        return PossibleOwners((), f"qdot failed to find the owner ({error})")
+
+
+def _read_named_student(submitted_path: SubmittedPath, key: str) -> str:
+    """Return the student whom a submitted notebook names; "" if it can't be read or names nobody."""
+    files = _select_files([submitted_path], key)
+    if files is None or files.failure or files.ungraded_reason:
+        return ""
+    try:
+        return str(read_submission(files.files[0], key).qdot_metadata.get("student", ""))
+    except Unreadable:
+        return ""
+
+
 def find_certain_paths(assignment: "Assignment", root: Path) -> dict[str, list[SubmittedPath]]:
     """Return the submitted files and folders that certainly belong to each student."""
     roster = _make_roster(assignment.roster, assignment.folder)
     paths = defaultdict[str, list[SubmittedPath]](list)
-    for submitted_path in find_submitted_paths(_find_root(roster, root)):
-        with contextlib.suppress(Exception):  # as in find_submissions, the submission then has no owner
-            owner = roster.find_owner(submitted_path)
-            if owner.is_certain:
-                paths[owner.students[0]].append(submitted_path)
+    for submitted_path, owner in _find_owners(roster, _find_root(roster, root), assignment.key):
+        if owner.is_certain:
+            paths[owner.students[0]].append(submitted_path)
     return paths
 
 
@@ -197,11 +228,9 @@ def find_paths_of_student(students: "Sequence[Student]", folder: Path, student: 
         return [], []
     roster = _make_roster(students, folder)
     certain_paths, doubtful_paths = list[Path](), list[Path]()
-    for submitted_path in find_submitted_paths(_find_root(roster, root)):
-        with contextlib.suppress(Exception):  # as in find_submissions, the submission then has no owner
-            owner = roster.find_owner(submitted_path)
-            if student in owner.students:
-                (certain_paths if owner.is_certain else doubtful_paths).append(submitted_path.path)
+    for submitted_path, owner in _find_owners(roster, _find_root(roster, root)):
+        if student in owner.students:
+            (certain_paths if owner.is_certain else doubtful_paths).append(submitted_path.path)
     return certain_paths, doubtful_paths
 
 
@@ -541,7 +570,7 @@ class SubmissionNote(NamedTuple):
 def describe_unusual_metadata(submission: Submission, assignment: "Assignment", student: str) -> list[SubmissionNote]:
     """Return notes on unusual metadata, which don't affect marks: the student's own problems are graded in any case."""
     claims, notes = submission.qdot_metadata, list[SubmissionNote]()
-    claimed_student, digest = claims.get("student"), claims.get("digest")
+    claimed_student, digest = claims.get("student"), claims.get("problems_digest")
     if isinstance(claimed_student, str) and claimed_student != student:
         rule = "no answer in it earns points for following from a wrong one"
         message = f"this notebook was released to another student. It was graded against your own problems, and {rule}"

@@ -314,7 +314,7 @@ test("links are made by menus, with a preview that shows what is sent", async ()
     await page
       .getByLabel("Address of the site that embeds this page, such as https://moodle.example.org")
       .fill("moodle");
-    await page.getByText("“moodle” is not an origin").waitFor();
+    await page.getByText("“moodle” is not the address of a site").waitFor();
     await page
       .getByLabel("Address of the site that embeds this page, such as https://moodle.example.org")
       .fill("https://moodle.example.org");

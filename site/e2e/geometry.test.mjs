@@ -34,6 +34,9 @@ const LESSONS = ["rates", "columns", "differentiation", "propagation", "singular
 );
 const OWN = [...KINDS, ...MORE, ...QUESTIONS, ...LESSONS, ROUND, `${ROUND}&lesson=columns`];
 
+/** The smallest and the largest of some sizes: pages of text only have to fit these. */
+const edgesOf = (sizes) => [sizes[0], sizes.at(-1)];
+
 /** Pages with the languages and the colours in which they are looked at; of the others, the language is but at their edges. */
 function looks(screen) {
   const all = readdirSync(there.site.folder, { recursive: true, encoding: "utf8" })
@@ -52,7 +55,7 @@ for (const [k, sizes] of SCREENS.entries())
     for (const { path, ...options } of looks(k)) {
       const { page } = await opened(there, path, { viewport: first, ...options });
       await armOf(page);
-      for (const [width, height] of sizes) {
+      for (const [width, height] of OWN.includes(path) ? sizes : edgesOf(sizes)) {
         await page.setViewportSize({ width, height });
         await page.evaluate(() => scrollTo(0, 0));
         await drawn(page);

@@ -60,6 +60,40 @@ test("a prediction comes back once its goal is reached, then the explanation ope
   await context.close();
 });
 
+test("in a lesson, what was typed is there after a reload, and Back returns to the step and the idea before", async () => {
+  const { page, context } = await openedAnew(there, "learn.html?lesson=singular", WIDE);
+  const answer = () => page.getByLabel("Your answer");
+  await page.getByRole("button", { name: "Go straight to practice" }).click();
+  await page.getByText("Step 1 of 3, on one arm").waitFor();
+  await answer().fill("a1*co");
+  await page.reload();
+  await page.getByText("Step 1 of 3, on one arm").waitFor();
+  assert.equal(await answer().inputValue(), "a1*co");
+  await page.getByRole("button", { name: "Skip", exact: true }).click();
+  await page.getByText("Step 2 of 3, on one arm").waitFor();
+  await page.getByRole("button", { name: "Skip these steps" }).click();
+  await page.getByText(/0 of \d right in a row: each/).waitFor();
+  await page.goBack();
+  await page.getByText("Step 2 of 3, on one arm").waitFor();
+  await page.goBack();
+  await page.getByText("Step 1 of 3, on one arm").waitFor();
+  assert.equal(await answer().inputValue(), "a1*co");
+  await page.goBack();
+  await page.getByRole("button", { name: "Go straight to practice" }).waitFor();
+  await context.close();
+});
+
+test("the link to the arm's table keeps what was typed, and the feedback", async () => {
+  const { page, context } = await openedAnew(there, "practice.html?arm=planar-2r&question=determinant", WIDE);
+  await page.getByLabel("Your answer").fill("a1*a2");
+  await page.getByRole("link", { name: "The arm's table" }).click();
+  await page.waitForURL(/#given$/);
+  await page.getByRole("button", { name: "Check" }).click();
+  await page.locator(".verdict.wrong").waitFor();
+  assert.equal(await page.getByLabel("Your answer").inputValue(), "a1*a2");
+  await context.close();
+});
+
 test("a wrong answer after a right one to the same question ends no streak", async () => {
   const { page, context } = await openedAnew(there, "practice.html?arm=planar-2r&question=determinant", WIDE);
   const answer = async (text) => {

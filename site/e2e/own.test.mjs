@@ -5,7 +5,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { test } from "node:test";
 
-import { drawn, inChromium, opened, openedAnew, PHONE } from "./opened.mjs";
+import { assertAccessible, drawn, inChromium, opened, openedAnew, PHONE } from "./opened.mjs";
 
 const there = inChromium();
 const TABLE = "own.html#dh=R_q1_0_0.5_0~R_q2_0_0.4_0&at=30_90";
@@ -41,6 +41,39 @@ test("a link opens its table in its pose, and typing and moving change the addre
   assert.equal(await page.getByLabel("a2", { exact: true }).inputValue(), "2/5 + 0.1");
   const [first] = await numbers(page);
   assert.ok(Math.abs(value(first) - (-0.5 * Math.sin(Math.PI / 6) - 0.5 * Math.sin(-Math.PI / 18))) < 1e-5);
+  assert.deepEqual(wrong, []);
+  await context.close();
+});
+
+test("the formulas of J and det J follow the table, or the page says why there are none", async () => {
+  const { page, wrong, context } = await openedAnew(there, `${TABLE}&angles=degrees`);
+  const formulas = () => page.locator(".own-formulas math").evaluateAll((all) => all.map((each) => each.textContent));
+  const until = (text) =>
+    page.waitForFunction(
+      (text) =>
+        document
+          .querySelector(".own-formulas")
+          ?.textContent.replace(/[\s\u2061\u2062]/g, "")
+          .includes(text),
+      text,
+    );
+  await until("detJ=a1a2s2");
+  await until("J=[−a1s1−a2s12−a2s12a1c1+a2c12a2c12]");
+  const before = await formulas();
+  const angle = page.locator('.arm-joints input[type="number"]').first();
+  await angle.fill("75");
+  await angle.press("Tab");
+  await page.waitForFunction(() => location.hash.includes("at=75_"));
+  assert.deepEqual(await formulas(), before); // they hold in every pose
+  await page.getByLabel("a2", { exact: true }).fill("0.25");
+  await until("a2=0.25m");
+  await page.getByLabel("α1", { exact: true }).fill("45");
+  await page.getByText("Formulas appear if all α").waitFor();
+  assert.deepEqual(await formulas(), []);
+  await page.getByLabel("α1", { exact: true }).fill("90");
+  await until("J=[");
+  for (let joint = 3; joint <= 5; joint += 1) await page.getByRole("button", { name: "Add a revolute joint" }).click();
+  await page.getByText("Formulas appear for arms of up to 4 joints").waitFor();
   assert.deepEqual(wrong, []);
   await context.close();
 });
@@ -155,6 +188,15 @@ for (const [robot, width] of [
     assert.ok(found.off >= 3, `${found.off} pixels from the bracket`);
   });
 }
+
+test("on a phone, keys scroll the J of six joints", async () => {
+  const { page } = await opened(there, "own.html#robot=ur5", PHONE);
+  const table = page.locator(".own-figures table");
+  await table.focus();
+  await page.keyboard.press("ArrowRight");
+  await page.waitForFunction(() => document.querySelector(".own-figures table").scrollLeft > 0);
+  await assertAccessible(page);
+});
 
 test("all columns of the J of ten joints are visible; units are accepted, and an unlikely angle is pointed out", async () => {
   const rows = Array.from({ length: 10 }, (_, i) => `R_q${i + 1}_0_0.4_${90 * (i % 2)}`).join("~");

@@ -45,6 +45,7 @@ async function typesetWaiting(): Promise<void> {
     waitingFormulas.delete(element);
     if (!element.isConnected) continue;
     temml.render(latex, element, { displayMode: isBlock, throwOnError: false });
+    for (const accented of element.querySelectorAll("mover")) accented.setAttribute("accent", "true"); // close to its letter
     element.dataset["set"] = "";
     typesetElements.push(element);
     if (performance.now() - start < SLICE_TIME) continue;

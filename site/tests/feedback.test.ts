@@ -24,7 +24,7 @@ function told(more: Partial<Verdict>): string {
 }
 
 test("a mistake is reported with the missing part and the lost points", () => {
-  expect(told({ mistake: 0 })).toMatch(/Relative angle An angle lacks the joints before it\.$/);
+  expect(told({ mistake: 0 })).toMatch(/Relative angle\. An angle lacks the joints before it\.$/);
   expect(told({ mistake: 1 })).toMatch(/A factor is lacking\. The missing factor contains θ2, θ3\. Without/);
 });
 

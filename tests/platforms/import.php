@@ -35,7 +35,7 @@ function import(string $file, stdClass $course, context $context): array {
     $format->setCatfromfile(true);
     $format->setContextfromfile(false);
     $format->setStoponerror(true);
-    $format->setCategory(question_get_default_category($context->id, true));
+    $format->setCategory(question_get_default_category($context->id, true) ?: question_make_default_categories([$context]));
     $format->set_display_progress(false);
     ob_start();
     try {

@@ -17,7 +17,7 @@ from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.known_wrong_answers import find_known_wrong_answers
 from qdot.exercises.exports.registry import EXPORT_FORMATS
-from qdot.exercises.notebook.notebook import make_solution_notebook, write_notebook
+from qdot.exercises.notebook.notebook import NotebookContent, make_solution_notebook, write_notebook
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.exercises.reference_answers import ConditionSet
 from qdot.grader.grading.batch import find_student, grade_one, make_limits
@@ -92,9 +92,8 @@ def get_part(cell: Mapping[str, Any]) -> str:
 def write_right_answers(assignment: Assignment, student: str) -> dict[str, str]:
     """Return the code of the right answer to each part."""
     problems = assignment.generate_problems(student)
-    solved = json.loads(
-        write_notebook(make_solution_notebook(assignment.title, assignment.key, student, problems, assignment.hints))
-    )
+    content = NotebookContent(assignment.title, assignment.key, student, problems, assignment.hints)
+    solved = json.loads(write_notebook(make_solution_notebook(content)))
     return {part: cell["source"] for cell in solved["cells"] if (part := get_part(cell))}
 
 

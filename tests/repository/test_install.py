@@ -6,6 +6,7 @@ import shlex
 import subprocess
 import sys
 import tomllib
+from importlib.metadata import packages_distributions
 from pathlib import Path
 from typing import Any
 
@@ -56,8 +57,9 @@ def test_install_commands_name_the_package_once_it_is_released(monkeypatch: pyte
 def test_extras_agree_with_pyproject() -> None:
     declared = PROJECT["optional-dependencies"]
     assert set(declared) == {*EXTRAS, "all"}
+    packages = packages_distributions()
     for name, modules in EXTRAS.items():
-        assert {Requirement(line).name for line in declared[name]} == set(modules)
+        assert [{Requirement(line).name} for line in declared[name]] == [{packages[module][0].lower()} for module in modules]
     (everything,) = (Requirement(line) for line in declared["all"])
     assert everything.extras == set(EXTRAS)
 
@@ -65,11 +67,11 @@ def test_extras_agree_with_pyproject() -> None:
 @pytest.mark.parametrize(
     ("module", "command"),
     [
-        ("typst", ["export", "{hw}", "--to", "pdf"]), ("matplotlib", ["grade", "{hw}", "--report", "html=x.html"]),
+        ("typst", ["export", "{hw}", "--to", "pdf"]),
         ("xlsxwriter", ["grade", "{hw}", "--report", "xlsx=x.xlsx"]),
         ("distributed", ["grade", "{hw}", "--executor", "tcp://127.0.0.1:1"]),
     ],
-    ids=["pdf", "html", "xlsx", "executor"],
+    ids=["pdf", "xlsx", "executor"],
 )  # fmt: skip
 def test_a_missing_library_is_an_error_before_work_starts(
     module: str, command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -100,7 +102,7 @@ def test_every_dependency_is_explained_in_the_docs() -> None:
 
 
 def test_libraries_of_extras_are_not_loaded_by_the_program() -> None:
-    code = "import sys; sys.modules.update(dict.fromkeys(('typst', 'matplotlib', 'xlsxwriter', 'distributed', 'dask')))"
+    code = "import sys; sys.modules.update(dict.fromkeys(('typst', 'xlsxwriter', 'distributed', 'dask')))"
     code += "; from qdot.grader.cli.main import make_program; make_program()"
     subprocess.run([sys.executable, "-c", code], check=True)
 

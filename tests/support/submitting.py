@@ -41,7 +41,7 @@ def _certify_nothing(_: Problem) -> None:
 
 
 def _write_certificate(assignment: Assignment, student: str, *_: object) -> str:
-    return json.dumps({"edition": assignment.notebook_digest_of(student)})
+    return json.dumps({"notebook_digest": assignment.notebook_digest_of(student)})
 
 
 UNCERTIFIED = Certifier(_certify_nothing, _write_certificate)

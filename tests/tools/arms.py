@@ -36,7 +36,7 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.classification import Classification
-from qdot.exercises.singularities.numeric_rank_check import check_rank_loss
+from qdot.exercises.solve.numeric_rank_check import check_rank_loss
 from qdot.exercises.solve.solver import solve
 from qdot.exercises.solve.time_limited import write_solution
 from qdot.exercises.verify.singularity_statements import all_have_kind, statement_holds

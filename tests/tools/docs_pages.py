@@ -36,7 +36,7 @@ from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.wording import Wording
 from tests.support import ROOT
-from tests.tools.sharing import GROUPS, load_measurements
+from tests.tools.sharing import load_measurements
 
 
 @cache
@@ -75,17 +75,11 @@ def write(folder: Path) -> list[Path]:
 
 def families_page() -> str:
     """Return docs/families.md."""
-    listed = list_families()
-    first_with: dict[tuple[str, ...], str] = {}
-    for name, family in listed.items():
-        first_with.setdefault(tuple(family.questions), name)
     return render(
         "docs/families.md.j2",
         families=FAMILIES,
-        listed=listed,
-        alike={name: first for name, f in listed.items() if (first := first_with[tuple(f.questions)]) != name},
+        listed=list_families(),
         tasks={name: Wording(_first_arm(name)).task for name in FAMILIES},
-        questions=[question.name for question in QUESTIONS.values() if DEFAULT_CONVENTION in question.conventions],
     )
 
 
@@ -108,6 +102,8 @@ def questions_page() -> str:
 
 SAMPLE_FAMILY = "planar-2r"
 """The family whose arm docs/variation.md shows at each step."""
+TABLE_STEPS = (DEFAULT_VARIATION, "full")
+"""The steps at which the page shows the arm's table, too."""
 
 AXES_IN_WORDS = {
     "lengths": "numbers for some lengths of the table, in steps of 5 cm",
@@ -121,39 +117,28 @@ AXES_IN_WORDS = {
 
 
 def variation_page() -> str:
-    """Return docs/variation.md, of what was measured (`sharing.json`) and listed."""
+    """Return docs/variation.md, with the measurements in `sharing.json`."""
     measured = load_measurements()
-    asked = {name for steps in measured["asked"]["families"].values() for counts in steps.values() for name in counts}
-    unshared = asked - {
-        name
-        for steps in measured["asked"]["families"].values()
-        for counts in steps.values()
-        for name, count in counts.items()
-        if count
-    }
+    counts_by_step = [counts for steps in measured["asked"]["families"].values() for counts in steps.values()]
+    shared = [name for name in QUESTIONS if any(counts.get(name) for counts in counts_by_step)]
     return render(
         "docs/variation.md.j2",
         axes=AXES_IN_WORDS,
         steps=VARIATION_STEPS,
         default=DEFAULT_VARIATION,
         shown=SAMPLE_FAMILY,
-        tables=[(step, Wording(sample_chain(ProblemId(SAMPLE_FAMILY, 0, variation=step)))) for step in VARIATION_STEPS],
+        tables=[(step, Wording(sample_chain(ProblemId(SAMPLE_FAMILY, 0, variation=step)))) for step in TABLE_STEPS],
         thumbnails={step: thumbnail_path(SAMPLE_FAMILY, step) for step in VARIATION_STEPS},
-        groups=GROUPS,
         sharing=measured["formulas"],
         sharing_step=DEFAULT_VARIATION,
         varied=[name for name, family in FAMILIES.items() if family.has_varied_structure],
-        asked=measured["asked"] | {"questions": [name for name in QUESTIONS if name in asked], "unshared": unshared},
+        asked=measured["asked"] | {"questions": shared},
     )
 
 
 def mistakes_page() -> str:
     """Return docs/mistakes.md."""
-    sections = [
-        {"title": title, "mistakes": [{"name": m.name, "title": m.title, "source": m.source} for m in mistakes]}
-        for title, mistakes in SECTIONS.items()
-    ]
-    return render("docs/mistakes.md.j2", sections=sections)
+    return render("docs/mistakes.md.j2", sections=SECTIONS)
 
 
 def _first_arm(family: str) -> Chain:

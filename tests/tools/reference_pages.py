@@ -6,8 +6,8 @@
 import inspect
 import json
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, is_dataclass
 from importlib import import_module
 from typing import Any
 
@@ -74,14 +74,19 @@ def compatibility_page() -> str:
 # --- the library ---
 
 
+CONSTRUCTED_CLASSES = ("Base", "Chain", "Joint", "MarkingRules", "Point", "ProblemId")
+"""Classes whose objects a caller makes. Objects of the others are results, so the page lists only their attributes."""
+
+
 @dataclass(frozen=True)
 class LibraryName:
-    """A public name of the library: its call with parameters, the text of its docstring, and an example."""
+    """A public name of the library: its call with parameters, its docstring, an example, and a result's attributes."""
 
     name: str
     call: str
     description: str
     example: str
+    attributes: Sequence[str] = ()
 
 
 def library_page() -> str:
@@ -111,12 +116,13 @@ def _describe(name: str, home: str) -> LibraryName:
         assert match, name
         return LibraryName(name, name, match[1], "")
     text, prompt, example = (inspect.getdoc(item) or "").partition(">>>")
-    return LibraryName(name, name + _signature(item), text.strip(), prompt + example)
+    attributes = [field.name for field in fields(item)] if is_dataclass(item) and not _signature(item) else []
+    return LibraryName(name, name + _signature(item), text.strip(), prompt + example, attributes)
 
 
 def _signature(item: Any) -> str:
     """Return the parameters of a function or class as text, with the names of types without their modules."""
-    if inspect.isclass(item) and (item.__init__ is object.__init__ or issubclass(item, (Exception, str))):
+    if inspect.isclass(item) and item.__name__ not in CONSTRUCTED_CLASSES:
         return ""
     signature = str(inspect.signature(item)).replace("typing.", "")
     signature = re.sub(r"<factory>", "…", re.sub(r"<function (\w+) at \w+>", r"\1", signature))

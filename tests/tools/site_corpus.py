@@ -16,7 +16,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import Domain, choose_default_role
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import ParseError, as_matrix, find_names, format_tree
-from qdot.exercises.notebook.notebook import make_notebook_metadata, make_student_notebook
+from qdot.exercises.notebook.notebook import NotebookContent, make_notebook_metadata, make_student_notebook
 from qdot.exercises.site.keys import make_values_key
 from qdot.exercises.site.record import make_arm_record
 from qdot.grader.grading.check import find_claimed_form, is_readable
@@ -84,7 +84,7 @@ def notebook_text() -> str:
     """Return the file's text: {"notebook", "metadata", "answers": [[part, text, whether `qdot check` can read it]]}."""
     chapter_problem = problem()
     few_parts = replace(chapter_problem, parts=tuple(chapter_problem[name] for name in NOTEBOOK_PARTS))
-    notebook = make_student_notebook("Week 3", "velocity", "501", [("p1", few_parts)])
+    notebook = make_student_notebook(NotebookContent("Week 3", "velocity", "501", [("p1", few_parts)]))
     for cell in notebook.cells:
         cell.source = re.sub("<img [^>]*>", "", cell.source)
     slots = [(f"p{number}", asked) for number, asked in enumerate((chapter_problem, *problems()), 1)]

@@ -13,7 +13,7 @@ from qdot.exercises.formula.layout import ACCENTS, COMMA, EMPTY, EQUALS, MINUS, 
 
 _CORNER = "linear-gradient(currentColor, currentColor) {} {} / 5px 1.5px"
 _CORNERS = ", ".join(_CORNER.format(x, y) for x in ("0", "100%") for y in ("0", "100%"))
-_BORDER = "border: solid currentColor; border-width: 0 1.5px; padding: 0.15em 0.2em"
+_BORDER = "border: solid currentColor; border-width: 0 1.5px; margin: 0 0.1em; padding: 0.15em 0.2em"
 _BRACKET_STYLES = {
     "[]": f"{_BORDER}; background: {_CORNERS}; background-repeat: no-repeat",
     "()": f"{_BORDER}; border-radius: 0.8em",
@@ -100,7 +100,7 @@ class _Printer:
         if kind in _LEAVES:
             return _LEAVES[kind](text)
         if kind in ("fraction", "root", "accent"):
-            templates = _TEMPLATES | _LINE_TEMPLATES if self.is_for_browser else _TEMPLATES
+            templates = _TEMPLATES | _BROWSER_TEMPLATES if self.is_for_browser else _TEMPLATES
             return templates[text].format(*map(self.print_group, inner))
         if kind == "script":
             return self.print_script(*inner)
@@ -167,11 +167,14 @@ _TEMPLATES = {
     "underline": "<munder>{}<mo>_</mo></munder>",
 }  # fmt: skip
 """Fractions, roots and accents by their LaTeX command."""
-_LINE_TEMPLATES = {
-    name: f'<mrow style="border-{side}: 1px solid; padding-{side}: 0.1em">{{}}</mrow>'
-    for name, side in (("overline", "top"), ("underline", "bottom"))
+_BROWSER_TEMPLATES = {
+    **{name: _TEMPLATES[name].replace("<mover>", '<mover accent="true">') for name in ACCENTS},
+    **{
+        name: f'<mrow style="border-{side}: 1px solid; padding-{side}: 0.1em">{{}}</mrow>'
+        for name, side in (("overline", "top"), ("underline", "bottom"))
+    },
 }
-"""Lines above and below letters for browsers, in whose fonts they would not stretch."""
+"""For browsers: accents close to their letters, and lines above and below letters, which would not stretch there."""
 _SIGNS_WITH_LIMITS = frozenset(("∑", "∏", *SYMBOLS["functions_with_limits"]))
 """Signs and functions whose scripts stand below and above them in a displayed formula."""
 

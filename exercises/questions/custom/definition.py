@@ -61,6 +61,7 @@ class Texts:
     prompt: str
     hints: tuple[str, ...] = ()
     solution: str = ""
+    language: str = "en"
 
     def list_texts(self) -> list[tuple[str, str]]:
         """Return the texts, each after its key."""
@@ -75,13 +76,13 @@ class Definition:
     that are asked for, such as v_x and v_y. `units` maps further symbols of the answer, such as the mass of a load, to
     their units. `unit` and `rounding` belong to numbers, which need three significant digits by default; `unit` is one
     for all entries or one for each, separated by commas. If `is_up_to_factor`, every nonzero multiple of a vector is
-    correct, too. `texts` are pairs of a language and its texts; other languages than the first may lack some.
+    correct, too. `texts` has the texts in each language; other languages than the first may lack some.
     `locations` has, for messages, the file, the line and the key of each key, with dots in keys of tables: given.m.
     """
 
     name: str
     answer: str
-    texts: tuple[tuple[str, Texts], ...]
+    texts: tuple[Texts, ...]
     options: tuple[Option, ...] = ()
     given: tuple[GivenValue, ...] = ()
     rows: tuple[str, ...] = ()
@@ -113,10 +114,7 @@ class Definition:
         content = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in ignored_names}
         return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
 
-    def find_texts(self, language: str, has_text: Callable[[Texts], object]) -> tuple[str, Texts]:
-        """Return the texts in a language if these have a certain text; else those in the first language.
-
-        The result begins with their language.
-        """
-        matching_texts = (texts for texts in self.texts if texts[0] == language and has_text(texts[1]))
+    def find_texts(self, language: str, has_text: Callable[[Texts], object]) -> Texts:
+        """Return the texts in a language if these have a certain text; else those in the first language."""
+        matching_texts = (texts for texts in self.texts if texts.language == language and has_text(texts))
         return next(matching_texts, self.texts[0])

@@ -152,7 +152,7 @@ def make_question(definition: Definition) -> CustomQuestion:
         sample = maker.sample_number if definition.given else maker.derive_formulas
     prerequisites = tuple(dict.fromkeys(name for names in maker.prerequisite_sets for name in names))
     return CustomQuestion(
-        definition.name, definition.texts[0][1].title, "", definition=definition, points=definition.points,
+        definition.name, definition.texts[0].title, "", definition=definition, points=definition.points,
         rounding=definition.rounding,
         template="custom", sample=sample, prerequisites=prerequisites, find_arm_objection=maker.find_objection,
         compute=maker.compute_answer if maker.formulas and not maker.is_set else None,
@@ -173,7 +173,17 @@ def check_question_names(definition: Definition, question_names: Collection[str]
 
 
 class QuestionMaker:
-    """Computes, samples and checks the answer of a definition."""
+    """Computes, samples and checks the answer of a definition.
+
+    Every answer is the value of its formulas in the stages of a derivation (`_compute`), in one of four forms:
+
+    - `compute_answer`: as the stages have it, for mistakes and for a student's earlier answers
+    - `derive`: in textbook form, for formulas that people read
+    - `_compute_symbolic_answer`: not simplified, which is faster, for numbers at given values
+    - `derive_zeros`: as numerators, for the set in which they are zero
+
+    The last three use the symbolic arm if possible, so that one derivation serves all arms of a class.
+    """
 
     def __init__(self, definition: Definition) -> None:
         self.definition = definition

@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from itertools import cycle, islice
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import pydantic
 
@@ -164,8 +164,15 @@ def read_definitions(file: TomlFile, known_names: Collection[str]) -> dict[str, 
     return definitions
 
 
-def read_question_file(path: Path, known_names: Collection[str]) -> tuple[TomlFile, dict[str, Definition]]:
-    """Return a file and the questions that it defines; it may be the assignment.toml of an assignment.
+class QuestionFile(NamedTuple):
+    """A file, and the questions that it defines, by name."""
+
+    file: TomlFile
+    definitions: dict[str, Definition]
+
+
+def read_question_file(path: Path, known_names: Collection[str]) -> QuestionFile:
+    """Read a file that defines questions; it may be the assignment.toml of an assignment.
 
     Raises QdotError with the file, the line and the key.
     """
@@ -173,7 +180,7 @@ def read_question_file(path: Path, known_names: Collection[str]) -> tuple[TomlFi
     file.check_keys((), tuple(file.content) if "problem" in file.content else ("question",))
     if not file.content.get("question"):
         raise QdotError(f"{path}: it defines no questions; write each in a table [question.NAME]")
-    return file, read_definitions(file, known_names)
+    return QuestionFile(file, read_definitions(file, known_names))
 
 
 def _check_name(name: str, known_names: Collection[str]) -> None:
@@ -246,9 +253,9 @@ def _read_definition(file: TomlFile, name: str, entry: QuestionEntry) -> Definit
         rounding = _read_rounding(entry)
     errors.raise_all()
     title = entry.title or name.replace("-", " ").capitalize()
-    texts = [("en", Texts(title, entry.prompt, tuple(entry.hints), entry.solution))]
+    texts = [Texts(title, entry.prompt, tuple(entry.hints), entry.solution)]
     if entry.de is not None:
-        texts.append(("de", Texts(entry.de.title or "", entry.de.prompt, tuple(entry.de.hints), entry.de.solution)))
+        texts.append(Texts(entry.de.title or "", entry.de.prompt, tuple(entry.de.hints), entry.de.solution, "de"))
     definition = Definition(
         name, entry.answer or "", tuple(texts), options, given, tuple(entry.rows), tuple(sorted(entry.units.items())),
         entry.unit, rounding, entry.up_to_factor, entry.points, _locate_keys(file, name, table),

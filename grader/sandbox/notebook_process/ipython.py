@@ -84,18 +84,22 @@ def _translate_line(line: str) -> str | None:
         indent, name, marks = match.groups()
         return f"{indent}{_write_line_magic(_choose_help_magic(name, marks), name)}"
     if match := _ESCAPED_LINE.fullmatch(line):
-        indent, escape, rest = match.groups()
+        indent, escape, command = match.groups()
         if escape.startswith("?"):
-            return f"{indent}{_write_line_magic(_choose_help_magic(rest, escape), rest)}" if rest else f"{indent}pass"
+            return (
+                f"{indent}{_write_line_magic(_choose_help_magic(command, escape), command)}"
+                if command
+                else f"{indent}pass"
+            )
         if escape.startswith("!"):
-            return f"{indent}get_ipython().{'system' if escape == '!' else 'getoutput'}({rest!r})"
-        name, _, argument = rest.partition(" ")
+            return f"{indent}get_ipython().{'system' if escape == '!' else 'getoutput'}({command!r})"
+        name, _, argument = command.partition(" ")
         return indent + (argument.strip() or "pass" if name == "time" else _write_line_magic(name, argument.strip()))
     if match := _ASSIGNED_MAGIC.fullmatch(line):
-        target, escape, rest = match.groups()
-        name, _, argument = rest.partition(" ")
+        target, escape, command = match.groups()
+        name, _, argument = command.partition(" ")
         if escape == "!":
-            return f"{target}get_ipython().getoutput({rest!r})"
+            return f"{target}get_ipython().getoutput({command!r})"
         return target + _write_line_magic(name, argument.strip())
     return None
 

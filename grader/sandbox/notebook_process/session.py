@@ -159,8 +159,8 @@ class Shell(stand_ins.StandIn):
 
     def magic(self, line: str) -> None:
         """Execute `%line`, as in older notebooks."""
-        name, _, rest = line.partition(" ")
-        self.run_line_magic(name, rest)
+        name, _, arguments = line.partition(" ")
+        self.run_line_magic(name, arguments)
 
     def getoutput(self, *_args: object) -> list[str]:
         """Return an empty output without starting a command."""

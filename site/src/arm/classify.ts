@@ -4,15 +4,15 @@
 // second order, the arm moves by u . (dJ/dk k) along u. The pose is at the boundary of the reach if this has one sign
 // for all k and no other configuration reaches the far side; else the singularity is internal. Joints are unlimited.
 
-import { type Arm, type Pose, reachOf, stateAt } from "./model.js";
+import { type Arm, type Joint, type Pose, reachOf, stateAt } from "./model.js";
 import { reachesBeyond } from "./reach.js";
 import { makeRandomNumbers, makeRandomPoses } from "../random.js";
 import { axesOf, decompose } from "./svd.js";
-import { dot, type Matrix, norm, subtract, multiply, transpose } from "./vector.js";
+import { dot, type Matrix, norm, scaleVector, subtract, multiply, transpose } from "./vector.js";
 
 export type SingularityKind = "regular" | "boundary" | "internal";
 
-/** Relative tolerance for the rank of J; step of numeric derivatives (rad or m); and number of rotations in a turn. */
+/** Tolerance for the rank of J; step of numeric derivatives (rad, or share of the reach); and rotations in a turn. */
 const [RANK_TOLERANCE, DIFFERENCE_STEP, ROTATION_COUNT] = [1e-7, 1e-4, 24];
 
 /** Return whether the kind of a singularity can be decided for an arm and its task. */
@@ -44,8 +44,22 @@ function wristCentre(arm: Arm): number | null {
   return axesMeet && axesDiffer ? n - 2 : null;
 }
 
+/** Return an arm and a pose with lengths as shares of the arm's reach, so that tolerances fit arms of any size. */
+function scaleToReach(arm: Arm, pose: Pose): [Arm, Pose] {
+  const scale = 1 / reachOf(arm);
+  const joints = arm.joints.map((joint): Joint => {
+    const length = joint.kind === "R" ? "otherConstant" : "offset"; // d, or the constant in it
+    return { ...joint, [length]: scale * joint[length], a: scale * joint.a };
+  });
+  const base = { ...arm.base, o: scaleVector(arm.base.o, scale) };
+  const point = { ...arm.point, offset: scaleVector(arm.point.offset, scale) };
+  const scaledPose = pose.map((value, i) => (joints[i]!.kind === "P" ? scale * value : value));
+  return [{ ...arm, joints, base, point }, scaledPose];
+}
+
 /** Return the kind of a pose. An arm with a spherical wrist is at its boundary if the wrist centre is at its own. */
-export function kindAt(arm: Arm, pose: Pose, tolerance = RANK_TOLERANCE): SingularityKind {
+export function kindAt(armInMetres: Arm, poseInMetres: Pose, tolerance = RANK_TOLERANCE): SingularityKind {
+  const [arm, pose] = scaleToReach(armInMetres, poseInMetres);
   const positioner = withoutWrist(arm);
   if (!positioner) return kindForWorstRotation(arm, pose, tolerance);
   if (rankOf(arm, pose, tolerance) === 6) return "regular";
@@ -61,15 +75,15 @@ function withoutWrist(arm: Arm): Arm | null {
   return { ...arm, joints: arm.joints.slice(0, 3), point: wristPoint, task: [0, 1, 2] };
 }
 
-function countRank(matrix: Matrix, sigma: readonly number[], reach: number, tolerance: number): number {
-  const minSize = tolerance * Math.max(sigma[0] ?? 0, Math.min(reach, 1));
+function countRank(matrix: Matrix, sigma: readonly number[], tolerance: number): number {
+  const minSize = tolerance * Math.max(sigma[0] ?? 0, 1);
   const fullRank = Math.min(matrix.length, matrix[0]?.length ?? 0);
   return Math.min(fullRank, sigma.filter((value) => value > minSize).length);
 }
 
 function rankOf(arm: Arm, pose: Pose, tolerance: number): number {
   const { taskJacobian } = stateAt(arm, pose);
-  return countRank(taskJacobian, decompose(taskJacobian).sigma, reachOf(arm), tolerance);
+  return countRank(taskJacobian, decompose(taskJacobian).sigma, tolerance);
 }
 
 /** Return the kind of a pose. If a joint can rotate without moving P, it is "boundary" if it is for some rotation. */
@@ -99,7 +113,7 @@ function kindForWorstRotation(arm: Arm, pose: Pose, tolerance: number): Singular
 function kindFromJacobian(arm: Arm, pose: Pose, tolerance: number): SingularityKind {
   const { taskJacobian } = stateAt(arm, pose);
   const decomposition = decompose(taskJacobian);
-  const rank = countRank(taskJacobian, decomposition.sigma, reachOf(arm), tolerance);
+  const rank = countRank(taskJacobian, decomposition.sigma, tolerance);
   if (rank === Math.min(taskJacobian.length, arm.joints.length)) return "regular";
   const lostDirections = decompose(transpose(taskJacobian)).v.slice(rank);
   const selfMotions = decomposition.v.slice(rank);

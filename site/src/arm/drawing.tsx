@@ -7,7 +7,7 @@ import { useCallback, useEffect, useLayoutEffect, useMemo, useRef, useState } fr
 import { say } from "../text/text.js";
 import { Body, polylineText } from "./line-drawing.js";
 import type { Covered } from "./labels.js";
-import { jointClass, plainLetters } from "./letters.js";
+import { jointClass, plainLetters, Words } from "./letters.js";
 import { drawnLostDirection } from "./lost-direction.js";
 import { axisLength, drawnColumns, Marks } from "./marks.js";
 import { measuresOf, type State, stateAt } from "./model.js";
@@ -217,9 +217,13 @@ export function Drawing(props: DrawingProps): JSX.Element {
       </div>
       {props.readout}
       <div class="arm-said">
-        {isLost && <p class="arm-lost-words">{say(`arm.drawing.${messageKind}`)}</p>}
+        {isLost && (
+          <p class="arm-lost-words">
+            <Words text={say(`arm.drawing.${messageKind}`)} />
+          </p>
+        )}
         <p class={`arm-hint${hasDragged ? " arm-known" : ""}`}>
-          <span>{say(isFlat ? "arm.hint.drag" : "arm.hint.drag-space")}</span>{" "}
+          <Words text={say(isFlat ? "arm.hint.drag" : "arm.hint.drag-space")} />{" "}
           <span class="arm-keys">
             {chosenJoint < 0
               ? say("arm.hint.point")

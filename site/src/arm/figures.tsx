@@ -6,7 +6,7 @@ import { useContext } from "preact/hooks";
 import { withPace } from "../pace.js";
 import { formatNumber, numberSeparator, say } from "../text/text.js";
 import { Determinant } from "./jacobian.js";
-import { Letters } from "./letters.js";
+import { Letters, Words } from "./letters.js";
 import { mixesUnits } from "./model.js";
 import { convertAngle, InRadians, roundToDecimals } from "./number-format.js";
 import { angleInPlane, rotationAnglesOf } from "./orientation.js";
@@ -32,7 +32,11 @@ export const Figures = withPace(
     if (isConcealed)
       return (
         <div class="arm-figures">
-          {isExplainedBeside ? null : <p class="arm-concealed">{say("arm.concealed")}</p>}
+          {isExplainedBeside ? null : (
+            <p class="arm-concealed">
+              <Words text={say("arm.concealed")} />
+            </p>
+          )}
           <p class="arm-nearness">
             {point} {orientation}
           </p>

@@ -5,7 +5,7 @@ import type { JSX } from "preact";
 import { ROWS } from "../bank.js";
 import { withPace } from "../pace.js";
 import { decimalSign, formatNumber, say } from "../text/text.js";
-import { jointClass, Letters } from "./letters.js";
+import { jointClass, Letters, Words } from "./letters.js";
 import type { Arm, State } from "./model.js";
 import { roundToDecimals, roundToDigits } from "./number-format.js";
 import type { Stage } from "./stage.js";
@@ -17,6 +17,8 @@ interface TableProps {
   /** Format an entry. */
   readonly format: (value: number) => string;
   readonly className?: string;
+  /** 0 if the table may be wider than its place: keys can then scroll it. */
+  readonly tabIndex?: 0 | undefined;
   readonly classOfColumn?: (column: number) => string;
   /** Called with the column under the pointer. */
   readonly onColumn?: (column: number | null) => void;
@@ -24,7 +26,7 @@ interface TableProps {
 
 /** The rows of J that the task counts, with the names of rows and columns. */
 export function JacobianTable(props: TableProps): JSX.Element {
-  const { arm, state, format, className, classOfColumn, onColumn } = props;
+  const { arm, state, format, className, tabIndex, classOfColumn, onColumn } = props;
   /** Report the column under the pointer; the first cell of a row is its name. */
   const reportColumn = ({ target }: PointerEvent): void => {
     const index = (target as Element).closest<HTMLTableCellElement>("td, th")?.cellIndex ?? 0;
@@ -33,6 +35,7 @@ export function JacobianTable(props: TableProps): JSX.Element {
   return (
     <table
       class={className}
+      tabIndex={tabIndex}
       data-rows={arm.task.length}
       data-columns={arm.joints.length}
       onPointerOver={reportColumn}
@@ -116,7 +119,9 @@ export function Determinant(props: Pick<Stage, "arm" | "state" | "measures" | "s
   return (
     <dl class="arm-factors">
       <div>
-        <dt>{say(sizeKey(arm))}</dt>
+        <dt>
+          <Words text={say(sizeKey(arm))} />
+        </dt>
         <dd>{formatNumber(roundToDigits(size))}</dd>
         <Bar share={Math.abs(size) / maxDeterminant} isLow={nearness !== "regular"} />
       </div>

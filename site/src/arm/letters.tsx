@@ -66,3 +66,18 @@ export const DrawnLetters = memo(({ name }: { name: string }): JSX.Element => {
     </>
   );
 });
+
+/** A text in which the point P and the Jacobian J stand as in formulas. */
+export const Words = memo(({ text }: { text: string }): JSX.Element => (
+  <span>
+    {text.split(/\b(JJ?|P)\b/).map((piece, i) =>
+      i % 2 === 1 ? (
+        <i key={i} class="letter">
+          {piece}
+        </i>
+      ) : (
+        piece
+      ),
+    )}
+  </span>
+));

@@ -6,7 +6,7 @@ import { useCallback, useContext, useEffect, useMemo, useRef, useState } from "p
 
 import { Choice, optionsOf } from "../controls.js";
 import { formatNumber, say } from "../text/text.js";
-import { plainLetters } from "./letters.js";
+import { plainLetters, Words } from "./letters.js";
 import type { Arm } from "./model.js";
 import { rangeOf, limitToRange } from "./ranges.js";
 import { useDebounced } from "../scheduling.js";
@@ -162,7 +162,9 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
       {legend ?? (
         <ul class="arm-legend">
           <li>
-            <span role="status">{say(terrain ? "arm.map.finding-kinds" : "arm.map.finding-lines")}</span>
+            <span role="status">
+              <Words text={say(terrain ? "arm.map.finding-kinds" : "arm.map.finding-lines")} />
+            </span>
           </li>
         </ul>
       )}
@@ -178,7 +180,7 @@ export function SingularMap(props: Pick<Stage, "arm" | "pose" | "measures" | "mo
 const Here = withPace(
   (props: { value: string; number: number }): JSX.Element => (
     <p class="arm-hint">
-      {say("arm.map.here", props)} <span class="arm-how">{say("arm.map.hint")}</span>
+      <Words text={say("arm.map.here", props)} /> <span class="arm-how">{say("arm.map.hint")}</span>
     </p>
   ),
   { atOnce: ["value"], inTurn: ["number"] },
@@ -295,7 +297,11 @@ function Legend({ stretches, isEverywhere }: LegendProps): JSX.Element {
           {say(`arm.map.${kind}`)}
         </li>
       ))}
-      {isEverywhere && <li>{say("arm.map.always")}</li>}
+      {isEverywhere && (
+        <li>
+          <Words text={say("arm.map.always")} />
+        </li>
+      )}
       {!isEverywhere && stretches.length === 0 && <li>{say("arm.map.none")}</li>}
     </ul>
   );

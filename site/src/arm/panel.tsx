@@ -16,6 +16,7 @@ import { Figures } from "./figures.js";
 import { Jacobian } from "./jacobian.js";
 import { Joints } from "./joints.js";
 import { Lengths } from "./lengths.js";
+import { Words } from "./letters.js";
 import { SingularMap } from "./map.js";
 import { LAYERS, type Layers } from "./marks.js";
 import { whyNoPath, pointOn } from "./path.js";
@@ -31,6 +32,8 @@ export interface ArmProps extends StageRequest {
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
   /** Whether sliders, map and the spoken pose use radians. */
   readonly inRadians?: boolean | undefined;
+  /** Whether the reader doesn't know J yet: nothing of it is shown, and no map or path. */
+  readonly isBeforeJacobian?: boolean | undefined;
   /** The pane that is open first, by default the map. */
   readonly pane?: Pane | null | undefined;
   /** The joint rates at a state of the arm, if the page sets them. */
@@ -71,7 +74,8 @@ function Panel(props: ArmProps): JSX.Element {
   }, []);
   const isWide = width >= MIN_WIDE_PANEL;
   const [firstPane] = useState(() => (isNarrowPage() ? null : (props.pane ?? "map")));
-  const stage = useStage(props, firstPane);
+  const { isBeforeJacobian = false } = props;
+  const stage = useStage(isBeforeJacobian ? { ...props, isConcealed: true } : props, firstPane);
   const { onStage, overlay } = props;
   // In the same frame as the drawing.
   useLayoutEffect(() => onStage?.(stage), [stage.state, stage.settledState, stage.welding?.place, stage.welding?.weld]);
@@ -84,13 +88,15 @@ function Panel(props: ArmProps): JSX.Element {
     return isConcealed ? describePose(arm, settledState, inRadians) : describeArm(arm, settledState, inRadians);
   }, [arm, settledState, inRadians, isConcealed]);
   const ids = useId();
-  const panes: Pane[] = isWide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
+  const allPanes: Pane[] = isWide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
+  const panes = allPanes.filter((pane) => !isBeforeJacobian || !PANES_OF_J.has(pane));
   const openPane = isWide && !panes.includes(stage.pane!) ? null : stage.pane; // sliders and J are always shown
+  const lengths = <Lengths robot={robot} symbols={symbols} onLength={stage.setLength} />;
   const sliders = (
     <>
       <Joints {...stage} />
-      <Figures {...stage} isExplainedBeside={isWide && openPane === "map"} />
-      <Lengths robot={robot} symbols={symbols} onLength={stage.setLength} />
+      <Figures {...stage} isExplainedBeside={isBeforeJacobian || (isWide && openPane === "map")} />
+      {isWide ? null : lengths}
     </>
   );
   const step = useSteps(1); // first the arm's title and room, then everything else
@@ -180,6 +186,7 @@ function Panel(props: ArmProps): JSX.Element {
                 {openPane === "layers" ? <LayerControls {...layerProps} /> : null}
               </div>
             </div>
+            {isWide ? lengths : null}
           </div>
         </div>
         <p id={`${ids}words`} class="arm-unseen" role="status" aria-live="polite">
@@ -204,7 +211,7 @@ const LayerControls = memo((props: LayerControlsProps): JSX.Element => {
       {LAYERS.filter((layer) => !isConcealed || !LAYERS_OF_J.has(layer)).map((layer) => (
         <label key={layer}>
           <input type="checkbox" checked={layers[layer]} onChange={() => toggle(layer)} />
-          {say(`arm.layer.${layer}`)}
+          <Words text={say(`arm.layer.${layer}`)} />
         </label>
       ))}
       <span class="arm-moves">
@@ -230,7 +237,8 @@ const LayerControls = memo((props: LayerControlsProps): JSX.Element => {
   );
 });
 
-/** Layers that show J. */
+/** Panes and layers that show J. */
+const PANES_OF_J: ReadonlySet<Pane> = new Set(["jacobian", "map", "weld"]);
 const LAYERS_OF_J: ReadonlySet<keyof Layers> = new Set(["columns", "ellipse"]);
 
 /** det J in a line over the drawing, because its pane may be closed. */
@@ -238,7 +246,7 @@ function Readout({ arm, measures }: Stage): JSX.Element {
   const value = formatNumber(roundToDigits(measures.det ?? measures.volume));
   return (
     <p class={`arm-readout arm-${classifyNearness(arm, measures)}-pose`} aria-hidden="true">
-      {say(sizeKey(arm))} = {value}
+      <Words text={say(sizeKey(arm))} /> = {value}
     </p>
   );
 }
@@ -253,8 +261,18 @@ function Numbers({ stage }: { stage: Stage }): JSX.Element {
 }
 
 function Map({ stage, isHidden }: { stage: Stage; isHidden: boolean }): JSX.Element {
-  if (isHidden) return <p class="arm-concealed">{say("arm.map.hidden")}</p>;
-  if (stage.isConcealed) return <p class="arm-concealed">{say("arm.concealed")}</p>;
+  if (isHidden)
+    return (
+      <p class="arm-concealed">
+        <Words text={say("arm.map.hidden")} />
+      </p>
+    );
+  if (stage.isConcealed)
+    return (
+      <p class="arm-concealed">
+        <Words text={say("arm.concealed")} />
+      </p>
+    );
   if (stage.arm.joints.length < 2) return <p>{say("arm.map.one")}</p>;
   return <SingularMap {...stage} />;
 }

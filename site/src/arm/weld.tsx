@@ -7,7 +7,7 @@ import { useLayoutEffect, useMemo, useRef, useState } from "preact/hooks";
 import { prefersReducedMotion } from "../scheduling.js";
 import { say } from "../text/text.js";
 import { Chart } from "./chart.js";
-import { Dotted, jointClass, Letters, plainLetters } from "./letters.js";
+import { Dotted, jointClass, Letters, plainLetters, Words } from "./letters.js";
 import { type Arm, type Pose } from "./model.js";
 import { limitCrossings, follow, type Journey, pathTo, pointOn, stationOn, suggestTarget } from "./path.js";
 import { roundToDecimals, roundToDigits } from "./number-format.js";
@@ -107,7 +107,7 @@ export function Welding(props: WeldProps): JSX.Element {
         {tab === "setup" ? <SetUp {...props} onSet={changeSettings} /> : null}
       </div>
       <p class="arm-verdict" role="status">
-        {describeJourney(arm, journey, weld)}
+        <Words text={describeJourney(arm, journey, weld)} />
       </p>
     </section>
   );
@@ -198,7 +198,9 @@ function SetUp(props: WeldProps & { readonly onSet: (changes: Partial<Weld>) => 
           ),
         )}
       </div>
-      <p class="arm-hint">{say("arm.weld.task")}</p>
+      <p class="arm-hint">
+        <Words text={say("arm.weld.task")} />
+      </p>
     </>
   );
 }

@@ -38,15 +38,86 @@ interface LessonProps {
   readonly onSkill: (skill: Skill) => void;
 }
 
+/** What the page shows: the idea, a guided step, or a question that counts (and whether it was answered before). */
+type LessonVisit =
+  | { readonly kind: "idea" }
+  | { readonly kind: "step"; readonly step: number }
+  | { readonly kind: "counted"; readonly classIndex: number; readonly item: Item; readonly isAnswered: boolean };
+
 export function LessonView(props: LessonProps): JSX.Element {
-  const { lesson, index } = props;
-  const [isPractising, setPractising] = useState(props.isPractising);
+  const { lesson, index, skill } = props;
   const classes = useMemo(() => listClasses(index, lesson), [index, lesson]);
   const items = useMemo(() => classes.flatMap(({ items }) => items), [classes]);
-  return isPractising && items.length > 0 ? (
-    <Practice {...props} classes={classes} hasArrived={!props.isPractising} onIdea={() => setPractising(false)} />
-  ) : (
-    <Idea {...props} classes={classes} items={items} onPractise={() => setPractising(true)} />
+  const steps = useMemo(() => listGuidedItems(classes[0]?.items ?? [], lesson.questions), [classes, lesson]);
+  const askedNames = useRef<string[]>([]);
+  /** Choose the next question that counts, and the class of arms to which it belongs. */
+  const chooseCounted = (): LessonVisit => {
+    if (items.length === 0) return { kind: "idea" };
+    const classIndex = chooseClassIndex(skill, classes, Date.now());
+    const streak = findStreak(skill, classes, classIndex);
+    const item = chooseItem(classes[classIndex]!.items, streak, askedNames.current, Math.random);
+    if (!item) return { kind: "idea" };
+    askedNames.current.push(nameItem(item));
+    return { kind: "counted", classIndex, item, isAnswered: false };
+  };
+  const [note, setNote] = useState<Message | null>(null);
+  const { visit, showNext, replace } = useVisits<LessonVisit>(
+    "lesson",
+    () => (props.isPractising ? chooseCounted() : { kind: "idea" }),
+    (visit) =>
+      visit.kind === "idea" ||
+      (visit.kind === "step" ? visit.step in steps : visit.classIndex in classes && isInIndex(index, visit.item)),
+    () => setNote(null),
+  );
+  const [firstVisit] = useState(visitNumber);
+  const show = (next: LessonVisit): void => {
+    setNote(null);
+    showNext(next);
+  };
+  if (visit.kind === "idea") {
+    const isFirstPractice = skill.row.length === 0 && skill.learned === undefined;
+    const practise = () => show(isFirstPractice && steps.length > 1 ? { kind: "step", step: 0 } : chooseCounted());
+    return <Idea {...props} classes={classes} items={items} onPractise={practise} />;
+  }
+  const isStep = visit.kind === "step";
+  const item = isStep ? steps[visit.step]! : visit.item;
+  return (
+    <div class="workspace">
+      <div class="choosing">
+        <Head lesson={lesson} skill={skill} classes={classes} />
+        <p class="lesson-title">
+          <strong>
+            {isStep ? say("lesson.step", { number: visit.step + 1, count: steps.length }) : say(lesson.title)}
+          </strong>{" "}
+          <Button className="quiet small" text={say("lesson.back")} onClick={() => show({ kind: "idea" })} />{" "}
+          {isStep ? (
+            <Button className="quiet small" text={say("lesson.skip-steps")} onClick={() => show(chooseCounted())} />
+          ) : null}
+        </p>
+        {isStep ? null : <Standing lesson={lesson} skill={skill} classes={classes} classIndex={visit.classIndex} />}
+      </div>
+      <Current
+        key={`${nameItem(item)} ${visitNumber()}`}
+        item={item}
+        level={index.feedback}
+        hasArrived={visitNumber() !== firstVisit}
+        notes={note ? [textOf(note)] : []}
+        onVerdict={(isRight, isHelped) => {
+          if (isStep) return;
+          const now = Date.now();
+          const attempt = { isRight, isHelped, isRepeated: visit.isAnswered, now };
+          const counted = countInClass(skill, { classes, classIndex: visit.classIndex }, item, attempt);
+          replace({ ...visit, isAnswered: true });
+          setNote(counted.outcome);
+          props.onSkill(counted.skill);
+          // a wrong answer is asked again on the practice page
+          storeState(storage, { progress: updateProgress(loadState(storage).progress, item, isRight, now) });
+        }}
+        onNext={() =>
+          show(isStep && visit.step + 1 < steps.length ? { ...visit, step: visit.step + 1 } : chooseCounted())
+        }
+      />
+    </div>
   );
 }
 
@@ -107,8 +178,8 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
         <PredictionBox lesson={lesson} skill={skill} onPredict={(predicted) => onSkill({ ...skill, predicted })} />
         <h3>{say("lesson.try")}</h3>
         {tool === "workspace" && stage ? <WorkspaceChart arm={stage.arm} state={stage.state} /> : null}
-        {tool && tool !== "workspace" && stage ? (
-          <DialBoard tool={tool} arm={stage.arm} dials={dials} rates={rates} velocity={velocity} onDials={setDials} />
+        {tool && tool !== "workspace" && tool !== "area" && stage ? (
+          <DialBoard tool={tool} stage={stage} dials={dials} rates={rates} velocity={velocity} onDials={setDials} />
         ) : null}
         <ul class="goals" aria-live="polite">
           {goals.map(({ text }, i) => (
@@ -144,6 +215,7 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
           firstPose={record.pose}
           factors={record.factors}
           layers={lesson.layers}
+          isBeforeJacobian={lesson.isBeforeJacobian}
           pane={lesson.pane}
           onStage={setStage}
           overlay={overlay ?? undefined}
@@ -170,8 +242,10 @@ function PredictionBox({ lesson, skill, onPredict }: PredictionProps): JSX.Eleme
       </legend>
       {options.map((text, i) => (
         <label key={text}>
-          <input type="radio" name={name} checked={i === predicted} onChange={() => onPredict(i)} />{" "}
-          <Rich text={say(text)} />
+          <input type="radio" name={name} checked={i === predicted} onChange={() => onPredict(i)} />
+          <span>
+            <Rich text={say(text)} />
+          </span>
         </label>
       ))}
       <p role="status">
@@ -203,7 +277,7 @@ function Explanation({ lesson, arm, isOpen }: ExplanationProps): JSX.Element {
       <p>
         <Rich text={say(first!)} />
       </p>
-      {arm ? <Sketch arm={arm} degrees={lesson.sketch} /> : null}
+      {arm ? <Sketch arm={arm} degrees={lesson.sketch} tool={lesson.tool} /> : null}
       {others.map((text) => (
         <p key={text}>
           <Rich text={say(text)} />
@@ -226,122 +300,31 @@ function NextLesson({ lesson, isQuiet }: { lesson: Lesson; isQuiet: boolean }): 
   ) : null;
 }
 
-type PracticeProps = LessonProps & Classes & { hasArrived: boolean; onIdea: () => void };
+type StandingProps = Pick<LessonProps, "lesson" | "skill"> & Classes & { readonly classIndex: number };
 
-/** First the questions of the lesson in their order on one arm, which don't count; then the questions that count. */
-function Practice(props: PracticeProps): JSX.Element {
-  const { lesson, index, skill, classes, hasArrived, onIdea } = props;
-  const steps = useMemo(() => listGuidedItems(classes[0]!.items, lesson.questions), [classes, lesson]);
-  const isFirstVisit = hasArrived && skill.row.length === 0 && skill.learned === undefined;
-  const { visit: step, showNext } = useVisits(
-    "step",
-    () => (isFirstVisit && steps.length > 1 ? 0 : steps.length),
-    (step) => step <= steps.length,
-  );
-  if (step >= steps.length) return <Counting {...props} />;
-  return (
-    <div class="workspace">
-      <div class="choosing">
-        <Head lesson={lesson} skill={skill} classes={classes} />
-        <p class="lesson-title">
-          <strong>{say("lesson.step", { number: step + 1, count: steps.length })}</strong>{" "}
-          <Button className="quiet small" text={say("lesson.back")} onClick={onIdea} />{" "}
-          <Button className="quiet small" text={say("lesson.skip-steps")} onClick={() => showNext(steps.length)} />
-        </p>
-      </div>
-      <Current
-        key={step}
-        item={steps[step]!}
-        level={index.feedback}
-        hasArrived
-        notes={[]}
-        onVerdict={() => undefined}
-        onNext={() => showNext(step + 1)}
-      />
-    </div>
-  );
-}
-
-/** A question that counts, the class of its arm, and whether it was answered before. */
-type CountedVisit = { readonly classIndex: number; readonly item: Item | null; readonly isAnswered: boolean };
-
-/** Questions on the lesson, one after the other; `hasArrived` says whether the reader comes from the idea. */
-function Counting(props: PracticeProps): JSX.Element {
-  const { lesson, index, skill, classes, hasArrived, onSkill, onIdea } = props;
-  /** Choose the next question, and the class of arms to which it belongs. */
-  const chooseNext = (): CountedVisit => {
-    const classIndex = chooseClassIndex(skill, classes, Date.now());
-    const item = chooseItem(
-      classes[classIndex]!.items,
-      findStreak(skill, classes, classIndex),
-      askedNames.current,
-      Math.random,
-    );
-    if (item) askedNames.current.push(nameItem(item));
-    return { classIndex, item, isAnswered: false };
-  };
-  const askedNames = useRef<string[]>([]);
-  const { visit, showNext, replace } = useVisits<CountedVisit>(
-    "counted",
-    chooseNext,
-    ({ classIndex, item }) => classIndex in classes && (!item || isInIndex(index, item)),
-    () => setNote(null),
-    true, // the class to practise may have changed since
-  );
-  const { classIndex, item, isAnswered } = visit;
-  const [firstVisit] = useState(visitNumber);
-  const [note, setNote] = useState<Message | null>(null);
-  const armCount = countArms(classes[classIndex]!.items);
+/** The class of arms that is practised, and how many answers are right in a row. */
+function Standing({ lesson, skill, classes, classIndex }: StandingProps): JSX.Element {
+  const { name, items } = classes[classIndex]!;
   const streak = findStreak(skill, classes, classIndex);
   return (
-    <div class="workspace">
-      <div class="choosing">
-        <Head lesson={lesson} skill={skill} classes={classes} />
-        <p class="lesson-title">
-          <strong>{say(lesson.title)}</strong>{" "}
-          <Button className="quiet small" text={say("lesson.back")} onClick={onIdea} />
-        </p>
-        <p class="muted" role="status">
-          {classes.length > 1 ? (
-            <>
-              <strong class="class-name">{say(`classes.${classes[classIndex]!.name}`)}</strong> ·{" "}
-            </>
-          ) : null}
-          {streak.mastered !== undefined
-            ? say("lesson.mastered")
-            : streak.learned !== undefined
-              ? say(isDue(streak, Date.now()) ? "lesson.due" : "lesson.learned")
-              : say("lesson.row", { count: streak.row.length, needed: Math.min(NEEDED_ARMS, armCount) })}
-        </p>
-        {skill.learned !== undefined ? (
-          <p class="actions">
-            <NextLesson lesson={lesson} isQuiet={false} />
-          </p>
+    <>
+      <p class="muted" role="status">
+        {classes.length > 1 ? (
+          <>
+            <strong class="class-name">{say(`classes.${name}`)}</strong> ·{" "}
+          </>
         ) : null}
-      </div>
-      {item ? (
-        <Current
-          key={`${nameItem(item)} ${visitNumber()}`}
-          item={item}
-          level={index.feedback}
-          hasArrived={hasArrived || visitNumber() !== firstVisit}
-          notes={note ? [textOf(note)] : []}
-          onVerdict={(isRight, isHelped) => {
-            const now = Date.now();
-            const attempt = { isRight, isHelped, isRepeated: isAnswered, now };
-            const counted = countInClass(skill, { classes, classIndex }, item, attempt);
-            replace({ ...visit, isAnswered: true });
-            setNote(counted.outcome);
-            onSkill(counted.skill);
-            // a wrong answer is asked again on the practice page
-            storeState(storage, { progress: updateProgress(loadState(storage).progress, item, isRight, now) });
-          }}
-          onNext={() => {
-            setNote(null);
-            showNext(chooseNext());
-          }}
-        />
+        {streak.mastered !== undefined
+          ? say("lesson.mastered")
+          : streak.learned !== undefined
+            ? say(isDue(streak, Date.now()) ? "lesson.due" : "lesson.learned")
+            : say("lesson.row", { count: streak.row.length, needed: Math.min(NEEDED_ARMS, countArms(items)) })}
+      </p>
+      {skill.learned !== undefined ? (
+        <p class="actions">
+          <NextLesson lesson={lesson} isQuiet={false} />
+        </p>
       ) : null}
-    </div>
+    </>
   );
 }

@@ -6,10 +6,10 @@ import { pStar } from "../arm/model.js";
 import { classifyJourney } from "../arm/weld.js";
 import type { Layers } from "../arm/marks.js";
 import type { Pane, Stage } from "../arm/stage.js";
-import { dot, norm, subtract, type Vec3 } from "../arm/vector.js";
+import { dot, norm, type Vec3 } from "../arm/vector.js";
 import { type Topic, type TopicId, getTopic } from "../practice/topics.js";
 import type { TextKey } from "../text/text.js";
-import { FORCE, type Tool } from "./tools.js";
+import { computeJointSpeed, FORCE, type Tool } from "./tools.js";
 
 /**
  * What goals are checked against: the stage, the joint rates (or torques) that a tool sets if there is one, the velocity
@@ -49,6 +49,8 @@ export interface Lesson extends Topic {
   readonly tool: Tool | null;
   /** What the drawing shows, if it differs from the default. */
   readonly layers: Partial<Layers>;
+  /** Whether J is still unknown, so that nothing of it is shown. */
+  readonly isBeforeJacobian: boolean;
   /** The pane that is open at first. */
   readonly pane: Pane | null;
   readonly goals: readonly Goal[];
@@ -56,7 +58,7 @@ export interface Lesson extends Topic {
 
 /** A lesson as it is written below: its id names its texts; by default the arm is plain and there is no tool. */
 type LessonData = Pick<Lesson, "needs" | "position" | "layers" | "pane" | "sketch"> &
-  Partial<Pick<Lesson, "arm" | "tool">> & {
+  Partial<Pick<Lesson, "arm" | "tool" | "isBeforeJacobian">> & {
     readonly id: TopicId;
     readonly prediction: Pick<Prediction, "right" | "goal">;
     readonly goals: readonly Goal["isReached"][];
@@ -85,6 +87,7 @@ const LESSON_DATA: readonly LessonData[] = [
     position: { layer: 0, offset: 0 },
     tool: "rates",
     layers: { frames: false, columns: false, ellipse: false },
+    isBeforeJacobian: true,
     pane: "joints",
     prediction: { right: 1, goal: 0 },
     sketch: [30, 70],
@@ -148,7 +151,7 @@ const LESSON_DATA: readonly LessonData[] = [
       ({ rates }) => Math.abs(rates[0]!) > 0.3 && Math.abs(rates[0]! + rates[1]!) < 0.03,
       ({ rates }) => Math.abs(rates[0]!) < 0.03 && Math.abs(rates[1]!) > 0.3,
       ({ stage, rates, velocity }) => {
-        const jointSpeed = Math.abs(rates[0]!) * norm(subtract(stage.state.frames[1]!.o, stage.state.frames[0]!.o));
+        const jointSpeed = computeJointSpeed(stage, rates);
         return jointSpeed > 0.05 && Math.abs(norm(velocity) / jointSpeed - 2) < 0.1;
       },
     ],
@@ -186,7 +189,8 @@ const LESSON_DATA: readonly LessonData[] = [
     id: "singular",
     needs: ["differentiation"],
     position: { layer: 3, offset: -1 },
-    layers: {},
+    tool: "area",
+    layers: { ellipse: false },
     pane: "map",
     prediction: { right: 2, goal: 2 },
     sketch: [35, 4],
@@ -268,6 +272,7 @@ export const LESSONS: readonly Lesson[] = LESSON_DATA.map(({ id, goals, predicti
   example: `lesson.${id}.example`,
   arm: "plain",
   tool: null,
+  isBeforeJacobian: false,
   ...lesson,
   prediction: {
     ...prediction,

@@ -3,21 +3,22 @@
 import type { JSX } from "preact";
 
 import { Arrow } from "../arm/line-drawing.js";
-import { jointClass, Letters, plainLetters } from "../arm/letters.js";
-import { speedScale } from "../arm/marks.js";
+import { jointClass, Letters, plainLetters, Words } from "../arm/letters.js";
+import { drawnColumns, speedScale } from "../arm/marks.js";
 import { type Arm, arrowsOf, type State } from "../arm/model.js";
 import { roundToDecimals } from "../arm/number-format.js";
 import type { Stage } from "../arm/stage.js";
 import { leastSquares } from "../arm/svd.js";
-import { add, addScaled, clamp, cross, scaleVector, subtract, type Vec3, ZERO } from "../arm/vector.js";
-import type { View } from "../arm/view.js";
+import { add, addScaled, clamp, cross, norm, scaleVector, subtract, type Vec3, ZERO } from "../arm/vector.js";
+import { pointsText, toPixel, type View } from "../arm/view.js";
 import { formatNumber, say } from "../text/text.js";
 
 /**
  * What a lesson has beside the arm: sliders for joint rates, whose contributions are drawn at P ("rates") or link by link
- * ("links"); a slider for the direction of P ("wanted") or of a force at P ("force"); or a chart of the workspace.
+ * ("links"); a slider for the direction of P ("wanted") or of a force at P ("force"); the parallelogram of the columns
+ * ("area"); or a chart of the workspace.
  */
-export type Tool = "rates" | "links" | "wanted" | "force" | "workspace";
+export type Tool = "rates" | "links" | "wanted" | "force" | "area" | "workspace";
 
 /** The values of the sliders: joint rates (rad/s), and a direction on the page (degrees). */
 type Dials = { readonly rates: readonly number[]; readonly direction: number };
@@ -61,12 +62,19 @@ export function computeVelocity(arm: Arm, state: State, rates: readonly number[]
   return arrowsOf(arm, state).columns.reduce((sum, column, i) => add(sum, scaleVector(column, rates[i] ?? 0)), ZERO);
 }
 
+/** Return the speed of joint 2 (m/s). */
+export const computeJointSpeed = ({ state: { frames } }: Pick<Stage, "state">, rates: readonly number[]): number =>
+  Math.abs(rates[0]!) * norm(subtract(frames[1]!.o, frames[0]!.o));
+
 /** Larger rates (rad/s), as near a singularity, are drawn like this one. */
 const MAX_RATE = 1e3;
 /** Velocities are drawn longer than columns of J by this factor, because the rates are small. */
 const ARROW_SCALE = 2;
 
-type ContributionsProps = { readonly stage: Stage; readonly view: View; readonly rates: readonly number[] };
+/** What the arrows of a tool depend on. */
+type DrawnStage = Pick<Stage, "arm" | "state" | "reach">;
+
+type ContributionsProps = { readonly stage: DrawnStage; readonly view: View; readonly rates: readonly number[] };
 
 /** The contribution of each joint to the velocity of P, head to tail, and their sum. */
 function Contributions({ stage, view, rates }: ContributionsProps): JSX.Element {
@@ -125,12 +133,17 @@ function LinkVelocities({ stage, view, rates }: ContributionsProps): JSX.Element
 /** The length at which the force is drawn, as a share of the arm's reach. */
 const FORCE_LENGTH = 0.35;
 
-type OverlayProps = { readonly tool: Tool; readonly dials: Dials; readonly stage: Stage; readonly view: View };
+type OverlayProps = { readonly tool: Tool; readonly dials: Dials; readonly stage: DrawnStage; readonly view: View };
 
 /** The arrows that a tool draws over the arm. */
 export function ToolArrows({ tool, dials, stage, view }: OverlayProps): JSX.Element | null {
-  const { state, reach } = stage;
+  const { arm, state, reach } = stage;
   if (tool === "workspace") return null;
+  if (tool === "area") {
+    const [first, second] = drawnColumns(arm, state, reach) as [Vec3, Vec3];
+    const corners = [ZERO, first, add(first, second), second].map((corner) => toPixel(view, add(state.point, corner)));
+    return <polygon class="arm-ellipse" points={pointsText(corners)} />;
+  }
   if (tool === "force") {
     const vector = scaleVector([...directionOf(dials), 0], FORCE_LENGTH * reach);
     return <Arrow view={view} start={state.point} vector={vector} className="arm-sum" />;
@@ -143,8 +156,8 @@ export function ToolArrows({ tool, dials, stage, view }: OverlayProps): JSX.Elem
 const formatRounded = (value: number): string => formatNumber(roundToDecimals(value, 2));
 
 interface DialsProps {
-  readonly tool: Exclude<Tool, "workspace">;
-  readonly arm: Arm;
+  readonly tool: Exclude<Tool, "workspace" | "area">;
+  readonly stage: Stage;
   readonly dials: Dials;
   /** The joint rates that the tool sets (rad/s; torques in N m for a force), and the resulting velocity of P (m/s). */
   readonly rates: readonly number[];
@@ -154,11 +167,11 @@ interface DialsProps {
 
 /** The sliders of a tool, and the resulting numbers. */
 export function DialBoard(props: DialsProps): JSX.Element {
-  const { tool, arm, dials, onDials } = props;
+  const { tool, stage, dials, onDials } = props;
   return (
     <div class="dials">
       {tool === "rates" || tool === "links" ? (
-        arm.joints.map(({ name }, i) => (
+        stage.arm.joints.map(({ name }, i) => (
           <label key={name} class={`dial ${jointClass(i)}`}>
             <Letters name={name} hasDot />
             <input
@@ -191,16 +204,23 @@ export function DialBoard(props: DialsProps): JSX.Element {
           <output>{formatRounded(dials.direction)}°</output>
         </label>
       )}
-      <p class="muted">{describeResult(props)}</p>
+      <p class="muted">
+        <Words text={describeResult(props)} />
+      </p>
     </div>
   );
 }
 
 /** Return the numbers that result from the sliders, in words. */
-function describeResult({ tool, rates, velocity }: DialsProps): string {
+function describeResult({ tool, stage, rates, velocity }: DialsProps): string {
   const [vx, vy] = velocity.map((value) => formatRounded(value)) as [string, string, string];
   const [first, second] = [formatRounded(rates[0] ?? 0), formatRounded(rates[1] ?? 0)];
   if (tool === "rates") return say("lesson.velocity", { vx, vy });
-  if (tool === "links") return say("lesson.link-velocity", { omega: formatRounded(rates[0]! + rates[1]!), vx, vy });
+  if (tool === "links") {
+    const [omega, joint, point] = [rates[0]! + rates[1]!, computeJointSpeed(stage, rates), norm(velocity)].map(
+      formatRounded,
+    );
+    return say("lesson.link-velocity", { omega: omega!, joint: joint!, point: point! });
+  }
   return say(tool === "force" ? "lesson.torques-due" : "lesson.rates-due", { first, second });
 }

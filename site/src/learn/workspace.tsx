@@ -3,6 +3,7 @@
 import type { JSX } from "preact";
 import { useMemo } from "preact/hooks";
 
+import { Words } from "../arm/letters.js";
 import { type Arm, pointsAt, reachOf, signedVolume, type State } from "../arm/model.js";
 import { say } from "../text/text.js";
 
@@ -36,7 +37,9 @@ export function WorkspaceChart({ arm, state }: { readonly arm: Arm; readonly sta
         <path class="workspace-singular" d={paths.singular} />
         <circle class="workspace-point" cx={x} cy={y} r={6} />
       </svg>
-      <p class="muted">{say("lesson.workspace-chart")}</p>
+      <p class="muted">
+        <Words text={say("lesson.workspace-chart")} />
+      </p>
     </div>
   );
 }

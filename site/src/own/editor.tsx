@@ -7,7 +7,7 @@ import { memo } from "../pace.js";
 import { useId } from "preact/hooks";
 
 import { rowName } from "../arm/jacobian.js";
-import { jointClass, Letters } from "../arm/letters.js";
+import { jointClass, Letters, Words } from "../arm/letters.js";
 import { textOf, say } from "../text/text.js";
 import { convertAngles } from "./angles.js";
 import {
@@ -257,7 +257,9 @@ function VectorsAndTask({ table, faults, defaultTask, onTable }: EditorProps): J
       <summary>{say("own.more")}</summary>
       {VECTOR_AXES.map(([place, axes]) => (
         <fieldset key={place} class="own-three">
-          <legend>{say(`own.${place}`)}</legend>
+          <legend>
+            <Words text={say(`own.${place}`)} />
+          </legend>
           {axes.map((axis, k) => (
             <Field
               key={axis}
@@ -288,7 +290,9 @@ function Task({ table, defaultTask, onTable }: Pick<EditorProps, "table" | "defa
   };
   return (
     <fieldset class="own-task">
-      <legend>{say("own.task")}</legend>
+      <legend>
+        <Words text={say("own.task")} />
+      </legend>
       {ROWS.map((row, i) => (
         <label key={row}>
           <input type="checkbox" checked={chosenRows.includes(row)} onChange={() => toggleRow(row)} />

@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 
 import { JacobianTable } from "../arm/jacobian.js";
-import { Letters } from "../arm/letters.js";
+import { Letters, Words } from "../arm/letters.js";
 import type { Stage } from "../arm/stage.js";
 import { sizeKey } from "../arm/descriptions.js";
 import { ROWS } from "../bank.js";
@@ -15,6 +15,9 @@ function formatOrZero(value: number, largest: number): string {
   return formatNumber(Math.abs(value) < 1e-12 * Math.max(1, largest) ? 0 : value);
 }
 
+/** On a phone, J of more joints is scrolled sideways. */
+const FITTING_JOINTS = 3;
+
 export function Figures({ stage }: { stage: Stage }): JSX.Element {
   const { arm, state, measures } = stage;
   const largestEntry = Math.max(...state.jacobian.flat().map(Math.abs));
@@ -23,9 +26,16 @@ export function Figures({ stage }: { stage: Stage }): JSX.Element {
   return (
     <section class="own-figures" aria-label={say("own.figures")}>
       <h3>{say("own.figures")}</h3>
-      <JacobianTable arm={arm} state={state} format={(value) => formatOrZero(value, largestEntry)} />
+      <JacobianTable
+        arm={arm}
+        state={state}
+        format={(value) => formatOrZero(value, largestEntry)}
+        tabIndex={arm.joints.length > FITTING_JOINTS ? 0 : undefined}
+      />
       <dl>
-        <dt>{say(sizeKey(arm))}</dt>
+        <dt>
+          <Words text={say(sizeKey(arm))} />
+        </dt>
         <dd>{formatOrZero(det ?? volume, largest ?? 1)}</dd>
         <dt>
           <Letters name="sigma" />

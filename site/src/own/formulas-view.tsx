@@ -3,6 +3,7 @@
 import type { JSX } from "preact";
 import { useMemo } from "preact/hooks";
 
+import { Words } from "../arm/letters.js";
 import type { Arm } from "../arm/model.js";
 import { memo } from "../pace.js";
 import { Tex } from "../practice/math.js";
@@ -47,7 +48,9 @@ export const FormulasView = memo(({ arm, rows }: FormulasProps): JSX.Element => 
         <Tex latex={`J = ${writeMatrix(jacobian, formulas)}`} block />
       </p>
       {determinant === "long" ? (
-        <p class="muted">{say("own.formulas.long-det")}</p>
+        <p class="muted">
+          <Words text={say("own.formulas.long-det")} />
+        </p>
       ) : determinant ? (
         <p>
           <Tex latex={`\\det J = ${writeProduct(determinant, formulas)}`} block />

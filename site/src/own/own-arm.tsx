@@ -2,6 +2,7 @@
 // always a link to the arm shown.
 
 import type { JSX } from "preact";
+import { Words } from "../arm/letters.js";
 import { Button, Choice, type Option, optionsOf } from "../controls.js";
 import { memo } from "../pace.js";
 import { useCallback, useEffect, useMemo, useRef, useState } from "preact/hooks";
@@ -110,7 +111,9 @@ export function OwnArm({ knownArms }: { knownArms: KnownArms }): JSX.Element {
     <div class="workspace">
       <article class="task own">
         <h2>{say("own.title")}</h2>
-        <p>{say("own.lead")}</p>
+        <p>
+          <Words text={say("own.lead")} />
+        </p>
         {state.fault ? (
           <p role="alert" class="own-alert">
             {say(state.fault)}
@@ -214,7 +217,9 @@ const NextSteps = memo(({ table, link }: { table: Table; link: string }): JSX.El
     <p class="actions">
       <CopyButton text={link} label={say("own.copy-link")} />
     </p>
-    <p>{say("own.solve-says")}</p>
+    <p>
+      <Words text={say("own.solve-says")} />
+    </p>
     <pre>
       <code>qdot solve arm.toml</code>
     </pre>

@@ -1,6 +1,7 @@
 // The feedback on an answer: the verdict, where the answer differs, the likely mistakes, and a pose to look at.
 
 import type { ComponentChildren, JSX } from "preact";
+import { Words } from "../arm/letters.js";
 import { nameJoint, type Problem } from "../bank.js";
 import { isParsed, type Slip, type Verdict } from "../grade/verdict.js";
 import type { SymbolValues } from "../read/tree.js";
@@ -33,14 +34,20 @@ export function Feedback({ problem, verdict, isDrawn, notes = [] }: FeedbackProp
     <VerdictBox
       look={isAnswer ? verdict.outcome : "missing"}
       title={say(title)}
-      reasons={reasons.map((reason) => textOf(reason))}
+      reasons={reasons.map((reason) => (
+        <Words key={reason.key} text={textOf(reason)} />
+      ))}
       mistakes={slips.map((slip, i) => (
         <SlipText key={i} problem={problem} slip={slip} />
       ))}
       entries={(isAnswer && verdict.entries?.map((row) => row.map((isRight) => (isRight ? "right" : "wrong")))) || []}
       hasPose={findPose(problem, verdict) !== undefined}
     >
-      {isDrawn ? <p>{say("practice.own-columns")}</p> : null}
+      {isDrawn ? (
+        <p>
+          <Words text={say("practice.own-columns")} />
+        </p>
+      ) : null}
       {isAnswer
         ? notes.map((note) => (
             <p key={note} class="verdict-note">
@@ -111,13 +118,13 @@ export function describeMissingFactor(symbols: string, isOfDeterminant: boolean)
 
 /** A mistake in words; a known mistake is described in the problem's language. */
 function SlipText({ problem, slip }: { problem: Problem; slip: Slip }) {
-  if (!("mistake" in slip)) return <>{textOf(slip)}</>;
+  if (!("mistake" in slip)) return <Words text={textOf(slip)} />;
   const [name, title, sentence, missing] = problem.said[slip.mistake] ?? [];
   return (
     <>
       {slip.where ? `${textOf(slip.where)}: ` : null}
       <span lang={problem.lang ?? "en"}>
-        <strong>{title}</strong> {sentence}
+        <strong>{title}.</strong> <Words text={sentence ?? ""} />
         {missing ? ` ${textOf(describeMissingFactor(missing, name === "factor-lost"))}` : null}
       </span>
     </>

@@ -3,6 +3,7 @@
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 
+import { Words } from "../arm/letters.js";
 import { typeset, typesetInto } from "../tex.js";
 
 type HtmlProps = { html: string; class?: string; lang?: string | undefined };
@@ -27,28 +28,19 @@ export function Tex({ latex, block = false }: { latex: string; block?: boolean }
 
 /** A text with LaTeX between dollar signs. Braces contain a space, as in c_{1 2}: {12} would be a placeholder. */
 export function Rich({ text }: { text: string }): JSX.Element {
+  const pieces = text.split(/\$(.*?)\$([.,;:)]*)/); // words, LaTeX, and the signs after it, which begin no line
   return (
     <>
-      {text
-        .split("$")
-        .map((piece, i) => (i % 2 === 1 ? <Tex key={i} latex={piece} /> : <Words key={i} text={piece} />))}
+      {pieces.map((piece, i) => {
+        if (i % 3 === 0) return <Words key={i} text={piece} />;
+        if (i % 3 === 2) return null;
+        return (
+          <span key={i} class="whole">
+            <Tex latex={piece} />
+            {pieces[i + 1]}
+          </span>
+        );
+      })}
     </>
-  );
-}
-
-/** A text in which the point P and the Jacobian J stand as in formulas. */
-function Words({ text }: { text: string }): JSX.Element {
-  return (
-    <span>
-      {text.split(/\b([JP])\b/).map((piece, i) =>
-        i % 2 === 1 ? (
-          <i key={i} class="letter">
-            {piece}
-          </i>
-        ) : (
-          piece
-        ),
-      )}
-    </span>
   );
 }

@@ -4,6 +4,7 @@ import type { ComponentChildren, JSX } from "preact";
 import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import type { ArmProps } from "../arm/panel.js";
+import { Words } from "../arm/letters.js";
 import type * as Panel from "../arm/panel.js";
 import { type AskedPart, type AskedProblem, nameJoint } from "../bank.js";
 import { Button } from "../controls.js";
@@ -162,7 +163,9 @@ export function Question(props: QuestionProps): JSX.Element {
         {step > 1 ? (
           <>
             <p class="muted to-given">
-              <a href="#given">{say("practice.to-given")}</a>
+              <a href="#given">
+                <Words text={say("practice.to-given")} />
+              </a>
             </p>
             {answerForm}
             <details open class="given" id="given">

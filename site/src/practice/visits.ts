@@ -11,6 +11,10 @@ const tabStorage: Storage | null = resultOrNull(() => window.sessionStorage);
 type HistoryState = Readonly<Record<string, unknown>> | null;
 const readHistory = (): HistoryState => window.history.state as HistoryState;
 
+const navigation = performance.getEntriesByType("navigation")[0] as PerformanceNavigationTiming | undefined;
+/** Whether the page was reloaded or returned to, and not opened by a link or its address. */
+const isReturn = navigation?.type !== "navigate";
+
 /** Return the number of the present visit of a question; 0 on pages without visits. */
 export const visitNumber = (): number => Number(readHistory()?.visit ?? 0);
 
@@ -28,30 +32,32 @@ export function useVisits<T>(
   choose: () => T,
   isValid: (visit: T) => boolean,
   onBack?: () => void,
-  beginsAnew = false,
 ): Visits<T> {
+  const number = useRef((isReturn && visitNumber()) || Date.now());
   const readVisit = (): T | null => {
     const stored = readHistory()?.[name] as T | undefined;
     return stored !== undefined && isValid(stored) ? stored : null;
   };
   const write = (changed: T): T => {
-    window.history.replaceState({ visit: Date.now(), ...readHistory(), [name]: changed }, "");
+    window.history.replaceState({ ...readHistory(), [name]: changed, visit: number.current }, "");
     return changed;
   };
-  const [visit, setVisit] = useState(() => write((beginsAnew ? null : readVisit()) ?? choose()));
+  const [visit, setVisit] = useState(() => write((isReturn ? readVisit() : null) ?? choose()));
   const latestVisit = useRef(visit);
   latestVisit.current = visit;
   const replace = (changed: T): void => {
     if (latestVisit.current === visit) setVisit(write(changed)); // else this visit has ended meanwhile
   };
   const showNext = (next: T): void => {
-    window.history.pushState({ ...readHistory(), [name]: next, visit: Date.now() }, "");
+    number.current = Date.now();
+    window.history.pushState({ ...readHistory(), [name]: next, visit: number.current }, "");
     setVisit(next);
   };
   useEffect(() =>
     listen(window, "popstate", () => {
       const storedVisit = readVisit();
-      if (storedVisit === null) return void write(visit); // a link within the page leads to the same question
+      if (storedVisit === null) return void write(visit); // a link within the page leads to the same visit
+      number.current = visitNumber();
       setVisit(storedVisit);
       onBack?.();
     }),

@@ -64,6 +64,17 @@ describe("the elbow", () => {
     expect(kindAt(arm, pose)).toBe("internal");
   });
 
+  it("has the same kinds in any size, also near a singularity", () => {
+    const theta2 = 1.2;
+    const theta3 = Math.acos((-0.5 * Math.cos(theta2)) / 0.4) - theta2;
+    for (const scale of [0.001, 1000]) {
+      const sized = armOf({ ...ELBOW, values: { a2: 0.5 * scale, a3: 0.4 * scale } });
+      expect(kindAt(sized, [0.3, theta2, theta3 + 1e-3], 0.005)).toBe("internal");
+      expect(kindAt(sized, [0.3, theta2, 1e-3], 0.005)).toBe("boundary");
+      expect(kindAt(sized, [0.3, theta2, 0.5], 0.005)).toBe("regular");
+    }
+  });
+
   it("shows both kinds on the map of theta2 and theta3", () => {
     const value = (u: number, v: number): number => signedVolume(arm, [0, u, v]);
     const lines = findZeroLines(gridOf(CIRCLE, [-3, 3.3], 40, value), value);

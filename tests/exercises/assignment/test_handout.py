@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 from qdot.exercises.assignment.assignment import Student, load_assignment
-from qdot.exercises.assignment.handout import make_file_name
+from qdot.exercises.assignment.handout import make_file_name, write_links
+from qdot.exercises.common.errors import QdotError
 from tests.support.command import run, run_and_fail
 from tests.support.submitting import make_class
 
@@ -138,8 +139,16 @@ def test_nothing_is_written_that_cannot_be_right(folder: Path) -> None:
     ):  # fmt: skip
         assert message in run_and_fail("release", folder, *arguments)
     (folder / "released" / "503" / "hw.ipynb").unlink()
-    assert "no current notebook in released/ for 503; run: qdot generate" in run_and_fail("release", folder, "--links")
+    with pytest.raises(QdotError, match=r"no current notebook in released/ for 503; run: qdot generate"):
+        write_links(load_assignment(folder), folder / "handout", "")
     assert not (folder / "handout").exists()
+
+
+def test_missing_notebooks_are_generated_before_they_are_packed(folder: Path) -> None:
+    notebook = read_notebook(folder, "503")
+    (folder / "released" / "503" / "hw.ipynb").unlink()
+    assert "4 students: 1 completed, 3 kept" in run("release", folder, "--to", "folder", "--jobs", "1")
+    assert (folder / "handout" / "folder" / "Li, Wei (503)" / "hw.ipynb").read_bytes() == notebook
 
 
 def test_a_student_who_is_forgotten_leaves_no_address(folder: Path) -> None:

@@ -233,6 +233,7 @@ def test_moodle_xml_satisfies_moodles_rules(bank: Element) -> None:
     assert len(bank.findall("question/hint")) >= 3
     text = bank.findtext("question[@type='cloze']/questiontext/text", "")
     assert r"\[" in text and len(CLOZE.findall(text)) == 4
+    assert all(word in text for word in ("decimal with a point", "minus sign", "fraction (1/4)", "v = 0.25"))
     feedback = [text.text for text in bank.iter("text") if text.text and "Say }" in text.text]
     assert feedback == ["Say } # ~ / \\ &quot; &lt;b&gt; &amp; {1:NUMERICAL:=1}"]
 
@@ -425,6 +426,17 @@ def test_canvas_package_has_the_structure_of_text2qti(
     assert sorted(list_package_paths(ours) - list_package_paths(golden)) == []
 
 
+def test_canvas_export_says_which_package_is_for_which_quizzes(
+    export_request: ExportRequest, items: list[QuizItem]
+) -> None:
+    notes: list[str] = []
+    files = export_items(canvas.export_canvas, replace(export_request, report=notes.append), items)
+    assert [note.partition(" is for ") for note in notes] == [
+        ("hw.zip", " is for ", "classic quizzes"), ("hw-new-quizzes.zip", " is for ", "New Quizzes"),
+    ]  # fmt: skip
+    assert set(files) == {"hw.zip", "hw-new-quizzes.zip"}
+
+
 def test_canvas_package_contains_everything_it_refers_to(canvas_package: Package) -> None:
     """All named files, answers and feedback exist."""
     listed = {str(file.get("href")) for file in list_elements(parsed(canvas_package["imsmanifest.xml"]), "file")}
@@ -547,9 +559,11 @@ def test_cartridges_are_complete_and_use_only_profiles_of_the_standard(
 def test_what_a_cartridge_cannot_ask_is_noted_once(export_request: ExportRequest, items: list[QuizItem]) -> None:
     notes: list[str] = []
     export_items(common_cartridge.export_common_cartridge, replace(export_request, report=notes.append), items)
-    assert notes == [
+    categories = dict.fromkeys(item.category for item in items if item.single_number_item)
+    reduced = ", ".join(f"{category.slot_title} ({category.question_title})" for category in categories)
+    assert reduced and notes == [
         "p3: Match is left out, because a Common Cartridge has no matching questions",
-        "A Common Cartridge asks for one number per question, so of a vector or matrix for one entry",
+        f"a question of a Common Cartridge has one number, so these ask for one entry only: {reduced}",
     ]
 
 

@@ -223,7 +223,7 @@ def test_texts_and_feedback_are_valid_castext(quiz: ET.Element) -> None:
     assert filled and all(
         text.startswith(("<p>", "[[if ")) and "&lt;p" not in text and "&#" not in text for text in filled
     )
-    assert any('</p><p>{@right@} of 2 entries are right.</p>[[if test="amiss>0"]]<p>' in text for text in filled)
+    assert any('</p><p>{@right@} of 2 entries are right.</p>[[if test="error_count>0"]]<p>' in text for text in filled)
 
 
 def test_formulas_are_compared_at_regular_points_only() -> None:
@@ -323,7 +323,10 @@ def test_question_tests_of_a_determinant_pass_in_maxima(quiz: ET.Element, tmp_pa
 
 
 SAME = "qdot_same(qdot_values(qdot_read({})), {})"
-AMISS = "block([u: qdot_values(qdot_read({})), w: qdot_values({})], qdot_amiss(u, w, qdot_agree(u, w), {}))"
+SIGN_AND_FACTOR_ERRORS = (
+    "block([u: qdot_values(qdot_read({})), w: qdot_values({})],"
+    " qdot_sign_and_factor_errors(u, w, qdot_agree(u, w), {}))"
+)
 FORMULAS = [
     *(
         (SAME.format(*pair), "1")
@@ -340,19 +343,19 @@ FORMULAS = [
             ("{s1}", "sin(theta1)"), ("s1 = s1", "sin(theta1)"),
         )
     ),
-    (AMISS.format("-a1*sin(theta2)", "a1*sin(theta2)", [1]), "1"),
-    (AMISS.format("sin(theta2)/2", "a1*sin(theta2)", [1]), "1"),
-    (AMISS.format("-sin(theta2)", "a1*sin(theta2)", [1]), "2"),
-    (AMISS.format("a1*cos(theta2)", "a1*sin(theta2)", [1]), "0"),
-    (AMISS.format("a1*sin(theta2)^2", "a1*sin(theta2)", [1]), "0"),
-    (AMISS.format("0", "a1*sin(theta2)", [1]), "0"),
-    (AMISS.format("matrix([0, 2*s2])", "matrix([0, sin(theta2)])", [2]), "1"),
-    (AMISS.format("matrix([1, 2*s2])", "matrix([0, sin(theta2)])", [2]), "0"),
-    (AMISS.format("matrix([unknown, 2*s2])", "matrix([0, sin(theta2)])", [2]), "0"),
-    (AMISS.format("matrix([s1, -s2])", "matrix([-sin(theta1), sin(theta2)])", [1, 2]), "1"),
-    (AMISS.format("matrix([-s1, -s2])", "matrix([-sin(theta1), sin(theta2)])", [1, 2]), "1"),
-    (AMISS.format("matrix([2*s1, -2*s2])", "matrix([-sin(theta1), sin(theta2)])", [1, 2]), "2"),
-    (AMISS.format("matrix([1, 7])", "matrix([1, 1])", []), "0"),
+    (SIGN_AND_FACTOR_ERRORS.format("-a1*sin(theta2)", "a1*sin(theta2)", [1]), "1"),
+    (SIGN_AND_FACTOR_ERRORS.format("sin(theta2)/2", "a1*sin(theta2)", [1]), "1"),
+    (SIGN_AND_FACTOR_ERRORS.format("-sin(theta2)", "a1*sin(theta2)", [1]), "2"),
+    (SIGN_AND_FACTOR_ERRORS.format("a1*cos(theta2)", "a1*sin(theta2)", [1]), "0"),
+    (SIGN_AND_FACTOR_ERRORS.format("a1*sin(theta2)^2", "a1*sin(theta2)", [1]), "0"),
+    (SIGN_AND_FACTOR_ERRORS.format("0", "a1*sin(theta2)", [1]), "0"),
+    (SIGN_AND_FACTOR_ERRORS.format("matrix([0, 2*s2])", "matrix([0, sin(theta2)])", [2]), "1"),
+    (SIGN_AND_FACTOR_ERRORS.format("matrix([1, 2*s2])", "matrix([0, sin(theta2)])", [2]), "0"),
+    (SIGN_AND_FACTOR_ERRORS.format("matrix([unknown, 2*s2])", "matrix([0, sin(theta2)])", [2]), "0"),
+    (SIGN_AND_FACTOR_ERRORS.format("matrix([s1, -s2])", "matrix([-sin(theta1), sin(theta2)])", [1, 2]), "1"),
+    (SIGN_AND_FACTOR_ERRORS.format("matrix([-s1, -s2])", "matrix([-sin(theta1), sin(theta2)])", [1, 2]), "1"),
+    (SIGN_AND_FACTOR_ERRORS.format("matrix([2*s1, -2*s2])", "matrix([-sin(theta1), sin(theta2)])", [1, 2]), "2"),
+    (SIGN_AND_FACTOR_ERRORS.format("matrix([1, 7])", "matrix([1, 1])", []), "0"),
 ]  # fmt: skip
 # The names are those that qdot's own grader reads; STACK doesn't count an invalid answer as an attempt.
 CHECK_FORMULA, INVALID = 'is(qdot_check_formulas({}) # "")', "true"
@@ -365,7 +368,10 @@ FORMULAS += [
     (SAME.format("a_1*sin(theta_2) + c_1 + t2", "a1*sin(theta2) + cos(theta1) + theta2"), "1"),
     (SAME.format("S_12*dtheta1 + th12", "sin(theta1 + theta2)*qd1 + theta1 + theta2"), "1"),
 ]
-COVERED = "block([c: qdot_claims({}), t: [theta2 = %pi/2, theta2 = -%pi/2]], [qdot_covered(c, t), qdot_beyond(c, t)])"
+FOUND_AND_FALSE = (
+    "block([c: qdot_conditions({}), t: [theta2 = %pi/2, theta2 = -%pi/2]],"
+    " [qdot_count_found(c, t), qdot_false_conditions(c, t)])"
+)
 CHECK_SET = 'is(qdot_check_set({}) # "")'
 TYPED_SETS = {
     "{theta2 = %pi/2, theta2 = -%pi/2}": "[2,0]", "{theta_2 = %pi/2 + k*%pi}": "[2,0]", "cos(t2) = 0": "[2,0]",
@@ -375,16 +381,16 @@ TYPED_SETS = {
 }  # fmt: skip
 UNREAD_SETS = ("{0, %pi}", "{theta3 = 0}", "{theta2}", "{theta2*sin(theta2) = 0}", "{theta2 = 1.571}", "{theta2 = x}")
 SETS = [
-    *((COVERED.format(typed), counts) for typed, counts in TYPED_SETS.items()),
+    *((FOUND_AND_FALSE.format(typed), counts) for typed, counts in TYPED_SETS.items()),
     *((CHECK_SET.format(typed), "false") for typed in TYPED_SETS),
     *((CHECK_SET.format(typed), INVALID) for typed in UNREAD_SETS),
-    ("qdot_covered([theta2 = 0.5], [theta2 = 1/2])", "1"),
-    ("qdot_covered([theta2 = 2*%pi + 1/2], [theta2 = 1/2])", "1"),
-    ("qdot_covered([theta2 = 180], [theta2 = %pi])", "0"),
-    ("qdot_beyond([theta2 = 1/2, 5, x + y, theta1 = 1/2], [theta2 = 1/2])", "3"),
-    ("qdot_beyond([theta2 = 1/2, theta1 = 0, theta1 = 1], [theta2 = 1/2])", "1"),
-    ("qdot_beyond([theta2 = 1/2, theta2 = 0, theta2 = 1], [theta2 = 1/2])", "2"),
-    ("qdot_covered([d2 = 2*%pi], [d2 = 0])", "0"),
+    ("qdot_count_found([theta2 = 0.5], [theta2 = 1/2])", "1"),
+    ("qdot_count_found([theta2 = 2*%pi + 1/2], [theta2 = 1/2])", "1"),
+    ("qdot_count_found([theta2 = 180], [theta2 = %pi])", "0"),
+    ("qdot_false_conditions([theta2 = 1/2, 5, x + y, theta1 = 1/2], [theta2 = 1/2])", "3"),
+    ("qdot_false_conditions([theta2 = 1/2, theta1 = 0, theta1 = 1], [theta2 = 1/2])", "1"),
+    ("qdot_false_conditions([theta2 = 1/2, theta2 = 0, theta2 = 1], [theta2 = 1/2])", "2"),
+    ("qdot_count_found([d2 = 2*%pi], [d2 = 0])", "0"),
     ("qdot_set_share([[1, 2]], 0)", "2/3"),
     ("qdot_set_share([[0, 2], [1, 1]], 1)", "1/4"),
     ("qdot_set_share([[2, 2]], 2)", "0"),

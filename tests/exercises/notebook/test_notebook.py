@@ -21,7 +21,12 @@ from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain, Joint, Po
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
-from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook, write_notebook
+from qdot.exercises.notebook.notebook import (
+    NotebookContent,
+    make_solution_notebook,
+    make_student_notebook,
+    write_notebook,
+)
 from qdot.exercises.notebook.self_check import RELATIONS, write_self_check_cell
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.exercises.reference_answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
@@ -55,12 +60,12 @@ def problems(family: str) -> Slotted:
 
 @cache
 def _student(family: str) -> Any:
-    return make_student_notebook(TITLE, "hw1", "s001", _problems(family))
+    return make_student_notebook(NotebookContent(TITLE, "hw1", "s001", _problems(family)))
 
 
 @cache
 def _staff(family: str) -> Any:
-    return make_solution_notebook(TITLE, "hw1", "s001", _problems(family))
+    return make_solution_notebook(NotebookContent(TITLE, "hw1", "s001", _problems(family)))
 
 
 @pytest.fixture
@@ -100,7 +105,10 @@ def staffs_run(family: str) -> tuple[dict[str, Any], str]:
 @pytest.mark.parametrize("make", [make_student_notebook, make_solution_notebook])
 def test_same_problems_same_bytes(make: Any, family: str) -> None:
     before = (_student if make is make_student_notebook else _staff)(family)
-    first, second = write_notebook(before), write_notebook(make(TITLE, "hw1", "s001", _problems(family)))
+    first, second = (
+        write_notebook(before),
+        write_notebook(make(NotebookContent(TITLE, "hw1", "s001", _problems(family)))),
+    )
     assert first == second and first.endswith("}\n")
     nbformat.validate(json.loads(first))
     assert json.loads(first)["nbformat_minor"] >= 5
@@ -202,7 +210,7 @@ def test_long_answers_are_broken_before_signs() -> None:
 @pytest.mark.integration
 def test_notebook_runs_in_jupyter() -> None:
     nbclient = pytest.importorskip("nbclient")
-    one = make_solution_notebook("t", "k", "s", _problems("planar-2r")[:1])
+    one = make_solution_notebook(NotebookContent("t", "k", "s", _problems("planar-2r")[:1]))
     done = nbclient.NotebookClient(one, timeout=100, kernel_name="python3").execute()
     outputs = [out.get("text", "") for cell in done.cells if cell.cell_type == "code" for out in cell.outputs]
     assert any("Is your Jacobian the derivative of your position? Yes" in text for text in outputs)
@@ -214,38 +222,35 @@ def test_an_arm_told_by_its_axes_has_no_names_of_a_table() -> None:
     assert [name for name, problem in told.items() if "a2" in problem.symbols] == ["dh", "modified-dh"]
     for names in (("screws",), ("screws", "dh"), ("dh", "modified-dh")):
         slotted = [(f"p{number}", told[name]) for number, name in enumerate(names, 1)]
-        opening = make_student_notebook("T", "hw", "s1", slotted).cells[0].source
+        opening = make_student_notebook(NotebookContent("T", "hw", "s1", slotted)).cells[0].source
         assert ("usual name (`a1`, `d1`, …)" in opening) == (names != ("screws",))
     assert "the table" not in write_statement(told["screws"], "").partition("**Joint variables:**")[2]
 
 
 def test_staff_reads_what_students_read_whether_it_is_written_anew_or_not() -> None:
-    ((_, problem), _), of = _problems("planar-2r"), (TITLE, "hw1", "s001")
+    (_, problem), _ = _problems("planar-2r")
     short = [("p1", replace(problem, parts=(problem["position"], problem["jacobian"])))]
-    handed_out = make_student_notebook(*of, short, True)
-    assert write_notebook(make_solution_notebook(*of, short, True, released_notebook=handed_out)) == write_notebook(
-        make_solution_notebook(*of, short, True)
-    )
-    asked = next(cell for cell in handed_out.cells if cell.id.endswith("-question"))
-    asked.source = "written once"
-    assert "written once" in [
-        cell.source for cell in make_solution_notebook(*of, short, True, released_notebook=handed_out).cells
-    ]
+    content = NotebookContent(TITLE, "hw1", "s001", short, with_hints=True)
+    released = make_student_notebook(content)
+    assert write_notebook(make_solution_notebook(content, released)) == write_notebook(make_solution_notebook(content))
+    prompt = next(cell for cell in released.cells if cell.id.endswith("-question"))
+    prompt.source = "written once"
+    assert "written once" in [cell.source for cell in make_solution_notebook(content, released).cells]
 
 
 @pytest.mark.parametrize(
     "site", ["https://example.edu/arms", "https://example.edu/arms/", "https://example.edu/arms/check.html"]
 )
 def test_a_student_can_check_the_notebook_on_the_site_of_the_assignment(site: str) -> None:
-    of = (TITLE, "hw1", "Ada L#1", _problems("planar-2r")[:1], False, site)
-    assert "(https://example.edu/arms/check.html#hw1/Ada%20L%231)" in make_student_notebook(*of).cells[0].source
-    assert "check.html" not in make_solution_notebook(*of).cells[0].source
+    content = NotebookContent(TITLE, "hw1", "Ada L#1", _problems("planar-2r")[:1], site=site)
+    assert "(https://example.edu/arms/check.html#hw1/Ada%20L%231)" in make_student_notebook(content).cells[0].source
+    assert "check.html" not in make_solution_notebook(content).cells[0].source
     assert "check.html" not in _student("planar-2r").cells[0].source
 
 
 @pytest.mark.parametrize("title", ["Arms & <signs>", "a_1 * [b] $c$ `d` \\e &amp; _f_ *g* 6.1"])
 def test_a_title_is_shown_as_it_is(title: str) -> None:
-    cell = make_student_notebook(title, "hw1", "s001", _problems("planar-2r")).cells[0]
+    cell = make_student_notebook(NotebookContent(title, "hw1", "s001", _problems("planar-2r"))).cells[0]
     heading = MarkdownIt().parse(cell.source)[1]
     assert "".join(token.content for token in heading.children or ()) == title
     assert {token.type for token in heading.children or ()} <= {"text", "text_special"}
@@ -267,7 +272,7 @@ def _plain() -> Problem:
 
 def _space(problem: Problem) -> dict[str, Any]:
     space: dict[str, Any] = {}
-    notebook = make_student_notebook("t", "k", "s", [("p1", problem)])
+    notebook = make_student_notebook(NotebookContent("t", "k", "s", [("p1", problem)]))
     for cell in notebook.cells:
         if cell.id == "setup":
             exec(cell.source, space)
@@ -470,7 +475,9 @@ def test_a_problem_of_short_questions_has_no_function_for_checks() -> None:
     problem = get_problem("planar-2r", 0)
     quiz = Problem(problem.id, problem.chain, tuple(p for p in problem.parts if p.name == "rank"))
     assert write_self_check_cell([("p1", quiz)]) == ""
-    assert not any(cell.id == "self-check" for cell in make_student_notebook("t", "k", "s", [("p1", quiz)]).cells)
+    assert not any(
+        cell.id == "self-check" for cell in make_student_notebook(NotebookContent("t", "k", "s", [("p1", quiz)])).cells
+    )
 
 
 def test_the_transform_is_held_against_the_position_where_the_point_is_the_last_origin() -> None:

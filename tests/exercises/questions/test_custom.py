@@ -28,6 +28,7 @@ from qdot.exercises.exports.stack_parts import StackPart, convert_part
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import find_names
 from qdot.exercises.notebook.notebook import (
+    NotebookContent,
     draw_singular_configurations,
     make_notebook_metadata,
     make_student_notebook,
@@ -151,7 +152,7 @@ def test_number_is_computed_from_the_given_values(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_roots_quotients_and_other_functions_stay_in_the_answer(answer: str) -> None:
     """With the usual step of differences, the last three could not be certified for one of these arms."""
-    definition = Definition("mine", answer, (("en", Texts("Mine", "x")),))
+    definition = Definition("mine", answer, (Texts("Mine", "x"),))
     for seed in (1, 3):
         problem = generate(f"planar-2r/{seed}", ["mine"], definitions=[definition])
         assert find_failures(problem) == []
@@ -165,7 +166,7 @@ def test_roots_quotients_and_other_functions_stay_in_the_answer(answer: str) -> 
 
 @pytest.mark.parametrize("position", ["[a1*cos(theta1), 1]", "[atan2(a1, theta1), 1]"])
 def test_derivative_is_marked_after_any_wrong_position(position: str) -> None:
-    definition = Definition("mine", "ddt(abs(p.x))", (("en", Texts("Mine", "x")),))
+    definition = Definition("mine", "ddt(abs(p.x))", (Texts("Mine", "x"),))
     problem = generate("planar-2r/1", ["position", "mine"], definitions=[definition])
     _, marked = mark(problem, {"position": position, "mine": "qd1"}, secret="s")
     assert (marked.judgement.outcome, marked.points) == (Outcome.WRONG, 0)
@@ -173,13 +174,13 @@ def test_derivative_is_marked_after_any_wrong_position(position: str) -> None:
 
 def test_textbook_form_that_numbers_contradict_is_not_used(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("qdot.exercises.questions.custom.question.write_in_textbook_form", lambda entry: entry + 1)
-    definition = Definition("mine", "norm(p)", (("en", Texts("Unconfirmed", "x")),))
+    definition = Definition("mine", "norm(p)", (Texts("Unconfirmed", "x"),))
     assert find_failures(generate("planar-2r/1", ["mine"], definitions=[definition])) == []
 
 
 def test_formula_that_is_too_long_to_simplify_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("qdot.exercises.questions.custom.question.MAX_OPERATIONS", 9)
-    definition = Definition("mine", "norm(p)", (("en", Texts("Too long", "x")),))
+    definition = Definition("mine", "norm(p)", (Texts("Too long", "x"),))
     with pytest.raises(QdotError, match="more than 9 operations"):
         generate("planar-2r/1", ["mine"], definitions=[definition])
 
@@ -342,7 +343,7 @@ def test_text_without_quotes_is_shown_to_the_person_who_marks_it(
     source: str, cell_type: str, answer: str | None, tmp_path: Path
 ) -> None:
     problem = make_problem(tmp_path, 'prompt = "Why?"\nanswer = "text"')
-    notebook = make_student_notebook("T", "hw", "s1", [("p1", problem)])
+    notebook = make_student_notebook(NotebookContent("T", "hw", "s1", [("p1", problem)]))
     (cell,) = (cell for cell in notebook.cells if cell.metadata.get("qdot", {}).get("part"))
     cell.source, cell.cell_type = source, cell_type
     if cell_type == "markdown":
@@ -371,7 +372,7 @@ def test_halves_are_fractions_unless_lengths_are_numbers(tmp_path: Path) -> None
     question = 'prompt = "x"\nanswer = "m/2*dot(o1, o1)"\nunits = {m = "kg"}'
     problem = make_problem(tmp_path, question, more='variation = "chapter"\n')
     assert r"\tfrac{1}{2} a_{1}^{2} m" in write_solution(problem, problem.parts[0])
-    definition = Definition("mine", "a2*p.x/2", (("en", Texts("Mine", "x")),))
+    definition = Definition("mine", "a2*p.x/2", (Texts("Mine", "x"),))
     problem = generate("planar-2r/3", ["mine"], definitions=[definition])  # a2 is 0.35 m
     assert "0.175 a_{1}" in write_solution(problem, problem.parts[0])
 
@@ -518,7 +519,7 @@ def test_wrong_units_are_expected_only_where_they_change_the_number(tmp_path: Pa
 def test_questions_of_the_same_name_have_their_own_wrong_answers() -> None:
     wrong_answers = []
     for answer in ("dot(p, p)", "p.x"):
-        definition = Definition("same-name", answer, (("en", Texts("Mine", "x")),))
+        definition = Definition("same-name", answer, (Texts("Mine", "x"),))
         problem = generate("planar-2r/3", ["same-name"], definitions=[definition])
         wrong_answers.append({str(wrong.matrix) for wrong in find_known_wrong_answers(problem, problem.parts[0], 3)})
     assert all(wrong_answers) and wrong_answers[0].isdisjoint(wrong_answers[1])
@@ -620,7 +621,7 @@ def test_custom_question_with_the_formula_of_a_built_in_question_has_its_answer(
     family = "planar-3r" if name == "gram-determinant" else "planar-2r"
     chain, part = (problem := generate(f"{family}/3", [name])).chain, problem.parts[0]
     rows = () if "determinant" in name else tuple(QUESTIONS[name].name_entries(chain, part.details))
-    definition = Definition("mine", QUESTIONS[name].formula, (("en", Texts("Mine", "x")),), rows=rows)
+    definition = Definition("mine", QUESTIONS[name].formula, (Texts("Mine", "x"),), rows=rows)
     problem = generate(f"{family}/3", [name, "mine"], definitions=[definition])
     built_in, own = (part.answer.as_matrix() for part in problem.parts)
     assert (built_in - own).applyfunc(lambda entry: sp.simplify(sp.expand_trig(entry))).is_zero_matrix
@@ -1241,7 +1242,7 @@ def check_random_question(number: int) -> bool:
     stream = Stream(f"custom/{number}")
     family, answer = FUZZ_FAMILIES[number % len(FUZZ_FAMILIES)], make_random_formula(stream)
     try:
-        definition = Definition("mine", answer, (("en", Texts("Mine", "x")),))
+        definition = Definition("mine", answer, (Texts("Mine", "x"),))
         problem = generate(f"{family}/{number}", ["mine"], definitions=[definition])
     except QdotError as error:
         assert str(error).strip() and "Traceback" not in str(error)
@@ -1300,9 +1301,7 @@ def test_formula_language_excludes_python_code() -> None:
 
 
 def test_equal_definitions_make_the_same_question() -> None:
-    definition = Definition(
-        "mine", "norm(v)", (("en", Texts("Mine", "x")),), given=(GivenValue("pose"), GivenValue("rates"))
-    )
+    definition = Definition("mine", "norm(v)", (Texts("Mine", "x"),), given=(GivenValue("pose"), GivenValue("rates")))
     assert make_question(definition) is make_question(definition)
     first, second = (generate("planar-2r/3", ["mine"], definitions=[definition]).parts[0].answer for _ in range(2))
     assert first == second

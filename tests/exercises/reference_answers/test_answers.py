@@ -40,7 +40,7 @@ def parts() -> dict[str, tuple[Problem, Part]]:
         get_problem("planar-2r", 0), generate(ProblemId("planar-3r", 1, ("match-columns",))),
         generate(ProblemId("planar-2r", 1, ("singular-configurations",))),
         generate(ProblemId("planar-2r", 1, ("lost-direction",))),
-        generate("planar-2r/1", ["why"], definitions=[Definition("why", "text", (("en", Texts("Why", "Why?")),))]),
+        generate("planar-2r/1", ["why"], definitions=[Definition("why", "text", (Texts("Why", "Why?"),))]),
     ]  # fmt: skip
     return {part.type: (problem, part) for problem in problems for part in problem.parts}
 

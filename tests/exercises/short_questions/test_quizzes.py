@@ -20,7 +20,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.arm_figure import describe_part_figure, draw_part_svg
 from qdot.exercises.generation import generate, list_applicable_questions, sample_chain, select_quiz_questions
-from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook
+from qdot.exercises.notebook.notebook import NotebookContent, make_solution_notebook, make_student_notebook
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.reference_answers import TRUE_FALSE, Choice, Matching, Number, Selection
@@ -280,7 +280,7 @@ def test_what_an_id_is_asked_has_not_changed(family: str) -> None:
 def test_notebooks_hold_drawings_to_choose_from() -> None:
     problem = generate(ProblemId("elbow", 2, ("singular-drawing", "true-or-false", "singular-configurations")))
     for made in (make_student_notebook, make_solution_notebook):
-        cells = made("Quiz", "quiz", "ada", [("p1", problem)]).cells
+        cells = made(NotebookContent("Quiz", "quiz", "ada", [("p1", problem)])).cells
         (drawing,) = [cell.source for cell in cells if "data:image/svg+xml" in cell.source and "A: " in cell.source]
         assert "theta1 = " in drawing
     assert len([cell for cell in cells if cell.metadata.get("qdot")]) == 3

@@ -1,7 +1,6 @@
 """Formulas for the reach of simple arms agree with the positions of poses and with searches from many starts."""
 
 from collections.abc import Sequence
-from itertools import product
 
 import numpy as np
 import pytest
@@ -10,14 +9,12 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities import reach
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.normalized_arm import normalize_arm
 from qdot.exercises.singularities.reach import reaches_beyond, reaches_displaced_pose, reaches_point
-from qdot.exercises.singularities.three_joints import UNSURE, YES, reaches_targets
 from tests.support.suites import on_families
 
 FAMILIES = ("elbow-3r", "spherical", "spherical-offset")
@@ -89,7 +86,6 @@ def _search(
 ) -> tuple[bool | None, bool]:
     way = random.normal(size=len(task))
     answers: list[bool | None] = []
-    monkeypatch.setattr(reach, "reaches_targets", lambda arms, places: np.array([UNSURE]))
     monkeypatch.setattr(reach, "reaches_displaced_pose", lambda *of: answers.append(reaches_displaced_pose(*of)))
     sample = Sample(arm, random.uniform(-2, 2, len(arm.kinds)))
     (found,) = reach.reaches_beyond([sample], list(task), (way / np.linalg.norm(way))[None])
@@ -106,56 +102,6 @@ def test_of_other_arms_and_tasks_nothing_is_said() -> None:
 
 
 TASK = ("vx", "vy", "vz")
-EVERY = ["".join(kinds) for kinds in product("RP", repeat=3) if kinds != ("P", "P", "P")]
-ARMS, PLACES = 5, 3
-
-
-def drawn(kinds: str, stream: Stream) -> NumericChain:
-    """Return an arm with lengths of which some are zero, and twists of which some are right angles."""
-    joints = []
-    for i, kind in enumerate(kinds, 1):
-        a, d = (round(stream.uniform(0.2, 1), 3) * stream.choice((0, 1)) for _ in range(2))
-        a, alpha = a if i < 3 else round(stream.uniform(0.2, 0.9), 3), stream.choice((0, sp.pi / 2, -sp.pi / 2, 0.7))
-        other = stream.choice((0, sp.pi / 2, 0.5))
-        joints.append(Joint("R", f"theta{i}", d, a, alpha) if kind == "R" else Joint("P", other, f"d{i}", a, alpha))
-    return NumericChain(Chain("drawn", tuple(joints), TASK), {})
-
-
-def found(arm: NumericChain, place: np.ndarray, stream: Stream) -> bool:
-    """Look for a configuration with the point in a place, by damped Newton."""
-    q = np.array([[stream.uniform(-np.pi, np.pi) for _ in range(3)] for _ in range(60)])
-    for _ in range(90):
-        frames = arm.compute_frames(q)
-        off = place - arm.compute_point_of(frames)
-        if np.any(np.linalg.norm(off, axis=1) < 1e-8):
-            return True
-        jacobian = arm.compute_jacobian_of(frames)[:, :3]
-        across = jacobian.swapaxes(1, 2)
-        move = (across @ np.linalg.solve(jacobian @ across + 1e-9 * np.eye(3), off[..., None]))[..., 0]
-        q += move * np.minimum(1.0, 0.6 / np.maximum(np.abs(move).max(axis=1, keepdims=True), 1e-12))
-    return False
-
-
-@pytest.mark.parametrize("kinds", EVERY)
-def test_the_formula_says_what_a_search_finds(kinds: str) -> None:
-    stream = Stream(f"three joints/{kinds}")
-    asked = 0
-    for _ in range(ARMS):
-        arm = drawn(kinds, stream)
-        poses = np.array([[stream.uniform(-2, 2) for _ in range(3)] for _ in range(PLACES)])
-        if np.abs(np.linalg.det(arm.compute_jacobian(poses)[:, :3])).max() < 1e-6:
-            continue  # singular everywhere
-        elsewhere = np.array([[stream.uniform(-2, 2) for _ in range(3)] for _ in range(PLACES)])
-        places = np.concatenate([arm.compute_point(poses), elsewhere])
-        told = reaches_targets(NumericChain.stack([arm] * len(places)), places)
-        asked += len(places)
-        assert UNSURE not in told
-        assert (told[:PLACES] == YES).all()
-        for place, answer in zip(places[PLACES:], told[PLACES:], strict=True):
-            assert bool(answer == YES) == found(arm, place, stream), (kinds, arm.fixed_entries, place)
-            known = reaches_point(arm, place)
-            assert known is None or known == bool(answer == YES)
-    assert asked > 2 * PLACES
 
 
 def elbow(*lengths: float) -> NumericChain:
@@ -177,9 +123,3 @@ def test_a_spherical_arm_whose_slide_is_all_it_has_reaches_what_is_beside_its_ce
     sample = Sample(NumericChain(Chain("spherical", rows, TASK), {}), np.array([0.17, -0.28, 0.0]))
     ways = np.concatenate([np.eye(3), -np.eye(3)])
     assert reaches_beyond([sample] * 6, [0, 1, 2], ways).all()
-
-
-def test_a_third_joint_that_moves_nothing_is_told_unsure() -> None:
-    rows = (Joint("R", "theta1", 0, 0.5, sp.pi / 2), Joint("R", "theta2", 0, 0.4, 0), Joint("R", "theta3", 0.2, 0, 0))
-    arm = NumericChain(Chain("still", rows, TASK), {})
-    assert reaches_targets(arm, np.array([[0.3, 0.3, 0.2]])).tolist() == [UNSURE]

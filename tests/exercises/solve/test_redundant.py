@@ -14,10 +14,9 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.library import find_robot_path
 from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS, time_limit
-from qdot.exercises.singularities.numeric_rank_check import _RankTest, check_rank_loss, find_covering_branches
 from qdot.exercises.singularities.reciprocal import elimination_applies, find_reciprocal_set, make_polynomial_arm
 from qdot.exercises.singularities.singular_set import find_singular_set
-from qdot.exercises.solve import special_lengths
+from qdot.exercises.solve.numeric_rank_check import check_rank_loss
 from qdot.exercises.solve.solver import Solution, solve
 from tests.repository.test_schemas import find_schema_errors
 from tests.support.solving import solve_to_json, solve_to_text
@@ -157,27 +156,6 @@ def test_the_test_in_numbers_finds_what_is_missing_and_what_is_false() -> None:
     assert len(check_rank_loss(chain, []).unexplained_configurations) > 50
 
 
-def _mixed(task: tuple[str, ...]) -> Chain:
-    angles, fifth = [sp.pi / 3, -sp.pi / 4, sp.pi / 2, sp.pi / 5, 0], sp.Rational(1, 5)
-    joints = []
-    for i, (kind, alpha) in enumerate(zip("RPRRP", angles, strict=True), 1):
-        theta, d = (f"theta{i}", fifth) if kind == "R" else (sp.pi / 7, f"d{i}")
-        joints.append(Joint(kind, theta, d, sp.Rational(i, 10), alpha))
-    return Chain("mixed", tuple(joints), task)
-
-
-@pytest.mark.parametrize("task", [VELOCITY_NAMES, ("vx", "vy", "vz"), ("vx", "wz"), ("wx", "wy", "wz", "vz", "vx")])
-def test_slopes_of_the_jacobian_are_those_of_small_steps(task: tuple[str, ...]) -> None:
-    rank = _RankTest(NumericChain(_mixed(task), {}), _mixed(task))
-    q, step = np.array([[0.3, 0.4, -1.2, 0.7, 0.2]]), 1e-6
-    for j in range(5):
-        ahead, behind = q.copy(), q.copy()
-        ahead[0, j] += step * rank._joint_units[j]
-        behind[0, j] -= step * rank._joint_units[j]
-        slope = (rank.compute_jacobian(ahead) - rank.compute_jacobian(behind)) / (2 * step)
-        assert np.allclose(rank._compute_jacobian_derivatives(q)[..., j], slope, atol=1e-8)
-
-
 def test_where_rank_is_lost_everywhere_it_is_said() -> None:
     """Four slides and three turns: of seven joints, one turn has no effect of its own."""
     slides = [Joint("P", 0, sp.Symbol(f"d{i}"), 0, sp.pi / 2) for i in (1, 2, 3, 4)]
@@ -229,30 +207,6 @@ def test_a_position_whose_minors_are_long_is_solved_by_a_force_that_does_no_work
     text = " ".join(solve_to_text(solution.chain, "text").split())
     assert "some force at P" in text and "a boundary singularity" in text
     assert find_schema_errors("solve", solve_to_json(solution.chain)) == []
-
-
-@pytest.mark.whole
-def test_special_lengths_are_told_by_elimination(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Links 3 and 4 as long as each other, folded on one another: P is on the axis of joint 3 then."""
-    chain = _of_position([(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, "a3", 90), (0, 0, "a4", 0)])
-    a2, a3, a4 = chain.parameters
-    monkeypatch.setattr(derivation, "LONG_MINOR_TERMS", 0)
-    monkeypatch.setattr(special_lengths, "list_length_relations", lambda *_: [(a3, a4), (a3, 2 * a2)])
-    (special,) = solve(chain).special
-    assert special.relation == "a3 = a4"
-    assert [[str(c) for c in one.conditions] for one in special.components] == [["cos(theta4) + 1"]]
-
-
-def test_what_is_told_by_other_conditions_is_found_to_be_the_same() -> None:
-    """A half turn of sin(x) - a cos(x), and a way that is parted between two others."""
-    chain = _of_position([(0, 0, 0, 90), (0, 0, "a2", 0), (0, 0, ".3", 90), (0, 0, ".2", 0)])
-    t2, t3 = chain.q[1:3]
-    both = (sp.sin(t2) * sp.cos(t3),)
-    others = [(1 - sp.cos(t2),), (sp.tan(t2) * sp.cos(t2) * 2,), (sp.cos(t3) / 3,)]
-    assert find_covering_branches(chain, (sp.sin(t2),), others) == frozenset({0, 1})
-    assert find_covering_branches(chain, both, others) == frozenset({0, 1, 2})
-    assert find_covering_branches(chain, both, others[:2]) is None
-    assert find_covering_branches(chain, (2 + sp.cos(t2),), others) is None
 
 
 def test_the_minors_of_short_arms_are_kept() -> None:

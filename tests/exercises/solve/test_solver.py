@@ -27,7 +27,6 @@ from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.singularities.classification import Classification, make_domain
 from qdot.exercises.singularities.singular_set import Component
 from qdot.exercises.solve.solver import ReadyResult, Solution, generate_text_events, solve
-from qdot.exercises.solve.special_lengths import _normalize_condition
 from qdot.exercises.solve.time_limited import write_solution
 from qdot.exercises.writing.markup import to_text
 from qdot.exercises.writing.problem_texts import get_solution_steps
@@ -473,44 +472,6 @@ def test_a_table_is_shown_as_it_is_written_and_its_rewriting_is_said(tmp_path: P
     assert re.search(r"at \(0, 0, 1\) m, .* 90°, 0, 0", " ".join(run("solve", path).split()))
 
 
-EQUAL_LINKS = 'name = "arm"\n' + ROW % ("theta1", 0, '"a1"', 0) + ROW % ("theta2", 0, "%s", 0)
-
-
-@pytest.mark.parametrize(("second", "relation"), [('"a2"', "a1 = a2"), ("0.7", "a1 = 7/10")])
-def test_links_of_one_length_fold_back_onto_the_base_which_is_no_boundary(
-    second: str, relation: str, tmp_path: Path
-) -> None:
-    solution = solve(_read(tmp_path, EQUAL_LINKS % second))
-    data = solve_to_json(solution.chain)
-    assert (data["singular"][0]["type"], data["singular"][0]["uniform"]) == ("boundary", True)
-    (special,) = data["special_lengths"]
-    assert special["lengths"] == relation and special["singular"][0]["uniform"] is False
-    said = " ".join(solve_to_text(solution.chain, "text").split())
-    shown = "P lies on the axis of joint 1, which then does not move it. This is an internal singularity."
-    assert f"At θ₂ = 180°: {shown}" in said
-    assert "qdot examined only these special lengths: a₁ =" in said
-    given = _read(tmp_path, (EQUAL_LINKS % second).replace('"a1"', "0.4").replace('"a2"', "0.7"))
-    assert "special_lengths" not in solve_to_json(given)
-
-
-def test_lengths_are_no_joints_whatever_they_are_called() -> None:
-    """Two conditions are the same up to a length, which d1 is, and not up to the variable of a slide, which d3 is."""
-    q1, q2, d1, d3, a2 = sp.symbols("theta1 theta2 d1 d3 a2")
-    joints = Joint("R", q1, d1, 0, sp.pi / 2), Joint("R", q2, 0, a2, sp.pi / 2), Joint("P", 0, d3, 0, 0)
-    chain = Chain("arm", joints, ("vx", "vy", "vz"))
-    condition = a2 * sp.cos(q2) + d3 * sp.sin(q2)
-    others = (d3 * condition, sp.cos(q1) * condition, condition + d1)
-    assert {_normalize_condition(same, chain) for same in (d1 * condition, -3 * d1**2 * a2 * condition)} == {
-        _normalize_condition(condition, chain)
-    }
-    assert all(_normalize_condition(other, chain) != _normalize_condition(condition, chain) for other in others)
-    assert (
-        _normalize_condition(d1 * d3, chain)
-        == _normalize_condition(-2 * a2 * d3, chain)
-        == _normalize_condition(d3, chain)
-    )
-
-
 @pytest.mark.parametrize(
     ("told", "said"),
     [
@@ -522,7 +483,7 @@ def test_lengths_are_no_joints_whatever_they_are_called() -> None:
 def test_what_a_test_in_numbers_finds_amiss_is_told(
     told: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    text = (EQUAL_LINKS % "0.7").replace('"a1"', "0.4")
+    text = 'name = "arm"\n' + ROW % ("theta1", 0, 0.4, 0) + ROW % ("theta2", 0, 0.7, 0)
     chain = _read(tmp_path, text.replace("arm", f"arm {told}"))  # one of which nothing is kept
     conditions = [to_sympy(parse_formula(one)) for one in ("sin(theta2)", told) if one != "theta1 - theta1"]
     components = tuple(Component((condition,), None) for condition in conditions)

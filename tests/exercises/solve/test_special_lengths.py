@@ -14,12 +14,10 @@ from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.existence_conditions import find_existence_condition
 from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.exercises.solve.certified_singularities import certify_statement
-from qdot.exercises.solve.solver import Singularities, generate_singular_events, solve
-from qdot.exercises.solve.special_lengths import list_length_relations
+from qdot.exercises.solve.solver import solve
 from qdot.exercises.verify.singularity_statements import sample_component
 from qdot.exercises.writing import solution_steps as steps_module
 from qdot.exercises.writing.problem_texts import get_solution_steps
-from qdot.exercises.writing.solution_steps import SingularComponent
 from tests.support.solving import solve_to_json, solve_to_text
 from tests.support.suites import on_families
 
@@ -93,27 +91,6 @@ def test_what_is_told_of_a_family_is_so_in_numbers(family: str) -> None:
                 low, high = reach(condition, lengths)
                 if abs(least - most) > 1e-2:
                     assert (low <= 0 <= high) == (least < most), (condition, lengths)
-
-
-def test_a_relation_at_which_a_condition_begins_to_hold_is_looked_at_first() -> None:
-    component = SingularComponent((A1 + A2 * c(T2) + A3 * c(T2 + T3),), None, Classification("internal", True, ""))
-    assert list_length_relations(TURNING, (component,))[0] == (A1, A2 + A3)
-    assert len({str(one) for one in list_length_relations(TURNING, (component,))}) == len(
-        list_length_relations(TURNING, (component,))
-    )
-
-
-@pytest.mark.whole
-def test_a_value_that_is_the_same_in_other_words_is_no_difference() -> None:
-    """PUMA's elbow: arctan(d4/a3) is 45 degrees where a3 = d4, and nothing else is otherwise there."""
-    half = sp.pi / 2
-    rows = (
-        Joint("R", "theta1", 0, 0, -half), Joint("R", "theta2", "d2", "a2", 0), Joint("R", "theta3", 0, "a3", half),
-        Joint("R", "theta4", "d4", 0, 0),
-    )  # fmt: skip
-    *_, found = generate_singular_events(Chain("puma", rows, ("vx", "vy", "vz")))
-    assert isinstance(found, Singularities) and found.components
-    assert not [one.relation for one in found.special_cases if one.relation == "a3 = d4"]
 
 
 PLANAR = (Joint("R", T1, 0, A1, 0), Joint("R", T2, 0, A2, 0))

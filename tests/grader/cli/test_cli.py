@@ -121,6 +121,7 @@ def test_show_prints_the_same_twice_in_every_format(format: str) -> None:
         (("compare", "a1", "a1+"), "the reference can't be parsed"),
         (("compare", "--batch", "nowhere.jsonl"), "nowhere.jsonl"),
         (("export", "nowhere"), "--to html"),
+        (("export", "nowhere", "--to", "cc"), "did you mean 'common-cartridge'"),
     ],
 )
 def test_bad_input_gets_one_message_and_exit_code_2(args: tuple[str, ...], message: str) -> None:
@@ -454,3 +455,10 @@ def test_commands_on_single_problems_load_no_class_modules(command: str) -> None
     names += ["qdot.exercises.questions", "jinja2"] if command == "check" else []
     program = f"{load_command}; print([name for name in {names} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+@pytest.mark.parametrize("format", ["text", "ipynb"])
+def test_a_preview_shows_the_link_to_the_site(tmp_path: Path, format: str) -> None:
+    toml = '[[problem]]\nfamily = "planar-2r"\nquestions = ["determinant"]\n'
+    (tmp_path / "assignment.toml").write_text(f'title = "T"\nkey = "t"\nsite = "https://example.edu/arms"\n{toml}')
+    assert "https://example.edu/arms/check.html" in run("show", tmp_path, "--format", format)

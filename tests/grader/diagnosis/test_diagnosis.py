@@ -277,7 +277,7 @@ def test_mistakes_in_example_6_3_are_named(answer: str, mistake: str) -> None:
 def test_a_wrong_sign_of_the_whole_answer_is_no_mistake_of_one_link(
     family: str, formula: str, first_mistake: str
 ) -> None:
-    definition = Definition("mine", formula, (("en", Texts("Mine", "x")),))
+    definition = Definition("mine", formula, (Texts("Mine", "x"),))
     problem = generate(f"{family}/1", ["mine"], definitions=[definition])
     answer = (-problem.parts[0].answer.as_matrix()).tolist()
     diagnosis = diagnose(problem, problem.parts[0], str(answer if len(answer) > 1 else answer[0][0]), "seed")

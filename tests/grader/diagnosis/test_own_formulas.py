@@ -18,7 +18,7 @@ ENERGY = "m/2*dot(ddt(o1), ddt(o1)) + m/2*dot(ddt(o2), ddt(o2))"
 
 
 def ask(family: str, answer: str, *earlier_questions: str, **settings: Any) -> Problem:
-    definition = Definition("mine", answer, (("en", Texts("Mine", "x")),), **settings)
+    definition = Definition("mine", answer, (Texts("Mine", "x"),), **settings)
     problem_id = ProblemId(family, 1, (*earlier_questions, "mine"), variation="chapter")
     return generate(problem_id, definitions=[definition])
 

@@ -17,7 +17,6 @@ from qdot.grader.diagnosis.advice import _name_entry
 from qdot.grader.judging.answer_parser import replace_decimal_commas
 from qdot.grader.judging.verdict import Judgement, Outcome
 from tests.support.judging import (
-    judge_angles,
     judge_choice,
     judge_expression,
     judge_matrix,
@@ -193,22 +192,6 @@ def test_reason_for_a_choice(student: str, is_right: bool, reason: str) -> None:
 
 FOLD = ("theta2 = 0", "theta2 = pi")
 ELBOW = ("theta3 = 0", "theta3 = pi", "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0")
-
-
-@pytest.mark.parametrize(
-    ("student", "share", "reason"),
-    [
-        ("{0, pi}", 1, "right"),
-        ("{0}", 2 / 3, "you found part of the condition; an angle is missing: angle = 3.142"),
-        ("{}", 0, "an angle is missing: angle = 0"), ("{0, [pi]}", 0, "*couldn't parse*a list*"),
-        ("", 0, "you submitted nothing *"),
-        ("blank", 0, "*blank"), ("sin(", 0, "*couldn't parse*: *"),
-    ],
-)  # fmt: skip
-def test_reason_for_angles(student: str, share: float, reason: str) -> None:
-    judgement = judge_angles(student, "{0, pi}", DOMAIN, "s")
-    assert fnmatchcase(judgement.reason, reason), judgement.reason
-    assert judgement.share == pytest.approx(share)
 
 
 @pytest.mark.parametrize(

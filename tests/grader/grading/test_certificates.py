@@ -142,13 +142,13 @@ def break_notebook(content: bytes | None) -> Change:
     return replace_content
 
 
-def claim_another_edition(folder: Path) -> None:
+def claim_another_version(folder: Path) -> None:
     digest = load_assignment(folder).problems_digest
     edit_file(str(find_notebook(folder).relative_to(folder)), lambda text: text.replace(digest, "0" * 16))(folder)
 
 
 SHA = {"sha256": "0" * 64}
-EMPTY = '{"assignment": "test", "student": "s001", "edition": "", "notebook": {}, "problems": '
+EMPTY = '{"assignment": "test", "student": "s001", "notebook_digest": "", "notebook": {}, "problems": '
 LATER = PROBLEMS + '[[problem]]\nfamily = "polar-rp"\nquestions = ["position"]\n'
 NOTEBOOK = "test.ipynb"
 CHANGES: dict[str, tuple[Change, int, str, str]] = {
@@ -229,7 +229,7 @@ CHANGES: dict[str, tuple[Change, int, str, str]] = {
         lambda folder: shutil.copy(find_notebook(folder, "s002"), find_notebook(folder)), 2, "1",
         "metadata|title|2 in an",
     ),
-    "another edition's notebook": (claim_another_edition, 2, "1", "metadata|2 in an altered notebook"),
+    "notebook of another version": (claim_another_version, 2, "1", "metadata|2 in an altered notebook"),
     "no notebook": (break_notebook(None), 2, "1", f"{NOTEBOOK}|2 without a notebook"),
     "a notebook cut off": (break_notebook(b"{"), 2, "1", f"{NOTEBOOK}|2 in an altered notebook"),
     "a notebook in no encoding": (break_notebook(b"\xff"), 2, "1", f"{NOTEBOOK}|utf-8|2 in an altered notebook"),

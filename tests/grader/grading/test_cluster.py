@@ -82,7 +82,7 @@ def submitted_class(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path.write_text(path.read_text()[:500])
     path = folder / "submitted" / "s5" / "hw.ipynb"
     notebook = json.loads(path.read_text())
-    notebook["metadata"]["qdot"]["digest"] = json.loads("[" * 300 + "]" * 300)
+    notebook["metadata"]["qdot"]["problems_digest"] = json.loads("[" * 300 + "]" * 300)
     path.write_text(json.dumps(notebook))
     return folder
 

@@ -271,8 +271,8 @@ class LosingSandbox(Sandbox):
 @pytest.mark.parametrize(
     ("ends", "is_blamed"),
     [
-        ("lost done", False), ("lost lost done", True), ("unbegun unbegun unbegun done", False),
-        ("unbegun lost unbegun lost done", True),
+        ("lost done", False), ("lost lost done", True), ("not-started not-started not-started done", False),
+        ("not-started lost not-started lost done", True),
     ],
 )  # fmt: skip
 def test_a_notebook_is_blamed_only_if_its_process_is_lost_twice(
@@ -287,7 +287,7 @@ def test_a_notebook_is_blamed_only_if_its_process_is_lost_twice(
     marked = grade_attempt(make_grader(LosingSandbox(*ends.split())), "s00", attempt)
     assert marked.is_graded
     assert ("killed" in "".join(marked.notes), bool(marked.notes)) == (is_blamed, is_blamed)
-    for end in ("lost", "unbegun"):
+    for end in ("lost", "not-started"):
         with pytest.raises(RuntimeError, match="ends by itself"):
             grade_attempt(make_grader(LosingSandbox(*[end] * 9)), "s00", attempt)
 

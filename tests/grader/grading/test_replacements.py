@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 from nbformat import NotebookNode
@@ -19,8 +18,7 @@ from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.assignment.replacements import MAX_SEEDS, read_replacements
 from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.notebook.notebook import make_student_notebook
-from qdot.exercises.notebook.self_check import Problems
+from qdot.exercises.notebook.notebook import NotebookContent, make_student_notebook
 from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.reference_answers import Answer
 from qdot.exercises.short_questions import ALL_QUESTIONS
@@ -177,7 +175,8 @@ def test_a_student_without_a_valid_problem_is_named_and_the_others_get_notebooks
     assert set(read_notebooks(folder)) == set(STUDENTS) - {"s3"}
     # With other questions, every student gets a notebook.
     (folder / "assignment.toml").write_text(TOML.replace('["position", "determinant"]', '["position"]'))
-    assert "5 rewritten" in generate(folder)
+    rewriting = runner.invoke(app, ["generate", str(folder)])
+    assert "5 rewritten" in rewriting.stdout and "hints or site" in rewriting.stderr
     assert set(read_notebooks(folder)) == set(STUDENTS)
 
 
@@ -232,10 +231,10 @@ def test_the_others_are_graded_although_one_student_was_left_out(folder: Path, m
 
 
 def test_a_notebook_that_cannot_be_written_affects_one_student(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail_for_student(title: str, key: str, student: str, problems: Problems, *options: Any) -> NotebookNode:
-        if student == "s2" and any(slot == "p2" for slot, _ in problems):
+    def fail_for_student(content: NotebookContent) -> NotebookNode:
+        if content.student == "s2" and any(slot == "p2" for slot, _ in content.problems):
             raise KeyError("theta9")
-        return make_student_notebook(title, key, student, problems, *options)
+        return make_student_notebook(content)
 
     monkeypatch.setattr(release, "make_student_notebook", fail_for_student)
     stderr = run_incomplete(folder, "generate")

@@ -15,7 +15,12 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.generation import generate
-from qdot.exercises.notebook.notebook import make_notebook_metadata, make_student_notebook, write_notebook
+from qdot.exercises.notebook.notebook import (
+    NotebookContent,
+    make_notebook_metadata,
+    make_student_notebook,
+    write_notebook,
+)
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.short_questions import ALL_QUESTIONS
@@ -218,7 +223,7 @@ def test_check_refuses_the_name_of_another_velocity_component(tmp_path: Path, se
     for name, component in TYPED_COMPONENTS.items():
         answer = f"{name} = a1 qd1"
         parsed = read_answer(problem, part, answer)
-        notebook = make_student_notebook("T", "hw", "ada", [("p1", problem)])
+        notebook = make_student_notebook(NotebookContent("T", "hw", "ada", [("p1", problem)]))
         (cell,) = (cell for cell in notebook.cells if "qdot" in cell.metadata)
         cell.source = f"p1_velocity_component = {answer!r}"
         path.write_text(write_notebook(notebook), encoding="utf-8")

@@ -350,7 +350,7 @@ def test_a_self_motion_follows_up_to_a_factor() -> None:
 
 
 def define(answer: str, **settings: Any) -> Definition:
-    return Definition("mine", answer, (("en", Texts("Mine", "x")),), **settings)
+    return Definition("mine", answer, (Texts("Mine", "x"),), **settings)
 
 
 SIGN_OF_Y = "[a1*c1 + a2*c12, a1*s1 - a2*s12]"

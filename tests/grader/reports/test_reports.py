@@ -103,6 +103,11 @@ def test_summaries_and_annotations_respect_githubs_limits(assignment: Assignment
     assert "::error title=bo::" in make_annotations(assignment, [results[0], leave_ungraded(results[1])])
 
 
+def test_gradescope_shows_each_outcome_once(assignment: Assignment, results: list[Result]) -> None:
+    outputs = [test["output"] for test in json.loads(make_results_json(assignment, [results[0]]))["tests"]]
+    assert "correct" in outputs and not any("right" in output for output in outputs)
+
+
 def test_gradescope_gets_no_ungraded_or_multiple_results(assignment: Assignment, results: list[Result]) -> None:
     with pytest.raises(QdotError, match="has no mark for"):
         make_results_json(assignment, [leave_ungraded(results[0])])

@@ -5,7 +5,7 @@ import io
 import re
 import shutil
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
@@ -50,14 +50,17 @@ def folder(released_class: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(released_class, tmp_path / "hw"))
 
 
-def grade_download(folder: Path, layout: str) -> Path:
-    """Grade a platform's download in which all but the last student submit; return the zip."""
+def grade_download(folder: Path, layout: str, notebooks_of: Mapping[str, str] = {}) -> Path:
+    """Grade a platform's download in which all but the last student submit; return the zip.
+
+    `notebooks_of` has the owner of the notebook of each student who submits another student's.
+    """
     assignment = load_assignment(folder)
     download = folder.parent / "download.zip"
     with zipfile.ZipFile(download, "w") as archive:
         for student in STUDENTS[:-1]:
             name = NAMES[layout](student, NUMBERS[student.id])
-            archive.writestr(name, make_correct_notebook(assignment, student.id))
+            archive.writestr(name, make_correct_notebook(assignment, notebooks_of.get(student.id, student.id)))
     with work_in_one_process():
         run("grade", folder, download, "--jobs", "1")
     return download
@@ -129,16 +132,37 @@ def test_nothing_is_written_for_a_page_without_a_place(folder: Path) -> None:
     assert not (folder / "returned").exists()
 
 
-def test_the_worksheet_of_the_handout_tells_equal_names_apart(folder: Path) -> None:
+@pytest.mark.parametrize("notebooks_of", [{}, {"502": "503", "503": "502"}])
+def test_notebooks_tell_equal_names_apart(folder: Path, notebooks_of: Mapping[str, str]) -> None:
+    """Each notebook is graded as the work of the student whom it names, if all students with that name submit one."""
+    remove_numbers(folder)
+    download = grade_download(folder, "moodle", notebooks_of)
+    assert {row["score"] for row in read_grades(folder)[:3]} == {"4"}
+    run("return", folder, download, "--to", "moodle")
+    pages = read_zip(folder / "returned" / "moodle" / "moodle-feedback.zip")
+    for student in STUDENTS[:-1]:
+        page = (folder / "graded" / "feedback" / f"{notebooks_of.get(student.id, student.id)}.html").read_text()
+        assert pages[f"{student.name}_{NUMBERS[student.id]}_assignsubmission_file/hw-feedback.html"] == page
+
+
+def remove_numbers(folder: Path) -> None:
     lines = [f"{student.id},{student.name},{student.email}" for student in STUDENTS]
     (folder / "roster.csv").write_text("\n".join(("student,name,email", *lines)) + "\n")
-    download = grade_download(folder, "moodle")
+
+
+def read_grades(folder: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO((folder / "graded" / "grades.csv").read_text())))
+
+
+def test_the_worksheet_of_the_handout_tells_equal_names_apart(folder: Path) -> None:
+    remove_numbers(folder)
+    download = grade_download(folder, "moodle", {"503": "502"})
     message = run_and_fail("return", folder, download, "--to", "moodle")
     assert "a submission may belong to 502, 503, but not certainly; do what `qdot grade" in message
     rows = (f"Participant {NUMBERS[student.id]},{student.name},{student.email}" for student in STUDENTS)
     (folder / "sheet.csv").write_text("\n".join(("Identifier,Full name,Email address", *rows)) + "\n")
     run("release", folder, folder / "sheet.csv", "--to", "moodle")
-    grade_download(folder, "moodle")
+    grade_download(folder, "moodle", {"503": "502"})
     run("return", folder, download, "--to", "moodle")
     pages = read_zip(folder / "returned" / "moodle" / "moodle-feedback.zip")
     for student in STUDENTS[:-1]:

@@ -304,7 +304,7 @@ def test_the_death_of_a_waiting_process_costs_no_answer() -> None:
         assert sandbox.run([], []).end == "done"
         os.kill(max(idle_processes(sandbox)), signal.SIGKILL)
         first, second = (sandbox.run(HONEST, ["h"]) for _ in range(2))
-        assert (first.end, first.answers) == ("unbegun", {})
+        assert (first.end, first.answers) == ("not-started", {})
         assert (second.end, second.answers) == ("done", {"h": "2*sin(x)*cos(x)"})
 
 
@@ -317,7 +317,7 @@ def test_a_failed_fork_of_the_next_process_costs_no_answer() -> None:
         assert sandbox.run(HONEST, ["h"]).answers == {"h": "2*sin(x)*cos(x)"}
         time.sleep(0.5)
         runs = [sandbox.run(HONEST, ["h"]) for _ in range(2)]
-        assert [run.end for run in runs] in (["unbegun", "done"], ["done", "done"])
+        assert [run.end for run in runs] in (["not-started", "done"], ["done", "done"])
         assert runs[-1].answers == {"h": "2*sin(x)*cos(x)"}
 
 

@@ -7,7 +7,12 @@ import pytest
 from nbformat import NotebookNode
 
 from qdot.exercises.generation import generate
-from qdot.exercises.notebook.notebook import make_solution_notebook, make_student_notebook, write_notebook
+from qdot.exercises.notebook.notebook import (
+    NotebookContent,
+    make_solution_notebook,
+    make_student_notebook,
+    write_notebook,
+)
 from qdot.exercises.notebook.self_check import SELF_CHECK, Problems
 from qdot.grader.sandbox.sandbox import Sandbox
 from qdot.grader.submissions.cells import Cell, empty_self_checks, read_cells
@@ -23,7 +28,7 @@ def make_problems(family: str) -> Problems:
 
 
 def make_cells(problems: Problems, make_notebook: Callable[..., NotebookNode] = make_solution_notebook) -> list[Cell]:
-    text = write_notebook(make_notebook("Title", "hw", "s1", problems))
+    text = write_notebook(make_notebook(NotebookContent("Title", "hw", "s1", problems)))
     return list(read_cells("hw.ipynb", text.encode()).cells)
 
 

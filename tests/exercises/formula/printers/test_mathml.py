@@ -60,6 +60,10 @@ def test_minus_is_a_prefix_only_at_the_start_of_a_term() -> None:
     )
 
 
+def test_dot_is_an_accent_close_to_its_letter_in_browsers() -> None:
+    assert '<mover accent="true"><mrow><mi>&#x003B8;' in print_mathml(parse_latex(r"\dot{\theta}"))
+
+
 def test_mathml_has_styles_for_brackets_columns_and_sizes() -> None:
     formula = parse_latex(r"\begin{aligned} a &= \begin{bmatrix} 1 \end{bmatrix} \\[6pt] b &= 2 \end{aligned}")
     shown = print_mathml(formula, True, 90)
