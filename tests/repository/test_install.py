@@ -59,7 +59,9 @@ def test_extras_agree_with_pyproject() -> None:
     assert set(declared) == {*EXTRAS, "all"}
     packages = packages_distributions()
     for name, modules in EXTRAS.items():
-        assert [{Requirement(line).name} for line in declared[name]] == [{packages[module][0].lower()} for module in modules]
+        assert [{Requirement(line).name} for line in declared[name]] == [
+            {packages[module][0].lower()} for module in modules
+        ]
     (everything,) = (Requirement(line) for line in declared["all"])
     assert everything.extras == set(EXTRAS)
 
@@ -141,7 +143,7 @@ def test_every_example_is_accepted(example: str) -> None:
     ("line", "names"),
     [
         ("qdot gen", ["generate"]),
-        ("qdot ", [*COMMANDS, "site"]),
+        ("qdot ", [*COMMANDS, "serve", "site"]),
         ("qdot grade --di", ["--diff"]),
         ("qdot site ", ["build", "serve"]),
         ("qdot show scara", ["scara/1", "scara-rrrp/1", "scara-prrr/1"]),
