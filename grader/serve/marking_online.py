@@ -43,7 +43,7 @@ from qdot.grader.serve.judge_process import (
 )
 from qdot.grader.serve.lti.outbox import update_scores
 from qdot.grader.serve.models import Person, Submission
-from qdot.grader.serve.scores import name_file, read_marks
+from qdot.grader.serve.scores import load_marks, name_file
 from qdot.grader.serve.settings import find_options
 from qdot.grader.submissions.submission import StudentFiles
 
@@ -120,9 +120,9 @@ def _find_finished(submission: Submission, assignment: Assignment) -> tuple[dict
     earlier = Submission.objects.filter(person=submission.person, assignment=submission.assignment)
     earlier = earlier.filter(answers__isnull=False, marks__isnull=False, pk__lt=submission.pk)
     previous = earlier.order_by("-pk").first()
-    marks = None if previous is None else read_marks(previous)
-    if previous is None or marks is None:
+    if previous is None:
         return {}, {}
+    marks = load_marks([previous.pk])[previous.pk]
     if marks.made_from != make_marking_versions(assignment, submission.person.student_id):
         return {}, {}
     old_answers, new_answers, shown = previous.answers or {}, submission.answers or {}, previous.shown or {}
@@ -134,9 +134,8 @@ def _find_finished(submission: Submission, assignment: Assignment) -> tuple[dict
 
 def _store_marks(submission: Submission, marks: NotebookMarks, shown: dict[str, Any]) -> None:
     """Store the marks of a submission, and what has to be told to platforms."""
-    submission.marks, submission.shown, submission.state = to_jsonable(marks), shown, Submission.State.MARKED
     with transaction.atomic():
-        submission.save(update_fields=["marks", "shown", "state"])
+        submission.set_marks(to_jsonable(marks), shown)
         update_scores(submission.person, submission.assignment)
 
 

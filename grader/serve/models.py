@@ -8,6 +8,7 @@ removed, except for the marks, which can be computed again.
 import datetime
 import secrets
 import uuid
+from typing import Any
 
 from django.db import models
 from django.utils import timezone
@@ -86,7 +87,8 @@ class Submission(models.Model):
     so that the row is the whole of the student's work, as a notebook is; `changed_part` is the part that was submitted.
     `marks` is a NotebookMarks (grader/grading/result.py) as JSON, and `shown` what the student's page shows of them, by
     part (see `judge_process.ShownPart`); both are None until it is marked. `remarked` has both after a second marking
-    that the staff has yet to accept; it is {} before that is done. `received` is in whole seconds, as the time of a
+    that the staff has yet to accept; it is {} before that is done. `points` is their sum before late penalties, and
+    `obstacle` why it couldn't be graded. `received` is in whole seconds, as the time of a
     file that `qdot grade` reads.
     """
 
@@ -106,11 +108,21 @@ class Submission(models.Model):
     marks = models.JSONField(null=True)
     shown = models.JSONField(null=True)
     remarked = models.JSONField(null=True)
+    points = models.FloatField(null=True)
+    obstacle = models.CharField(max_length=500, blank=True)
 
     class Meta:
         constraints = [models.UniqueConstraint(fields=["person", "request_id"], name="one_row_per_request")]
         indexes = [models.Index(fields=["person", "assignment", "received"])]
         ordering = ["received", "id"]
+
+    def set_marks(self, marks: dict[str, Any], shown: dict[str, Any]) -> None:
+        """Store the marks, and what lists show of them."""
+        all_points = [part["points"] for problem in marks["problems"] for part in problem["parts"]]
+        self.marks, self.shown, self.remarked, self.state = marks, shown, None, self.State.MARKED
+        self.points = None if None in all_points else round(sum(all_points), 4)
+        self.obstacle = (marks["obstacle"] or "")[:500]
+        self.save(update_fields=["marks", "shown", "remarked", "state", "points", "obstacle"])
 
 
 class Draft(models.Model):

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from django.db import transaction
@@ -9,11 +10,13 @@ from django.db import transaction
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.grader.grading.attempt import make_marking_versions
 from qdot.grader.grading.history import find_mark_changes
+from qdot.grader.grading.result import Result
+from qdot.grader.judging.verdict import AWAITS_PERSON
 from qdot.grader.serve.errors import Refused
 from qdot.grader.serve.lti.outbox import update_scores
 from qdot.grader.serve.marking_online import mark_again
 from qdot.grader.serve.models import Classroom, Person, Submission
-from qdot.grader.serve.scores import compute_results, load_submissions, read_marks, select_attempts
+from qdot.grader.serve.scores import compute_results, load_marks, load_submissions, select_marked
 
 PRIORITY = -10
 """The priority in the queue; notebooks that students have just submitted have 0, which is higher."""
@@ -27,17 +30,26 @@ class Regrading(NamedTuple):
     token: str
 
 
-def find_outdated(assignment: Assignment, classroom: Classroom) -> list[Submission]:
+def find_outdated(assignment: Assignment, classroom: Classroom) -> list[int]:
     """Return the submissions that count but were marked by other settings, by another qdot, or not completely."""
-    outdated = list[Submission]()
+    outdated = list[int]()
     for student, submissions in load_submissions(assignment, classroom).items():
-        _, counting = select_attempts(assignment, [row for row in submissions if row.marks is not None])
+        _, counting = select_marked(assignment, submissions)
         versions = make_marking_versions(assignment, student)
-        for submission in (row for row in submissions if row.pk in counting):
-            marks = read_marks(submission)
-            if marks is not None and (marks.made_from != versions or not marks.is_graded):
-                outdated.append(submission)
+        for number, marks in load_marks(counting).items():
+            parts = [part for problem in marks.problems for part in problem.parts]
+            has_failed = any(part.points is None and part.reason != AWAITS_PERSON for part in parts)
+            if marks.made_from != versions or has_failed:
+                outdated.append(number)
     return outdated
+
+
+def count_outdated(assignment: Assignment, results: Sequence[Result]) -> int:
+    """Return the number of students whose submission was marked by other settings or another qdot."""
+    return sum(
+        result.submission is not None and result.made_from != make_marking_versions(assignment, result.student)
+        for result in results
+    )
 
 
 def continue_regrading(assignment: Assignment, classroom: Classroom) -> Regrading:
@@ -45,9 +57,9 @@ def continue_regrading(assignment: Assignment, classroom: Classroom) -> Regradin
     rows = Submission.objects.filter(person__classroom=classroom, assignment=assignment.key, remarked__isnull=False)
     if not rows.exists():
         with transaction.atomic():
-            for submission in find_outdated(assignment, classroom):
-                Submission.objects.filter(pk=submission.pk).update(remarked={})
-                mark_again.using(priority=PRIORITY).enqueue(submission.pk)
+            for number in find_outdated(assignment, classroom):
+                Submission.objects.filter(pk=number).update(remarked={})
+                mark_again.using(priority=PRIORITY).enqueue(number)
     waiting = rows.filter(remarked={}).count()
     if waiting:
         return Regrading(waiting, [], "")
@@ -75,8 +87,7 @@ def accept_regrading(assignment: Assignment, classroom: Classroom, token: str) -
         people = dict[int, Person]()
         for row in rows:
             new_marks = row.remarked or {}
-            row.marks, row.shown, row.remarked = new_marks["marks"], new_marks["shown"], None
-            row.save(update_fields=["marks", "shown", "remarked"])
+            row.set_marks(new_marks["marks"], new_marks["shown"])
             people[row.person.pk] = row.person
         for person in people.values():
             update_scores(person, assignment.key)

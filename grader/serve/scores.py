@@ -2,7 +2,7 @@
 
 import json
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import PurePath
 
@@ -15,12 +15,14 @@ from qdot.grader.grading.result import NotebookMarks, Override, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.serve.models import Classroom, Person, PointsOverride, Submission
 
+LARGE_FIELDS = ("content", "answers", "marks", "shown", "remarked")
+"""The fields that are loaded only for submissions that need them."""
 NOTHING_SUBMITTED = "nothing was submitted"
 
 
 def list_submissions(person: Person, key: str) -> list[Submission]:
-    """Return what a student has submitted, the newest first, without the contents of files."""
-    submissions = Submission.objects.filter(person=person, assignment=key).defer("content", "shown")
+    """Return what a student has submitted, the newest first, without `LARGE_FIELDS`."""
+    submissions = Submission.objects.filter(person=person, assignment=key).defer(*LARGE_FIELDS)
     return list(submissions.order_by("-received", "-id"))
 
 
@@ -38,10 +40,16 @@ def select_attempts(assignment: Assignment, submissions: Sequence[Submission]) -
     return [submissions[i] for i in sorted({*first, *counting}, reverse=True)], {submissions[i].pk for i in counting}
 
 
-def read_marks(submission: Submission, uses_new_marks: bool = False) -> NotebookMarks | None:
-    """Return the marks of a submission; None if it isn't marked yet."""
-    marks = submission.remarked["marks"] if uses_new_marks and submission.remarked else submission.marks
-    return None if marks is None else parse_dataclass(NotebookMarks, json.dumps(marks))
+def select_marked(assignment: Assignment, submissions: Sequence[Submission]) -> tuple[list[Submission], set[int]]:
+    """Return what `select_attempts` returns for those submissions that are marked."""
+    return select_attempts(assignment, [row for row in submissions if row.state == Submission.State.MARKED])
+
+
+def load_marks(numbers: Iterable[int], uses_new_marks: bool = False) -> dict[int, NotebookMarks]:
+    """Return the marks of submissions; if `uses_new_marks`, those of a second marking where there is one."""
+    rows = Submission.objects.filter(pk__in=list(numbers)).values_list("pk", "marks", "remarked")
+    all_marks = {pk: new["marks"] if uses_new_marks and new else marks for pk, marks, new in rows}
+    return {pk: parse_dataclass(NotebookMarks, json.dumps(marks)) for pk, marks in all_marks.items() if marks}
 
 
 def name_file(assignment: Assignment, submission: Submission) -> str:
@@ -51,27 +59,29 @@ def name_file(assignment: Assignment, submission: Submission) -> str:
 
 
 def compute_result(
-    assignment: Assignment,
-    student: Student,
-    submissions: Sequence[Submission],
-    overrides: Overrides,
-    uses_new_marks: bool = False,
+    assignment: Assignment, student: Student, submissions: Sequence[Submission], overrides: Overrides
 ) -> Result:
-    """Return a student's result. Submissions that are not marked yet are left out.
+    """Return a student's result; `submissions` begin with the newest. Those that are not marked yet are left out."""
+    (result,) = _compute(assignment, [student], {student.id: submissions}, overrides)
+    return result
 
-    If `uses_new_marks`, marks of a second marking count instead of the first ones.
-    """
-    marked = [submission for submission in submissions if submission.marks is not None]
-    attempts, counting = select_attempts(assignment, marked)
-    notebooks = [
-        GradedNotebook(
-            name_file(assignment, submission), submission.received,
-            read_marks(submission, uses_new_marks) if submission.pk in counting else None,
-        )
-        for submission in attempts
-    ]  # fmt: skip
-    notebooks = notebooks or [GradedNotebook(marks=make_empty_marks(assignment, student.id))]
-    return compute_final_result(assignment, student, notebooks, overrides)
+
+def _compute(
+    assignment: Assignment, students: Iterable[Student], submissions: Mapping[str, Sequence[Submission]],
+    overrides: Overrides, uses_new_marks: bool = False,
+) -> list[Result]:  # fmt: skip
+    """Return the results of students, given the submissions of each."""
+    selections = {student: select_marked(assignment, submissions.get(student.id, ())) for student in students}
+    all_marks = load_marks({pk for _, counting in selections.values() for pk in counting}, uses_new_marks)
+    results = list[Result]()
+    for student, (attempts, _) in selections.items():
+        notebooks = [
+            GradedNotebook(name_file(assignment, attempt), attempt.received, all_marks.get(attempt.pk))
+            for attempt in attempts
+        ]
+        notebooks = notebooks or [GradedNotebook(marks=make_empty_marks(assignment, student.id))]
+        results.append(compute_final_result(assignment, student, notebooks, overrides))
+    return results
 
 
 def make_empty_marks(assignment: Assignment, student: str) -> NotebookMarks:
@@ -106,18 +116,15 @@ def load_submissions(assignment: Assignment, classroom: Classroom) -> dict[str, 
     """Return what each student of a class has submitted, the newest first."""
     by_student: dict[str, list[Submission]] = defaultdict(list)
     rows = Submission.objects.filter(person__classroom=classroom, assignment=assignment.key)
-    for submission in rows.defer("content", "shown").select_related("person").order_by("-received", "-id"):
+    for submission in rows.defer(*LARGE_FIELDS).select_related("person").order_by("-received", "-id"):
         by_student[submission.person.student_id].append(submission)
     return by_student
 
 
 def compute_results(assignment: Assignment, classroom: Classroom, uses_new_marks: bool = False) -> list[Result]:
     """Return the results of a class in the order of the roster."""
-    by_student, overrides = load_submissions(assignment, classroom), load_overrides(classroom, assignment.key)
-    return [
-        compute_result(assignment, student, by_student.get(student.id, []), overrides, uses_new_marks)
-        for student in assignment.roster
-    ]
+    submissions, overrides = load_submissions(assignment, classroom), load_overrides(classroom, assignment.key)
+    return _compute(assignment, assignment.roster, submissions, overrides, uses_new_marks)
 
 
 def load_result(person: Person, assignment: Assignment, student: Student) -> Result:

@@ -26,7 +26,7 @@ from qdot.grader.serve.judge_process import StudentOfClass, make_solutions
 from qdot.grader.serve.lti.outbox import update_scores
 from qdot.grader.serve.marking_online import find_judges
 from qdot.grader.serve.models import Classroom, Extension, Person, PointsOverride, StaffAction, Submission
-from qdot.grader.serve.regrading import accept_regrading, continue_regrading, find_outdated
+from qdot.grader.serve.regrading import accept_regrading, continue_regrading, count_outdated
 from qdot.grader.serve.scores import compute_results
 from qdot.grader.serve.sign_in import for_staff
 from qdot.grader.serve.student_pages import describe_work, find_language, find_work, read_json
@@ -115,7 +115,7 @@ def describe_class_results(assignment: Assignment, classroom: Classroom, results
             for name, points in max_points.items()
         ],
         "students": students, "groups": groups, "to_mark": to_mark,
-        "outdated": len(find_outdated(assignment, classroom)),
+        "outdated": count_outdated(assignment, results),
         "actions": [
             {"made": action.made.isoformat(), "by": _name_person(action.person), "summary": action.summary}
             for action in actions[:MAX_ACTIONS_SHOWN]

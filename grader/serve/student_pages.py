@@ -126,7 +126,7 @@ def describe_work(work: Work, language: str) -> dict[str, Any]:
     overrides = load_overrides(person.classroom, assignment.key)
     result = compute_result(assignment, student, submissions, overrides)
     received, now, due_date = [s.received for s in submissions], timezone.now(), assignment.due_date_of(student)
-    typed = next((submission for submission in submissions if submission.answers is not None), None)
+    typed = next((submission for submission in submissions if submission.changed_part), None)
     attempts, rule = describe_attempts(assignment, received), assignment.late_rule
     late_rule = ""
     if rule is not None and rule.per_day:
@@ -149,13 +149,11 @@ def describe_work(work: Work, language: str) -> dict[str, Any]:
 
 def describe_results(work: Work, result: Result, submissions: list[Submission]) -> dict[str, Any]:
     """Return what the page shows of each part: the marks, and what explains them."""
-    counting = next((s for s in submissions if s.marks and s.received.isoformat() == _find_time(result)), None)
+    received = result.submission.received if result.submission else None
+    marked = [submission for submission in submissions if submission.state == Submission.State.MARKED]
+    counting = next((submission for submission in marked if submission.received.isoformat() == received), None)
     shown = {} if counting is None else Submission.objects.values_list("shown", flat=True).get(pk=counting.pk) or {}
     return {name: describe_part(part, shown.get(name)) for name, part in result.parts.items()}
-
-
-def _find_time(result: Result) -> str | None:
-    return result.submission.received if result.submission else None
 
 
 EMPTY_EXPLANATION: dict[str, Any] = {
@@ -173,13 +171,11 @@ def describe_part(part: Any, shown: dict[str, Any] | None) -> dict[str, Any]:
 
 def describe_submission(submission: Submission) -> dict[str, Any]:
     """Return a submission as the list on the page shows it."""
-    points = [part["points"] for problem in (submission.marks or {}).get("problems", []) for part in problem["parts"]]
     return {
         "id": submission.pk, "received": submission.received.isoformat(),
-        "kind": "notebook" if submission.answers is None else "answer", "part": submission.changed_part,
+        "kind": "answer" if submission.changed_part else "notebook", "part": submission.changed_part,
         "file_name": submission.file_name, "state": submission.state, "place": count_waiting_before(submission),
-        "score": None if not points or None in points else round(sum(points), 4),
-        "note": (submission.marks or {}).get("obstacle") or "",
+        "score": submission.points, "note": submission.obstacle,
     }  # fmt: skip
 
 

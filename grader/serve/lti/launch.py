@@ -204,6 +204,7 @@ def _open(request: HttpRequest, lti_launch: LtiLaunch) -> HttpResponse:
     if key not in assignments:
         return HttpResponseRedirect("/")
     _store_column(lti_launch, classroom, resource_id)
+    update_scores(person, key)
     return HttpResponseRedirect(f"/a/{key}/class/" if role == Person.Role.STAFF else make_path(resource_id))
 
 

@@ -48,9 +48,9 @@ def update_scores(person: Person, key: str) -> None:
     """Note which scores of an assignment the gradebook of the person's course should show.
 
     Call it in the transaction that changes marks or points. Nothing is noted for a person or a column that the platform
-    hasn't introduced to us.
+    hasn't introduced to us, or for a person who has left the course; a launch brings the person's scores up to date.
     """
-    if person.lti_user_id is None or person.role != Person.Role.STUDENT:
+    if person.lti_user_id is None or person.role != Person.Role.STUDENT or not person.is_active:
         return
     is_for_assignment = Q(resource_id=key) | Q(resource_id__startswith=f"{key}/")
     columns = LtiLineItem.objects.filter(is_for_assignment, context=person.classroom.lti_context_id).order_by("pk")
@@ -95,7 +95,9 @@ def _make_newer(delivery: ScoreDelivery, now: datetime.datetime) -> None:
 
 def send_scores(connections: Connections, now: datetime.datetime) -> None:
     """Send the scores whose time has come. A platform that can't be reached keeps no other platform waiting."""
-    due = ScoreDelivery.objects.filter(next_try__lte=now, line_item__context__deployment__registration__is_active=True)
+    due = ScoreDelivery.objects.filter(
+        next_try__lte=now, person__is_active=True, line_item__context__deployment__registration__is_active=True
+    )
     related = ("person__lti_user", "line_item__context__deployment__registration")
     unreachable: set[int] = set()
     for delivery in due.select_related(*related).order_by("next_try"):

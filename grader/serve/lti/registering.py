@@ -1,8 +1,8 @@
 """Register a platform, by hand or dynamically, and connect its courses.
 
-A registration begins on this machine: `qdot serve register` stores one that isn't active, and prints its addresses. It
-becomes active when the client ID is given there, or when the platform finishes it at the address /lti/register/UUID,
-which works once. So nobody can register a platform of their own.
+A registration begins on this machine: `qdot serve register` stores the address of the platform, and prints ours. The
+platform finishes it at the address /lti/register/UUID, which works once, or a person enters the client ID. Until then
+it has no issuer, and nobody can sign in by it. So nobody can register a platform of their own.
 """
 
 import datetime
@@ -25,7 +25,7 @@ from qdot.grader.serve.lti.connection import PLATFORM_ERRORS, PlatformSession, r
 from qdot.grader.serve.lti.outbox import SCORE_SCOPE
 from qdot.grader.serve.lti.pages import send_closing_page
 from qdot.grader.serve.lti.people import MEMBERS_SCOPE
-from qdot.grader.serve.lti.platforms import PLATFORMS
+from qdot.grader.serve.lti.platforms import PLATFORMS, Platform
 from qdot.grader.serve.models import Classroom
 from qdot.grader.serve.settings import find_options
 
@@ -48,8 +48,7 @@ class PlatformAnswers:
 
 def begin(kind: str, site: str) -> LtiRegistration:
     """Store that the platform at `site` is to be registered; a registration that was begun before is begun again."""
-    if kind not in PLATFORMS:
-        raise QdotError(f"--platform {kind!r}: expected one of {', '.join(PLATFORMS)}")
+    _find_kind(kind)
     site = _check_address("--site", site)
     LtiRegistration.objects.filter(name=site, issuer="").delete()
     row = LtiRegistration(name=site)
@@ -57,6 +56,12 @@ def begin(kind: str, site: str) -> LtiRegistration:
     row.save()
     renew_keys(timezone.now())
     return row
+
+
+def _find_kind(kind: str) -> Platform:
+    if kind not in PLATFORMS:
+        raise QdotError(f"--platform {kind!r}: expected one of {', '.join(PLATFORMS)}")
+    return PLATFORMS[kind]
 
 
 def describe_steps(kind: str, row: LtiRegistration) -> str:
@@ -78,8 +83,8 @@ def describe_steps(kind: str, row: LtiRegistration) -> str:
 
 
 def finish(kind: str, answers: PlatformAnswers) -> LtiRegistration:
-    """Make the registration that was begun for a platform active. Raises QdotError if none was begun."""
-    platform, site = PLATFORMS[kind], _check_address("--site", answers.site)
+    """Finish the registration that was begun for a platform. Raises QdotError if none was begun."""
+    platform, site = _find_kind(kind), _check_address("--site", answers.site)
     row = LtiRegistration.objects.filter(name=site).order_by("datetime_created").last()
     if row is None:
         raise QdotError(f"nothing was begun for {site}; first enter this command without --client-id")

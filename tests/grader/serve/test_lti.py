@@ -61,6 +61,8 @@ def platform(monkeypatch: pytest.MonkeyPatch) -> Iterator[Platform]:
     platform = Platform(keys=[_KEYS[0]])
     monkeypatch.setattr("requests.adapters.HTTPAdapter.send", lambda self, request, **_: platform.answer(request))
     monkeypatch.setattr("qdot.grader.serve.lti.outbox._connections", Connections())
+    own_keys = itertools.cycle(_OWN_KEYS)  # making keys takes longer than most tests
+    monkeypatch.setattr("lti_tool.models.JWK.generate", lambda **_: next(own_keys))
     cache.clear()
     with transaction.atomic():
         renew_keys(timezone.now())
@@ -70,6 +72,7 @@ def platform(monkeypatch: pytest.MonkeyPatch) -> Iterator[Platform]:
 
 
 _KEYS = [make_key("first"), make_key("second"), make_key("foreign")]
+_OWN_KEYS = [make_key("own"), make_key("own next")]
 
 
 def _find_people(course: str = "c1") -> dict[str, tuple[str, str, bool]]:
@@ -525,25 +528,25 @@ def test_a_platform_that_is_down_loses_nothing_and_is_asked_ever_more_rarely(
         _set_points(user, 2)
     course.failures = [trouble] * 100_000
     start, tries = timezone.now(), [0.0]
-    while tries[-1] < 200_000:
+    while tries[-1] < 20_000:
         _work_off(tries[-1])
         next_try = ScoreDelivery.objects.earliest("next_try").next_try
         assert next_try is not None
         tries.append((next_try - start).total_seconds())
     assert course.scores == []
     assert len(tries) < 90
-    assert tries[1] < 60 and tries[-1] - tries[-2] > 5_000
+    assert tries[1] < 60 and tries[-1] - tries[-2] > 2_000
     assert all(row.last_error for row in ScoreDelivery.objects.all())
     course.failures = []
-    _work_off(230_000)
-    _work_off(230_001)
+    _work_off(90_000)
+    _work_off(90_001)
     assert sorted(course.list_points()) == [("ada", 2), ("henri", 2)]
 
 
 def test_the_first_score_that_arrives_after_a_failure_brings_the_others(course: Platform) -> None:
     _set_points("ada", 2)
     course.failures = [requests.ConnectionError("down")] * 20
-    for hours in range(40):
+    for hours in range(8):
         _work_off(3600 * hours)
         course.failures = course.failures or [requests.ConnectionError("down")]
     course.failures = []
@@ -573,6 +576,16 @@ def test_a_score_that_arrived_without_our_knowing_is_not_stuck(course: Platform)
     _work_off(60)
     assert course.list_points() == [("ada", 2), ("ada", 2)]
     assert ScoreDelivery.objects.get(pk=row.pk).next_try is None
+
+
+def test_nothing_is_sent_for_a_person_who_has_left_the_course(course: Platform) -> None:
+    Person.objects.filter(lti_user__sub="ada").update(is_active=False)
+    _set_points("ada", 2)
+    _work_off()
+    assert course.scores == []
+    course.launch(Client(), user="ada")
+    _work_off()
+    assert course.list_points() == [("ada", 2)]
 
 
 def test_a_score_that_changes_while_it_is_being_sent_is_sent_again(course: Platform) -> None:
