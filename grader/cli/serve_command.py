@@ -1,7 +1,7 @@
 """`qdot serve`: serve an assignment online, and look after the service."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -15,6 +15,9 @@ from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.grader.cli.options import JobsOption
 from qdot.grader.grading.certify import CERTIFIER
+
+if TYPE_CHECKING:
+    from qdot.grader.serve.models import Classroom
 
 FoldersArgument = Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of assignments.")]
 DatabaseOption = Annotated[
@@ -47,6 +50,19 @@ def _configure(folders: list[Path], database: str, url: str = DEFAULT_URL, jobs:
     except OperationalError as error:
         raise QdotError(f"the database can't be used: {' '.join(str(error).split())}") from None
     update_folder_class()
+
+
+def _find_class(course: int) -> "Classroom":
+    """Return the class of a course of a platform, or that of the folder's roster. Raises QdotError."""
+    from qdot.grader.serve.class_list import find_folder_class
+    from qdot.grader.serve.models import Classroom
+
+    if not course:
+        return find_folder_class()
+    classroom = Classroom.objects.filter(pk=course, lti_context__isnull=False).first()
+    if classroom is None:
+        raise QdotError(f"there is no course {course}; `qdot serve connect` lists them")
+    return classroom
 
 
 def start(
@@ -145,6 +161,10 @@ def links(
         note("everybody has a link already; --renew replaces all, and --student ID that of one student")
 
 
+CourseOption = Annotated[
+    int,
+    typer.Option(metavar="NUMBER", help="A course of a platform (see `qdot serve connect`), not the folder's roster."),
+]
 FolderArgument = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the assignment.")]
 FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="The backup, a zip.")]
 
@@ -153,6 +173,7 @@ def export(
     folder: FolderArgument,
     out: Annotated[Path, typer.Option(metavar="PATH", help="The new folder.")],
     database: DatabaseOption = "",
+    course: CourseOption = 0,
 ) -> None:
     """Write a class as a folder that `qdot grade` marks the same: roster, overrides and submissions.
 
@@ -163,10 +184,9 @@ def export(
           then: qdot grade homework-now
     """
     _configure([folder], database)
-    from qdot.grader.serve.class_list import find_folder_class
     from qdot.grader.serve.exchange import export_class
 
-    export_class(find_folder_class(), load_assignment(folder).key, out)
+    export_class(_find_class(course), load_assignment(folder).key, out)
     print_result(f"{out} has the class; grade it with: qdot grade {out}")
 
 
@@ -176,6 +196,7 @@ def import_folder(
         Path | None, typer.Argument(metavar="SUBMISSIONS", help="A folder or a platform's zip. Default: DIR/submitted.")
     ] = None,
     database: DatabaseOption = "",
+    course: CourseOption = 0,
 ) -> None:
     """Store submissions and overrides.csv of a folder in the database; a running service grades them.
 
@@ -186,11 +207,10 @@ def import_folder(
           what students have submitted elsewhere
     """
     _configure([folder], database)
-    from qdot.grader.serve.class_list import find_folder_class
     from qdot.grader.serve.exchange import import_class
 
     key = load_assignment(folder).key
-    counts = import_class(find_folder_class(), key, submissions or folder / "submitted")
+    counts = import_class(_find_class(course), key, submissions or folder / "submitted")
     print_result(f"{count_noun(counts[0], 'new submission')}, {count_noun(counts[1], 'new override')}")
 
 

@@ -102,6 +102,7 @@ def configure(options: ServiceOptions) -> None:
             "handlers": {"stderr": {"class": "logging.StreamHandler"}},
             "loggers": {
                 "django": {"handlers": ["stderr"], "level": "ERROR", "propagate": False},
+                "django.security.DisallowedHost": {"level": "CRITICAL"},  # strangers send anything
                 "django.request": {"level": "CRITICAL"},  # `errors` logs failures; lines about addresses have tokens
                 "qdot": {"handlers": ["stderr"], "level": "INFO"},
             },
