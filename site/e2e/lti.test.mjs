@@ -3,6 +3,7 @@
 import assert from "node:assert/strict";
 import { execFileSync, spawn } from "node:child_process";
 import { createPrivateKey, createPublicKey, createSign } from "node:crypto";
+import { once } from "node:events";
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { request } from "node:http";
 import { createServer } from "node:https";
@@ -124,8 +125,10 @@ before(async () => {
   await new Promise((done) => service.stdout.once("data", done));
 });
 
-after(() => {
+after(async () => {
+  const end = service && once(service, "exit");
   service?.kill();
+  await end;
   servers.forEach((server) => (server.close(), server.closeAllConnections()));
   rmSync(folder, { recursive: true, force: true });
 });
