@@ -89,6 +89,7 @@ def test_export_is_graded_the_same(policy: str, seed: int) -> None:
         results, _ = grade(load_assignment(out))
         assert make_results_jsonl(list(results.values())) == lines
         with serve_class(policy) as service:
+            roster = (service.folder / "roster.csv").read_bytes()
             for path in ("overrides.csv", "roster.csv"):
                 (service.folder / path).write_bytes((out / path).read_bytes())
             try:
@@ -98,3 +99,4 @@ def test_export_is_graded_the_same(policy: str, seed: int) -> None:
                 assert compute_lines(service) == lines
             finally:
                 (service.folder / "overrides.csv").unlink()
+                (service.folder / "roster.csv").write_bytes(roster)
