@@ -206,10 +206,17 @@ def post_override(request: HttpRequest, person: Person, key: str) -> HttpRespons
         else:
             change = "no points by hand any more"
         record_action(person, f"{who}: {change}")
-        affected = person.classroom.people.filter(role=Person.Role.STUDENT) if student is None else [student]
+        affected = [student] if student is not None else _find_people_of_group(person.classroom, assignment, group)
         for affected_student in affected:
             update_scores(affected_student, key)
     return JsonResponse({})
+
+
+def _find_people_of_group(classroom: Classroom, assignment: Assignment, group: str) -> list[Person]:
+    """Return the students with an answer in a group of equal wrong answers."""
+    results = compute_results(assignment, classroom)
+    members = [result.student for result in results if any(part.group == group for part in result.parts.values())]
+    return list(classroom.people.filter(student_id__in=members))
 
 
 @require_POST

@@ -33,7 +33,7 @@ def submit_at_random(service: Service, rng: random.Random) -> None:
     with set_clock(START):  # sessions end after two weeks
         browsers = {student.id: service.open_browser(student.id) for student in STUDENTS}
         staff = service.open_browser("staff:Grace")
-    for _ in range(select_for_suite(10, 60)):
+    for _ in range(select_for_suite(7, 60)):
         now += datetime.timedelta(seconds=rng.choice((1, 40, 500, 3000, 9000)))
         student = rng.choice(STUDENTS[:2]).id  # the third submits nothing
         with set_clock(now):
