@@ -73,7 +73,7 @@ test("a lost connection loses nothing that was typed or submitted, and the page 
   const entries = page.locator(".grid input");
   await student.context.setOffline(true);
   await entries.nth(0).fill("-a1*sin(theta1)");
-  await page.getByText("There is no connection. What you type is stored in this browser").waitFor();
+  await page.getByText("The server can't be reached. What you type is stored in this browser").waitFor();
   await page.getByRole("button", { name: "Next question" }).click();
   await page.locator('[data-item="p1.determinant"] form').waitFor();
   await field(page).fill(RIGHT.determinant);

@@ -196,12 +196,6 @@ export const post = <T>(path: string, body: object): Promise<T> => request("POST
 /** Return the address of something in the page's language. */
 export const inLanguage = (path: string): string => `${path}?lang=${getLanguageCode()}`;
 
-/** Return a new number of a request, by which the server recognises a request that arrives twice (RFC 4122). */
-export function makeRequestId(): string {
-  if (typeof crypto.randomUUID === "function") return crypto.randomUUID(); // only where the connection is secure
-  const bytes = crypto.getRandomValues(new Uint8Array(16));
-  bytes[6] = (bytes[6]! & 0x0f) | 0x40;
-  bytes[8] = (bytes[8]! & 0x3f) | 0x80;
-  const digits = [...bytes].map((byte) => byte.toString(16).padStart(2, "0")).join("");
-  return digits.replace(/^(.{8})(.{4})(.{4})(.{4})/, "$1-$2-$3-$4-");
-}
+/** Return a new number of a request (128 bits), by which the server recognises a request that arrives twice. */
+export const makeRequestId = (): string =>
+  [...crypto.getRandomValues(new Uint8Array(16))].map((byte) => byte.toString(16).padStart(2, "0")).join("");

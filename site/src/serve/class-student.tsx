@@ -10,6 +10,7 @@ import { Solution } from "../practice/question.js";
 import { useLoaded } from "../scheduling.js";
 import { say } from "../text/text.js";
 import { type ClassResults, get, inLanguage, type StudentWork } from "./api.js";
+import { nameOf } from "./groups.js";
 import { ExtensionForm, PointsForm } from "./points-form.js";
 import { isTelling, nameOutcome, ShownResult, writePoints } from "./shown.js";
 import { listQuestions } from "./student.js";
@@ -35,7 +36,10 @@ export function StudentView({ id, results, onChange, onStudent }: StudentViewPro
   const heading = useRef<HTMLHeadingElement>(null);
   useEffect(() => heading.current?.focus(), [id, work === null]);
   const place = results.students.findIndex((other) => other.id === id);
-  const neighbours = [results.students[place - 1], results.students[place + 1]] as const;
+  const neighbours = [
+    [results.students[place - 1], "class.previous"],
+    [results.students[place + 1], "class.following"],
+  ] as const;
   const questions = work ? listQuestions(work) : [];
   const numberOf = (name: string | null) => questions.find((question) => question.name === name)?.number ?? "";
   const save = () => {
@@ -46,11 +50,11 @@ export function StudentView({ id, results, onChange, onStudent }: StudentViewPro
     <section class="student-view">
       <p class="actions">
         <Button text={say("class.back")} onClick={() => onStudent(null)} />
-        {neighbours.map((other, i) =>
+        {neighbours.map(([other, key]) =>
           other ? (
             <Button
-              key={i}
-              text={say(i === 0 ? "class.previous" : "class.following", { name: other.name || other.student_id })}
+              key={key}
+              text={say(key, { name: nameOf(results, other.id) })}
               onClick={() => onStudent(other.id)}
             />
           ) : null,
@@ -62,7 +66,7 @@ export function StudentView({ id, results, onChange, onStudent }: StudentViewPro
       ) : (
         <>
           <h2 ref={heading} tabIndex={-1}>
-            {student.name || student.student_id}{" "}
+            {nameOf(results, id)}{" "}
             <span class="muted">
               {say("serve.points", { points: writePoints(work.score), max: work.max_score })}
               {work.is_late ? ` · ${say("class.late")}` : ""}

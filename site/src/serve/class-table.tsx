@@ -3,7 +3,7 @@
 import { Component, type JSX } from "preact";
 import { useMemo, useState } from "preact/hooks";
 
-import { optionsOf } from "../controls.js";
+import { Choice, optionsOf } from "../controls.js";
 import { say, type TextKey } from "../text/text.js";
 import type { ClassPart, ClassResults, ClassStudent, Mark } from "./api.js";
 import { nameOutcome, writePoints } from "./shown.js";
@@ -82,12 +82,9 @@ export function ClassTable({ results, onStudent }: ClassTableProps): JSX.Element
           {say("class.search")}{" "}
           <input type="search" value={search} onInput={({ currentTarget }) => setSearch(currentTarget.value)} />
         </label>
-        <label>
-          {say("class.show")}{" "}
-          <select value={filter} onChange={({ currentTarget }) => setFilter(currentTarget.value)}>
-            {optionsOf(Object.keys(FILTERS).map((name) => [name, say(`class.filter.${name}` as TextKey)]))}
-          </select>
-        </label>
+        <Choice label="class.show" value={filter} onValue={setFilter}>
+          {optionsOf(Object.keys(FILTERS).map((name) => [name, say(`class.filter.${name}` as TextKey)]))}
+        </Choice>
         <span role="status">{say("class.listed", { count: students.length, all: results.students.length })}</span>
       </p>
       <div class="class-table" role="region" aria-label={say("class.students")} tabIndex={0}>

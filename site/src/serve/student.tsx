@@ -10,7 +10,7 @@ import { Hints, Question } from "../practice/question.js";
 import { WithLoaded } from "../practice/with-index.js";
 import { listen } from "../scheduling.js";
 import { storage } from "../storage.js";
-import { say, type TextKey } from "../text/text.js";
+import { say } from "../text/text.js";
 import { get, inLanguage, setPerson, type Work } from "./api.js";
 import { NotebookWork } from "./notebook.js";
 import { type Connection, hasArrived, Outbox } from "./outbox.js";
@@ -131,7 +131,7 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
           {work.attempts.left === null ? null : ` ${say("serve.attempts-left", { count: work.attempts.left })}`}{" "}
           {work.notes.join(" ")} {work.closed ? <strong>{work.closed}</strong> : null}{" "}
           <span role="status" class={`connection ${connection}`}>
-            {say(connection === "waiting" && storage === null ? "serve.waiting-open" : CONNECTION_TEXTS[connection])}
+            {say(connection === "waiting" && storage === null ? "serve.waiting-open" : `serve.${connection}`)}
           </span>
         </p>
         <NotebookWork work={work} onGraded={reload} />
@@ -153,13 +153,6 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
     </div>
   );
 }
-
-const CONNECTION_TEXTS: Readonly<Record<Connection, TextKey>> = {
-  saved: "serve.saved",
-  saving: "serve.saving",
-  waiting: "serve.waiting",
-  "signed-out": "serve.signed-out",
-};
 
 /** The due date in the reader's time zone, and how long it is until then. */
 function DueDate({ work: { due, is_late, late_rule }, now }: { work: Work; now: number }): JSX.Element | null {
