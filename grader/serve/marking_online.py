@@ -51,6 +51,8 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 logger = logging.getLogger("qdot.serve")
 
+KILLED_REASON = "the system ended its process several times, probably because memory ran out"
+"""Why a notebook is ungraded if the process that graded it was killed again and again."""
 ANSWER_SECONDS = 25.0
 """For how many seconds a student's browser waits for a verdict; then the page asks again later."""
 LATER_SECONDS = 60.0
@@ -232,12 +234,12 @@ def mark_again(submission_id: int) -> None:
 
 
 def give_up(task_path: str, submission_id: int) -> None:
-    """Leave a submission ungraded whose task has killed its process twice."""
+    """Leave a submission ungraded if the process that graded it was killed several times."""
     submission = Submission.objects.select_related("person__classroom").filter(pk=submission_id).first()
     if submission is None:
         return
     assignment = load_class_assignment(submission.person.classroom, submission.assignment)
-    marks = mark_ungraded(assignment, submission.person.student_id, None, CRASH_REASON)
+    marks = mark_ungraded(assignment, submission.person.student_id, None, KILLED_REASON)
     if task_path == grade_notebook.module_path:
         _store_marks(submission, marks, {})
     else:

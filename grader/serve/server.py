@@ -24,7 +24,7 @@ from qdot.grader.serve.marking_online import (
 from qdot.grader.serve.queue_process import work_off_queue
 from qdot.grader.serve.settings import ServiceOptions
 
-THREADS, MAX_STARTS = 16, 2
+THREADS, MAX_STARTS = 16, 5
 """Number of requests that are answered at once, and of times that the grading of one notebook may kill its process."""
 SECONDS_BETWEEN_CHECKS, MAX_REQUEST_BYTES = 2.0, 25_000_000
 logger = logging.getLogger("qdot.serve")
@@ -94,7 +94,7 @@ class QueueProcess:
 
 
 def reclaim_tasks() -> None:
-    """Put tasks whose process was killed back into the queue; one that has killed its process twice is given up."""
+    """Put tasks whose process was killed back into the queue; one whose process was killed often is given up."""
     for row in DBTaskResult.objects.running():
         with transaction.atomic():
             if len(row.worker_ids) >= MAX_STARTS:
