@@ -45,13 +45,28 @@ def write_symbol(name: str, prismatic_numbers: tuple[str, ...] = ()) -> str:
         return (r"\omega" if name[0] == "w" else name[0]) + f"_{{{name[1]}}}"
     match = _SYMBOL_PATTERN.fullmatch(name)
     if match is None:
-        return str(sp.latex(sp.Symbol(name)))
+        return _write_other_name(name)
     letter, index = match.groups()
     if letter in ("qd", "qdd"):
         letter = ("\\dot" if letter == "qd" else "\\ddot") + ("{d}" if index in prismatic_numbers else r"{\theta}")
     elif letter in ("theta", "alpha", "beta"):
         letter = "\\" + letter
     return f"{letter}_{{{index}}}" if index else letter
+
+
+def _write_other_name(name: str) -> str:
+    r"""Return the LaTeX of a name that the chapter lacks. Two letters are a symbol and its index; longer words upright.
+
+    >>> _write_other_name("Fx"), _write_other_name("m_load"), _write_other_name("tau1"), _write_other_name("mass")
+    ('F_{x}', 'm_{\\text{load}}', '\\tau_{1}', '\\text{mass}')
+    """
+    stem, _, index = name.partition("_")
+    if not index and len(name) == 2 and not sp.latex(sp.Symbol(name)).startswith("\\"):
+        stem, index = name[0], name[1]
+    symbol = str(sp.latex(sp.Symbol(stem)))
+    symbol = rf"\text{{{stem}}}" if len(stem) > 1 and symbol == stem else symbol
+    index = rf"\text{{{index}}}".replace("_", " ") if len(index) > 1 and not index.isdigit() else index
+    return f"{symbol}_{{{index}}}" if index else symbol
 
 
 # --- layout ---

@@ -208,6 +208,37 @@ def test_verify_counts_problems_and_reports_progress(monkeypatch: pytest.MonkeyP
     assert "2 problems verified, 0 failed" in run("verify", "--family", "all", "--count", "2", "--jobs", "2")
 
 
+QUESTIONS_OF_SEVERAL_FAMILIES = """
+[question.tip]
+prompt = "x"
+answer = "p.x"
+[question.slide]
+prompt = "x"
+answer = "d2*p.x"
+[question.turn]
+prompt = "x"
+answer = "theta3*p.x"
+"""
+
+
+def test_verify_takes_the_families_of_an_assignment(tmp_path: Path) -> None:
+    file = tmp_path / "assignment.toml"
+    problems = '[[problem]]\nfamily = "polar-rp"\nquestions = ["slide"]\n[[problem]]\nrobot = "ur5"\n'
+    file.write_text(QUESTIONS_OF_SEVERAL_FAMILIES + problems)
+    output = run("verify", str(file), "--count", "1", "--jobs", "1")
+    assert "tip for polar-rp/0" in output and "2 problems verified, 0 failed" in output
+
+
+def test_verify_reports_every_question_that_fits_no_family(tmp_path: Path) -> None:
+    file = tmp_path / "questions.toml"
+    file.write_text(QUESTIONS_OF_SEVERAL_FAMILIES)
+    result = runner.invoke(app, ["verify", str(file), "--family", "planar-2r", "--count", "1"])
+    lines = result.stderr.strip().splitlines()
+    assert (result.exit_code, ["question: slide" in line for line in lines]) == (2, [True, False]), lines
+    assert "tip for planar-2r/0" in result.stdout
+    assert "name the families" in run_and_fail("verify", str(file))
+
+
 def test_verify_names_failed_problems_from_the_first_seed_on(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Matrix, "as_typed", lambda answer: "theta1")
     output = run("verify", "--family", "planar-2r", "--count", "2", "--first-seed", "40", "--jobs", "1", code=1)
