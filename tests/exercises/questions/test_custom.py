@@ -754,7 +754,7 @@ def test_what_is_probably_not_meant_is_a_warning_with_its_line(
 @pytest.mark.parametrize("family", ["planar-2r", "planar-3r", "scara", "polar-rp"])
 def test_no_number_and_no_sum_of_rates_is_0_by_chance(family: str) -> None:
     definition = Definition(
-        "mine", "v", (("en", Texts("Mine", "{given}")),), rows=("v_x", "v_y"), unit="m/s",
+        "mine", "v", (Texts("Mine", "{given}"),), rows=("v_x", "v_y"), unit="m/s",
         given=(GivenValue("pose"), GivenValue("rates")),
     )  # fmt: skip
     for seed in range(40):
@@ -769,7 +769,7 @@ def test_no_number_and_no_sum_of_rates_is_0_by_chance(family: str) -> None:
 
 def test_a_fixed_value_may_be_0() -> None:
     given = (GivenValue("theta1", "angle"), GivenValue("theta2"), GivenValue("qd1"), GivenValue("qd2", "rate"))
-    definition = Definition("mine", "v.x", (("en", Texts("Mine", "{given}")),), unit="m/s", given=given)
+    definition = Definition("mine", "v.x", (Texts("Mine", "{given}"),), unit="m/s", given=given)
     problem = generate("planar-2r/3@chapter", ["mine"], definitions=[definition])
     values = problem["mine"].details_as(CustomDetails).list_given_values(problem.chain)
     assert (values["theta2"], values["qd1"]) == (0, 0) and values["qd2"]
@@ -782,7 +782,7 @@ def test_a_zero_that_the_question_gives_is_reported_with_its_line(tmp_path: Path
 
 
 def test_a_mass_is_no_unit_when_the_solution_is_simplified() -> None:
-    definition = Definition("mine", "m*transpose(Jv)*Jv", (("en", Texts("Mine", "x")),), units=(("m", "kg"),))
+    definition = Definition("mine", "m*transpose(Jv)*Jv", (Texts("Mine", "x"),), units=(("m", "kg"),))
     problem = generate("cylindrical/1@chapter", ["mine"], definitions=[definition])
     assert problem["mine"].answer.as_json()[0] == ["m*(a2**2 + d3**2)", "0", "a2*m"]
 
