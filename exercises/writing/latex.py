@@ -16,7 +16,6 @@ from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
 from qdot.exercises.formula.order import COMPONENT_PATTERN, find_joint_sum_digits, is_rate_or_component, write_decimal
 from qdot.exercises.formula.printers.latex import print_latex
 from qdot.exercises.writing.angles import AngleNames
-from qdot.exercises.writing.constant_angles import list_constant_angles, use_constant_angles
 from qdot.exercises.writing.line_breaking import fill_lines
 from qdot.exercises.writing.shortening import multiply_numbers
 
@@ -260,8 +259,6 @@ def tex(
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
     >>> tex(-a1 * sp.sin(t1) - sp.Rational(2, 5) * sp.cos(t1 + t2 + sp.pi / 6))
     '-a_{1} s_{1} - 0.4 \\cos(\\theta_{1} + \\theta_{2} + 30^\\circ)'
-    >>> tex(a1 * sp.sin(5 * sp.pi / 12) * sp.sin(t1) + sp.cos(7 * sp.pi / 12) / 2)
-    '\\cos(15^\\circ) a_{1} s_{1} - \\tfrac{\\sin(15^\\circ)}{2}'
     """
     return print_latex(lay_out(expression, chain, angles, has_halves))
 
@@ -287,10 +284,10 @@ def lay_out(
     has_halves: bool = False,
 ) -> Layout:  # fmt: skip
     """Return the layout of an expression or matrix in the textbook's notation, with the names of `angles`."""
-    options: tuple[Any, ...] = ((), (), (), has_halves)
+    options: tuple[Any, ...] = ((), (), has_halves)
     if chain is not None:
         lengths = list_numeric_lengths(chain)
-        options = list_prismatic_joints(chain), list_constant_angles(chain), lengths, has_halves and not lengths
+        options = list_prismatic_joints(chain), lengths, has_halves and not lengths
     expression = sp.sympify(expression if angles is None else angles.use_names(sp.sympify(expression)))
     if not isinstance(expression, sp.MatrixBase):
         return row(*_lay_out_scalar(expression, *options))
@@ -320,13 +317,11 @@ def list_lengths(chain: Chain) -> list[sp.Expr]:
 def _lay_out_scalar(
     expression: sp.Expr,
     prismatic_numbers: tuple[str, ...],
-    angles: tuple[sp.Expr, ...],
     lengths: tuple[sp.Rational, ...],
     has_halves: bool = False,
 ) -> Pieces:
     """Lay out an expression; cached, because steps, results and other parts show the same expressions."""
-    rewritten_expression = use_constant_angles(multiply_numbers(expression), angles)
-    return _get_expression_layout(prismatic_numbers, lengths, has_halves).lay_out(rewritten_expression)
+    return _get_expression_layout(prismatic_numbers, lengths, has_halves).lay_out(multiply_numbers(expression))
 
 
 _get_expression_layout = lru_cache(maxsize=16)(_ExpressionLayout)

@@ -95,6 +95,7 @@ def test_what_is_told_of_a_family_is_so_in_numbers(family: str) -> None:
 
 PLANAR = (Joint("R", T1, 0, A1, 0), Joint("R", T2, 0, A2, 0))
 
+
 @pytest.mark.parametrize(
     "false",
     [
