@@ -488,6 +488,16 @@ def test_commands_on_single_problems_load_no_class_modules(command: str) -> None
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "[]\n"
 
 
+def test_the_preview_of_a_class_loads_no_grader(tmp_path: Path) -> None:
+    toml = '[[problem]]\nfamily = "planar-2r"\nquestions = ["determinant"]\n'
+    (tmp_path / "assignment.toml").write_text(f'title = "T"\nkey = "t"\n{toml}')
+    program = f"import sys; from qdot.grader.cli.main import main; sys.argv = ['qdot', 'show', {str(tmp_path)!r}]\n"
+    program += "try: main()\nexcept SystemExit: print([n for n in sys.modules if n.startswith('qdot.grader.')])"
+    output = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
+    names = output.splitlines()[-1]
+    assert "qdot.grader.cli.main" in names and "qdot.grader.grading" not in names and "qdot.grader.judging" not in names
+
+
 @pytest.mark.parametrize("format", ["text", "ipynb"])
 def test_a_preview_shows_the_link_to_the_site(tmp_path: Path, format: str) -> None:
     toml = '[[problem]]\nfamily = "planar-2r"\nquestions = ["determinant"]\n'
