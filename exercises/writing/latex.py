@@ -59,6 +59,8 @@ def _write_other_name(name: str) -> str:
     >>> _write_other_name("Fx"), _write_other_name("m_load"), _write_other_name("tau1"), _write_other_name("mass")
     ('F_{x}', 'm_{\\text{load}}', '\\tau_{1}', '\\text{mass}')
     """
+    if not name.isidentifier():  # it is LaTeX already
+        return str(sp.latex(sp.Symbol(name)))
     stem, _, index = name.partition("_")
     if not index and len(name) == 2 and not sp.latex(sp.Symbol(name)).startswith("\\"):
         stem, index = name[0], name[1]
