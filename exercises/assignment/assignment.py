@@ -276,6 +276,13 @@ class Assignment:
     def __repr__(self) -> str:
         return f"Assignment({self.key}: {len(self.slots)} problems, {len(self.roster)} students)"
 
+    def find_student(self, identifier: str) -> Student:
+        """Return the student with an identifier. Raises QdotError if the identifier isn't in the roster."""
+        students = {student.id: student for student in self.roster}
+        if identifier not in students:
+            raise make_name_error("student", identifier, list(students)[:50])
+        return students[identifier]
+
     def due_date_of(self, student: Student) -> datetime.datetime | None:
         """Return the due date of a student's work, with its time zone; None if there is none."""
         due_date = student.due_date or self.due_date

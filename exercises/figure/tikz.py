@@ -60,7 +60,7 @@ class _GroupFrame:
 
 
 def convert_to_tikz(svg: str) -> str:
-    """Return a tikzpicture of one of our figures; needs tikz. Raises ValueError for SVG that our figures don't have."""
+    """Return a tikzpicture of one of our figures; needs tikz. Raises ValueError for any other element."""
     root = ET.fromstring(svg)  # noqa: S314 - our own figure
     elements, size = list(_convert_elements(root, _GroupFrame(), {})), (root.get("width"), root.get("height"))
     return render("figure/arm.tex.j2", elements=elements, unit=POINTS_PER_PIXEL, size=size)

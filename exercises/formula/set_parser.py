@@ -6,6 +6,7 @@ The conditions describe a set of configurations. A piece is a tuple of atoms tha
 
 import math
 from collections.abc import Collection, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
@@ -19,6 +20,7 @@ from qdot.exercises.formula.trees import (
     ParseError,
     count_nodes,
     find_names,
+    iterate_nodes,
     make_number,
     replace_names,
     split_signed_terms,
@@ -74,10 +76,10 @@ def parse_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
         for joint, value in ((left_side, right_side), (right_side, left_side)):
             if joint.kind == "name" and joint.value in joints and joint.value not in find_names(value):
                 return _parse_assignment(joint, value, joints)
-        return _parse_vanishing_expression(Node("-", (left_side, right_side)))
+        return _parse_vanishing_expression(Node("-", (left_side, right_side)), joints)
     if node.kind == "name" and node.value in joints:
         raise ParseError(f"{node.value} has no value; write {node.value} = pi/3, for example")
-    return _parse_vanishing_expression(node)
+    return _parse_vanishing_expression(node, joints)
 
 
 def _refuse_two_values(pieces: list[Piece]) -> list[Piece]:
@@ -148,7 +150,7 @@ def _parse_assignment(joint: Node, values: Node, joints: Sequence[str]) -> list[
     """Return a piece for each value of a joint; if `joint` is an expression, a piece says that it equals the value."""
     if joint.kind != "name" or joint.value not in joints:
         differences = (Node("-", (joint, value)) for value in _list_values(values))
-        return [piece for difference in differences for piece in _parse_vanishing_expression(difference)]
+        return [piece for difference in differences for piece in _parse_vanishing_expression(difference, joints)]
     cases = [case for value in _list_values(values) for case in _list_whole_number_cases(value)]
     compile_program(cases)  # raises ParseError unless each case is a single expression
     return [(Atom(case, str(joint.value)),) for case in cases]
@@ -161,10 +163,38 @@ def _list_values(values: Node) -> list[Node]:
     return [value for arg in values.args for value in (arg.args if arg.kind == "set" else (arg,))]
 
 
-def _parse_vanishing_expression(node: Node) -> list[Piece]:
+def _parse_vanishing_expression(node: Node, joints: Sequence[str]) -> list[Piece]:
+    """Return a piece for each factor of a product that vanishes, as in d3*sin(theta2) = 0."""
     node = _strip_powers(node)
     compile_program([node])
-    return [(Atom(case),) for case in _list_whole_number_cases(node)]
+    factors = _list_factors(node, frozenset(joints)) if _is_defined_everywhere(node, frozenset(joints)) else []
+    if len(factors) < 2:
+        return [(Atom(case),) for case in _list_whole_number_cases(node)]
+    return [
+        (Atom(ZERO, str(factor.value)) if factor.kind == "name" and factor.value in joints else Atom(case),)
+        for factor in factors
+        for case in _list_whole_number_cases(factor)
+    ]
+
+
+def _list_factors(node: Node, joints: AbstractSet[str]) -> list[Node]:
+    """Return the factors of a product that contain joints, without powers; [] if no joint is in it."""
+    node = _strip_powers(node)
+    if node.kind in ("*", "/"):
+        return [factor for arg in node.args for factor in _list_factors(arg, joints)]
+    return [node] if find_names(node) & joints else []
+
+
+def _is_defined_everywhere(node: Node, joints: AbstractSet[str]) -> bool:
+    """Return whether an expression surely has a value in all configurations, unlike tan(theta1) and 1/d2."""
+    for part in iterate_nodes(node):
+        is_number = part.kind == "^" and part.args[1].kind in ("number", "decimal")
+        may_be_negative_power = part.kind == "^" and not (is_number and part.args[1].value > 0)
+        may_divide_by_zero = part.kind == "/" and bool(find_names(part.args[1]) & joints)
+        is_other_function = part.kind == "call" and part.value not in ("sin", "cos", "abs")
+        if may_be_negative_power or may_divide_by_zero or is_other_function:
+            return False
+    return True
 
 
 def _strip_powers(node: Node) -> Node:

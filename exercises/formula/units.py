@@ -74,6 +74,16 @@ def convert_to_si(text: str) -> str:
     return si_text if si_unit is not None and si_unit.dimension == unit.dimension else ""
 
 
+def find_units(text: str) -> list[Unit]:
+    """Return the units after the numbers of a text.
+
+    >>> [unit.size for unit in find_units("[2.3 N mm, 0.4 N m, 5]")]
+    [0.001, 1.0]
+    """
+    matches = re.findall(rf"(?<=\d) ?({UNIT})(?![\w^])", text)
+    return [unit for match in matches if (unit := parse_unit(match)) is not None]
+
+
 def parse_unit(text: str) -> Unit | None:
     """Return the unit that a text names; None if there is no such unit.
 

@@ -1,9 +1,9 @@
 """List all kinds of mistakes, and compute the wrong answers that they lead to."""
 
+import ast
 import re
 import tomllib
 from collections.abc import Iterator, Sequence
-from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -26,6 +26,7 @@ from qdot.exercises.mistakes import (
 from qdot.exercises.mistakes.base import Mistake, MistakenAnswer, MistakeVariant
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.language import FormulaError, find_names
+from qdot.exercises.questions.quantities import is_quantity
 from qdot.exercises.questions.results import comes_from_stages, compute_answer, is_made_of_jacobian
 
 VARIANTS = (
@@ -91,6 +92,10 @@ SIGN_MISTAKES_THROUGHOUT = frozenset({
 })  # fmt: skip
 """The mistakes that say why all signs of an answer are wrong."""
 
+NEAREST_IN_OWN_FORMULAS = {*FORMULA_VARIANTS, "length-forgotten", "distance-forgotten", "rows-exchanged"}
+"""The likeliest mistakes in an instructor's formula: in the formula itself, a length that the answer lacks altogether,
+and two entries exchanged."""
+
 PROPAGATION_FACTOR = 0.5
 """Factor for the frequency of a mistake in the position of P if the columns of J are computed by propagation."""
 
@@ -139,7 +144,7 @@ def list_likely_mistakes(part: Part, is_precise: bool = False) -> list[Mistake]:
     if is_made_of_jacobian(part):
         mistakes = sorted(mistakes, key=lambda mistake: (mistake.is_rare, mistake.name not in _LAST_STEP_MISTAKES))
     if (formula := question_formulas.find_formula(part)) is not None:
-        mistakes = _list_mistakes_in_question(mistakes, find_names(formula))
+        mistakes = _list_mistakes_in_question(mistakes, formula)
     if part.type != "number":
         names_of_numbers = set(NUMERIC_MISTAKES) - FORMULA_VARIANTS.keys()
         return [mistake for mistake in mistakes if mistake.name not in names_of_numbers]
@@ -157,18 +162,21 @@ _ABOUT_JACOBIAN = re.compile(r"\bJ\b|\bcolumn|p\*", re.IGNORECASE)
 """Matches a message about the Jacobian, or about the vectors p* of its columns."""
 
 
-def _list_mistakes_in_question(mistakes: Sequence[Mistake], quantities: AbstractSet[str]) -> list[Mistake]:
-    """Return the mistakes that belong to the quantities that an instructor's question names.
+def _list_mistakes_in_question(mistakes: Sequence[Mistake], formula: ast.expr) -> list[Mistake]:
+    """Return the mistakes that belong to the quantities in the formula of an instructor's question.
 
-    Mistakes in the formula of the question come first. A message about J or its columns is only for questions about J.
+    Mistakes in the formula of the question come first, then others that are likely unless the question asks for a
+    quantity of the arm. A message about J or its columns is only for questions about J.
     """
+    quantities = find_names(formula)
     names_jacobian, names_velocity = (not quantities.isdisjoint(names) for names in (("J", "Jv", "Jw"), ("v", "w")))
     excluded_mistakes = {mistake.name for mistake in mistakes if _ABOUT_JACOBIAN.search(mistake.message)}
     excluded_mistakes = set() if names_jacobian else excluded_mistakes
     if not (names_jacobian or names_velocity):
         excluded_mistakes |= {mistake.name for mistake in SECTIONS[JACOBIAN_SECTION]}
     likely_mistakes = [mistake for mistake in mistakes if mistake.name not in excluded_mistakes]
-    return sorted(likely_mistakes, key=lambda mistake: mistake.name not in FORMULA_VARIANTS)
+    next_names = () if is_quantity(formula) else NEAREST_IN_OWN_FORMULAS
+    return sorted(likely_mistakes, key=lambda m: (m.name not in FORMULA_VARIANTS, m.name not in next_names))
 
 
 def predict_wrong_answers(stages: StageResults, part: Part, is_precise: bool = False) -> Iterator[PredictedAnswer]:

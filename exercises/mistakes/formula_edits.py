@@ -82,6 +82,8 @@ def edit_entry(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
     """
     if count_nodes(entry) > MAX_ENTRY_NODES:
         return
+    yield Edit("entry-halved", entry / TWO)
+    yield Edit("entry-doubled", TWO * entry)
     yield from _edit_each_node(entry, partial(_mistype_symbol, sorted(symbols)))
     yield from _edit_each_node(entry, _edit_node)
     yield from _edit_all_trigs(entry)
@@ -189,7 +191,9 @@ def _edit_quotient(node: Node) -> Iterator[Edit]:
     if denominator.kind in ("+", "-", "*"):  # divide by only one of the two operands
         for divisor, remainder in (denominator.args, denominator.args[::-1]):
             yield Edit("bracket-missing", Node(denominator.kind, (numerator / divisor, remainder)))
-    yield Edit("factor-missing", numerator, denominator)
+    number = denominator.kind in ("number", "decimal") and denominator.value
+    divisor = make_number(1 / Fraction(number)) if number else denominator
+    yield Edit("factor-missing", numerator, divisor)
     yield Edit("factor-missing", numerator * denominator)
 
 

@@ -1,8 +1,8 @@
 """Mistakes in the position of the point of interest P, which is the sum of the link vectors from the base to P.
 
 A run is a sequence of consecutive joints with parallel axes. The absolute angle of a link is the sum of the joint
-angles of a run; the relative angle is the angle of the link's own joint. Links and joints are counted from 0. The last
-link vector leads from the origin of P's frame to P.
+angles of a run; the relative angle is the last of these angles, which is that of the link's own joint if it is
+revolute. Links and joints are counted from 0. The last link vector leads from the origin of P's frame to P.
 """
 
 from collections.abc import Callable, Iterator
@@ -35,8 +35,10 @@ def find_first_joint_of_run(chain: Chain, link: int) -> int:
 
 
 def list_earlier_joints(chain: Chain, link: int) -> list[int]:
-    """Return the revolute joints that come before the joint of a link in the same run."""
-    return [i for i in range(find_first_joint_of_run(chain, link), min(link, chain.n)) if chain.joints[i].is_revolute]
+    """Return the revolute joints up to a link in the same run, except the last, which gives the relative angle."""
+    last_joint = min(link, chain.n - 1)
+    run = range(find_first_joint_of_run(chain, link), last_joint + 1)
+    return [i for i in run if chain.joints[i].is_revolute][:-1]
 
 
 def _rotate_without(

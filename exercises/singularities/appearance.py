@@ -164,12 +164,10 @@ def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
     """Describe the smallest set of joints that can move together without any motion in the task's rows.
 
     A set of all joints is not reported, because such a motion of all joints exists at every singular configuration.
-    If there are more joints than rows, such a set exists in every configuration; then describe the motion that is lost.
+    If there are more joints than rows, such a set exists in every configuration.
     """
     rows = chain.task_rows
-    if chain.n > len(rows):
-        return _describe_dependent_rows(chain, samples, rows)
-    if samples:
+    if samples and chain.n <= len(rows):
         jacobians = compute_jacobians(samples)
         max_joint_count = chain.n if chain.n <= 2 else chain.n - 1
         for joint_count in range(1, max_joint_count + 1):
@@ -183,33 +181,10 @@ def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
     return NO_SIMPLE_MEANING
 
 
-def _describe_dependent_rows(chain: Chain, samples: Sequence[Sample], rows: Sequence[int]) -> str:
-    """Describe the world axes along or about which no joint causes motion, or how all joints move the point."""
-    jacobians = compute_jacobians(samples) if samples else np.ones((1, 6, chain.n))
-    zero_rows = [row for row in rows if np.abs(jacobians[:, row]).max() < ZERO_TOLERANCE]
-    axis_names = _join_names(["xyz"[row % 3] for row in zero_rows])
-    if zero_rows and max(zero_rows) < 3:
-        return f"no joint moves the point along {axis_names}"
-    if zero_rows and min(zero_rows) > 2:
-        return f"no joint rotates link {chain.n} about {axis_names}"
-    if not samples or zero_rows or max(rows) > 2:
-        return NO_SIMPLE_MEANING
-    directions = {2: "along one line", 3: "in one plane"}[len(rows)]
-    if _has_zero_singular_value(jacobians[:, :3], len(rows) - 1):
-        return f"all joints move the point {directions}"
-    (missing_axis,) = {0, 1, 2} - set(rows)
-    return f"seen along {'xyz'[missing_axis]}, all joints move the point {directions}"
-
-
 def _are_dependent(jacobians: np.ndarray, rows: Sequence[int], columns: Sequence[int]) -> bool:
     """Return whether columns, restricted to some rows, are linearly dependent in each of k Jacobians (k, 6, n)."""
-    return _has_zero_singular_value(jacobians[:, list(rows)][:, :, list(columns)], -1)
-
-
-def _has_zero_singular_value(matrices: np.ndarray, index: int) -> bool:
-    """Return whether the singular value with an index, the largest first, is zero in each of k matrices (k, m, n)."""
-    sigma = np.linalg.svd(matrices, compute_uv=False)
-    return bool(np.all(sigma[:, index] < ZERO_TOLERANCE * np.maximum(sigma[:, 0], NONZERO_THRESHOLD)))
+    sigma = np.linalg.svd(jacobians[:, list(rows)][:, :, list(columns)], compute_uv=False)
+    return bool(np.all(sigma[:, -1] < ZERO_TOLERANCE * np.maximum(sigma[:, 0], NONZERO_THRESHOLD)))
 
 
 def _describe_rest(chain: Chain, jacobians: np.ndarray, rows: Sequence[int]) -> str:

@@ -31,12 +31,19 @@ from typing import Any, NamedTuple
 import mpmath
 import numpy as np
 
-from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
+from qdot.exercises.arm.derivation_graph import (
+    StageResults,
+    compute_numeric_stages,
+    compute_symbolic_stages,
+    to_sympy_matrix,
+)
+from qdot.exercises.arm.trigonometry import write_in_textbook_form
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.formula.equality import Domain, round_to_six_digits
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate, evaluate_constant, evaluate_precisely
+from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.formula.trees import as_matrix, find_names
 from qdot.exercises.mistakes import catalogue
 from qdot.exercises.mistakes.catalogue import PredictedAnswer
@@ -44,6 +51,7 @@ from qdot.exercises.mistakes.configurations import SymbolValues, fix_given_joint
 from qdot.exercises.mistakes.formula_edits import edit_all_entries
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json
+from qdot.exercises.questions.custom.question import CustomDetails, QuestionMaker
 from qdot.exercises.questions.results import comes_from_stages, compute_answer
 from qdot.exercises.reference_answers import Answer, AnswerVisitor, ConditionSet, Direction, Letters, Number
 from qdot.exercises.short_questions.option_mistakes import explain_options
@@ -146,6 +154,7 @@ class _KeyMaker(AnswerVisitor[Json]):
         return {
             "type": "configurations", "joints": joints, "symbols": symbols, "pieces": pieces,
             "conditions": _count_pieces(self.problem, answer), "mistakes": [],
+            **({} if answer.is_singular_set else {"zeros": _write_zeros(self.problem, self.part)}),
         }  # fmt: skip
 
     def visit_letters(self, answer: Letters) -> Json:
@@ -443,6 +452,13 @@ def _list_variables(problem: Problem) -> tuple[list[str], list[str]]:
     joints = [q.name for q in problem.chain.q]
     lengths = {name for name, role in problem.domain.roles.items() if role == "length" or not isinstance(role, str)}
     return joints, sorted({*joints, *lengths})
+
+
+def _write_zeros(problem: Problem, part: Part) -> list[str]:
+    """Return the formulas that are zero in an instructor's set of configurations."""
+    details = part.details_as(CustomDetails)
+    zeros = QuestionMaker(details.definition).compute_zeros(compute_symbolic_stages(problem.chain), details)
+    return [format_expression(write_in_textbook_form(zero)) for zero in to_sympy_matrix(zeros)]
 
 
 def _count_pieces(problem: Problem, answer: ConditionSet) -> list[int]:

@@ -128,7 +128,7 @@ class _Clause:
 
 def statement_holds(chain: Chain, statement: str, sample: Sample) -> bool:
     """Return whether a statement is true at a configuration; a statement that no pattern matches is false."""
-    clause_texts = re.split(r", and (?=the |joints? \d|all |prismatic |arm )", statement)
+    clause_texts = re.split(r", and (?=the |joints? \d|prismatic |arm )", statement)
     return all(
         any(
             (match := re.fullmatch(pattern, text)) and test(_Clause(chain, sample, match))
@@ -338,25 +338,6 @@ def _have_no_effect(clause: _Clause) -> bool:
     return bool(stated_velocities.get(clause.match["rest_clause"] or "", velocities[rows]).max() < TOLERANCE)
 
 
-def _move_point_in_line_or_plane(clause: _Clause) -> bool:
-    """Return whether all joints together move the point only along one line, or only in one plane."""
-    sigma = np.linalg.svd(clause.sample.arm.compute_jacobian(clause.sample.q)[:3], compute_uv=False)
-    return bool(sigma[1 if clause.match["line_or_plane"] == "along one line" else 2] < TOLERANCE)
-
-
-def _move_point_in_line_as_seen(clause: _Clause) -> bool:
-    """Return whether all joints move the point along one line, as seen along an axis of the world frame."""
-    axis_index = "xyz".index(clause.match["axis"])
-    projections = np.delete(clause.sample.arm.compute_jacobian(clause.sample.q)[:3], axis_index, axis=0)
-    return bool(np.linalg.svd(projections, compute_uv=False)[1] < TOLERANCE)
-
-
-def _no_joint_moves(clause: _Clause) -> bool:
-    """Return whether no joint moves the point along, or rotates the last link about, the stated world axes."""
-    rows = ["xyz".index(axis) + 3 * ("about" in clause.match[0]) for axis in re.findall("[xyz]", clause.match["axes"])]
-    return bool(np.abs(clause.sample.arm.compute_jacobian(clause.sample.q)[rows]).max() < TOLERANCE)
-
-
 def _are_dependent(clause: _Clause) -> bool:
     """Return whether the task Jacobian has less than full rank."""
     sigma = np.linalg.svd(clause.sample.arm.compute_jacobian(clause.sample.q)[clause.chain.task_rows], compute_uv=False)
@@ -382,9 +363,6 @@ _TESTS: dict[str, Callable[[_Clause], bool]] = {
     rf"joints {_JOINTS_PATTERN} move the point along the same line": _move_along_one_line,
     r"joint (?P<joints>\d+) has no effect(?P<rest_clause>) on the task": _have_no_effect,
     rf"joints {_JOINTS_PATTERN} can move together and (?P<rest_clause>.*)": _have_no_effect,
-    r"all joints move the point (?P<line_or_plane>along one line|in one plane)": _move_point_in_line_or_plane,
-    r"seen along (?P<axis>[xyz]), all joints move the point along one line": _move_point_in_line_as_seen,
-    r"no joint (moves the point along|rotates link \d+ about) (?P<axes>[xyz, and]+)": _no_joint_moves,
     NO_SIMPLE_MEANING: _are_dependent,
 }
 """Maps the pattern of each kind of statement to its test."""

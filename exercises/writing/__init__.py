@@ -3,7 +3,6 @@
 The modules, from formulas to complete texts:
 
     shortening, angles          shorter sums; one name for each angle of an arm
-    constant_angles             sines and cosines of an arm's constant angles instead of roots
     line_breaking               wide formulas on several lines
     latex, typeset              SymPy's formulas in the textbook's notation; the formulas of a student's answer
     markup, typst               Markdown as HTML, LaTeX, text and Typst

@@ -18,6 +18,7 @@ from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KIN
 from qdot.exercises.questions.custom.question import CustomDetails, CustomQuestion, QuestionMaker
 from qdot.exercises.questions.custom.texts import split_text
 from qdot.exercises.questions.language import FormulaError, UnknownName
+from qdot.exercises.questions.quantities import name_accelerations, name_load
 from qdot.exercises.writing.languages import Catalogue, load_catalogue
 from qdot.exercises.writing.latex import tex, tex_length, tex_value
 from qdot.exercises.writing.units import tex_unit
@@ -41,11 +42,21 @@ def write_custom_hints(part: Part, wording: "Wording") -> list[str]:
     return [fill_text(hint, part, text_wording) for hint in texts.hints]
 
 
-def list_custom_symbols(part: Part, wording: "Wording") -> list[str]:
-    """Return the names that an answer may contain besides joint variables and lengths, whole groups of names."""
+def write_custom_symbols(part: Part, wording: "Wording") -> str:
+    """Return the names that an answer may contain besides joint variables and lengths, whole groups of names.
+
+    The problem's statement does not present the joint accelerations, so these are also typeset.
+    """
     chain, used_names = wording.chain, {symbol.name for symbol in part.answer.as_matrix().free_symbols}
-    groups = ([rate.name for rate in chain.rates], list(chain.task), list(part.symbols))
-    return [name for names in groups if not used_names.isdisjoint(names) for name in names]
+    accelerations = [name for name in part.symbols if name in name_accelerations(chain)]
+    others = [name for name in part.symbols if name not in accelerations]
+    groups = ([rate.name for rate in chain.rates], list(chain.task), others)
+    codes = [f"`{name}`" for names in groups if not used_names.isdisjoint(names) for name in names]
+    if not used_names.isdisjoint(accelerations):
+        formulas = ", ".join(f"${tex(sp.Symbol(name), chain)}$" for name in accelerations)
+        typed = ", ".join(f"`{name}`" for name in accelerations)
+        codes.append(wording.messages.gettext("%(formulas)s (typed %(codes)s)", formulas=formulas, codes=typed))
+    return ", ".join(codes)
 
 
 def write_custom_options(part: Part, wording: "Wording") -> list[str]:
@@ -119,7 +130,8 @@ def _fill_placeholder(content: str, part: Part, wording: "Wording") -> tuple[str
     if content in (*GIVEN_GROUPS, GIVEN):
         names = {
             "pose": [symbol.name for symbol in (*chain.q, *chain.parameters)],
-            "rates": [rate.name for rate in chain.rates], "velocity": list(chain.task), GIVEN: list(values),
+            "rates": [rate.name for rate in chain.rates], "velocity": list(chain.task), "force": list(name_load(chain)),
+            GIVEN: list(values),
         }[content]  # fmt: skip
         texts = [values[name] for name in names if name in values]
         if not texts:

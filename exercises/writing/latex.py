@@ -16,7 +16,6 @@ from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
 from qdot.exercises.formula.order import COMPONENT_PATTERN, find_joint_sum_digits, is_rate_or_component, write_decimal
 from qdot.exercises.formula.printers.latex import print_latex
 from qdot.exercises.writing.angles import AngleNames
-from qdot.exercises.writing.constant_angles import list_constant_angles, use_constant_angles
 from qdot.exercises.writing.line_breaking import fill_lines
 from qdot.exercises.writing.shortening import multiply_numbers
 
@@ -45,13 +44,30 @@ def write_symbol(name: str, prismatic_numbers: tuple[str, ...] = ()) -> str:
         return (r"\omega" if name[0] == "w" else name[0]) + f"_{{{name[1]}}}"
     match = _SYMBOL_PATTERN.fullmatch(name)
     if match is None:
-        return str(sp.latex(sp.Symbol(name)))
+        return _write_other_name(name)
     letter, index = match.groups()
     if letter in ("qd", "qdd"):
         letter = ("\\dot" if letter == "qd" else "\\ddot") + ("{d}" if index in prismatic_numbers else r"{\theta}")
     elif letter in ("theta", "alpha", "beta"):
         letter = "\\" + letter
     return f"{letter}_{{{index}}}" if index else letter
+
+
+def _write_other_name(name: str) -> str:
+    r"""Return the LaTeX of a name that the chapter lacks. Two letters are a symbol and its index; longer words upright.
+
+    >>> _write_other_name("Fx"), _write_other_name("m_load"), _write_other_name("tau1"), _write_other_name("mass")
+    ('F_{x}', 'm_{\\text{load}}', '\\tau_{1}', '\\text{mass}')
+    """
+    if not name.isidentifier():  # it is LaTeX already
+        return str(sp.latex(sp.Symbol(name)))
+    stem, _, index = name.partition("_")
+    if not index and len(name) == 2 and not sp.latex(sp.Symbol(name)).startswith("\\"):
+        stem, index = name[0], name[1]
+    symbol = str(sp.latex(sp.Symbol(stem)))
+    symbol = rf"\text{{{stem}}}" if len(stem) > 1 and symbol == stem else symbol
+    index = rf"\text{{{index}}}".replace("_", " ") if len(index) > 1 and not index.isdigit() else index
+    return f"{symbol}_{{{index}}}" if index else symbol
 
 
 # --- layout ---
@@ -245,8 +261,6 @@ def tex(
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
     >>> tex(-a1 * sp.sin(t1) - sp.Rational(2, 5) * sp.cos(t1 + t2 + sp.pi / 6))
     '-a_{1} s_{1} - 0.4 \\cos(\\theta_{1} + \\theta_{2} + 30^\\circ)'
-    >>> tex(a1 * sp.sin(5 * sp.pi / 12) * sp.sin(t1) + sp.cos(7 * sp.pi / 12) / 2)
-    '\\cos(15^\\circ) a_{1} s_{1} - \\tfrac{\\sin(15^\\circ)}{2}'
     """
     return print_latex(lay_out(expression, chain, angles, has_halves))
 
@@ -272,10 +286,10 @@ def lay_out(
     has_halves: bool = False,
 ) -> Layout:  # fmt: skip
     """Return the layout of an expression or matrix in the textbook's notation, with the names of `angles`."""
-    options: tuple[Any, ...] = ((), (), (), has_halves)
+    options: tuple[Any, ...] = ((), (), has_halves)
     if chain is not None:
         lengths = list_numeric_lengths(chain)
-        options = list_prismatic_joints(chain), list_constant_angles(chain), lengths, has_halves and not lengths
+        options = list_prismatic_joints(chain), lengths, has_halves and not lengths
     expression = sp.sympify(expression if angles is None else angles.use_names(sp.sympify(expression)))
     if not isinstance(expression, sp.MatrixBase):
         return row(*_lay_out_scalar(expression, *options))
@@ -305,13 +319,11 @@ def list_lengths(chain: Chain) -> list[sp.Expr]:
 def _lay_out_scalar(
     expression: sp.Expr,
     prismatic_numbers: tuple[str, ...],
-    angles: tuple[sp.Expr, ...],
     lengths: tuple[sp.Rational, ...],
     has_halves: bool = False,
 ) -> Pieces:
     """Lay out an expression; cached, because steps, results and other parts show the same expressions."""
-    rewritten_expression = use_constant_angles(multiply_numbers(expression), angles)
-    return _get_expression_layout(prismatic_numbers, lengths, has_halves).lay_out(rewritten_expression)
+    return _get_expression_layout(prismatic_numbers, lengths, has_halves).lay_out(multiply_numbers(expression))
 
 
 _get_expression_layout = lru_cache(maxsize=16)(_ExpressionLayout)

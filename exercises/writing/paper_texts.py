@@ -3,7 +3,7 @@
 import re
 
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.writing.latex import tex, write_symbol
+from qdot.exercises.writing.latex import list_prismatic_joints, tex, write_symbol
 
 _CODE_EXAMPLES = r"`[^`]+`(?:, `[^`]+`)*"
 _REMARKS_ON_TYPING = (
@@ -33,7 +33,8 @@ def remove_typing_remarks(text: str, problem: Problem) -> str:
         text = re.sub(pattern, replacement, text, flags=re.DOTALL)
     symbols = problem.chain.q + problem.chain.rates + problem.chain.parameters
     formulas = {symbol.name: tex(symbol, problem.chain) for symbol in symbols}
-    formulas |= {row: write_symbol(row) for row in problem.symbols if row not in formulas}
+    joints = list_prismatic_joints(problem.chain)
+    formulas |= {row: write_symbol(row, joints) for row in problem.symbols if row not in formulas}
 
     def write_code(match: re.Match[str]) -> str:
         code = match[1].strip('"')

@@ -100,7 +100,7 @@ def make_environment(language: str = ENGLISH) -> jinja2.Environment:
         "mistake": lambda blame: messages.translate_title_in_sentence(blame.mistake, blame.title),
         "json": lambda value: json.dumps(value, ensure_ascii=False), "custom_text": custom_texts.write_custom_text,
         "custom_hints": custom_texts.write_custom_hints, "custom_options": custom_texts.write_custom_options,
-        "custom_symbols": custom_texts.list_custom_symbols,
+        "custom_symbols": custom_texts.write_custom_symbols,
     }  # fmt: skip
     templates.install_gettext_translations(messages.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
     return templates

@@ -28,6 +28,7 @@ from qdot.exercises.common.console import check_choice, note, print_result, show
 from qdot.exercises.common.errors import QdotError, count_noun, list_first
 from qdot.exercises.common.extras import find_qdot_version
 from qdot.exercises.common.files import write_atomically
+from qdot.exercises.common.input_file import read_toml
 from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate as generate_problem
@@ -123,12 +124,12 @@ def release(
     out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Folder. Default: DIR/handout/NAME.")] = None,
     jobs: JobsOption = CORE_COUNT,
 ) -> None:
-    """Pack the notebooks of a class for handing them out; generate those that are missing or out of date.
+    """Pack the notebooks of a class for handing them out.
 
-    With --links, writes a folder to upload to any file server. It has one address for each student, which nobody can
-    guess, and mail-merge.csv beside it has the addresses for a mail to each student. With --to moodle, writes a zip
-    that gives each student their notebook as a feedback file of an assignment. With --to folder, writes a folder named
-    after each student, such as "Lovelace, Ada (501)".
+    Generates notebooks that are missing or out of date. With --links, writes a folder to upload to any file server. It
+    has one address for each student, which nobody can guess, and mail-merge.csv beside it has the addresses for a mail
+    to each student. With --to moodle, writes a zip that gives each student their notebook as a feedback file of an
+    assignment. With --to folder, writes a folder named after each student, such as "Lovelace, Ada (501)".
 
     Examples:
       qdot release homework --links --url https://files.example.edu/rob101
@@ -188,7 +189,8 @@ def verify(
     the certificates written by `qdot generate`; a problem without a certificate fails. Prints each failure with its
     cause, and exits with code 1 if a problem fails.
 
-    With a file of your own questions, verifies each question on arms of the families, and prints three answers.
+    With a file of your own questions, verifies each question on arms of the families, and prints three answers. If the
+    file is an assignment.toml, the families are those of its problems unless you name one.
 
     Examples:
       qdot verify planar-2r/7
@@ -202,9 +204,8 @@ def verify(
     """
     from qdot.grader.grading.certify import verify_all
 
-    family_problems = []
-    if family:
-        family_problems = _list_family_problems(list(FAMILIES) if family == "all" else [family], first_seed, count)
+    families = list(FAMILIES) if family == "all" else [family] if family else _list_families_of_files(targets)
+    family_problems = _list_family_problems(families, first_seed, count)
     tasks = _list_verification_tasks(targets, family_problems, variation, convention, twist_order)
     failure_counts, passed_counts = Counter[FailureKind](), Counter[str]()
     printed_messages: set[str] = set()
@@ -251,6 +252,14 @@ def _list_verification_tasks(
     return [*map(VerificationTask, identities), *(task for folder in folders for task in _list_class_tasks(folder))]
 
 
+def _list_families_of_files(targets: Sequence[str]) -> list[str]:
+    """Return the families of the problems in each assignment.toml among the targets."""
+    contents = [read_toml(Path(target), "", float).content for target in targets if target.lower().endswith(".toml")]
+    problems = [problem for content in contents for problem in content.get("problem", ()) if isinstance(problem, dict)]
+    families = dict.fromkeys(str(problem.get("family")) for problem in problems)
+    return [family for family in families if family in FAMILIES]
+
+
 def _list_family_problems(families: Sequence[str], first_seed: int, count: int) -> list[ProblemId]:
     """Return the ids of `count` problems, family by family, so that a process can use a derivation for several arms.
 
@@ -278,12 +287,12 @@ SAMPLE_COUNT = 3
 def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[VerificationTask]:
     """Return a task for each question of a file and each arm to which it applies, and print sample answers.
 
-    `identities` are the problems with these arms. Raises QdotError if a question applies to none of the families,
-    unless the file is an assignment's and another question does.
+    `identities` are the problems with these arms. Raises QdotError if questions apply to none of the families, unless
+    the file is an assignment's and another question does.
     """
     from qdot.exercises.questions.custom.reader import read_question_file
 
-    tasks, all_refusals = list[VerificationTask](), list[str]()
+    tasks, all_refusals, refused_everywhere = list[VerificationTask](), list[str](), list[str]()
     families = list(dict.fromkeys(identity.family for identity in identities))
     file, definitions = read_question_file(path, ALL_QUESTIONS)
     for definition in definitions.values():
@@ -299,15 +308,15 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
                     note(warning)
         all_refusals += refusals.values()
         if len(refusals) == len(families) and "problem" not in file.content:  # problems are of different families
-            raise QdotError(refusals[families[0]])
+            refused_everywhere.append(refusals[families[0]])
         accepted = [identity for identity in identities if identity.family not in refusals]
         question_identities = [replace(identity, questions=(definition.name,)) for identity in accepted]
         tasks += [VerificationTask(identity, definitions=(definition,)) for identity in question_identities]
         for identity in question_identities[:SAMPLE_COUNT]:
             part = generate_problem(identity, definitions=(definition,)).parts[0]
             print_result(f"{definition.name} for {identity}: {part.answer.as_json() or part.answer.type}")
-    if not tasks:
-        raise QdotError("\n".join(dict.fromkeys(all_refusals)))
+    if refused_everywhere or not tasks:
+        raise QdotError("\n".join(dict.fromkeys(refused_everywhere or all_refusals)))
     for refusal in all_refusals:
         note(refusal)
     return tasks

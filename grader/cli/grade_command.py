@@ -196,7 +196,7 @@ def _grade_student(assignment: Assignment, path: Path | None, name: str, receive
     `path` is the student's notebook or folder; if it is None, the submission is taken from DIR/submitted. `received` is
     the text of `--received`, which may be empty.
     """
-    student = batch.find_student(assignment, name)
+    student = assignment.find_student(name)
     submission_time = batch.parse_time(received) if received else None
     if path is not None:
         files = find_student_files(assignment, path, submission_time)

@@ -253,12 +253,11 @@ def _preview_assignment(
             "for a class, edit assignment.toml"
         )
     from qdot.exercises.assignment.assignment import load_assignment
-    from qdot.grader.grading.batch import find_student
 
     assignment = load_assignment(folder, is_preview=not student)
     for message in assignment.notes:
         note(message)
-    identifier = find_student(assignment, student).id if student else SAMPLE_STUDENT
+    identifier = assignment.find_student(student).id if student else SAMPLE_STUDENT
     problems = assignment.generate_problems(identifier)
     if format == "text":
         print_result("\n".join((*_describe_settings(assignment), "")))

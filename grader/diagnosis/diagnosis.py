@@ -15,9 +15,11 @@ import numpy as np
 from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import as_matrix
+from qdot.exercises.formula.units import find_units
 from qdot.exercises.mistakes.catalogue import (
     CATALOGUE,
     FORMULA_VARIANTS,
+    NEAREST_IN_OWN_FORMULAS,
     SIGN_MISTAKES_AT_ONE_PLACE,
     SIGN_MISTAKES_THROUGHOUT,
     PredictedAnswer,
@@ -31,7 +33,12 @@ from qdot.exercises.questions.results import is_made_of_jacobian, is_product
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.problem_texts import write_answer_code
-from qdot.grader.diagnosis.formula_mistakes import SURPLUS_BY_MISSING, describe_terms, explain_formulas
+from qdot.grader.diagnosis.formula_mistakes import (
+    SURPLUS_BY_MISSING,
+    describe_terms,
+    explain_formulas,
+    find_exchange,
+)
 from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE, NumericAnswer, is_distinctive, normalize
 from qdot.grader.diagnosis.residuals import explain_missing_links
 from qdot.grader.diagnosis.rounding import explain_rounded_function, explain_rounding
@@ -58,13 +65,17 @@ LOCATION_WORDS = {"joint", "link", "one"}
 
 Other mistakes change everything, and so hardly ever only the sign of a single entry."""
 NEAREST_MISTAKES = {
-    "all-sines-for-cosines", "entry-factor", "entry-sign", "factor-missing", "number-typed", "relative-rates",
+    "all-sines-for-cosines", "entry-doubled", "entry-factor", "entry-halved", "entry-sign", "factor-missing",
+    "number-typed", "relative-rates",
     "term-missing", "term-sign-typed", "term-signs", "trig-throughout", "trig-typed", "trigs-in-terms",
 }  # fmt: skip
 """The formula mistakes that are likelier than a mistake in the derivation if a question asks for more than a quantity
 of the arm."""
 NEAREST_MISTAKES_IN_QUANTITIES = {"relative-rates"}
 """The formula mistakes that are likelier even if an instructor's question asks for a quantity of the arm."""
+UNIT_MISTAKES = {"centimetres", "millimetres", "thousandth"}
+"""The mistakes in the unit of lengths. A unit that the student typed, as in 2.3 N mm, explains the numbers better."""
+WRONG_UNIT_ADVICE = "Your number would be right in another unit. Check the unit that you typed."
 MAX_SET_LENGTH = 600
 """Maximum length (characters) of a set that is compared with the sets that mistakes give; comparing is slow."""
 
@@ -146,7 +157,11 @@ def _find_mistake(
         rounding = explain_rounded_function(wrong_answer)
     if rounding or wrong_answer.is_correct:  # with correct values, mistakes without effect on this arm would match
         return rounding
-    return _explain_values(wrong_answer.transpose_vector_if_needed(), earlier_mistakes)
+    diagnosis = _explain_values(wrong_answer.transpose_vector_if_needed(), earlier_mistakes)
+    if diagnosis is not None and UNIT_MISTAKES.issuperset(diagnosis.mistakes) and diagnosis.mistakes:
+        has_scaled_unit = any(unit.size != 1 for unit in find_units(parsed_answer.text))
+        return Diagnosis((), WRONG_UNIT_ADVICE) if has_scaled_unit else diagnosis
+    return diagnosis
 
 
 def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> bool:
@@ -177,10 +192,15 @@ def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
 
 
 def compare_wrong_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> TermComparison | None:
-    """Return how the terms of an answer in formulas differ from the expected terms; None if other terms differ, too."""
+    """Return how the terms of an answer in formulas differ from the expected terms; None if other terms differ, too.
+
+    None is also returned if two entries were exchanged.
+    """
     wrong_answer = evaluate_answer(problem, part, parsed_answer, seed)
-    is_comparable = wrong_answer is not None and part.answer.is_symbolic and not part.answer.is_direction
-    return _compare_terms(wrong_answer) if wrong_answer is not None and is_comparable else None
+    if wrong_answer is None or not part.answer.is_symbolic or part.answer.is_direction:
+        return None
+    was_exchanged = wrong_answer.has_expected_shape and find_exchange(wrong_answer) is not None
+    return None if was_exchanged else _compare_terms(wrong_answer)
 
 
 def _compare_terms(answer: WrongAnswer) -> TermComparison | None:
@@ -234,7 +254,7 @@ def _explain_values(answer: WrongAnswer, earlier_mistakes: Sequence[EarlierMista
     formula, is_number = find_formula(answer.part), answer.part.type == "number"
     asks_own_formula = formula is not None and (is_number or not is_quantity(formula))
     for prediction in predict_wrong_answers(answer.correct_stages, answer.part, numeric.is_precise):
-        if _has_values(prediction, numeric):
+        if _explains(prediction, answer):
             if not has_opposite_sign and (cause := _find_cause(prediction, earlier_mistakes)):
                 return _name_inherited(prediction, cause)
             if has_opposite_sign and prediction.mistake.name in SIGN_MISTAKES_AT_ONE_PLACE:
@@ -269,7 +289,7 @@ def _find_nearest_mistake(answer: WrongAnswer, predictions: Sequence[PredictedAn
     if formula is None or not predictions or answer.part.type == "number":
         return None
     nearest_mistakes = NEAREST_MISTAKES_IN_QUANTITIES if is_quantity(formula) else NEAREST_MISTAKES
-    if any(prediction.mistake.name in FORMULA_VARIANTS for prediction in predictions):
+    if any(prediction.mistake.name in NEAREST_IN_OWN_FORMULAS for prediction in predictions):
         return None
     searches = (_explain_formulas, partial(_explain_formulas, allows_any_number=True), _explain_terms)
     for diagnosis in (search(answer) for search in searches):
@@ -308,6 +328,15 @@ def _explain_missing_division(answer: WrongAnswer) -> Diagnosis | None:
 def _has_values(prediction: PredictedAnswer, numeric_answer: NumericAnswer) -> bool:
     """Return whether the values of a predicted answer are those of an answer, and too specific to match by chance."""
     return numeric_answer.equals(prediction.answer) and is_distinctive(prediction.answer)
+
+
+def _explains(prediction: PredictedAnswer, answer: WrongAnswer) -> bool:
+    """Return whether a predicted answer is a wrong answer. If all wrong entries are zero, its formula may be any."""
+    if not _has_values(prediction, answer.numeric):
+        return False
+    if prediction.mistake.name not in FORMULA_VARIANTS or not answer.has_expected_shape:
+        return True
+    return bool(answer.numeric.values[~answer.numeric.match_entries(answer.correct_values)].any())
 
 
 def _arm_can_move(lost_direction: np.ndarray, direction: np.ndarray) -> bool:

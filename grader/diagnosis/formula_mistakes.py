@@ -60,17 +60,15 @@ def explain_formulas(answer: WrongAnswer, reference: Rows, allows_any_number: bo
     """
     if not answer.has_expected_shape:
         return None
-    numeric = answer.numeric
-    is_wrong = ~numeric.match_entries(answer.correct_values) & ~np.isnan(numeric.values).any(axis=-1)
-    wrong_entries = [(int(i), int(j)) for i, j in np.argwhere(is_wrong)]
+    wrong_entries = answer.list_wrong_entries()
     if not wrong_entries:
         return None
     if number_for_symbol := _find_number_for_symbol(answer, reference):
         return number_for_symbol
-    is_single_entry = len(wrong_entries) == 1 and is_wrong.size > 1  # one of several entries
+    is_single_entry = len(wrong_entries) == 1 < answer.correct_values[..., 0].size  # one of several entries
     if not is_single_entry:
         diagnosis = (
-            _find_exchange(answer, wrong_entries)
+            find_exchange(answer)
             or _find_mistake_everywhere(answer, reference)
             or _find_other_lengths(answer, reference)
         )
@@ -148,8 +146,9 @@ def _identify_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...
     return f"In {', '.join(other_entries)}, and {last_entry}," if other_entries else f"In {last_entry},"
 
 
-def _find_exchange(answer: WrongAnswer, entry_indices: Sequence[EntryIndex]) -> Diagnosis | None:
+def find_exchange(answer: WrongAnswer) -> Diagnosis | None:
     """Return the diagnosis that the only two wrong entries were exchanged, or None."""
+    entry_indices = answer.list_wrong_entries()
     if len(entry_indices) != 2:
         return None
     exchanged_values = answer.correct_values.copy()
@@ -247,14 +246,14 @@ def _find_mistakes_in_entries(
     A mistake that explains all wrong entries is preferred.
     """
     entry_count = answer.correct_values[..., 0].size
-    has_other_entries = entry_count > 3 and entry_count != len(wrong_entries)
+    is_partly_right = entry_count != len(wrong_entries)
     mistakes_by_entry: dict[EntryIndex, list[LocatedMistake]] = {}
     for i, j in wrong_entries:
         typed_formula = answer.rows[i][j] if answer.rows else None
         is_derivative = bool(answer.is_differentiated[i, j])
         numeric, correct_values = answer.numeric.select_entry(i, j), answer.correct_values[i, j]
         entry = _WrongEntry(reference[i][j], typed_formula, is_derivative, answer.values, numeric, correct_values)
-        mistakes_by_entry[i, j] = entry.find_mistakes(has_other_entries, allows_any_number)
+        mistakes_by_entry[i, j] = entry.find_mistakes(is_partly_right, entry_count, allows_any_number)
         if not mistakes_by_entry[i, j]:
             return None
     name_sets = [{name for name, _ in mistakes} for mistakes in mistakes_by_entry.values()]
@@ -299,16 +298,16 @@ class _WrongEntry:
     answer: NumericAnswer
     correct_values: np.ndarray
 
-    def find_mistakes(self, has_other_entries: bool, allows_any_number: bool) -> list[LocatedMistake]:
+    def find_mistakes(self, is_partly_right: bool, entry_count: int, allows_any_number: bool) -> list[LocatedMistake]:
         """Return the mistakes that give the entry, the likelier mistakes first.
 
-        If the entry is constant, a mistake is identified only if there are enough correct entries
-        (`has_other_entries`).
+        If the entry is constant, a mistake is identified only if other entries of the answer are correct; unless the
+        entry is zero, the answer must have more than three entries (`entry_count`).
         """
-        is_informative = is_distinctive(self.answer.values)
-        if not (is_informative or has_other_entries):
+        is_informative, is_zero = is_distinctive(self.answer.values), not self.answer.values.any()
+        if not (is_informative or (is_partly_right and (is_zero or entry_count > 3))):
             return []
-        if not self.answer.values.any():
+        if is_zero:
             words = formula_edits.Edit("", self.reference, self.reference).missing_words
             has_terms = bool(expand_terms(self.reference, 1))
             return [LocatedMistake("term-missing", words) if has_terms else LocatedMistake("entry-missing")]

@@ -40,6 +40,8 @@ from qdot.grader.judging.verdict import Diagnosis, Outcome, locate_mistake
 
 SAMPLE_COUNT = 3
 """Number of random values of each symbol from which fingerprints are computed."""
+REFERENCE = " See (6.8)."
+"""The reference to the equation about singular configurations, which is not about other sets."""
 MAX_MISTAKES_NAMED = 3
 """Maximum number of mistakes that are named for one set."""
 MIN_DEGREES = 15.0
@@ -90,7 +92,10 @@ def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed:
             if predicted_set == typed_set or (
                 may_be_equal and _is_judged_correct(problem, part, parsed_answer, variant, seed)
             ):
-                return _name_likeliest(problem, part, mistake, variant, fingerprinter)
+                diagnosis = _name_likeliest(problem, part, mistake, variant, fingerprinter)
+                is_singular_set = isinstance(part.answer, ConditionSet) and part.answer.is_singular_set
+                text = diagnosis.feedback if is_singular_set else diagnosis.feedback.removesuffix(REFERENCE)
+                return replace(diagnosis, feedback=text)
     return _explain_pieces(problem, part, pieces, seed)
 
 
@@ -181,8 +186,8 @@ def _explain_pieces(problem: Problem, part: Part, claimed_pieces: Sequence[Piece
     names = tuple(dict.fromkeys(name for name, _ in mistakes))
     signature = tuple(dict.fromkeys(locate_mistake(*mistake) for mistake in mistakes))
     feedback = _join_messages(sentences)
-    if not explanation.is_singular_set:  # (6.8) is about singular configurations
-        feedback = feedback.removesuffix(" See (6.8).")
+    if not explanation.is_singular_set:
+        feedback = feedback.removesuffix(REFERENCE)
     return Diagnosis(names, feedback, signature=signature)
 
 

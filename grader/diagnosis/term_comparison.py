@@ -1,7 +1,8 @@
 """Compare an answer with its reference term by term: wrong signs, sines for cosines, and wrong numbers in terms.
 
 Both formulas are expanded into sums of products, and like terms are added. The answer must have the same terms as the
-reference, up to signs, exchanged sines and cosines, or one number that is wrong in the same way in all wrong terms.
+reference, up to signs, exchanged sines and cosines, or one number that is wrong in the same way in all wrong terms. If
+both are products with roots, their squares are compared.
 """
 
 from collections.abc import Iterator, Sequence
@@ -102,6 +103,9 @@ def _compare_entry(entry: Node, reference: Node, values: SymbolValues) -> list[T
     """Return the differences between the terms of an entry and of its reference; None if other terms differ, too."""
     if max(count_nodes(entry), count_nodes(reference)) > MAX_ENTRY_NODES:
         return None
+    square, expected_square = _square_root(entry), _square_root(reference)
+    if square is not None and expected_square is not None:
+        entry, reference = square, expected_square
     expected_terms = _list_terms(reference, values)
     matching = _Matching(values, [term.values for term in _list_terms(entry, values)])
     if len(matching.typed_values) != len(expected_terms):
@@ -132,6 +136,18 @@ def _list_terms(entry: Node, values: SymbolValues) -> list[_Term]:
         else:
             terms.append(_Term(node, term_values))
     return [term for term in terms if abs(term.factor) > RELATIVE_TOLERANCE and term.first_values.any()]
+
+
+def _square_root(node: Node) -> Node | None:
+    """Return the square of a product with a root among its factors, without this root; None for other formulas."""
+    factors = split_factors(node)
+    if not any(_is_root(factor) for factor in factors):
+        return None
+    return prod((factor.args[0] if _is_root(factor) else factor * factor for factor in factors), start=ONE)
+
+
+def _is_root(node: Node) -> bool:
+    return node.kind == "call" and node.value == "sqrt"
 
 
 def _write_as_products(node: Node) -> Node:

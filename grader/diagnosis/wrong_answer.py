@@ -73,6 +73,12 @@ class WrongAnswer:
         """Whether all values are correct within the tolerance."""
         return self.has_expected_shape and bool(self.numeric.match_entries(self.correct_values).all())
 
+    def list_wrong_entries(self) -> list[tuple[int, int]]:
+        """Return the row and the column of each wrong entry, from 0; blanks don't count as wrong."""
+        is_blank = np.isnan(self.numeric.values).any(axis=-1)
+        is_wrong = ~self.numeric.match_entries(self.correct_values) & ~is_blank
+        return [(int(i), int(j)) for i, j in np.argwhere(is_wrong)]
+
     def transpose_vector_if_needed(self) -> "WrongAnswer":
         """Return the same answer, transposed if a vector was typed as a row instead of a column, or vice versa."""
         shape, transposed_values = self.correct_values.shape, self.numeric.values.swapaxes(0, 1)

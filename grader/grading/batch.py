@@ -18,7 +18,7 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.late_rule import add_time_zone
-from qdot.exercises.common.errors import QdotError, make_name_error, make_open_files_error
+from qdot.exercises.common.errors import QdotError, make_open_files_error
 from qdot.exercises.common.files import (
     clean_up_after,
     lock,
@@ -287,14 +287,6 @@ def marks_path(cache_path: Path, student: str, file: Path | None) -> Path:
 def make_limits(seconds: float) -> Limits:
     """Return the limits for a notebook that may run for `seconds`; each of its cells may run for half of that."""
     return Limits(seconds=seconds, cell_seconds=max(1.0, seconds / 2))
-
-
-def find_student(assignment: Assignment, identifier: str) -> Student:
-    """Return the student with an identifier. Raises QdotError if the identifier isn't in the roster."""
-    students = {student.id: student for student in assignment.roster}
-    if identifier not in students:
-        raise make_name_error("student", identifier, list(students)[:50])
-    return students[identifier]
 
 
 def parse_time(text: str) -> datetime.datetime:

@@ -30,7 +30,6 @@ from qdot.exercises.common.console import escape_controls, note, print_result
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.input_file import format_csv
-from qdot.grader.grading.batch import find_student
 from qdot.grader.grading.history import read_results_to_report
 from qdot.grader.integrations.git_hosts import Host, Push, find_host
 from qdot.grader.reports.github import make_summary
@@ -96,7 +95,7 @@ def collect(assignment: Assignment, host: Host) -> list[CollectedRepository]:
     A table in submitted/ lists the students whose repositories qdot could not reach. Raises QdotError if no repository
     could be fetched; the files of the last run then remain.
     """
-    pairs = [(find_student(assignment, name), repository) for name, repository in _read_repositories(assignment, host)]
+    pairs = [(assignment.find_student(name), repository) for name, repository in _read_repositories(assignment, host)]
     for leftover in assignment.folder.glob(f"{WORK_FOLDER_PREFIX}*"):  # a killed run may have left folders
         shutil.rmtree(leftover, ignore_errors=True)
     with tempfile.TemporaryDirectory(prefix=WORK_FOLDER_PREFIX, dir=assignment.folder) as work_folder:

@@ -20,7 +20,7 @@ from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.common.console import note, print_result
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
-from qdot.grader.grading.batch import find_student, grade_one, make_limits
+from qdot.grader.grading.batch import grade_one, make_limits
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.gradescope import VISIBILITY, GradescopeResults, make_gradescope_results
 from qdot.grader.reports.part_rows import get_only_result
@@ -88,7 +88,7 @@ def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission:
         user_names = ", ".join(str(user.get("email") or user.get("name")) for user in metadata["users"])
         advice = "add the e-mail address to roster.csv, and export again"
         raise QdotError(f"{user_names}: qdot can't tell which student of roster.csv this is; {advice}")
-    return find_student(assignment, owners.pop())
+    return assignment.find_student(owners.pop())
 
 
 def find_due_date(metadata: Mapping[str, Any]) -> datetime.datetime | None:

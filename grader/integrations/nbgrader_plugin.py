@@ -21,7 +21,7 @@ from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.common.console import note
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.nbgrader import MARKS_COMMENT, find_text_parts
-from qdot.grader.grading.batch import find_student, grade_one, make_limits
+from qdot.grader.grading.batch import grade_one, make_limits
 from qdot.grader.grading.result import Result
 from qdot.grader.integrations.nbgrader_cells import EXPORT_AGAIN, fill_in_marks, remove_self_checks, restore_cells
 from qdot.grader.marking.marking import compute_points, format_points, map_max_points
@@ -126,7 +126,7 @@ def _load_qdot_assignment(step: Any, key: str) -> Assignment | None:
 
 def _grade(assignment: Assignment, info: Any, step: Mark) -> Result:
     """Return the result of the submission that nbgrader describes."""
-    student, course = find_student(assignment, info["student"]), step.parent.parent.coursedir
+    student, course = assignment.find_student(info["student"]), step.parent.parent.coursedir
     _note_sandbox_weakness_once(assignment.sandbox == "strict")
     folder = Path(course.root, course.format_path(course.submitted_directory, student.id, info["assignment"]))
     received_time = course.get_existing_timestamp(str(folder))

@@ -7,7 +7,6 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.grading.batch import find_student
 from qdot.grader.integrations.gradescope import find_submitter, grade_submission
 from qdot.grader.judging.verdict import AWAITS_PERSON
 from qdot.grader.reports.gradescope import GradescopeResults
@@ -43,7 +42,7 @@ def grade_for_otter(
         student_id = read_submission(notebook, assignment.key).qdot_metadata.get("student")
         if not isinstance(student_id, str):
             raise QdotError(f"{notebook.name} does not name its student; submit the notebook that you received")
-        student = find_student(assignment, student_id)
+        student = assignment.find_student(student_id)
     results = grade_submission(assignment, student, notebook, metadata, seconds=seconds)
     for test in results.tests:
         if test.score is None and AWAITS_PERSON not in test.output:

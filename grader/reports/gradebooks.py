@@ -221,9 +221,10 @@ def _write_column_title(assignment: Assignment) -> str:
 
 
 def _escape_cells(cells: Sequence[str]) -> list[str]:
-    """Return cells escaped so that no spreadsheet parses a cell as a formula, and Canvas takes none for its points row.
+    """Return cells escaped for spreadsheets and for Canvas.
 
-    Cells such as +49 170, which can only be numbers, don't change.
+    A spreadsheet must not parse a cell as a formula, and Canvas must not take a row for its row of points. Cells such
+    as +49 170, which can only be numbers, don't change.
     """
     texts = [" ".join(cell.split()).replace(POINTS_ROW_MARKER, POINTS_ROW_MARKER.lower()) for cell in cells]
     return [text if _PLAIN_NUMBER.fullmatch(text) else escape_formula(text) for text in texts]

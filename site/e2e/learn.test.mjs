@@ -60,6 +60,26 @@ test("a prediction comes back once its goal is reached, then the explanation ope
   await context.close();
 });
 
+test("the first lesson shows nothing of J, and that on singularities the area of its columns", async () => {
+  const { page } = await opened(there, "learn.html?lesson=rates", WIDE);
+  await page.locator(".arm-joints").waitFor();
+  for (const what of [".arm-jacobian", ".arm-factors", ".arm-tabs button"])
+    assert.equal(await page.locator(what).count(), 0, what);
+  await page.locator(".explanation summary").click();
+  await page.locator(".sketch .arm-sum").waitFor(); // the arrows of the lesson, not the columns of J
+  assert.ok((await page.locator(".explanation .whole", { hasText: /\.$/ }).count()) > 0); // no line begins with a point
+  await opened(there, "learn.html?lesson=singular", WIDE);
+  const area = page.locator(".arm-box polygon.arm-ellipse");
+  const size = () =>
+    area.evaluate(({ points: [p, first, , second] }) =>
+      Math.abs((first.x - p.x) * (second.y - p.y) - (first.y - p.y) * (second.x - p.x)),
+    );
+  assert.ok((await size()) > 100);
+  await page.getByRole("slider", { name: "Joint angle θ2" }).fill("0");
+  await page.locator(".goals li.reached").first().waitFor();
+  assert.ok((await size()) < 1);
+});
+
 test("in a lesson, what was typed is there after a reload, and Back returns to the step and the idea before", async () => {
   const { page, context } = await openedAnew(there, "learn.html?lesson=singular", WIDE);
   const answer = () => page.getByLabel("Your answer");

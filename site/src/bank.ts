@@ -252,6 +252,8 @@ export interface ConfigurationsKey {
   readonly pieces: readonly (readonly (readonly number[])[])[];
   /** How many of the pieces belong to each condition, in their order. */
   readonly conditions?: readonly number[];
+  /** The formulas that are zero in the set; without them, it is the set of singular configurations. */
+  readonly zeros?: readonly string[];
   /** Always empty, because the page itself finds mistakes in conditions (grade/set-slips.ts). */
   readonly mistakes: readonly [];
 }

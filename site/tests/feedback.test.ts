@@ -14,6 +14,7 @@ const problem = {
   said: [
     ["relative-angle", "Relative angle", "An angle lacks the joints before it."],
     ["factor-lost", "Factor lost", "A factor is lacking.", "theta2, theta3"],
+    ["column-of-p", "Wrong point", "Column 1 of J belongs to the velocity of P."],
   ],
 } as unknown as Problem;
 
@@ -25,6 +26,8 @@ function told(more: Partial<Verdict>): string {
 
 test("a mistake is reported with the missing part and the lost points", () => {
   expect(told({ mistake: 0 })).toMatch(/Relative angle\. An angle lacks the joints before it\.$/);
+  told({ mistake: 2 });
+  expect([...document.querySelectorAll(".mistake .letter")].map((letter) => letter.textContent)).toEqual(["J", "P"]);
   expect(told({ mistake: 1 })).toMatch(/A factor is lacking\. The missing factor contains θ2, θ3\. Without/);
 });
 

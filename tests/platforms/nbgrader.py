@@ -17,7 +17,6 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.exports.nbgrader import list_parts, make_grade_id
-from qdot.grader.grading.batch import find_student
 from qdot.grader.reports.part_rows import make_part_rows
 from tests.platforms.jupyter import fetch_page, make_environment, serve_jupyterlab
 from tests.platforms.notebooks import (
@@ -146,7 +145,7 @@ def _check_student(grading: QdotGrading, course: _Course, formgrader: _Formgrade
     student, assignment = grading.student, grading.assignment
     entry, grades = formgrader.scores[student], formgrader.fetch_grades(student)
     is_total_right = (entry["score"], entry["max_score"]) == (grading.result.score, grading.result.max_score)
-    is_name_right = f"{entry['first_name']} {entry['last_name']}" == find_student(assignment, student).name
+    is_name_right = f"{entry['first_name']} {entry['last_name']}" == assignment.find_student(student).name
     counts.add(
         "shown in formgrader", is_total_right and is_name_right, f"{student}: {entry}, {grading.result.score} by qdot"
     )

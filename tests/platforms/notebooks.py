@@ -20,7 +20,7 @@ from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.notebook.notebook import NotebookContent, make_solution_notebook, write_notebook
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.exercises.reference_answers import ConditionSet
-from qdot.grader.grading.batch import find_student, grade_one, make_limits
+from qdot.grader.grading.batch import grade_one, make_limits
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Limits
@@ -143,7 +143,7 @@ class QdotGrading:
         """The result, as in results.jsonl."""
         files = find_student_files(self.assignment, self.notebook)
         return grade_one(
-            self.assignment, find_student(self.assignment, self.student), files, make_limits(Limits.seconds)
+            self.assignment, self.assignment.find_student(self.student), files, make_limits(Limits.seconds)
         )
 
 

@@ -4,6 +4,8 @@ The formulas and sets are those of TEXTBOOK, the planar arm with two links. A nu
 `write_numbers`.
 """
 
+import re
+
 from qdot.exercises.exports.platform_markup import format_decimal
 
 RIGHT, WRONG, INVALID = "right = full", "wrong < full", "not read = not marked"
@@ -43,7 +45,7 @@ def write_numbers(value: float) -> dict[str, str]:
     rounded, (mantissa, power) = format_decimal(value, 3), f"{value:.2e}".split("e")
     return {
         "three digits": rounded, "all digits": format_decimal(value), "zeros at the end": f"{value:.6f}",
-        "no zero before the point": rounded.replace("0.", ".", 1), "spaces": f"  {rounded} ",
+        "no zero before the point": re.sub(r"^(-?)0\.", r"\1.", rounded), "spaces": f"  {rounded} ",
         "exponent": f"{mantissa}e{int(power)}", "power of ten": f"{mantissa}*10^{int(power)}",
         "fraction": f"{round(value * 10000)}/10000", "unit": f"{rounded} m", "comma": rounded.replace(".", ","),
         "negative": format_decimal(-value, 3), "zero": "0", "doubled": format_decimal(2 * value, 3),

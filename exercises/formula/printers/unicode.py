@@ -70,7 +70,7 @@ def _make_bracket(bracket: str, height: int) -> stringPict:
 
 
 def _print_script(piece: Layout, base: stringPict, subscript: stringPict, superscript: stringPict) -> stringPict:
-    """Return a script in small characters; if there are none, after _ or ^, in brackets if it is long."""
+    """Return a base with its scripts in small characters, or after _ and ^ if a character has no small form."""
     texts = []
     for box, table, mark in (subscript, _SUBSCRIPT_TABLE, "_"), (superscript, _SUPERSCRIPT_TABLE, "^"):
         text = box.picture[0].replace(" ", "")

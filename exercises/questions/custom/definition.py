@@ -12,8 +12,9 @@ TEXT_ANSWER = "text"
 SAMPLED_KINDS = {"angle": "rad", "length": "m", "rate": "rad/s", "velocity": "m/s", "force": "N"}
 """The kinds of random values of a symbol, and the unit of each."""
 
-GIVEN_GROUPS = ("pose", "rates", "velocity")
-"""The groups of values that a question may give: joint variables, joint rates, and the velocity of the task."""
+GIVEN_GROUPS = {"pose": "", "rates": "rate", "velocity": "velocity", "force": "force"}
+"""The groups of values that a question may give, with their kinds: joint variables, joint rates, the velocity of the
+task, and the force and moment that the arm exerts."""
 
 
 def split_units(text: str) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ give.
 import ast
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import lru_cache
 from itertools import combinations, product
@@ -26,7 +27,7 @@ from qdot.exercises.arm.lengths import replace_lengths_by_symbols
 from qdot.exercises.arm.trigonometry import write_in_textbook_form
 from qdot.exercises.common.errors import KeyReason
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.formula.parser import parse_reference
 from qdot.exercises.formula.program import Evaluation, compile_program, evaluate
 from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.problem.problem import Details, SymbolInfo, list_table_numbers
@@ -67,7 +68,7 @@ from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.singularities.singular_set import Component, find_zero_set
 
 MAX_TRIES = 20
-"""Maximum number of sets of random values that are tried until the answer is a finite number."""
+"""Maximum number of sets of random values that are tried until the answer is finite and nothing is 0 by chance."""
 MAX_OPERATIONS = 20_000
 """Maximum number of operations of a formula before it is simplified; those that people can read have hundreds."""
 
@@ -227,7 +228,8 @@ class QuestionMaker:
         if self._uses_accelerations():
             kinds = zip(name_accelerations(chain), chain.joints, strict=True)
             symbols |= {name: SymbolInfo("rate", "rad/s^2" if j.is_revolute else "m/s^2") for name, j in kinds}
-        if any("f" in find_names(formula) for formula in self.all_formulas):
+        names = {value.name for value in self.definition.given}.union(*map(find_names, self.all_formulas))
+        if names & {"f", "force"}:
             symbols = inversion.make_load_symbols(chain) | symbols
         return symbols or None
 
@@ -289,14 +291,25 @@ class QuestionMaker:
     # --- numbers ---
 
     def sample_number(self, chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-        """Return the numeric answer at random given values; None if it is not a finite number for any sample."""
+        """Return the numeric answer at random given values; None if it is not a finite number for any sample.
+
+        If possible, no entry is 0 by chance, and no angle and no sum of rates of consecutive joints is 0, because wrong
+        answers would be right there.
+        """
+        matrix, first_sample = self._compute_symbolic_answer(chain), None
+        fixed_names = {value.name for value in self.definition.given if not value.is_random}
         for _ in range(MAX_TRIES):
             details = self._sample_values(chain, rng)
-            matrix = self._compute_symbolic_answer(chain)
             numbers = [_evaluate(entry, details.all_values) for entry in matrix]
-            if all(number is not None for number in numbers):
-                return self._make_numeric_answer(sp.Matrix(matrix.rows, matrix.cols, numbers)), details
-        return None
+            if any(number is None for number in numbers):
+                continue
+            sample = self._make_numeric_answer(sp.Matrix(matrix.rows, matrix.cols, numbers)), details
+            if not _vanishes_by_chance(chain, details.all_values, fixed_names) and _has_only_true_zeros(
+                matrix, numbers
+            ):
+                return sample
+            first_sample = first_sample or sample
+        return first_sample
 
     def _compute_symbolic_answer(self, chain: Chain) -> sp.Matrix:
         """Return the answer as formulas that are not simplified; they are computed once for all arms of a class."""
@@ -332,11 +345,12 @@ class QuestionMaker:
         groups: dict[str, Sequence[sp.Symbol]] = {
             "rates": chain.rates,
             "velocity": [sp.Symbol(row) for row in chain.task],
+            "force": list(map(sp.Symbol, inversion.make_load_symbols(chain))),
         }
         numbers = list_table_numbers(chain)
         for name, value in given_by_name.items():
             symbols_of_name = groups.get(name, [] if name == "pose" or name in joint_names else [sp.Symbol(name)])
-            kind = {"rates": "rate", "velocity": "velocity"}.get(name, value.kind)
+            kind = GIVEN_GROUPS.get(name) or value.kind
             sampled_value = replace(value, kind=kind)
             values |= {symbol: numbers.get(name) or _sample_value(sampled_value, rng) for symbol in symbols_of_name}
         if configuration is not None:
@@ -517,7 +531,9 @@ class QuestionMaker:
         answers = [sample[0] for sample in samples if sample is not None and isinstance(sample[0], Number)]
         texts = {", ".join(answer.as_json()) for answer in answers}
         if len(texts) == 1 and any(value.is_random for value in self.definition.given):
-            return f"answer: it is {texts.pop()} for all given values"
+            zeros = [value.name for value in self.definition.given if not (value.is_random or value.low)]
+            key = f"given.{zeros[0]}" if zeros and not any(answers[0].reference) else "answer"
+            return f"{key}: the answer is {texts.pop()} for all given values"
         rounding = self.definition.rounding
         for answer in answers if rounding is not None and rounding.absolute else ():
             numbers = list(map(float, answer.reference))
@@ -530,8 +546,8 @@ class QuestionMaker:
     def list_warnings(self, chain: Chain) -> list[str]:
         """Return what the instructor probably does not want, as clauses about the answer or the options."""
         functions = (
-            self._find_unit_warning, self._find_zero_component, self._find_formula_shown_as_text,
-            self._find_unused_symbol, self._find_angle_in_degrees,
+            self._find_unit_warning, self._find_zero_component, self._find_zero_numbers,
+            self._find_formula_shown_as_text, self._find_unused_symbol, self._find_angle_in_degrees,
         )  # fmt: skip
         return [warning for function in functions if (warning := function(chain)) is not None]
 
@@ -573,6 +589,18 @@ class QuestionMaker:
         return (
             f"its {components} component is always 0; to ask for the others only, write, for example, rows = [{names}]"
         )
+
+    def _find_zero_numbers(self, chain: Chain) -> str | None:
+        """Return a warning if some numbers of the answer are 0 for all students; else None."""
+        if not self.formulas or self.is_set or not self.definition.given or self._find_zero_component(chain):
+            return None
+        samples = (self.sample_number(chain, Stream(f"check {k}")) for k in range(3))
+        answers = [list(map(float, sample[0].as_matrix())) for sample in samples if sample is not None]
+        zeros = [k + 1 for k, numbers in enumerate(zip(*answers, strict=True)) if not any(numbers)]
+        if not zeros:
+            return None
+        entries = f"entries {' and '.join(map(str, zeros))} are" if len(zeros) > 1 else f"entry {zeros[0]} is"
+        return f"its {entries} 0 for all given values"
 
     def _find_formula_shown_as_text(self, chain: Chain) -> str | None:
         """Return a warning if an option is shown as a text although it is a formula on the arm; else None."""
@@ -701,7 +729,10 @@ def _evaluate_at_points(entries: Sequence[sp.Expr]) -> Evaluation:
     """Return the values and magnitudes of entries at three arbitrary values of their symbols."""
     names = sorted(str(symbol) for symbol in set().union(*(entry.free_symbols for entry in entries)))
     points = {name: (7 * np.arange(3) + 3 * i + 4) / (11 + i) for i, name in enumerate(names)}
-    return evaluate(compile_program([parse_formula(format_expression(entry)) for entry in entries]), points, 3)
+    known_names = frozenset(names)  # otherwise, m would be a unit
+    return evaluate(
+        compile_program([parse_reference(format_expression(entry), known_names) for entry in entries]), points, 3
+    )
 
 
 def _evaluate(entry: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
@@ -715,6 +746,28 @@ def _evaluate(entry: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | 
         )
     is_finite = number.is_real and number.is_finite
     return sp.Float(f"{float(number):.10g}") if is_finite else None
+
+
+def _has_only_true_zeros(matrix: sp.Matrix, numbers: Sequence[sp.Expr | None]) -> bool:
+    """Return whether the only entries that are 0 at the given values are those that are always 0."""
+    return all(number or entry == 0 for entry, number in zip(matrix, numbers, strict=True))
+
+
+def _vanishes_by_chance(chain: Chain, values: Mapping[sp.Symbol, sp.Expr], fixed_names: AbstractSet[str]) -> bool:
+    """Return whether the value of a revolute joint is 0, or a sum of rates of consecutive revolute joints.
+
+    The values with `fixed_names` are the same for all students.
+    """
+    angles = [chain.q[i] for i in chain.revolute_joints]
+    if any(values.get(angle) == 0 for angle in angles if angle.name not in fixed_names):
+        return True
+    for i, j in combinations(range(chain.n), 2):
+        rates = chain.rates[i : j + 1]
+        is_sum = all(joint.is_revolute for joint in chain.joints[i : j + 1]) and values.keys() >= set(rates)
+        is_random = bool({rate.name for rate in rates} - fixed_names)
+        if is_sum and is_random and sum(values[rate] for rate in rates) == 0:
+            return True
+    return False
 
 
 def _sample_value(given_value: GivenValue, rng: Stream) -> sp.Expr:

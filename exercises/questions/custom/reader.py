@@ -77,7 +77,7 @@ class QuestionEntry(pydantic.BaseModel):
     shown: Literal["text", "formula"] = "text"
     """Whether plain options are texts or formulas."""
     given: list[str] | dict[str, str | float | int | list[float | int]] = []
-    """The given values: groups ("pose", "rates", "velocity"), or for each symbol a kind, a range or a value."""
+    """The given values: groups (pose, rates, velocity, force), or for each symbol a kind, a range or a value."""
     rows: list[str] = []
     """The names of the entries of a vector in LaTeX, as in ["v_x", "v_y"]."""
     units: dict[str, str] = {}
@@ -436,7 +436,7 @@ def _read_given(entry: QuestionEntry) -> tuple[GivenValue, ...]:
     if isinstance(entry.given, list):
         for name in entry.given:
             if name not in GIVEN_GROUPS:
-                raise make_name_error("group", name, GIVEN_GROUPS)
+                raise make_name_error("group", name, tuple(GIVEN_GROUPS))
             if entry.given.count(name) > 1:
                 raise QdotError(f"{name!r} is listed twice")
         return tuple(map(GivenValue, entry.given))

@@ -139,6 +139,7 @@ ADVICE_BY_TYPE = {
     "DataFrame": "; write its rows, as in D.values.tolist()",
     "Vector": "; write its components, as in [v.dot(N.x), v.dot(N.y)]",
     "StandIn": "; it replaces a plot or widget, because nothing is displayed when a notebook is graded",
+    "bytes": '; write the text in quotes without the b, as in "a1*s1"',
     "module": "; write a formula, as in sin(theta1)",
     "builtin_function_or_method": "; call it with its argument in brackets",
 }

@@ -257,15 +257,22 @@ const Axis = memo(({ arm, axis, joint, onPick }: AxisProps): JSX.Element => (
   </Choice>
 ));
 
-/** Return the ticks of an axis: every quarter turn of a revolute joint, or five places along a prismatic one. */
-function ticksOf(arm: Arm, joint: number, inRadians: boolean): (readonly [number, string])[] {
+/** Return the ticks of an axis: every quarter turn of a revolute joint, or round lengths along a prismatic one. */
+export function ticksOf(arm: Arm, joint: number, inRadians: boolean): (readonly [number, string])[] {
   const { low, high } = rangeOf(arm, joint);
-  const isRevolute = arm.joints[joint]!.kind === "R";
+  if (arm.joints[joint]!.kind === "P") {
+    const least = (high - low) / 7;
+    const power = 10 ** Math.floor(Math.log10(least));
+    const step = [1, 2, 5, 10].map((factor) => factor * power).find((candidate) => candidate >= least * (1 - 1e-9))!;
+    const [first, last] = [Math.ceil(low / step - 1e-9), Math.floor(high / step + 1e-9)];
+    return Array.from({ length: last - first + 1 }, (_, k) => {
+      const value = roundToDecimals((first + k) * step, 6);
+      return [value, formatNumber(value)];
+    });
+  }
   return [0, 1, 2, 3, 4].map((k) => {
     const value = low + (k * (high - low)) / 4;
-    if (isRevolute && inRadians) return [value, asMultipleOfPi(value)];
-    const number = isRevolute ? toDegrees(value) : roundToDecimals(value, 2);
-    return [value, `${formatNumber(number)}${isRevolute ? "°" : ""}`];
+    return [value, inRadians ? asMultipleOfPi(value) : `${formatNumber(toDegrees(value))}°`];
   });
 }
 

@@ -61,7 +61,7 @@ function buildClaims(tree: Node, joints: ReadonlySet<string>): Claim[] {
   if (tree.kind === "in" && left && right) return buildClaimsOfValues(left, right, joints);
   if (tree.kind === "eq" && left && right) return buildClaimsOfEquation(left, right, joints);
   if (tree.kind === "name" && joints.has(tree.text)) throw new ParseError("read.alone", { joint: tree.text });
-  return buildVanishingClaims(tree);
+  return buildVanishingClaims(tree, joints);
 }
 
 /** Return the claims of left = right. If one side is a joint that the other side lacks, the other gives its values. */
@@ -71,7 +71,7 @@ function buildClaimsOfEquation(left: Node, right: Node, joints: ReadonlySet<stri
     if (side.kind === "name" && joints.has(side.text) && !findNames(other).has(side.text))
       return buildClaimsOfValues(side, other, joints);
   }
-  return buildVanishingClaims(node("-", left, right));
+  return buildVanishingClaims(node("-", left, right), joints);
 }
 
 /** Return the union unchanged. Throws ParseError if each claim gives some joint two values. */
@@ -183,7 +183,7 @@ function intersect(sets: readonly (readonly Claim[])[]): Claim[] {
 function buildClaimsOfValues(joint: Node, values: Node, joints: ReadonlySet<string>): Claim[] {
   const valueNodes = listSingleValues(values);
   if (joint.kind !== "name" || !joints.has(joint.text)) {
-    return valueNodes.flatMap((value) => buildVanishingClaims(node("-", joint, value)));
+    return valueNodes.flatMap((value) => buildVanishingClaims(node("-", joint, value), joints));
   }
   return valueNodes.flatMap((value) =>
     substituteWholeNumbers(value).map((expression) => [{ joint: joint.text, expression }]),
@@ -196,9 +196,36 @@ function listSingleValues(values: Node): readonly Node[] {
   return values.args.flatMap((arg) => (arg.kind === "set" ? arg.args : [arg]));
 }
 
-/** Return the claims that an expression is zero, one for each whole number in it. */
-const buildVanishingClaims = (tree: Node): Claim[] =>
-  substituteWholeNumbers(simplifyZero(tree)).map((expression) => [{ joint: null, expression }]);
+/** Return the claims that an expression is zero, one for each of its factors and for each whole number in it. */
+function buildVanishingClaims(tree: Node, joints: ReadonlySet<string>): Claim[] {
+  const zero = simplifyZero(tree);
+  const factors = isDefinedEverywhere(zero, joints) ? listFactors(zero, joints) : [];
+  return (factors.length > 1 ? factors : [zero]).flatMap((factor) =>
+    substituteWholeNumbers(factor).map((expression) => [
+      factors.length > 1 && factor.kind === "name" && joints.has(factor.text)
+        ? { joint: factor.text, expression: integer(0) }
+        : { joint: null, expression },
+    ]),
+  );
+}
+
+/** Return the factors of a product that contain joints, without powers; none if no joint is in it. */
+function listFactors(tree: Node, joints: ReadonlySet<string>): Node[] {
+  const zero = simplifyZero(tree);
+  if (zero.kind === "*" || zero.kind === "/") return zero.args.flatMap((arg) => listFactors(arg, joints));
+  return hasNameOf(zero, joints) ? [zero] : [];
+}
+
+/** Return whether an expression surely has a value in all configurations, unlike tan(theta1) and 1/d2. */
+function isDefinedEverywhere(tree: Node, joints: ReadonlySet<string>): boolean {
+  const second = tree.args[1];
+  const mayDivideByZero = tree.kind === "/" && second !== undefined && hasNameOf(second, joints);
+  const isNumber = second !== undefined && ["number", "decimal"].includes(second.kind);
+  const mayBeNegativePower = tree.kind === "^" && !(isNumber && second.value > 0);
+  const isOtherFunction = tree.kind === "call" && !["sin", "cos", "abs"].includes(tree.text);
+  if (mayDivideByZero || mayBeNegativePower || isOtherFunction) return false;
+  return tree.args.every((arg) => isDefinedEverywhere(arg, joints));
+}
 
 /** Return an expression with the same zeros: X for sqrt(X) or X^4. The search for zeros needs a nonzero slope there. */
 function simplifyZero(tree: Node): Node {

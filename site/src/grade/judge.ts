@@ -7,7 +7,7 @@ import { parse } from "../read/reader.js";
 import { message } from "../text/text.js";
 import { judgeLetters } from "./letters.js";
 import { judgeDirection, judgeNumbers } from "./numbers.js";
-import { type IsSingular, judgeSet } from "./sets.js";
+import { createZeroTest, type IsSingular, judgeSet } from "./sets.js";
 import { judgeValues } from "./values.js";
 import { isVerdict, type Verdict } from "./verdict.js";
 
@@ -50,7 +50,9 @@ function judgeByKey(problem: Problem, part: Part, answer: string, isSingular: Is
   if (key.type === "configurations") {
     const angles = new Set(problem.robot.joints.flatMap((row, i) => (row.kind === "R" ? [nameJoint(row, i)] : [])));
     const offsets = findOffsets(problem.robot, angles);
-    return suggestAnd(answer, (text) => judgeSet(text, key, angles, isSingular, offsets));
+    const isInSet = key.zeros ? createZeroTest(key.zeros, key.symbols) : isSingular;
+    const verdict = suggestAnd(answer, (text) => judgeSet(text, key, angles, isInSet, offsets));
+    return key.zeros ? { ...verdict, ofOwnSet: true } : verdict;
   }
   const keyWithNames = { ...key, mentioned: names };
   return key.type === "values"

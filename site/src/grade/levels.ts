@@ -1,6 +1,6 @@
 // How much feedback a wrong answer gets, by the `feedback` of an assignment: the levels of ../../../grader/reports/feedback_levels.py.
 
-import { message, type Message, type TextKey } from "../text/text.js";
+import { ENGLISH, message, type Message, type TextKey } from "../text/text.js";
 import type { Verdict } from "./verdict.js";
 
 /** From least to most; each level includes those before. */
@@ -29,8 +29,22 @@ export const isAtLeast = (level: Level, minLevel: Level): boolean => LEVELS.inde
 /** Return the level that reveals less. */
 export const chooseLowerLevel = (a: Level, b: Level): Level => (isAtLeast(a, b) ? b : a);
 
-/** Return a verdict without what the level hides. The verdict on a correct or missing answer stays unchanged. */
+/** Return a verdict without what the level hides, in words that fit the set that was asked for. */
 export function limitVerdict(verdict: Verdict, level: Level): Verdict {
+  const shown = hideDetails(verdict, level);
+  if (!verdict.ofOwnSet) return shown;
+  const slips = shown.slips?.map((slip) => ("key" in slip ? rewordForOwnSet(slip) : slip));
+  return { ...shown, reasons: shown.reasons.map(rewordForOwnSet), slips };
+}
+
+/** Return a message about singular configurations as one about the configurations of another set. */
+function rewordForOwnSet({ key, values }: Message): Message {
+  const ownKey = `own-set.${key}`;
+  return message(ownKey in ENGLISH.catalogue ? (ownKey as TextKey) : key, values);
+}
+
+/** Return a verdict without what the level hides. The verdict on a correct or missing answer stays unchanged. */
+function hideDetails(verdict: Verdict, level: Level): Verdict {
   const { outcome, share, isSure, reasons } = verdict;
   if (outcome === "correct" || outcome === "missing" || isAtLeast(level, "values")) return verdict;
   if (!isAtLeast(level, "mistake")) return { outcome, share, isSure, reasons: reasons.filter(isParseMessage) };

@@ -48,6 +48,16 @@ const CLOSE_RESIDUAL = 1e-3;
 /** Return whether the arm is singular in a pose. */
 export type IsSingular = (pose: SymbolValues) => boolean;
 
+/** Return a predicate that decides whether formulas are zero in a pose. */
+export function createZeroTest(formulas: readonly string[], symbols: readonly string[]): IsSingular {
+  const trees = formulas.map((formula) => parse(formula, new Set(symbols)));
+  return (pose) =>
+    trees.every((tree) => {
+      const { re, im, size } = evaluate(tree, pose);
+      return Math.hypot(re, im) < CONDITION_TOLERANCE * Math.max(size, 1);
+    });
+}
+
 /** Names of the joint variables, and of those that are angles. */
 type JointSpace = { readonly joints: readonly string[]; readonly angles: ReadonlySet<string> };
 

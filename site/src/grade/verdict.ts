@@ -14,6 +14,8 @@ export interface Verdict {
   readonly counterexample?: SymbolValues | undefined;
   /** Whether each entry of a matrix is right, in rows. */
   readonly entries?: readonly (readonly boolean[])[];
+  /** Whether the answer is a set that is not that of the singular configurations. */
+  readonly ofOwnSet?: boolean;
   /** The known mistake that explains the answer, as an index into the problem's texts on mistakes. */
   readonly mistake?: number | undefined;
   /** Other mistakes, each in a part of the answer. */

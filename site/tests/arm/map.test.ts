@@ -5,11 +5,11 @@ import { h, render } from "preact";
 import { act } from "preact/test-utils";
 import { afterEach, expect, test, vi } from "vitest";
 
-import { SingularMap } from "../../src/arm/map.js";
+import { SingularMap, ticksOf } from "../../src/arm/map.js";
 import type { MapRequest, MapResponse } from "../../src/arm/map.worker.js";
 import { armOf, measuresOf, stateAt } from "../../src/arm/model.js";
 import { stretchesWithKinds, terrainOf } from "../../src/arm/terrain.js";
-import { PLAIN } from "./robots.js";
+import { PLAIN, ROBOTS } from "./robots.js";
 
 afterEach(() => {
   render(null, document.body);
@@ -43,4 +43,14 @@ test("the legend of the map names no kinds before they are known", () => {
   expect(legend()).toContain("Working out which lines are boundary");
   worker.respond!({ stretches: stretchesWithKinds(arm, pose, pair, terrain) });
   expect(legend()).toBe("singular, at the boundary of the workspace");
+});
+
+test("ticks of a prismatic joint are round lengths, and those of a revolute one quarter turns", () => {
+  const arm = armOf(ROBOTS["scara"]!);
+  const [rotating, sliding] = ["R", "P"].map((kind) => arm.joints.findIndex((joint) => joint.kind === kind));
+  expect(ticksOf(arm, rotating!, false).map(([, text]) => text)).toEqual(["−180°", "−90°", "0°", "90°", "180°"]);
+  const values = ticksOf(arm, sliding!, false).map(([value]) => value);
+  expect(values).toContain(0);
+  expect(values.length).toBeGreaterThan(2);
+  for (const value of values) expect(Math.abs(value * 20 - Math.round(value * 20))).toBeLessThan(1e-9);
 });

@@ -130,7 +130,8 @@ def test_piece_with_a_condition_uses_the_search_tolerance() -> None:
         (["theta1 = 0 and 1 - cos(theta2 + theta3) = 0"], "theta1 = 0 and sin((theta2 + theta3)/2) = 0",
          (True,), (True,)),
         # poses on the simple zero must not be drawn to the double one
-        (["1 - cos(theta1 + theta3) = 0"], "(1 - cos(theta1 + theta3))*sin(theta2 + theta3) = 0", (True,), (False,)),
+        (["1 - cos(theta1 + theta3) = 0"], "sin(theta2 + theta3) - cos(theta1 + theta3)*sin(theta2 + theta3) = 0",
+         (True,), (False,)),
         # undefined on a part of the circle
         (["sqrt(cos(theta1)) = sin(theta2)/2 and sin(theta3 + theta2) = 1/5"],
          "2*sqrt(cos(theta1)) = sin(theta2) and 5*sin(theta3 + theta2) = 1", (True,), (True,)),

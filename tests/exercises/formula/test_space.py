@@ -65,6 +65,9 @@ def compute_residuals(text: str, residuals: list[str]) -> np.ndarray:
         ("[theta2 = 0, d3 = 1 and theta1 = 0]", [["theta2"], ["d3", "theta1"]]),
         ("theta2 = 0 or pi", [["theta2"]] * 2), ("[theta2 = 0, Eq(a1, a2)]", [["theta2"], [None]]),
         ("[theta2 = 0, {d3: 1}]", [["theta2"], ["d3"]]),
+        # factors of a product, unless one of them may be undefined
+        ("d3*sin(theta2) = 0", [["d3"], [None]]), ("-2*a1*d3*sin(theta2)^2/3 = 0", [["d3"], [None]]),
+        ("cos(theta1)*tan(theta1)*d3 = 0", [[None]]), ("d3*sin(theta2)/d3 = 0", [[None]]), ("d3*d3^-1", [[None]]),
     ],
 )  # fmt: skip
 def test_set_is_split_into_pieces(text: str, expected: list[list[str | None]]) -> None:

@@ -18,6 +18,7 @@ from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.mistakes.base import MistakeVariant
 from qdot.exercises.mistakes.catalogue import CATALOGUE, apply_mistake
 from qdot.exercises.mistakes.configurations import sample_configurations
+from qdot.exercises.mistakes.position import find_first_joint_of_run, list_earlier_joints
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from tests.exercises.arm.poses import compute_exponential, rotate_about, translate
 from tests.support.problems import get_problem
@@ -26,6 +27,15 @@ from tests.tools.diagnoses import classify_diagnosis, make_wrong_answers
 
 ARMS = ("elbow-3r/1@full@screws", "scara-rrrp/2@full@screws", "planar-2r/3@screws")
 Values = dict[str, np.ndarray]
+
+
+@on_families(sorted(FAMILIES))
+def test_a_link_that_only_one_joint_rotates_has_no_relative_angle(family: str) -> None:
+    chain = get_problem(family, 0).chain
+    for link in range(chain.n):
+        run = range(find_first_joint_of_run(chain, link), link + 1)
+        revolute_joints = [i for i in run if chain.joints[i].is_revolute]
+        assert list_earlier_joints(chain, link) == [i for i in revolute_joints if i != max(revolute_joints)]
 
 
 def _asked(arm: str, question: str) -> tuple[Problem, Part, Values]:

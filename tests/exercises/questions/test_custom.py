@@ -6,6 +6,8 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from fractions import Fraction
+from itertools import combinations
 from pathlib import Path
 
 import nbformat
@@ -44,6 +46,7 @@ from qdot.exercises.reference_answers import ConditionSet, Expression, Matrix, N
 from qdot.exercises.site.bank import make_index_json, make_titles_json
 from qdot.exercises.site.bank_problem import BankProblem, find_custom_questions
 from qdot.exercises.site.record import make_site_record, translate_record
+from qdot.exercises.writing.paper_texts import remove_typing_remarks
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from qdot.exercises.writing.short_answer import write_short_answer
 from qdot.grader.cli.main import app
@@ -733,6 +736,9 @@ def test_units_of_entries_are_a_text_without_gaps(unit: str, tmp_path: Path) -> 
         ('answer = "w"', "planar-2r", ""), ('options = ["x1", "z0"]\nshown = "formula"', "planar-2r", ""),
         ('options = ["cross(z1, p)", "z0"]', "planar-2r", "its option 'cross(z1, p)' is shown as a text"),
         ('options = ["2", "$p$", "none of these", "o9", "it"]', "planar-2r", ""),
+        ('prompt = "{given}"\ngiven = ["pose", "force"]\nanswer = "transpose(Jv)*[fx, 0, 0]"', "scara",
+         "its entries 3 and 4 are 0 for all given values"),
+        ('prompt = "{given}"\ngiven = ["pose", "force"]\nanswer = "transpose(J)*f"\nunit = "N m"', "planar-2r", ""),
     ],
 )  # fmt: skip
 def test_what_is_probably_not_meant_is_a_warning_with_its_line(
@@ -743,6 +749,50 @@ def test_what_is_probably_not_meant_is_a_warning_with_its_line(
     notes = [note for note in make_assignment(tmp_path, text).notes if "mine" in note]
     assert [warning] == [warning for note in notes if warning in note] if warning else not notes
     assert all("assignment.toml: line " in note and f": for {family}, " in note for note in notes)
+
+
+@pytest.mark.parametrize("family", ["planar-2r", "planar-3r", "scara", "polar-rp"])
+def test_no_number_and_no_sum_of_rates_is_0_by_chance(family: str) -> None:
+    definition = Definition(
+        "mine", "v", (Texts("Mine", "{given}"),), rows=("v_x", "v_y"), unit="m/s",
+        given=(GivenValue("pose"), GivenValue("rates")),
+    )  # fmt: skip
+    for seed in range(40):
+        problem = generate(f"{family}/{seed}@chapter", ["mine"], definitions=[definition])
+        values = problem["mine"].details_as(CustomDetails).list_given_values(problem.chain)
+        revolute_joints = problem.chain.revolute_joints
+        assert all(map(float, problem["mine"].answer.as_matrix()))
+        assert all(values[problem.chain.q[i].name] for i in revolute_joints)
+        rates = [Fraction(f"{values[problem.chain.rates[i].name]:.6f}") for i in revolute_joints if i < 3]
+        assert all(sum(rates[i:j]) for i, j in combinations(range(len(rates) + 1), 2))
+
+
+def test_a_fixed_value_may_be_0() -> None:
+    given = (GivenValue("theta1", "angle"), GivenValue("theta2"), GivenValue("qd1"), GivenValue("qd2", "rate"))
+    definition = Definition("mine", "v.x", (Texts("Mine", "{given}"),), unit="m/s", given=given)
+    problem = generate("planar-2r/3@chapter", ["mine"], definitions=[definition])
+    values = problem["mine"].details_as(CustomDetails).list_given_values(problem.chain)
+    assert (values["theta2"], values["qd1"]) == (0, 0) and values["qd2"]
+
+
+def test_a_zero_that_the_question_gives_is_reported_with_its_line(tmp_path: Path) -> None:
+    given = 'answer = "transpose(Jv)*[F, 0, 0]"\nunits = {F = "N"}\ngiven = {theta1 = "angle", theta2 = "angle", F = 0}'
+    with pytest.raises(QdotError, match=r"line 8: question: mine: given: F = 0: the answer is 0, 0 for all given"):
+        make_problem(tmp_path, f'prompt = "{{given}}"\nunit = "N m"\n{given}')
+
+
+def test_a_mass_is_no_unit_when_the_solution_is_simplified() -> None:
+    definition = Definition("mine", "m*transpose(Jv)*Jv", (Texts("Mine", "x"),), units=(("m", "kg"),))
+    problem = generate("cylindrical/1@chapter", ["mine"], definitions=[definition])
+    assert problem["mine"].answer.as_json()[0] == ["m*(a2**2 + d3**2)", "0", "a2*m"]
+
+
+def test_accelerations_are_typeset_beside_the_names_to_type(tmp_path: Path) -> None:
+    problem = make_problem(tmp_path, 'prompt = "x"\nanswer = "ddt(v)"\nrows = ["a_x", "a_y"]', "polar-rp")
+    prompt = write_prompt(problem, problem.parts[0]).strip()
+    names = r"$\ddot{\theta}_{1}$, $\ddot{d}_{2}$ (typed `qdd1`, `qdd2`)"
+    assert prompt.endswith(f"It may contain `qd1`, `qd2`, {names}.")
+    assert remove_typing_remarks(prompt, problem).endswith(r"$\ddot{\theta}_{1}$, $\ddot{d}_{2}$.")
 
 
 @pytest.mark.parametrize(
@@ -882,7 +932,7 @@ def test_platforms_ask_for_numbers_in_words_for_numbers(tmp_path: Path) -> None:
 # --- refused, with the reason ---
 
 BAD = {
-    'given = ["pose"]\nunit = "m"\nanswer = "norm(z0)"': "it is 1 for all given values (for an arm of planar-2r)",
+    'given = ["pose"]\nunit = "m"\nanswer = "norm(z0)"': "the answer is 1 for all given values (for an arm of",
     'answer = "ddt(o1 + o7)"': "'o7': the frames of this arm have the numbers 0 to 2",
     'answer = "foo(p)"': "unknown function 'foo'",
     'answer = "p*p"': "write dot(a, b) or cross(a, b)", 'answer = "det(Jv)"': "needs a square matrix",

@@ -95,26 +95,6 @@ def test_what_is_told_of_a_family_is_so_in_numbers(family: str) -> None:
 
 PLANAR = (Joint("R", T1, 0, A1, 0), Joint("R", T2, 0, A2, 0))
 
-UP = Joint("R", T1, 0, 0, sp.pi / 2)
-ACROSS = (Joint("R", T1, 0, 0, sp.pi), Joint("R", T2, -0.7, 0, sp.pi), Joint("P", sp.pi / 2, D3, 0.5, -sp.pi / 2))
-PARTS_OF_A_TASK = [
-    (PLANAR, ("vy",), "no joint moves the point along y"),
-    (ACROSS, ("vx", "vz"), "no joint moves the point along x"),  # P moves along y and z, and only x and z count
-    ((UP, Joint("R", T2, 0, A2, 0)), ("wx",), "no joint rotates link 2 about x"),
-    pytest.param(
-        (UP, Joint("R", T2, 0, A1, 0), Joint("R", T3, 0, A2, 0)), ("vx", "vz"), "seen along y", marks=pytest.mark.whole
-    ),
-]
-
-
-@pytest.mark.parametrize(("joints", "task", "words"), PARTS_OF_A_TASK)
-def test_what_is_said_of_a_part_of_a_task_is_so_of_that_part(
-    joints: tuple[Joint, ...], task: tuple[str, ...], words: str
-) -> None:
-    """P may move along other axes all the same, so that it does not move along one line."""
-    parts = solve_to_json(Chain("part", joints, task))["singular"]
-    assert any(words in part["meaning"] for part in parts)
-
 
 @pytest.mark.parametrize(
     "false",

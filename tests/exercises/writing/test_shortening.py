@@ -15,13 +15,11 @@ from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.exercises.writing.angles import iterate_arm_angles, name_angles, needs_name
-from qdot.exercises.writing.constant_angles import list_constant_angles, use_constant_angles
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import write_answer_code, write_solution, write_solutions
 from qdot.exercises.writing.shortening import factor_sums, multiply_numbers, remove_constant_shifts, use_angle_sums
 from qdot.exercises.writing.solution_steps import SolutionSteps
 from tests.support.problems import LONG_ARMS, select_parts
-from tests.support.solving import solve_to_text
 from tests.support.suites import few_families
 
 T1, T2, T3, A1, A2, A3, D1, D2 = sp.symbols("theta1 theta2 theta3 a1 a2 a3 d1 d2")
@@ -131,60 +129,6 @@ def test_values_stay_and_products_become_fewer(family: str) -> None:
             shorter = factor_sums(entry)
             assert same(entry, shorter, f"{family} {entry}")
             assert sp.count_ops(shorter) <= sp.count_ops(entry)
-
-
-def arm(degrees: int | sp.Rational) -> Chain:
-    alpha = sp.Rational(degrees) * sp.pi / 180
-    joints = (Joint("R", sp.Symbol("theta1"), 0, 0, alpha), Joint("R", T2, 0, A2, 0))
-    return Chain("oblique", joints, ("vx", "vy", "vz"))
-
-
-@pytest.mark.parametrize(
-    ("degrees", "shown"),
-    [(75, ("75", "75")), (15, ("15", "15")), (105, ("75", "75")), (-75, ("75", "75")), (165, ("15", "15")),
-     (72, ("72", "72")), (sp.Rational(45, 2), ("22.5", "22.5")), (54, ("54", "54"))],
-)  # fmt: skip
-def test_a_twist_is_said_as_the_table_has_it(degrees: int, shown: tuple[str, str]) -> None:
-    chain = arm(degrees)
-    (turn,) = list_constant_angles(chain)
-    cosine, sine = shown
-    assert tex(sp.cos(turn) * A2, chain) == rf"\cos({cosine}^\circ) a_{{2}}"
-    assert tex(sp.sin(turn) * A2, chain) == rf"\sin({sine}^\circ) a_{{2}}"
-
-
-def test_no_root_is_left_of_it_in_a_whole_derivation() -> None:
-    text = solve_to_text(arm(75), "text")
-    assert "cos(75°)" in text
-    assert "15°" not in text
-    assert "√" not in text
-
-
-def test_angles_that_are_in_no_table_are_said_by_fifteen_degrees() -> None:
-    assert tex(sp.cos(5 * sp.pi / 12) * A2) == r"\sin(15^\circ) a_{2}"
-    assert tex(sp.cos(5 * sp.pi / 12) * A2, arm(90)) == r"\sin(15^\circ) a_{2}"
-
-
-def test_base_and_zeros_of_joints_count_as_the_table_does() -> None:
-    joints = (Joint("R", sp.Symbol("theta1") + 5 * sp.pi / 12, 0, A2, 0), Joint("P", sp.pi / 5, sp.Symbol("d2"), 0, 0))
-    chain = Chain("turned", joints, ("vx",), Base(yaw=-3 * sp.pi / 8, tilt=sp.pi))
-    assert list_constant_angles(chain) == (5 * sp.pi / 12, sp.pi / 5, 3 * sp.pi / 8)
-
-
-@pytest.mark.parametrize(
-    "turn", [sp.pi / 12, 5 * sp.pi / 12, sp.pi / 8, 3 * sp.pi / 8, sp.pi / 5, sp.pi / 10, 2 * sp.pi / 5, 3 * sp.pi / 10]
-)
-def test_what_is_said_has_the_same_value(turn: sp.Expr) -> None:
-    x = sp.Symbol("x")
-    sine, cosine = sp.sin(turn), sp.cos(turn)
-    for whole in (3 * sine * x - cosine / 7, cosine**2 * x + 2, x / sine, sp.expand((sine + x) * (cosine - 2) * 5)):
-        said = use_constant_angles(whole, (turn,))
-        assert abs(sp.N((said - whole).subs(x, sp.Rational(5, 7)), 30)) < 1e-25
-    assert use_constant_angles(sine * x, (turn,)) == sp.sin(turn, evaluate=False) * x
-
-
-def test_roots_that_are_lengths_stay_what_they_are() -> None:
-    whole = sp.sqrt(2) * A2 / 4 + sp.sqrt(6) / 3 + sp.sqrt(5) * T2 + T2
-    assert use_constant_angles(whole, (5 * sp.pi / 12,)) == whole
 
 
 RIGHT, THIRD = sp.pi / 2, sp.pi / 3

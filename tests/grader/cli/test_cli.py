@@ -208,6 +208,37 @@ def test_verify_counts_problems_and_reports_progress(monkeypatch: pytest.MonkeyP
     assert "2 problems verified, 0 failed" in run("verify", "--family", "all", "--count", "2", "--jobs", "2")
 
 
+QUESTIONS_OF_SEVERAL_FAMILIES = """
+[question.tip]
+prompt = "x"
+answer = "p.x"
+[question.slide]
+prompt = "x"
+answer = "d2*p.x"
+[question.turn]
+prompt = "x"
+answer = "theta3*p.x"
+"""
+
+
+def test_verify_takes_the_families_of_an_assignment(tmp_path: Path) -> None:
+    file = tmp_path / "assignment.toml"
+    problems = '[[problem]]\nfamily = "polar-rp"\nquestions = ["slide"]\n[[problem]]\nrobot = "ur5"\n'
+    file.write_text(QUESTIONS_OF_SEVERAL_FAMILIES + problems)
+    output = run("verify", str(file), "--count", "1", "--jobs", "1")
+    assert "tip for polar-rp/0" in output and "2 problems verified, 0 failed" in output
+
+
+def test_verify_reports_every_question_that_fits_no_family(tmp_path: Path) -> None:
+    file = tmp_path / "questions.toml"
+    file.write_text(QUESTIONS_OF_SEVERAL_FAMILIES)
+    result = runner.invoke(app, ["verify", str(file), "--family", "planar-2r", "--count", "1"])
+    lines = result.stderr.strip().splitlines()
+    assert (result.exit_code, ["question: slide" in line for line in lines]) == (2, [True, False]), lines
+    assert "tip for planar-2r/0" in result.stdout
+    assert "name the families" in run_and_fail("verify", str(file))
+
+
 def test_verify_names_failed_problems_from_the_first_seed_on(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Matrix, "as_typed", lambda answer: "theta1")
     output = run("verify", "--family", "planar-2r", "--count", "2", "--first-seed", "40", "--jobs", "1", code=1)
@@ -455,6 +486,16 @@ def test_commands_on_single_problems_load_no_class_modules(command: str) -> None
     names += ["qdot.exercises.questions", "jinja2"] if command == "check" else []
     program = f"{load_command}; print([name for name in {names} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+def test_the_preview_of_a_class_loads_no_grader(tmp_path: Path) -> None:
+    toml = '[[problem]]\nfamily = "planar-2r"\nquestions = ["determinant"]\n'
+    (tmp_path / "assignment.toml").write_text(f'title = "T"\nkey = "t"\n{toml}')
+    program = f"import sys; from qdot.grader.cli.main import main; sys.argv = ['qdot', 'show', {str(tmp_path)!r}]\n"
+    program += "try: main()\nexcept SystemExit: print([n for n in sys.modules if n.startswith('qdot.grader.')])"
+    output = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
+    names = output.splitlines()[-1]
+    assert "qdot.grader.cli.main" in names and "qdot.grader.grading" not in names and "qdot.grader.judging" not in names
 
 
 @pytest.mark.parametrize("format", ["text", "ipynb"])

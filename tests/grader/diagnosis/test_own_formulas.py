@@ -66,6 +66,23 @@ def find_mistake(verdict: Verdict) -> str:
         ("polar-rp", "m*det(J)", "m*d2", 0.8, "sign"),
         ("elbow-3r", "R02", "[[c1, 0, -s1], [s1, 0, c1], [0, -1, 0]]", 0.5, "other-frame"),
         ("planar-2r", "norm(p)^2", "sqrt(a1^2 + a2^2 + 2*a1*a2*c2)", 0.0, ""),
+        # a length left out altogether; link 2 of the cylindrical arm is prismatic, and so has no angle of its own
+        ("cylindrical", "m*dot(v, v)/2", "m*(d3^2*qd1^2 + qd2^2 + qd3^2)/2", 0.5, "length-forgotten"),
+        ("cylindrical", "m*transpose(Jv)*Jv", "[[m*d3^2, 0, 0], [0, m, 0], [0, 0, m]]", 0.5, "length-forgotten"),
+        ("cylindrical", "m*p.z*g", "m*g*d2", 0.5, "distance-forgotten"),
+        # entries exchanged, or zero
+        ("planar-2r", "m*(o1 + o2)", "[m*(2*a1*s1 + a2*s12), m*(2*a1*c1 + a2*c12), 0]", 0.5,
+         "rows-exchanged or all-sines-for-cosines"),
+        ("planar-2r", "[m*g*p.x, m*g, 0]", "[m*g*(a1*c1 + a2*c12), 0, 0]", 0.5, "term-missing"),
+        ("planar-2r", "[m*g*p.x, m*g, 0]", "[0, m*g, 0]", 0.5, "entry-missing"),
+        # half of the answer, and twice the answer
+        ("planar-2r", "m*dot(v, v)", "m/2*(a1^2*qd1^2 + a2^2*(qd1+qd2)^2 + 2*a1*a2*c2*qd1*(qd1+qd2))", 0.8,
+         "entry-halved"),
+        ("planar-pr", "m*transpose(J)*J", "2*m*[[1, a2*c2], [a2*c2, a2^2]]", 0.8, "entry-doubled"),
+        # signs below a root
+        ("planar-2r", "m*norm(p)", "m*sqrt(a1^2 + a2^2 - 2*a1*a2*c2)", 0.8, "term-sign-typed"),
+        ("planar-2r", "norm(p)", "sqrt(a1^2 - a2^2 - 2*a1*a2*c2)", 0.8, "term-signs"),
+        ("planar-2r", "norm(p)", "sqrt(a1^2 + a2^2 + a1*a2*c2)", 0.5, "factor-missing"),
     ],
 )  # fmt: skip
 def test_the_nearest_mistake_is_named_and_earns_its_share(
@@ -99,7 +116,7 @@ def test_a_missed_condition_of_an_own_set_is_named(answer: str, mistake: str) ->
     verdict = mark_one(ask("spherical", "zeros(p.x, p.y)"), answer)  # d3 = 0 or sin(theta2) = 0
     assert find_mistake(verdict) == mistake and verdict.diagnosis is not None
     assert "Find all ways in which the condition can hold" in verdict.diagnosis.feedback
-    assert "J" not in verdict.diagnosis.feedback
+    assert "J" not in verdict.diagnosis.feedback and "6.8" not in verdict.diagnosis.feedback
 
 
 @pytest.mark.parametrize(
@@ -113,6 +130,39 @@ def test_a_missed_condition_of_an_own_set_is_named(answer: str, mistake: str) ->
 def test_entries_named_by_their_number_are_read_in_this_order(answer: str, is_right: bool) -> None:
     verdict = mark_one(ask("spherical", "transpose(Jv)*[0, 0, m*g]", units=MASSES), answer)
     assert (verdict.judgement.share == 1) is is_right
+
+
+@pytest.mark.parametrize(
+    ("product", "listed"),
+    [
+        ("d3*cos(theta2) = 0", "[d3 = 0, theta2 = pi/2, theta2 = -pi/2]"),
+        ("2*d3^2*theta2 = 0", "[d3 = 0, theta2 = 0]"),
+        ("d3*sin(theta2)*cos(theta1) = 0", "[d3 = 0, theta2 = 0, theta2 = pi, cos(theta1) = 0]"),
+        ("sin(theta2)*d3/2 = 0", "[d3 = 0, theta2 = 0, theta2 = pi]"),
+    ],
+)
+def test_a_product_earns_what_its_factors_earn_as_a_list(product: str, listed: str) -> None:
+    problem = ask("spherical", "zeros(p.x, p.y)")
+    verdicts = [mark_one(problem, text) for text in (product, listed)]
+    assert verdicts[0].judgement.share == verdicts[1].judgement.share > 0
+    assert find_mistake(verdicts[0]) == find_mistake(verdicts[1])
+
+
+@pytest.mark.parametrize("text", ["2.261 Nmm", "2.261 N mm", "2.261 kN m"])
+def test_a_wrong_prefix_of_a_unit_is_no_mistake_in_lengths(text: str) -> None:
+    given = (*AT_POSE, GivenValue("m", low=2, high=5))
+    problem = ask("planar-2r", "m*norm(v)", units=MASSES, given=given, unit="N m")
+    (value,) = map(float, problem["mine"].answer.as_matrix())
+    for number, is_unit in ((value, True), (value / 1000, False)):
+        verdict = mark_one(problem, f"{number:.5g}{text.removeprefix('2.261') if is_unit else ' N m'}")
+        assert verdict.judgement.share == 0 and verdict.diagnosis is not None
+        assert ("Check the unit that you typed" in verdict.diagnosis.feedback) is is_unit
+
+
+def test_the_reason_for_exchanged_entries_does_not_speak_of_sines() -> None:
+    verdict = mark_one(ask("cylindrical", "m*p", units=MASSES), "[m*(a2*s1 + d3*c1), m*(a2*c1 - d3*s1), m*(d1 + d2)]")
+    assert find_mistake(verdict) == "rows-exchanged"
+    assert verdict.judgement.reason.startswith("a single mistake explains all your errors")
 
 
 def test_a_direction_that_nothing_loses_gets_no_such_message() -> None:
