@@ -243,7 +243,7 @@ def find_faults(item: QuizItem, page: str) -> list[str]:
 
 def _check_gradebook(counts: Counts, software: Path, folder: Path) -> None:
     """Import the marks of a class of three students, one of whom submits nothing."""
-    students = [Student(name, name.title(), f"{name}@example.org") for name in ("ada", "henri", "sofja")]
+    students = [Student(name, name.title(), f"{name}@marks.example.org") for name in ("ada", "henri", "sofja")]
     assignment = make_class(folder, students)
     submit(assignment, "ada.ipynb", make_correct_notebook(assignment, "ada"))
     submit(assignment, "henri.ipynb", make_correct_notebook(assignment, "henri", lambda cells: cells.pop()))
