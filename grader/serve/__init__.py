@@ -5,7 +5,7 @@ Only this package and `cli/serve_command` import Django; docs/decisions/serve.md
 
     settings, apps                  make Django's settings from the options of `qdot serve`
     models, migrations/             the tables of the database
-    errors, rates, headers          sentences for wrong requests, limits, and what browsers are told about pages
+    errors, rates, headers          sentences for wrong requests, limits, and headers of pages for browsers
     assignments, class_list         the assignments, and the students of a class as the roster of an assignment
     sign_in                         personal links, sessions and roles
     scores                          compute a student's result

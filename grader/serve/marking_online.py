@@ -135,7 +135,7 @@ def _find_finished(submission: Submission, assignment: Assignment) -> tuple[dict
 
 
 def _store_marks(submission: Submission, marks: NotebookMarks, shown: dict[str, Any]) -> None:
-    """Store the marks of a submission, and what has to be told to platforms."""
+    """Store the marks of a submission, and the scores that platforms have to show."""
     with transaction.atomic():
         submission.set_marks(to_jsonable(marks), shown)
         update_scores(submission.person, submission.assignment)

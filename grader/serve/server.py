@@ -36,7 +36,7 @@ def prepare_database() -> None:
 
 
 def run_service(options: ServiceOptions, host: str, port: int, on_ready: Any) -> None:
-    """Serve until the process is told to end; `on_ready` is called when the service answers. Raises QdotError."""
+    """Serve until the process is asked to end; `on_ready` is called when the service answers. Raises QdotError."""
     resolve("/")  # loads all views
     load_assets()
     find_judges().warm_up()

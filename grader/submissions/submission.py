@@ -179,7 +179,7 @@ def _find_root(roster: Roster, root: Path) -> Path:
 def _find_owners(roster: Roster, root: Path, key: str = "") -> list[tuple[SubmittedPath, PossibleOwners]]:
     """Return the submitted files and folders with their possible owners.
 
-    Students with the same name are told apart by the names in their notebooks if each of them has submitted one: a
+    Students with the same name are distinguished by the names in their notebooks if each of them has submitted one: a
     student who changes the name in a notebook can't become another student.
     """
     owners_by_path = {path: _find_possible_owners(roster, path) for path in find_submitted_paths(root)}
