@@ -11,7 +11,6 @@ from django.views.decorators.http import require_GET, require_POST
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError, count_noun
-from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading.batch import parse_time
 from qdot.grader.grading.overrides import TOTAL_PART, flatten_answer
 from qdot.grader.grading.result import PartResult, Result
@@ -111,7 +110,7 @@ def describe_class_results(assignment: Assignment, classroom: Classroom, results
         "title": assignment.title, "now": timezone.now().isoformat(), "due": _format_time(assignment.due_date),
         "max_score": sum_points(max_points.values()),
         "parts": [
-            {"name": name, "title": name_part(name), "max_points": points, "is_text": name in texts}
+            {"name": name, "title": find_title(assignment, name), "max_points": points, "is_text": name in texts}
             for name, points in max_points.items()
         ],
         "students": students, "groups": groups, "to_mark": to_mark,
@@ -123,10 +122,11 @@ def describe_class_results(assignment: Assignment, classroom: Classroom, results
     }  # fmt: skip
 
 
-def name_part(name: str) -> str:
-    """Return the title of a part with a name such as "p1.jacobian"."""
-    question = ALL_QUESTIONS.get(name.partition(".")[2])
-    return question.title if question is not None else name.partition(".")[2].replace("-", " ").capitalize()
+def find_title(assignment: Assignment, name: str) -> str:
+    """Return the title of a part of the assignment with a name such as "p1.jacobian"."""
+    slot_name, _, question = name.partition(".")
+    (slot,) = (slot for slot in assignment.slots if slot.name == slot_name)
+    return slot.find_question(question).title
 
 
 def _describe_mark(part: PartResult) -> dict[str, Any]:
@@ -189,7 +189,7 @@ def post_override(request: HttpRequest, person: Person, key: str) -> HttpRespons
     if len(comment) > MAX_COMMENT_CHARACTERS or "\x00" in comment + answer:
         raise Refused(400, f"A comment has at most {MAX_COMMENT_CHARACTERS:,} characters.")
     student = None if group else find_student_of(person, content.get("student"))
-    target = name_part(part) if part else "the total"
+    target = find_title(assignment, part) if part else "the total"
     who = f"the group {group}" if student is None else f"{target} of {_name_person(student)}"
     with transaction.atomic():
         rows = PointsOverride.objects.filter(

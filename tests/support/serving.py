@@ -23,6 +23,7 @@ STUDENTS = [Student("s001", "Ada"), Student("s002", "Bolivar Quux"), Student("s0
 HEAD = 'title = "T"\nkey = "hw"\n'
 PROBLEMS = """
 [question.why]
+title = "The lost motion"
 prompt = "Why does the arm lose a motion?"
 answer = "text"
 [[problem]]

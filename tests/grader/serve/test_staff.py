@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.serve.class_list import update_folder_class
 from qdot.grader.serve.exchange import back_up, restore
 from qdot.grader.serve.forgetting_online import describe_people, find_people, forget_people
@@ -42,7 +43,10 @@ def test_answers_in_words_wait_for_a_person(service: Service) -> None:
     browser = service.open_browser("s001")
     assert browser.answer("p1.why", "it is stretched").json()["results"]["p1.why"]["outcome"] == "ungraded"
     staff = service.open_browser("staff:Grace")
-    (row,) = staff.get("/a/hw/class/results").json()["to_mark"]
+    results = staff.get("/a/hw/class/results").json()
+    titles = {part["name"]: part["title"] for part in results["parts"]}
+    assert (titles["p1.why"], titles["p2.determinant"]) == ("The lost motion", ALL_QUESTIONS["determinant"].title)
+    (row,) = results["to_mark"]
     assert row == {"student": service.people["s001"].pk, "part": "p1.why", "text": "it is stretched"}
     decision = {**row, "points": 2, "comment": "why?", "answer": row["text"]}
     assert staff.send("POST", "/a/hw/class/overrides", decision).status_code == 200
