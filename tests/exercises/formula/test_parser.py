@@ -45,8 +45,8 @@ def evaluate_text(text: str, known: tuple[str, ...] = ()) -> complex:
         ("np.cos(theta1)", "cos(theta1)"), ("sympy.sin(theta1)", "sin(theta1)"), ("numpy.arctan2(x, y)", "atan2(x, y)"),
         ("Cos(theta1)", "cos(theta1)"), ("Rational(1, 2)*a1", "a1/2"), ("sqrt(a1)*sqrt(a1)", "a1"), ("π", "pi"),
         ("Abs(-a1)", "a1"), ("a1 # the length", "a1"), ("1e-1*a1", "a1/10"), (".5*a1", "a1/2"), ("a1\n+ a2", "a1 + a2"),
-        ("--a1", "a1"), ("+-a1", "-a1"), ("a1*-a2", "-(a1*a2)"), ("2**-1", "1/2"), ("-2**2", "0 - 4"), ("2^3^2", "512"),
-        ("8/4/2", "1"), ("1 - 2 - 3", "0 - 4"), ("Pow(a1, 3)", "a1*a1*a1"),
+        ("--a1", "a1"), ("a2+-a1", "a2 - a1"), ("a1*-a2", "-(a1*a2)"), ("2**-1", "1/2"), ("-2**2", "0 - 4"),
+        ("2^3^2", "512"), ("8/4/2", "1"), ("1 - 2 - 3", "0 - 4"), ("Pow(a1, 3)", "a1*a1*a1"),
         ("exp(I*theta1)", "cos(theta1) + I*sin(theta1)"),
     ],
 )  # fmt: skip

@@ -1091,8 +1091,8 @@ def test_error_names_the_file_the_line_and_the_key(question: str, tmp_path: Path
 
 @pytest.mark.parametrize(
     ("text", "reason"),
-    {"{foo}": "unknown name 'foo'; known: pose, rates, velocity, given, base, p,", "{poses}": "did you mean 'pose'",
-      "{rates}": "add 'rates'", "{p": "unmatched brace {",
+    {"{foo}": "unknown name 'foo'; known: pose, rates, velocity, force, given, base, p,",
+      "{poses}": "did you mean 'pose'", "{rates}": "add 'rates'", "{p": "unmatched brace {",
      "p}": "unmatched brace }", "{p.x.y}": ".x, .y and .z"}.items(),
 )  # fmt: skip
 def test_placeholders_are_checked(text: str, reason: str, tmp_path: Path) -> None:

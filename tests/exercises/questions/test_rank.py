@@ -141,15 +141,15 @@ def test_singularity_meaning_of_chapter_arms(textbook_arms: dict[str, Any]) -> N
         "ZYZ_wrist": {"the axes of joints 1 and 3 coincide; an internal singularity"},
         "pan_tilt_2R": {"$P$ lies on the axis of joint 1"},  # its workspace is a surface, so there is no kind
         "planar_2R": {
-            f"the arm is {how} the axis of joint 1 as joint 2 can bring it; a boundary singularity"
-            for how in ("stretched out: $P$ is as far from", "folded back: $P$ is as near to")
+            f"$P$ is as {distance} the axis of joint 1 as joint 2 can bring it; a boundary singularity"
+            for distance in ("far from", "near to")
         },
     }
     for name, right in expected.items():
         meanings = set()
         for seed in range(8):
             answer = ask_question("singularity-meaning", textbook_arms[name].chain, seed).parts[0].answer_as(Choice)
-            meanings.add(answer.options[answer.correct])
+            meanings.add(re.sub("^the arm is (stretched out|folded back): ", "", answer.options[answer.correct]))
         assert meanings == right
 
 
@@ -160,7 +160,8 @@ def test_kind_that_varies_is_left_out_of_the_meaning(textbook_arms: dict[str, An
     texts = [
         ask_question("singularity-meaning", chain, seed).parts[0].answer for seed in range(select_for_suite(6, 10))
     ]
-    stretched = [a for a in texts if isinstance(a, Choice) and "stretched" in a.options[a.correct]]
+    meaning = "as far from the axis of joint 2 as joint 3 can bring it"
+    stretched = [a for a in texts if isinstance(a, Choice) and meaning in a.options[a.correct]]
     assert stretched
     assert not any("singularity" in option for answer in stretched for option in answer.options)
 
