@@ -319,7 +319,7 @@ test("links are made by menus, with a preview that shows what is sent", async ()
       .getByLabel("Address of the site that embeds this page, such as https://moodle.example.org")
       .fill("https://moodle.example.org");
     const link = await page.getByLabel("A link", { exact: true }).inputValue();
-    const code = await page.getByLabel("A frame for a page of your course").inputValue();
+    const code = await page.getByLabel("HTML to embed in a page of your course").inputValue();
     assert.match(link, /^http:\/\/127.0.0.1:\d+\/practice\.html\?question=determinant&n=1&seed=\w+&name=Ada/);
     const frame = page.frameLocator(".maker-preview");
     await frame.locator(".round-head strong", { hasText: 'Ada\'s "week"' }).waitFor();
