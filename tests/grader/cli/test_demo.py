@@ -16,6 +16,7 @@ MISTAKES = {
     "wrong sign throughout": {
         "sign", "determinant-sign", "determinant-plus",  # may give the same joint rates for 2 × 2 matrices
         "singular-taken-for-regular", "regular-taken-for-singular",  # the student answers every choice with A
+        "arm-reversed",  # the same
     },
     "relative for absolute angles": {"relative-angle", "all-relative-angles", "relative-throughout"},
     "matrices transposed": {"transposed"},
