@@ -239,5 +239,6 @@ def test_doctor_reports_what_ended_the_probe(tmp_path: Path) -> None:
     )
     doctor = run_restricted([], ["-c", program])
     assert doctor.returncode == 2
-    assert doctor.stderr.startswith("qdot: the sandbox does not work on this machine: its probe ended early (not-started: ")
+    reason = "its probe ended early (not-started: "
+    assert doctor.stderr.startswith(f"qdot: the sandbox does not work on this machine: {reason}")
     assert "'/dev/null'" in doctor.stderr and len(doctor.stderr.splitlines()) == 1
