@@ -33,9 +33,9 @@ given = ["pose", "rates"]
 answer = "norm(v)"
 unit = "m/s"
 [question.load]
-prompt = "Which torques hold the force $(f, m g, f)$ at $P$?"
-answer = "transpose(Jv)*[f, m*g, f]"
-units = {m = "kg", g = "m/s^2", f = "N"}
+prompt = "Which torques hold the force $(F, m g, F)$ at $P$?"
+answer = "transpose(Jv)*[F, m*g, F]"
+units = {m = "kg", g = "m/s^2", F = "N"}
 [question.where]
 prompt = "Where is the arm singular?"
 answer = "zeros(det(J))"
