@@ -29,8 +29,10 @@ from qdot.grader.serve.regrading import accept_regrading, continue_regrading, co
 from qdot.grader.serve.scores import compute_results
 from qdot.grader.serve.sign_in import for_staff
 from qdot.grader.serve.student_pages import describe_work, find_language, find_work, read_json
+from qdot.grader.serve.submitting import UNSTORABLE
 
 MAX_COMMENT_CHARACTERS, MAX_ACTIONS_SHOWN = 5_000, 50
+MAX_GROUP_CHARACTERS = 200
 
 
 def record_action(person: Person, summary: str) -> None:
@@ -180,13 +182,13 @@ def post_override(request: HttpRequest, person: Person, key: str) -> HttpRespons
     group, answer = str(content.get("group") or ""), flatten_answer(str(content.get("answer") or ""))
     if group:
         part = group.partition("/")[0]
-    if part not in max_points:
+    if part not in max_points or len(group) > MAX_GROUP_CHARACTERS:
         raise Refused(404, "This assignment has no such question.")
     if points is not None and not (
         isinstance(points, (int, float)) and not isinstance(points, bool) and 0 <= points <= max_points[part]
     ):
         raise Refused(400, f"Enter points from 0 to {max_points[part]:g}.")
-    if len(comment) > MAX_COMMENT_CHARACTERS or "\x00" in comment + answer:
+    if len(comment) > MAX_COMMENT_CHARACTERS or UNSTORABLE.search(comment + answer):
         raise Refused(400, f"A comment has at most {MAX_COMMENT_CHARACTERS:,} characters.")
     student = None if group else find_student_of(person, content.get("student"))
     target = find_title(assignment, part) if part else "the total"
@@ -230,7 +232,9 @@ def post_extension(request: HttpRequest, person: Person, key: str) -> HttpRespon
         raise Refused(409, "This assignment has no due date.")
     try:
         due_date = None if due is None else parse_time(str(due))
-    except QdotError:
+        if due_date is not None:
+            due_date.astimezone(datetime.UTC)
+    except (QdotError, OverflowError):  # a year that the database can't store
         raise Refused(400, "qdot couldn't read this date.") from None
     with transaction.atomic():
         Extension.objects.filter(person=student, assignment=key).delete()

@@ -19,6 +19,8 @@ from qdot.grader.serve.models import Draft, Person, Submission
 from qdot.grader.serve.scores import list_submissions
 
 MAX_ANSWER_CHARACTERS = 20_000
+UNSTORABLE = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff]")
+"""Characters that not every database can store, and no text needs."""
 MAX_NOTEBOOK_BYTES = 20_000_000
 NOTEBOOK_ENDINGS = (".ipynb", ".zip", ".py", ".md", ".txt", ".json", ".tar", ".tgz", ".gz")
 
@@ -60,7 +62,7 @@ def check_text(part: str, text: object, assignment: Assignment) -> str:
         raise Refused(404, "This assignment has no such question.")
     if not isinstance(text, str) or len(text) > MAX_ANSWER_CHARACTERS:
         raise Refused(413, f"An answer has at most {MAX_ANSWER_CHARACTERS:,} characters.")
-    if re.search(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff]", text) or is_function_table(text):
+    if UNSTORABLE.search(text) or is_function_table(text):
         raise Refused(400, "This answer contains characters that can't be in an answer.")
     return text.strip()
 

@@ -150,3 +150,12 @@ def test_wrong_folders_get_one_line(command: str, tmp_path: Path) -> None:
     result = CliRunner().invoke(make_program("serve"), ["serve", command, *arguments])
     assert result.exit_code == 2
     assert "none" in result.output and "Traceback" not in result.output
+
+
+def test_what_no_database_can_store_is_refused(service: Service) -> None:
+    staff, student = service.open_browser("staff:Grace"), service.people["s001"].pk
+    decision = {"student": student, "part": "p1.jacobian", "points": 1, "comment": "\ud800"}
+    assert staff.send("POST", "/a/hw/class/overrides", decision).status_code == 400
+    long_group = {"group": f"p1.jacobian/{'k' * 500}", "points": 1, "comment": ""}
+    assert staff.send("POST", "/a/hw/class/overrides", long_group).status_code == 404
+    assert not PointsOverride.objects.exists()
