@@ -28,7 +28,14 @@ from qdot.exercises.assignment.front_page import FrontPage, read_front_page
 from qdot.exercises.assignment.gradebook import Gradebook, normalize_identifier, read_export
 from qdot.exercises.assignment.late_rule import LateRule, add_time_zone, read_late_rule
 from qdot.exercises.assignment.replacements import Replacement, Replacements, read_replacements
-from qdot.exercises.common.errors import ErrorList, KeyReason, QdotError, count_noun, make_name_error
+from qdot.exercises.common.errors import (
+    ErrorList,
+    KeyReason,
+    QdotError,
+    count_noun,
+    find_most_similar,
+    make_name_error,
+)
 from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
 from qdot.exercises.common.variation import DEFAULT_VARIATION, find_canonical_name
@@ -512,7 +519,10 @@ def _check_folder(folder: Path) -> None:
     if folder.exists() and not (folder / ASSIGNMENT_FILE).exists() and (parent_folder / ASSIGNMENT_FILE).is_file():
         raise QdotError(f"{folder} is inside an assignment folder; give that folder, {parent_folder}")
     if not folder.is_dir():
-        raise QdotError(f"{folder} is not a folder; 'qdot init {folder}' creates one")
+        siblings = [file.parent.name for file in folder.parent.glob(f"*/{ASSIGNMENT_FILE}")]
+        similar = find_most_similar(folder.name, siblings)
+        advice = f"did you mean {folder.with_name(similar)}?" if similar else f"'qdot init {folder}' creates one"
+        raise QdotError(f"{folder} is not a folder; {advice}")
 
 
 class _UsableContent(NamedTuple):

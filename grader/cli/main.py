@@ -53,6 +53,10 @@ SITE_COMMANDS = {"build": "build_site", "serve": "serve"}
 """The commands of `qdot site`, each with the name of its function."""
 SERVE_COMMANDS = ("start", "links", "register", "connect", "export", "import", "backup", "restore")
 """The commands of `qdot serve`; `qdot serve DIR` is `qdot serve start DIR`."""
+SERVE_HELP = """Serve assignments online: `qdot serve DIR` starts the service, and the commands below look after it.
+
+`qdot serve DIR` is short for `qdot serve start DIR`. Its options, such as --port, --url and --database, are listed by
+`qdot serve start --help`."""
 
 COLLECTION_THRESHOLDS = 20_000, 10, 10
 """Python's thresholds for garbage collection of new, older and old objects. They are high because formulas are trees,
@@ -103,7 +107,7 @@ def make_program(needed_part: str = "") -> "typer.Typer":
             add_command(site, name, "qdot.grader.cli.site_commands", function)
         app.add_typer(site, name="site")
     if needed_part not in COMMANDS:
-        service = typer.Typer(no_args_is_help=True, cls=_make_group("start"), help="Serve an assignment online.")
+        service = typer.Typer(no_args_is_help=True, cls=_make_group("start"), help=SERVE_HELP)
         for name in SERVE_COMMANDS:
             add_command(service, name, "qdot.grader.cli.serve_command", FUNCTION_NAMES.get(name, name))
         app.add_typer(service, name="serve")
@@ -111,12 +115,19 @@ def make_program(needed_part: str = "") -> "typer.Typer":
 
 
 def _make_group(default_command: str) -> "type[typer.core.TyperGroup]":
-    """Return a class for a group of commands that runs a default command if the first argument names none."""
+    """Return a class for a group of commands that runs a default command if the first argument names none.
+
+    A first argument that is like the name of a command, and not a folder, is reported as a wrong name of a command.
+    """
     import typer.core
+
+    from qdot.exercises.common.errors import find_most_similar
 
     class GroupWithDefault(typer.core.TyperGroup):
         def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
             is_other = bool(args) and args[0] not in self.commands and args[0] != "--help"
+            if is_other and not Path(args[0]).exists() and (similar := find_most_similar(args[0], list(self.commands))):
+                ctx.fail(f"{args[0]!r} is no folder and no command; did you mean {similar!r}?")
             return super().parse_args(ctx, [default_command, *args] if is_other else args)
 
     return GroupWithDefault

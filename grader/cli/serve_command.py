@@ -9,15 +9,14 @@ from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.certified_problems import FailedSlot, raise_failed_slots
 from qdot.exercises.assignment.release import ReleaseResult, release_notebooks
 from qdot.exercises.common.console import note, print_result, show_progress
-from qdot.exercises.common.errors import QdotError, count_noun
+from qdot.exercises.common.errors import QdotError, count_noun, list_first, make_name_error
 from qdot.exercises.common.extras import require_extra
-from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.grader.cli.options import JobsOption
 from qdot.grader.grading.certify import CERTIFIER
 
 if TYPE_CHECKING:
-    from qdot.grader.serve.models import Classroom
+    from qdot.grader.serve.models import Classroom, Person
 
 FoldersArgument = Annotated[list[Path], typer.Argument(metavar="DIR...", help="Folders of assignments.")]
 DatabaseOption = Annotated[
@@ -25,20 +24,29 @@ DatabaseOption = Annotated[
     typer.Option(metavar="ADDRESS", envvar="QDOT_DATABASE", help="As in postgresql://user@host/qdot. Default: SQLite."),
 ]
 UrlOption = Annotated[
-    str, typer.Option("--url", metavar="URL", envvar="QDOT_URL", help="The address that browsers open.")
+    str,
+    typer.Option(
+        "--url",
+        metavar="URL",
+        envvar="QDOT_URL",
+        help="The address that browsers open. Default: http://127.0.0.1:PORT.",
+    ),
 ]
+PortOption = Annotated[int, typer.Option(min=1, max=65535, help="The port on which the service listens.")]
 BackupOption = Annotated[Path, typer.Option("--out", metavar="PATH", help="The zip.")]
 DEFAULT_PORT = 8000
-DEFAULT_URL = f"http://127.0.0.1:{DEFAULT_PORT}"
 
 
-def _configure(folders: list[Path], database: str, url: str = DEFAULT_URL, jobs: int = CORE_COUNT) -> None:
+def _configure(
+    folders: list[Path], database: str, url: str = "", jobs: int = CORE_COUNT, port: int = DEFAULT_PORT
+) -> None:
     """Connect with the database of the service, and update its tables. Raises QdotError."""
     require_extra("serve", "qdot serve")
     from qdot.grader.serve.settings import ServiceOptions, configure
 
     for folder in folders:
         load_assignment(folder)  # reports errors before anything is written
+    url = url or f"http://127.0.0.1:{port}"
     configure(ServiceOptions(tuple(folder.resolve() for folder in folders), database, url, jobs))
     from django.db import OperationalError
 
@@ -68,9 +76,9 @@ def _find_class(course: int) -> "Classroom":
 def start(
     folders: FoldersArgument,
     database: DatabaseOption = "",
-    url: UrlOption = DEFAULT_URL,
+    url: UrlOption = "",
     host: Annotated[str, typer.Option(help="The network address on which the service listens.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(min=1, max=65535, help="The port on which the service listens.")] = DEFAULT_PORT,
+    port: PortOption = DEFAULT_PORT,
     jobs: JobsOption = CORE_COUNT,
 ) -> None:
     """Serve assignments online, until Ctrl-C: students answer in the browser, and the class is graded at once.
@@ -85,14 +93,15 @@ def start(
       qdot serve week1 week2 --url https://qdot.example.edu --database postgresql:///qdot
           two assignments, behind a web server
     """
-    _configure(folders, database, url, jobs)
-    from qdot.grader.serve.server import run_service
+    _configure(folders, database, url, jobs, port)
+    from qdot.grader.serve.server import claim_database, run_service
     from qdot.grader.serve.settings import find_options
 
-    for folder in folders:
-        _release(folder, jobs)
-    ready = f"qdot is at {url}; stop it with Ctrl-C. Personal links: qdot serve links {folders[0]}"
-    run_service(find_options(), host, port, lambda: print_result(ready))
+    ready = f"qdot is at {find_options().url}; stop it with Ctrl-C. Personal links: qdot serve links {folders[0]}"
+    with claim_database():
+        for folder in folders:
+            _release(folder, jobs)
+        run_service(find_options(), host, port, lambda: print_result(ready))
 
 
 def _release(folder: Path, jobs: int) -> None:
@@ -114,51 +123,63 @@ def _release(folder: Path, jobs: int) -> None:
 def links(
     folders: FoldersArgument,
     database: DatabaseOption = "",
-    url: UrlOption = DEFAULT_URL,
+    url: UrlOption = "",
+    port: Annotated[int, typer.Option(help="The port in the links, if the service has no --url.")] = DEFAULT_PORT,
     staff: Annotated[
         list[str], typer.Option(metavar="NAME", help="Also make a link for a member of staff. Repeatable.")
     ] = [],  # noqa: B006
     student: Annotated[
-        list[str], typer.Option(metavar="ID", help="Make new links for these students only. Repeatable.")
+        list[str], typer.Option(metavar="ID", help="Make a new link for this person of links.csv. Repeatable.")
     ] = [],  # noqa: B006
-    renew: Annotated[bool, typer.Option("--renew", help="Also make new links for students who have one.")] = False,
+    renew: Annotated[bool, typer.Option("--renew", help="Make new links for everybody.")] = False,
     out: Annotated[Path, typer.Option(metavar="PATH", help="The table.")] = Path("links.csv"),
 ) -> None:
     """Write personal links for a mail merge: student, name, email, link.
 
-    Each link signs one person in; qdot stores only a digest of it. By default, only students without a link get one. A
-    new link replaces the old one and signs the student out.
+    Each link signs one person in. Run the command again after a change of roster.csv: links that are in the table stay,
+    and new students get one. Keep the table, because qdot stores only digests of the links and can't write them again.
+    A new link, by --student or --renew, replaces the person's old one, which stops working at once.
 
     Examples:
       qdot serve links homework --staff "Grace Hopper"
           links for the class and for a teacher, into links.csv
       qdot serve links homework --student s001
-          a new link for a student who has lost it
+          a new link for a student who gave it away
+      qdot serve links homework --renew
+          new links for everybody, because links.csv is lost
     """
-    _configure(folders, database, url)
+    _configure(folders, database, url, port=port)
     from qdot.grader.serve.class_list import find_folder_class
     from qdot.grader.serve.models import Person
-    from qdot.grader.serve.sign_in import STAFF_PREFIX, make_links_csv
+    from qdot.grader.serve.personal_links import write_links
+    from qdot.grader.serve.settings import find_options
+    from qdot.grader.serve.sign_in import STAFF_PREFIX
 
-    classroom = find_folder_class()
-    staff_people = [
-        classroom.people.get_or_create(
-            student_id=f"{STAFF_PREFIX}{name}"[:100], defaults={"role": Person.Role.STAFF, "name": name}
-        )[0]
-        for name in staff
-    ]
-    students = classroom.people.filter(role=Person.Role.STUDENT, is_active=True).order_by("student_id")
-    if student:
-        students = students.filter(student_id__in=student)
-        if missing := sorted(set(student) - {person.student_id for person in students}):
-            raise QdotError(f"roster.csv has no student {missing[0]!r}")
-    elif not renew:
-        students = students.filter(link_digest=None)
-    people = [*staff_people, *students]
-    write_atomically(out, make_links_csv(people), 0o600)
-    print_result(f"{count_noun(len(people), 'link')} in {out}; send each person only the person's own")
-    if not people:
-        note("everybody has a link already; --renew replaces all, and --student ID that of one student")
+    classroom, staff_ids = find_folder_class(), [f"{STAFF_PREFIX}{name}"[:100] for name in staff]
+    for identifier, name in zip(staff_ids, staff, strict=True):
+        classroom.people.get_or_create(student_id=identifier, defaults={"role": Person.Role.STAFF, "name": name})
+    people = {person.student_id: person for person in classroom.people.filter(is_active=True).order_by("student_id")}
+    if unknown := sorted(set(student) - set(people)):
+        raise make_name_error("student", unknown[0], list(people)[:50])
+
+    def needs_new_link(person: Person, is_in_table: bool) -> bool:
+        return renew or person.student_id in student or (person.student_id in staff_ids and not is_in_table)
+
+    has_address = url or port != DEFAULT_PORT
+    written = write_links(out, list(people.values()), needs_new_link, find_options().url if has_address else "")
+    new_count = len(written.new) + len(written.replaced)
+    print_result(
+        f"{count_noun(written.total, 'link')} in {out}, {new_count} new; send each person only the person's own"
+    )
+    if written.replaced:
+        note(f"the old links of {_list_people(written.replaced)} no longer work")
+    if written.unknown:
+        advice = "find an older copy, or make new ones with --student ID or --renew; the old ones then stop working"
+        note(f"{out} lacks the links of {_list_people(written.unknown)}: {advice}")
+
+
+def _list_people(people: "list[Person]") -> str:
+    return list_first([person.student_id for person in people], 5)
 
 
 CourseOption = Annotated[
@@ -220,9 +241,11 @@ def backup(folders: FoldersArgument, out: BackupOption = Path("backup.zip"), dat
     The zip contains the secret, and all that students have submitted: store it where nobody else can read it.
 
     Examples:
-      qdot serve backup homework --out backup.zip
+      qdot serve backup homework --out backup-1.zip
           for `qdot serve restore`
     """
+    if out.exists():
+        raise QdotError(f"{out} exists already; choose another name with --out")
     _configure(folders, database)
     from qdot.grader.serve.exchange import back_up
 
@@ -246,8 +269,10 @@ def restore(file: FileArgument, folders: FoldersArgument, database: DatabaseOpti
     restore_files(file, folders)
     _configure(folders, database)
     from qdot.grader.serve.exchange import restore as restore_database
+    from qdot.grader.serve.server import claim_database
 
-    restore_database(file)
+    with claim_database():
+        restore_database(file)
     print_result(f"the database is that of {file}; start the service again")
 
 
@@ -263,7 +288,7 @@ def register(
     token_url: Annotated[str, typer.Option(metavar="URL", help="Only if it differs from the usual one.")] = "",
     keys_url: Annotated[str, typer.Option(metavar="URL", help="Only if it differs from the usual one.")] = "",
     database: DatabaseOption = "",
-    url: UrlOption = DEFAULT_URL,
+    url: UrlOption = "",
 ) -> None:
     """Register a learning platform (LTI 1.3): print what to paste where, and store what the platform shows.
 

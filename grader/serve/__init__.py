@@ -7,7 +7,8 @@ Only this package and `cli/serve_command` import Django; docs/decisions/serve.md
     models, migrations/             the tables of the database
     errors, rates, headers          sentences for wrong requests, limits, and headers of pages for browsers
     assignments, class_list         the assignments, and the students of a class as the roster of an assignment
-    sign_in                         personal links, sessions and roles
+    sign_in                         sessions and roles
+    personal_links                  write the links for a mail merge
     scores                          compute a student's result
     judge_process                   what the processes that judge typed answers do
     marking_online                  have typed answers and notebooks marked, and store the marks

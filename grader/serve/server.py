@@ -3,16 +3,18 @@
 import logging
 import multiprocessing
 import uuid
+from contextlib import AbstractContextManager, closing
 from typing import Any
 
 from django.core.management import call_command
 from django.core.wsgi import get_wsgi_application
-from django.db import connections, transaction
+from django.db import DEFAULT_DB_ALIAS, connection, connections, transaction
 from django.urls import resolve
 from django_tasks_db.models import DBTaskResult
 from waitress.server import create_server
 
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.files import lock
 from qdot.grader.serve.html_pages import load_assets
 from qdot.grader.serve.lti.outbox import work_off_outbox
 from qdot.grader.serve.marking_online import (
@@ -22,17 +24,42 @@ from qdot.grader.serve.marking_online import (
     run_periodically,
 )
 from qdot.grader.serve.queue_process import work_off_queue
-from qdot.grader.serve.settings import ServiceOptions
+from qdot.grader.serve.settings import ServiceOptions, find_options
 
 THREADS, MAX_STARTS = 16, 5
 """Number of requests that are answered at once, and of times that the grading of one notebook may kill its process."""
 SECONDS_BETWEEN_CHECKS, MAX_REQUEST_BYTES = 2.0, 25_000_000
+CLAIM_FILE, CLAIM_NUMBER = "service.lock", 0x71646F74
+"""What a running service locks: a file beside the database, or a number in PostgreSQL."""
+ALREADY_SERVED = "another `qdot serve` is using this database; stop it first (Ctrl-C, or `systemctl stop qdot`)"
 logger = logging.getLogger("qdot.serve")
 
 
 def prepare_database() -> None:
     """Make or update the tables of the database."""
     call_command("migrate", verbosity=0, interactive=False)
+
+
+def claim_database() -> AbstractContextManager[object]:
+    """Return a context in which no other process may serve from the database or replace it. Raises QdotError.
+
+    The system ends the claim with this process, even if it is killed.
+    """
+    if connection.vendor == "postgresql":
+        own_connection = connections.create_connection(DEFAULT_DB_ALIAS)
+        with own_connection.cursor() as cursor:
+            cursor.execute("SELECT pg_try_advisory_lock(%s)", [CLAIM_NUMBER])
+            if cursor.fetchone() == (True,):
+                return closing(own_connection)
+        own_connection.close()
+        raise QdotError(ALREADY_SERVED)
+    file = (find_options().online_folder / CLAIM_FILE).open("w")
+    try:
+        lock(file.fileno(), wait=False)
+    except BlockingIOError:
+        file.close()
+        raise QdotError(ALREADY_SERVED) from None
+    return file
 
 
 def run_service(options: ServiceOptions, host: str, port: int, on_ready: Any) -> None:

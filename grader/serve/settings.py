@@ -1,8 +1,8 @@
 """Make Django's settings from the options of `qdot serve`. Call `configure` before anything else of this package."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from urllib.parse import unquote, urlsplit
+from urllib.parse import SplitResult, unquote, urlsplit
 
 import django
 from django.conf import settings
@@ -45,9 +45,8 @@ def find_options() -> ServiceOptions:
 
 def configure(options: ServiceOptions) -> None:
     """Configure Django for this process. Raises QdotError for a wrong address of a database or of the service."""
-    address = urlsplit(options.url)
-    if address.scheme not in ("http", "https") or not address.hostname:
-        raise QdotError(f"--url {options.url!r} is not a whole address, as in https://qdot.example.edu")
+    address = _parse_url(options.url)
+    options = replace(options, url=address.geturl())
     is_secure = address.scheme == "https"
     options.online_folder.mkdir(mode=0o700, exist_ok=True)
     settings.configure(
@@ -110,6 +109,20 @@ def configure(options: ServiceOptions) -> None:
         QDOT=options,
     )
     django.setup()
+
+
+def _parse_url(url: str) -> SplitResult:
+    """Return the address of the service without a final slash. Raises QdotError."""
+    try:
+        address = urlsplit(url.removesuffix("/"))
+        is_usable = address.scheme in ("http", "https") and bool(address.hostname) and address.port != 0
+    except ValueError:
+        is_usable = False
+    if not is_usable:
+        raise QdotError(f"--url {url!r} is not a whole address; expected one as in https://qdot.example.edu")
+    if address.path or address.query or address.fragment or "@" in address.netloc:
+        raise QdotError(f"--url {url!r}: qdot needs a host of its own; leave out everything after the host and port")
+    return address
 
 
 def _read_session_key(path: Path) -> str:

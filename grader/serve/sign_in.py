@@ -1,17 +1,15 @@
 """Sign people in: personal links, sessions and roles."""
 
 import hashlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import wraps
 
 from django.http import HttpRequest, HttpResponse, HttpResponseRedirect
 from django.middleware.csrf import rotate_token
 
-from qdot.exercises.common.input_file import format_csv
 from qdot.grader.serve.errors import NO_PAGE, Refused
-from qdot.grader.serve.models import Person, make_link_token
+from qdot.grader.serve.models import Person
 from qdot.grader.serve.rates import check_rate
-from qdot.grader.serve.settings import find_options
 
 SIGN_IN_ADVICE = "You are not signed in. Open your personal link, or open the assignment on your learning platform."
 STAFF_PREFIX = "staff:"
@@ -84,16 +82,3 @@ def leave(request: HttpRequest) -> HttpResponse:
 def compute_digest(token: str) -> str:
     """Return the digest by which the token of a personal link is stored."""
     return hashlib.sha256(token.encode()).hexdigest()
-
-
-def make_links_csv(people: Iterable[Person]) -> str:
-    """Give each person a new personal link, and return them as a table for a mail merge; old links become invalid."""
-    rows = [("student", "name", "email", "link")]
-    for person in people:
-        token = make_link_token()
-        person.link_digest = compute_digest(token)
-        person.session_version += 1
-        person.save(update_fields=["link_digest", "session_version"])
-        link = f"{find_options().url.rstrip('/')}/in/{token}"
-        rows.append((person.student_id, person.name, person.email, link))
-    return format_csv(rows)

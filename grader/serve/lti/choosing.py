@@ -54,7 +54,7 @@ def choose(request: HttpRequest, person: Person) -> HttpResponse:  # noqa: ARG00
     platform_id, deployment_id, settings_claim = request.session.pop("choosing")
     column = LineItem({"label": title, "scoreMaximum": points, "resourceId": choice})
     column.set_submission_review(_REVIEWABLE)
-    link = DeepLinkResource().set_title(title).set_url(find_options().url.rstrip("/") + make_path(choice))
+    link = DeepLinkResource().set_title(title).set_url(find_options().url + make_path(choice))
     link.set_custom_params({"resource": choice})  # Moodle refuses a link without any parameter
     if settings_claim.get("accept_lineitem", True):
         link.set_lineitem(column)

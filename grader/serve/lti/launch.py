@@ -155,7 +155,7 @@ def login(request: HttpRequest, uuid: UUID) -> HttpResponse:
     )
     answer.enable_check_cookies(_COOKIE_MESSAGE, _COOKIE_BUTTON, "…")
     try:
-        response = answer.redirect(f"{find_options().url.rstrip('/')}/lti/launch")
+        response = answer.redirect(f"{find_options().url}/lti/launch")
     except OIDCException as error:
         raise Refused(400, _NOT_VERIFIED) from error
     return response if response.has_header("Location") else send_page(response.content.decode())

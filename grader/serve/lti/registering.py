@@ -66,7 +66,7 @@ def _find_kind(kind: str) -> Platform:
 
 def describe_steps(kind: str, row: LtiRegistration) -> str:
     """Return what a person pastes where."""
-    platform, url = PLATFORMS[kind], find_options().url.rstrip("/")
+    platform, url = PLATFORMS[kind], find_options().url
     dynamic = f"Registration address (works once, for {LIFETIME.days} days):\n  {url}/lti/register/{row.uuid}\n\n"
     lines = [
         ("Tool address, and target of deep linking", f"{url}/"),
@@ -153,7 +153,7 @@ def register_dynamically(request: HttpRequest, uuid: UUID) -> HttpResponse:
 
 def describe_tool(row: LtiRegistration) -> dict[str, Any]:
     """Return the description of this service for dynamic registration."""
-    url = find_options().url.rstrip("/")
+    url = find_options().url
     return {
         "application_type": "web",
         "client_name": NAME,

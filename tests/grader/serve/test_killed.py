@@ -45,7 +45,8 @@ class RunningService:
         self.folder, self.port = folder, find_free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         links = folder.parent / "links.csv"
-        subprocess.run([*QDOT, "serve", "links", str(folder), "--url", self.url, "--out", str(links)], check=True)
+        command = [*QDOT, "serve", "links", str(folder), "--port", str(self.port), "--out", str(links)]
+        subprocess.run(command, check=True)
         with links.open() as table:
             self.links = {row["student"]: row["link"] for row in csv.DictReader(table)}
 
@@ -53,10 +54,10 @@ class RunningService:
         self.close = self._log.close
 
     def start(self) -> None:
-        command = [*QDOT, "serve", str(self.folder), "--url", self.url, "--port", str(self.port), "--jobs", "1"]
+        command = [*QDOT, "serve", str(self.folder), "--port", str(self.port), "--jobs", "1"]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self._log, text=True)
         assert self.process.stdout is not None
-        assert "stop it with Ctrl-C" in self.process.stdout.readline()
+        assert f"qdot is at {self.url}; stop it with Ctrl-C" in self.process.stdout.readline()
 
     def list_workers(self) -> list[psutil.Process]:
         """Return the processes that judge or grade, but not those that only start others."""
@@ -120,6 +121,8 @@ def test_nothing_acknowledged_is_lost_when_processes_are_killed(tmp_path: Path) 
         notebook = make_correct_notebook(assignment, "s003").encode()
         browser = Browser(service.links["s003"])
         browser.upload("hw", notebook)
+        second = subprocess.run([*QDOT, "serve", str(assignment.folder)], capture_output=True, text=True, check=False)
+        assert (second.returncode, "another `qdot serve`" in second.stderr) == (2, True), second.stderr
         threads = [threading.Thread(target=work_as, args=(student,)) for student in ("s001", "s002")]
         for thread in threads:
             thread.start()

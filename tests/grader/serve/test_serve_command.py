@@ -1,0 +1,122 @@
+"""The commands of `qdot serve` lose no links, start only one service, and report wrong options in one sentence."""
+
+import csv
+from pathlib import Path
+
+import pytest
+
+from qdot.exercises.common.errors import QdotError
+from qdot.grader.serve.class_list import update_folder_class
+from qdot.grader.serve.models import Person
+from qdot.grader.serve.personal_links import COLUMNS, WrittenLinks, write_links
+from qdot.grader.serve.server import claim_database
+from qdot.grader.serve.settings import ServiceOptions, configure
+from tests.support.serving import Browser, Service
+
+
+def read_links(path: Path) -> dict[str, str]:
+    with path.open(encoding="utf-8") as file:
+        return {row["student"]: row["link"] for row in csv.DictReader(file)}
+
+
+def write(path: Path, *renewed: str, url: str = "") -> WrittenLinks:
+    people = Person.objects.filter(is_active=True)
+    return write_links(path, list(people), lambda person, _: person.student_id in renewed, url)
+
+
+def can_enter(link: str) -> bool:
+    return bool(Browser().client.get("/in/" + link.rpartition("/in/")[2]).status_code == 302)
+
+
+def test_links_in_the_table_stay_and_new_people_get_one(service: Service, tmp_path: Path) -> None:
+    path = tmp_path / "links.csv"
+    assert (write(path).total, len(service.people)) == (4, 4)
+    first = read_links(path)
+    assert set(first) == {"s001", "s002", "s003", "staff:Grace"}
+    Person.objects.create(classroom=service.classroom, role="student", student_id="s004")
+    written = write(path, url="https://qdot.example.edu")
+    assert [person.student_id for person in written.new] == ["s004"]
+    second = read_links(path)
+    assert {name: link.rpartition("/in/")[2] for name, link in first.items()} == {
+        name: link.rpartition("/in/")[2] for name, link in second.items() if name != "s004"
+    }
+    assert all(link.startswith("https://qdot.example.edu/in/") for link in second.values())
+    assert all(map(can_enter, second.values()))
+    written = write(path, "s001")
+    third = read_links(path)
+    assert [person.student_id for person in written.replaced] == ["s001"]
+    assert {name for name in third if third[name] != second[name]} == {"s001"}  # --url is remembered, too
+    assert can_enter(third["s001"]) and not can_enter(second["s001"])
+
+
+def test_a_lost_table_changes_no_link_unless_it_is_renewed(service: Service, tmp_path: Path) -> None:
+    path, other = tmp_path / "links.csv", tmp_path / "other.csv"
+    write(path)
+    written = write(other)
+    assert len(written.unknown) == 4 and not read_links(other)
+    assert all(map(can_enter, read_links(path).values()))
+    written = write(other, *service.people)
+    assert len(written.replaced) == 4 and all(map(can_enter, read_links(other).values()))
+    assert not any(map(can_enter, read_links(path).values()))
+
+
+@pytest.mark.parametrize(
+    "content", ["student,name,email\ns001,Ada,a@x\n", f"{','.join(COLUMNS)}\ns001,A,a@x,http://h/in/of-another-class\n"]
+)
+def test_another_table_is_not_overwritten(service: Service, tmp_path: Path, content: str) -> None:
+    path = tmp_path / "links.csv"
+    path.write_text(content, encoding="utf-8")
+    with pytest.raises(QdotError, match="--out"):
+        write(path, *service.people)
+    assert path.read_text(encoding="utf-8") == content
+    assert not Person.objects.filter(link_digest__isnull=False).exists()
+
+
+def test_links_that_could_not_be_written_replace_none(service: Service, tmp_path: Path) -> None:
+    write(tmp_path / "links.csv")
+    with pytest.raises(QdotError):
+        write(tmp_path / "links.csv" / "links.csv", *service.people)
+    assert all(map(can_enter, read_links(tmp_path / "links.csv").values()))
+
+
+def test_a_student_who_returns_has_the_old_link(service: Service, tmp_path: Path) -> None:
+    path, roster = tmp_path / "links.csv", service.folder / "roster.csv"
+    write(path)
+    link, content = read_links(path)["s002"], roster.read_text(encoding="utf-8")
+    try:
+        roster.write_text(content.replace("s002", "s009"), encoding="utf-8")
+        update_folder_class()
+        assert not can_enter(link)
+        write(path)
+        assert "s002" not in read_links(path)
+    finally:
+        roster.write_text(content, encoding="utf-8")
+    update_folder_class()
+    assert can_enter(link)
+    assert [person.student_id for person in write(path).unknown] == ["s002"]
+
+
+@pytest.mark.usefixtures("service")
+def test_a_second_service_on_the_same_database_is_refused() -> None:
+    with claim_database(), pytest.raises(QdotError, match="another `qdot serve`"), claim_database():
+        pass
+    with claim_database():
+        pass
+
+
+@pytest.mark.parametrize(
+    "url",
+    [
+        "qdot.example.edu",
+        "ftp://qdot.example.edu",
+        "http://h/foo",
+        "https://h/?a",
+        "https://h#a",
+        "https://me@h",
+        "http://h:x",
+        "http://h:0",
+    ],
+)
+def test_an_address_at_which_the_pages_would_not_work_is_refused(url: str, tmp_path: Path) -> None:
+    with pytest.raises(QdotError, match="--url"):
+        configure(ServiceOptions((tmp_path,), url=url))
