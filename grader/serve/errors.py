@@ -34,6 +34,8 @@ def find_refusal(error: Exception) -> Refused:
         return Refused(403, "You may not do this.")
     if isinstance(error, (BadRequest, SuspiciousOperation, UnicodeDecodeError)):
         return Refused(400, "qdot couldn't read this request; load the page again.")
+    if isinstance(error, TimeoutError):
+        return Refused(503, "qdot has too much to do at the moment. Try again in a minute.")
     logger.error("%s", type(error).__name__, exc_info=error)
     return Refused(500, FAILURE)
 

@@ -118,7 +118,7 @@ def import_class(classroom: Classroom, key: str, source: Path) -> tuple[int, int
 
     What is stored already is left out. Return the numbers of new submissions and overrides. Raises QdotError.
     """
-    from qdot.grader.serve.marking_online import grade_notebook
+    from qdot.grader.serve.marking_online import grade_submission
 
     assignment = load_class_assignment(classroom, key)
     overrides = read_overrides(assignment)
@@ -137,7 +137,7 @@ def import_class(classroom: Classroom, key: str, source: Path) -> tuple[int, int
                     },
                 )  # fmt: skip
                 if is_new:
-                    grade_notebook.enqueue(submission.pk)
+                    grade_submission.enqueue(submission.pk)
                     new_submissions += 1
         targets: list[tuple[dict[str, Any], Override]] = [
             ({"person": people[student], "part": part, "group": "", "answer": answer}, override)

@@ -26,7 +26,7 @@ from qdot.grader.grading.result import NotebookMarks, ProblemResult
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import MarkingRules, mark
 from qdot.grader.reports.feedback import show_parts
-from qdot.grader.sandbox.time_budgets import TimeBudgets
+from qdot.grader.sandbox.time_budgets import Budget, TimeBudgets
 from qdot.grader.serve.assignments import Assignments
 from qdot.grader.submissions.answer_locator import describe_unset
 
@@ -44,12 +44,16 @@ class ClassOfAssignment:
 
 @dataclass(frozen=True)
 class TypedAnswers:
-    """A student's typed answers by part, as in "p1.jacobian", and the marks of problems that need not be marked."""
+    """A student's typed answers by part, as in "p1.jacobian", and the marks of problems that need not be marked.
+
+    `is_quick` says that marking stops after a short time.
+    """
 
     class_of_assignment: ClassOfAssignment
     student: str
     answers: Mapping[str, str]
     finished: Mapping[str, ProblemResult]
+    is_quick: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,11 +137,20 @@ class MarkedAnswers:
     shown: Mapping[str, ShownPart]
 
 
-def mark_typed_answers(judge: Judge, typed: TypedAnswers) -> MarkedAnswers:
-    """Return the marks of typed answers: those that `qdot grade` gives to the notebook with the same answers."""
+QUICK_JUDGING, QUICK_DIAGNOSING = 6.0, 4.0
+"""Seconds of processor time for answers that students wait for; most need less than one."""
+
+
+def mark_typed_answers(judge: Judge, typed: TypedAnswers) -> MarkedAnswers | None:
+    """Return the marks of typed answers: those that `qdot grade` gives to the notebook with the same answers.
+
+    If this must be quick and isn't, the result is None.
+    """
     assignment = judge.load_assignment(typed.class_of_assignment)
     class_answers = judge.find_class_answers(assignment)
     stored_problems, allowance = judge.load_problems(assignment, typed.student), TimeBudgets()
+    if typed.is_quick:
+        allowance = TimeBudgets(Budget(QUICK_JUDGING), Budget(QUICK_DIAGNOSING))
     results = list[ProblemResult]()
     for slot, problem in stored_problems.problems:
         if slot in typed.finished:
@@ -150,6 +163,8 @@ def mark_typed_answers(judge: Judge, typed: TypedAnswers) -> MarkedAnswers:
         verdicts = mark(problem, texts, reasons, secret=assignment.secret, rules=rules, allowance=allowance)
         parts = tuple(make_part_result(slot, verdict) for verdict in verdicts)
         results.append(ProblemResult(str(problem.id), slot, parts))
+    if typed.is_quick and min(allowance.judging.remaining_seconds, allowance.diagnosing.remaining_seconds) <= 0:
+        return None
     notebook = write_answers_notebook(assignment, typed.student, typed.answers)
     marks = NotebookMarks(
         sha256=hashlib.sha256(notebook.encode()).hexdigest(),

@@ -1,13 +1,15 @@
 """Mark what is submitted: typed answers at once in processes that are ready, notebooks from a queue in the database.
 
-A submission that is not marked yet is marked later, so a killed process loses nothing; marking twice gives the same.
+An answer that takes long to judge goes into the queue, too, so that it doesn't keep the others waiting. A submission
+that is not marked yet is marked later, so a killed process loses nothing; marking twice gives the same.
 """
 
 import logging
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable
-from concurrent.futures import TimeoutError as FutureTimeout
+from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from datetime import timedelta
 from functools import cache, partial
@@ -19,6 +21,7 @@ from django.core.cache import caches
 from django.db import close_old_connections, transaction
 from django.utils import timezone
 from django_tasks import task
+from django_tasks_db.models import DBTaskResult
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.certified_problems import record_replacements
@@ -26,13 +29,14 @@ from qdot.exercises.assignment.store import compute_package_digest
 from qdot.exercises.common.json_form import to_jsonable
 from qdot.exercises.common.parallel import open_pool, submit_to_pool
 from qdot.grader.grading.attempt import Grader, grade_safely, make_marking_versions, mark_ungraded, read_attempts
-from qdot.grader.grading.batch import CRASH_REASON, make_limits
+from qdot.grader.grading.batch import make_limits
 from qdot.grader.grading.result import NotebookMarks, ProblemResult
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.serve.class_list import describe_class, load_class_assignment
 from qdot.grader.serve.errors import Refused
 from qdot.grader.serve.judge_process import (
     Judge,
+    MarkedAnswers,
     StudentOfClass,
     TypedAnswers,
     make_problem_records,
@@ -49,14 +53,20 @@ from qdot.grader.submissions.submission import StudentFiles
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+Marked = tuple[NotebookMarks, dict[str, Any]]
+"""The marks of a submission, and what the student's page shows of them."""
 logger = logging.getLogger("qdot.serve")
 
-KILLED_REASON = "the system ended its process several times, probably because memory ran out"
-"""Why a notebook is ungraded if the process that graded it was killed again and again."""
+KILLED_REASON = "its process failed or was ended several times, perhaps because memory ran out"
+"""Why a submission is ungraded if its grading failed, or killed its process, again and again."""
 ANSWER_SECONDS = 25.0
 """For how many seconds a student's browser waits for a verdict; then the page asks again later."""
 LATER_SECONDS = 60.0
-"""After how many seconds a typed answer without marks is marked by `mark_forgotten_answers`."""
+"""After how many seconds a submission that is neither marked nor in the queue is put there by `queue_forgotten`."""
+MAX_STARTS = 5
+"""How often the grading of one submission may kill its process, or fail."""
+SLOW_PRIORITY = -5
+"""The priority in the queue of typed answers that take long to judge; notebooks have 0, which is higher."""
 
 
 class JudgePool:
@@ -71,13 +81,13 @@ class JudgePool:
         """Return `work(judge, item)`. Raises TimeoutError if it takes too long, BrokenProcessPool if it kills two."""
         pool = self._pool
         try:
-            return submit_to_pool(pool, work, item).result(ANSWER_SECONDS)
+            return _wait(submit_to_pool(pool, work, item))
         except BrokenProcessPool:
             with self._lock:
                 if pool is self._pool:
                     self._pool = self._open(self._jobs)
         with self._open(1) as own_pool:  # the work that killed the process harms no other a second time
-            return submit_to_pool(own_pool, work, item).result()
+            return _wait(submit_to_pool(own_pool, work, item))
 
     def warm_up(self) -> None:
         """Start all processes, and wait until they are ready."""
@@ -90,6 +100,15 @@ class JudgePool:
         self._pool.shutdown(wait=False, cancel_futures=True)
 
 
+def _wait(future: Future[Result]) -> Result:
+    """Return the result of work, which isn't begun any more if it takes too long."""
+    try:
+        return future.result(ANSWER_SECONDS)
+    except TimeoutError:
+        future.cancel()
+        raise
+
+
 @cache
 def find_judges() -> JudgePool:
     """Return the judges of this service, which are started with the first call."""
@@ -99,22 +118,29 @@ def find_judges() -> JudgePool:
 # --- typed answers ---
 
 
-def mark_answers(submission: Submission) -> bool:
-    """Mark a submission of typed answers; return whether it is marked now. Problems with unchanged answers are kept."""
-    person = submission.person
-    assignment = load_class_assignment(person.classroom, submission.assignment)
-    answers = submission.answers or {}
-    finished, shown = _find_finished(submission, assignment)
-    typed = TypedAnswers(describe_class(assignment), person.student_id, answers, finished)
+def mark_answers(submission: Submission) -> None:
+    """Mark typed answers at once, or put them into the queue if they take long or kill their process."""
     try:
-        marked = find_judges().run(mark_typed_answers, typed)
-    except FutureTimeout:
-        return False
-    except BrokenProcessPool:
-        _store_marks(submission, mark_ungraded(assignment, person.student_id, None, CRASH_REASON), {})
-        return True
-    _store_marks(submission, marked.marks, shown | to_jsonable(marked.shown))
-    return True
+        marked = _mark_typed(submission, find_judges().run, is_quick=True)
+    except (TimeoutError, BrokenProcessPool):
+        marked = None
+    if marked is None:
+        grade_submission.using(priority=SLOW_PRIORITY).enqueue(submission.pk)
+    else:
+        _store_marks(submission, *marked)
+
+
+def _mark_typed(submission: Submission, run: Callable[..., Any], *, is_quick: bool) -> Marked | None:
+    """Return the marks of typed answers, and what is shown of them. Problems with unchanged answers keep theirs.
+
+    The result is None if `is_quick`, and this takes long.
+    """
+    assignment = load_class_assignment(submission.person.classroom, submission.assignment)
+    answers, student = submission.answers or {}, submission.person.student_id
+    finished, shown = _find_finished(submission, assignment)
+    typed = TypedAnswers(describe_class(assignment), student, answers, finished, is_quick)
+    marked: MarkedAnswers | None = run(mark_typed_answers, typed)
+    return None if marked is None else (marked.marks, shown | to_jsonable(marked.shown))
 
 
 def _find_finished(submission: Submission, assignment: Assignment) -> tuple[dict[str, ProblemResult], dict[str, Any]]:
@@ -141,12 +167,24 @@ def _store_marks(submission: Submission, marks: NotebookMarks, shown: dict[str, 
         update_scores(submission.person, submission.assignment)
 
 
-def mark_forgotten_answers() -> None:
-    """Mark typed answers that were stored a while ago but not marked, because a process was killed or was too slow."""
+def queue_forgotten() -> None:
+    """Queue what was stored a while ago but isn't marked, because a process was killed or the database failed.
+
+    A submission on which this has failed several times stays ungraded.
+    """
     moment = timezone.now() - timedelta(seconds=LATER_SECONDS)
-    waiting = Submission.objects.filter(state=Submission.State.WAITING, answers__isnull=False, received__lt=moment)
-    for submission in waiting.select_related("person__classroom").order_by("pk")[:20]:
-        mark_answers(submission)
+    numbers = Submission.objects.filter(state=Submission.State.WAITING, received__lt=moment).values_list(
+        "pk", flat=True
+    )
+    if waiting := set(numbers):
+        tasks = DBTaskResult.objects.filter(task_path=grade_submission.module_path)
+        failures = Counter(row.args_kwargs["args"][0] for row in tasks.failed())
+        queued = {row.args_kwargs["args"][0] for row in tasks.exclude(status__in=("FAILED", "SUCCESSFUL"))}
+        for number in sorted(waiting - queued):
+            if failures[number] < MAX_STARTS:
+                grade_submission.enqueue(number)
+            else:
+                give_up(grade_submission.module_path, number)
 
 
 # --- what pages show ---
@@ -195,14 +233,18 @@ def _find_own_judge() -> Judge:
 
 
 @task()
-def grade_notebook(submission_id: int) -> None:
-    """Grade a submitted notebook as `qdot grade` does."""
+def grade_submission(submission_id: int) -> None:
+    """Grade a submission as `qdot grade` does."""
     submission = Submission.objects.select_related("person__classroom").filter(pk=submission_id).first()
-    if submission is not None:  # otherwise, the student has been forgotten meanwhile
+    if submission is None or submission.state == Submission.State.MARKED:
+        return  # the student has been forgotten meanwhile, or it was in the queue twice
+    if submission.answers is None:
         _store_marks(submission, *_grade_file(submission))
+    elif marked := _mark_typed(submission, lambda work, item: work(_find_own_judge(), item), is_quick=False):
+        _store_marks(submission, *marked)
 
 
-def _grade_file(submission: Submission) -> tuple[NotebookMarks, dict[str, Any]]:
+def _grade_file(submission: Submission) -> Marked:
     """Return the marks of a submitted file, and what is shown of them."""
     assignment, judge = load_class_assignment(submission.person.classroom, submission.assignment), _find_own_judge()
     student = submission.person.student_id
@@ -228,7 +270,8 @@ def mark_again(submission_id: int) -> None:
     else:
         assignment = load_class_assignment(submission.person.classroom, submission.assignment)
         typed = TypedAnswers(describe_class(assignment), submission.person.student_id, submission.answers, {})
-        marked = mark_typed_answers(_find_own_judge(), typed)
+        if (marked := mark_typed_answers(_find_own_judge(), typed)) is None:
+            return
         marks, shown = marked.marks, to_jsonable(marked.shown)
     Submission.objects.filter(pk=submission_id).update(remarked={"marks": to_jsonable(marks), "shown": shown})
 
@@ -240,7 +283,7 @@ def give_up(task_path: str, submission_id: int) -> None:
         return
     assignment = load_class_assignment(submission.person.classroom, submission.assignment)
     marks = mark_ungraded(assignment, submission.person.student_id, None, KILLED_REASON)
-    if task_path == grade_notebook.module_path:
+    if task_path == grade_submission.module_path:
         _store_marks(submission, marks, {})
     else:
         Submission.objects.filter(pk=submission_id).update(remarked={"marks": to_jsonable(marks), "shown": {}})

@@ -18,16 +18,17 @@ from qdot.exercises.common.files import lock
 from qdot.grader.serve.html_pages import load_assets
 from qdot.grader.serve.lti.outbox import work_off_outbox
 from qdot.grader.serve.marking_online import (
+    MAX_STARTS,
     find_judges,
     give_up,
-    mark_forgotten_answers,
+    queue_forgotten,
     run_periodically,
 )
 from qdot.grader.serve.queue_process import work_off_queue
 from qdot.grader.serve.settings import ServiceOptions, find_options
 
-THREADS, MAX_STARTS = 16, 5
-"""Number of requests that are answered at once, and of times that the grading of one notebook may kill its process."""
+THREADS = 16
+"""Number of requests that are answered at once."""
 SECONDS_BETWEEN_CHECKS, MAX_REQUEST_BYTES = 2.0, 25_000_000
 CLAIM_FILE, CLAIM_NUMBER = "service.lock", 0x71646F74
 """What a running service locks: a file beside the database, or a number in PostgreSQL."""
@@ -69,7 +70,7 @@ def run_service(options: ServiceOptions, host: str, port: int, on_ready: Any) ->
     find_judges().warm_up()
     queue = QueueProcess(options)
     queue.start()
-    run_periodically(mark_forgotten_answers, SECONDS_BETWEEN_CHECKS)
+    run_periodically(queue_forgotten, SECONDS_BETWEEN_CHECKS)
     run_periodically(queue.watch, SECONDS_BETWEEN_CHECKS)
     run_periodically(work_off_outbox, 1.0)
     proxy = {"trusted_proxy": "*", "trusted_proxy_headers": "x-forwarded-for x-forwarded-proto"}

@@ -188,8 +188,8 @@ def post_answer(request: HttpRequest, person: Person, key: str) -> HttpResponse:
     part = str(content.get("part"))
     text = check_text(part, content.get("text"), work.assignment)
     check_rate("answer", person.pk, ANSWERS_PER_MINUTE)
-    submission, _ = submit_answer(work.assignment, work.student, person, request_id, {part: text})
-    if submission.state == Submission.State.WAITING:
+    submission, is_new = submit_answer(work.assignment, work.student, person, request_id, {part: text})
+    if is_new:
         mark_answers(submission)
     submissions = list_submissions(person, key)
     result = compute_result(work.assignment, work.student, submissions, load_overrides(person.classroom, key))

@@ -7,6 +7,8 @@ from pathlib import PurePath
 from typing import NamedTuple
 
 from django.db import transaction
+from django.db.models import Sum
+from django.db.models.functions import Length
 from django.utils import timezone
 
 from qdot.exercises.assignment.assignment import Assignment, Student
@@ -21,7 +23,10 @@ from qdot.grader.serve.scores import list_submissions
 MAX_ANSWER_CHARACTERS = 20_000
 UNSTORABLE = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff]")
 """Characters that not every database can store, and no text needs."""
-MAX_NOTEBOOK_BYTES = 20_000_000
+MAX_NOTEBOOK_BYTES, MAX_STORED_BYTES = 20_000_000, 200_000_000
+"""The largest notebook, and what all notebooks of a student may have together."""
+MAX_WAITING, MAX_SUBMISSIONS = 5, 1_000
+"""How many submissions of a student may wait to be marked, and how many a student may make of one assignment."""
 NOTEBOOK_ENDINGS = (".ipynb", ".zip", ".py", ".md", ".txt", ".json", ".tar", ".tgz", ".gz")
 
 
@@ -99,7 +104,11 @@ def submit_answer(
 
 
 def _check_open(assignment: Assignment, student: Student, earlier: list[Submission]) -> None:
-    """Raise Refused if nothing more can be submitted."""
+    """Raise Refused if nothing more can be submitted, or not now."""
+    if sum(submission.state == Submission.State.WAITING for submission in earlier) >= MAX_WAITING:
+        raise Refused(429, "Some of what you submitted is still being graded. Wait until it is, and try again.")
+    if len(earlier) >= MAX_SUBMISSIONS:
+        raise Refused(409, f"You have submitted {MAX_SUBMISSIONS:,} times; no more is accepted.")
     now = timezone.now().replace(microsecond=0)
     if sentence := explain_closed(assignment, student, [submission.received for submission in earlier], now):
         raise Refused(409, sentence)
@@ -125,7 +134,7 @@ def submit_notebook(
     assignment: Assignment, student: Student, person: Person, request_id: uuid.UUID, name: str, content: bytes
 ) -> Submission:
     """Store a notebook and put it into the queue, both or neither. Raises Refused."""
-    from qdot.grader.serve.marking_online import grade_notebook
+    from qdot.grader.serve.marking_online import grade_submission
 
     if len(content) > MAX_NOTEBOOK_BYTES:
         raise Refused(413, f"A notebook has at most {MAX_NOTEBOOK_BYTES // 1_000_000} MB; clear its outputs.")
@@ -136,10 +145,15 @@ def submit_notebook(
         if (known := person.submissions.filter(request_id=request_id).first()) is not None:
             return known
         _check_open(assignment, student, list_submissions(person, assignment.key))
+        stored = person.submissions.aggregate(size=Sum(Length("content")))["size"] or 0
+        if stored + len(content) > MAX_STORED_BYTES:
+            raise Refused(
+                413, f"Your notebooks have more than {MAX_STORED_BYTES // 1_000_000} MB; clear their outputs."
+            )
         submission = Submission.objects.create(
             person=person, assignment=assignment.key, request_id=request_id, file_name=name[-255:], content=content
         )
-        grade_notebook.enqueue(submission.pk)
+        grade_submission.enqueue(submission.pk)
     return submission
 
 

@@ -9,9 +9,9 @@ from django_tasks_db.models import DBTaskResult
 from qdot.exercises.writing.problem_texts import write_answer_code
 from qdot.grader.grading.result import NotebookMarks
 from qdot.grader.serve import scores
-from qdot.grader.serve.marking_online import mark_forgotten_answers
+from qdot.grader.serve.marking_online import MAX_STARTS, queue_forgotten
 from qdot.grader.serve.models import Submission
-from qdot.grader.serve.server import MAX_STARTS, reclaim_tasks
+from qdot.grader.serve.server import reclaim_tasks
 from tests.support.serving import Service, serve_class, set_clock
 from tests.support.submitting import code_cell, write_notebook
 
@@ -142,7 +142,9 @@ def test_what_a_killed_process_left_is_done_later(service: Service) -> None:
     browser = service.open_browser("s001")
     browser.answer("p1.position", "theta1")
     Submission.objects.update(state="waiting", marks=None, received=NOW - datetime.timedelta(days=3650))
-    mark_forgotten_answers()
+    for _ in range(2):  # it is queued once
+        queue_forgotten()
+    assert service.work_off_queue() == 1
     assert Submission.objects.get().state == "marked"
     browser.upload("a.ipynb", b"{}")
     for _ in range(MAX_STARTS - 1):
@@ -152,7 +154,19 @@ def test_what_a_killed_process_left_is_done_later(service: Service) -> None:
     DBTaskResult.objects.ready().get().claim("killed again")
     reclaim_tasks()
     assert not DBTaskResult.objects.ready().exists()
-    assert "ended its process several times" in str(read_marks(Submission.objects.get(answers__isnull=True)).obstacle)
+    assert "ended several times" in str(read_marks(Submission.objects.get(answers__isnull=True)).obstacle)
+
+
+def test_what_fails_again_and_again_is_left_ungraded(service: Service) -> None:
+    service.open_browser("s001").upload("a.ipynb", b"{}")
+    Submission.objects.update(received=NOW - datetime.timedelta(days=3650))
+    for _ in range(MAX_STARTS):
+        row = DBTaskResult.objects.get(status="READY")
+        row.claim("worker")
+        row.set_failed(OSError("the database was gone"))
+        queue_forgotten()
+    assert (DBTaskResult.objects.count(), Submission.objects.get().state) == (MAX_STARTS, "marked")
+    assert service.open_browser("s001").get("/a/hw/work").json()["results"]["p1.position"]["points"] is None
 
 
 def test_another_person_in_the_same_browser_is_noticed(service: Service) -> None:
