@@ -19,6 +19,9 @@ class Refused(Exception):
 
 NO_PAGE = "There is no such page, or it isn't yours."
 """The sentence for a page that doesn't exist and for one that belongs to another person: they look the same."""
+TOO_LARGE = "This is larger than qdot accepts: an answer or a comment has some thousand characters at most."
+RETRY_SECONDS = 30
+"""When a program that sent too many requests should try again."""
 FAILURE = "qdot itself failed. Nothing that you submitted is lost; try again in a minute, and tell your instructor."
 
 
@@ -27,7 +30,7 @@ def find_refusal(error: Exception) -> Refused:
     if isinstance(error, Refused):
         return error
     if isinstance(error, RequestDataTooBig):
-        return Refused(413, "This is larger than qdot accepts.")
+        return Refused(413, TOO_LARGE)
     if isinstance(error, Http404):
         return Refused(404, NO_PAGE)
     if isinstance(error, PermissionDenied):
@@ -42,13 +45,15 @@ def find_refusal(error: Exception) -> Refused:
 
 def respond(request: HttpRequest, refusal: Refused) -> HttpResponse:
     """Return the answer to a refused request: a page if the browser shows it, JSON if a script asks."""
+    headers = {"Retry-After": str(RETRY_SECONDS)} if refusal.status == 429 else {}
     if "text/html" in request.headers.get("Accept", ""):
         from qdot.grader.serve.html_pages import render_page
 
         page = render_page(request, "serve/refused.html.j2", title="qdot", sentence=refusal.sentence)
         page.status_code = refusal.status
+        page.headers.update(headers)
         return page
-    return JsonResponse({"error": refusal.sentence}, status=refusal.status)
+    return JsonResponse({"error": refusal.sentence}, status=refusal.status, headers=headers)
 
 
 class RefusalMiddleware:
@@ -77,6 +82,6 @@ def report_failure(request: HttpRequest) -> HttpResponse:
     return respond(request, Refused(500, FAILURE))
 
 
-def report_forged_request(request: HttpRequest, reason: str = "") -> HttpResponse:  # noqa: ARG001 - Django calls it
+def report_forged_request(request: HttpRequest, **_: object) -> HttpResponse:
     """Answer a request without the token that proves that it comes from a page of the service."""
     return respond(request, Refused(403, "This page is out of date. Load it again, and repeat what you did."))

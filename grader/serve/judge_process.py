@@ -186,21 +186,24 @@ def show_marks(
             part_result = part_on_page.result
             is_missing = part_result.outcome is Outcome.MISSING
             texts = [] if is_missing or part_result.outcome is Outcome.CORRECT else [part_on_page.reason]
-            sentences = [
-                text if text.endswith((".", "?")) else f"{text}." for text in (part_on_page.advice, *texts) if text
-            ]
+            sentences = [html.escape(end_sentence(text), quote=False) for text in (part_on_page.advice, *texts) if text]
             table = render("reports/difference.html.j2", table=part_on_page.table) if part_on_page.table else ""
             answer = part_on_page.answer
             example = part_result.certificate and part_result.certificate.counterexample
             followed_from = part_result.followed_from
             shown[f"{slot}.{part_result.name}"] = ShownPart(
-                sentences=tuple(map(html.escape, sentences)), entries=part_on_page.entry_states,
+                sentences=tuple(sentences), entries=part_on_page.entry_states,
                 counterexample=f"{table}{part_on_page.counterexample_figure}" or None,
                 pose=_find_pose(problem, example) if example else None,
                 followed_from=f"{slot}.{followed_from}" if followed_from else None,
-                answer=None if answer is None else answer.html or html.escape(answer.text),
+                answer=None if answer is None else answer.html or html.escape(answer.text, quote=False),
             )  # fmt: skip
     return shown
+
+
+def end_sentence(text: str) -> str:
+    """Return a sentence with a full stop, unless it has an end already."""
+    return text if text.endswith((".", "?", "!")) else f"{text}."
 
 
 def _find_pose(problem: Problem, example: Counterexample) -> dict[str, float] | None:

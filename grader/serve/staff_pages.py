@@ -9,7 +9,7 @@ from django.http import HttpRequest, HttpResponse, JsonResponse
 from django.utils import timezone
 from django.views.decorators.http import require_GET, require_POST
 
-from qdot.exercises.assignment.assignment import Assignment
+from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError, count_noun
 from qdot.grader.grading.batch import parse_time
 from qdot.grader.grading.overrides import TOTAL_PART, flatten_answer
@@ -18,7 +18,7 @@ from qdot.grader.judging.verdict import AWAITS_PERSON
 from qdot.grader.marking.marking import format_points, map_max_points, sum_points
 from qdot.grader.reports.class_summary import group_wrong_answers
 from qdot.grader.serve.class_list import describe_class, load_class_assignment
-from qdot.grader.serve.errors import NO_PAGE, Refused
+from qdot.grader.serve.errors import Refused
 from qdot.grader.serve.exchange import make_results_zip
 from qdot.grader.serve.html_pages import render_page
 from qdot.grader.serve.judge_process import StudentOfClass, make_solutions
@@ -29,7 +29,7 @@ from qdot.grader.serve.regrading import accept_regrading, continue_regrading, co
 from qdot.grader.serve.scores import compute_results
 from qdot.grader.serve.sign_in import for_staff
 from qdot.grader.serve.student_pages import describe_work, find_language, find_work, read_json
-from qdot.grader.serve.submitting import UNSTORABLE
+from qdot.grader.serve.submitting import UNSTORABLE, check_part
 
 MAX_COMMENT_CHARACTERS, MAX_ACTIONS_SHOWN = 5_000, 50
 MAX_GROUP_CHARACTERS = 200
@@ -152,7 +152,7 @@ def find_student_of(person: Person, number: object) -> Person:
         student = person.classroom.people.filter(pk=number, role=Person.Role.STUDENT).first()
         if student is not None:
             return student
-    raise Refused(404, NO_PAGE)
+    raise Refused(404, "Your class has no such student.")
 
 
 @require_GET
@@ -182,14 +182,18 @@ def post_override(request: HttpRequest, person: Person, key: str) -> HttpRespons
     group, answer = str(content.get("group") or ""), flatten_answer(str(content.get("answer") or ""))
     if group:
         part = group.partition("/")[0]
-    if part not in max_points or len(group) > MAX_GROUP_CHARACTERS:
-        raise Refused(404, "This assignment has no such question.")
+    if len(group) > MAX_GROUP_CHARACTERS:
+        raise Refused(404, "There is no such group of equal answers.")
+    if part != TOTAL_PART:
+        check_part(part, assignment)
     if points is not None and not (
         isinstance(points, (int, float)) and not isinstance(points, bool) and 0 <= points <= max_points[part]
     ):
         raise Refused(400, f"Enter points from 0 to {max_points[part]:g}.")
-    if len(comment) > MAX_COMMENT_CHARACTERS or UNSTORABLE.search(comment + answer):
+    if len(comment) > MAX_COMMENT_CHARACTERS:
         raise Refused(400, f"A comment has at most {MAX_COMMENT_CHARACTERS:,} characters.")
+    if UNSTORABLE.search(comment + answer):
+        raise Refused(400, "This comment contains characters that can't be stored.")
     student = None if group else find_student_of(person, content.get("student"))
     target = find_title(assignment, part) if part else "the total"
     who = f"the group {group}" if student is None else f"{target} of {_name_person(student)}"
@@ -229,13 +233,8 @@ def post_extension(request: HttpRequest, person: Person, key: str) -> HttpRespon
     assignment = load_class_assignment(person.classroom, key)
     student, due = find_student_of(person, content.get("student")), content.get("due")
     if due is not None and assignment.due_date is None:
-        raise Refused(409, "This assignment has no due date.")
-    try:
-        due_date = None if due is None else parse_time(str(due))
-        if due_date is not None:
-            due_date.astimezone(datetime.UTC)
-    except (QdotError, OverflowError):  # a year that the database can't store
-        raise Refused(400, "qdot couldn't read this date.") from None
+        raise Refused(409, "This assignment has no due date; add `due` to assignment.toml first.")
+    due_date = None if due is None else read_due_date(due)
     with transaction.atomic():
         Extension.objects.filter(person=student, assignment=key).delete()
         if due_date is not None:
@@ -243,7 +242,19 @@ def post_extension(request: HttpRequest, person: Person, key: str) -> HttpRespon
         summary = f"due {due_date:%Y-%m-%d %H:%M}" if due_date else "due as everybody"
         record_action(person, f"{_name_person(student)}: {summary}")
         update_scores(student, key)
-    return JsonResponse({})
+    is_earlier = due_date is not None and due_date < assignment.due_date_of(Student(student.student_id))
+    return JsonResponse({"warning": "This is earlier than the due date of the class." if is_earlier else ""})
+
+
+def read_due_date(text: object) -> datetime.datetime:
+    """Return the due date that a text gives. Raises Refused, also for a year in which nobody studies."""
+    try:
+        due_date = parse_time(str(text))
+    except QdotError:
+        due_date = None
+    if due_date is None or not 2000 <= due_date.year < 2200:
+        raise Refused(400, "qdot couldn't read this date; write it as in 2027-01-15T23:59:00+01:00.")
+    return due_date
 
 
 @require_POST

@@ -18,8 +18,9 @@ from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import make_feedback_page
 from qdot.grader.reports.part_rows import describe_decisions
 from qdot.grader.serve.class_list import find_student, load_assignments, load_class_assignment
-from qdot.grader.serve.errors import NO_PAGE, Refused
+from qdot.grader.serve.errors import NO_PAGE, TOO_LARGE, Refused
 from qdot.grader.serve.html_pages import render_page
+from qdot.grader.serve.judge_process import end_sentence
 from qdot.grader.serve.marking_online import (
     count_waiting_before,
     load_problem_records,
@@ -65,7 +66,7 @@ def find_work(person: Person, key: str) -> Work:
 def read_json(request: HttpRequest) -> dict[str, Any]:
     """Return the object in the body of a request. Raises BadRequest."""
     if len(request.body) > MAX_JSON_BYTES:
-        raise Refused(413, "This is larger than qdot accepts.")
+        raise Refused(413, TOO_LARGE)
     try:
         content = json.loads(request.body)
     except (ValueError, RecursionError):
@@ -138,7 +139,7 @@ def describe_work(work: Work, language: str) -> dict[str, Any]:
         "now": now.isoformat(), "due": due_date and due_date.isoformat(),
         "is_late": result.late is not None, "late_rule": late_rule, "attempts": attempts._asdict(),
         "feedback": assignment.feedback, "score": result.score if submissions else None,
-        "max_score": result.max_score, "notes": describe_decisions(result),
+        "max_score": result.max_score, "notes": [end_sentence(text) for text in describe_decisions(result)],
         "closed": explain_closed(assignment, student, received, now.replace(microsecond=0)),
         "problems": load_problem_records(person, assignment, language),
         "answers": typed.answers if typed else {}, "drafts": dict(drafts.values_list("part", "text")),
@@ -175,7 +176,7 @@ def describe_submission(submission: Submission) -> dict[str, Any]:
         "id": submission.pk, "received": submission.received.isoformat(),
         "kind": "answer" if submission.changed_part else "notebook", "part": submission.changed_part,
         "file_name": submission.file_name, "state": submission.state, "place": count_waiting_before(submission),
-        "score": submission.points, "note": submission.obstacle,
+        "score": submission.points, "note": submission.obstacle and end_sentence(submission.obstacle),
     }  # fmt: skip
 
 
@@ -187,6 +188,8 @@ def post_answer(request: HttpRequest, person: Person, key: str) -> HttpResponse:
     request_id = parse_request_id(content.get("request"))
     part = str(content.get("part"))
     text = check_text(part, content.get("text"), work.assignment)
+    if not text:
+        raise Refused(400, "Type an answer first.")
     check_rate("answer", person.pk, ANSWERS_PER_MINUTE)
     submission, is_new = submit_answer(work.assignment, work.student, person, request_id, {part: text})
     if is_new:

@@ -13,7 +13,7 @@ from django.utils import timezone
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.late_rule import add_time_zone
-from qdot.exercises.common.errors import count_noun
+from qdot.exercises.common.errors import count_noun, make_name_error, shorten
 from qdot.grader.judging.functions import FUNCTION_TEXT, is_function_table
 from qdot.grader.marking.marking import map_max_points
 from qdot.grader.serve.errors import Refused
@@ -61,11 +61,20 @@ def explain_closed(assignment: Assignment, student: Student, received: list[date
     return ""
 
 
+def check_part(part: str, assignment: Assignment) -> None:
+    """Raise Refused if an assignment has no part with a name such as "p1.jacobian"."""
+    names = list(map_max_points(assignment))
+    if part not in names:
+        message = str(make_name_error("question", shorten(part, 50), names))
+        raise Refused(404, f"{message[0].upper()}{message[1:]}.")
+
+
 def check_text(part: str, text: object, assignment: Assignment) -> str:
     """Return the text of an answer, in the form in which it is stored. Raises Refused."""
-    if part not in map_max_points(assignment):
-        raise Refused(404, "This assignment has no such question.")
-    if not isinstance(text, str) or len(text) > MAX_ANSWER_CHARACTERS:
+    check_part(part, assignment)
+    if not isinstance(text, str):
+        raise Refused(400, "An answer must be a text.")
+    if len(text) > MAX_ANSWER_CHARACTERS:
         raise Refused(413, f"An answer has at most {MAX_ANSWER_CHARACTERS:,} characters.")
     if UNSTORABLE.search(text) or is_function_table(text):
         raise Refused(400, "This answer contains characters that can't be in an answer.")

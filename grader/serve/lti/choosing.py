@@ -38,7 +38,7 @@ def begin_choosing(request: HttpRequest, launch: LtiLaunch, person: Person) -> H
 
 @require_http_methods(["GET", "POST"])
 @for_staff
-def choose(request: HttpRequest, person: Person) -> HttpResponse:  # noqa: ARG001 - `for_staff` passes it
+def choose(request: HttpRequest, _: Person) -> HttpResponse:
     """Show what there is to choose, or give the choice to the platform."""
     if "choosing" not in request.session:
         raise Refused(400, "Begin in your course: add an activity, and select qdot.")

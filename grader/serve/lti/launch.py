@@ -139,7 +139,7 @@ class Launch(DjangoMessageLaunch):
         return self
 
 
-def show_keys(request: HttpRequest) -> HttpResponse:  # noqa: ARG001 - Django calls it
+def show_keys(_: HttpRequest) -> HttpResponse:
     """Return the public keys of this service (a JSON Web Key Set)."""
     renew_keys(timezone.now())
     return JsonResponse(Key.objects.as_jwks())

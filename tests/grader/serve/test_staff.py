@@ -3,6 +3,7 @@
 import io
 import json
 import zipfile
+from collections import defaultdict, deque
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,7 @@ from qdot.grader.serve.forgetting_online import describe_people, find_people, fo
 from qdot.grader.serve.models import Draft, Person, PointsOverride, StaffAction, Submission
 from qdot.grader.serve.settings import DATABASE_FILE, find_options
 from tests.grader.serve.test_submitting import find_right_answer
-from tests.support.serving import PROBLEMS, Service, write_settings
+from tests.support.serving import PROBLEMS, Service, serve_class, write_settings
 
 
 def test_equal_wrong_answers_form_a_group_that_gets_points_together(service: Service) -> None:
@@ -159,3 +160,32 @@ def test_what_no_database_can_store_is_refused(service: Service) -> None:
     long_group = {"group": f"p1.jacobian/{'k' * 500}", "points": 1, "comment": ""}
     assert staff.send("POST", "/a/hw/class/overrides", long_group).status_code == 404
     assert not PointsOverride.objects.exists()
+
+
+@pytest.mark.parametrize(
+    ("due", "status", "sentence"),
+    [
+        ("2027-01-12T12:00:00+00:00", 200, ""), ("2027-01-08T12:00:00+00:00", 200, "earlier than the due date"),
+        ("0001-01-01T00:00:00+00:00", 400, "2027-01-15T23:59:00"), ("9999-12-31T23:59:59-12:00", 400, "2027-01-15T"),
+        ("tomorrow", 400, "2027-01-15T23:59:00"), (True, 400, "2027-01-15T23:59:00"),
+    ],
+)  # fmt: skip
+def test_unusual_due_dates_get_a_warning_or_an_example(due: object, status: int, sentence: str) -> None:
+    with serve_class("due = 2027-01-10T12:00:00+00:00") as service:
+        staff = service.open_browser("staff:Grace")
+        reply = staff.send("POST", "/a/hw/class/extensions", {"student": service.people["s001"].pk, "due": due})
+        assert reply.status_code == status
+        assert sentence in reply.json().get("error" if status == 400 else "warning", "")
+        assert bool(sentence) == bool(reply.json().get("error") or reply.json()["warning"])
+        unknown = staff.send("POST", "/a/hw/class/extensions", {"student": 99_999, "due": None})
+        assert (unknown.status_code, unknown.json()["error"]) == (404, "Your class has no such student.")
+
+
+def test_too_many_requests_say_when_to_come_back(service: Service, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("qdot.grader.serve.rates.SECONDS", 60.0)
+    monkeypatch.setattr("qdot.grader.serve.rates._times", defaultdict(deque))
+    monkeypatch.setattr("qdot.grader.serve.student_pages.READS_PER_MINUTE", 2)
+    browser = service.open_browser("s001")
+    replies = [browser.get("/a/hw/work") for _ in range(3)]
+    assert [reply.status_code for reply in replies] == [200, 200, 429]
+    assert int(replies[2]["Retry-After"]) > 0

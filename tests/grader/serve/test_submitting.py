@@ -174,3 +174,27 @@ def test_another_person_in_the_same_browser_is_noticed(service: Service) -> None
     work = browser.get("/a/hw/work").json()
     assert browser.get("/a/hw/work", **{"X-Person": str(work["person"])}).status_code == 200
     assert browser.get("/a/hw/work", **{"X-Person": "999"}).status_code == 401
+
+
+def test_an_empty_answer_replaces_none(service: Service) -> None:
+    browser = service.open_browser("s001")
+    score = browser.answer("p2.determinant", find_right_answer(service, "s001", "p2.determinant")).json()["score"]
+    for text in ("", "  \n"):
+        reply = browser.answer("p2.determinant", text)
+        assert (reply.status_code, reply.json()) == (400, {"error": "Type an answer first."})
+    assert (browser.get("/a/hw/work").json()["score"], score > 0) == (score, True)
+
+
+def test_sentences_have_an_end_and_no_entities() -> None:
+    with serve_class("due = 2027-01-08T12:00:00+00:00\nlate = {per_day = 0.5}") as service, set_clock(NOW):
+        browser = service.open_browser("s001")
+        browser.answer("p2.determinant", find_right_answer(service, "s001", "p2.determinant"))
+        shown = browser.answer("p1.position", "theta1 < 'x'").json()["results"]["p1.position"]
+        assert shown["sentences"][0].startswith("qdot couldn't parse your answer: unexpected '&lt;'")
+        (note,) = browser.get("/a/hw/work").json()["notes"]
+        assert note.endswith("you lose 50 % of your 1 point.")
+
+
+def test_a_part_that_does_not_exist_is_named(service: Service) -> None:
+    reply = service.open_browser("s001").answer("p1.jacobean", "1")
+    assert (reply.status_code, "did you mean 'p1.jacobian'?" in reply.json()["error"]) == (404, True)
