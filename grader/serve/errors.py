@@ -51,7 +51,8 @@ def respond(request: HttpRequest, refusal: Refused) -> HttpResponse:
 
         page = render_page(request, "serve/refused.html.j2", title="qdot", sentence=refusal.sentence)
         page.status_code = refusal.status
-        page.headers.update(headers)
+        for name, value in headers.items():
+            page[name] = value
         return page
     return JsonResponse({"error": refusal.sentence}, status=refusal.status, headers=headers)
 

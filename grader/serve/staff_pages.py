@@ -242,7 +242,8 @@ def post_extension(request: HttpRequest, person: Person, key: str) -> HttpRespon
         summary = f"due {due_date:%Y-%m-%d %H:%M}" if due_date else "due as everybody"
         record_action(person, f"{_name_person(student)}: {summary}")
         update_scores(student, key)
-    is_earlier = due_date is not None and due_date < assignment.due_date_of(Student(student.student_id))
+    class_due_date = assignment.due_date_of(Student(student.student_id))
+    is_earlier = due_date is not None and class_due_date is not None and due_date < class_due_date
     return JsonResponse({"warning": "This is earlier than the due date of the class." if is_earlier else ""})
 
 

@@ -50,7 +50,7 @@ def choose(request: HttpRequest, _: Person) -> HttpResponse:
     found = next((entry for entry in _list_columns(assignments) if entry[0] == choice), None)
     if found is None:
         raise Refused(400, "Choose an assignment or a question.")
-    _, title, points = found
+    title, points = found[1:]
     platform_id, deployment_id, settings_claim = request.session.pop("choosing")
     column = LineItem({"label": title, "scoreMaximum": points, "resourceId": choice})
     column.set_submission_review(_REVIEWABLE)
