@@ -142,15 +142,10 @@ class Robot:
 
 
 def read_robot(path: Path) -> Chain:
-    r"""Return the arm that a file describes. Raises QdotError if the file is not valid.
+    """Return the arm that a file describes. Raises QdotError if the file is not valid.
 
-    >>> import tempfile
-    >>> row = 'kind = "R"\ntheta = "theta1"\nd = 0\na = "a1"\nalpha = 0'
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = Path(folder) / "arm.toml"
-    ...     _ = path.write_text(f'name = "mine"\ntask = ["vx"]\n[[joint]]\n{row}')
-    ...     read_robot(path)
-    Chain(mine: R, vx of frame 1)
+    >>> read_robot(Path("exercises/robots/scorbot.toml"))
+    Chain(SCORBOT-ER 4u: RRRRR, vx vy vz of frame 5)
     """
     return read_robot_file(path).chain
 

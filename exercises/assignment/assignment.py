@@ -387,12 +387,8 @@ def load_assignment(folder: Path, is_preview: bool = False) -> Assignment:
     A preview needs only assignment.toml: without secret.txt and roster.csv, the assignment has a known secret and no
     students.
 
-    >>> import tempfile
-    >>> from qdot.exercises.assignment.release import init_assignment
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     init_assignment(Path(folder) / "week-3", "Week 3", "week-3")
-    ...     load_assignment(Path(folder) / "week-3")
-    Assignment(week-3: 4 problems, 2 students)
+    >>> load_assignment(Path("docs/examples/course"), is_preview=True)
+    Assignment(planar: 1 problems, 3 students)
     """
     _check_folder(folder)
     errors, roster = ErrorList(), folder / "roster.csv"

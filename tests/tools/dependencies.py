@@ -1,4 +1,4 @@
-"""Update docs/dependencies.md: the licence, size, version and last release of each library.
+"""Update docs/dependencies.md: the licence, size and last release of each library.
 
     python -m tests.tools.dependencies uv.lock
 
@@ -80,10 +80,10 @@ def look_up(page: str, lock: Path) -> str:
     def row(match: re.Match[str]) -> str:
         name, released = match[1], max(wheel["upload-time"] for wheel in locked[match[1]]["wheels"])
         size = f"{measure_size(name) / 1e6:.1f}"
-        cells = (name, match[2], find_licence(name), size, locked[name]["version"], str(released)[:10])
+        cells = (name, match[2], find_licence(name), size, str(released)[:10])
         return f"| {' | '.join(cells)} |"
 
-    return re.sub(r"(?m)^\| ([\w-]+) \| ([^|]+) \|(?: [^|]+ \|){3} 20\d\d-\d\d-\d\d \|$", row, page)
+    return re.sub(r"(?m)^\| ([\w-]+) \| ([^|]+) \|(?: [^|]+ \|){2} 20\d\d-\d\d-\d\d \|$", row, page)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,6 @@ import pydantic
 from pydantic.fields import FieldInfo
 
 from qdot.exercises.arm.chain import DEFAULT_CONVENTION, Chain
-from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.library import list_robots
 from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry
 from qdot.exercises.assignment.expected_forms import ATTEMPT_FORMS, EXPECTED_FORMS, LATE_FORMS, PAPER_FORMS
@@ -25,6 +24,7 @@ from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.listing import LISTING_FILE, FamilyListing
+from qdot.exercises.families.structures import group_clean_structures, read_clean_structures
 from qdot.exercises.figure.arm_figure import draw_thumbnail_svg
 from qdot.exercises.generation import compute_listing, sample_chain
 from qdot.exercises.mistakes.catalogue import SECTIONS
@@ -80,6 +80,7 @@ def families_page() -> str:
         families=FAMILIES,
         listed=list_families(),
         tasks={name: Wording(_first_arm(name)).task for name in FAMILIES},
+        classes={n: len(group_clean_structures(n)) for n in read_clean_structures()},
     )
 
 
@@ -102,8 +103,6 @@ def questions_page() -> str:
 
 SAMPLE_FAMILY = "planar-2r"
 """The family whose arm docs/variation.md shows at each step."""
-TABLE_STEPS = (DEFAULT_VARIATION, "full")
-"""The steps at which the page shows the arm's table, too."""
 
 AXES_IN_WORDS = {
     "lengths": "numbers for some lengths of the table, in steps of 5 cm",
@@ -118,21 +117,16 @@ AXES_IN_WORDS = {
 
 def variation_page() -> str:
     """Return docs/variation.md, with the measurements in `sharing.json`."""
-    measured = load_measurements()
-    counts_by_step = [counts for steps in measured["asked"]["families"].values() for counts in steps.values()]
-    shared = [name for name in QUESTIONS if any(counts.get(name) for counts in counts_by_step)]
     return render(
         "docs/variation.md.j2",
         axes=AXES_IN_WORDS,
         steps=VARIATION_STEPS,
         default=DEFAULT_VARIATION,
         shown=SAMPLE_FAMILY,
-        tables=[(step, Wording(sample_chain(ProblemId(SAMPLE_FAMILY, 0, variation=step)))) for step in TABLE_STEPS],
         thumbnails={step: thumbnail_path(SAMPLE_FAMILY, step) for step in VARIATION_STEPS},
-        sharing=measured["formulas"],
+        sharing=load_measurements(),
         sharing_step=DEFAULT_VARIATION,
         varied=[name for name, family in FAMILIES.items() if family.has_varied_structure],
-        asked=measured["asked"] | {"questions": shared},
     )
 
 
@@ -217,7 +211,6 @@ def _value_form(message: str) -> str:
 
 # --- real robots ---
 
-SINGULAR_WORDS = Path(__file__).with_name("robots.json")
 PAGE = ROOT / "docs" / "robots.md"
 SECTION, NEXT = "## Real robots\n", "\n## "
 
@@ -228,17 +221,8 @@ def robots_page() -> str:
     before, heading, after = text.partition(SECTION)
     assert heading, f"docs/robots.md has no section {SECTION.strip()!r}"
     _, end, rest = after.partition(NEXT)
-    groups: dict[tuple[str, ...], list[str]] = {}
-    for name, words in load_singular_words().items():
-        groups.setdefault(words, []).append(name)
-    section = render("docs/robots.md.j2", robots=list_robots().values(), conventions=REGISTRY, groups=groups)
+    section = render("docs/robots.md.j2", robots=list_robots().values())
     return f"{before}{SECTION}{section.rstrip()}\n{end}{rest}"
-
-
-@cache
-def load_singular_words() -> Mapping[str, tuple[str, ...]]:
-    """Return the stored descriptions of each robot's singular configurations; empty if there is no short one."""
-    return {name: tuple(words) for name, words in json.loads(SINGULAR_WORDS.read_text(encoding="utf-8")).items()}
 
 
 if __name__ == "__main__":

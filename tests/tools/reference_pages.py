@@ -117,6 +117,8 @@ def _describe(name: str, home: str) -> LibraryName:
         return LibraryName(name, name, match[1], "")
     text, prompt, example = (inspect.getdoc(item) or "").partition(">>>")
     attributes = [field.name for field in fields(item)] if is_dataclass(item) and not _signature(item) else []
+    if all(f"`{attribute}`" in text for attribute in attributes):
+        attributes = []
     return LibraryName(name, name + _signature(item), text.strip(), prompt + example, attributes)
 
 

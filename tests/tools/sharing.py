@@ -1,8 +1,7 @@
 """Measure how many students of a class would share an answer, for docs/variation.md (`make sharing`, minutes).
 
 An answer in formulas depends only on the arm. So the arms of a class are sampled and grouped by the values of their
-formulas at fixed values of symbols and joints. Parts with numbers, or with other sampled data, are generated for a
-smaller class.
+formulas at fixed values of symbols and joints.
 """
 
 import json
@@ -21,26 +20,18 @@ from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_st
 from qdot.exercises.common.console import print_result
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS
+from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import list_questions_of_family, sample_chain
-from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.exercises.problem.record import compute_digests
-from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.problem.problem import ProblemId
 
 MEASUREMENTS_FILE = Path(__file__).with_name("sharing.json")
 
-CLASS_SIZE, SMALL_CLASS_SIZE = 500, 30
-"""Students of the class whose arms are compared, and of the smaller class whose parts are generated."""
-
-GENERATED_FAMILIES, GENERATED_STEPS = ("planar-2r", "elbow-3r"), ("chapter", DEFAULT_VARIATION)
-"""The families and steps whose parts are generated for the smaller class."""
+CLASS_SIZE = 500
+"""Students of a class whose arms are compared."""
 
 VARIED_CLASS_SIZE = 100
 """Students of a class with random structures, which take half a second each."""
-
-SAME_FOR_ALL = {"jacobian-size"}
-"""Questions whose answer is the same for every arm of a family, or one of a few."""
 
 DIGITS = 9
 POSES = 3
@@ -163,32 +154,6 @@ def measure_formulas(family: str, size: int = CLASS_SIZE) -> dict[str, dict[str,
     }
 
 
-def measure_generated(family: str, step: str, questions: Sequence[str], size: int = SMALL_CLASS_SIZE) -> dict[str, int]:
-    """Return how many students of a small class share a part, counted as in `qdot generate`."""
-    shared = {}
-    arms = sample_arms(family, step, size)
-    for name in questions:
-        digests = []
-        for seed, arm in enumerate(arms):
-            identity = ProblemId(family, seed, (name,), variation=step)
-            digests.append(compute_part_digest(identity, arm, name))
-        shared[name] = count_sharing(digests)
-    return shared
-
-
-def compute_part_digest(identity: ProblemId, arm: Chain, name: str) -> str:
-    """Return the digest of a part for a given arm."""
-    answer, details = QUESTIONS[name].ask(arm, Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/{name}"))
-    problem = Problem(identity, arm, (Part(name, name, answer, details=details),))
-    return compute_digests(problem).parts[name]
-
-
-def list_questions_beyond_arm(family: str) -> list[str]:
-    """Return the questions of a family whose answers do not depend on the arm alone."""
-    in_formulas = {name for names in GROUPS.values() for name in names} | SAME_FOR_ALL
-    return [name for name in list_questions_of_family(family) if name not in in_formulas]
-
-
 def measure_family(family: str) -> dict[str, Any]:
     """Measure one family."""
     size = VARIED_CLASS_SIZE if FAMILIES[family].has_varied_structure else CLASS_SIZE
@@ -197,12 +162,7 @@ def measure_family(family: str) -> dict[str, Any]:
 
 def measure() -> dict[str, Any]:
     """Measure all families, and return the content of sharing.json."""
-    formulas = {family: measure_family(family) for family in FAMILIES}
-    generated = {
-        family: {step: measure_generated(family, step, list_questions_beyond_arm(family)) for step in GENERATED_STEPS}
-        for family in GENERATED_FAMILIES
-    }
-    return {"formulas": formulas, "asked": {"students": SMALL_CLASS_SIZE, "families": generated}}
+    return {family: measure_family(family) for family in FAMILIES}
 
 
 def measurement_text(content: dict[str, Any]) -> str:
