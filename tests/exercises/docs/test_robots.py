@@ -34,7 +34,7 @@ def describe_singular_set(name: str) -> tuple[str, ...]:
 def test_every_robot_has_a_row() -> None:
     section = PAGE.read_text(encoding="utf-8").partition("## Real robots")[2].partition("\n## ")[0]
     for robot in list_robots().values():
-        assert f"| `{robot.name}` | {robot.title} | {robot.joints} | " in section
+        assert f"| `{robot.name}` | {robot.title} | {robot.joints} |" in section
 
 
 def test_robots_page_is_up_to_date_and_keeps_handwritten_text(monkeypatch: pytest.MonkeyPatch) -> None:
