@@ -223,8 +223,9 @@ class _UrdfReader:
                 parent, child = self.read_link(joint, "parent"), self.read_link(first_joint, "child")
                 raise self.make_joint_error(
                     joint,
-                    f"{problem}; delete this joint's <mimic> and, in the Jacobian, {chain_rule} (chain rule); or end "
-                    f"the chain before this joint (--tip {parent}), or begin it after the other one (--base {child})",
+                    f"{problem}; delete this joint's <mimic> and, in the Jacobian, {chain_rule} (chain rule), but "
+                    "ignore the singular configurations, which are those of independent joints; or end the chain "
+                    f"before this joint (--tip {parent}), or begin it after the other one (--base {child})",
                 )
             if mimic is not None:
                 note = f"joint {self.read_name(joint)!r}: it copies joint {mimic.get('joint')!r} (mimic)"

@@ -194,8 +194,9 @@ def _iterate_moodle_students(
         if not cell_by_key[identity_key]:
             column = header[column_by_key[identity_key]]
             raise QdotError(
-                f"{path}: line {number}: the column {column!r} is empty, but it identifies the students; fill it in, "
-                "or delete the column, so that qdot uses the next of ID number, username and email address"
+                f"{path}: line {number}: the column {column!r} is empty, but it identifies the students; fill it in; "
+                "delete the line, if it is a teacher's; or delete the column, so that qdot uses the next of ID number, "
+                "username and email address"
             )
         name = f"{cell_by_key['first name']} {cell_by_key['last name']}".strip()
         identity = {"student": normalize_identifier(cell_by_key[identity_key]), "name": name}

@@ -27,6 +27,9 @@ TOKEN_LENGTH = 26
 MAX_STUDENTS_LISTED = 10
 """Maximum number of students named in a message."""
 
+BYTE_ORDER_MARK = "\ufeff"
+"""Written before a table, it lets Word and Excel read accented names, which they take for Windows-1252 otherwise."""
+
 _TOKEN = re.compile(f"[a-z2-7]{{{TOKEN_LENGTH}}}")
 _NAME_COLUMNS = (("first name", "firstname", "vorname"), ("last name", "lastname", "surname", "nachname"))
 """The roster's columns for the first name and for the last name."""
@@ -113,7 +116,8 @@ def write_links(assignment: Assignment, out: Path, address: str) -> Handout:
     beginning = f"{address.rstrip('/')}/" if address else ""
     rows = [[s.name, s.email, s.id, f"{beginning}{tokens[s.id]}/"] for s in assignment.roster]
     table_path = out / "mail-merge.csv"
-    write_atomically(table_path, format_csv([["name", "email", "student", "link"], *rows]), 0o600)
+    table = format_csv([["name", "email", "student", "link"], *rows])
+    write_atomically(table_path, BYTE_ORDER_MARK + table, 0o600)
     return Handout(public, table_path)
 
 

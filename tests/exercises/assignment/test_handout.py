@@ -1,5 +1,6 @@
 """`qdot release`: every student gets their own notebook, by an address that nobody else can guess, or in Moodle."""
 
+import codecs
 import csv
 import io
 import re
@@ -41,7 +42,7 @@ def folder(generated_class: Path, tmp_path: Path) -> Path:
 
 
 def read_table(path: Path) -> list[dict[str, str]]:
-    return list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
+    return list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8-sig"))))
 
 
 def read_notebook(folder: Path, student: str) -> bytes:
@@ -69,6 +70,8 @@ def test_links_lead_each_student_to_their_notebook(folder: Path) -> None:
     public = "".join(path.name + path.read_text(encoding="utf-8") for path in upload.glob("*") if path.is_file())
     assert not [token for token in tokens if token and token[1] in public], "the folder's own page lists nobody"
     assert (folder / "handout" / "links" / "mail-merge.csv").stat().st_mode & 0o777 == 0o600
+    table = (folder / "handout" / "links" / "mail-merge.csv").read_bytes()
+    assert table.startswith(codecs.BOM_UTF8), "Word and Excel read accented names"
 
 
 def test_links_stay_the_same_and_those_of_former_students_end(folder: Path) -> None:
