@@ -137,7 +137,7 @@ class MarkedAnswers:
     shown: Mapping[str, ShownPart]
 
 
-QUICK_JUDGING, QUICK_DIAGNOSING = 6.0, 4.0
+QUICK_JUDGING, QUICK_DIAGNOSING = 3.0, 2.0
 """Seconds of processor time for answers that students wait for; most need less than one."""
 
 

@@ -8,9 +8,10 @@ import logging
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from datetime import timedelta
 from functools import cache, partial
 from pathlib import Path
@@ -61,6 +62,8 @@ KILLED_REASON = "its process failed or was ended several times, perhaps because 
 """Why a submission is ungraded if its grading failed, or killed its process, again and again."""
 ANSWER_SECONDS = 25.0
 """For how many seconds a student's browser waits for a verdict; then the page asks again later."""
+TURN_SECONDS = 3.0
+"""For how many seconds an answer waits while an earlier one of the same student is judged; then it is queued."""
 LATER_SECONDS = 60.0
 """After how many seconds a submission that is neither marked nor in the queue is put there by `queue_forgotten`."""
 MAX_STARTS = 5
@@ -121,13 +124,32 @@ def find_judges() -> JudgePool:
 def mark_answers(submission: Submission) -> None:
     """Mark typed answers at once, or put them into the queue if they take long or kill their process."""
     try:
-        marked = _mark_typed(submission, find_judges().run, is_quick=True)
+        with _wait_for_turn(submission.person.pk):
+            marked = _mark_typed(submission, find_judges().run, is_quick=True)
     except (TimeoutError, BrokenProcessPool):
         marked = None
     if marked is None:
         grade_submission.using(priority=SLOW_PRIORITY).enqueue(submission.pk)
     else:
         _store_marks(submission, *marked)
+
+
+_turns, _people_in_turn = threading.Condition(), set[int]()
+
+
+@contextmanager
+def _wait_for_turn(person: int) -> Iterator[None]:
+    """Let no two answers of a person be judged at the same time. Raises TimeoutError if this takes too long."""
+    with _turns:
+        if not _turns.wait_for(lambda: person not in _people_in_turn, TURN_SECONDS):
+            raise TimeoutError
+        _people_in_turn.add(person)
+    try:
+        yield
+    finally:
+        with _turns:
+            _people_in_turn.remove(person)
+            _turns.notify_all()
 
 
 def _mark_typed(submission: Submission, run: Callable[..., Any], *, is_quick: bool) -> Marked | None:

@@ -27,8 +27,10 @@ from qdot.grader.serve.marking_online import (
 from qdot.grader.serve.queue_process import work_off_queue
 from qdot.grader.serve.settings import ServiceOptions, find_options
 
-THREADS = 16
-"""Number of requests that are answered at once."""
+THREADS, MAX_CONNECTIONS, IDLE_SECONDS = 32, 800, 30
+"""Numbers of requests that are answered at once and of open connections, and for how long one may be idle.
+
+A browser keeps several connections open; at the maximum, nobody else gets in."""
 SECONDS_BETWEEN_CHECKS, MAX_REQUEST_BYTES = 2.0, 25_000_000
 CLAIM_FILE, CLAIM_NUMBER = "service.lock", 0x71646F74
 """What a running service locks: a file beside the database, or a number in PostgreSQL."""
@@ -73,13 +75,8 @@ def run_service(options: ServiceOptions, host: str, port: int, on_ready: Any) ->
     run_periodically(queue_forgotten, SECONDS_BETWEEN_CHECKS)
     run_periodically(queue.watch, SECONDS_BETWEEN_CHECKS)
     run_periodically(work_off_outbox, 1.0)
-    proxy = {"trusted_proxy": "*", "trusted_proxy_headers": "x-forwarded-for x-forwarded-proto"}
     try:
-        server = create_server(
-            get_wsgi_application(), host=host, port=port, threads=THREADS, ident=None,
-            clear_untrusted_proxy_headers=True, max_request_body_size=MAX_REQUEST_BYTES,
-            **(proxy if options.url.startswith("https:") else {}),
-        )  # fmt: skip
+        server = open_server(get_wsgi_application(), options.url, host, port)
     except OSError as error:
         queue.stop()
         raise QdotError(f"port {port} can't be used: {error.strerror}; choose another with --port") from None
@@ -89,6 +86,16 @@ def run_service(options: ServiceOptions, host: str, port: int, on_ready: Any) ->
     finally:
         queue.stop()
         find_judges().close()
+
+
+def open_server(application: Any, url: str, host: str, port: int) -> Any:
+    """Return a web server that listens. Raises OSError if it can't."""
+    proxy = {"trusted_proxy": "*", "trusted_proxy_headers": "x-forwarded-for x-forwarded-proto"}
+    return create_server(
+        application, host=host, port=port, threads=THREADS, ident=None, clear_untrusted_proxy_headers=True,
+        max_request_body_size=MAX_REQUEST_BYTES, connection_limit=MAX_CONNECTIONS, channel_timeout=IDLE_SECONDS,
+        asyncore_use_poll=True, **(proxy if url.startswith("https:") else {}),
+    )  # fmt: skip
 
 
 class QueueProcess:

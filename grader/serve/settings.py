@@ -103,6 +103,7 @@ def configure(options: ServiceOptions) -> None:
                 "django": {"handlers": ["stderr"], "level": "ERROR", "propagate": False},
                 "django.security.DisallowedHost": {"level": "CRITICAL"},  # strangers send anything
                 "django.request": {"level": "CRITICAL"},  # `errors` logs failures; lines about addresses have tokens
+                "waitress.queue": {"level": "ERROR"},  # how many requests wait
                 "qdot": {"handlers": ["stderr"], "level": "INFO"},
             },
         },

@@ -1,6 +1,11 @@
 """What a student may try who wants the service down, or another's data: one person takes little from the others."""
 
+import socket
+import threading
+import time
 import uuid
+from contextlib import ExitStack
+from http.client import HTTPConnection
 from typing import Any
 
 import pytest
@@ -8,6 +13,7 @@ from django_tasks_db.models import DBTaskResult
 
 from qdot.grader.serve import judge_process, marking_online, submitting
 from qdot.grader.serve.models import Submission
+from qdot.grader.serve.server import open_server
 from tests.support.serving import Service
 
 
@@ -54,3 +60,38 @@ def test_one_student_can_t_fill_the_queue_or_the_disk(service: Service, monkeypa
     assert browser.upload("a.ipynb", b"{}").status_code == 409
     assert browser.answer("p1.position", "theta1").status_code == 409
     assert browser.answer("p1.position", "theta1").status_code == 409
+
+
+def test_two_answers_of_a_student_are_not_judged_at_the_same_time(
+    service: Service, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    number, events = service.people["s001"].pk, list[str]()
+    monkeypatch.setattr(marking_online, "TURN_SECONDS", 0.2)
+    with marking_online._wait_for_turn(number):
+        with marking_online._wait_for_turn(service.people["s002"].pk):
+            events.append("another student")
+        assert service.open_browser("s001").answer("p1.position", "theta1").json()["state"] == "waiting"
+    assert service.open_browser("s001").answer("p1.position", "theta1").json()["state"] == "marked"
+    assert events == ["another student"]
+
+
+@pytest.mark.parametrize(
+    "start", [b"", b"GET / HTTP/1.1\r\nHost: 127", b"POST / HTTP/1.1\r\nContent-Length: 9999\r\n\r\na"]
+)
+def test_connections_on_which_nothing_comes_keep_nobody_out(start: bytes) -> None:
+    def application(environ: Any, start_response: Any) -> list[bytes]:
+        start_response("200 OK", [("Content-Length", "2")])
+        return [b"ok"]
+
+    server = open_server(application, "http://127.0.0.1", "127.0.0.1", 0)
+    threading.Thread(target=server.run, daemon=True).start()
+    address = ("127.0.0.1", server.effective_port)
+    with ExitStack() as stack:
+        for _ in range(150):
+            stack.enter_context(socket.create_connection(address)).sendall(start)
+        begin, visitor = time.monotonic(), HTTPConnection(*address, timeout=5)
+        visitor.request("GET", "/")
+        assert visitor.getresponse().read() == b"ok"
+        assert time.monotonic() - begin < 5
+        visitor.close()
+    server.close()
