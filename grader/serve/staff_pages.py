@@ -17,6 +17,7 @@ from qdot.grader.grading.result import PartResult, Result
 from qdot.grader.judging.verdict import AWAITS_PERSON
 from qdot.grader.marking.marking import format_points, map_max_points, sum_points
 from qdot.grader.reports.class_summary import group_wrong_answers
+from qdot.grader.reports.feedback_levels import capitalize
 from qdot.grader.serve.class_list import describe_class, load_class_assignment
 from qdot.grader.serve.errors import Refused
 from qdot.grader.serve.exchange import make_results_zip
@@ -88,6 +89,7 @@ def describe_class_results(assignment: Assignment, classroom: Classroom, results
             "begun": _format_time(begun), "last": _format_time(last), "due": _format_time(extensions.get(person.pk)),
             "score": result.score if begun else None, "comment": result.override.comment if result.override else "",
             "marks": {name: _describe_mark(part) for name, part in result.parts.items()},
+            "notes": "\n".join(map(capitalize, result.staff_notes)) if begun else "",
         })  # fmt: skip
         to_mark += [
             {"student": person.pk, "part": name, "text": part.answer or ""}

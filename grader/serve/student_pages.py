@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from django.core.exceptions import BadRequest
-from django.http import HttpRequest, HttpResponse, JsonResponse
+from django.http import HttpRequest, HttpResponse, HttpResponseRedirect, JsonResponse
 from django.middleware.csrf import get_token
 from django.utils import timezone
 from django.views.decorators.http import require_GET, require_http_methods, require_POST
@@ -16,6 +16,7 @@ from qdot.exercises.assignment.release import notebook_path
 from qdot.exercises.writing.languages import ENGLISH, LANGUAGES
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import make_feedback_page
+from qdot.grader.reports.feedback_levels import capitalize
 from qdot.grader.reports.part_rows import describe_decisions
 from qdot.grader.serve.class_list import find_student, load_assignments, load_class_assignment
 from qdot.grader.serve.errors import NO_PAGE, TOO_LARGE, Refused
@@ -81,7 +82,7 @@ def read_json(request: HttpRequest) -> dict[str, Any]:
 
 @require_GET
 def show_home(request: HttpRequest) -> HttpResponse:
-    """Show the assignments of the person who is signed in, or how to get in."""
+    """Show the assignments of the person who is signed in, the only one at once; or how to get in."""
     try:
         person = find_person(request)
     except Refused:
@@ -92,6 +93,9 @@ def show_home(request: HttpRequest) -> HttpResponse:
         for key, assignment in load_assignments().items()
         if is_staff or person.classroom.lti_context_id or person.student_id in {s.id for s in assignment.roster}
     ]
+    if len(assignments) == 1:
+        get_token(request)
+        return HttpResponseRedirect(f"/a/{assignments[0]['key']}/{'class/' if is_staff else ''}")
     return render_page(request, "serve/home.html.j2", title="qdot", advice="", assignments=assignments)
 
 
@@ -129,6 +133,7 @@ def describe_work(work: Work, language: str) -> dict[str, Any]:
     received, now, due_date = [s.received for s in submissions], timezone.now(), assignment.due_date_of(student)
     typed = next((submission for submission in submissions if submission.changed_part), None)
     attempts, rule = describe_attempts(assignment, received), assignment.late_rule
+    notes = [*describe_decisions(result), *map(capitalize, result.notes)]
     late_rule = ""
     if rule is not None and rule.per_day:
         late_rule = f"Late work loses {100 * float(rule.per_day):.4g} % of its points for each started day"
@@ -139,7 +144,7 @@ def describe_work(work: Work, language: str) -> dict[str, Any]:
         "now": now.isoformat(), "due": due_date and due_date.isoformat(),
         "is_late": result.late is not None, "late_rule": late_rule, "attempts": attempts._asdict(),
         "feedback": assignment.feedback, "score": result.score if submissions else None,
-        "max_score": result.max_score, "notes": [end_sentence(text) for text in describe_decisions(result)],
+        "max_score": result.max_score, "notes": list(map(end_sentence, notes)),
         "closed": explain_closed(assignment, student, received, now.replace(microsecond=0)),
         "problems": load_problem_records(person, assignment, language),
         "answers": typed.answers if typed else {}, "drafts": dict(drafts.values_list("part", "text")),

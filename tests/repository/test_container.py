@@ -27,6 +27,7 @@ from tests.support.programs import require_program
 from tests.support.submitting import make_class, make_correct_notebook
 
 PAGE = (ROOT / "docs" / "container.md").read_text(encoding="utf-8")
+SERVE_PAGE = (ROOT / "docs" / "serve.md").read_text(encoding="utf-8")
 CLUSTERS = (ROOT / "docs" / "scaling.md").read_text(encoding="utf-8")
 CONTAINERFILE = (ROOT / "Containerfile").read_text(encoding="utf-8")
 IMAGE, BASE = "localhost/qdot", "localhost/qdot-tests-base"
@@ -50,14 +51,20 @@ def test_the_build_context_has_only_the_needed_files() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     folders = project["tool"]["hatch"]["build"]["targets"]["wheel"]["only-include"]
     assert first == "*" and {"pyproject.toml", "constraints.txt", "README.md", "LICENSE"} < included
-    assert set(folders) - {"site/dist"} < included
-    assert all((ROOT / name).exists() for name in included)
+    assert set(folders) < included
+    assert all((ROOT / name).exists() for name in included if not name.startswith("site/dist"))
 
 
 def test_the_container_runs_as_an_ordinary_user_and_starts_doctor() -> None:
     final = CONTAINERFILE.rpartition("\nFROM ")[2]
     assert f"\nUSER {CONTAINER_USER}:{CONTAINER_USER}\n" in final and 'ENTRYPOINT ["qdot"]\nCMD ["doctor"]' in final
     assert "RUN" not in final and "ADD" not in CONTAINERFILE
+
+
+def test_the_image_that_serves_is_built_like_the_other() -> None:
+    """The tests below build only the image that serves."""
+    build, build_to_serve = (re.findall(r"(?m)^    (podman build .*)$", page) for page in (PAGE, SERVE_PAGE))
+    assert [command.replace("--build-arg 'EXTRAS=[serve]' ", "") for command in build_to_serve] == build
 
 
 def test_a_pod_is_restricted_like_the_container() -> None:
@@ -172,7 +179,7 @@ def engine(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Engine]:
     download = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--dest", str(folder), "hatchling"]
     if subprocess.run(download, capture_output=True).returncode:
         skip_or_fail("the index of Python's packages can't be reached, which the build of the image asks")
-    (build,) = re.findall(r"(?m)^    (podman build .*)$", PAGE)
+    (build,) = re.findall(r"(?m)^    (podman build .*)$", SERVE_PAGE)
     engine.succeeds(build, ROOT)
     yield engine
     engine.run(f"podman rmi {IMAGE}", folder)
@@ -274,3 +281,29 @@ def test_the_container_has_few_files_and_no_rights(engine: Engine, tmp_path: Pat
         "user": os.geteuid() or CONTAINER_USER, "pip": False, "tests": 0, "uncompiled": [], "written": [],
         "network": "OSError", "rights": ["0" * 16] * 2,
     }  # fmt: skip
+
+
+REQUEST = """
+import time, urllib.error, urllib.request
+
+request = urllib.request.Request("http://127.0.0.1:8000/", headers={"Host": "qdot.example.edu"})
+for _ in range(120):
+    try:
+        print(urllib.request.urlopen(request).read().decode())
+        break
+    except urllib.error.URLError:
+        time.sleep(1)
+"""
+"""A program that asks the service in the same container for its first page, and waits until it answers."""
+
+
+@pytest.mark.integration
+@pytest.mark.skipif(not (ROOT / "site/dist/.vite/manifest.json").exists(), reason="the pages are not built: make site")
+def test_the_container_serves_a_class(engine: Engine, course: Assignment, tmp_path: Path) -> None:
+    serving = Engine(engine.folder, ["--detach", "--name", "qdot-serve-test"])
+    serving.succeeds(f"grader serve {course.folder.name} --host 0.0.0.0 --url https://qdot.example.edu", tmp_path)
+    try:
+        ask = f"podman exec qdot-serve-test /opt/qdot/bin/python -c {shlex.quote(REQUEST)}"
+        assert "personal link" in engine.succeeds(ask, tmp_path)
+    finally:
+        engine.run("podman stop qdot-serve-test", tmp_path)

@@ -105,6 +105,8 @@ export interface ClassStudent {
   readonly due: string | null;
   readonly score: number | null;
   readonly marks: Readonly<Record<string, Mark>>;
+  /** What was noticed about the submission, in lines. */
+  readonly notes: string;
 }
 
 export type Mark = Pick<Shown, "outcome" | "points"> & { readonly mistake: string; readonly is_override: boolean };

@@ -72,6 +72,7 @@ export function StudentView({ id, results, onChange, onStudent }: StudentViewPro
               {work.is_late ? ` · ${say("class.late")}` : ""}
             </span>
           </h2>
+          {student.notes ? <p class="notes">{student.notes}</p> : null}
           <ExtensionForm key={student.due} student={id} due={student.due} onSaved={save} />
           <details>
             <summary>{say("class.total")}</summary>

@@ -128,14 +128,14 @@ class Row extends Component<RowProps> {
   }
 
   override render({ student, parts, onStudent }: RowProps): JSX.Element {
-    const { id, name, student_id, score, marks, last, is_late, due } = student;
+    const { id, name, student_id, score, marks, last, is_late, due, notes } = student;
     return (
       <tr>
         <th scope="row" class="of-name">
           <button type="button" class="heading" onClick={() => onStudent(id)}>
             {name || student_id}
           </button>{" "}
-          {name ? <span class="muted">{student_id}</span> : null}
+          {name ? <span class="muted">{student_id}</span> : null} {notes ? <abbr title={notes}>⚠</abbr> : null}
         </th>
         <td class="of-score">{writePoints(score)}</td>
         {parts.map((part) => (

@@ -117,7 +117,7 @@ test.each([
 const PARTS = ["p1.a", "p1.b", "p2.a"].map((name) => ({ name, title: name, max_points: 3, is_text: true }));
 const student = (id: number, changes: Partial<ClassStudent> = {}): ClassStudent => ({
   ...{ id, student_id: `s${id}`, name: `Student ${String(id).padStart(3, "0")}`, begun: null, last: null },
-  ...{ is_late: false, due: null, score: null, marks: {}, ...changes },
+  ...{ is_late: false, due: null, score: null, marks: {}, notes: "", ...changes },
 });
 const RESULTS: ClassResults = {
   ...{ version: 1, title: "Week 3", now: "", due: null, max_score: 9, parts: PARTS, groups: [], actions: [] },

@@ -149,3 +149,9 @@ def test_headers_are_set_on_every_page(service: Service) -> None:
         assert reply["X-Content-Type-Options"] == "nosniff"
         assert reply["Cache-Control"] == "no-store"
         assert reply["Referrer-Policy"] == "same-origin"
+
+
+def test_a_personal_link_leads_to_the_only_assignment(service: Service) -> None:
+    for student, address in (("s001", "/a/hw/"), ("staff:Grace", "/a/hw/class/")):
+        reply = service.open_browser(student).get("/")
+        assert (reply.status_code, reply.headers["Location"]) == (302, address)

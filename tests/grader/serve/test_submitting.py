@@ -114,6 +114,21 @@ def test_a_notebook_is_graded_from_the_queue_and_its_answers_are_the_basis_of_ty
     assert "Ada" in browser.get("/a/hw/feedback").content.decode()
 
 
+def test_the_notebook_of_another_student_is_pointed_out_to_both_sides(service: Service) -> None:
+    browser = service.open_browser("s001")
+    browser.upload(
+        "mine.ipynb", write_notebook(service.assignment, "s002", make_correct_cells_of(service, "s002")).encode()
+    )
+    service.work_off_queue()
+    (note,) = browser.get("/a/hw/work").json()["notes"]
+    assert note.startswith("This notebook was released to another student.") and note.endswith("wrong one.")
+    notes = {
+        row["student_id"]: row["notes"]
+        for row in service.open_browser("staff:Grace").get("/a/hw/class/results").json()["students"]
+    }
+    assert notes["s001"] == "The notebook was released to 's002'" and not notes["s002"]
+
+
 def make_correct_cells_of(service: Service, student: str) -> list[dict[str, object]]:
     (slot, problem), *_ = service.assignment.generate_problems(student)
     names = ", ".join(problem.symbols)
