@@ -27,7 +27,7 @@ test:  ## before a commit, and in CI: every property, on the family that stands 
 	$(MAKE) -j3 $(VENV)/.dev .venvs/readers/.installed site-libraries
 	$(MAKE) -j3 lint site-test unit
 
-whole:  ## nightly and before a release: every property on every family, and the programs that read exports
+whole:  ## nightly and before a release: every test, on every family what depends on the arm, and the programs that read exports
 	$(MAKE) QDOT_SUITE=whole test
 
 integration: $(VENV)/.dev .venvs/readers/.installed site-scripts  ## the part of `make whole` that starts other programs

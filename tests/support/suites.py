@@ -1,8 +1,8 @@
 """The three suites, `make check`, `make test` and `make whole`: which tests, families and problems each runs.
 
 QDOT_SUITE names the suite, and nothing else chooses tests: a suite runs the same ones every day and on every machine.
-`make whole` runs everything on every family. `make test` leaves out tests marked `whole` or `integration`, and takes
-the ten families of SHAPES. `make check` runs the tests of EXAMPLES, on one family each.
+`make whole` runs everything, and on every family what depends on the arm. `make test` leaves out tests marked `whole`
+or `integration`, and takes the ten families of SHAPES. `make check` runs the tests of EXAMPLES, on one family each.
 """
 
 import os
@@ -69,8 +69,10 @@ every_family = pytest.mark.families(tuple(FAMILIES), every=True)
 """Run a test on every family in `make test`, too: use it for quick tests only."""
 
 FEW = ("polar-rp", "pan-tilt", "wrist-zyz")
-few_families = pytest.mark.families(select_for_suite(FEW, tuple(FAMILIES)), every=True)
-"""Run a test on the families FEW: use it for slow tests that don't depend on the arm."""
+few_families = pytest.mark.families(select_for_suite(FEW, tuple(SHAPES.values())), every=True)
+"""Run a test on the families FEW, in `make whole` on those of SHAPES: for slow tests that don't depend on the arm."""
+few_or_all_families = pytest.mark.families(select_for_suite(FEW, tuple(FAMILIES)), every=True)
+"""Run a test on the families FEW, in `make whole` on all: for slow tests of what is said or asked of an arm."""
 
 
 def sample_for_suite(values: Iterable[Value], most: int) -> list[Value]:

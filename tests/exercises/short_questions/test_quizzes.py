@@ -36,7 +36,7 @@ from tests.exercises.writing.test_problem_texts import _is_clean
 from tests.support import SNAPSHOTS
 from tests.support.judging import diagnose, judge_matching, judge_selection
 from tests.support.problems import choose_convention, replace_answer
-from tests.support.suites import few_families, sample_for_suite, select_for_suite
+from tests.support.suites import few_or_all_families, sample_for_suite, select_for_suite
 
 QUIZ_SNAPSHOTS = SNAPSHOTS / "quizzes"
 UPDATED = os.environ.get("QDOT_UPDATE_SNAPSHOTS") == "1"
@@ -74,7 +74,7 @@ def of_small(name: str, seed: int = 1) -> Problem:
     return problem_of(next(can), seed, name)
 
 
-@few_families
+@few_or_all_families
 def test_short_questions_pass_their_certificate_and_are_marked(family: str) -> None:
     names = asked_in_turn(family)
     assert names

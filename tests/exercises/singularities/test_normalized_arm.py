@@ -23,7 +23,7 @@ from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, n
 from qdot.exercises.singularities.singular_set import Component, ValueCombination, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import classify_samples
 from qdot.exercises.verify.singularity_statements import sample_component, statement_holds
-from tests.support.suites import few_families, select_for_suite
+from tests.support.suites import few_or_all_families, select_for_suite
 
 A1, A2 = sp.symbols("a1 a2")
 
@@ -111,7 +111,7 @@ def test_an_arm_with_its_lengths_put_in_again_moves_as_before(problem: Problem) 
     np.testing.assert_allclose(other.compute_point(q + offsets), one.compute_point(q), atol=1e-12)
 
 
-@few_families
+@few_or_all_families
 def test_what_is_told_of_a_structure_holds_for_the_arm(problem: Problem) -> None:
     for component in find_singular_set(problem.chain) or ():
         pieces, (_, known) = normalize_conditions(problem.chain, component), generalize_conditions(problem.chain)

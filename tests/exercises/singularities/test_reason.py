@@ -19,7 +19,7 @@ from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.singularities.meanings import list_candidate_meanings
 from qdot.exercises.singularities.singular_set import find_singular_set
 from tests.exercises.arm.sets import compute_rank_ratios, list_task_rows
-from tests.support.suites import few_families, on_families
+from tests.support.suites import few_or_all_families, on_families
 
 
 def arm(family: str, seed: int = 1) -> Chain:
@@ -47,7 +47,7 @@ def test_parallel_axes_are_a_reason_only_where_their_own_columns_depend_on_each_
                 )
 
 
-@few_families
+@few_or_all_families
 def test_the_reason_that_is_told_holds_at_no_regular_configuration(
     family: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

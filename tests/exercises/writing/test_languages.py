@@ -35,7 +35,7 @@ from qdot.exercises.writing.problem_texts import (
 )
 from qdot.exercises.writing.render import find_template_folder, make_environment
 from tests.support.problems import get_problem, select_parts
-from tests.support.suites import few_families, select_for_suite
+from tests.support.suites import few_or_all_families, select_for_suite
 from tests.tools import collect_messages
 from tests.tools.collect_messages import (
     collect_catalog,
@@ -85,7 +85,7 @@ def options_of(part: Part) -> int:
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
-@few_families
+@few_or_all_families
 def test_the_texts_of_a_family_hold_the_same_formulas_and_no_english(language: str, family: str) -> None:
     problem = get_problem(family, 0)
     problems = [replace(problem, parts=tuple(select_parts(problem)))]

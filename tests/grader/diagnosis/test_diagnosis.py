@@ -28,7 +28,7 @@ from qdot.grader.judging.functions import sample_function_arguments
 from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
 from tests.support.judging import diagnose
 from tests.support.problems import LONG_ARMS, ask_question
-from tests.support.suites import few_families, select_for_suite
+from tests.support.suites import few_or_all_families, select_for_suite
 from tests.tools.diagnoses import list_parts, sweep
 
 FAMILY_NAMES = list(FAMILIES)
@@ -50,7 +50,7 @@ def choose_questions(family: str) -> tuple[str, ...]:
     )
 
 
-@few_families
+@few_or_all_families
 def test_mistakes_are_named_and_random_answers_are_not(family: str) -> None:
     counts, missed = sweep([family], (0,), choose_questions(family), few=2, random_count=2)
     wrong = counts["named"] + counts["same answer"] + counts["nothing"]
