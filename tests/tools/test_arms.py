@@ -15,7 +15,7 @@ from tests.tools.arms import arm, arms, check_arm
 SECONDS = 6.0
 
 
-@pytest.mark.parametrize("number", select_for_suite((9, 51), range(0, 300, 6)))
+@pytest.mark.parametrize("number", select_for_suite((9, 51), range(0, 300, 15)))
 def test_solutions_of_random_arms_hold(number: int) -> None:
     robot = arm(number, "a")
     assert check_arm(robot, SECONDS).false == (), robot

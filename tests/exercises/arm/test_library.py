@@ -207,7 +207,7 @@ def test_robot_loses_rank_exactly_where_solve_says(name: str) -> None:
     for text in conditions:
         samples = sample_condition(chain, text, name, arm_count=1, samples_per_arm=5)
         assert samples and all(compute_rank_ratios(sample.arm, chain, sample.q) < 1e-6 for sample in samples), text
-    search = search_singularities(chain, name, select_for_suite(40, 300))
+    search = search_singularities(chain, name, select_for_suite(40, 120))
     assert len(search.reached) > len(search.starts) / 2
     assert search.are_in(read_pieces(chain, conditions), 1e-5).all()
 

@@ -25,7 +25,7 @@ from qdot.exercises.questions.rank import LostMotionDetails, MeaningDetails
 from qdot.exercises.reference_answers import Choice, Selection
 from qdot.exercises.short_questions import ALL_QUESTIONS, SHORT_QUESTIONS
 from qdot.exercises.short_questions.options import ConfigurationOptions, Options
-from tests.support.problems import ask_question, choose_convention
+from tests.support.problems import LONG_ARMS, ask_question, choose_convention
 from tests.support.suites import SHAPES, on_families, select_for_suite
 
 BALANCED_CHOICES = ("joint-effect", "invertibility", "unreachable-velocity", "lost-motion", "singularity-meaning")
@@ -98,10 +98,11 @@ def test_a_joint_that_does_not_move_the_point_is_not_asked_about(textbook_arms: 
     assert wrist.details_as(JointEffectDetails).rows == ("wx", "wy", "wz")
 
 
+SHORT_ARMS = [name for name in FAMILIES if name not in LONG_ARMS]
 LONG_SHAPES = (SHAPES["six joints"], SHAPES["seven joints"])
 
 
-@on_families(select_for_suite([name for name in SHAPES.values() if name not in LONG_SHAPES], tuple(FAMILIES)))
+@on_families([*SHORT_ARMS, *select_for_suite((), LONG_SHAPES)])
 @pytest.mark.parametrize("name", [*CHOICES, *SHORT_CHOICES])
 def test_options_do_not_give_the_right_one_away(family: str, name: str) -> None:
     """No feature that is visible without a calculation shows it, and it can't be learnt from another student.

@@ -19,7 +19,7 @@ from qdot.exercises.short_questions import ALL_QUESTIONS as EVERY_QUESTION
 from qdot.exercises.singularities.singular_set import Component
 from qdot.exercises.verify.certificate import CHECKS, certify
 from tests.support.problems import LONG_ARMS, get_problem, replace_answer, select_parts
-from tests.support.suites import WHOLE, sample_for_suite, select_for_suite
+from tests.support.suites import sample_for_suite, select_for_suite
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 
@@ -27,7 +27,7 @@ CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 def _asked() -> list[tuple[str, str]]:
     """Return every question with a family of the chapter, in turn, or another one if those can't be asked it.
 
-    In `make whole`, with all families of the chapter that can be asked it and two others.
+    In `make whole`, with two families of the chapter, if they can be asked it, and another one.
     """
     found: list[tuple[str, str]] = []
     turns = dict.fromkeys(FAMILIES, 0)
@@ -35,7 +35,7 @@ def _asked() -> list[tuple[str, str]]:
         can = [family for family in FAMILIES if name in list_questions_of_family(family)]
         chapter = sorted((family for family in can if family in CHAPTER), key=turns.__getitem__)
         others = sorted((family for family in can if family not in CHAPTER), key=turns.__getitem__)
-        chosen = [*chapter[: select_for_suite(1, len(CHAPTER))], *others[: 2 if WHOLE else not chapter]]
+        chosen = [*chapter[: select_for_suite(1, 2)], *others[: select_for_suite(not chapter, 1)]]
         turns |= {family: turns[family] + 1 for family in chosen}
         found += [(family, name) for family in chosen]
     return found
@@ -44,12 +44,10 @@ def _asked() -> list[tuple[str, str]]:
 ASKED = _asked()
 
 
-def test_every_reference_passes(family: str, seeds: range) -> None:
-    for seed in seeds[: select_for_suite(1, 4)] if family in CHAPTER else seeds[: select_for_suite(1, 2)]:
-        problem = get_problem(family, seed)
-        parts = select_parts(problem) if family in LONG_ARMS else problem.parts
-        certificate = certify(replace(problem, parts=tuple(parts)))
-        assert certificate.passed, (seed, certificate.failures)
+def test_every_reference_passes(problem: Problem) -> None:
+    parts = select_parts(problem) if problem.id.family in LONG_ARMS else problem.parts
+    certificate = certify(replace(problem, parts=tuple(parts)))
+    assert certificate.passed, certificate.failures
 
 
 PATH, KIND = ("path-rates", "path-limit"), ("singularity-type", "singularity-meaning")
@@ -182,8 +180,8 @@ def test_planted_bugs_are_found(family: str, name: str) -> None:
 
 
 def _with_one_question(family: str, name: str) -> Problem:
-    """Return a problem with this question alone: in `make test` a part of the one that was drawn, where it has it."""
-    if WHOLE or FAMILIES[family].has_varied_structure:
+    """Return a problem with this question alone, from the cached one unless another structure may be needed."""
+    if FAMILIES[family].has_varied_structure:
         return generate(ProblemId(family, 4, (name,)))
     problem = get_problem(family, 0)
     return replace(problem, parts=tuple(part for part in problem.parts if part.name == name))

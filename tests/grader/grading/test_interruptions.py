@@ -184,9 +184,7 @@ def kill_run(process: "subprocess.Popen[str]") -> bool:
 # --- kill -9, many times ---
 
 
-@pytest.mark.parametrize(
-    ("seed", "is_graded_before"), select_for_suite([(3, True)], [(0, False), (1, False), (2, True), (3, True)])
-)
+@pytest.mark.parametrize(("seed", "is_graded_before"), select_for_suite([(3, True)], [(0, False), (3, True)]))
 def test_repeated_kills_lose_nothing(
     folder: Path, undisturbed: dict[str, bytes], graded_once: Path, seed: int, is_graded_before: bool
 ) -> None:

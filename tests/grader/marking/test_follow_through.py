@@ -151,10 +151,8 @@ def invent_answers(problem: Problem) -> dict[str, str]:
     """Return a position that ignores the arm, and the answers that follow from it."""
     q = problem.chain.q
     count = len(problem.chain.task)
-    point = sp.Matrix([
-        sum(j * sp.cos(angle + i) for j, angle in enumerate(q, 2)) + sp.sin(q[0] - q[-1]) + sp.prod(map(sp.sin, q))
-        for i in range(count)
-    ])  # fmt: skip
+    joints = [q[i % len(q)] for i in range(count + 1)]
+    point = sp.Matrix([(i + 2) * sp.cos(joints[i] + i) + sp.sin(joints[i] - joints[i + 1]) for i in range(count)])
     jacobian = point.jacobian(q)
     answers = {"position": str(point.tolist()), "jacobian": str(jacobian.tolist())}
     if jacobian.rows == jacobian.cols:
