@@ -9,18 +9,14 @@ import { KINDS } from "./kinds.mjs";
 import { armOf, drawn, inChromium, opened } from "./opened.mjs";
 
 const there = inChromium();
-/** Phones, then wider screens: a page is opened in the first size of a row, and gets the others while it is there. */
-const SCREENS = [
-  [
-    [360, 740],
-    [390, 844],
-  ],
-  [
-    [900, 800],
-    [1440, 900],
-    [2560, 1440],
-    [3840, 2160],
-  ],
+/** From a small phone to the widest screen: what phones get, and what wider screens do. */
+const SIZES = [
+  [360, 740],
+  [390, 844],
+  [900, 800],
+  [1440, 900],
+  [2560, 1440],
+  [3840, 2160],
 ];
 const MORE = ["own.html#robot=panda", "course.html", "404.html", "licences.html"];
 const ROUND = "practice.html?embed=1&arm=planar-2r&n=3&seed=a";
@@ -34,37 +30,46 @@ const LESSONS = ["rates", "columns", "differentiation", "propagation", "singular
 );
 const OWN = [...KINDS, ...MORE, ...QUESTIONS, ...LESSONS, ROUND, `${ROUND}&lesson=columns`];
 
-/** The smallest and the largest of some sizes: pages of text only have to fit these. */
-const edgesOf = (sizes) => [sizes[0], sizes.at(-1)];
-
-/** Pages with the languages and the colours in which they are looked at; of the others, the language is but at their edges. */
-function looks(screen) {
+/**
+ * Pages with the languages and the colours in which they are looked at, each opened once: half of them on a phone that
+ * then grows, half on a wide screen that shrinks. Pages of text are looked at in one language, at the edges of each
+ * kind of screen.
+ */
+function looks() {
   const all = readdirSync(there.site.folder, { recursive: true, encoding: "utf8" })
     .map((name) => name.replaceAll("\\", "/"))
     .filter((name) => name.endsWith(".html"));
   return [...new Set([...OWN, ...all.sort()])].flatMap((path, i) => {
-    const locales = OWN.includes(path) ? ["en-GB", "de-DE"] : [(i + screen) % 2 === 0 ? "en-GB" : "de-DE"];
-    return locales.map((locale) => ({ path, locale, colorScheme: i % 2 === 0 ? "light" : "dark" }));
+    const isOwn = OWN.includes(path);
+    const locales = isOwn ? ["en-GB", "de-DE"] : [i % 2 === 0 ? "en-GB" : "de-DE"];
+    return locales.map((locale, k) => {
+      const sizes = isOwn ? SIZES : [SIZES[0], SIZES[2], SIZES.at(-1)];
+      return {
+        path,
+        locale,
+        colorScheme: i % 4 < 2 ? "light" : "dark",
+        sizes: (Math.floor(i / 2) + k) % 2 === 0 ? sizes : sizes.toReversed(),
+      };
+    });
   });
 }
 
-for (const [k, sizes] of SCREENS.entries())
-  test(`nothing overlaps, is cut off, is too wide or leaves a gap, from ${sizes[0][0]} pixels on`, async () => {
-    const found = {};
+test("nothing overlaps, is cut off, is too wide or leaves a gap, from 360 pixels to 3840", async () => {
+  const found = {};
+  for (const { path, sizes, ...options } of looks()) {
     const [first] = sizes.map(([width, height]) => ({ width, height }));
-    for (const { path, ...options } of looks(k)) {
-      const { page } = await opened(there, path, { viewport: first, ...options });
-      await armOf(page);
-      for (const [width, height] of OWN.includes(path) ? sizes : edgesOf(sizes)) {
-        await page.setViewportSize({ width, height });
-        await page.evaluate(() => scrollTo(0, 0));
-        await drawn(page);
-        const wrong = await page.evaluate(faults);
-        if (wrong.length > 0) found[`${path} ${options.locale} ${width}`] = wrong;
-      }
+    const { page } = await opened(there, path, { viewport: first, ...options });
+    await armOf(page);
+    for (const [width, height] of sizes) {
+      await page.setViewportSize({ width, height });
+      await page.evaluate(() => scrollTo(0, 0));
+      await drawn(page);
+      const wrong = await page.evaluate(faults);
+      if (wrong.length > 0) found[`${path} ${options.locale} ${width}`] = wrong;
     }
-    assert.deepEqual(found, {});
-  });
+  }
+  assert.deepEqual(found, {});
+});
 
 test("overlaps, parts that are too wide, and gaps are found", async () => {
   const { page } = await opened(there, "learn.html", { viewport: { width: 900, height: 800 } });
