@@ -109,7 +109,7 @@ def _list_questions(slot: Slot) -> list[list[str | float]]:
 
 
 def _make_bank_files(request: ExportRequest) -> _Files:
-    """Return the files of the bank by path: problems, translations, and also solutions if students may see them."""
+    """Return the files of the bank by path, with solutions if students may see them."""
     assignment = request.assignment
     level = FEEDBACK[-1] if request.has_solutions else assignment.feedback
     bank_problems = list_problems_of_variants(list(iterate_bank(replace(request, on_step=lambda: None))))
@@ -139,6 +139,6 @@ def _make_bank_files(request: ExportRequest) -> _Files:
 def _compact_record(record: Json, has_hints: bool) -> str:
     """Return the JSON text of a record of the bank for students, with hints only if `has_hints`."""
     fields = {name: value for name, value in record.items() if name not in _BUILD_ONLY_FIELDS}
-    if not has_hints:
-        fields["parts"] = [part | {"hints": []} if "hints" in part else part for part in fields["parts"]]
+    if not has_hints and "hints" in fields:
+        fields["hints"] = []
     return bank.write_compact_json(fields)

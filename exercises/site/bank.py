@@ -1,17 +1,20 @@
 """Write the problem bank of the site: certified problems as JSON. A rerun does not rewrite files that are up to date.
 
 bank/index.json                    the list of problems
-bank/FAMILY/KEY.json               a problem (`record.make_site_record`)
-bank/FAMILY/KEY.solutions.json     the worked solutions of the problem, loaded on demand, if students may see them
-bank/FAMILY/KEY.de.json            the texts of the problem in German, loaded if the page is in German (`languages`)
-bank/FAMILY/KEY.solutions.de.json  the solutions in German
+bank/FAMILY/KEY.json               the arm of a problem (`record.split_record`)
+bank/FAMILY/KEY/QUESTION.json      a question about it, with its worked solution if students may see it
+bank/FAMILY/KEY.de.json            texts in German, loaded if the page is in German (`languages`)
+bank/FAMILY/KEY/QUESTION.de.json   likewise
 bank/index.de.json                 the titles of index.json in German
+
+A page loads the arm and the question that it shows, because all questions about an arm are ten times as long.
 """
 
 import hashlib
 import json
+import shutil
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
 from functools import cache
@@ -23,22 +26,26 @@ from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.parallel import map_in_order, return_state
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.plane import is_drawn_flat
-from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.base import Question
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import rate_difficulty_band
 from qdot.exercises.site.bank_problem import BankProblem
-from qdot.exercises.site.record import make_site_record, make_solutions_record, translate_record, translate_solutions
+from qdot.exercises.site.record import (
+    make_site_record,
+    make_solutions_record,
+    split_record,
+    translate_record,
+    translate_solutions,
+)
 from qdot.exercises.writing.custom_texts import translate_title
 from qdot.exercises.writing.languages import LANGUAGES, LOCALE, load_catalogue
 from qdot.exercises.writing.render import find_template_folder
 
 BANK_FOLDER = "bank"
 
-PROBLEM_ENDINGS = (".json", *(f".{code}.json" for code in LANGUAGES))
-SOLUTION_ENDINGS = tuple(f".solutions{ending}" for ending in PROBLEM_ENDINGS)
-"""The endings of the names of a problem's files, and of its solutions' files."""
+LANGUAGE_ENDINGS = (".json", *(f".{code}.json" for code in LANGUAGES))
+"""The endings of the names of a file of the bank and of its translations."""
 
 
 def write_bank(
@@ -69,14 +76,14 @@ _BankState = tuple[Path, FailureFinder, bool]
 def _write_problem(state: _BankState, bank_problem: BankProblem) -> Json | FailedSlot:
     """Write the files of a problem that are not up to date; return the problem's entry in index.json."""
     folder, find_failures, with_solutions = state
-    path = folder / BANK_FOLDER / bank_problem.family / f"{bank_problem.key}.json"
+    stem = folder / BANK_FOLDER / bank_problem.family / bank_problem.key
     problem_id = bank_problem.problem and bank_problem.problem.id
-    source = f"{compute_package_digest()}/{_compute_texts_digest()}/{replace(bank_problem, problem=None)}/{problem_id}"
+    source = (
+        f"{compute_package_digest()}/{_compute_texts_digest()}/{with_solutions}/{replace(bank_problem, problem=None)}/"
+        f"{problem_id}"
+    )
     source_digest = hashlib.sha256(source.encode()).hexdigest()  # the bank must not reveal seeds
-    if not with_solutions:
-        for ending in SOLUTION_ENDINGS:
-            path.with_suffix(ending).unlink(missing_ok=True)
-    current_entry = _find_current_entry(path, source_digest, PROBLEM_ENDINGS + SOLUTION_ENDINGS * with_solutions)
+    current_entry = _find_current_entry(stem, source_digest)
     if current_entry is not None:
         return current_entry
     problem = bank_problem.find_certified(find_failures)
@@ -90,34 +97,41 @@ def _write_problem(state: _BankState, bank_problem: BankProblem) -> Json | Faile
     }  # fmt: skip
     if bank_problem.problem is not None:
         record["id"] = bank_problem.key  # the problem's own id would reveal the seed
-    if with_solutions:
-        _write_solutions(path, problem, record["id"])
+    solutions = make_solutions_record(problem) if with_solutions else None
+    files = _name_files(split_record(record, record, solutions), ".json")
     for language in LANGUAGES:
-        _write_text(path.with_suffix(f".{language}.json"), translate_record(problem, record, language))
-    _write_text(path, {**record, "made_from": source_digest, "listed": entry})
+        texts = translate_record(problem, record, language)
+        solutions = translate_solutions(problem, language) if with_solutions else None
+        files |= _name_files(split_record(record, texts, solutions), f".{language}.json")
+    files[".json"] |= {"made_from": source_digest, "listed": entry}
+    shutil.rmtree(stem, ignore_errors=True)  # it may have questions that are no longer asked
+    stem.mkdir(parents=True)
+    for ending, content in files.items():
+        write_atomically(Path(f"{stem}{ending}"), write_compact_json(content), is_synced=False)  # or a rerun writes it
     return entry
 
 
-def _write_solutions(path: Path, problem: Problem, key: str) -> None:
-    _write_text(path.with_suffix(".solutions.json"), make_solutions_record(problem) | {"id": key})
-    for language in LANGUAGES:
-        _write_text(path.with_suffix(f".solutions.{language}.json"), translate_solutions(problem, language))
+def _name_files(contents: Mapping[str, Json], language_ending: str) -> dict[str, Json]:
+    """Return the files in a language by the endings of their names."""
+    return {f"{ending}{language_ending}": content for ending, content in contents.items()}
 
 
-def _write_text(path: Path, content: Json) -> None:
-    """Write a file without syncing the disk, which is slow; a rerun can regenerate the file."""
-    write_atomically(path, write_compact_json(content), is_synced=False)
+def list_endings(entry: Json) -> list[str]:
+    """Return the endings of the names of a problem's files after its key, given its entry in index.json."""
+    stems = ["", *(f"/{name}" for name in entry["questions"])]
+    return [f"{stem}{ending}" for stem in stems for ending in LANGUAGE_ENDINGS]
 
 
-def _find_current_entry(path: Path, source_digest: str, endings: Sequence[str]) -> Json | None:
+def _find_current_entry(stem: Path, source_digest: str) -> Json | None:
     """Return a problem's entry in index.json if all its files exist and have the same source; else None."""
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-        entry: Json | None = record["listed"] if record["made_from"] == source_digest else None
+        record = json.loads(Path(f"{stem}.json").read_text(encoding="utf-8"))
+        entry: Json = record["listed"]
+        is_current = record["made_from"] == source_digest
+        files = [Path(f"{stem}{ending}") for ending in list_endings(entry)]
     except (OSError, ValueError, KeyError, TypeError):
-        return None
-    files = [path.with_suffix(ending) for ending in endings]  # a power failure may leave an empty file
-    return entry if all(file.is_file() and file.stat().st_size for file in files) else None
+        return None  # a power failure may leave an empty file
+    return entry if is_current and all(file.is_file() and file.stat().st_size for file in files) else None
 
 
 @cache

@@ -65,11 +65,15 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
         spec.folder, spec.problems, spec.find_failures, spec.jobs, on_problem, on_failed, spec.has_solutions
     )
     custom_questions = find_custom_questions(spec.problems)
-    endings = bank.PROBLEM_ENDINGS + bank.SOLUTION_ENDINGS * spec.has_solutions
-    names = [f"{entry['family']}/{entry['key']}" for entry in entries]
     folder = spec.folder / bank.BANK_FOLDER
-    bank_paths = {name: {ending: folder / f"{name}{ending}" for ending in endings} for name in names}
-    sizes = {name: {ending: path.stat().st_size for ending, path in bank_paths[name].items()} for name in names}
+    bank_paths = {
+        name: {ending: folder / f"{name}{ending}" for ending in bank.list_endings(entry)}
+        for entry in entries
+        for name in [f"{entry['family']}/{entry['key']}"]
+    }
+    sizes = {
+        name: {ending: path.stat().st_size for ending, path in paths.items()} for name, paths in bank_paths.items()
+    }
     files: dict[str, str | bytes] = {
         **{path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files},
         ROBOTS_FILE: make_tables_json(),

@@ -2,10 +2,11 @@
 
 Texts that a page shows immediately have formulas as MathML, so that the page opens without typesetting. Hints and
 solutions have LaTeX in `<span class="tex">`, or in `<div class="tex">` for displayed formulas. The page typesets them
-later, because MathML would be ten times as long. Solutions are a separate record, loaded on demand.
+later, because MathML would be ten times as long. `split_record` divides a record into the arm and each question.
 """
 
 import html
+import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -95,6 +96,31 @@ def make_arm_record(problem: Problem) -> Json:
     """Return the data of the interactive arm, as in `make_site_record`: {"robot", "symbols", "pose"}."""
     robot = {**make_arm_json(problem.chain), "values": _choose_values(problem.chain)}
     return {"robot": robot, "symbols": _list_symbols(problem), "pose": find_figure_pose(problem.chain)}
+
+
+def split_record(record: Json, texts: Json, solutions: Json | None) -> dict[str, Json]:
+    """Return what the files of a problem contain, by the endings of their names: "" for the arm, "/QUESTION".
+
+    - `record`: the problem, as in `make_site_record`
+    - `texts`: the same, or its texts in another language
+    - `solutions`: the worked solutions in the language of the texts; None if students may not see them
+
+    A question is a part with {"said": {index: row} of the mistakes in its key, "solved": its solution}; the arm has the
+    "factors" of det J.
+    """
+    arm = {name: value for name, value in texts.items() if name not in ("parts", "said")}
+    files = {"": arm | {"factors": solutions["factors"]} if solutions and "factors" in solutions else arm}
+    for index, (part, part_texts) in enumerate(zip(record["parts"], texts["parts"], strict=True)):
+        said = {str(mistake): texts["said"][mistake] for mistake in _list_mistakes(part["key"])}
+        solved = {"solved": solutions["parts"][index]} if solutions else {}
+        files[f"/{part['kind']}"] = {**part_texts, "said": said, **solved}
+    return files
+
+
+def _list_mistakes(key: Json) -> list[int]:
+    """Return the indices of the sentences on mistakes to which the key of an answer refers."""
+    mistakes = [mistake for name in MISTAKE_LIST_NAMES for mistake in key.get(name, ())]
+    return sorted({mistake[0] for mistake in mistakes} | set(itertools.chain(*key.get("option_mistakes", ()))))
 
 
 def list_determinant_factors(chain: Chain) -> list[list[str]]:

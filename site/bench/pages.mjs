@@ -50,10 +50,10 @@ async function pages(browser, server) {
 
 /** From a press of Check to the verdict on the page, as the page itself clocks it; right answers and wrong ones. */
 async function answers(browser, server, site) {
-  const read = (name) => JSON.parse(readFileSync(join(site.folder, "bank/planar-2r", name), "utf8"));
-  const typed = Object.fromEntries(read("001.solutions.json").parts.map(({ name, typed }) => [name, typed]));
+  const read = (kind) => JSON.parse(readFileSync(join(site.folder, `bank/planar-2r/001/${kind}.json`), "utf8"));
+  const typed = Object.fromEntries(KINDS.map((kind) => [kind, read(kind).solved.typed]));
   const took = [];
-  for (const kind of KINDS.filter((kind) => typed[kind])) {
+  for (const kind of KINDS) {
     const context = await browser.newContext({ serviceWorkers: "block" });
     const page = await context.newPage();
     await page.goto(`${server.root}/practice.html?arm=planar-2r&question=${kind}`);
@@ -122,9 +122,9 @@ try {
   await pages(browser, server);
   await answers(browser, server, site);
   await corpus(browser, server);
-  for (const name of ["bank/index.json", "bank/planar-2r/001.json"]) {
+  for (const name of ["bank/index.json", "bank/planar-2r/001.json", "bank/planar-2r/001/jacobian.json"]) {
     const bytes = gzipSync(readFileSync(join(site.folder, name))).length;
-    console.log(`${name.padEnd(24)} ${figure(bytes / 1000)} kB (gzip)`);
+    console.log(`${name.padEnd(35)} ${figure(bytes / 1000)} kB (gzip)`);
   }
 } finally {
   await browser.close();

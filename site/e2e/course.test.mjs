@@ -91,9 +91,8 @@ async function solutionsOf(page, version) {
         .filter(Boolean)[0],
   );
   const bank = join(course.folder, VERSIONS[version], "bank");
-  const typed = JSON.parse(readFileSync(join(bank, `${key}.solutions.json`), "utf8")).parts;
-  const parts = JSON.parse(readFileSync(join(bank, `${key}.json`), "utf8")).parts;
-  return { key, typed: typed.find(({ name }) => name === "determinant").typed, right: parts[1].key.right[0] };
+  const load = (kind) => JSON.parse(readFileSync(join(bank, key, `${kind}.json`), "utf8"));
+  return { key, typed: load("determinant").solved.typed, right: load("joint-effect").key.right[0] };
 }
 
 async function answered(frame, text) {

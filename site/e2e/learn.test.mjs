@@ -7,10 +7,13 @@ import { drawn, inChromium, opened, openedAnew, PHONE, WIDE } from "./opened.mjs
 import { bankOf } from "./site.mjs";
 
 const there = inChromium();
-const solved = ["planar-2r/001.solutions", "planar-2r/001-quiz.solutions"];
 /** The right answer to a question about the site's only arm, as it is typed. */
-const typed = (kind) =>
-  solved.flatMap((name) => bankOf(there.site.folder).bank(name).parts).find(({ name }) => name === kind).typed;
+const typed = (kind) => {
+  const { bank } = bankOf(there.site.folder);
+  const [{ problems }] = bank("index").families;
+  const { key } = problems.find(({ questions }) => questions.includes(kind));
+  return bank(`planar-2r/${key}/${kind}`).solved.typed;
+};
 
 test("the first path reaches no goal; a changed one does", async () => {
   const { page } = await opened(there, "learn.html?lesson=path", WIDE);

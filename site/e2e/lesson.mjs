@@ -71,16 +71,15 @@ export async function answered(page, hand, { code, bank }, last = "") {
     },
     last,
   );
-  const [family, key, kind] = item.split("/");
-  const of = (name) => bank(name).parts.find((part) => part.name === kind);
+  const { key, solved } = bank(item);
   if (await page.run(() => Boolean(document.querySelector('form input[type="radio"]'))))
-    await hand.choose('form input[type="radio"]', of(`${family}/${key}`).key.right[0]);
+    await hand.choose('form input[type="radio"]', key.right[0]);
   else {
     const { asText } = WORDS[code];
     const isGrid = (name) =>
       [...document.querySelectorAll("form button")].some((each) => each.textContent.trim() === name);
     if (await page.run(isGrid, asText)) await hand.press(asText);
-    await hand.type(".formula-field", of(`${family}/${key}.solutions`).typed);
+    await hand.type(".formula-field", solved.typed);
   }
   await hand.send();
   const verdict = await until(page, () => document.querySelector(".verdict h3")?.innerText);

@@ -1,7 +1,7 @@
 // Every page of the built site: it keeps to its policy, asks no other host, its links lead somewhere, it is small; one of
 // each kind by the Tab key alone.
 import assert from "node:assert/strict";
-import { existsSync, readdirSync, readFileSync } from "node:fs";
+import { existsSync, readdirSync, readFileSync, statSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { test } from "node:test";
 
@@ -141,6 +141,18 @@ test("the practice page opens with less than 300 kB before the bank", async () =
     assert.ok(bytes < MOST, `${path}: ${bytes} bytes: ${before.map(([name, size]) => `${name} ${size}`).join(", ")}`);
     await context.close();
   }
+});
+
+test("practice with a planar arm loads less than 0.6 MB, with the arm that moves and all that the page unpacks", async () => {
+  there.server.sent.clear();
+  const { page, context } = await openedAnew(there, "practice.html?arm=planar-2r&question=jacobian", WIDE);
+  await page.locator("#arm .arm-box").waitFor();
+  await page.waitForLoadState("networkidle");
+  const loaded = [...there.server.sent].map(([path]) => [path, statSync(join(there.site.folder, path)).size]);
+  const bytes = loaded.reduce((sum, [, size]) => sum + size, 0);
+  assert.ok(loaded.some(([path]) => path.startsWith("/bank/planar-2r/")));
+  assert.ok(bytes < 600_000, `${bytes} bytes: ${loaded.map((file) => file.join(" ")).join(", ")}`);
+  await context.close();
 });
 
 test("pages that were read work offline, with the arm beside an example", async () => {

@@ -7,7 +7,7 @@ import { builtSite, served as servedFolder } from "../tools/browser.mjs";
 /** How to read of the bank of a built site, and the right answer to a question about the planar arm, as it is typed. */
 export function bankOf(folder) {
   const bank = (name) => JSON.parse(readFileSync(join(folder, `bank/${name}.json`), "utf8"));
-  return { bank, typed: (kind) => bank("planar-2r/001.solutions").parts.find(({ name }) => name === kind).typed };
+  return { bank, typed: (kind) => bank(`planar-2r/001/${kind}`).solved.typed };
 }
 
 /** The site on a server of its own: its folder, its address, its bank, and how to end it all. */

@@ -8,7 +8,7 @@ import { bankOf } from "./site.mjs";
 const there = inChromium();
 const open = (path, options) => opened(there, path, options);
 const ask = (question) => open(`practice.html?arm=planar-2r&question=${question}`);
-const problem = () => bankOf(there.site.folder).bank("planar-2r/001");
+const question = (kind) => bankOf(there.site.folder).bank(`planar-2r/001/${kind}`);
 const typed = (kind) => bankOf(there.site.folder).typed(kind);
 
 /** Answers as text, checks, and returns the verdict's heading and text. */
@@ -105,7 +105,7 @@ test("if the arm or typesetting can't be loaded, the page says so or shows LaTeX
 
 test("the mistake behind a wrong option is reported, also in another language", async () => {
   const { page, wrong } = await ask("singularity-type");
-  const { key } = problem().parts.find(({ kind }) => kind === "singularity-type");
+  const { key } = question("singularity-type");
   const other = page.locator('input[type="radio"]').nth(key.right[0] === 0 ? 1 : 0);
   const told = async (button) => {
     await other.check();
@@ -293,12 +293,12 @@ test("Back returns to the question that was skipped, and what was typed is there
 
 test("without a connection, the page says so in words, and tries again", async () => {
   const { page, context, at } = await emptyTab(there);
-  await context.route("**/bank/planar-2r/*", (route) => route.abort());
+  await context.route("**/bank/planar-2r/**", (route) => route.abort());
   await at("practice.html?arm=planar-2r&question=position");
   const alert = page.getByRole("alert");
   await alert.getByText("without a connection").waitFor();
   assert.doesNotMatch(await alert.innerText(), /TypeError|fetch/);
-  await context.unroute("**/bank/planar-2r/*");
+  await context.unroute("**/bank/planar-2r/**");
   await alert.getByRole("button").click();
   await page.locator("form .answer").waitFor();
   await context.close();

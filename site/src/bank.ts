@@ -76,11 +76,26 @@ export interface AskedProblem {
   readonly parts: readonly AskedPart[];
 }
 
-/** FAMILY/KEY.json: a problem with the keys by which a browser judges answers. */
-export interface Problem extends AskedProblem {
+/** FAMILY/KEY.json: the arm of a problem. */
+export interface ProblemArm extends Omit<AskedProblem, "parts"> {
+  /** The factors of det J, if students may see them; empty if J is not square, or if det J is too long. */
+  readonly factors?: readonly Factor[];
+}
+
+/** FAMILY/KEY/QUESTION.json: a question about an arm. */
+export interface ProblemQuestion extends Part {
+  readonly said: Sentences;
+}
+
+/** Sentences on known mistakes by their numbers in answer keys. `missing` lists the names of missing symbols. */
+export type Sentences = Readonly<
+  Record<number, readonly [name: string, title: string, sentence: string, missing?: string]>
+>;
+
+/** An arm with the question that the page shows, and the key by which a browser judges answers. */
+export interface Problem extends ProblemArm {
   readonly parts: readonly Part[];
-  /** Sentences on known mistakes, to which answer keys refer by index. `missing` lists the names of missing symbols. */
-  readonly said: readonly (readonly [name: string, title: string, sentence: string, missing?: string])[];
+  readonly said: Sentences;
 }
 
 /** Values of joint variables by name (rad or m), and of symbols in the table whose values differ from the robot's. */
@@ -167,6 +182,17 @@ export interface AskedPart {
 /** A question of a problem, with its answer key. */
 export interface Part extends AskedPart {
   readonly key: AnswerKey;
+  /** The worked solution, if students may see it. */
+  readonly solved?: SolvedPart;
+}
+
+/** The worked solution of a question. */
+interface SolvedPart {
+  readonly solution: string;
+  /** Drawings of singular configurations; "" for other answers. */
+  readonly figure: string;
+  /** The correct answer as a student can type it. */
+  readonly typed: string;
 }
 
 /** The form of an answer: of its key, what the fields for the answer depend on. "text" is marked by a person. */
@@ -184,13 +210,13 @@ export const isByLetters = (form: AnswerForm): form is LettersForm =>
 type AnswerKey = ValuesKey | NumbersKey | ConfigurationsKey | LettersKey;
 
 /**
- * A known mistake: its index in `Problem.said`, then numbers of the wrong answer that it leads to. In a NumbersKey they
+ * A known mistake: its number in `Problem.said`, then numbers of the wrong answer that it leads to. In a NumbersKey they
  * are the answer itself. In a ValuesKey they are fingerprints (keys.py) of the answer at the first points, or, if the
  * key has a tolerance, the components of a unit vector.
  */
 export type KnownMistake = readonly number[];
 
-/** Return the index, in `Problem.said`, of the first mistake whose numbers match; undefined if there is none. */
+/** Return the number, in `Problem.said`, of the first mistake whose numbers match; undefined if there is none. */
 export const findMistakeIndex = (
   mistakes: readonly KnownMistake[],
   matches: (numbers: readonly number[]) => boolean,
@@ -267,7 +293,7 @@ export interface LettersKey {
   readonly items: number;
   /** The correct options; for "matching", the correct option of each item. */
   readonly right: readonly number[];
-  /** For each option, the mistakes that explain why it was chosen wrongly: indices in `Problem.said`. */
+  /** For each option, the mistakes that explain why it was chosen wrongly: numbers in `Problem.said`. */
   readonly option_mistakes: readonly (readonly number[])[];
 }
 
@@ -277,31 +303,13 @@ export interface TranslatedTitles {
   readonly questions: Readonly<Record<string, string>>;
 }
 
-/** FAMILY/KEY.LANGUAGE.json: a problem's texts in another language; parts and `said` in the problem's order. */
-export interface TranslatedTexts {
-  readonly title: string;
-  readonly statement: string;
-  readonly parts: readonly Pick<Part, "name" | "title" | "prompt" | "hints" | "options">[];
-  readonly said: Problem["said"];
-}
+/** FAMILY/KEY.LANGUAGE.json: the texts about an arm in another language. */
+export type TranslatedArm = Pick<ProblemArm, "title" | "statement">;
 
-/** FAMILY/KEY.solutions.LANGUAGE.json: solutions in another language, in the order of the problem's parts. */
-export type TranslatedSolutions = { readonly parts: readonly Pick<Solutions["parts"][number], "name" | "solution">[] };
-
-/** FAMILY/KEY.solutions.json, loaded when the page shows a solution or the factors of det J. */
-export interface Solutions {
-  /** Code of the solutions' language, if it is not English. */
-  readonly lang?: string;
-  readonly id: string;
-  /** The factors of det J; empty if J is not square, or if det J is too long. */
-  readonly factors: readonly Factor[];
-  readonly parts: readonly {
-    /** The name of the part. */
-    readonly name: string;
-    readonly solution: string;
-    /** Drawings of singular configurations; "" for other answers. */
-    readonly figure: string;
-    /** The correct answer as a student can type it. */
-    readonly typed: string;
-  }[];
+/** FAMILY/KEY/QUESTION.LANGUAGE.json: the texts of a question in another language. */
+export interface TranslatedQuestion extends Pick<
+  ProblemQuestion,
+  "name" | "title" | "prompt" | "hints" | "options" | "said"
+> {
+  readonly solved?: Pick<SolvedPart, "solution">;
 }

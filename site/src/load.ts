@@ -1,9 +1,17 @@
 // Load files of the bank when they are needed, and keep them while the page is open.
 
-import type { Index, Problem, Solutions, TranslatedSolutions, TranslatedTexts, TranslatedTitles } from "./bank.js";
+import type {
+  Index,
+  Problem,
+  ProblemArm,
+  ProblemQuestion,
+  TranslatedArm,
+  TranslatedQuestion,
+  TranslatedTitles,
+} from "./bank.js";
 import type { KnownArms } from "./own/known-arms.js";
 import type { Sizes } from "./offline/cache.js";
-import { translateSolutions, translateIndex, translateProblem } from "./text/problems.js";
+import { translateIndex, translateProblem } from "./text/problems.js";
 import { getLanguage } from "./text/text.js";
 
 /** The site's root relative to the page; a page shown at any address, such as 404, uses its script's address. */
@@ -37,11 +45,14 @@ async function loadWithTranslation<T, U>(name: string): Promise<[string, T, U | 
 export const loadIndex = async (): Promise<Index> =>
   translateIndex(...(await loadWithTranslation<Index, TranslatedTitles>("index")));
 
-export const loadProblem = async (family: string, key: string): Promise<Problem> =>
-  translateProblem(...(await loadWithTranslation<Problem, TranslatedTexts>(`${family}/${key}`)));
-
-export const loadSolutions = async (family: string, key: string): Promise<Solutions> =>
-  translateSolutions(...(await loadWithTranslation<Solutions, TranslatedSolutions>(`${family}/${key}.solutions`)));
+/** Load an arm with one question about it. */
+export async function loadProblem(family: string, key: string, question: string): Promise<Problem> {
+  const [[lang, arm, armTexts], [, part, partTexts]] = await Promise.all([
+    loadWithTranslation<ProblemArm, TranslatedArm>(`${family}/${key}`),
+    loadWithTranslation<ProblemQuestion, TranslatedQuestion>(`${family}/${key}/${question}`),
+  ]);
+  return translateProblem(lang, { ...arm, parts: [part], said: part.said }, armTexts, partTexts);
+}
 
 export const loadSizes = (): Promise<Sizes> => load("sizes.json");
 

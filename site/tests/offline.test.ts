@@ -6,7 +6,7 @@ import { fetchAll, listFiles, roundToMegabytes, listMissing, countProblems, sumB
 const SIZES = {
   format: 1,
   files: {
-    "a/1": { ".json": 10, ".de.json": 20, ".solutions.json": 30, ".solutions.de.json": 40 },
+    "a/1": { ".json": 10, ".de.json": 20, "/rank.json": 30, "/rank.de.json": 40 },
     "a/2": { ".json": 5, ".de.json": 6 },
   },
 } as const;
@@ -31,13 +31,13 @@ test("stored files are not loaded again, failures are counted, and loading can b
     put: async (url: string, answer: unknown) => void kept.set(url, answer),
   } as unknown as Cache;
   const missing = await listMissing(cache, all);
-  expect(paths(missing)).toEqual(["bank/a/1.json", "bank/a/1.solutions.json"]);
-  vi.stubGlobal("fetch", async (url: string) => ({ ok: !url.includes("solutions"), status: 404 }));
+  expect(paths(missing)).toEqual(["bank/a/1.json", "bank/a/1/rank.json"]);
+  vi.stubGlobal("fetch", async (url: string) => ({ ok: !url.includes("rank"), status: 404 }));
   const told: string[] = [];
   const control = new AbortController();
   expect(await fetchAll(cache, missing, ({ path }) => told.push(path), control.signal)).toBe(1);
   expect(told).toEqual(["bank/a/1.json"]);
-  expect(paths(await listMissing(cache, all))).toEqual(["bank/a/1.solutions.json"]);
+  expect(paths(await listMissing(cache, all))).toEqual(["bank/a/1/rank.json"]);
   control.abort();
   expect(await fetchAll(cache, missing, ({ path }) => told.push(path), control.signal)).toBe(0);
   expect(told.length).toBe(1);

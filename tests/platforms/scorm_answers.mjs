@@ -2,18 +2,10 @@
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 
-const parts = {};
-
 /** Return a question from the bank of an unpacked package, with the text of its answer (`typed`). */
 export function loadQuestion(folder, item) {
-  const [family, key, kind] = item.split("/");
-  const bank = (ending) => JSON.parse(readFileSync(join(folder, "bank", family, `${key}${ending}`), "utf8"));
-  const [questions, solutions] = (parts[`${folder} ${family}/${key}`] ??= [
-    bank(".json").parts,
-    bank(".solutions.json").parts,
-  ]);
-  const find = (list) => list.find((part) => (part.kind ?? part.name) === kind);
-  return { ...find(questions), typed: find(solutions).typed };
+  const part = JSON.parse(readFileSync(join(folder, "bank", `${item}.json`), "utf8"));
+  return { ...part, typed: part.solved.typed };
 }
 
 /** Return a wrong answer that qdot can parse. */

@@ -120,6 +120,9 @@ def test_problems_of_the_sites_bank_conform(tmp_path: Path) -> None:
     questions = ("position", "singular-angles", "rank", "lost-direction", "joint-rates", "singularity-type")
     bank_problems = [BankProblem("planar-2r", "001", 1, questions), BankProblem("planar-2r", "001-quiz", 1, (QUIZ,))]
     for problem in write_bank(tmp_path, bank_problems, find_failures, 1, lambda: None, lambda _: None):
-        content = json.loads((tmp_path / "bank" / "planar-2r" / f"{problem['key']}.json").read_text())
-        assert find_schema_errors("bank-problem", content) == []
-        assert find_schema_errors("bank-problem", {**content, "said": [["only one"]]})
+        path = tmp_path / "bank" / "planar-2r" / f"{problem['key']}.json"
+        assert find_schema_errors("bank-problem", json.loads(path.read_text())) == []
+        for name in problem["questions"]:
+            content = json.loads((path.with_suffix("") / f"{name}.json").read_text())
+            assert find_schema_errors("bank-question", content) == []
+            assert find_schema_errors("bank-question", {**content, "said": {"0": ["only one"]}})

@@ -15,8 +15,7 @@ export interface BankFile {
 
 /** Return the files of some problems, in English and in the page's language. */
 export function listFiles({ files }: Sizes, problems: Iterable<string>, language: string): BankFile[] {
-  const isNeeded = (ending: string): boolean =>
-    /^(\.solutions)?\.json$/.test(ending) || ending.endsWith(`.${language}.json`);
+  const isNeeded = (ending: string): boolean => /^[^.]*\.json$/.test(ending) || ending.endsWith(`.${language}.json`);
   return [...new Set(problems)].flatMap((problem) =>
     Object.entries(files[problem] ?? {})
       .filter(([ending]) => isNeeded(ending))

@@ -11,14 +11,14 @@ import { Task, type TaskProps } from "./task.js";
 /** One problem. If it follows another one, the page moves to it, also for keyboards and screen readers. */
 export function Current(props: Omit<TaskProps, "problem" | "part">): JSX.Element {
   const { item } = props;
-  const { loaded: problem, error, retry } = useLoaded(() => loadProblem(item.family, item.key), [item]);
+  const { loaded: problem, error, retry } = useLoaded(() => loadProblem(item.family, item.key, item.question), [item]);
   if (error)
     return (
       <div class="task">
         <Failed reason={error} onAgain={retry} />
       </div>
     );
-  const part = problem?.parts.find(({ kind }) => kind === item.question);
+  const part = problem?.parts[0];
   if (!problem || !part)
     return (
       <>

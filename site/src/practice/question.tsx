@@ -65,8 +65,6 @@ export interface QuestionProps extends Pick<ArmProps, "pose" | "overlay" | "fact
   readonly onNext: () => void;
   /** Called when the fields get the focus. */
   readonly onStart?: () => void;
-  /** Called when the question is on the page completely. */
-  readonly onShown?: () => void;
   /** Why the answer could not be judged, "" if it could. */
   readonly error: string;
   /** Shown between the answer and its verdict. */
@@ -90,7 +88,6 @@ export function Question(props: QuestionProps): JSX.Element {
   const initialPose = useMemo(() => ({ ...problem.pose, ...part.pose }), [problem, part]);
   const figure = (isPosed && part.figure) || problem.figure; // until the movable arm is loaded
   const lang = problem.lang ?? "en";
-  useEffect(() => void (step === 3 && props.onShown?.()), [step]);
   useEffect(() => {
     if (verdictNumber === 0) return;
     afterPaint(() => {

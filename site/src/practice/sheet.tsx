@@ -8,7 +8,7 @@ import { Button, Choice, optionsOf } from "../controls.js";
 import { type Index, isByLetters, type Part, type Problem } from "../bank.js";
 import { isAtLeast } from "../grade/levels.js";
 import { useLoaded } from "../scheduling.js";
-import { loadProblem, loadSolutions } from "../load.js";
+import { loadProblem } from "../load.js";
 import { parse } from "../read/reader.js";
 import { catchParseError } from "../read/tree.js";
 import { typesetTree } from "../read/typeset.js";
@@ -37,8 +37,8 @@ export function writeSheetLink(wish: Wish, { count, hasKey }: SheetWish): string
   return `${link}${link ? "&" : "?"}sheet=${count}${hasKey ? "&key=1" : ""}`;
 }
 
-/** A question of a sheet, and the correct answer as it is typed. */
-type SheetQuestion = { readonly item: Item; readonly part: Part; readonly typed: string };
+/** A question of a sheet. */
+type SheetQuestion = { readonly item: Item; readonly part: Part };
 
 /** An arm of a sheet, and the questions about it. */
 type SheetArm = { readonly problem: Problem; readonly questions: readonly SheetQuestion[] };
@@ -49,7 +49,7 @@ export function Sheet({ index, wish, initialSheet }: SheetProps): JSX.Element {
   const hasSolutions = isAtLeast(index.feedback, "solutions"); // else there are no answers in the bank
   const [sheet, setSheet] = useState({ ...initialSheet, hasKey: initialSheet.hasKey && hasSolutions });
   const listSheetItems = (): readonly Item[] => listSetItems(index, { ...wish, count: sheet.count });
-  const { loaded: arms, error } = useLoaded(() => loadArms(listSheetItems(), hasSolutions), [sheet.count]);
+  const { loaded: arms, error } = useLoaded(() => loadArms(listSheetItems()), [sheet.count]);
   const changeSheet = (newSheet: SheetWish) => {
     setSheet(newSheet);
     window.history.replaceState(null, "", writeSheetLink(wish, newSheet));
@@ -85,28 +85,16 @@ export function Sheet({ index, wish, initialSheet }: SheetProps): JSX.Element {
 }
 
 /** Load the problems of items, and group the items by arm, in the order of the first item about each arm. */
-async function loadArms(items: readonly Item[], hasSolutions: boolean): Promise<readonly SheetArm[]> {
-  const itemsByArm = new Map<string, Item[]>();
-  for (const item of items) {
-    const arm = `${item.family}/${item.key}`;
-    itemsByArm.set(arm, [...(itemsByArm.get(arm) ?? []), item]);
+async function loadArms(items: readonly Item[]): Promise<readonly SheetArm[]> {
+  const problems = await Promise.all(items.map(({ family, key, question }) => loadProblem(family, key, question)));
+  const arms = new Map<string, { problem: Problem; questions: SheetQuestion[] }>();
+  for (const [i, item] of items.entries()) {
+    const problem = problems[i] as Problem;
+    const arm = arms.get(`${item.family}/${item.key}`) ?? { problem, questions: [] };
+    arms.set(`${item.family}/${item.key}`, arm);
+    arm.questions.push(...problem.parts.map((part) => ({ item, part })));
   }
-  return Promise.all(
-    [...itemsByArm.values()].map(async (armItems) => {
-      const { family, key } = armItems[0] as Item;
-      const [problem, parts] = await Promise.all([
-        loadProblem(family, key),
-        hasSolutions ? loadSolutions(family, key).then((solutions) => solutions.parts) : [],
-      ]);
-      return {
-        problem,
-        questions: armItems.flatMap((item) => {
-          const part = problem.parts.find(({ kind }) => kind === item.question);
-          return part ? [{ item, part, typed: parts.find(({ name }) => name === part.name)?.typed ?? "" }] : [];
-        }),
-      };
-    }),
-  );
+  return [...arms.values()];
 }
 
 function Paper({ arms, set, hasKey }: { arms: readonly SheetArm[]; set: string; hasKey: boolean }) {
@@ -144,9 +132,9 @@ function Paper({ arms, set, hasKey }: { arms: readonly SheetArm[]; set: string; 
           <h2>{say("sheet.key")}</h2>
           <ol>
             {numberedArms.flatMap(({ problem, questions }) =>
-              questions.map(({ item, part, typed }) => (
+              questions.map(({ item, part }) => (
                 <li key={nameItem(item)}>
-                  <CorrectAnswer text={typed} part={part} problem={problem} />
+                  <CorrectAnswer text={part.solved?.typed ?? ""} part={part} problem={problem} />
                 </li>
               )),
             )}

@@ -1,7 +1,7 @@
 // One problem of the bank: the answer is judged in the browser by its key; hints and the solution are shown.
 
 import type { JSX } from "preact";
-import { useEffect, useMemo, useRef, useState } from "preact/hooks";
+import { useMemo, useRef, useState } from "preact/hooks";
 
 import { Button } from "../controls.js";
 import { createSingularityTest } from "../arm/is-singular.js";
@@ -11,13 +11,12 @@ import type { Factor, Part, Problem } from "../bank.js";
 import { isAtLeast, chooseLowerLevel, type Level, limitVerdict } from "../grade/levels.js";
 import type { ColumnsAt } from "../grade/typed-jacobian.js";
 import { isParsed, type Verdict } from "../grade/verdict.js";
-import { loadSolutions } from "../load.js";
 import type { SymbolValues } from "../read/tree.js";
 import { say } from "../text/text.js";
 import { describeLoadError } from "../scheduling.js";
 import { type Item, nameItem } from "./choice.js";
 import { Feedback, findPose } from "./feedback.js";
-import { Hints, Question, Solution, type SolutionProps } from "./question.js";
+import { Hints, Question, Solution } from "./question.js";
 import { TypedColumns } from "./typed-columns.js";
 
 const loadGrading = () => import("../grade/judge.js");
@@ -56,7 +55,6 @@ export function Task(props: TaskProps): JSX.Element {
   const [typedColumns, setTypedColumns] = useState<ColumnsAt | null>(null);
   const [isSolutionShown, setSolutionShown] = useState(false); // an answer after the solution was shown does not count
   const [verdictNumber, setVerdictNumber] = useState(0);
-  const [isShown, setShown] = useState(false);
   const hasSeenHints = useRef(false);
   const isPrepared = useRef(false);
   const lastJudged = useRef<string | null>(null);
@@ -70,15 +68,7 @@ export function Task(props: TaskProps): JSX.Element {
         : undefined,
     [drawnColumns],
   );
-  const [factors, setFactors] = useState<readonly Factor[]>([]);
-  const showsFactors = isShown && mayShowFactors && !wouldReveal && isAtLeast(level, "solutions");
-  useEffect(() => {
-    if (!showsFactors) return;
-    loadSolutions(item.family, item.key).then(
-      (solutions) => setFactors(solutions.factors),
-      () => undefined, // without a connection, the stage has no factors
-    );
-  }, [showsFactors]);
+  const showsFactors = mayShowFactors && !wouldReveal && isAtLeast(level, "solutions");
   const isSingular = useMemo(() => createSingularityTest(problem), [problem]);
   /** Load the grading code before there is an answer, and run it once: the first run takes ten times as long. */
   const prepare = () => {
@@ -113,14 +103,14 @@ export function Task(props: TaskProps): JSX.Element {
   return (
     <Question
       name={nameItem(item)}
-      {...{ problem, part, hasArrived, isOpen, isDone, isClosed, answer, pose, overlay, factors, verdictNumber }}
+      {...{ problem, part, hasArrived, isOpen, isDone, isClosed, answer, pose, overlay, verdictNumber }}
+      factors={(showsFactors && problem.factors) || NO_FACTORS}
       checkText={say("practice.check")}
       nextText={say(isDone ? "practice.next" : "practice.skip")}
       onAnswer={setAnswer}
       onCheck={() => void check()}
       onNext={onNext}
       onStart={prepare}
-      onShown={() => setShown(true)}
       error={loadError}
       verdict={
         verdict ? <Feedback problem={problem} verdict={verdict} isDrawn={drawnColumns !== null} notes={notes} /> : null
@@ -128,7 +118,6 @@ export function Task(props: TaskProps): JSX.Element {
       onVerdictShown={() => setPose(verdict ? findPose(problem, verdict) : undefined)}
     >
       <Help
-        item={item}
         part={part}
         lang={problem.lang}
         hasSolutions={isAtLeast(level, "solutions")}
@@ -150,31 +139,21 @@ const REVEALED_BY_FACTORS: ReadonlySet<string> = new Set([
   ...["arm-block", "wrist-block", "block-determinants"],
 ]);
 
+const NO_FACTORS: readonly Factor[] = [];
+
 interface HelpProps {
-  readonly item: Item;
   readonly part: Part;
   readonly lang: string | undefined;
-  /** Whether the bank has solutions. */
+  /** Whether solutions may be shown. */
   readonly hasSolutions: boolean;
   readonly isSolved: boolean;
   readonly onHint: () => void;
   readonly onSolution: () => void;
 }
 
-function Help({ item, part, lang, hasSolutions, isSolved, onHint, onSolution }: HelpProps) {
+function Help({ part, lang, hasSolutions, isSolved, onHint, onSolution }: HelpProps) {
   const [hasSeenHint, setSeenHint] = useState(false);
-  const [solution, setSolution] = useState<SolutionProps | null>(null);
-  const [loadError, setLoadError] = useState("");
-  const showSolution = () => {
-    onSolution();
-    loadSolutions(item.family, item.key).then(
-      ({ parts, lang }) => {
-        const solvedPart = parts.find(({ name }) => name === part.name);
-        setSolution(solvedPart ? { ...solvedPart, lang } : null);
-      },
-      (error: unknown) => setLoadError(describeLoadError(error)),
-    );
-  };
+  const [isShown, setShown] = useState(false);
   return (
     <section class="help-steps">
       <Hints
@@ -185,12 +164,17 @@ function Help({ item, part, lang, hasSolutions, isSolved, onHint, onSolution }: 
           setSeenHint(true);
         }}
       >
-        {hasSolutions && solution === null && (isSolved || hasSeenHint) ? (
-          <Button text={say("practice.solution")} onClick={showSolution} />
+        {hasSolutions && part.solved && !isShown && (isSolved || hasSeenHint) ? (
+          <Button
+            text={say("practice.solution")}
+            onClick={() => {
+              onSolution();
+              setShown(true);
+            }}
+          />
         ) : null}
       </Hints>
-      {loadError ? <p role="alert">{loadError}</p> : null}
-      {solution ? <Solution {...solution} /> : null}
+      {isShown && part.solved ? <Solution {...part.solved} lang={lang} /> : null}
     </section>
   );
 }

@@ -1,6 +1,6 @@
 // Translate the texts of the bank into the page's language, if there is a translation.
 
-import type { Index, Problem, Solutions, TranslatedSolutions, TranslatedTexts, TranslatedTitles } from "../bank.js";
+import type { Index, Part, Problem, TranslatedArm, TranslatedQuestion, TranslatedTitles } from "../bank.js";
 
 /** Return the index with translated titles; titles without a translation stay English. */
 export function translateIndex(lang: string, index: Index, titles: TranslatedTitles | null): Index {
@@ -17,36 +17,29 @@ export function translateIndex(lang: string, index: Index, titles: TranslatedTit
   };
 }
 
-/** Return a problem with translated texts; in English if they are missing or belong to another problem. */
-export function translateProblem(lang: string, problem: Problem, texts: TranslatedTexts | null): Problem {
-  if (!texts || !doTextsFit(problem, texts)) return problem;
+/** Return a problem with translated texts; in English if some are missing or belong to another problem. */
+export function translateProblem(
+  lang: string,
+  problem: Problem,
+  arm: TranslatedArm | null,
+  question: TranslatedQuestion | null,
+): Problem {
+  const part = problem.parts[0];
+  if (!arm || !question || !part || !doTextsFit(problem, part, question)) return problem;
+  const { said, solved, ...texts } = question;
   return {
     ...problem,
     lang,
-    title: texts.title,
-    statement: texts.statement,
-    robot: { ...problem.robot, title: texts.title },
-    parts: problem.parts.map((part, i) => ({ ...part, ...texts.parts[i] })),
-    said: texts.said,
+    title: arm.title,
+    statement: arm.statement,
+    robot: { ...problem.robot, title: arm.title },
+    parts: [{ ...part, ...texts, ...(part.solved && { solved: { ...part.solved, ...solved } }) }],
+    said,
   };
 }
 
-/** Return translated solutions; in English if they are missing or belong to another problem. */
-export function translateSolutions(lang: string, solutions: Solutions, texts: TranslatedSolutions | null): Solutions {
-  const { parts } = solutions;
-  const isSameProblem =
-    texts?.parts.length === parts.length && texts.parts.every(({ name }, i) => name === parts[i]?.name);
-  if (!texts || !isSameProblem) return solutions;
-  return { ...solutions, lang, parts: parts.map((part, i) => ({ ...part, ...texts.parts[i] })) };
-}
-
-/** Return whether texts belong to a problem. */
-function doTextsFit({ parts, said }: Problem, texts: TranslatedTexts): boolean {
-  return (
-    texts.parts.length === parts.length &&
-    texts.said.length === said.length &&
-    texts.parts.every(
-      ({ name, options }, i) => name === parts[i]?.name && options?.length === (parts[i]?.options ?? undefined)?.length,
-    )
-  );
-}
+/** Return whether texts belong to a question of a problem. */
+const doTextsFit = ({ said }: Problem, { name, options }: Part, texts: TranslatedQuestion): boolean =>
+  name === texts.name &&
+  options?.length === texts.options?.length &&
+  Object.keys(said).join() === Object.keys(texts.said).join();

@@ -205,12 +205,12 @@ def test_package_has_all_variants_and_no_seed_or_secret(
     assert index["feedback"] == "solutions"
     for variant in variants:
         stem = f"bank/{variant.slot.name}/{variant.key}"
-        record = json.loads(package[f"{stem}.json"])
-        assert record["id"] == variant.key
-        assert [part["kind"] for part in record["parts"]] == list(variant.slot.questions)
-        assert [part["points"] for part in record["parts"]] == list(variant.slot.max_points)
-        assert not any(part["hints"] for part in record["parts"])  # the assignment has hints off
-        assert all(f"{stem}{ending}" in package for ending in (".de.json", ".solutions.json", ".solutions.de.json"))
+        assert json.loads(package[f"{stem}.json"])["id"] == variant.key
+        parts = [json.loads(package[f"{stem}/{kind}.json"]) for kind in variant.slot.questions]
+        assert [part["points"] for part in parts] == list(variant.slot.max_points)
+        assert not any(part["hints"] for part in parts)  # the assignment has hints off
+        assert all(part["solved"]["typed"] for part in parts)
+        assert all(f"{stem}{ending}" in package for ending in (".de.json", f"/{parts[0]['kind']}.de.json"))
     for name, content in package.items():
         assert export_request.assignment.secret.encode() not in content, name
         assert not [variant for variant in variants if str(variant.problem.id.seed).encode() in content], name
@@ -229,10 +229,12 @@ def test_package_keeps_attempts_hints_and_passing_share(export_request: ExportRe
     assert {len(str(title.text)) for title in titles} == {200}  # the schema takes no more
     assert (read_settings(package)["tries"], read_settings(package)["pass"]) == (5, 0.4)
     assert json.loads(package["bank/index.json"])["feedback"] == "mistake"
-    assert not [name for name in package if "solutions" in name]
-    assert all(part["hints"] for part in json.loads(package["bank/p1/p1-001.json"])["parts"])
+    assert not [name for name, content in package.items() if name.startswith("bank/") and b'"solved"' in content]
+    assert not any(b'"factors"' in content for content in package.values())
+    question = next(name for name in package if name.startswith("bank/p1/p1-001/") and not name.endswith(".de.json"))
+    assert json.loads(package[question])["hints"]
     solved = export_packages(replace(export_request, assignment=assignment, variant_count=1, has_solutions=True))["12"]
-    assert "bank/p1/p1-001.solutions.json" in solved
+    assert json.loads(solved[question])["solved"]["typed"]
 
 
 def test_rules_that_a_browser_cannot_apply_are_noted(

@@ -142,23 +142,24 @@ def test_a_rerun_keeps_the_bank(built: Path, few_pages: None, tmp_path: Path) ->
     ]  # fmt: skip
     told = loaded(site, "sizes")["files"]
     sizes = {site / "bank" / f"{name}{ending}": size for name, each in told.items() for ending, size in each.items()}
-    assert sizes == {path: path.stat().st_size for path in (site / "bank" / "polar-rp").iterdir()}
+    assert sizes == {path: path.stat().st_size for path in (site / "bank" / "polar-rp").rglob("*.json")}
     for problem in problems:
-        record, *others = (
-            loaded(site, f"polar-rp/{problem['key']}{ending}") for ending in ("", ".solutions", ".de", ".solutions.de")
-        )
-        assert problem["questions"] == [part["kind"] for part in record["parts"]]
-        names = [part["name"] for part in record["parts"]]
-        assert all([part["name"] for part in other["parts"]] == names for other in others)
+        assert "factors" in loaded(site, f"polar-rp/{problem['key']}")
+        for kind in problem["questions"]:
+            english, german = (loaded(site, f"polar-rp/{problem['key']}/{kind}{ending}") for ending in ("", ".de"))
+            assert english["kind"] == kind
+            assert english["name"] == german["name"] == german["solved"]["name"]
+            used = {str(mistake[0]) for mistake in (*english["key"].get("mistakes", ()),)}
+            assert used <= english["said"].keys() == german["said"].keys()
     assert loaded(site, "index.de")["families"]["polar-rp"].startswith("Ebener")
-    before = {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
+    before = {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/**/*.json")}
     first = {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
     # A bank of before there were translations gets them; what lacks nothing is not made again.
     # What is empty, as the power failed before the disk had it, is made again.
     (site / "bank" / "polar-rp" / "001.de.json").unlink()
-    (site / "bank" / "polar-rp" / "001.solutions.json").write_text("")
+    (site / "bank" / "polar-rp" / "001" / "position.json").write_text("")
     run(*arguments)
-    after = {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/*")}
+    after = {path: path.stat().st_mtime_ns for path in site.glob("bank/polar-rp/**/*.json")}
     assert after.keys() == before.keys()
     assert {path.name for path in after if after[path] == before[path]} >= {"001-quiz.json", "001-quiz.de.json"}
     assert first == {path.relative_to(site): path.read_bytes() for path in site.rglob("*") if path.is_file()}
@@ -271,16 +272,21 @@ def test_a_course_tells_of_wrong_answers_what_its_assignment_says(few_pages: Non
 
     def built(*more: str) -> tuple[str, set[str]]:
         run(*arguments, *more)
-        return loaded(site, "index")["feedback"], {path.name for path in site.glob("bank/p1/*.json")}
+        revealing = [
+            path for path in site.glob("bank/p1/**/*.json") if re.search('"(solved|factors)"', path.read_text())
+        ]
+        return loaded(site, "index")["feedback"], {path.name for path in revealing}
 
-    problems, solutions = {"p1-001.json", "p1-001.de.json"}, {"p1-001.solutions.json", "p1-001.solutions.de.json"}
-    assert built("--feedback", "solutions") == ("solutions", problems | solutions)
+    level, solved = built("--feedback", "solutions")
+    questions = loaded(site, "index")["families"][0]["problems"][0]["questions"]
+    assert level == "solutions"
+    assert solved == {"p1-001.json", *(f"{name}{ending}" for name in questions for ending in (".json", ".de.json"))}
+    assert built() == ("counterexample", set())
     made = (site / "bank" / "p1" / "p1-001.json").stat().st_mtime_ns
-    assert built() == ("counterexample", problems)
     (assignment.folder / "assignment.toml").write_text(f'feedback = "outcome"\n{TOML}')
-    assert built() == ("outcome", problems)
+    assert built() == ("outcome", set())
     assert (site / "bank" / "p1" / "p1-001.json").stat().st_mtime_ns == made
-    assert built("--feedback", "solutions") == ("solutions", problems | solutions)
+    assert built("--feedback", "solutions") == ("solutions", solved)
     assert "unknown level of feedback 'all'" in run_and_fail(*arguments, "--feedback", "all")
 
 
