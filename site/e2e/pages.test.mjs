@@ -1,13 +1,10 @@
-// Every page of the built site: it keeps to its policy, asks no other host, its links lead somewhere, it is small; one of
-// each kind by the Tab key alone.
+// Every page of the built site: it keeps to its policy, asks no other host, its links lead somewhere, it is small.
 import assert from "node:assert/strict";
 import { existsSync, readdirSync, readFileSync, statSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { test } from "node:test";
 
-import { KINDS } from "./kinds.mjs";
-import { armOf, assertAccessible, drawn, inChromium, opened, openedAnew, WIDE } from "./opened.mjs";
-import { assertWalked } from "./walk.mjs";
+import { assertAccessible, drawn, inChromium, opened, openedAnew, WIDE } from "./opened.mjs";
 
 /** What may be sent before the bank, gzip bodies, in bytes. */
 const MOST = 300_000;
@@ -23,13 +20,12 @@ function pages() {
     .sort();
 }
 
-/** Every page as it was found, by its path; each is opened once, those of KINDS by their own tests. */
+/** Every page as it was found, by its path; each is opened once. */
 const seen = new Map();
 
-/** Opens a page with its arm, and notes what the tests of all pages ask about it. */
+/** Opens a page, and notes what the tests of all pages ask about it. */
 async function visit(path) {
   const { page, wrong } = await opened(there, path);
-  if (KINDS.includes(path)) await armOf(page); // what is there is walked through, nothing comes meanwhile
   const told = await page.evaluate(() => ({
     policy: document.querySelector('meta[http-equiv="Content-Security-Policy"]').getAttribute("content"),
     refused: window.refused,
@@ -38,19 +34,12 @@ async function visit(path) {
     links: [...document.querySelectorAll("a[href]")].map((link) => link.getAttribute("href")),
   }));
   seen.set(path, { ...told, wrong });
-  return { page, wrong };
 }
 
 async function visited() {
   for (const path of pages()) if (!seen.has(path)) await visit(path);
   return seen;
 }
-
-for (const path of KINDS)
-  test(`${path} can be used by keyboard, and every tab stop is visible`, async () => {
-    const { page } = await visit(path);
-    await assertWalked(page);
-  });
 
 test("every page has a strict content policy, which it keeps, and loads nothing from other hosts", async () => {
   const all = await visited();

@@ -1,5 +1,6 @@
-// What `make test` tries in a browser: each kind of page opens, is reached by keyboard and is accessible; a right and a
-// wrong answer are judged; a notebook is read; the first goal of a lesson is reached by touch, in German. All other files are for `make whole`.
+// What `make test` tries in a browser: each kind of page opens, is accessible, and is reached by keyboard, by which
+// `make whole` walks through it; a right and a wrong answer are judged; a notebook is read; the first goal of a lesson is
+// reached by touch, in German. All other files are for `make whole`.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
@@ -7,15 +8,16 @@ import { test } from "node:test";
 import { KINDS } from "./kinds.mjs";
 import { armOf, assertAccessible, inChromium, opened, PHONE } from "./opened.mjs";
 import { bankOf } from "./site.mjs";
-import { assertReached } from "./walk.mjs";
+import { assertReached, assertWalked } from "./walk.mjs";
 
+const IS_WHOLE = process.env.QDOT_SUITE === "whole";
 const there = inChromium();
 
 for (const path of KINDS)
   test(`${path} opens without errors, can be used by keyboard, and is accessible`, async () => {
     const { page, wrong } = await opened(there, path);
     await armOf(page);
-    await assertReached(page);
+    await (IS_WHOLE ? assertWalked(page) : assertReached(page));
     await page.evaluate(() => (document.activeElement.blur(), scrollTo(0, 0)));
     await assertAccessible(page);
     assert.deepEqual([...wrong, ...(await page.evaluate(() => window.refused))], []);
