@@ -34,7 +34,7 @@ from tests.exercises.arm.poses import Matrix, compute_exponential, compute_origi
 from tests.exercises.arm.sets import compute_rank_ratios, read_pieces, search_singularities
 from tests.support import ROOT
 from tests.support.command import run, run_and_fail
-from tests.support.suites import select_for_suite
+from tests.support.suites import sample_for_suite, select_for_suite
 
 DATA = ROOT / "tests" / "data" / "robots"
 MODELS = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(DATA.glob("*.json"))}
@@ -168,7 +168,7 @@ def test_robot_moves_like_its_published_model(name: str, k: int) -> None:
     assert np.allclose(arm.compute_jacobian(q), jacobians, rtol=0, atol=5 * tolerance + 1e-8)
 
 
-@pytest.mark.parametrize("name", list(list_robots()))
+@pytest.mark.parametrize("name", sample_for_suite(list_robots(), 9))
 def test_derivation_of_robot_agrees_with_its_model(name: str) -> None:
     """Compare the formulas of position and Jacobian at the point of interest with the first model."""
     model, robot = MODELS[name][0], read_robot(name)

@@ -329,37 +329,36 @@ def test_text_answer_is_left_for_manual_grading(tmp_path: Path) -> None:
     assert (blank.judgement.outcome, blank.points) == (Outcome.MISSING, 0)
 
 
-@pytest.mark.parametrize(
-    ("source", "cell_type", "answer"),
-    [
-        ("p1_mine = The third joint is redundant.", "code", "The third joint is redundant."),
-        ("p1_mine = 'It's det J\nthat is zero.'", "code", "It's det J\nthat is zero."),
-        ('p1_mine = """It has rank 1', "code", "It has rank 1"),
-        ("Because det J = 0, it can't move.", "code", "Because det J = 0, it can't move."),
-        ("Because det J = 0.", "markdown", "Because det J = 0."),
-        ("p1_mine = redundant", "code", "redundant"),
-        ("p1_mine = Two words\n\np1_other = 3", "code", "Two words"),
-        ("p1_mine = ", "code", None), ("p1_mine = blank blank", "code", None), ("import sympy", "code", None),
-    ],
-)  # fmt: skip
-def test_text_without_quotes_is_shown_to_the_person_who_marks_it(
-    source: str, cell_type: str, answer: str | None, tmp_path: Path
-) -> None:
+TYPED_TEXTS = [
+    ("p1_mine = The third joint is redundant.", "code", "The third joint is redundant."),
+    ("p2_mine = 'It's det J\nthat is zero.'", "code", "It's det J\nthat is zero."),
+    ('p3_mine = """It has rank 1', "code", "It has rank 1"),
+    ("Because det J = 0, it can't move.", "code", "Because det J = 0, it can't move."),
+    ("Because det J = 0.", "markdown", "Because det J = 0."),
+    ("p6_mine = redundant", "code", "redundant"),
+    ("p7_mine = Two words\n\np7_other = 3", "code", "Two words"),
+    ("p8_mine = ", "code", None), ("p9_mine = blank blank", "code", None), ("import sympy", "code", None),
+]  # fmt: skip
+
+
+def test_text_without_quotes_is_shown_to_the_person_who_marks_it(tmp_path: Path) -> None:
     problem = make_problem(tmp_path, 'prompt = "Why?"\nanswer = "text"')
-    notebook = make_student_notebook(NotebookContent("T", "hw", "s1", [("p1", problem)]))
-    (cell,) = (cell for cell in notebook.cells if cell.metadata.get("qdot", {}).get("part"))
-    cell.source, cell.cell_type = source, cell_type
-    if cell_type == "markdown":
-        del cell["outputs"], cell["execution_count"]
+    problems = {f"p{number}": problem for number in range(1, len(TYPED_TEXTS) + 1)}
+    notebook = make_student_notebook(NotebookContent("T", "hw", "s1", list(problems.items())))
+    cells = [cell for cell in notebook.cells if cell.metadata.get("qdot", {}).get("part")]
+    for cell, (source, cell_type, _) in zip(cells, TYPED_TEXTS, strict=True):
+        cell.source, cell.cell_type = source, cell_type
+        if cell_type == "markdown":
+            del cell["outputs"], cell["execution_count"]
     path = tmp_path / "mine.ipynb"
     path.write_text(nbformat.writes(notebook), encoding="utf-8")
-    (verdict,) = grade_notebook(path, {"p1": problem})["p1"]
-    (row,) = check_notebook(path).rows
-    if answer is None:
-        assert (verdict.judgement.outcome, row.is_readable) == (Outcome.MISSING, False)
-    else:
-        assert (verdict.judgement.reason, verdict.points, verdict.answer) == (AWAITS_PERSON, None, answer)
-        assert row.is_readable and row.message.startswith("a text, which a person marks: ")
+    marked, rows = grade_notebook(path, problems), check_notebook(path).rows
+    for (verdict,), row, (source, _, answer) in zip(marked.values(), rows, TYPED_TEXTS, strict=True):
+        if answer is None:
+            assert (verdict.judgement.outcome, row.is_readable) == (Outcome.MISSING, False), source
+        else:
+            assert (verdict.judgement.reason, verdict.points, verdict.answer) == (AWAITS_PERSON, None, answer), source
+            assert row.is_readable and row.message.startswith("a text, which a person marks: "), source
 
 
 def test_accelerations_and_own_symbols_may_be_typed(tmp_path: Path) -> None:

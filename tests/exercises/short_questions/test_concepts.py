@@ -102,7 +102,7 @@ SHORT_ARMS = [name for name in FAMILIES if name not in LONG_ARMS]
 LONG_SHAPES = (SHAPES["six joints"], SHAPES["seven joints"])
 
 
-@on_families([*SHORT_ARMS, *select_for_suite((), LONG_SHAPES)])
+@on_families(select_for_suite(("planar-2r", "polar-rp", "pan-tilt", "wrist-zyz"), [*SHORT_ARMS, *LONG_SHAPES]))
 @pytest.mark.parametrize("name", [*CHOICES, *SHORT_CHOICES])
 def test_options_do_not_give_the_right_one_away(family: str, name: str) -> None:
     """No feature that is visible without a calculation shows it, and it can't be learnt from another student.
