@@ -128,6 +128,8 @@ class AssignmentFile(pydantic.BaseModel):
     """The share of the points for an answer that follows from the student's own wrong earlier answer."""
     hints: bool = False
     """Whether each question in the notebook has three hints."""
+    practice: bool = False
+    """Whether students can also practise [online](serve.md) on other problems of the same kind, without marks."""
     site: str = pydantic.Field(default="", pattern=r"^https?://[^\s<>()\"'\\?#]+$", max_length=500)
     """The address of [your site](site.md). Notebooks then link to its page on which students check their answers."""
     sandbox: Literal["best", "strict"] = "best"
@@ -279,6 +281,7 @@ class Assignment:
     gradebook: Gradebook | None = None
     replacements: Replacements = field(default_factory=dict)
     front_page: FrontPage = field(default_factory=FrontPage)
+    practice: bool = False
 
     def __repr__(self) -> str:
         return f"Assignment({self.key}: {len(self.slots)} problems, {len(self.roster)} students)"
@@ -438,6 +441,7 @@ def load_assignment(folder: Path, is_preview: bool = False) -> Assignment:
         folder, content.title, content.key, tuple(slots), students, secret,
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
         content.hints, content.site, late_rule, attempt_policy, content.sandbox, gradebook, replacements, front_page,
+        content.practice,
     )  # fmt: skip
 
 

@@ -21,10 +21,12 @@ class AttemptPolicy:
     """The last notebook counts if `best_of` is None; otherwise the best of the first `best_of` attempts.
 
     A notebook that comes less than `min_interval` seconds after the first of an attempt belongs to this attempt.
+    `tries` is how often a student may answer each question online; None stands for any number.
     """
 
     best_of: int | None = None
     min_interval: int = DEFAULT_MIN_INTERVAL
+    tries: int | None = None
 
     def __str__(self) -> str:
         return "last" if self.best_of is None else "best"
@@ -67,19 +69,26 @@ def read_attempt_policy(setting: str | Mapping[str, Any]) -> AttemptPolicy:
     """Return the policy that assignment.toml sets. Raises QdotError.
 
     >>> read_attempt_policy("best"), read_attempt_policy({"best_of": 3, "apart": "1 h"})
-    (AttemptPolicy(best_of=5, min_interval=600), AttemptPolicy(best_of=3, min_interval=3600))
+    (AttemptPolicy(best_of=5, min_interval=600, tries=None), AttemptPolicy(best_of=3, min_interval=3600, tries=None))
+    >>> read_attempt_policy({"tries": 3})
+    AttemptPolicy(best_of=None, min_interval=600, tries=3)
     """
     if isinstance(setting, str):
         if setting not in ("last", "best"):
             raise QdotError(EXPECTED_FORMS["attempts"])
         return AttemptPolicy(DEFAULT_BEST_OF if setting == "best" else None)
-    errors, count = ErrorList(), setting.get("best_of", DEFAULT_BEST_OF)
+    errors, limits = ErrorList(), dict[str, int]()
     with errors.collect():
         check_keys(setting, ATTEMPT_FORMS)
-    with errors.collect():
-        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-            raise QdotError(f"best_of: {ATTEMPT_FORMS['best_of']}")
-    policy = AttemptPolicy(count)
+    for name in ("best_of", "tries"):
+        with errors.collect():
+            count = setting.get(name, 1)
+            if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+                raise QdotError(f"{name}: {ATTEMPT_FORMS[name]}")
+            if name in setting:
+                limits[name] = count
+    default_best_of = None if setting.keys() == {"tries"} else DEFAULT_BEST_OF
+    policy = AttemptPolicy(limits.get("best_of", default_best_of), tries=limits.get("tries"))
     with errors.collect():
         if "apart" in setting:
             interval = parse_duration(setting["apart"], f"apart: {ATTEMPT_FORMS['apart']}")

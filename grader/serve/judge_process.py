@@ -22,7 +22,8 @@ from qdot.exercises.writing.render import render
 from qdot.grader.grading.attempt import make_marking_versions, make_part_result
 from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.grading.copied_answers import ClassAnswers
-from qdot.grader.grading.result import NotebookMarks, ProblemResult
+from qdot.grader.grading.result import NotebookMarks, PartResult, ProblemResult
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import MarkingRules, mark
 from qdot.grader.reports.feedback import show_parts
@@ -61,7 +62,8 @@ class ShownPart:
     """What a student's page shows of the verdict on a part, at the level of feedback; texts are HTML.
 
     `entries` has "right", "follows", "blank" or "wrong" for each entry. `pose` has the joint values of the
-    counterexample, and `followed_from` is the name of the part from which the answer follows.
+    counterexample, and `followed_from` is the name of the part from which the answer follows. `costs_try` is False if
+    qdot could not read or judge the answer.
     """
 
     sentences: tuple[str, ...]
@@ -70,6 +72,7 @@ class ShownPart:
     pose: dict[str, float] | None
     followed_from: str | None
     answer: str | None
+    costs_try: bool = True
 
 
 class Judge:
@@ -197,8 +200,16 @@ def show_marks(
                 pose=_find_pose(problem, example) if example else None,
                 followed_from=f"{slot}.{followed_from}" if followed_from else None,
                 answer=None if answer is None else answer.html or html.escape(answer.text, quote=False),
+                costs_try=not is_missing and part_result.points is not None and not _is_refused(problem, part_result),
             )  # fmt: skip
     return shown
+
+
+def _is_refused(problem: Problem, part: PartResult) -> bool:
+    """Return whether a wrong answer was not compared, because it has not the form that the question needs."""
+    if part.outcome is not Outcome.WRONG or part.certificate is not None or part.answer is None:
+        return False
+    return read_answer(problem, problem[part.name], part.answer).refusal is not None
 
 
 def end_sentence(text: str) -> str:

@@ -36,6 +36,7 @@ from qdot.grader.serve.submitting import (
     check_text,
     describe_attempts,
     explain_closed,
+    find_tried_texts,
     parse_request_id,
     save_draft,
     submit_answer,
@@ -145,6 +146,7 @@ def describe_work(work: Work, language: str) -> dict[str, Any]:
         "is_late": result.late is not None, "late_rule": late_rule, "attempts": attempts._asdict(),
         "feedback": assignment.feedback, "score": result.score if submissions else None,
         "max_score": result.max_score, "notes": list(map(end_sentence, notes)),
+        "takes_notebooks": assignment.attempt_policy.tries is None,
         "closed": explain_closed(assignment, student, received, now.replace(microsecond=0)),
         "problems": load_problem_records(person, assignment, language),
         "answers": typed.answers if typed else {}, "drafts": dict(drafts.values_list("part", "text")),
@@ -159,7 +161,13 @@ def describe_results(work: Work, result: Result, submissions: list[Submission]) 
     marked = [submission for submission in submissions if submission.state == Submission.State.MARKED]
     counting = next((submission for submission in marked if submission.received.isoformat() == received), None)
     shown = {} if counting is None else Submission.objects.values_list("shown", flat=True).get(pk=counting.pk) or {}
-    return {name: describe_part(part, shown.get(name)) for name, part in result.parts.items()}
+    tries = work.assignment.attempt_policy.tries
+    tried = {} if tries is None else find_tried_texts(work.person, work.assignment.key)
+    return {
+        name: describe_part(part, shown.get(name))
+        | {"tries_left": None if tries is None else max(0, tries - len(tried.get(name, ())))}
+        for name, part in result.parts.items()
+    }
 
 
 EMPTY_EXPLANATION: dict[str, Any] = {

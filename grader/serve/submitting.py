@@ -2,6 +2,7 @@
 
 import re
 import uuid
+from collections import defaultdict
 from datetime import datetime
 from pathlib import PurePath
 from typing import NamedTuple
@@ -31,7 +32,7 @@ NOTEBOOK_ENDINGS = (".ipynb", ".zip", ".py", ".md", ".txt", ".json", ".tar", ".t
 
 
 class AttemptsState(NamedTuple):
-    """How many attempts are left, None if any number counts, and a sentence that says why; "" if there is no limit."""
+    """How many attempts are left, None if any number counts, and sentences that say why; "" if there is no limit."""
 
     left: int | None
     rule: str
@@ -39,12 +40,14 @@ class AttemptsState(NamedTuple):
 
 def describe_attempts(assignment: Assignment, received: list[datetime]) -> AttemptsState:
     """Return how many attempts a student has left who has submitted at these times."""
-    policy = assignment.attempt_policy
-    if policy.best_of is None:
-        return AttemptsState(None, "")
-    used = len(policy.group_attempts(received)) if received else 0
-    rule = f"The best of your attempts counts: {policy.rule}."
-    return AttemptsState(policy.best_of - used, rule)
+    policy, rules, left = assignment.attempt_policy, list[str](), None
+    if policy.best_of is not None:
+        left = policy.best_of - (len(policy.group_attempts(received)) if received else 0)
+        rules.append(f"The best of your attempts counts: {policy.rule}.")
+    if policy.tries is not None:
+        answers = count_noun(policy.tries, "answer")
+        rules.append(f"Each question takes {answers}; one that qdot can't read doesn't count.")
+    return AttemptsState(left, " ".join(rules))
 
 
 def explain_closed(assignment: Assignment, student: Student, received: list[datetime], now: datetime) -> str:
@@ -59,6 +62,17 @@ def explain_closed(assignment: Assignment, student: Student, received: list[date
         if len(times) - 1 not in {i for attempt in policy.group_attempts(times) for i in attempt}:
             return f"You have used {count_noun(policy.best_of, 'attempt')}; no further one counts."
     return ""
+
+
+def find_tried_texts(person: Person, key: str) -> dict[str, set[str]]:
+    """Return the answers to each part that used up a try: those that were judged, or will be."""
+    tried = defaultdict[str, set[str]](set)
+    rows = Submission.objects.filter(person=person, assignment=key).exclude(changed_part="")
+    for part, answers, state, shown in rows.values_list("changed_part", "answers", "state", "shown"):
+        shown_part = (shown or {}).get(part)
+        if state == Submission.State.WAITING or (shown_part and shown_part.get("costs_try", True)):
+            tried[part].add((answers or {}).get(part, ""))
+    return tried
 
 
 def check_part(part: str, assignment: Assignment) -> None:
@@ -104,7 +118,11 @@ def submit_answer(
         _check_open(assignment, student, earlier)
         base = _find_latest_answers(earlier)
         merged = {part: text for part, text in {**base, **answers}.items() if text}
-        (part,) = answers
+        ((part, text),) = answers.items()
+        if (tries := assignment.attempt_policy.tries) is not None:
+            tried = find_tried_texts(person, assignment.key)[part]
+            if text not in tried and len(tried) >= tries:
+                raise Refused(409, f"This question takes {count_noun(tries, 'answer')}, which you have submitted.")
         submission = Submission.objects.create(
             person=person, assignment=assignment.key, request_id=request_id, answers=merged, changed_part=part
         )
@@ -149,6 +167,8 @@ def submit_notebook(
         raise Refused(413, f"A notebook has at most {MAX_NOTEBOOK_BYTES // 1_000_000} MB; clear its outputs.")
     if PurePath(name).suffix.lower() not in NOTEBOOK_ENDINGS:
         raise Refused(415, "Submit the notebook itself, a file that ends in .ipynb, or a zip that contains it.")
+    if assignment.attempt_policy.tries is not None:
+        raise Refused(409, "Type your answers on the page: the number of tries is limited, so no notebook is accepted.")
     with transaction.atomic():
         Person.objects.select_for_update().get(pk=person.pk)
         if (known := person.submissions.filter(request_id=request_id).first()) is not None:

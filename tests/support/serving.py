@@ -68,10 +68,10 @@ class OwnJudges:
 
 
 @contextmanager
-def serve_class(settings: str = "") -> Iterator["Service"]:
+def serve_class(settings: str = "", problems: str = PROBLEMS) -> Iterator["Service"]:
     """Yield a service with an empty database and a class with personal links."""
     folder = find_folder()
-    write_settings(settings)
+    write_settings(settings, problems)
     from django.core.management import call_command
 
     from qdot.grader.serve import marking_online

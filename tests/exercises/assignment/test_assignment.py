@@ -547,7 +547,7 @@ def test_all_errors_of_an_assignment_are_reported_at_once(tmp_path: Path) -> Non
     make_class(folder, [Student("ada")])
     (folder / "assignment.toml").write_text(
         'title = "T"\nkey = "a.ipynb"\nvariation = "nome"\nlat = 3\nfeedback = "all"\ndue = 2027-01-15T12:00:00\n'
-        "late = {per_day = 2, grace = 15}\nattempts = {best_of = 0, apart = 3}\npaper = {date = 3, time_allowed = 4}\n"
+        "late = {per_day = 2, grace = 15}\nattempts = {best_of = 0, apart = 3, tries = true}\npaper = {date = 3, time_allowed = 4}\n"
         '[[problem]]\nfamily = "planar-2r"\nquestons = ["position"]\n'
         '[[problem]]\nfamily = "planar-2"\npoints = "many"\ndifficulty = 9\n'
         '[[problem]]\nfamily = "planar-2r"\nquestions = ["positon"]\npoints = [1, 2]\ncredit = "no"\n'
@@ -560,7 +560,7 @@ def test_all_errors_of_an_assignment_are_reported_at_once(tmp_path: Path) -> Non
     places = [place for message in messages for place in re.findall(r"(\w+\.\w+): line (\d+)", message)[:1]]
     assert len(places) == len(messages)
     assert sorted(int(line) for file, line in places if file == "roster.csv") == [2, 3, 4]
-    lines = [2, 3, 4, 5, 7, 7, 8, 8, 9, 9, 12, 14, 15, 16, 19, 20, 21, 27, 29, 30, 31]
+    lines = [2, 3, 4, 5, 7, 7, 8, 8, 8, 9, 9, 12, 14, 15, 16, 19, 20, 21, 27, 29, 30, 31]
     assert sorted(int(line) for file, line in places if file == "assignment.toml") == lines
     (folder / "assignment.toml").write_text('title = "T\n')
     assert len(run_and_fail_with_lines("generate", folder)) == 4  # TOML has one error of syntax at a time

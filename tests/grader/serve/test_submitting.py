@@ -2,6 +2,7 @@
 
 import datetime
 import uuid
+from unittest.mock import patch
 
 import pytest
 from django_tasks_db.models import DBTaskResult
@@ -213,3 +214,55 @@ def test_sentences_have_an_end_and_no_entities() -> None:
 def test_a_part_that_does_not_exist_is_named(service: Service) -> None:
     reply = service.open_browser("s001").answer("p1.jacobean", "1")
     assert (reply.status_code, "did you mean 'p1.jacobian'?" in reply.json()["error"]) == (404, True)
+
+
+ALL_FORMS = """
+[[problem]]
+family = "planar-2r"
+questions = "quiz"
+[[problem]]
+family = "planar-2r"
+questions = ["determinant", "singular-angles", "joint-rates"]
+"""
+"""Questions with answers of every form: choices, numbers, formulas and sets."""
+WRONG_ANSWERS = {
+    "singular-angles-choice": "B", "singular-configurations": "B", "match-columns": "CB", "true-or-false": "true",
+    "speed": "7", "determinant": "7*a1", "singular-angles": "theta2 = 1", "joint-rates": "[7, 7]",
+}  # fmt: skip
+"""A wrong answer of the right form to each of these questions, for s001."""
+
+
+def test_tries_are_limited_for_each_question_and_unreadable_answers_cost_none() -> None:
+    with serve_class("attempts = {tries = 2}", ALL_FORMS) as service:
+        browser = service.open_browser("s001")
+        results = browser.get("/a/hw/work").json()["results"]
+        assert {name.partition(".")[2] for name in results} == set(WRONG_ANSWERS)
+        assert {shown["tries_left"] for shown in results.values()} == {2}
+        for name in results:
+            right, wrong = find_right_answer(service, "s001", name), WRONG_ANSWERS[name.partition(".")[2]]
+            for text, left in (("???", 2), (wrong, 1), (wrong, 1), (right, 0)):
+                shown = browser.answer(name, text).json()["results"][name]
+                assert (shown["outcome"] == "correct", shown["tries_left"]) == (text == right, left), (name, text)
+            reply = browser.answer(name, "theta1")
+            assert (reply.status_code, "takes 2 answers" in reply.json()["error"]) == (409, True)
+        assert browser.upload("a.ipynb", b"{}").status_code == 409
+
+
+@pytest.mark.parametrize("text", ["None", "theta1 +", "[1, 2]"])
+def test_an_answer_that_could_not_be_judged_costs_no_try(text: str) -> None:
+    with serve_class("attempts = {tries = 1}") as service:
+        browser = service.open_browser("s001")
+        assert browser.answer("p2.determinant", text).json()["results"]["p2.determinant"]["tries_left"] == 1
+        assert browser.answer("p1.why", "in words").json()["results"]["p1.why"]["tries_left"] == 1
+
+
+def test_an_answer_that_is_not_judged_yet_uses_up_a_try() -> None:
+    with serve_class("attempts = {tries = 1}") as service:
+        browser = service.open_browser("s001")
+        with patch("qdot.grader.serve.student_pages.mark_answers"):
+            assert browser.answer("p2.determinant", "theta1 +").json()["state"] == "waiting"
+            assert browser.answer("p2.determinant", "1").status_code == 409
+        Submission.objects.update(received=NOW - datetime.timedelta(days=3650))
+        queue_forgotten()
+        service.work_off_queue()
+        assert browser.answer("p2.determinant", "1").status_code == 200
