@@ -547,7 +547,8 @@ def test_all_errors_of_an_assignment_are_reported_at_once(tmp_path: Path) -> Non
     make_class(folder, [Student("ada")])
     (folder / "assignment.toml").write_text(
         'title = "T"\nkey = "a.ipynb"\nvariation = "nome"\nlat = 3\nfeedback = "all"\ndue = 2027-01-15T12:00:00\n'
-        "late = {per_day = 2, grace = 15}\nattempts = {best_of = 0, apart = 3, tries = true}\npaper = {date = 3, time_allowed = 4}\n"
+        "late = {per_day = 2, grace = 15}\nattempts = {best_of = 0, apart = 3, tries = true}\n"
+        "paper = {date = 3, time_allowed = 4}\n"
         '[[problem]]\nfamily = "planar-2r"\nquestons = ["position"]\n'
         '[[problem]]\nfamily = "planar-2"\npoints = "many"\ndifficulty = 9\n'
         '[[problem]]\nfamily = "planar-2r"\nquestions = ["positon"]\npoints = [1, 2]\ncredit = "no"\n'
