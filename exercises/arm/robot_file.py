@@ -301,9 +301,8 @@ class _RobotReader:
         key = next((key for key in joint if key in (("axis",) if self.has_dh_table else ENTRY_KEYS)), None)
         if key is None:
             return
-        owner, names = "a DH table", '"dh" or "modified-dh"'
-        if self.has_dh_table:
-            owner, names = "an arm described by screw axes", '"screws"'
+        owner = "an arm described by screw axes" if self.has_dh_table else "a DH table"
+        names = " or ".join(format_toml(name) for name, convention in REGISTRY.items() if key in convention.joint_keys)
         by_default = "" if "convention" in self.content else "by default "
         has_convention = f"has {by_default}convention = {format_toml(self.convention.name)}"
         message = f"the key {key!r} belongs to {owner}, but the file {has_convention}"

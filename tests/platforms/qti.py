@@ -12,7 +12,15 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.exports.export_format import DEFAULT_ATTEMPTS, ExportRequest
-from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberField, NumberForm, QuizItem, make_items
+from qdot.exercises.exports.items import (
+    ChoiceForm,
+    MatchingForm,
+    NumberField,
+    NumberForm,
+    QuizItem,
+    TextForm,
+    make_items,
+)
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.reference_answers import LETTERS
 from tests.platforms.assignments import EVERYTHING, PLAIN, make_request
@@ -152,7 +160,8 @@ def _check_package(software: Path, package: Path, request: ExportRequest, counts
 def _is_shown(item: QuizItem, page: str) -> bool:
     if isinstance(item.form, NumberForm):
         return page.count("qti-textEntryInteraction") >= len(item.form.fields)
-    return "qti-matchInteraction" in page if isinstance(item.form, MatchingForm) else "qti-choiceInteraction" in page
+    names = {ChoiceForm: "choice", MatchingForm: "match", TextForm: "extendedText"}
+    return f"qti-{names[type(item.form)]}Interaction" in page
 
 
 def _check_attempts(item: QuizItem, attempts: list[_Attempt], results: list[dict[str, Any]], counts: Counts) -> None:
