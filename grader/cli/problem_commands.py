@@ -20,6 +20,7 @@ from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.arm.robot_text import write_robot_text
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, find_set
 from qdot.exercises.common.console import check_choice, note, print_result, show_status
+from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS as SECONDS
 from qdot.exercises.common.time_limit import MIN_SECONDS, parse_seconds
 from qdot.exercises.families import Family
@@ -79,12 +80,15 @@ def init(
         return
     if folder is None:
         raise QdotError("give the folder to create, as in 'qdot init homework'; 'qdot init --list' lists the sets")
+    from qdot.exercises.assignment.assignment import read_roster
     from qdot.exercises.assignment.release import init_assignment
 
     chosen_set = find_set(problems)
     init_assignment(folder, title or chosen_set.title, key, roster=roster, problem_set=chosen_set)
-    next_step = f"put your class into {folder / 'roster.csv'}" if roster is None else "edit assignment.toml"
-    print_result(f"created {folder}: {next_step}, then run: qdot generate {folder}")
+    created, next_step = f"created {folder}", f"put your class into {folder / 'roster.csv'}"
+    if roster is not None:
+        created, next_step = f"{created} for {count_noun(len(read_roster(roster)), 'student')}", "edit assignment.toml"
+    print_result(f"{created}: {next_step}, then run: qdot generate {folder}")
 
 
 def families(

@@ -30,7 +30,7 @@ from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
-from tests.support.command import run_and_fail, runner
+from tests.support.command import run, run_and_fail, runner
 from tests.support.submitting import make_class
 
 PROBLEM = '[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\n'
@@ -50,6 +50,12 @@ def folder(tmp_path: Path) -> Path:
 
 def test_init_names_missing_roster_file(tmp_path: Path) -> None:
     assert str(tmp_path / "class.csv") in run_and_fail("init", tmp_path / "hw", "--roster", tmp_path / "class.csv")
+
+
+def test_init_counts_the_students_of_a_roster_file(tmp_path: Path) -> None:
+    (tmp_path / "class.csv").write_text("student,name\nada,Ada Lovelace\nzoe,Zoë Li\n", encoding="utf-8")
+    output = run("init", tmp_path / "hw", "--roster", tmp_path / "class.csv")
+    assert output.startswith(f"created {tmp_path / 'hw'} for 2 students: edit assignment.toml")
 
 
 def test_init_creates_loadable_assignment(folder: Path) -> None:
