@@ -18,7 +18,7 @@ from tests.support.problems import LONG_ARMS
 from tests.support.suites import FEW, every_family, on_families, sample_for_suite, select_for_suite
 
 ARMS = 80
-DERIVED = select_for_suite(2, ARMS)
+DERIVED = select_for_suite(2, 20)
 """Arms of each family that are derived; what their tables say is looked at in all."""
 FIXED = [name for name, family in FAMILIES.items() if not family.has_varied_structure]
 few_fixed = pytest.mark.families(select_for_suite(FEW, tuple(FIXED)), every=True)

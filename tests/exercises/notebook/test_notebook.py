@@ -19,7 +19,6 @@ from markdown_it import MarkdownIt
 
 from qdot.exercises.arm.chain import CONVENTIONS, TWIST_ORDERS, Chain, Joint, Point
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import (
     NotebookContent,
@@ -32,7 +31,7 @@ from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.exercises.reference_answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.writing.problem_texts import write_answer_code, write_statement
 from tests.support.problems import get_problem, select_parts
-from tests.support.suites import FEW, few_families, select_for_suite
+from tests.support.suites import FEW, SHAPES, few_families, select_for_suite
 
 pytestmark = few_families  # notebooks are built of any problem in the same way
 
@@ -339,7 +338,9 @@ def _sabotaged(problem: Problem) -> Iterator[tuple[str, str, Any]]:
 
 @pytest.mark.parametrize(
     ("family", "convention"),
-    select_for_suite([*zip(FEW, ("screws", "dh", "screws"), strict=True)], [*product(FAMILIES, ("dh", "screws"))]),
+    select_for_suite(
+        [*zip(FEW, ("screws", "dh", "screws"), strict=True)], [*product(SHAPES.values(), ("dh", "screws"))]
+    ),
 )
 def test_an_entry_gone_wrong_does_not_fit(family: str, convention: str) -> None:
     problem = get_problem(family, 0, convention=convention)
@@ -350,7 +351,7 @@ def test_an_entry_gone_wrong_does_not_fit(family: str, convention: str) -> None:
 
 @pytest.mark.parametrize(
     ("family", "twist_order"),
-    select_for_suite([*zip(FEW, TWIST_ORDERS, strict=False)], [*product(FAMILIES, TWIST_ORDERS)]),
+    select_for_suite([*zip(FEW, TWIST_ORDERS, strict=False)], [*product(SHAPES.values(), TWIST_ORDERS)]),
 )
 def test_right_answers_of_an_arm_told_by_axes_fit(family: str, twist_order: str) -> None:
     told = _told(get_problem(family, 1, convention="screws", twist_order=twist_order), {})
