@@ -3,7 +3,7 @@
 import hashlib
 import html
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -252,6 +252,15 @@ def release_problems(judge: Judge, request: StudentOfClass) -> ReleaseResult:
     return release_notebooks_of_student(
         ReleaseContext(judge.load_assignment(request.class_of_assignment), CERTIFIER), request.student
     )
+
+
+def has_arm_of(judge: Judge, requests: Sequence[StudentOfClass]) -> bool:
+    """Return whether two students have the same arm in one of the slots."""
+    first, second = (
+        judge.load_problems(judge.load_assignment(request.class_of_assignment), request.student).problems
+        for request in requests
+    )
+    return any(a.chain == b.chain for (_, a), (_, b) in zip(first, second, strict=True))
 
 
 def make_problem_records(judge: Judge, request: StudentOfClass) -> list[dict[str, Any]]:

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import timedelta
 from functools import cache, partial
 from pathlib import Path
@@ -134,6 +134,16 @@ def mark_answers(submission: Submission) -> None:
         _store_marks(submission, *marked)
 
 
+def mark_practice(person: Person, typed: TypedAnswers) -> MarkedAnswers:
+    """Return the marks of answers that are not stored. Raises Refused if this takes long."""
+    marked: MarkedAnswers | None = None
+    with suppress(TimeoutError, BrokenProcessPool), _wait_for_turn(person.pk):
+        marked = find_judges().run(mark_typed_answers, typed)
+    if marked is None:
+        raise Refused(409, "It takes too long to judge this answer. Try a shorter one.")
+    return marked
+
+
 _turns, _people_in_turn = threading.Condition(), set[int]()
 
 
@@ -212,13 +222,16 @@ def queue_forgotten() -> None:
 # --- what pages show ---
 
 
-def load_problem_records(person: Person, assignment: Assignment, language: str) -> list[dict[str, Any]]:
-    """Return the problems of a student as the page shows them. They are generated for a student who has none yet."""
-    digest, pages = assignment.notebook_digest_of(person.student_id), caches["pages"]
-    key = f"{compute_package_digest()[:16]}-{digest}-{assignment.hints}-{language}-{person.pk}"
+def load_problem_records(owner: object, assignment: Assignment, student_id: str, language: str) -> list[dict[str, Any]]:
+    """Return the problems of a student as the page shows them. They are generated for a student who has none yet.
+
+    `owner` is whose problems these are, as no other person and no set for practice is called.
+    """
+    digest, pages = assignment.notebook_digest_of(student_id), caches["pages"]
+    key = f"{compute_package_digest()[:16]}-{digest}-{assignment.hints}-{language}-{owner}"
     if (records := pages.get(key)) is None:
-        release_if_needed(assignment, person.student_id)
-        student = StudentOfClass(describe_class(assignment), person.student_id, language)
+        release_if_needed(assignment, student_id)
+        student = StudentOfClass(describe_class(assignment), student_id, language)
         records = find_judges().run(make_problem_records, student)
         pages.set(key, records, None)
     return records

@@ -166,7 +166,8 @@ class PointsOverride(models.Model):
 class ScoreDelivery(models.Model):
     """The score that a platform's gradebook should show for a student: written with the marks, sent until it arrives.
 
-    One row per student and column of the gradebook. `next_try` is None once the platform has confirmed the score.
+    One row per student and column of the gradebook. `next_try` is None once the platform has confirmed the score,
+    or if it refuses the score; then `last_error` says why.
     `timestamp` increases by a second or more with each change: platforms refuse a score that isn't newer than theirs,
     and some of them compare whole seconds.
     """

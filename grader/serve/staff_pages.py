@@ -23,7 +23,7 @@ from qdot.grader.serve.errors import Refused
 from qdot.grader.serve.exchange import make_results_zip
 from qdot.grader.serve.html_pages import render_page
 from qdot.grader.serve.judge_process import StudentOfClass, make_solutions
-from qdot.grader.serve.lti.outbox import update_scores
+from qdot.grader.serve.lti.outbox import find_refused, update_scores
 from qdot.grader.serve.marking_online import find_judges
 from qdot.grader.serve.models import Classroom, Extension, Person, PointsOverride, StaffAction, Submission
 from qdot.grader.serve.regrading import accept_regrading, continue_regrading, count_outdated
@@ -45,8 +45,9 @@ def find_version(classroom: Classroom, key: str) -> str:
     """Return a text that changes whenever the page of the class must change."""
     submissions = Submission.objects.filter(person__classroom=classroom, assignment=key)
     counts = submissions.aggregate(last=Max("pk"), marked=Count("marks"))
+    refused = find_refused(classroom, key).count()
     last_action = StaffAction.objects.filter(classroom=classroom).aggregate(last=Max("pk"))["last"]
-    return f"{counts['last'] or 0}.{counts['marked']}.{last_action or 0}"
+    return f"{counts['last'] or 0}.{counts['marked']}.{last_action or 0}.{refused}"
 
 
 @require_GET
@@ -118,6 +119,9 @@ def describe_class_results(assignment: Assignment, classroom: Classroom, results
             for name, points in max_points.items()
         ],
         "students": students, "groups": groups, "to_mark": to_mark,
+        "refused": [
+            {"student": row.person.pk, "error": row.last_error} for row in find_refused(classroom, assignment.key)
+        ],
         "outdated": count_outdated(assignment, results),
         "actions": [
             {"made": action.made.isoformat(), "by": _name_person(action.person), "summary": action.summary}
@@ -269,6 +273,17 @@ def post_regrade(request: HttpRequest, person: Person, key: str) -> HttpResponse
         return JsonResponse(continue_regrading(assignment, person.classroom)._asdict())
     count = accept_regrading(assignment, person.classroom, str(content["token"]))
     record_action(person, f"{count_noun(count, 'submission')} marked again")
+    return JsonResponse({})
+
+
+@require_POST
+@for_staff
+def post_scores(_: HttpRequest, person: Person, key: str) -> HttpResponse:
+    """Send the scores again that the platform has refused."""
+    load_class_assignment(person.classroom, key)
+    with transaction.atomic():
+        count = find_refused(person.classroom, key).update(next_try=timezone.now(), tries=0, last_error="")
+        record_action(person, f"{count_noun(count, 'refused score')} sent again")
     return JsonResponse({})
 
 

@@ -1,5 +1,6 @@
 """The addresses that a student's page calls."""
 
+import datetime
 import json
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -104,8 +105,13 @@ def show_home(request: HttpRequest) -> HttpResponse:
 @for_everybody
 def show_work_page(request: HttpRequest, person: Person, key: str) -> HttpResponse:
     """Show the student's page."""
-    work = find_work(person, key)
-    return render_page(request, "serve/student.html.j2", title=work.assignment.title, key=key, person=person)
+    return show_page(request, find_work(person, key))
+
+
+def show_page(request: HttpRequest, work: Work) -> HttpResponse:
+    """Return the page on which a student works."""
+    title, key = work.assignment.title, work.assignment.key
+    return render_page(request, "serve/student.html.j2", title=title, key=key, person=work.person)
 
 
 # --- JSON ---
@@ -133,7 +139,7 @@ def describe_work(work: Work, language: str) -> dict[str, Any]:
     result = compute_result(assignment, student, submissions, overrides)
     received, now, due_date = [s.received for s in submissions], timezone.now(), assignment.due_date_of(student)
     typed = next((submission for submission in submissions if submission.changed_part), None)
-    attempts, rule = describe_attempts(assignment, received), assignment.late_rule
+    rule = assignment.late_rule
     notes = [*describe_decisions(result), *map(capitalize, result.notes)]
     late_rule = ""
     if rule is not None and rule.per_day:
@@ -143,15 +149,22 @@ def describe_work(work: Work, language: str) -> dict[str, Any]:
     return {
         "person": person.pk, "title": assignment.title, "student": {"id": student.id, "name": student.name},
         "now": now.isoformat(), "due": due_date and due_date.isoformat(),
-        "is_late": result.late is not None, "late_rule": late_rule, "attempts": attempts._asdict(),
-        "feedback": assignment.feedback, "score": result.score if submissions else None,
-        "max_score": result.max_score, "notes": list(map(end_sentence, notes)),
+        "late_rule": late_rule, "feedback": assignment.feedback, "notes": list(map(end_sentence, notes)),
         "takes_notebooks": assignment.attempt_policy.tries is None,
+        "practice": {"next": "practice/1/", "home": ""} if assignment.practice else None,
         "closed": explain_closed(assignment, student, received, now.replace(microsecond=0)),
-        "problems": load_problem_records(person, assignment, language),
+        "problems": load_problem_records(person.pk, assignment, person.student_id, language),
         "answers": typed.answers if typed else {}, "drafts": dict(drafts.values_list("part", "text")),
-        "results": describe_results(work, result, submissions),
+        **describe_result(work, result, received), "results": describe_results(work, result, submissions),
         "submissions": [describe_submission(submission) for submission in submissions],
+    }  # fmt: skip
+
+
+def describe_result(work: Work, result: Result, received: list[datetime.datetime]) -> dict[str, Any]:
+    """Return what the page shows of the whole result; `received` are the times of all submissions."""
+    return {
+        "score": result.score if result.submission else None, "max_score": result.max_score,
+        "is_late": result.late is not None, "attempts": describe_attempts(work.assignment, received)._asdict(),
     }  # fmt: skip
 
 
@@ -163,11 +176,8 @@ def describe_results(work: Work, result: Result, submissions: list[Submission]) 
     shown = {} if counting is None else Submission.objects.values_list("shown", flat=True).get(pk=counting.pk) or {}
     tries = work.assignment.attempt_policy.tries
     tried = {} if tries is None else find_tried_texts(work.person, work.assignment.key)
-    return {
-        name: describe_part(part, shown.get(name))
-        | {"tries_left": None if tries is None else max(0, tries - len(tried.get(name, ())))}
-        for name, part in result.parts.items()
-    }
+    left = {} if tries is None else {name: max(0, tries - len(tried.get(name, ()))) for name in result.parts}
+    return {name: describe_part(part, shown.get(name), left.get(name)) for name, part in result.parts.items()}
 
 
 EMPTY_EXPLANATION: dict[str, Any] = {
@@ -175,10 +185,10 @@ EMPTY_EXPLANATION: dict[str, Any] = {
 }  # fmt: skip
 
 
-def describe_part(part: Any, shown: dict[str, Any] | None) -> dict[str, Any]:
+def describe_part(part: Any, shown: dict[str, Any] | None, tries_left: int | None = None) -> dict[str, Any]:
     """Return the marks of a part with an explanation; `shown` is a `ShownPart`."""
     return {
-        "outcome": part.outcome, "points": part.points, "max_points": part.max_points,
+        "tries_left": tries_left, "outcome": part.outcome, "points": part.points, "max_points": part.max_points,
         "comment": part.override.comment if part.override else "", **(shown or EMPTY_EXPLANATION),
     }  # fmt: skip
 
@@ -199,10 +209,7 @@ def post_answer(request: HttpRequest, person: Person, key: str) -> HttpResponse:
     """Store an answer, mark it, and return the verdicts on its problem."""
     content, work = read_json(request), find_work(person, key)
     request_id = parse_request_id(content.get("request"))
-    part = str(content.get("part"))
-    text = check_text(part, content.get("text"), work.assignment)
-    if not text:
-        raise Refused(400, "Type an answer first.")
+    part, text = read_answer_text(content, work.assignment)
     check_rate("answer", person.pk, ANSWERS_PER_MINUTE)
     submission, is_new = submit_answer(work.assignment, work.student, person, request_id, {part: text})
     if is_new:
@@ -212,11 +219,19 @@ def post_answer(request: HttpRequest, person: Person, key: str) -> HttpResponse:
     slot = part.partition(".")[0]
     results = describe_results(work, result, submissions)
     return JsonResponse({
-        "submission": submission.pk, "state": submission.state, "score": result.score,
+        "submission": submission.pk, "state": submission.state,
         "results": {name: shown for name, shown in results.items() if name.startswith(f"{slot}.")},
-        "is_late": result.late is not None,
-        "attempts": describe_attempts(work.assignment, [s.received for s in submissions])._asdict(),
+        **describe_result(work, result, [s.received for s in submissions]),
     })  # fmt: skip
+
+
+def read_answer_text(content: dict[str, Any], assignment: Assignment, *, is_draft: bool = False) -> tuple[str, str]:
+    """Return the part and the text in a request; only a draft may be empty. Raises Refused."""
+    part = str(content.get("part"))
+    text = check_text(part, content.get("text"), assignment)
+    if not text and not is_draft:
+        raise Refused(400, "Type an answer first.")
+    return part, text
 
 
 @require_http_methods(["PUT"])
@@ -225,8 +240,7 @@ def put_draft(request: HttpRequest, person: Person, key: str) -> HttpResponse:
     """Store a text that isn't submitted yet."""
     content, work = read_json(request), find_work(person, key)
     check_rate("draft", person.pk, DRAFTS_PER_MINUTE)
-    part = str(content.get("part"))
-    save_draft(person, key, part, check_text(part, content.get("text"), work.assignment))
+    save_draft(person, key, *read_answer_text(content, work.assignment, is_draft=True))
     return JsonResponse({})
 
 

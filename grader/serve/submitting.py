@@ -32,10 +32,14 @@ NOTEBOOK_ENDINGS = (".ipynb", ".zip", ".py", ".md", ".txt", ".json", ".tar", ".t
 
 
 class AttemptsState(NamedTuple):
-    """How many attempts are left, None if any number counts, and sentences that say why; "" if there is no limit."""
+    """How many attempts are left, None if any number counts, and sentences that say why; "" if there is no limit.
+
+    `tries` is how many answers each question takes; None if it takes any number.
+    """
 
     left: int | None
     rule: str
+    tries: int | None = None
 
 
 def describe_attempts(assignment: Assignment, received: list[datetime]) -> AttemptsState:
@@ -47,7 +51,7 @@ def describe_attempts(assignment: Assignment, received: list[datetime]) -> Attem
     if policy.tries is not None:
         answers = count_noun(policy.tries, "answer")
         rules.append(f"Each question takes {answers}; one that qdot can't read doesn't count.")
-    return AttemptsState(left, " ".join(rules))
+    return AttemptsState(left, " ".join(rules), policy.tries)
 
 
 def explain_closed(assignment: Assignment, student: Student, received: list[datetime], now: datetime) -> str:

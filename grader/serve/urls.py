@@ -3,7 +3,7 @@
 from django.urls import include, path, register_converter
 from django.urls.converters import StringConverter
 
-from qdot.grader.serve import sign_in, staff_pages, student_pages
+from qdot.grader.serve import practice_pages, sign_in, staff_pages, student_pages
 
 
 class KeyConverter(StringConverter):
@@ -27,12 +27,17 @@ urlpatterns = [
     path("a/<key:key>/submissions/<int:number>", student_pages.get_submission),
     path("a/<key:key>/notebook.ipynb", student_pages.get_notebook),
     path("a/<key:key>/feedback", student_pages.get_feedback),
+    path("a/<key:key>/practice/<int:number>/", practice_pages.show_practice_page),
+    path("a/<key:key>/practice/<int:number>/work", practice_pages.get_practice),
+    path("a/<key:key>/practice/<int:number>/answers", practice_pages.post_practice),
+    path("a/<key:key>/practice/<int:number>/drafts", practice_pages.put_practice_draft),
     path("a/<key:key>/class/", staff_pages.show_class_page),
     path("a/<key:key>/class/results", staff_pages.get_results),
     path("a/<key:key>/class/students/<int:number>", staff_pages.get_student),
     path("a/<key:key>/class/overrides", staff_pages.post_override),
     path("a/<key:key>/class/extensions", staff_pages.post_extension),
     path("a/<key:key>/class/regrade", staff_pages.post_regrade),
+    path("a/<key:key>/class/scores", staff_pages.post_scores),
     path("a/<key:key>/class/export.zip", staff_pages.get_export),
 ]
 handler400 = "qdot.grader.serve.errors.report_bad_request"

@@ -29,6 +29,8 @@ from qdot.grader.serve.scores import load_result
 SCORE_SCOPE = "https://purl.imsglobal.org/spec/lti-ags/scope/score"
 FIRST_WAIT = datetime.timedelta(seconds=10)
 LONGEST_WAIT = datetime.timedelta(hours=6)
+MAX_REFUSALS = 11
+"""After how many tries, in about three hours, a score that the platform refuses is left to the staff."""
 CLAIM = datetime.timedelta(minutes=2)
 """For how long the process that is sending a score keeps others from sending it."""
 LIST_INTERVAL = datetime.timedelta(days=1)
@@ -111,10 +113,11 @@ def send_scores(connections: Connections, now: datetime.datetime) -> None:
         try:
             _send(delivery, connections, platform, now)
         except PLATFORM_ERRORS as error:
-            if _is_unreachable(error, platform):
+            is_refusal = not _is_unreachable(error, platform)
+            if not is_refusal:
                 unreachable.add(platform.pk)
                 unchanged = unchanged | all_of_platform.filter(next_try__lte=now)
-            _postpone(unchanged, delivery.tries, error, now)
+            _postpone(unchanged, delivery.tries, error, now, gives_up=is_refusal and delivery.tries + 1 >= MAX_REFUSALS)
         else:
             unchanged.update(next_try=None, sent=timezone.now(), tries=0, last_error="")
             all_of_platform.filter(last_error__startswith=_UNREACHABLE).update(next_try=now, last_error="")
@@ -147,10 +150,13 @@ def _send(delivery: ScoreDelivery, connections: Connections, platform: LtiRegist
         AssignmentsGradesService(connections.open(platform, now), endpoint).put_grade(grade)
 
 
-def _postpone(deliveries: QuerySet[ScoreDelivery], tries: int, error: Exception, now: datetime.datetime) -> None:
+def _postpone(
+    deliveries: QuerySet[ScoreDelivery], tries: int, error: Exception, now: datetime.datetime, *, gives_up: bool
+) -> None:
     """Try again later; each wait is twice as long as the one before, unless the platform names a time.
 
-    If the platform says that it has a newer score (409), the score gets a new time.
+    If the platform says that it has a newer score (409), the score gets a new time. If qdot `gives_up`, it sends the
+    score only after it has changed, or if the staff asks for it.
     """
     response = error.response if isinstance(error, LtiServiceException) else None
     wait = min(FIRST_WAIT * 2 ** min(tries, 20), LONGEST_WAIT) * random.uniform(1, 1.25)  # noqa: S311 (no secret)
@@ -161,11 +167,22 @@ def _postpone(deliveries: QuerySet[ScoreDelivery], tries: int, error: Exception,
         words = f"{_UNREACHABLE}: {type(error).__name__}: {error}"
     else:
         words = f"{_UNREACHABLE if response.status_code >= 500 else 'refused'}: HTTP {response.status_code}"
-    values = {"next_try": now + wait, "tries": F("tries") + 1, "last_error": escape_controls(words)[:300]}
+    values = {
+        "next_try": None if gives_up else now + wait,
+        "tries": F("tries") + 1,
+        "last_error": escape_controls(words)[:300],
+    }
     if response is not None and response.status_code == 409:
         values["timestamp"] = now + wait
     number = deliveries.update(**values)
     logger.warning("%d scores have not arrived; the platform %s", number, values["last_error"])
+
+
+def find_refused(classroom: Classroom, key: str) -> QuerySet[ScoreDelivery]:
+    """Return the scores for an assignment that are not sent any more, because the platform refuses them."""
+    is_for_assignment = Q(line_item__resource_id=key) | Q(line_item__resource_id__startswith=f"{key}/")
+    rows = ScoreDelivery.objects.filter(is_for_assignment, person__classroom=classroom, next_try=None)
+    return rows.exclude(last_error="").select_related("person")
 
 
 def read_class_lists(connections: Connections, now: datetime.datetime) -> None:

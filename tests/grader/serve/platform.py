@@ -32,6 +32,8 @@ class Platform:
     keys: list[JWK] = field(default_factory=lambda: [make_key("first")])
     members: list[Json] = field(default_factory=list)
     failures: list[int | Exception] = field(default_factory=list)
+    refusal: int = 0
+    """The status with which the gradebook refuses every score, if it does."""
     columns: list[Json] = field(default_factory=list)
     scores: list[Json] = field(default_factory=list)
     asked: list[str] = field(default_factory=list)
@@ -130,6 +132,8 @@ class Platform:
 
     def _store_score(self, request: requests.PreparedRequest, path: str) -> requests.Response:
         """Store a score unless the one stored is as new, in whole seconds, as Moodle does."""
+        if self.refusal:
+            return _respond(request, self.refusal, {"error": "as the test wants it"})
         score = {**_read(request), "column": path.removesuffix("/scores")}
         same = [old for old in self.scores if (old["userId"], old["column"]) == (score["userId"], score["column"])]
         if any(old["timestamp"][:19] >= score["timestamp"][:19] for old in same):

@@ -517,9 +517,7 @@ def test_scores_that_change_before_they_are_sent_are_sent_once(course: Platform)
     assert course.list_points() == [("ada", 3)]
 
 
-@pytest.mark.parametrize(
-    "trouble", [requests.ConnectionError("down"), requests.Timeout(), 500, 503, 429, 404, 403, 400]
-)
+@pytest.mark.parametrize("trouble", [requests.ConnectionError("down"), requests.Timeout(), 500, 503, 429])
 def test_a_platform_that_is_down_loses_nothing_and_is_asked_ever_more_rarely(
     course: Platform, trouble: int | Exception
 ) -> None:
@@ -541,6 +539,28 @@ def test_a_platform_that_is_down_loses_nothing_and_is_asked_ever_more_rarely(
     _work_off(90_000)
     _work_off(90_001)
     assert sorted(course.list_points()) == [("ada", 2), ("henri", 2)]
+
+
+@pytest.mark.parametrize("trouble", [404, 403, 400, 401, 409, 422])
+def test_a_score_that_the_platform_keeps_refusing_is_left_to_the_staff(course: Platform, trouble: int) -> None:
+    for user in ("ada", "henri"):
+        _set_points(user, 2)
+    course.refusal = trouble
+    for step in range(outbox.MAX_REFUSALS - 1):
+        _work_off(30 * 2**step)
+        assert not ScoreDelivery.objects.filter(next_try=None).exists()
+    _work_off(30 * 2**outbox.MAX_REFUSALS)
+    assert not ScoreDelivery.objects.exclude(next_try=None).exists()
+    staff = Client()
+    course.launch(staff, user="grace", role="Instructor")
+    refused = staff.get("/a/velocity/class/results").json()["refused"]
+    assert len(refused) == 2 and str(trouble) in refused[0]["error"]
+    course.refusal = 0
+    _set_points("henri", 1)  # a new score is tried
+    assert staff.post("/a/velocity/class/scores").status_code == 200
+    assert staff.get("/a/velocity/class/results").json()["refused"] == []
+    _work_off(100_000)
+    assert sorted(course.list_points()) == [("ada", 2), ("henri", 1)]
 
 
 def test_the_first_score_that_arrives_after_a_failure_brings_the_others(course: Platform) -> None:
