@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from qdot.exercises.assignment.assignment import Assignment, Student
+from qdot.exercises.assignment.assignment import FEEDBACK, Assignment, Student
 from qdot.exercises.assignment.release import ReleaseContext, ReleaseResult, release_notebooks_of_student
 from qdot.exercises.assignment.store import StoredProblems, load_stored_problems
 from qdot.exercises.formula.equality import Counterexample, SetDifference
@@ -176,16 +176,21 @@ def mark_typed_answers(judge: Judge, typed: TypedAnswers) -> MarkedAnswers | Non
     return MarkedAnswers(marks, show_marks(assignment, stored_problems, marks, set(typed.finished)))
 
 
+def limit_open_feedback(assignment: Assignment) -> Assignment:
+    """Return the assignment without feedback from which a student who may still submit could copy the right answer."""
+    return replace(assignment, feedback=min(assignment.feedback, "counterexample", key=FEEDBACK.index))
+
+
 def show_marks(
     assignment: Assignment, stored_problems: StoredProblems, marks: NotebookMarks, omitted_slots: set[str]
 ) -> dict[str, ShownPart]:
-    """Return what the student's page shows of the marks, by part, at the assignment's level of feedback."""
-    shown: dict[str, ShownPart] = {}
+    """Return what the student's page shows of the marks, by part, at the level of feedback while it is open."""
+    shown, level = dict[str, ShownPart](), limit_open_feedback(assignment).feedback
     for number, ((slot, problem), result) in enumerate(zip(stored_problems.problems, marks.problems, strict=True), 1):
         if slot in omitted_slots:
             continue
         pieces = stored_problems.pieces_of(slot)
-        for part_on_page in show_parts(pieces, number, problem, result.parts, assignment.feedback):
+        for part_on_page in show_parts(pieces, number, problem, result.parts, level):
             part_result = part_on_page.result
             is_missing = part_result.outcome is Outcome.MISSING
             texts = [] if is_missing or part_result.outcome is Outcome.CORRECT else [part_on_page.reason]

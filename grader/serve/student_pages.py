@@ -22,7 +22,7 @@ from qdot.grader.reports.part_rows import describe_decisions
 from qdot.grader.serve.class_list import find_student, load_assignments, load_class_assignment
 from qdot.grader.serve.errors import NO_PAGE, TOO_LARGE, Refused
 from qdot.grader.serve.html_pages import render_page
-from qdot.grader.serve.judge_process import end_sentence
+from qdot.grader.serve.judge_process import end_sentence, limit_open_feedback
 from qdot.grader.serve.marking_online import (
     count_waiting_before,
     load_problem_records,
@@ -290,6 +290,9 @@ def get_notebook(request: HttpRequest, person: Person, key: str) -> HttpResponse
 @require_GET
 @for_everybody
 def get_feedback(request: HttpRequest, person: Person, key: str) -> HttpResponse:
-    """Return the page of feedback that `qdot grade` writes."""
+    """Return the page of feedback that `qdot grade` writes; correct values only if nothing more can be submitted."""
     work = find_work(person, key)
-    return HttpResponse(make_feedback_page(work.assignment, work.student, load_result(*work)))
+    received = [submission.received for submission in list_submissions(person, key)]
+    is_closed = explain_closed(work.assignment, work.student, received, timezone.now().replace(microsecond=0))
+    assignment = work.assignment if is_closed else limit_open_feedback(work.assignment)
+    return HttpResponse(make_feedback_page(assignment, work.student, load_result(*work)))

@@ -1,5 +1,7 @@
 """What a student may try who wants the service down, or another's data: one person takes little from the others."""
 
+import datetime
+import re
 import socket
 import threading
 import time
@@ -14,7 +16,8 @@ from django_tasks_db.models import DBTaskResult
 from qdot.grader.serve import judge_process, marking_online, submitting
 from qdot.grader.serve.models import Submission
 from qdot.grader.serve.server import open_server
-from tests.support.serving import Service
+from tests.grader.serve.test_submitting import NOW
+from tests.support.serving import Browser, Service, serve_class, set_clock
 
 
 def test_an_answer_that_takes_long_is_marked_in_the_queue(service: Service, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,3 +98,26 @@ def test_connections_on_which_nothing_comes_keep_nobody_out(start: bytes) -> Non
         assert time.monotonic() - begin < 5
         visitor.close()
     server.close()
+
+
+@pytest.mark.parametrize("level", ["values", "solutions"])
+def test_right_answers_are_shown_only_when_nothing_more_can_be_submitted(level: str) -> None:
+    pages = dict[str, list[str]]()
+    for feedback in ("counterexample", level):
+        settings = f'due = {NOW.isoformat()}\nlate = {{until = {NOW.isoformat()}}}\nfeedback = "{feedback}"\n'
+        with serve_class(settings) as service:
+            later = NOW + datetime.timedelta(seconds=1)
+            with set_clock(NOW):
+                browser = service.open_browser("s001")
+                browser.answer("p1.determinant", "a1*a2*cos(theta2)")
+                pages[feedback] = [str(browser.get("/a/hw/work").json()["results"]), _open_feedback(browser)]
+            with set_clock(later):
+                pages[feedback].append(_open_feedback(browser))
+    assert pages["counterexample"][:2] == pages[level][:2]
+    assert pages["counterexample"][2] != pages[level][2]
+
+
+def _open_feedback(browser: Browser) -> str:
+    """Return the page of feedback without what differs from one setting to another."""
+    page = browser.get("/a/hw/feedback").content.decode()
+    return re.sub('content="[0-9a-f]+"', "", page)
