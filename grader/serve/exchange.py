@@ -43,7 +43,8 @@ def make_roster_csv(assignment: Assignment) -> str:
     rows = [("student", "name", "email", "due")]
     for student in assignment.roster:
         due_date = assignment.due_date_of(student)
-        rows.append((student.id, student.name, student.email, due_date.isoformat() if due_date else ""))
+        name, email = escape_formula(student.name), escape_formula(student.email)
+        rows.append((student.id, name, email, due_date.isoformat() if due_date else ""))
     return format_csv(rows)
 
 

@@ -39,8 +39,9 @@ logger = logging.getLogger("qdot.serve")
 
 
 def prepare_database() -> None:
-    """Make or update the tables of the database."""
+    """Make or update the tables of the database, and remove sessions that have ended."""
     call_command("migrate", verbosity=0, interactive=False)
+    call_command("clearsessions")
 
 
 def claim_database() -> AbstractContextManager[object]:

@@ -15,8 +15,8 @@ SIGN_IN_ADVICE = "You are not signed in. Open your personal link, or open the as
 STAFF_PREFIX = "staff:"
 """The beginning of the identifier of a member of staff who comes by a personal link; no student's contains a colon."""
 
-WRONG_LINKS_PER_MINUTE = 60
-"""For each network address; a whole class may share one, so right links are not counted."""
+WRONG_LINKS_PER_MINUTE, SIGN_INS_PER_MINUTE = 60, 30
+"""For each network address and for each person; a whole class may share an address."""
 
 View = Callable[..., HttpResponse]
 
@@ -65,16 +65,25 @@ for_everybody = allow(Person.Role.STAFF, Person.Role.STUDENT)
 
 def enter(request: HttpRequest, token: str) -> HttpResponse:
     """Sign in the person with this personal link."""
+    _check_opened(request)
     person = Person.objects.filter(link_digest=compute_digest(token), is_active=True).first()
     if person is None:
         check_rate("wrong link", request.META.get("REMOTE_ADDR", ""), WRONG_LINKS_PER_MINUTE)
         raise Refused(404, "This link is not valid any more. Ask your instructor for a new one.")
+    check_rate("sign in", person.pk, SIGN_INS_PER_MINUTE)
     sign_in(request, person)
     return HttpResponseRedirect("/")
 
 
+def _check_opened(request: HttpRequest) -> None:
+    """Raise Refused if a page has embedded this address, for example as an image, to sign people in or out."""
+    if request.headers.get("Sec-Fetch-Dest", "document") != "document":
+        raise Refused(403, "Open this link in a tab of its own.")
+
+
 def leave(request: HttpRequest) -> HttpResponse:
     """Sign the person out in this browser."""
+    _check_opened(request)
     request.session.flush()
     return HttpResponseRedirect("/")
 

@@ -7,6 +7,7 @@ was made.
 """
 
 import secrets
+import threading
 from typing import Self
 from uuid import UUID
 
@@ -57,6 +58,10 @@ _COOKIE_MESSAGE = "Your browser doesn't let qdot keep you signed in inside this 
 _COOKIE_BUTTON = "Open qdot in a new tab"
 _MALFORMED = (LookupError, TypeError, ValueError, AttributeError)
 """What the library raises on a message that has another form than agreed."""
+
+
+_fetches = threading.BoundedSemaphore(4)
+"""Held while a platform's keys are fetched, so that a platform that doesn't answer holds up few requests."""
 
 
 def _make_signer() -> signing.TimestampSigner:
@@ -111,7 +116,12 @@ class Launch(DjangoMessageLaunch):
             except LtiException:
                 if not cache.add(f"lti-new-keys-{platform.pk}", True, SECONDS_BETWEEN_KEYS):
                     raise
-        keys = self.fetch_public_key(platform.keyset_url)
+        if not _fetches.acquire(timeout=1):
+            raise LtiException("the platform's keys are being fetched, which takes long")
+        try:
+            keys = self.fetch_public_key(platform.keyset_url)
+        finally:
+            _fetches.release()
         cache.set(name, keys, KEY_SECONDS)
         self._registration.set_key_set(keys)
         return super().get_public_key()
@@ -127,7 +137,8 @@ class Launch(DjangoMessageLaunch):
             )  # fmt: skip
         except jwt.InvalidTokenError as error:
             raise LtiException(f"the message is not valid: {error}") from error
-        if claims.get("azp", client_id) != client_id:
+        is_for_one = isinstance(claims["aud"], str) or len(claims["aud"]) == 1
+        if claims.get("azp", client_id if is_for_one else "") != client_id:
             raise LtiException("the message is for another tool")
         if not cache.add(f"lti-nonce-{claims['nonce']}", True, LOGIN_SECONDS + CLOCK_SKEW):
             raise LtiException("the message was used before")

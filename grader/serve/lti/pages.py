@@ -17,6 +17,8 @@ from lti_tool.models import LtiRegistration
 
 SECONDS_OF_ORIGINS = 5
 """For how long the origins are stored, because every response contains them."""
+_ORIGIN = re.compile(r"https?://[\w.:\[\]-]+", re.ASCII)
+"""Matches an origin that adds nothing else to a header; a platform names its own."""
 _SCRIPT = re.compile(r"<script[^>]*>(.*?)</script>", re.DOTALL)
 _HEAD = '<!DOCTYPE html><html lang="en"><meta charset="utf-8"><title>qdot</title>'
 _SUBMIT = mark_safe("<script>document.forms[0].submit()</script>")
@@ -33,7 +35,8 @@ def list_frame_origins() -> list[str]:
 def _find_frame_origins() -> list[str]:
     rows = LtiRegistration.objects.active().values_list("name", "issuer", "auth_url")
     parts = [urlsplit(address) for row in rows for address in row]
-    return sorted({f"{part.scheme}://{part.netloc}" for part in parts if part.scheme in ("http", "https")})
+    origins = {f"{part.scheme}://{part.netloc}" for part in parts}
+    return sorted(filter(_ORIGIN.fullmatch, origins))
 
 
 def send_page(html: str) -> HttpResponse:

@@ -125,6 +125,18 @@ def _check_address(name: str, address: str) -> str:
     return address.rstrip("/")
 
 
+def _check_server(name: str, address: str, row: LtiRegistration) -> str:
+    """Return an address on the server that is registered, or on one that all schools of a platform share.
+
+    Raises QdotError, so that whoever has the address of a registration can't make qdot ask servers behind a firewall.
+    """
+    shared = (address for kind in PLATFORMS.values() for address in (kind.issuer, kind.auth_url, kind.token_url))
+    servers = {urlsplit(url).netloc for url in (row.name, *shared) if "{" not in url}
+    if urlsplit(_check_address(name, address)).netloc not in servers:
+        raise QdotError(f"{name} {address!r}: expected an address that begins with {row.name}")
+    return address
+
+
 @require_GET
 def register_dynamically(request: HttpRequest, uuid: UUID) -> HttpResponse:
     """Register the platform whose administrator opened the registration address there (LTI Dynamic Registration)."""
@@ -132,14 +144,14 @@ def register_dynamically(request: HttpRequest, uuid: UUID) -> HttpResponse:
     row = get_object_or_404(begun, uuid=uuid)
     session = PlatformSession()
     try:
-        address = _check_address("openid_configuration", request.GET.get("openid_configuration", ""))
-        answer = session.get(address)
+        address = _check_server("openid_configuration", request.GET.get("openid_configuration", ""), row)
+        answer = session.get(address, allow_redirects=False)
         answer.raise_for_status()
         platform: dict[str, Any] = answer.json()
         token = request.GET.get("registration_token")
         headers = {"Authorization": f"Bearer {token}"} if token else {}
-        endpoint = _check_address("registration_endpoint", platform["registration_endpoint"])
-        answer = session.post(endpoint, json=describe_tool(row), headers=headers)
+        endpoint = _check_server("registration_endpoint", platform["registration_endpoint"], row)
+        answer = session.post(endpoint, json=describe_tool(row), headers=headers, allow_redirects=False)
         answer.raise_for_status()
         names = {"auth_url": "authorization_endpoint", "token_url": "token_endpoint", "keys_url": "jwks_uri"}
         values = {"issuer": platform["issuer"], **{name: platform[key] for name, key in names.items()}}

@@ -1,5 +1,6 @@
 """What a student may try who wants the service down, or another's data: one person takes little from the others."""
 
+import csv
 import datetime
 import re
 import socket
@@ -7,6 +8,7 @@ import threading
 import time
 import uuid
 from contextlib import ExitStack
+from dataclasses import replace
 from http.client import HTTPConnection
 from typing import Any
 
@@ -14,7 +16,9 @@ import pytest
 from django_tasks_db.models import DBTaskResult
 
 from qdot.grader.serve import judge_process, marking_online, submitting
+from qdot.grader.serve.exchange import make_roster_csv
 from qdot.grader.serve.models import Submission
+from qdot.grader.serve.personal_links import make_link
 from qdot.grader.serve.server import open_server
 from tests.grader.serve.test_submitting import NOW
 from tests.support.serving import Browser, Service, serve_class, set_clock
@@ -121,3 +125,21 @@ def _open_feedback(browser: Browser) -> str:
     """Return the page of feedback without what differs from one setting to another."""
     page = browser.get("/a/hw/feedback").content.decode()
     return re.sub('content="[0-9a-f]+"', "", page)
+
+
+def test_a_page_elsewhere_signs_nobody_in_or_out(service: Service) -> None:
+    browser, link = service.open_browser("s001"), f"/in/{make_link(service.people['s002'])}"
+    for path in (link, "/out"):
+        assert browser.get(path, **{"Sec-Fetch-Dest": "image"}).status_code == 403
+        assert browser.get("/a/hw/work").json()["student"]["id"] == "s001"
+    assert browser.get(link, **{"Sec-Fetch-Dest": "document"}).status_code == 302
+    assert browser.get("/a/hw/work").json()["student"]["id"] == "s002"
+
+
+def test_no_name_is_a_formula_in_a_table(service: Service) -> None:
+    name = '=HYPERLINK("https://evil.example","Ada")'
+    students = tuple(replace(student, name=name, email="@x") for student in service.assignment.roster)
+    table = make_roster_csv(replace(service.assignment, roster=students))
+    cells = [cell for row in csv.reader(table.splitlines()) for cell in row]
+    assert f"'{name}" in cells
+    assert not [cell for cell in cells if cell.startswith(("=", "+", "-", "@"))]

@@ -6,6 +6,7 @@ import json
 import re
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from typing import Any
 
 import jwt
@@ -20,7 +21,7 @@ from lti_tool.models import Key, LtiRegistration, LtiUser
 
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.serve.class_list import update_folder_class
-from qdot.grader.serve.lti import outbox
+from qdot.grader.serve.lti import launch, outbox
 from qdot.grader.serve.lti.connection import Connections, find_signing_key, renew_keys
 from qdot.grader.serve.lti.outbox import update_scores
 from qdot.grader.serve.lti.registering import PlatformAnswers, begin, connect, describe_steps, finish
@@ -184,6 +185,7 @@ _WRONG: dict[str, Callable[[Platform, dict[str, Any]], str]] = {
     "for several tools, of which another one is meant": lambda p, c: p.sign(
         {**c, "aud": [p.client_id, "client-2"], "azp": "client-2"}
     ),
+    "for several tools, of which none is named": lambda p, c: p.sign({**c, "aud": [p.client_id, "client-2"]}),
     "without an audience": lambda p, c: p.sign({**c, "aud": []}),
     "of another platform": lambda p, c: p.sign({**c, "iss": "https://canvas.example.edu"}),
     "expired": lambda p, c: p.sign({**c, "exp": int(_NOW()) - 90}),
@@ -335,6 +337,45 @@ def test_a_platform_registers_itself_once_at_the_address_that_was_printed(platfo
     assert "org.imsglobal.lti.close" in answer.content.decode()
     assert Client().get(f"/lti/register/{row.uuid}", query).status_code == 404
     assert platform.registered["initiate_login_uri"] == f"{TOOL}/lti/login/{row.uuid}"
+    assert platform.launch(Client(), user="grace", role="Instructor").status_code == 302
+
+
+def test_a_registration_asks_only_the_server_that_the_operator_named(platform: Platform) -> None:
+    LtiRegistration.objects.all().delete()
+    row = begin("moodle", platform.site)
+    internal = "http://169.254.169.254/latest"
+    for address in (internal, f"{platform.site}.evil.example/openid", f"{platform.site}@evil.example/openid"):
+        query = {"openid_configuration": address, "registration_token": "once"}
+        assert Client().get(f"/lti/register/{row.uuid}", query).status_code == 400
+    assert platform.asked == []
+    answer = platform.answer
+    changes: list[dict[str, Any]] = [{"status_code": 302, "headers": {"Location": internal}, "_content": b""}]
+    changes.append({"_content": json.dumps({"registration_endpoint": internal}).encode()})
+    for change in changes:
+        platform.answer = lambda request, change=change: _change(answer(request), change)  # type: ignore[method-assign,misc]
+        query = {"openid_configuration": f"{platform.site}/openid", "registration_token": "once"}
+        assert Client().get(f"/lti/register/{row.uuid}", query).status_code == 400
+    assert platform.asked == ["GET /openid"] * len(changes)
+
+
+def _change(response: requests.Response, attributes: dict[str, Any]) -> requests.Response:
+    vars(response).update(attributes)
+    return response
+
+
+def test_a_platform_adds_nothing_to_our_headers(platform: Platform) -> None:
+    LtiRegistration.objects.update(issuer="https://x; report-uri https://evil.example")
+    policy = Client().get("/")["Content-Security-Policy"]
+    assert "evil" not in policy and platform.site in policy
+
+
+def test_a_platform_that_doesn_t_answer_holds_up_few_launches(platform: Platform) -> None:
+    platform.launch(Client(), user="grace", role="Instructor")
+    cache.clear()
+    with ExitStack() as stack:
+        for _ in range(4):
+            stack.enter_context(launch._fetches)
+        assert platform.launch(Client(), user="grace", role="Instructor").status_code == 400
     assert platform.launch(Client(), user="grace", role="Instructor").status_code == 302
 
 
