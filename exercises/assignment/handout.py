@@ -17,7 +17,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.release import is_released, notebook_path
 from qdot.exercises.common.errors import QdotError, list_first
 from qdot.exercises.common.files import make_zip, write_atomically
-from qdot.exercises.common.input_file import format_csv, parse_csv_rows, read_table_text
+from qdot.exercises.common.input_file import BYTE_ORDER_MARK, format_csv, parse_csv_rows, read_table_text
 from qdot.exercises.writing.render import render
 
 INDEX_FILE = "index.csv"
@@ -26,9 +26,6 @@ TOKEN_LENGTH = 26
 """The number of letters and digits in an address: 130 bits."""
 MAX_STUDENTS_LISTED = 10
 """Maximum number of students named in a message."""
-
-BYTE_ORDER_MARK = "\ufeff"
-"""Written before a table, it lets Word and Excel read accented names, which they take for Windows-1252 otherwise."""
 
 _TOKEN = re.compile(f"[a-z2-7]{{{TOKEN_LENGTH}}}")
 _NAME_COLUMNS = (("first name", "firstname", "vorname"), ("last name", "lastname", "surname", "nachname"))

@@ -331,6 +331,10 @@ def parse_csv_rows(text: str, row_lines: list[int] | None = None) -> Iterator[tu
         row_lines.append(reader.line_num + first_number)
 
 
+BYTE_ORDER_MARK = "\ufeff"
+"""Begins a table that Word or Excel reads; otherwise they take accented letters for other ones (Windows-1252)."""
+
+
 def format_csv(rows: Iterable[Iterable[object]]) -> str:
     """Return rows as CSV text with commas and one line for each row."""
     text = io.StringIO()

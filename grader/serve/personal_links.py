@@ -8,7 +8,7 @@ from django.db import transaction
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.common.input_file import format_csv, read_table
+from qdot.exercises.common.input_file import BYTE_ORDER_MARK, format_csv, read_table
 from qdot.grader.serve.models import Person, make_link_token
 from qdot.grader.serve.settings import find_options
 from qdot.grader.serve.sign_in import compute_digest
@@ -61,7 +61,7 @@ def write_links(
                 written.unknown.append(person)
             else:
                 rows.append((person.student_id, person.name, person.email, f"{url}{PATH}{token}"))
-        write_atomically(path, format_csv([COLUMNS, *rows]), 0o600)
+        write_atomically(path, BYTE_ORDER_MARK + format_csv([COLUMNS, *rows]), 0o600)
     return written._replace(total=len(rows))
 
 

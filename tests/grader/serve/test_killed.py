@@ -47,7 +47,7 @@ class RunningService:
         links = folder.parent / "links.csv"
         command = [*QDOT, "serve", "links", str(folder), "--port", str(self.port), "--out", str(links)]
         subprocess.run(command, check=True)
-        with links.open() as table:
+        with links.open(encoding="utf-8-sig") as table:
             self.links = {row["student"]: row["link"] for row in csv.DictReader(table)}
 
         self._log = (folder.parent / "log.txt").open("w")

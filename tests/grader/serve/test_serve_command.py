@@ -1,5 +1,6 @@
 """The commands of `qdot serve` lose no links, start only one service, and report wrong options in one sentence."""
 
+import codecs
 import csv
 from pathlib import Path
 
@@ -15,7 +16,8 @@ from tests.support.serving import Browser, Service
 
 
 def read_links(path: Path) -> dict[str, str]:
-    with path.open(encoding="utf-8") as file:
+    assert path.read_bytes().startswith(codecs.BOM_UTF8), "Word and Excel read accented names"
+    with path.open(encoding="utf-8-sig") as file:
         return {row["student"]: row["link"] for row in csv.DictReader(file)}
 
 
