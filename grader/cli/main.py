@@ -53,10 +53,10 @@ SITE_COMMANDS = {"build": "build_site", "serve": "serve"}
 """The commands of `qdot site`, each with the name of its function."""
 SERVE_COMMANDS = ("start", "links", "register", "connect", "export", "import", "backup", "restore")
 """The commands of `qdot serve`; `qdot serve DIR` is `qdot serve start DIR`."""
-SERVE_HELP = """Serve assignments online: `qdot serve DIR` starts the service, and the commands below look after it.
+SERVE_HELP = """Serve assignments online, and look after what is stored.
 
-`qdot serve DIR` is short for `qdot serve start DIR`. Its options, such as --port, --url and --database, are listed by
-`qdot serve start --help`."""
+`qdot serve DIR` starts the service. It is short for `qdot serve start DIR`; its options, such as --port, --url and
+--database, are listed by `qdot serve start --help`."""
 
 COLLECTION_THRESHOLDS = 20_000, 10, 10
 """Python's thresholds for garbage collection of new, older and old objects. They are high because formulas are trees,
