@@ -18,7 +18,10 @@ export interface Work {
   /** The rule for late work in a sentence, "" if there is none. */
   readonly late_rule: string;
   /** How many submissions may still count (null: any number), and the rule in a sentence. */
-  readonly attempts: { readonly left: number | null; readonly rule: string };
+  readonly attempts: { readonly left: number | null; readonly rule: string; readonly tries: number | null };
+  readonly takes_notebooks: boolean;
+  /** The address of (other) problems to practise on, and that of the assignment if these are for practice. */
+  readonly practice: { readonly next: string; readonly home: string } | null;
   readonly score: number | null;
   readonly max_score: number;
   /** Sentences on how the score came about, such as a deduction for late work. */
@@ -50,6 +53,8 @@ export interface Shown {
   readonly answer: string | null;
   /** What the staff wrote about it. */
   readonly comment: string;
+  /** How many more answers the question takes; null if it takes any number. */
+  readonly tries_left: number | null;
 }
 
 export interface Submission {
@@ -83,6 +88,8 @@ export interface ClassResults {
   readonly students: readonly ClassStudent[];
   readonly groups: readonly Group[];
   readonly to_mark: readonly { readonly student: number; readonly part: string; readonly text: string }[];
+  /** Scores that the platform refuses, so that they are not sent any more. */
+  readonly refused: readonly { readonly student: number; readonly error: string }[];
   readonly actions: readonly { readonly made: string; readonly by: string; readonly summary: string }[];
 }
 
@@ -155,6 +162,7 @@ export class Refused extends Error {
   ) {
     super(sentence);
   }
+  override toString = (): string => this.message;
   /** Whether the same request can succeed later. */
   get isTemporary(): boolean {
     return this.status >= 500 || this.status === 429 || this.status === 408 || this.isSignedOut;

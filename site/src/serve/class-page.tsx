@@ -9,10 +9,10 @@ import { say, type TextKey } from "../text/text.js";
 import { type ClassResults, get, post, type Regraded } from "./api.js";
 import { StudentView } from "./class-student.js";
 import { ClassTable } from "./class-table.js";
-import { Groups } from "./groups.js";
+import { Groups, nameOf } from "./groups.js";
 import { describeFailure, useSending } from "./points-form.js";
 import { writePoints } from "./shown.js";
-import { formatShortTime, formatTime } from "./times.js";
+import { formatShortTime, formatTime } from "../text/times.js";
 import { ToMark } from "./to-mark.js";
 
 /** How often new results are asked for, in milliseconds. */
@@ -68,20 +68,15 @@ export function ClassPage(): JSX.Element {
     window.history.pushState(null, "", address);
     setShown(next);
   };
-  if (!results)
-    return error ? (
-      <Failed reason={error} onAgain={look} />
-    ) : (
-      <p role="status" class="loading">
-        {say("practice.loading")}
-      </p>
-    );
+  if (!results && error) return <Failed reason={error} onAgain={look} />;
+  if (!results) return <p role="status">{say("practice.loading")}</p>;
   const openStudent = (student: number | null) => show({ ...shown, student });
   const { view, student } = shown;
   return (
     <>
       <h1>{results.title}</h1>
       <Summary results={results} />
+      <RefusedScores results={results} onChange={look} />
       {error ? <p role="alert">{error}</p> : null}
       <nav class="class-views" aria-label={say("class.views")}>
         {VIEWS.map((name) => (
@@ -133,6 +128,21 @@ function Summary({ results: { students, due, max_score } }: { results: ClassResu
       {say("class.begun", { count: students.filter(({ begun }) => begun !== null).length, all: students.length })}{" "}
       {say("class.mean", { points: writePoints(mean), max: max_score })}{" "}
       {due ? say("class.due", { time: formatTime(due) }) : ""}
+    </p>
+  );
+}
+
+/** Scores that the platform refuses, and a button that sends them again. */
+function RefusedScores({ results, onChange }: { results: ClassResults; onChange: () => void }): JSX.Element | null {
+  const { send, isSending, error } = useSending(onChange);
+  const [first] = results.refused;
+  if (!first) return null;
+  const names = [...new Set(results.refused.map(({ student }) => nameOf(results, student)))].join(", ");
+  return (
+    <p role="alert">
+      {say("class.refused", { names, error: first.error })}{" "}
+      <Button text={say("class.send-again")} disabled={isSending} onClick={() => void send(() => post("scores", {}))} />{" "}
+      {error}
     </p>
   );
 }

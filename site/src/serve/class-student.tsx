@@ -14,7 +14,7 @@ import { nameOf } from "./groups.js";
 import { ExtensionForm, PointsForm } from "./points-form.js";
 import { isTelling, nameOutcome, ShownResult, writePoints } from "./shown.js";
 import { listQuestions } from "./student.js";
-import { formatTime } from "./times.js";
+import { formatTime } from "../text/times.js";
 
 interface StudentViewProps {
   readonly id: number;
@@ -25,14 +25,9 @@ interface StudentViewProps {
 
 export function StudentView({ id, results, onChange, onStudent }: StudentViewProps): JSX.Element {
   const student = results.students.find((other) => other.id === id);
-  const {
-    loaded: work,
-    error,
-    retry,
-  } = useLoaded(
-    () => get<StudentWork>(inLanguage(`students/${id}`)),
-    [id, student?.score, student?.last], // again if something about the student changes
-  );
+  const load = () => get<StudentWork>(inLanguage(`students/${id}`));
+  // again if something about the student changes
+  const { loaded: work, error, retry } = useLoaded(load, [id, student?.score, student?.last]);
   const heading = useRef<HTMLHeadingElement>(null);
   useEffect(() => heading.current?.focus(), [id, work === null]);
   const place = results.students.findIndex((other) => other.id === id);
@@ -73,7 +68,7 @@ export function StudentView({ id, results, onChange, onStudent }: StudentViewPro
             </span>
           </h2>
           {student.notes ? <p class="notes">{student.notes}</p> : null}
-          <ExtensionForm key={student.due} student={id} due={student.due} onSaved={save} />
+          <ExtensionForm key={student.due} student={student} classDue={results.due} onSaved={save} />
           <details>
             <summary>{say("class.total")}</summary>
             <PointsForm

@@ -7,7 +7,7 @@ import { Choice, optionsOf } from "../controls.js";
 import { say, type TextKey } from "../text/text.js";
 import type { ClassPart, ClassResults, ClassStudent, Mark } from "./api.js";
 import { nameOutcome, writePoints } from "./shown.js";
-import { formatShortTime } from "./times.js";
+import { formatShortTime } from "../text/times.js";
 
 const SIGNS: Readonly<Record<Mark["outcome"], string>> = {
   ...{ correct: "✓", partial: "◐", wrong: "✗", missing: "", ungraded: "…" },

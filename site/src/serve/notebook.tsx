@@ -8,7 +8,7 @@ import { describeLoadError } from "../scheduling.js";
 import { say } from "../text/text.js";
 import { get, makeRequestId, post, type Queued, Refused, type Submission, type Work } from "./api.js";
 import { writePoints } from "./shown.js";
-import { formatTime } from "./times.js";
+import { formatTime } from "../text/times.js";
 
 /** How often the state of a submission in the queue is asked for, in milliseconds. */
 const LOOK_WAIT = 2000;

@@ -22,8 +22,8 @@ export function hasArrived({ oldValue, newValue }: Pick<StorageEvent, "oldValue"
   return (before?.pending.length ?? 0) > (after?.pending.length ?? 0);
 }
 
-/** "saved": the server has everything; "waiting": the browser tries again; "signed-out": a person has to sign in. */
-export type Connection = "saved" | "saving" | "waiting" | "signed-out";
+/** "saved": the server has everything; "waiting", "busy": the browser tries again; "signed-out": a person signs in. */
+export type Connection = "saved" | "saving" | "waiting" | "busy" | "signed-out";
 
 export interface OutboxOptions {
   /** The browser's storage, null if it stores nothing; and the name of the entry in it. */
@@ -97,8 +97,8 @@ export class Outbox {
       if (Object.keys(this.load().drafts).length > 0) this.schedule(DRAFT_WAIT);
       else this.options.onConnection("saved");
     } catch (error) {
-      const isSignedOut = error instanceof Refused && error.isSignedOut;
-      this.options.onConnection(isSignedOut ? "signed-out" : "waiting");
+      const { isSignedOut, status } = error instanceof Refused ? error : { isSignedOut: false, status: 0 };
+      this.options.onConnection(isSignedOut ? "signed-out" : status === 429 ? "busy" : "waiting");
       this.schedule(TRY_WAITS[Math.min(this.failures, TRY_WAITS.length - 1)]!);
       this.failures += 1;
     } finally {

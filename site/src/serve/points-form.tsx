@@ -6,18 +6,15 @@ import { useId, useState } from "preact/hooks";
 import { Button } from "../controls.js";
 import { describeLoadError } from "../scheduling.js";
 import { formatRounded, say } from "../text/text.js";
-import { type Override, post, Refused } from "./api.js";
+import { formatTime, writeLocalTime } from "../text/times.js";
+import { type ClassStudent, type Override, post, Refused } from "./api.js";
 
 /** Return in a sentence why a request failed. */
 export const describeFailure = (reason: unknown): string =>
   reason instanceof Refused ? reason.message || say("serve.refused") : describeLoadError(reason);
 
 /** Return a function that sends something, whether it is on its way, and the error of the last try in a sentence. */
-export function useSending(onDone: () => void): {
-  readonly send: (work: () => Promise<unknown>) => Promise<boolean>;
-  readonly isSending: boolean;
-  readonly error: string;
-} {
+export function useSending(onDone: () => void) {
   const [isSending, setSending] = useState(false);
   const [error, setError] = useState("");
   const send = async (work: () => Promise<unknown>): Promise<boolean> => {
@@ -109,13 +106,19 @@ export function PointsForm(props: PointsFormProps): JSX.Element {
   );
 }
 
+type ExtensionProps = {
+  readonly student: ClassStudent;
+  readonly classDue: string | null;
+  readonly onSaved: () => void;
+};
+
 /** A form for the due date of one student, in the reader's time zone. */
-export function ExtensionForm(props: { student: number; due: string | null; onSaved: () => void }): JSX.Element {
-  const { student, due, onSaved } = props;
+export function ExtensionForm({ student, classDue, onSaved }: ExtensionProps): JSX.Element {
+  const { id: number, due } = student;
   const [value, setValue] = useState(due ? writeLocalTime(new Date(due)) : "");
   const { send, isSending, error } = useSending(onSaved);
   const id = useId();
-  const save = (newDue: string | null) => void send(() => post("extensions", { student, due: newDue }));
+  const save = (newDue: string | null) => void send(() => post("extensions", { student: number, due: newDue }));
   return (
     <form
       class="points-form"
@@ -135,14 +138,10 @@ export function ExtensionForm(props: { student: number; due: string | null; onSa
         {say("class.save")}
       </button>
       {due ? <Button className="quiet small" text={say("class.no-extension")} onClick={() => save(null)} /> : null}
+      {classDue && value && new Date(value) < new Date(classDue) ? (
+        <strong role="status">{say("class.extension-early", { time: formatTime(classDue) })}</strong>
+      ) : null}
       {error ? <span role="alert">{error}</span> : null}
     </form>
   );
-}
-
-/** Return a time as a field for local times takes it. */
-export function writeLocalTime(time: Date): string {
-  const digits = (value: number) => String(value).padStart(2, "0");
-  const date = [time.getFullYear(), digits(time.getMonth() + 1), digits(time.getDate())].join("-");
-  return `${date}T${digits(time.getHours())}:${digits(time.getMinutes())}`;
 }

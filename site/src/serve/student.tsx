@@ -15,7 +15,7 @@ import { get, inLanguage, setPerson, type Work } from "./api.js";
 import { NotebookWork } from "./notebook.js";
 import { type Connection, hasArrived, Outbox } from "./outbox.js";
 import { isTelling, MARKS, ShownResult, writePoints } from "./shown.js";
-import { formatDistance, formatTime } from "./times.js";
+import { formatDistance, formatTime } from "../text/times.js";
 
 /** A question with its name, such as "p1.jacobian", and its number, such as "1.2". */
 export interface NamedQuestion {
@@ -49,11 +49,8 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
   const [clockOffset] = useState(() => Date.parse(initialWork.now) - Date.now());
   const [, setTick] = useState(0);
   const questions = listQuestions(work);
-  const findPlace = (name: string) =>
-    Math.max(
-      0,
-      questions.findIndex((question) => question.name === name),
-    );
+  const names = questions.map(({ name }) => name);
+  const findPlace = (name: string) => Math.max(0, names.indexOf(name));
   const [{ place, visits }, setVisit] = useState(() => ({ place: findPlace(readPart()), visits: 0 }));
   const reload = () => void get<Work>(inLanguage("work")).then(setWork, () => undefined); // the page shows what it has
   const isMarking = work.submissions.some(({ kind, state }) => kind === "answer" && state === "waiting");
@@ -134,7 +131,18 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
             {say(connection === "waiting" && storage === null ? "serve.waiting-open" : `serve.${connection}`)}
           </span>
         </p>
-        <NotebookWork work={work} onGraded={reload} />
+        {work.practice ? (
+          <p>
+            {work.practice.home ? (
+              <>
+                <strong>{say("serve.practising")}</strong>{" "}
+                <a href={work.practice.home}>{say("serve.stop-practice")}</a>{" "}
+              </>
+            ) : null}
+            <a href={work.practice.next}>{say(work.practice.home ? "serve.other-set" : "serve.practise")}</a>
+          </p>
+        ) : null}
+        {work.takes_notebooks ? <NotebookWork work={work} onGraded={reload} /> : null}
       </section>
       <ServedQuestion
         key={`${question.name} ${visits}`}
@@ -199,8 +207,9 @@ function ServedQuestion(props: ServedQuestionProps): JSX.Element {
   const [isAsking, setAsking] = useState(false); // whether to submit late
   const [repeats, setRepeats] = useState(0);
   const [pose, setPose] = useState<Readonly<Record<string, number>> | undefined>(undefined);
-  const [isPending, isClosed] = [pending !== undefined, work.closed !== ""];
   const isRight = shown?.outcome === "correct";
+  const closed = work.closed || (shown?.tries_left === 0 && !isRight ? say("serve.no-tries") : "");
+  const [isPending, isClosed] = [pending !== undefined, closed !== ""];
   const hasWork = Object.values(work.results).some(({ outcome }) => outcome !== "missing");
   const makesLate = props.isOverdue && !work.is_late && work.attempts.left === null && hasWork; // else attempts are apart
   const submit = () => {
@@ -208,7 +217,7 @@ function ServedQuestion(props: ServedQuestionProps): JSX.Element {
     props.onSubmit(answer);
   };
   const check = () => {
-    const reason = work.closed || (answer.trim() ? "" : say("serve.empty"));
+    const reason = closed || (answer.trim() ? "" : say("serve.empty"));
     setError(reason);
     if (reason || isPending) return;
     if (answer === submittedText && shown && shown.outcome !== "ungraded") setRepeats(repeats + 1);
@@ -265,6 +274,9 @@ function ServedQuestion(props: ServedQuestionProps): JSX.Element {
       onVerdictShown={() => setPose(shown?.pose ?? undefined)}
       pose={pose}
     >
+      {work.attempts.tries !== null && !isRight ? (
+        <p class="muted">{say("serve.tries-left", { count: shown?.tries_left ?? 0, all: work.attempts.tries })}</p>
+      ) : null}
       {part.hints.length > 0 ? (
         <section class="help-steps">
           <Hints part={part} lang={problem.lang} />

@@ -41,7 +41,9 @@ test("two presses, and a press in another tab, submit an answer once", async () 
   expect(outbox.pendingOf("p1.a")).toBeUndefined();
 });
 
-test.each([null, [503, {}], [401, { error: "Sign in." }], [429, {}]] as Answer[])(
+const CONNECTIONS: Readonly<Record<number, Connection>> = { 401: "signed-out", 429: "busy" };
+
+test.each([null, [503, {}], [401, { error: "Sign in." }], [429, { error: "Too often." }]] as Answer[])(
   "an answer that meets %j is kept, also over a reload, and submitted with the same number",
   async (failure) => {
     const storage = makeStorage();
@@ -49,7 +51,7 @@ test.each([null, [503, {}], [401, { error: "Sign in." }], [429, {}]] as Answer[]
     const { outbox, connections } = makeOutbox(storage);
     outbox.submit("p1.a", "1");
     await pass(0);
-    expect(connections.at(-1)).toBe(failure?.[0] === 401 ? "signed-out" : "waiting");
+    expect(connections.at(-1)).toBe(CONNECTIONS[failure?.[0] ?? 0] ?? "waiting");
     outbox.end();
     const second = serve(accept);
     const { outbox: reloaded, judged } = makeOutbox(storage);

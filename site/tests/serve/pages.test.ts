@@ -5,8 +5,10 @@ import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 
 import type { AskedPart } from "../../src/bank.js";
-import { writeLocalTime, readPoints } from "../../src/serve/points-form.js";
+import { ExtensionForm, readPoints } from "../../src/serve/points-form.js";
+import { writeLocalTime } from "../../src/text/times.js";
 import type { ClassResults, ClassStudent, Shown, Work } from "../../src/serve/api.js";
+import { ClassPage } from "../../src/serve/class-page.js";
 import { ClassTable, listStudents, numberParts } from "../../src/serve/class-table.js";
 import { StudentPage } from "../../src/serve/student.js";
 import { ToMark } from "../../src/serve/to-mark.js";
@@ -24,7 +26,7 @@ vi.mock("../../src/tex.js", () => ({ typeset: async () => undefined, typesetInto
 
 const SHOWN: Shown = {
   ...{ outcome: "missing", points: 0, max_points: 1, sentences: [], entries: null, counterexample: null, pose: null },
-  ...{ followed_from: null, answer: null, comment: "" },
+  ...{ followed_from: null, answer: null, comment: "", tries_left: null },
 };
 const PART: AskedPart = {
   ...{ name: "determinant", kind: "determinant", title: "Determinant", type: "expression", shape: null, points: 1 },
@@ -37,7 +39,8 @@ const PROBLEM = {
 };
 const WORK: Work = {
   ...{ title: "Week 3", person: 1, student: { id: "s1", name: "Ada" }, now: "2027-01-15T12:00:00Z", is_late: false },
-  ...{ due: "2027-01-15T13:00:00Z", late_rule: "It loses 10 %.", attempts: { left: null, rule: "" }, score: 0 },
+  ...{ due: "2027-01-15T13:00:00Z", late_rule: "It loses 10 %.", attempts: { left: null, rule: "", tries: null } },
+  ...{ score: 0, takes_notebooks: true, practice: null },
   ...{ max_score: 1, notes: [], closed: "", answers: {}, drafts: {}, results: {}, submissions: [] },
   problems: [{ slot: "p1", problem: { ...PROBLEM, parts: [PART] } }],
 };
@@ -77,7 +80,7 @@ test.each([
   ["on time", { due: "2027-01-15T13:00:00Z" }, false],
   ["the first answer", { results: {} }, false],
   ["already late", { is_late: true }, false],
-  ["attempts that count apart", { attempts: { left: 2, rule: "" } }, false],
+  ["attempts that count apart", { attempts: { left: 2, rule: "", tries: null } }, false],
   ["what makes the whole work late", {}, true],
 ] as const)("before a late answer there is a warning only for %s", async (_, work, isWarned) => {
   const requests = await showStudent({ ...OVERDUE, ...BEGUN, ...work });
@@ -94,6 +97,32 @@ test("where nothing can be submitted any more, the page says why", async () => {
   await press("Submit");
   expect(document.querySelector("[role=alert]")!.textContent).toBe("You have used all attempts.");
   expect(submitted(requests)).toEqual([]);
+});
+
+const TRIES = { left: null, rule: "", tries: 3 };
+test.each([
+  [2, "wrong", ["2"], "2 of 3 tries left for this question."],
+  [0, "wrong", [], "You have no tries left for this question."],
+] as const)("with %j tries left after a %s answer, the page sends %j", async (left, outcome, texts, sentence) => {
+  const results = { "p1.determinant": { ...SHOWN, outcome, tries_left: left } };
+  const drafts = { "p1.determinant": "2" };
+  const requests = await showStudent({ attempts: TRIES, results, drafts, takes_notebooks: false });
+  expect(document.querySelector(".notebook-work")).toBeNull();
+  await press("Submit");
+  expect(submitted(requests)).toEqual(texts);
+  if (left === 0) expect(document.querySelector("[role=alert]")!.textContent).toBe(sentence);
+  else expect(document.body.textContent).not.toContain("no tries left");
+});
+
+test.each([
+  [null, []],
+  [{ next: "practice/1/", home: "" }, ["practice/1/"]],
+  [{ next: "../4/", home: "../../" }, ["../../", "../4/"]],
+])("with practice %j, the page links to %j", async (practice, addresses) => {
+  await showStudent({ practice, takes_notebooks: false });
+  const links = [...document.querySelectorAll("section.choosing a")].map((link) => link.getAttribute("href"));
+  expect(links).toEqual(addresses);
+  expect(document.body.textContent!.includes("no mark is stored")).toBe(practice?.home === "../../");
 });
 
 const MATRIX = { shape: [2, 2], type: "matrix" } as const;
@@ -121,6 +150,7 @@ const student = (id: number, changes: Partial<ClassStudent> = {}): ClassStudent 
 });
 const RESULTS: ClassResults = {
   ...{ version: 1, title: "Week 3", now: "", due: null, max_score: 9, parts: PARTS, groups: [], actions: [] },
+  refused: [],
   students: Array.from({ length: 300 }, (_, id) => student(id)),
   to_mark: [1, 2, 3].map((id) => ({ student: id, part: "p1.a", text: `Answer ${id}` })),
 };
@@ -198,4 +228,23 @@ test("a time is in a field as the field takes it", () => {
   const time = new Date(2027, 0, 5, 7, 3);
   expect(writeLocalTime(time)).toBe("2027-01-05T07:03");
   expect(new Date(writeLocalTime(time))).toEqual(time);
+});
+
+test.each([
+  ["2027-01-14T12:00:00Z", true],
+  ["2027-01-16T12:00:00Z", false],
+] as const)("a due date %s gets a warning: %j", async (due, isWarned) => {
+  const props = { student: student(1, { due }), classDue: "2027-01-15T12:00:00Z", onSaved: () => undefined };
+  await act(async () => render(h(ExtensionForm, props), document.body));
+  expect(document.body.textContent!.includes("earlier than the due date of the class")).toBe(isWarned);
+});
+
+test("scores that the platform refuses are named, and sent again by a button", async () => {
+  const refused = [{ student: 1, error: "refused: HTTP 404" }];
+  const requests = serve(({ path }) => [200, path.startsWith("results") ? { ...RESULTS, refused } : {}]);
+  await act(async () => render(h(ClassPage, {}), document.body));
+  await vi.waitFor(() => expect(document.querySelector("[role=alert]")).not.toBeNull());
+  expect(document.querySelector("[role=alert]")!.textContent).toContain("Student 001 (refused: HTTP 404)");
+  await press("Send them again");
+  expect(requests.filter(({ method }) => method === "POST").map(({ path }) => path)).toEqual(["scores"]);
 });

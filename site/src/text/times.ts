@@ -1,6 +1,6 @@
 // Times in the reader's language and time zone.
 
-import { getLanguage } from "../text/text.js";
+import { getLanguage } from "./text.js";
 
 const UNITS = [
   ["day", 86_400_000],
@@ -29,4 +29,11 @@ export const formatShortTime = (time: string): string =>
 export function formatDistance(milliseconds: number): string {
   const [unit, length] = UNITS.find(([, length]) => Math.abs(milliseconds) >= 2 * length) ?? UNITS[2];
   return new Intl.RelativeTimeFormat(getLanguage().code).format(Math.trunc(milliseconds / length), unit);
+}
+
+/** Return a time as a field for local times takes it. */
+export function writeLocalTime(time: Date): string {
+  const digits = (value: number) => String(value).padStart(2, "0");
+  const date = [time.getFullYear(), digits(time.getMonth() + 1), digits(time.getDate())].join("-");
+  return `${date}T${digits(time.getHours())}:${digits(time.getMinutes())}`;
 }
