@@ -46,7 +46,7 @@ def test_factored_form_keeps_the_function(expression: sp.Expr) -> None:
     assert are_identical(to_textbook_form(expression), expression)
 
 
-@settings(max_examples=select_for_suite(10, 40))
+@settings(max_examples=select_for_suite(4, 40))
 @given(polynomials, polynomials)
 def test_textbook_form_keeps_roots_quotients_and_other_functions(a: sp.Expr, b: sp.Expr) -> None:
     for expression in (a * sp.sqrt(b**2 + 1), a / (b**2 + 2) + b, sp.exp(a) * sp.cos(T1 / 2) / sp.sqrt(a**2 + 1) - b):

@@ -9,6 +9,7 @@ from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
+from tests.support.suites import sample_for_suite
 from tests.tools.sharing import GROUPS, MEASUREMENTS_FILE, count_sharing, make_formula_keys, sample_arms
 
 ONE_OF = {"position": "position", "J": "jacobian", "6 x n": "geometric-jacobian", "det": "determinant"}
@@ -22,12 +23,15 @@ def _group_equal(keys: Sequence[Hashable]) -> list[int]:
 
 @pytest.mark.parametrize(
     ("family", "step", "asked"),
-    [
-        ("planar-2r", "zeros", SETS),
-        ("planar-2r", "full", SETS),
-        ("elbow-3r", "lengths", SETS),
-        ("scara", "frames", ONE_OF),
-    ],
+    sample_for_suite(
+        [
+            ("planar-2r", "zeros", SETS),
+            ("planar-2r", "full", SETS),
+            ("elbow-3r", "lengths", SETS),
+            ("scara", "frames", ONE_OF),
+        ],
+        2,
+    ),
 )
 def test_fingerprints_group_students_like_their_answers(family: str, step: str, asked: dict[str, str]) -> None:
     arms = sample_arms(family, step, 30)

@@ -14,7 +14,6 @@ from qdot.exercises.generation import list_applicable_questions, list_questions_
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.difficulty import rate_difficulty, rate_difficulty_band
 from qdot.exercises.singularities.singular_set import find_singular_set
-from tests.support.problems import LONG_ARMS
 from tests.support.suites import FEW, every_family, on_families, sample_for_suite, select_for_suite
 
 ARMS = 80
@@ -170,7 +169,7 @@ def test_the_point_of_interest_differs_with_the_structure(family: str) -> None:
     assert draws // 10 <= sum(held) <= draws - draws // 10
 
 
-@on_families(select_for_suite([name for name in FIXED if name not in LONG_ARMS], FIXED))
+@few_fixed
 def test_answers_differ(family: str) -> None:
     """At most an eighth of the class share a Jacobian, except for Cartesian arms, whose entries are ones."""
     looked_at = select_for_suite(20, 60)

@@ -328,6 +328,7 @@ def test_every_mistake_has_a_message_without_formulas_and_a_source() -> None:
         assert re.search(r"6\.\d|appendix|^the product of exponentials$|^$", mistake.source), mistake.name
 
 
+@few_or_all_families
 def test_numeric_derivations_give_the_reference(family: str) -> None:
     """The numeric stages used for mistakes are a third derivation and must agree with the references."""
     for problem, part in list_parts(family, 0, tuple(name for name, question in QUESTIONS.items() if question.compute)):
