@@ -94,10 +94,12 @@ def start(
           two assignments, behind a web server
     """
     _configure(folders, database, url, jobs, port)
+    from qdot.grader.serve.html_pages import load_assets
     from qdot.grader.serve.server import claim_database, run_service
     from qdot.grader.serve.settings import find_options
 
     ready = f"qdot is at {find_options().url}; stop it with Ctrl-C. Personal links: qdot serve links {folders[0]}"
+    load_assets()  # reports missing pages before anything is generated
     with claim_database():
         for folder in folders:
             _release(folder, jobs)

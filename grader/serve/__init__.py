@@ -15,8 +15,8 @@ Only this package and `cli/serve_command` import Django; docs/decisions/serve.md
     submitting                      store an answer or a notebook, once for each press of a button
     regrading                       mark a class again
     html_pages                      render the pages from templates/serve
-    student_pages, practice_pages, staff_pages
-                                    the addresses that the pages in the browser call
+    student_pages, staff_pages      the addresses that the pages in the browser call
+    practice_pages                  problems to practise on, whose marks are not stored
     urls                            the list of all addresses
     lti/                            launches from a learning platform, its class lists and its gradebook
     exchange, backup_files          write the database as a folder or a backup, and read it back

@@ -260,12 +260,12 @@ def release_problems(judge: Judge, request: StudentOfClass) -> ReleaseResult:
 
 
 def has_arm_of(judge: Judge, requests: Sequence[StudentOfClass]) -> bool:
-    """Return whether two students have the same arm in one of the slots."""
+    """Return whether an arm of one student is also an arm of another."""
     first, second = (
         judge.load_problems(judge.load_assignment(request.class_of_assignment), request.student).problems
         for request in requests
     )
-    return any(a.chain == b.chain for (_, a), (_, b) in zip(first, second, strict=True))
+    return any(a.chain == b.chain for _, a in first for _, b in second)
 
 
 def make_problem_records(judge: Judge, request: StudentOfClass) -> list[dict[str, Any]]:
