@@ -304,6 +304,10 @@ def register(
       qdot serve register homework --platform canvas --site https://canvas.example.edu --client-id 10000000000001
           store the number that Canvas shows
     """
+    if not url and not client_id:
+        raise QdotError(
+            "add --url, the address at which the platform and people reach qdot, as in https://qdot.example.edu"
+        )
     _configure(folders, database, url)
     from qdot.grader.serve.lti.registering import PlatformAnswers, begin, describe_steps, finish
 

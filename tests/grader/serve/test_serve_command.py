@@ -5,8 +5,10 @@ import csv
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from qdot.exercises.common.errors import QdotError
+from qdot.grader.cli.main import make_program
 from qdot.grader.serve.class_list import update_folder_class
 from qdot.grader.serve.models import Person
 from qdot.grader.serve.personal_links import COLUMNS, WrittenLinks, write_links
@@ -104,6 +106,33 @@ def test_a_second_service_on_the_same_database_is_refused() -> None:
         pass
     with claim_database():
         pass
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["hmework"], "hmework is not a folder; did you mean homework?"),
+        (["elsewhere"], "'qdot init elsewhere' creates one"),
+        (["lnks", "homework"], "did you mean 'links'?"),
+        (["backup", "homework", "--out", "taken.zip"], "taken.zip exists already"),
+        (["register", "homework", "--platform", "moodle", "--site", "https://moodle.example.edu"], "add --url"),
+    ],
+)
+def test_a_mistake_in_a_command_is_named(
+    arguments: list[str], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "homework").mkdir()
+    (tmp_path / "homework" / "assignment.toml").touch()
+    (tmp_path / "taken.zip").touch()
+    result = CliRunner().invoke(make_program("serve"), ["serve", *arguments])
+    assert (result.exit_code, sentence in result.output) == (2, True), result.output
+    assert (tmp_path / "taken.zip").read_bytes() == b""
+
+
+def test_the_help_says_how_the_service_is_started() -> None:
+    output = CliRunner().invoke(make_program("serve"), ["serve", "--help"]).output
+    assert all(words in output for words in ("qdot serve start", "--port", "--url"))
 
 
 @pytest.mark.parametrize(
