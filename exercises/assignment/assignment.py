@@ -293,6 +293,11 @@ class Assignment:
             raise make_name_error("student", identifier, list(students)[:50])
         return students[identifier]
 
+    @property
+    def titles_by_part(self) -> dict[str, str]:
+        """The titles of the questions by part ("p1.jacobian"), also those of the instructor's own questions."""
+        return {f"{slot.name}.{name}": slot.find_question(name).title for slot in self.slots for name in slot.questions}
+
     def due_date_of(self, student: Student) -> datetime.datetime | None:
         """Return the due date of a student's work, with its time zone; None if there is none."""
         due_date = student.due_date or self.due_date

@@ -55,7 +55,7 @@ def grade_submission(
         student = replace(student, due_date=deadline)
     files = find_student_files(assignment, submission, parse_time(metadata.get("created_at")), "Gradescope")
     result = get_only_result([grade_one(assignment, student, files, make_limits(seconds))], "gradescope")
-    return make_gradescope_results(result, assignment.feedback, visibility)
+    return make_gradescope_results(result, assignment, visibility)
 
 
 def read_metadata(path: Path) -> dict[str, Any]:

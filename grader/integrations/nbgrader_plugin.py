@@ -84,7 +84,7 @@ class Mark(Execute):
         if assignment is None:
             return super().preprocess(nb, resources, *others, **options)
         result = _grade(assignment, info, self)
-        rows = make_part_rows(result, assignment.feedback)
+        rows = make_part_rows(result, assignment, assignment.feedback)
         fill_in_marks(nb.cells, rows)
         problems = assignment.generate_problems(info["student"])
         nb.cells = [from_dict(cell) for cell in remove_self_checks(nb.cells, problems)]

@@ -139,15 +139,13 @@ def summarize_parts(assignment: Assignment, results: Sequence[Result]) -> list[P
     """Return a summary of every part of the assignment, in its order."""
     student_parts = [result.parts for result in select_graded(results)]
     point_rows = _list_point_rows(results)
-    summaries = []
+    summaries, titles = [], assignment.titles_by_part
     for index, (name, max_points) in enumerate(map_max_points(assignment).items()):
         answers = [parts[name] for parts in student_parts]
         shares = [part.points / max_points for part in answers if part.points is not None]
-        slot_name, question = name.split(".", 1)
-        slot = next(slot for slot in assignment.slots if slot.name == slot_name)
         counter = Counter(part.outcome for part in answers)
         summaries.append(PartSummary(
-            name, slot.find_question(question).title, max_points, {outcome: counter[outcome] for outcome in Outcome},
+            name, titles[name], max_points, {outcome: counter[outcome] for outcome in Outcome},
             mean_share=statistics.fmean(shares) if shares else None,
             discrimination=compute_discrimination(point_rows, index) if point_rows else None,
             follow_through_count=sum(part.followed_from is not None for part in answers),

@@ -43,7 +43,7 @@ def make_summary(assignment: Assignment, results: Sequence[Result]) -> str:
     def render_summary(count: int) -> str:
         """Return the summary with the parts of the first `count` students."""
         level, shown_results = assignment.feedback, results[:count]
-        sections = [(result, make_part_rows(result, level), list_notes(result)) for result in shown_results]
+        sections = [(result, make_part_rows(result, assignment, level), list_notes(result)) for result in shown_results]
         texts.update(sections=sections, omitted_count=len(results) - count)
         return render("reports/github.md.j2", **texts, escape_markdown=_escape_markdown, format_points=format_points)
 
@@ -84,7 +84,7 @@ def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
     class, there is an annotation for each student who has no mark or whose notebook could not be used.
     """
     if len(results) == 1:
-        rows = [row for row in make_part_rows(results[0], assignment.feedback) if not row.has_full_points]
+        rows = [row for row in make_part_rows(results[0], assignment, assignment.feedback) if not row.has_full_points]
         kinds = ["warning" if row.points else "error" for row in rows]
         titles = [f"{row.part}: {row.points_text}" for row in rows]
         messages = [shorten(row.message, MAX_TEXT_LENGTH) for row in rows]

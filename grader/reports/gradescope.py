@@ -64,11 +64,11 @@ class GradescopeResults:
 
 def make_results_json(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return results.json for the only student, with every test visible. Raises QdotError for several students."""
-    return make_gradescope_results(get_only_result(results, "gradescope"), assignment.feedback).text
+    return make_gradescope_results(get_only_result(results, "gradescope"), assignment).text
 
 
-def make_gradescope_results(result: Result, feedback: str, visibility: str = "visible") -> GradescopeResults:
-    """Return the contents of results.json at a level of feedback; `visibility` says when students see the tests."""
+def make_gradescope_results(result: Result, assignment: Assignment, visibility: str = "visible") -> GradescopeResults:
+    """Return the contents of results.json; `visibility` says when students see the tests."""
     staff_notes = tuple(list_staff_notes(result))
     staff_data = StaffData(result.student, result.assignment, result.made_from, result.late, staff_notes)
     tests = tuple(
@@ -76,7 +76,7 @@ def make_gradescope_results(result: Result, feedback: str, visibility: str = "vi
             row.title, row.part, row.points, row.max_points, "passed" if row.has_full_points else "failed",
             make_visible(row.description), "text", visibility,
         )
-        for row in make_part_rows(result, feedback)
+        for row in make_part_rows(result, assignment, assignment.feedback)
     )  # fmt: skip
     output = make_visible("\n".join(list_notes(result)))
     return GradescopeResults(result.score, output, "text", visibility, "hidden", tests, staff_data)

@@ -20,7 +20,7 @@ MAX_ATTRIBUTE_LENGTH = 300
 
 def write_junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return the text of the XML file, with a test suite for every student."""
-    student_rows = [(result, make_part_rows(result)) for result in results]
+    student_rows = [(result, make_part_rows(result, assignment)) for result in results]
     all_rows = [row for _, rows in student_rows for row in rows]
     root = ET.Element("testsuites", {"name": assignment.key, **_count_tests(all_rows)})
     for result, rows in student_rows:

@@ -3,11 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from qdot.exercises.assignment.assignment import FEEDBACK
+from qdot.exercises.assignment.assignment import FEEDBACK, Assignment
 from qdot.exercises.assignment.late_rule import describe_duration
 from qdot.exercises.common.errors import QdotError, shorten
 from qdot.exercises.mistakes.base import add_chapter_to_reference
-from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading.result import Override, Result
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.feedback_levels import capitalize, limit_feedback
@@ -48,9 +47,9 @@ class PartRow:
         return f"{'no mark' if self.points is None else format_points(self.points)} of {format_points(self.max_points)}"
 
 
-def make_part_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow]:
+def make_part_rows(result: Result, assignment: Assignment, feedback: str = FEEDBACK[-1]) -> list[PartRow]:
     """Return a row for every part, in the order of the assignment, with what a level of feedback shows."""
-    rows = []
+    rows, titles = [], assignment.titles_by_part
     for name, part in result.parts.items():
         shown_part = limit_feedback(part, feedback)
         override_text = "" if part.override is None else describe_override(part.override)
@@ -58,11 +57,8 @@ def make_part_rows(result: Result, feedback: str = FEEDBACK[-1]) -> list[PartRow
         sentences = [f"{capitalize(text)}{'' if text.endswith(('.', '?')) else '.'}" for text in texts]
         text = " ".join(sentences if len(texts) > 1 else texts)
         message = add_chapter_to_reference(" ".join(text.split()).removesuffix("."))
-        question = ALL_QUESTIONS.get(part.name)  # None for an instructor's own question
-        title = part.name.replace("-", " ").capitalize() if question is None else question.title
-        rows.append(
-            PartRow(name, title, part.outcome, part.points, part.max_points, shorten(message, MAX_MESSAGE_LENGTH))
-        )
+        title, message = titles.get(name, name), shorten(message, MAX_MESSAGE_LENGTH)
+        rows.append(PartRow(name, title, part.outcome, part.points, part.max_points, message))
     return rows
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.exercises.short_questions import question_of
 from tests.platforms.jupyter import TOKEN, make_environment, serve_jupyterlab
 from tests.platforms.notebooks import (
     BLANK,
@@ -85,7 +85,7 @@ def check_notebook(grading: QdotGrading, displayed_cells: list[Any], counts: Cou
         f"{grading.student}: {len(displayed_cells)} of {len(cells)} cells",
     )
     titles = {
-        f"{slot}-{part.name}-question": ALL_QUESTIONS[part.kind].title
+        f"{slot}-{part.name}-question": question_of(part).make_title(problem.chain)
         for slot, problem in grading.assignment.generate_problems(grading.student)
         for part in problem.parts
     } | {"title": grading.assignment.title}

@@ -154,7 +154,7 @@ def _check_student(grading: QdotGrading, course: _Course, formgrader: _Formgrade
         "shown": _extract_text(feedback.read_text(encoding="utf-8")),
         "shown in formgrader": formgrader.fetch_text(student),
     }
-    rows = {row.part: row for row in make_part_rows(grading.result, assignment.feedback)}
+    rows = {row.part: row for row in make_part_rows(grading.result, assignment, assignment.feedback)}
     for part, name, points, _ in list_parts(assignment):
         message = "" if rows[part].points == points else _extract_text(html.escape(rows[part].message))
         for check, text in pages.items():

@@ -76,7 +76,7 @@ def _check_student(grading: QdotGrading, results: Any, counts: Counts) -> None:
     """Check a student's results.json: the output of every test, and its points."""
     tests = {test["name"]: test for test in results["tests"]}
     assignment = grading.assignment
-    messages = {row.part: row.message for row in make_part_rows(grading.result, assignment.feedback)}
+    messages = {row.part: row.message for row in make_part_rows(grading.result, assignment, assignment.feedback)}
     for part, name, points, _ in list_parts(assignment):
         test = tests.get(name, {})
         is_full = grading.result.parts[part].points == points

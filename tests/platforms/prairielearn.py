@@ -37,7 +37,7 @@ from qdot.exercises.formula.sympy_text import format_matrix_rows
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import LETTERS, Answer, ConditionSet, Letters, Matching, Number
 from qdot.exercises.reference_answers.formulas import bracket_rows
-from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.exercises.short_questions import question_of
 from qdot.exercises.singularities.singular_set import Component
 from qdot.grader.marking.marking import MarkingRules, mark
 from tests.platforms.assignments import EVERYTHING, make_request
@@ -449,7 +449,7 @@ def _check_page(name: str, page: str, variant: Data, problem: Problem, counts: C
         counts.add("imported", part.name in variant["params"]["shown"], f"{name}.{part.name}")
         fields = all(f'name="{box}"' in page for box in list_input_names(part))
         solution = extract_text(variant["true_answer"]["solutions"][part.name]["solution"])
-        shown = fields and ALL_QUESTIONS[part.kind].title in text and solution not in text
+        shown = fields and question_of(part).make_title(problem.chain) in text and solution not in text
         counts.add("shown", shown, f"{name}.{part.name}")
     _check_markup(page, name, counts)
 

@@ -260,7 +260,7 @@ def test_a_comment_without_points_changes_no_mark(assignment: Assignment) -> Non
     assert determinant_result(results["bo"]).override == Override(1.0, "", 0.0), "a student's own line"
     page = make_feedback_page(assignment, assignment.roster[0], results["ada"])
     assert "look at θ1</strong>" in page and "set by your instructor" not in page
-    assert make_part_rows(results["ada"])[2].message.endswith("look at θ1")
+    assert make_part_rows(results["ada"], assignment)[2].message.endswith("look at θ1")
     assert (count_overridden(results["ada"]), count_overridden(results["bo"])) == (0, 1)
     assert not is_marked(replace(results["ada"], submission=None))
     ordered = [results[name] for name in NAMES]

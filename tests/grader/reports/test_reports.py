@@ -9,7 +9,7 @@ import pytest
 from junitparser import Error, Failure, JUnitXml
 from markdown_it import MarkdownIt
 
-from qdot.exercises.assignment.assignment import Assignment, Student
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.grading.result import Result
 from qdot.grader.judging.verdict import Outcome
@@ -101,6 +101,19 @@ def test_summaries_and_annotations_respect_githubs_limits(assignment: Assignment
     assert lines[0] == "::error title=p1.position%3A 0 of 1::100%25 ::error::forged"
     assert make_annotations(assignment, results) == ""
     assert "::error title=bo::" in make_annotations(assignment, [results[0], leave_ungraded(results[1])])
+
+
+def test_reports_have_the_titles_of_own_questions(results: list[Result], tmp_path: Path) -> None:
+    question = '[question.why]\ntitle = "Speed of P"\nprompt = "How fast is $P$?"\nanswer = "p.x"\n'
+    (make_class(tmp_path / "hw", [Student("ada")]).folder / "assignment.toml").write_text(
+        f'title = "T"\nkey = "hw"\n{question}[[problem]]\nfamily = "planar-2r"\nquestions = ["why"]\n'
+    )
+    assignment, (problem,) = load_assignment(tmp_path / "hw"), results[0].problems
+    result = replace(results[0], problems=(replace(problem, parts=(replace(problem.parts[0], name="why"),)),))
+    (test,) = json.loads(make_results_json(assignment, [result]))["tests"]
+    assert test["name"] == "Speed of P"
+    assert 'name="p1.why: Speed of P"' in write_junit_xml(assignment, [result])
+    assert "Speed of P" in make_summary(assignment, [result])
 
 
 def test_gradescope_shows_each_outcome_once(assignment: Assignment, results: list[Result]) -> None:
