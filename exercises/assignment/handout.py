@@ -1,4 +1,4 @@
-"""Pack the notebooks of a class for handing them out (`qdot release`): by links, in Moodle, or in folders.
+"""Pack the notebooks of a class to hand them out (`qdot release`): by links, in Moodle, or in folders.
 
 All files can be made again from released/. An address in the folder of links is a keyed hash of the student's
 identifier, so that it stays the same and nobody without the secret can compute it.
@@ -131,8 +131,8 @@ def _compute_token(assignment: Assignment, student: str) -> str:
 def write_moodle_zip(assignment: Assignment, out: Path, worksheet: Path) -> Handout:
     """Write the zip that gives each student the notebook as a feedback file of an assignment in Moodle.
 
-    `worksheet` is the assignment's grading worksheet, which has the number of each participant. Raises QdotError if a
-    student is not in the worksheet, or not certainly.
+    `worksheet` is the assignment's grading worksheet, which has the number of each participant. Raises QdotError if it
+    is not certain which line belongs to a student.
     """
     notebooks = read_notebooks(assignment)
     numbers = _find_participant_numbers(assignment.roster, worksheet)
@@ -172,9 +172,9 @@ def _find_participant_numbers(roster: Sequence[Student], worksheet: Path) -> Map
     if len(set(numbers.values())) < len(numbers) or unplaced_students:
         names = list_first(unplaced_students or sorted(numbers), MAX_STUDENTS_LISTED)
         raise QdotError(
-            f"{worksheet}: no line belongs certainly to {names}; the worksheet needs the e-mail address or the "
-            "identifier that roster.csv has. If students joined later, download the worksheet again; delete the lines "
-            "of teachers in roster.csv"
+            f"{worksheet}: it is not certain which line belongs to {names}; the worksheet needs the e-mail address or "
+            "the identifier that roster.csv has. If students joined later, download the worksheet again; delete the "
+            "lines of teachers in roster.csv"
         )
     return numbers
 

@@ -124,12 +124,12 @@ def release(
     out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Folder. Default: DIR/handout/NAME.")] = None,
     jobs: JobsOption = CORE_COUNT,
 ) -> None:
-    """Pack the notebooks of a class for handing them out.
+    """Pack the notebooks of a class to hand them out.
 
-    Generates notebooks that are missing or out of date. With --links, writes a folder to upload to any file server. It
-    has one address for each student, which nobody can guess, and mail-merge.csv beside it has the addresses for a mail
-    to each student. With --to moodle, writes a zip that gives each student their notebook as a feedback file of an
-    assignment. With --to folder, writes a folder named after each student, such as "Lovelace, Ada (501)".
+    Generates notebooks that are missing or out of date. With --links, writes a folder to upload to any file server.
+    Each student gets an address that nobody can guess; mail-merge.csv lists the addresses for a mail to each student.
+    With --to moodle, writes a zip that gives each student their notebook as a feedback file of an assignment. With --to
+    folder, writes a folder named after each student, such as "Lovelace, Ada (501)".
 
     Examples:
       qdot release homework --links --url https://files.example.edu/rob101

@@ -155,13 +155,13 @@ def return_pages(
     ] = "",
     out: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Folder. Default: DIR/returned/NAME.")] = None,
 ) -> None:
-    """Pack the feedback pages as a platform takes them back.
+    """Pack the feedback pages for upload to a platform.
 
     For Moodle, Canvas and Brightspace, writes a zip that gives each student their page, named as in the platform's
-    download of the submissions, and the table of marks that the platform imports. Give the same download that was
-    graded. For a folder, writes a page named after each student, such as "Lovelace, Ada (501).html". Nothing is
-    written if a page is out of date, or has no place on the platform. docs/hand-out-and-return.md says where to upload
-    the files.
+    download of the submissions, and the table of marks that the platform imports. Pass the download that you graded.
+    For a folder, writes a page named after each student, such as "Lovelace, Ada (501).html". Nothing is written if a
+    page is out of date, or if the platform has no place for it. docs/hand-out-and-return.md says where to upload the
+    files.
 
     Examples:
       qdot return homework moodle.zip --to moodle

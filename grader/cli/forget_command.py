@@ -34,10 +34,10 @@ def forget(
     """Remove everything that is stored about one student.
 
     Removes submissions, notebooks, certificates, feedback, results and history, the student's own exported files, and
-    the student's lines in roster.csv, overrides.csv, redrawn.csv and the results, and the student in the database of
-    `qdot serve`. Lists these first, with other files
-    that name the student, and asks for confirmation. Other students' problems and marks do not change. If interrupted,
-    run the same command again. docs/privacy.md says what is stored where.
+    the student's lines in roster.csv, overrides.csv, redrawn.csv and the results. Also removes the student from the
+    database of `qdot serve`. Lists all of this first, with other files that name the student, and asks for
+    confirmation. Other students' problems and marks do not change. If interrupted, run the same command again.
+    docs/privacy.md says what is stored where.
 
     Examples:
       qdot forget s001 homework --dry-run

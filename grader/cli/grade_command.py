@@ -52,7 +52,7 @@ def grade(
         bool, typer.Option("--diff", help="List the students whose marks changed since the last run, and why.")
     ] = False,
     allow_missing: Annotated[
-        bool, typer.Option("--allow-missing", help="Remove the marks of students with nothing in SUBMISSIONS any more.")
+        bool, typer.Option("--allow-missing", help="Remove the marks of students who no longer have a submission.")
     ] = False,
     report: Annotated[
         list[str],

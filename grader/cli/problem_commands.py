@@ -109,7 +109,7 @@ def families(
       qdot families
           all families
       qdot families planar-2r
-          one of them: which questions apply, and why not the others
+          one of them: which questions apply, and why the others don't
       qdot families ur5 --convention modified-dh
           a real robot, described by a modified table
     """

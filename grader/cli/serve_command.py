@@ -81,11 +81,12 @@ def start(
     port: PortOption = DEFAULT_PORT,
     jobs: JobsOption = CORE_COUNT,
 ) -> None:
-    """Serve assignments online, until Ctrl-C: students answer in the browser, and the class is graded at once.
+    """Serve assignments online, until Ctrl-C.
 
-    Students come by personal links (`qdot serve links`) or from a learning platform (`qdot serve register`). The
-    database is DIR/online/database.sqlite3, unless --database names another one. Put a web server with a certificate in
-    front of it (docs/serve.md), and say with --url which address browsers open.
+    Students answer in the browser and see the verdict at once. They come by personal links (`qdot serve links`) or from
+    a learning platform (`qdot serve register`). The database is DIR/online/database.sqlite3, unless --database names
+    another one. Put a web server with a certificate in front of it (docs/serve.md), and say with --url which address
+    browsers open.
 
     Examples:
       qdot serve homework
@@ -131,22 +132,23 @@ def links(
         list[str], typer.Option(metavar="NAME", help="Also make a link for a member of staff. Repeatable.")
     ] = [],  # noqa: B006
     student: Annotated[
-        list[str], typer.Option(metavar="ID", help="Make a new link for this person of links.csv. Repeatable.")
+        list[str], typer.Option(metavar="ID", help="Make a new link for this person in links.csv. Repeatable.")
     ] = [],  # noqa: B006
     renew: Annotated[bool, typer.Option("--renew", help="Make new links for everybody.")] = False,
     out: Annotated[Path, typer.Option(metavar="PATH", help="The table.")] = Path("links.csv"),
 ) -> None:
-    """Write personal links for a mail merge: student, name, email, link.
+    """Write personal links for a mail merge.
 
-    Each link signs one person in. Run the command again after a change of roster.csv: links that are in the table stay,
-    and new students get one. Keep the table, because qdot stores only digests of the links and can't write them again.
-    A new link, by --student or --renew, replaces the person's old one, which stops working at once.
+    The table has the columns student, name, email and link. Each link signs one person in. Run the command again after
+    a change of roster.csv: links that are in the table stay, and new students get one. Keep the table, because qdot
+    stores only digests of the links and can't write them again. A new link, by --student or --renew, replaces the
+    person's old one, which stops working at once.
 
     Examples:
       qdot serve links homework --staff "Grace Hopper"
           links for the class and for a teacher, into links.csv
       qdot serve links homework --student s001
-          a new link for a student who gave it away
+          a new link for a student who has passed it on
       qdot serve links homework --renew
           new links for everybody, because links.csv is lost
     """
@@ -198,9 +200,10 @@ def export(
     database: DatabaseOption = "",
     course: CourseOption = 0,
 ) -> None:
-    """Write a class as a folder that `qdot grade` marks the same: roster, overrides and submissions.
+    """Write a class as a folder for `qdot grade`.
 
-    Typed answers become notebooks. The folder also has the secret and the other files of the assignment.
+    The folder has the roster, the overrides, the submissions, the secret and the other files of the assignment. Typed
+    answers become notebooks, which get the same marks.
 
     Examples:
       qdot serve export homework --out homework-now
@@ -221,9 +224,10 @@ def import_folder(
     database: DatabaseOption = "",
     course: CourseOption = 0,
 ) -> None:
-    """Store submissions and overrides.csv of a folder in the database; a running service grades them.
+    """Store submissions from a folder in the database.
 
-    What is stored already is left out, so the command can be run again.
+    Also stores overrides.csv. A running service grades the submissions. What is stored already is left out, so you can
+    run the command again.
 
     Examples:
       qdot serve import homework moodle.zip
@@ -238,9 +242,10 @@ def import_folder(
 
 
 def backup(folders: FoldersArgument, out: BackupOption = Path("backup.zip"), database: DatabaseOption = "") -> None:
-    """Write everything into a zip: the database and the files of the assignments. The service may run meanwhile.
+    """Write the database and the assignments into a zip.
 
-    The zip contains the secret, and all that students have submitted: store it where nobody else can read it.
+    You need not stop the service. The zip contains the secret, and all that students have submitted: store it where
+    nobody else can read it.
 
     Examples:
       qdot serve backup homework --out backup-1.zip
@@ -283,7 +288,7 @@ def register(
     platform: Annotated[str, typer.Option(metavar="NAME", help="canvas, moodle, brightspace, blackboard or sakai.")],
     site: Annotated[str, typer.Option(metavar="URL", help="Where people open the platform.")],
     client_id: Annotated[
-        str, typer.Option(metavar="ID", help="What the platform shows after you registered qdot.")
+        str, typer.Option(metavar="ID", help="The client ID that the platform shows once you have registered qdot.")
     ] = "",
     issuer: Annotated[str, typer.Option(metavar="URL", help="Only if it differs from the usual one.")] = "",
     auth_url: Annotated[str, typer.Option(metavar="URL", help="Only if it differs from the usual one.")] = "",
@@ -292,11 +297,11 @@ def register(
     database: DatabaseOption = "",
     url: UrlOption = "",
 ) -> None:
-    """Register a learning platform (LTI 1.3): print what to paste where, and store what the platform shows.
+    """Register a learning platform (LTI 1.3).
 
-    Without --client-id, it begins, and prints the addresses of qdot. Most platforms then need nothing else: they
-    register qdot themselves from one address. Otherwise, enter the command again with the client ID. The first course
-    in which a teacher opens qdot is connected; `qdot serve connect` connects others.
+    Without --client-id, the command starts the registration, and prints what to paste where. Most platforms need only
+    one address, from which they register qdot themselves. Otherwise, run the command again with the client ID. The
+    first course in which a teacher opens qdot is connected; `qdot serve connect` connects others.
 
     Examples:
       qdot serve register homework --url https://qdot.example.edu --platform moodle --site https://moodle.example.edu
@@ -323,7 +328,9 @@ def connect(
     course: Annotated[list[int], typer.Option(metavar="NUMBER", help="Connect this course. Repeatable.")] = [],  # noqa: B006
     database: DatabaseOption = "",
 ) -> None:
-    """List the courses in which qdot was opened, or let the people of a course use the service.
+    """List the courses that opened qdot, or connect one.
+
+    The people of a connected course can use the service.
 
     Examples:
       qdot serve connect homework

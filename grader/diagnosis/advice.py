@@ -70,12 +70,17 @@ def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str 
 
 
 def _advise_on_numbers(part: Part, parsed_answer: ParsedAnswer) -> str | None:
-    """Return advice on numbers that are not derived step by step, such as a factor by which they are wrong."""
+    """Return advice on numbers that are not derived step by step, such as a factor by which they are wrong.
+
+    Return None if there are too few or too many numbers.
+    """
     try:
         typed_numbers = evaluate(compile_program(parsed_answer.entries), {}, 1).values
     except (KeyError, ParseError):  # the numbers contain names
         return None
     expected = part.answer.as_matrix()
+    if len(typed_numbers) != len(expected):
+        return None
     if all(entry.is_Integer for entry in expected):  # a count, such as a rank
         return REWORK_ADVICE
     expected_numbers = np.array([complex(entry) for entry in expected])[:, None]

@@ -12,5 +12,5 @@ The formats that other programs read are modules of their own, which `formats` l
     counterexample_figure           draw the arm where an answer is wrong
     feedback                        write a student's feedback page
     graded_folder                   write the files in graded/ that are not up to date
-    returned_feedback               pack the feedback pages as a platform takes them back
+    returned_feedback               pack the feedback pages for upload to a platform
 """

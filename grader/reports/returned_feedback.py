@@ -1,4 +1,4 @@
-"""Pack the feedback pages of a class as a platform takes them back (`qdot return`).
+"""Pack the feedback pages of a class for upload to a platform (`qdot return`).
 
 A platform finds the student of a page by the name of the page's file or folder, which must begin like the name in the
 platform's download of the submissions. The names are those that Moodle's mod/assign/feedback/file/importziplib.php and

@@ -21,7 +21,7 @@ def open_backup(path: Path) -> Iterator[zipfile.ZipFile]:
             archive.getinfo(DATABASE_MEMBER)
             yield archive
     except (OSError, KeyError, zipfile.BadZipFile):
-        raise QdotError(f"{path} is not a backup of `qdot serve backup`") from None
+        raise QdotError(f"{path} was not written by `qdot serve backup`") from None
 
 
 def read_member(path: Path, name: str) -> bytes:

@@ -38,7 +38,7 @@ def find_refusal(error: Exception) -> Refused:
     if isinstance(error, (BadRequest, SuspiciousOperation, UnicodeDecodeError)):
         return Refused(400, "qdot couldn't read this request; load the page again.")
     if isinstance(error, TimeoutError):
-        return Refused(503, "qdot has too much to do at the moment. Try again in a minute.")
+        return Refused(503, "qdot is busy at the moment. Try again in a minute.")
     logger.error("%s", type(error).__name__, exc_info=error)
     return Refused(500, FAILURE)
 

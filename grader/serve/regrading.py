@@ -81,7 +81,7 @@ def accept_regrading(assignment: Assignment, classroom: Classroom, token: str) -
     with transaction.atomic():
         state = continue_regrading(assignment, classroom)
         if state.waiting or state.token != token:
-            raise Refused(409, "The marks have changed meanwhile. Look at the changes again.")
+            raise Refused(409, "The marks have changed in the meantime. Look at the changes again.")
         rows = Submission.objects.filter(person__classroom=classroom, assignment=assignment.key)
         rows = rows.filter(remarked__isnull=False).select_related("person__classroom")
         people = dict[int, Person]()

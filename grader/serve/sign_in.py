@@ -39,7 +39,7 @@ def find_person(request: HttpRequest) -> Person:
     if person is None:
         raise Refused(401, SIGN_IN_ADVICE)
     if request.headers.get("X-Person", str(person.pk)) != str(person.pk):
-        raise Refused(401, "Somebody else has signed in in this browser meanwhile. Load the page again.")
+        raise Refused(401, "Someone else has signed in with this browser in the meantime. Load the page again.")
     return person
 
 

@@ -137,7 +137,7 @@ def submit_answer(
 def _check_open(assignment: Assignment, student: Student, earlier: list[Submission]) -> None:
     """Raise Refused if nothing more can be submitted, or not now."""
     if sum(submission.state == Submission.State.WAITING for submission in earlier) >= MAX_WAITING:
-        raise Refused(429, "Some of what you submitted is still being graded. Wait until it is, and try again.")
+        raise Refused(429, "Some of what you submitted is still being graded. Try again after that.")
     if len(earlier) >= MAX_SUBMISSIONS:
         raise Refused(409, f"You have submitted {MAX_SUBMISSIONS:,} times; no more is accepted.")
     now = timezone.now().replace(microsecond=0)
@@ -152,7 +152,7 @@ def _find_latest_answers(earlier: list[Submission]) -> dict[str, str]:
     if earlier[0].answers is not None:
         return dict(earlier[0].answers)
     if earlier[0].marks is None:
-        raise Refused(409, "Your notebook is still being graded. Submit your answer again when it is.")
+        raise Refused(409, "Your notebook is still being graded. Submit your answer again after that.")
     return {
         f"{problem['slot']}.{part['name']}": part["answer"]
         for problem in earlier[0].marks["problems"]

@@ -27,11 +27,11 @@ _REVIEWABLE = ["InProgress", "Submitted", "Completed"]
 def begin_choosing(request: HttpRequest, launch: LtiLaunch, person: Person) -> HttpResponse:
     """Store what the answer to the platform needs, and go to the page on which a teacher chooses. Raises Refused."""
     if person.role != Person.Role.STAFF:
-        raise Refused(403, "Only a teacher of the course adds activities.")
+        raise Refused(403, "Only a teacher of the course can add activities.")
     launch.get_message_launch().get_deep_link()  # raises an error if the settings are missing
     settings_claim = launch.get_claim("https://purl.imsglobal.org/spec/lti-dl/claim/deep_linking_settings")
     if not str(settings_claim["deep_link_return_url"]).startswith(("https://", "http://")):
-        raise Refused(400, "The platform gave no address for the answer.")
+        raise Refused(400, "The platform didn't say where to send your choice.")
     request.session["choosing"] = [launch.registration.pk, launch.deployment.deployment_id, settings_claim]
     return HttpResponseRedirect("/lti/choose")
 
@@ -39,7 +39,7 @@ def begin_choosing(request: HttpRequest, launch: LtiLaunch, person: Person) -> H
 @require_http_methods(["GET", "POST"])
 @for_staff
 def choose(request: HttpRequest, _: Person) -> HttpResponse:
-    """Show what there is to choose, or give the choice to the platform."""
+    """Show the assignments and questions to choose from, or send the choice to the platform."""
     if "choosing" not in request.session:
         raise Refused(400, "Begin in your course: add an activity, and select qdot.")
     assignments = _list_assignments()

@@ -87,7 +87,7 @@ def finish(kind: str, answers: PlatformAnswers) -> LtiRegistration:
     platform, site = _find_kind(kind), _check_address("--site", answers.site)
     row = LtiRegistration.objects.filter(name=site).order_by("datetime_created").last()
     if row is None:
-        raise QdotError(f"nothing was begun for {site}; first enter this command without --client-id")
+        raise QdotError(f"no registration has begun for {site}; run this command without --client-id first")
     usual = {name: getattr(platform, name) for name in ("issuer", "auth_url", "token_url", "keys_url")}
     fill = {"site": site, "client_id": answers.client_id}
     values = {name: getattr(answers, name) or text.format(**fill) for name, text in usual.items()}

@@ -135,7 +135,7 @@ def test_nothing_is_written_that_cannot_be_right(folder: Path) -> None:
     for arguments, message in (
         ((), "choose one way: --links, or --to folder or --to moodle"), (("--links", "--to", "folder"), "choose one"),
         (("--to", "moodle"), "give the grading worksheet"), (("--to", "canvas"), "unknown --to 'canvas'"),
-        ((folder / "sheet.csv", "--to", "moodle"), "no line belongs certainly to 504"),
+        ((folder / "sheet.csv", "--to", "moodle"), "it is not certain which line belongs to 504"),
         ((folder / "sheet.csv", "--to", "moodle"), "delete the lines of teachers in roster.csv"),
         ((folder / "other.csv", "--to", "moodle"), "is not a grading worksheet of Moodle"),
         ((folder / "none.csv", "--to", "moodle"), "none.csv"), (("--links", "--url", "files.example.edu"), "https://"),
