@@ -519,10 +519,12 @@ def _check_assignment_key(key: str) -> None:
 
 
 def _check_folder(folder: Path) -> None:
-    """Raise QdotError if the path is not a folder, or is inside an assignment's folder."""
+    """Raise QdotError if the path is not a folder, or if it is inside an assignment's folder."""
     parent_folder = folder / ".." if folder.name in ("", "..") else folder.parent
     if folder.exists() and not (folder / ASSIGNMENT_FILE).exists() and (parent_folder / ASSIGNMENT_FILE).is_file():
         raise QdotError(f"{folder} is inside an assignment folder; give that folder, {parent_folder}")
+    if folder.is_file():
+        raise QdotError(f"{folder} is a file; give the assignment's folder")
     if not folder.is_dir():
         siblings = [file.parent.name for file in folder.parent.glob(f"*/{ASSIGNMENT_FILE}")]
         similar = find_most_similar(folder.name, siblings)

@@ -121,7 +121,7 @@ class StackPart:
 
     @property
     def has_single_box(self) -> bool:
-        """Whether the answer is typed into a single box, so that students may type text that STACK can't parse."""
+        """Whether the answer is typed into a single box, so students may type text that STACK can't parse."""
         return self.input_type in ("algebraic", "numerical")
 
     def add_mistake(

@@ -205,7 +205,7 @@ class _Parser:
                 first_entry = next(row[0] for row in rows if row)
                 words = ("and", "&", *(_OR_WORDS if self.is_condition(first_entry) else ()))
                 if not closing and self.take(*words) and self.tokens[self.index].kind == "end":
-                    raise self.make_error("expected a number, a symbol or a bracket, found the end")
+                    raise self.make_error("a number, a symbol or a bracket is missing at the end")
             elif self.peek() != ";":
                 if closing:
                     self.expect(closing)
@@ -500,7 +500,8 @@ class _Parser:
             return self.parse_bracket(*_BRACKETS[text])
         if self.take("|"):
             return self.parse_absolute_value()
-        raise self.make_error("expected a number, a symbol or a bracket, found " + (repr(text) if text else "the end"))
+        operand = "a number, a symbol or a bracket"
+        raise self.make_error(f"expected {operand}, found {text!r}" if text else f"{operand} is missing at the end")
 
     def parse_absolute_value(self) -> Node:
         """Parse |a1*sin(theta2)| up to its second bar; a bar between two conditions means "or" instead."""

@@ -371,7 +371,7 @@ def _read_lines(batch: str) -> Iterable[str]:
         with Path(batch).open(encoding="utf-8", errors="surrogateescape") as file:
             yield from file
     except OSError as error:
-        raise QdotError(f"{batch} can't be read: {error}") from None
+        raise QdotError(f"{batch} can't be read: {error.strerror}") from None
 
 
 def doctor(as_json: JsonOption = False) -> None:

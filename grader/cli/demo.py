@@ -128,7 +128,7 @@ def demo(
           a class of 30, from problems to feedback, in qdot-demo
     """
     check_system()
-    if folder.exists() and any(folder.iterdir()):
+    if folder.is_file() or (folder.exists() and any(folder.iterdir())):
         _check_is_demo(folder)
     else:
         students = [Student(f"s{i:03d}", name, f"s{i:03d}@example.org") for i, name in enumerate(NAMES, 1)]

@@ -233,9 +233,9 @@ def _remark_on_configuration(pair: _AnswerAndReference, values: SymbolValues) ->
             angles_text = ", ".join(
                 f"{_write_name(q.name)} = {round(np.degrees(angle))}°" for q, angle in joint_angles.items()
             )
-            location = f" at {angles_text}" if angles_text else ""
+            location, there = (f" at {angles_text}", " there") if angles_text else ("", "")
             entry = _name_entry(pair.part, int(is_correct.argmin()))
-            yield f"Draw the arm{location} and calculate {entry} there by hand. Your answer gives another value."
+            yield f"Draw the arm{location} and calculate {entry}{there} by hand. Your answer gives another value."
             return
     yield "Substitute a configuration that is easy to draw, and compare your answer with the drawing term by term."
 

@@ -87,7 +87,7 @@ def _map_claims(sample: Mapping[str, Submission], claim_name: str) -> dict[str, 
 
 
 def check_secret(assignment: Assignment, submissions: Sequence[Submission], path: Path, remedy: str = "") -> None:
-    """Raise QdotError if most notebooks were generated with another secret, so that their problems differ.
+    """Raise QdotError if most notebooks were generated with another secret, so their problems differ.
 
     `path` is where the notebooks are. The message ends with `remedy`, an additional suggestion.
     """

@@ -85,13 +85,15 @@ def plan_forgetting(folder: Path, name: str, is_optional: bool = False) -> list[
     is_assignment = (folder / "assignment.toml").is_file()
     folders = [folder] if is_assignment else sorted(path.parent for path in folder.glob("*/assignment.toml"))
     if not folders:
-        raise QdotError(f"{folder} is not an assignment's folder and contains none; 'qdot init' makes one")
+        raise QdotError(f"{folder} contains no assignment; give the folder of an assignment or of a course")
     rosters = {assignment_folder: _read_roster_if_present(assignment_folder) for assignment_folder in folders}
     student = _find_student([student for roster in rosters.values() for student in roster], name)
     plans = [plan for path, roster in rosters.items() if (plan := _plan_for_assignment(path, roster, student))]
     if not plans and not is_optional:
         identifiers = sorted({student.id for roster in rosters.values() for student in roster})
-        raise QdotError(f"{folder} has nothing of this student: {make_name_error('student', name, identifiers[:50])}")
+        raise QdotError(
+            f"{folder} contains nothing about this student: {make_name_error('student', name, identifiers[:50])}"
+        )
     return plans
 
 

@@ -46,11 +46,11 @@ FEEDBACK_BRANCH = "feedback"
 
 
 class _NothingToGrade(Exception):
-    """Raised, with the reason, if a student pushed nothing, or nothing in time, so that there is nothing to grade."""
+    """Raised, with the reason, if a student pushed nothing, or nothing in time, so there is nothing to grade."""
 
 
 class _HostUnreachable(Exception):
-    """Raised, with the reason, if the server is unreachable or refuses, so that the student's work is unknown."""
+    """Raised, with the reason, if the server is unreachable or refuses, so the student's work is unknown."""
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,8 @@ class CollectedRepository:
     """A student's repository, as in a row of collected.csv.
 
     `commit` is the commit to grade, `pushed` is the time of its push, and `counts_until` is the time until which pushes
-    count. `left_out` says why there is nothing to grade, so that the work counts as missing. `unreached` says why qdot
-    could not reach the repository, so that the student has no mark.
+    count. `left_out` says why there is nothing to grade; the work then counts as missing. `unreached` says why qdot
+    could not reach the repository; the student then has no mark.
     """
 
     student: str

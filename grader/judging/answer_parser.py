@@ -106,7 +106,7 @@ class _Refusal(Exception):
 
 
 class _AmbiguousAnswer(_Refusal):
-    """Raised with the reason for refusing an answer that has two meanings, so that its tree must not be used."""
+    """Raised with the reason for refusing an answer that has two meanings, so its tree must not be used."""
 
 
 def refuse(text: str, reason: str) -> ParsedAnswer:

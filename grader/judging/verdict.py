@@ -55,7 +55,7 @@ class Diagnosis:
     inherited: str | None = None
     signature: tuple[str, ...] = ()
     are_alternatives: bool = False
-    """Whether each of the mistakes alone explains the answer, so that only one of them was made."""
+    """Whether each of the mistakes alone explains the answer, so only one of them was made."""
 
     @property
     def is_single_mistake(self) -> bool:

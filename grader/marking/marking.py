@@ -226,7 +226,7 @@ def _is_half_right(judgement: Judgement) -> bool:
 
 
 def _has_blank_in_formula(parsed: ParsedAnswer) -> bool:
-    """Return whether an entry of an answer contains a blank but also something else, so that it was calculated."""
+    """Return whether an entry of an answer contains a blank but also something else, so it was calculated."""
     if parsed.rows is not None:
         return any(has_blank(entry) and entry.kind != "blank" for row in parsed.rows for entry in row)
     return parsed.tree is not None and has_blank(parsed.tree)

@@ -55,7 +55,7 @@ NAME_AT_START = r"qdot\b|[A-Za-z]+[\d_.(]|\w+ (appears|has|can't|means|with)\b"
 
 
 def capitalize(text: str) -> str:
-    """Return a text with a capital at the beginning, unless its first word is a name such as `p1_jacobian`."""
+    """Return a text that begins with a capital letter, unless its first word is a name such as `p1_jacobian`."""
     return text if re.match(NAME_AT_START, text) else text[:1].upper() + text[1:]
 
 

@@ -18,7 +18,7 @@ def _find_assignments() -> Assignments:
 
 
 def load_assignments() -> dict[str, Assignment]:
-    """Return the assignments of the service by key, as their folders are now."""
+    """Return the assignments of the service by key, from the current files in their folders."""
     return _find_assignments().load_all()
 
 
@@ -28,7 +28,7 @@ def find_folder_class() -> Classroom:
 
 
 def update_folder_class() -> Classroom:
-    """Make the people of the folder's class those of roster.csv; former students stay, but may not enter."""
+    """Make the people of the folder's class those of roster.csv; former students stay, but can't sign in."""
     classroom = find_folder_class()
     students = {student.id: student for a in load_assignments().values() for student in a.roster}
     people = {person.student_id: person for person in classroom.people.filter(role=Person.Role.STUDENT)}
@@ -69,5 +69,5 @@ def find_student(assignment: Assignment, person: Person) -> Student:
 
 
 def describe_class(assignment: Assignment) -> ClassOfAssignment:
-    """Return what the judges need to know of an assignment that has a class as its roster."""
+    """Return what the judges need to know about an assignment whose roster is a class."""
     return ClassOfAssignment(assignment.key, tuple(student.id for student in assignment.roster))

@@ -124,7 +124,7 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
     if not root.exists():
         raise QdotError(f"{root} does not exist; put the submissions there, as STUDENT/*.ipynb or STUDENT.ipynb")
     if not root.is_dir():
-        raise QdotError(f"{root} is not a folder; expected a folder with STUDENT/*.ipynb or STUDENT.ipynb")
+        raise QdotError(f"{root} is neither a folder with STUDENT/*.ipynb or STUDENT.ipynb nor a platform's zip")
     folder = SubmissionFolder({})
     certain_paths, doubtful_paths = defaultdict[str, list[SubmittedPath]](list), defaultdict[str, list[Path]](list)
     roster = _make_roster(assignment.roster, assignment.folder)

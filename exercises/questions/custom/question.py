@@ -453,14 +453,14 @@ class QuestionMaker:
         return None
 
     def _find_objection_to_symbols(self, chain: Chain) -> str | None:
-        """Return why symbols of the definition can't have their names, or None: the arm has these names already."""
+        """Return why a symbol can't have its name, or None; the arm may use the name already."""
         symbols = (*chain.q, *chain.parameters, *chain.rates, *chain.task, *name_accelerations(chain))
         arm_names = {*map(str, symbols), *list_table_numbers(chain), *list_result_names(chain)}
         arm_names |= {f"{letters}{row}" for letters in ("a", "d", "theta", "alpha") for row in range(1, chain.n + 1)}
         name = next((name for name, _ in self.definition.units if name in arm_names), None)
         if name is None:
             return None
-        return KeyReason(f"units.{name}", f"{name} is a name of the arm, so that its unit is known; leave it out here")
+        return KeyReason(f"units.{name}", f"{name} is a name of the arm, so its unit is known; leave it out here")
 
     def _list_units_of_symbols(self, chain: Chain) -> dict[str, str]:
         """Return the unit of each symbol that an answer may contain, and of each length in the arm's table."""
@@ -523,7 +523,7 @@ class QuestionMaker:
     def find_objection_to_numbers(self, chain: Chain) -> str | None:
         """Return why three samples of a numeric answer can't be asked for, or None.
 
-        They may all be equal, although values are random, or within the tolerance from 0.
+        They may all be equal although the values are random, or differ from 0 by less than the tolerance.
         """
         if not self.formulas or self.is_set or not self.definition.given:
             return None
@@ -618,7 +618,7 @@ class QuestionMaker:
     def find_wrong_unit(self, chain: Chain) -> str | None:
         """Return why the numeric answer can't have the unit of the definition, or None.
 
-        If a formula contains a number, this may have a unit, so that nothing is certain.
+        If a formula contains a number, the number may have a unit, so qdot can't be certain.
         """
         objection = self._find_unit_objection(chain)
         is_certain = self.definition.unit and objection != MIXED_UNITS and not self._contains_number

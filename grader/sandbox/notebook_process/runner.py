@@ -41,7 +41,7 @@ def list_immutable_parts(value: Any, depth: int = 0) -> list[Any] | None:
 
 
 def is_unchanged(previous_parts: list[Any] | None, current_parts: list[Any] | None) -> bool:
-    """Return whether a value is certainly unchanged, judging by its parts, so that its text need not be made again."""
+    """Return whether a value is certainly unchanged, judging by its parts, so its text need not be made again."""
     if previous_parts is None or current_parts is None or len(previous_parts) != len(current_parts):
         return False
     pairs = zip(previous_parts, current_parts, strict=True)

@@ -96,7 +96,7 @@ def test_names_and_blanks_are_found() -> None:
     [
         ("", "the text is empty"), ("   # only a comment", "the text is empty"), ("; ;", "the text is empty"),
         ("sin theta1/2", "expected '\\(' after sin"), ("sin(theta1", "'\\)' is missing at the end"),
-        ("a1 +", "found the end"), ("a1 $ a2", "unexpected '\\$' \\(at character 4"),
+        ("a1 +", "is missing at the end"), ("a1 $ a2", "unexpected '\\$' \\(at character 4"),
         ("a1\t\x00 \x1b[2J", r"unexpected '\\x00' \(at character 4, near 'a1 \uFFFD \uFFFD\[2J'"),
         ("atan2(theta1)", "wrong number of arguments of atan2"), ("foo(theta1)", "the function 'foo' is unknown"),
         ("a1)", "unexpected '\\)'"),

@@ -279,10 +279,20 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def test_a_file_or_a_missing_file_instead_of_a_folder_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "notes.txt"
+    file.write_text("hello", encoding="utf-8")
+    assert "is not a qdot demonstration; choose another folder" in run_and_fail("demo", file)
+    assert f"{file} is a file; give the assignment's folder" in run_and_fail("generate", file)
+    assert run_and_fail("compare", "--batch", tmp_path / "no.jsonl").endswith(
+        "no.jsonl can't be read: No such file or directory\n"
+    )
+
+
 def test_generate_grade_and_check(folder: Path) -> None:
     assert "2 kept" in run("generate", folder)
     assert "does not exist" in run_and_fail("grade", folder, folder / "nowhere")
-    assert "is not a folder; expected" in run_and_fail("grade", folder, folder / "roster.csv")
+    assert "nor a platform's zip" in run_and_fail("grade", folder, folder / "roster.csv")
     blank = folder / "released" / "s001" / "hw.ipynb"
     solved = folder / "solutions" / "s001" / "hw.ipynb"
     assert "p1.position: left blank\n" in run("check", blank, code=1)

@@ -40,6 +40,13 @@ def test_advice_names_the_simplest_thing_that_is_wrong(question: str, answer: st
     assert advice.feedback.startswith(beginning)
 
 
+def test_advice_without_joint_angles_names_no_place() -> None:
+    problem = get_problem("cartesian", 0)
+    part = problem["determinant"]
+    advice = advise(problem, part, read_answer(problem, part, "7"), "advice")
+    assert advice is not None and advice.feedback.startswith("Draw the arm and calculate the result by hand.")
+
+
 @pytest.mark.parametrize(("question", "answer"), [("jacobian-size", "12"), ("rank", "[1, 2]"), ("joint-rates", "0.5")])
 def test_no_number_is_to_be_checked_in_an_answer_of_the_wrong_shape(question: str, answer: str) -> None:
     problem = ask_question(question, make_planar_2r())
