@@ -285,7 +285,7 @@ def test_a_file_or_a_missing_file_instead_of_a_folder_is_named(tmp_path: Path) -
     assert "is not a qdot demonstration; choose another folder" in run_and_fail("demo", file)
     assert f"{file} is a file; give the assignment's folder" in run_and_fail("generate", file)
     assert run_and_fail("compare", "--batch", tmp_path / "no.jsonl").endswith(
-        "no.jsonl can't be read: No such file or directory\n"
+        "no.jsonl can't be read: No such file or directory"
     )
 
 
