@@ -21,10 +21,10 @@ from tests.support.suites import few_families
 
 
 def make_problems(family: str) -> Problems:
-    """Return a problem of the family, and one whose notebook certainly has a self-check."""
+    """Return a problem of the family, and one whose notebook certainly has a self-check, and `self` in an answer."""
     problem = get_problem(family, 0)
     shortened = replace(problem, parts=tuple(sample_parts(problem)[:6]))
-    return [("p1", shortened), ("p2", generate("planar-2r/0", ["position", "jacobian", "determinant"]))]
+    return [("p1", shortened), ("p2", generate("planar-3r/0", ["position", "jacobian", "self-motion"]))]
 
 
 def make_cells(problems: Problems, make_notebook: Callable[..., NotebookNode] = make_solution_notebook) -> list[Cell]:
