@@ -4,7 +4,7 @@ import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { after, before } from "node:test";
 
-import { builtSite, CHROMIUM, launched, served } from "../tools/browser.mjs";
+import { builtSite, CHROMIUM, launched, PATIENCE, served } from "../tools/browser.mjs";
 
 const require = createRequire(import.meta.url);
 const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
@@ -67,6 +67,7 @@ export async function emptyTab(there, options = WIDE) {
 async function contextFor({ browser }, { noon = NOON, ...options }) {
   const here = { locale: "en-GB", timezoneId: "UTC", serviceWorkers: "block" };
   const context = await browser.newContext({ ...here, ...WIDE, ...options });
+  context.setDefaultTimeout(PATIENCE);
   await context.addInitScript(fixChance);
   await context.addInitScript(fixDay, noon);
   return context;

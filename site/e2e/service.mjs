@@ -6,6 +6,8 @@ import { createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
+import { PATIENCE } from "../tools/browser.mjs";
+
 const QDOT = process.env.QDOT ?? "qdot";
 
 /** The arm of the chapter, so that everybody has the same right answers; a text that a person marks; hints. */
@@ -78,6 +80,7 @@ export async function signIn(browser, service, who, options = {}) {
     ...{ locale: "en-GB", timezoneId: "Europe/Berlin", viewport: { width: 1280, height: 900 } },
     ...options,
   });
+  context.setDefaultTimeout(PATIENCE);
   const wrong = [];
   context.on("weberror", (error) => wrong.push(String(error.error())));
   context.on("console", (said) => said.type() === "error" && wrong.push(said.text()));

@@ -20,6 +20,8 @@ export const CHROMIUM = [
   "/usr/bin/google-chrome",
   "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
 ].find(existsSync);
+/** Milliseconds that a test waits for something: a busy machine fails no test. */
+export const PATIENCE = 120_000;
 const ARGUMENTS = [
   "--no-sandbox",
   "--disable-gpu",

@@ -26,7 +26,7 @@ from qdot.exercises.notebook.notebook import (
     make_student_notebook,
     write_notebook,
 )
-from qdot.exercises.notebook.self_check import RELATIONS, write_self_check_cell
+from qdot.exercises.notebook.self_check import RELATIONS, _list_checks, write_self_check_cell
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.exercises.reference_answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.writing.problem_texts import write_answer_code, write_statement
@@ -376,6 +376,11 @@ FORMS = [
     sp.Matrix([sp.Integral(-A1 * sp.sin(T1), T1) + A2 * sp.cos(T1 + T2), POSITION[1]]), sp.Tuple(*POSITION),
     POSITION.T, [sp.Matrix([POSITION[0]]), sp.Matrix([POSITION[1]])],
 ]  # fmt: skip
+
+
+def test_a_check_has_the_number_of_the_last_question_that_it_compares() -> None:
+    problem = generate("planar-2r/0", ["position", "determinant", "jacobian"])
+    assert [check.number for check in _list_checks(1, "p1", problem)] == ["1.3", "1.3"]
 
 
 def test_forms_that_the_grader_takes_fit() -> None:
