@@ -1,8 +1,8 @@
 """Find out why an option is wrong: the mistakes that lead to the options of all questions with lettered options.
 
 Some mistakes are stored with the options that they produced. Others are found by comparison: the option may be the
-answer that a known mistake gives, or the result of a derivation with a mistake. Otherwise the choice of the option
-itself shows the mistake.
+answer that a known mistake gives, or the velocity of a joint after a mistake. Otherwise the choice of the option itself
+shows the mistake.
 """
 
 from collections.abc import Mapping
@@ -13,19 +13,24 @@ import numpy as np
 from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.mistakes import catalogue
-from qdot.exercises.mistakes.catalogue import CATALOGUE
+from qdot.exercises.mistakes.catalogue import CATALOGUE, apply_mistake
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.concepts import JointEffectDetails, parse_vector
-from qdot.exercises.questions.results import comes_from_stages, compute_answer
+from qdot.exercises.questions.results import compute_answer
 from qdot.exercises.reference_answers import TRUE_FALSE, Letters
-from qdot.exercises.short_questions.options import Blame, ConfigurationOptions, list_blames
+from qdot.exercises.short_questions.options import Blame, list_blames
 from qdot.exercises.short_questions.selections import QuantityDetails
 from qdot.exercises.short_questions.single_configuration import ConfigurationStatement
 
 Blames = tuple[Blame, ...]
 ROUNDING_TOLERANCE = 6e-4
 """Absolute tolerance for the numbers of an option, which are rounded to three decimals."""
+EFFECT_MISTAKES = ("sign", "no-cross-product", "rows-exchanged", "row-sign")
+"""The mistakes in the velocity that a joint causes which its numbers show at a single configuration.
+
+Many other mistakes give the same few numbers by chance, so that none of them is likely.
+"""
 
 
 def explain_options(problem: Problem, part: Part, stream: Stream) -> list[Blames]:
@@ -35,7 +40,7 @@ def explain_options(problem: Problem, part: Part, stream: Stream) -> list[Blames
     configuration, `stream` samples the configuration at which numeric options are evaluated.
     """
     answer = part.answer
-    blames = {**_blame_by_derivation(problem, part, stream), **_blame_by_mistaken_answers(problem, part)}
+    blames = {**_blame_by_effect(problem, part, stream), **_blame_by_mistaken_answers(problem, part)}
     is_matched = bool(answer.matched_items)
     return [
         () if index in answer.correct_indices and not is_matched
@@ -54,22 +59,22 @@ def _blame_by_mistaken_answers(problem: Problem, part: Part) -> Mapping[int, Bla
     return blames
 
 
-def _blame_by_derivation(problem: Problem, part: Part, stream: Stream) -> Mapping[int, Blames]:
-    """Return, by the index of a numeric option, the most likely mistake in a derivation that leads to the option."""
-    if not comes_from_stages(part):
+def _blame_by_effect(problem: Problem, part: Part, stream: Stream) -> Mapping[int, Blames]:
+    """Return, by the index of a velocity that a joint is said to cause, the mistake that surely leads to it."""
+    if not isinstance(part.details, JointEffectDetails):
         return {}
-    configurations = sample_configurations(problem.chain, part, problem.domain, 1, stream)
-    stages = compute_numeric_stages(problem.chain, configurations)
-    all_wrong_answers = list(catalogue.predict_wrong_answers(stages, part))
+    stages = compute_numeric_stages(
+        problem.chain, sample_configurations(problem.chain, part, problem.domain, 1, stream)
+    )
+    mistakes = (CATALOGUE[name] for name in EFFECT_MISTAKES)
+    predictions = [prediction for mistake in mistakes for prediction in apply_mistake(mistake, stages, part)]
     blames: dict[int, Blames] = {}
     for index, option in enumerate(part.answer.offered_options):
-        expected = np.array(parse_vector(option))[:, None, None]
-        equal_answers = [prediction for prediction in all_wrong_answers if _is_near(prediction.answer, expected)]
-        if equal_answers:
-            likeliest = max(equal_answers, key=lambda predicted: predicted.frequency)
-            blames[index] = (Blame.from_mistake(likeliest.mistake, likeliest.variant.words.items()),)
-        elif isinstance(part.details, JointEffectDetails) and _is_effect_of_other_joint(stages, part, expected):
+        velocity = np.array(parse_vector(option))[:, None, None]
+        if _is_effect_of_other_joint(stages, part, velocity):
             blames[index] = (Blame.from_mistake(CATALOGUE["column-of-other-joint"], ()),)
+        elif found := next((prediction for prediction in predictions if _is_near(prediction.answer, velocity)), None):
+            blames[index] = (Blame.from_mistake(found.mistake, found.variant.words.items()),)
     return blames
 
 
@@ -91,8 +96,6 @@ def _blame_by_question_kind(problem: Problem, part: Part, index: int) -> Blames:
     answer, details = part.answer, part.details
     if answer.matched_items:
         return (Blame("column-of-other-joint", ()),)
-    if isinstance(details, ConfigurationOptions):
-        return (Blame("regular-taken-for-singular", ()),)
     if isinstance(details, QuantityDetails):
         return (Blame("joint-without-effect", (("joint", str(problem.chain.q[index])),)),)
     if isinstance(details, ConfigurationStatement):

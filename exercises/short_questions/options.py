@@ -100,14 +100,10 @@ class Options(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class ConfigurationOptions(Details):
-    """Details of a question with configurations as options: the configurations, and the lengths of the arm.
-
-    `blames` has for each configuration the mistake that makes the configuration seem singular, or None.
-    """
+    """Details of a question with configurations as options: the configurations, and the lengths of the arm."""
 
     offered_configurations: tuple[ExactConfiguration, ...] = field(metadata=recorded_as("places"))
     lengths: dict[sp.Symbol, sp.Rational]
-    blames: tuple[Blame | None, ...]
 
     def list_shown_values(self, chain: Chain) -> dict[str, float]:
         """Return the lengths only, because the arm's figure shows none of the configurations."""
@@ -167,8 +163,11 @@ def offer_choice(options: Sequence[OfferedOption], rng: Stream) -> tuple[Choice,
 
 
 def list_blames(part: Part, index: int) -> tuple[Blame, ...]:
-    """Return the mistakes stored with an option of a part, by its index; none if it is correct or none are known."""
+    """Return the mistakes that surely lead to an option of a part, by its index; none if it is correct.
+
+    A formula or a set has been made by its mistakes. Of a configuration, only its rank is sure to have been mistaken.
+    """
     if isinstance(part.details, Options):
         return part.details.offered_options[index].blames
-    blame = part.details.blames[index] if isinstance(part.details, ConfigurationOptions) else None
-    return () if blame is None else (blame,)
+    is_regular = isinstance(part.details, ConfigurationOptions) and index not in part.answer.correct_indices
+    return (Blame("regular-taken-for-singular", ()),) if is_regular else ()

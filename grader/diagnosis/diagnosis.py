@@ -12,6 +12,7 @@ from functools import partial
 
 import numpy as np
 
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import as_matrix
@@ -31,7 +32,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.quantities import is_quantity
 from qdot.exercises.questions.results import is_made_of_jacobian, is_product
 from qdot.exercises.short_questions import question_of
-from qdot.exercises.short_questions.options import list_blames
+from qdot.exercises.short_questions.option_mistakes import explain_options
 from qdot.exercises.writing.problem_texts import write_answer_code
 from qdot.grader.diagnosis.formula_mistakes import (
     SURPLUS_BY_MISSING,
@@ -139,9 +140,8 @@ def _find_mistake(
 ) -> Diagnosis | None:
     """Return the diagnosis of a wrong answer, without a reference to the question."""
     if parsed_answer.table is None:
-        option_mistakes = _explain_option(part, parsed_answer)
-        if option_mistakes is not None:
-            return option_mistakes
+        if part.answer.offered_options:
+            return _explain_option(problem, part, parsed_answer, seed)
         is_short = len(parsed_answer.text) <= MAX_SET_LENGTH
         if part.answer.is_set:
             return explain_set(problem, part, parsed_answer, seed) if is_short else None
@@ -226,10 +226,15 @@ def _compare_terms(answer: WrongAnswer) -> TermComparison | None:
 # --- the mistake behind an answer ---
 
 
-def _explain_option(part: Part, parsed_answer: ParsedAnswer) -> Diagnosis | None:
-    """Return the mistakes behind the first wrong option that was chosen; they were stored with the option."""
-    for index in parsed_answer.chosen:
-        blames = [] if index in part.answer.correct_indices else list_blames(part, index)
+def _explain_option(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
+    """Return the mistakes behind the first wrong option that was chosen, or that was assigned to a wrong item."""
+    correct, chosen = part.answer.correct_indices, parsed_answer.chosen
+    if part.answer.matched_items:
+        wrong_indices = [index for index, expected in zip(chosen, correct, strict=False) if index != expected]
+    else:
+        wrong_indices = [index for index in chosen if index not in correct]
+    blames_by_option = explain_options(problem, part, Stream(f"{seed}/options")) if wrong_indices else []
+    for blames in (blames_by_option[index] for index in wrong_indices):
         if blames:
             sentences = dict.fromkeys(blame.sentence for blame in blames)
             return Diagnosis(tuple(dict.fromkeys(blame.mistake for blame in blames)), " ".join(sentences))

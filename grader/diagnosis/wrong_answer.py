@@ -13,7 +13,6 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, ParseError, count_decimal_digits
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.concepts import parse_vector
 from qdot.exercises.questions.results import comes_from_stages, compute_answer, is_made_of_jacobian
 from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE, NumericAnswer, Tolerances
 from qdot.grader.judging.answer_parser import FunctionValues, ParsedAnswer
@@ -24,8 +23,6 @@ THREE_DIGITS_TOLERANCE = 5e-3
 """Relative error of numbers that are rounded to three significant digits (1.00 stands for 0.995 to 1.005)."""
 MIN_NUMBER_TOLERANCE = 1e-5
 """Minimum relative tolerance of numbers, even if they were typed with many digits."""
-THREE_DECIMALS_TOLERANCE = 6e-4
-"""Absolute error of numbers that are rounded to three decimals."""
 
 
 @dataclass(frozen=True)
@@ -96,8 +93,7 @@ def evaluate_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, s
         return _evaluate_function(problem, part, parsed_answer.table)
     values = sample_configurations(problem.chain, part, problem.domain, SAMPLE_COUNT, Stream(f"{seed}/diagnosis"))
     try:
-        is_choice = bool(part.answer.offered_options)
-        numeric = _parse_option(part, parsed_answer) if is_choice else _evaluate_entries(part, parsed_answer, values)
+        numeric = _evaluate_entries(part, parsed_answer, values)
     except ParseError:  # a refused answer may contain equations, which have no value
         return None
     return None if numeric is None else WrongAnswer(problem, part, values, numeric, parsed_answer.rows)
@@ -154,14 +150,6 @@ def _choose_tolerances(part: Part, entries: Sequence[Node]) -> Tolerances:
     # 0.6 units of the last digit: rounding changes a number by 0.5 units at most
     rounding_error = 0.6 * 10.0 ** (1 - digits)
     return Tolerances(relative=max(min(allowed_error, rounding_error), MIN_NUMBER_TOLERANCE), absolute=0.0)
-
-
-def _parse_option(part: Part, parsed_answer: ParsedAnswer) -> NumericAnswer | None:
-    """Return the vector of the option that was chosen; None if no option was chosen."""
-    if not parsed_answer.chosen:
-        return None
-    values = np.array(parse_vector(part.answer.offered_options[parsed_answer.chosen[0]]))[:, None, None]
-    return NumericAnswer(values, np.abs(values), Tolerances(0.0, THREE_DECIMALS_TOLERANCE))
 
 
 def transpose(rows: Rows) -> Rows:

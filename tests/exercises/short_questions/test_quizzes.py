@@ -17,6 +17,7 @@ import pytest
 from typer.testing import CliRunner
 
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.arm_figure import describe_part_figure, draw_part_svg
 from qdot.exercises.generation import generate, list_applicable_questions, sample_chain, select_quiz_questions
@@ -25,7 +26,8 @@ from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.reference_answers import TRUE_FALSE, Choice, Matching, Number, Selection
 from qdot.exercises.short_questions import ALL_QUESTIONS, SHORT_QUESTIONS
-from qdot.exercises.short_questions.options import ConfigurationOptions, list_blames
+from qdot.exercises.short_questions.option_mistakes import explain_options
+from qdot.exercises.short_questions.options import ConfigurationOptions
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.problem_texts import write_hints, write_option, write_prompt, write_solution
 from qdot.grader.cli.main import app
@@ -137,9 +139,8 @@ def _wrong_letters_are_wrong(problem: Problem, part: Part) -> None:
                 letter = "ABCDEFGH"[index]
                 assert judge(problem, part, letter, "seed").outcome is Outcome.WRONG
                 named = diagnose(problem, part, letter, "seed")
-                blames = list_blames(part, index)
-                assert named is None or named.mistakes == tuple(dict.fromkeys(blame.mistake for blame in blames))
-                assert blames == () or named is not None
+                blames = explain_options(problem, part, Stream("seed"))[index]
+                assert (named.mistakes if named else ()) == tuple(dict.fromkeys(blame.mistake for blame in blames))
     if isinstance(answer, Selection):
         everything = "ABCDEFGH"[: len(answer.options)]
         if len(answer.correct) < len(answer.options):
