@@ -198,14 +198,21 @@ def _is_defined_everywhere(node: Node, joints: AbstractSet[str]) -> bool:
 
 
 def _strip_powers(node: Node) -> Node:
-    """Return X for sqrt(X), X^4 etc., which has the same zeros; the search for zeros needs derivatives there."""
+    """Return X for sqrt(X), X^4, X - 0 etc., with the same zeros; the search for zeros needs derivatives there."""
     while True:
-        is_minus_zero = node.kind == "-" and node.args[1].kind in ("number", "decimal") and not node.args[1].value
+        is_minus_zero = node.kind == "-" and _is_zero(node.args[1])
+        if node.kind == "-" and _is_zero(node.args[0]):  # the answer was 0 = X
+            node = node.args[1]
+            continue
         is_power = node.kind == "^" and node.args[1].kind in ("number", "decimal") and node.args[1].value > 0
         if is_minus_zero or is_power or node.kind == "neg" or (node.kind == "call" and node.value in ("sqrt", "abs")):
             node = node.args[0]
         else:
             return node
+
+
+def _is_zero(node: Node) -> bool:
+    return node.kind in ("number", "decimal") and not node.value
 
 
 def _list_whole_number_cases(node: Node) -> list[Node]:

@@ -29,6 +29,7 @@ test.each(["d3 = 0, theta2 = pi/2, theta2 = -pi/2", "d3*cos(theta2) = 0", "cos(t
 
 test("a product earns what its factors earn", () => {
   expect(judge("d3*sin(theta2) = 0").share).toBe(judge("d3 = 0, sin(theta2) = 0").share);
+  expect(judge("0 = d3*sin(theta2)").share).toBe(judge("d3*sin(theta2) = 0").share);
   expect(judge("d3*sin(theta2) = 0").share).toBeGreaterThan(0);
 });
 

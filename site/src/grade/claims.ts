@@ -231,7 +231,9 @@ function isDefinedEverywhere(tree: Node, joints: ReadonlySet<string>): boolean {
 function simplifyZero(tree: Node): Node {
   const [first, second] = tree.args;
   if (!first) return tree;
-  const number = second && ["number", "decimal"].includes(second.kind) ? second.value : NaN;
+  const numberOf = (side?: Node) => (side && ["number", "decimal"].includes(side.kind) ? side.value : NaN);
+  if (second && tree.kind === "-" && numberOf(first) === 0) return simplifyZero(second); // the answer was 0 = X
+  const number = numberOf(second);
   const subtractsZero = tree.kind === "-" && number === 0;
   const isRoot = tree.kind === "call" && ["sqrt", "abs"].includes(tree.text);
   const isPower = tree.kind === "^" && number > 0;
