@@ -2,8 +2,9 @@
 
 import ast
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,8 +20,8 @@ from qdot.exercises.questions.custom.question import CustomDetails, QuestionMake
 from qdot.exercises.questions.language import compute
 from qdot.exercises.questions.quantities import (
     NUMPY_FUNCTIONS,
+    STENCIL,
     STEP,
-    differentiate_numerically,
     list_result_names,
     name_accelerations,
     name_load,
@@ -48,6 +49,11 @@ class ArmConfigurations(NamedTuple):
     q: np.ndarray
 
 
+@lru_cache(maxsize=64)
+def _make_arm(chain: Chain, lengths: tuple[tuple[str, float], ...]) -> NumericChain:
+    return NumericChain(chain, dict(lengths))
+
+
 class GeometryQuantities:
     """The named quantities of an arm at N configurations, from products of 4 x 4 matrices and exponentials.
 
@@ -59,6 +65,12 @@ class GeometryQuantities:
         self.count = len(next(iter(self.values.values())))
         self.numbers = list_table_numbers(chain)
         self.q = np.stack([self.values[q.name] for q in chain.q], axis=1)
+
+    def halve_step(self) -> "GeometryQuantities":
+        """Return the same quantities, with differences of half the step."""
+        quantities = copy(self)
+        quantities.step = self.step / 2
+        return quantities
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -73,7 +85,7 @@ class GeometryQuantities:
         starts = [k for k in range(self.count) if k == 0 or (lengths[k] != lengths[k - 1]).any()]
         lengths_by_name = [dict(zip(names, map(float, lengths[start]), strict=True)) for start in starts]
         pairs = zip(lengths_by_name, np.split(self.q, starts[1:]), strict=True)
-        return [ArmConfigurations(NumericChain(self.chain, values), values, q) for values, q in pairs]
+        return [ArmConfigurations(_make_arm(self.chain, tuple(values.items())), values, q) for values, q in pairs]
 
     @cached_property
     def point(self) -> np.ndarray:
@@ -126,10 +138,6 @@ class GeometryQuantities:
     def _invert(pose: np.ndarray) -> np.ndarray:
         return np.moveaxis(np.linalg.inv(np.moveaxis(pose, -1, 0)), 0, -1)
 
-    def get_si_value(self, name: str) -> np.ndarray:
-        """Return the value of a symbol, (N,)."""
-        return self.values[name]
-
     def constant(self, value: Fraction) -> np.ndarray:
         """Return a number, (N,)."""
         return np.full(self.count, float(value))
@@ -148,8 +156,14 @@ class GeometryQuantities:
         return rates | {rate.name: self.values[name] for rate, name in accelerations if name in self.values}
 
     def derivative(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the derivative by central differences."""
-        return differentiate_numerically(self, formula, rates, self.step)
+        """Return the derivative by central differences; the formula is evaluated once, at all steps together."""
+        shifts = self.step * np.array([sign * steps for steps, _ in STENCIL for sign in (1, -1)])
+        weights = np.array([sign * weight / self.step for _, weight in STENCIL for sign in (1, -1)])
+        values = {name: np.repeat(value, len(shifts)) for name, value in self.values.items()}
+        for name, rate in rates.items():
+            values[name] += (rate[:, None] * shifts).ravel()
+        shifted = compute(formula, GeometryQuantities(self.chain, values, self.step))
+        return np.asarray(shifted.reshape(*shifted.shape[:-1], self.count, len(shifts)) @ weights)
 
     def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the value of a formula at other values of some symbols."""
@@ -170,8 +184,10 @@ def check_custom(model: NumericModel, part: Part) -> Checks:
         yield from _check_formula(model, part, maker)
 
 
-def _make_quantities(model: NumericModel, values: Mapping[str, np.ndarray] | None = None) -> GeometryQuantities:
-    return GeometryQuantities(model.chain, model.symbol_values if values is None else values)
+@lru_cache(maxsize=1)
+def _make_quantities(model: NumericModel) -> GeometryQuantities:
+    """Return the quantities at the configurations of a model; all parts of a problem share them."""
+    return GeometryQuantities(model.chain, model.symbol_values)
 
 
 def _convert_to_matrices(value: np.ndarray) -> np.ndarray:
@@ -185,7 +201,7 @@ MAX_HALVINGS, MIN_PRECISE_SHARE = 6, 1 / 3
 
 
 def _check_agreement(
-    maker: QuestionMaker, chain: Chain, values: Mapping[str, np.ndarray], reference: np.ndarray
+    maker: QuestionMaker, quantities: GeometryQuantities, reference: np.ndarray
 ) -> Check:  # fmt: skip
     """Check that the reference, (N, rows, columns), agrees with numbers from the geometry and from differences.
 
@@ -194,14 +210,15 @@ def _check_agreement(
     """
     name, expected = "geometry and differences", np.array(np.nan)
     error, coarser_result = np.array(np.inf), expected
-    for halving_count in range(MAX_HALVINGS):
-        value = compute(maker.formulas[0], GeometryQuantities(chain, values, STEP / 2**halving_count))
+    for _ in range(MAX_HALVINGS):
+        value = compute(maker.formulas[0], quantities)
         result = _convert_to_matrices(select_components(value, maker.definition.rows))
         with np.errstate(invalid="ignore"):
             scale = 1 + np.abs(result).max(axis=(1, 2))
             difference = np.abs(result - coarser_result).max(axis=(1, 2)) / scale
         expected = np.where((difference < error)[:, None, None], result, expected)
         error, coarser_result = np.fmin(error, difference), result
+        quantities = quantities.halve_step()
         is_precise = error < DIFFERENCE_TOLERANCE / 10
         if is_precise.all():
             break
@@ -214,7 +231,7 @@ def _check_agreement(
 
 def _check_formula(model: NumericModel, part: Part, maker: QuestionMaker) -> Checks:
     reference = model.evaluate_printed_formulas(part.answer.as_matrix())
-    yield _check_agreement(maker, model.chain, model.symbol_values, reference)
+    yield _check_agreement(maker, _make_quantities(model), reference)
     is_varying = bool(np.ptp(reference, axis=0).max() > DIFFERENCE_TOLERANCE)
     detail = "its values differ between configurations" if is_varying else "it is constant"
     yield Check("it varies", is_varying, detail)
@@ -227,7 +244,7 @@ def _check_number(
     given_values = details.list_given_values(model.chain)
     values |= {name: np.array([number]) for name, number in given_values.items()}
     reference = np.array(answer.reference.tolist(), dtype=float)[None]
-    return _check_agreement(maker, model.chain, values, reference)
+    return _check_agreement(maker, GeometryQuantities(model.chain, values), reference)
 
 
 # --- options ---
@@ -270,7 +287,8 @@ def _check_zeros(model: NumericModel, answer: ConditionSet, maker: QuestionMaker
     def evaluate_formulas(q: np.ndarray) -> np.ndarray:
         values = {name: np.resize(value, len(q)) for name, value in model.symbol_values.items()}
         values |= {name: np.full(len(q), length) for name, length in lengths.items()}
-        quantities = _make_quantities(model, values | {joint.name: q[:, i] for i, joint in enumerate(chain.q)})
+        values |= {joint.name: q[:, i] for i, joint in enumerate(chain.q)}
+        quantities = GeometryQuantities(chain, values)
         return np.stack([compute(formula, quantities) for formula in maker.formulas], axis=1)
 
     starts = choose_random_configurations(chain, model.rng, START_COUNT)
@@ -333,14 +351,15 @@ def _find_zeros(function: Function, starts: np.ndarray) -> np.ndarray:
     Each step is the smallest that solves the linearized equations, and changes no joint variable by more than 0.5.
     """
     q = starts.copy()
-    nudges = DIFFERENCE_STEP * np.eye(q.shape[1])
+    nudges = DIFFERENCE_STEP * np.concatenate([np.eye(q.shape[1]), -np.eye(q.shape[1])])[:, None]
     with np.errstate(all="ignore"):
         for _ in range(STEP_COUNT):
             values = function(q)
             if (np.abs(values).max(axis=1) < ZERO_TOLERANCE).all() or not np.isfinite(values).all():
                 break
-            slopes = [(function(q + nudge) - function(q - nudge)) / (2 * DIFFERENCE_STEP) for nudge in nudges]
-            inverse = np.linalg.pinv(np.nan_to_num(np.stack(slopes, axis=2)), rcond=1e-6)
+            nudged_values = function((q + nudges).reshape(-1, q.shape[1])).reshape(2, q.shape[1], *values.shape)
+            slopes = np.moveaxis(nudged_values[0] - nudged_values[1], 0, -1) / (2 * DIFFERENCE_STEP)
+            inverse = np.linalg.pinv(np.nan_to_num(slopes), rcond=1e-6)
             steps = (inverse @ np.nan_to_num(values)[:, :, None])[:, :, 0]
             q = q - steps * np.minimum(1.0, 0.5 / np.maximum(np.abs(steps).max(axis=1, keepdims=True), 1e-12))
         return q[np.abs(function(q)).max(axis=1) < ZERO_TOLERANCE]

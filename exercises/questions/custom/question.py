@@ -495,7 +495,8 @@ class QuestionMaker:
                 matrix = self.derive_formulas(chain, Stream("check"))[0].as_matrix()
                 if self.definition.is_up_to_factor and (matrix.rows == 1 or matrix.cols > 1):
                     return "only a vector can count up to a factor; leave up_to_factor out"
-                if _is_constant(matrix):
+                names_symbols = self.names_arm_symbols(chain)
+                if _is_constant(self.definition, chain if names_symbols else make_symbolic_arm(chain).chain):
                     return f"its answer is {'always zero' if matrix.is_zero_matrix else 'the same everywhere'}"
                 return find_term_count_objection(sum(len(sp.Add.make_args(entry)) for entry in matrix))
         except FormulaError as error:
@@ -719,9 +720,10 @@ def _find_numerator(formula: sp.Expr) -> sp.Expr:
     return sp.Mul(*(factor.as_base_exp()[0] for factor in sp.Mul.make_args(numerator)))
 
 
-def _is_constant(matrix: sp.Matrix) -> bool:
-    """Return whether a matrix has the same value at three arbitrary values of its symbols."""
-    values = _evaluate_at_points(list(matrix)).values.T
+@lru_cache(maxsize=1024)
+def _is_constant(definition: Definition, chain: Chain) -> bool:
+    """Return whether the answer has the same value at three arbitrary values of its symbols; cached for a class."""
+    values = _evaluate_at_points(list(_derive_for_symbolic_arm(definition, chain))).values.T
     return all(np.allclose(value, values[0], rtol=1e-9, atol=1e-9) for value in values[1:])
 
 
