@@ -105,13 +105,25 @@ def _select_other_component(node: ast.expr, i: int, j: int) -> ast.expr | None:
         if isinstance(row, int) and row - 1 in exchanged:
             new_indices = [ast.Constant(exchanged[row - 1] + 1), *indices[1:]]
             return ast.Subscript(node.value, ast.Tuple(new_indices) if len(new_indices) > 1 else new_indices[0])
-    if isinstance(node, ast.List) and len(node.elts) == len(axes) and any(map(_is_zero, node.elts)):
+    if isinstance(node, ast.List) and len(node.elts) == len(axes) == 1 + sum(map(_is_zero, node.elts)):
         return ast.List([node.elts[exchanged.get(k, k)] for k in range(len(axes))])
     return None
 
 
 def _is_zero(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and node.value == 0
+
+
+def _omit_components(formula: ast.expr) -> Iterator[Rewriting]:
+    """Yield the omission of the first, second or third component of each vector with several components."""
+    for index in range(len(AXES)):
+        yield partial(_omit_component, index=index)
+
+
+def _omit_component(node: ast.expr, index: int) -> ast.expr | None:
+    if isinstance(node, ast.List) and len(node.elts) > max(index, 1 + sum(map(_is_zero, node.elts))):
+        return ast.List([*node.elts[:index], ast.Constant(0), *node.elts[index + 1 :]])
+    return None
 
 
 def _choose_next_frames(formula: ast.expr) -> Iterator[Rewriting]:
@@ -157,6 +169,15 @@ def _list_squared(radicand: ast.expr) -> list[ast.expr]:
             parts = [_list_squared(left), _list_squared(right)]
             return [*parts[0], *parts[1]] if all(parts) else []
     return []
+
+
+def _omit_square(node: ast.expr) -> ast.expr | None:
+    match node:
+        case ast.BinOp(left=base, op=ast.Pow(), right=ast.Constant(value=2)):
+            return base
+        case ast.Call(func=ast.Name(id="dot"), args=[u, w]) if ast.dump(u) == ast.dump(w):
+            return ast.Call(ast.Name("norm"), [u], [])
+    return None
 
 
 # --- transposed matrices ---
@@ -226,8 +247,10 @@ def _forget_factors(formula: ast.expr, part: Part) -> Iterator[MistakeVariant]:
 
 FORMULA_VARIANTS: dict[str, FormulaVariantGenerator] = {
     "other-component": _rewrite_each(_exchange_components),
+    "component-left-out": _rewrite_each(_omit_components),
     "other-frame": _rewrite_each(_choose_next_frames),
     "speed-squared": _rewrite_each(_replace_norm("dot(u, u)")),
+    "square-missing": _rewrite_each(lambda _: iter([_omit_square])),
     "components-added": _rewrite_each(_replace_norm(
         "dot(u, [1, 1])", "dot(u, [1, 1, 1])", "abs(u[1]) + abs(u[2]) + 0*dot(u, [1, 1])",
         "abs(u[1]) + abs(u[2]) + abs(u[3])",

@@ -69,6 +69,14 @@ class SetFingerprint:
 
 def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
     """Return the diagnosis of a wrong set: the mistake that gives it, or otherwise its wrong pieces."""
+    diagnosis = _explain_any_set(problem, part, parsed_answer, seed)
+    if diagnosis is None or (isinstance(part.answer, ConditionSet) and part.answer.is_singular_set):
+        return diagnosis
+    return replace(diagnosis, feedback=diagnosis.feedback.removesuffix(REFERENCE))
+
+
+def _explain_any_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
+    """Return the diagnosis of a wrong set, with a reference to the equation about singular configurations."""
     if parsed_answer.tree is None or parsed_answer.refusal is not None:  # the reason for the refusal says enough
         return None
     joints = [q.name for q in problem.chain.q]
@@ -92,10 +100,7 @@ def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed:
             if predicted_set == typed_set or (
                 may_be_equal and _is_judged_correct(problem, part, parsed_answer, variant, seed)
             ):
-                diagnosis = _name_likeliest(problem, part, mistake, variant, fingerprinter)
-                is_singular_set = isinstance(part.answer, ConditionSet) and part.answer.is_singular_set
-                text = diagnosis.feedback if is_singular_set else diagnosis.feedback.removesuffix(REFERENCE)
-                return replace(diagnosis, feedback=text)
+                return _name_likeliest(problem, part, mistake, variant, fingerprinter)
     return _explain_pieces(problem, part, pieces, seed)
 
 
@@ -185,10 +190,7 @@ def _explain_pieces(problem: Problem, part: Part, claimed_pieces: Sequence[Piece
         sentences = [f"Your answer contains no condition. {mistakes[0][1]['every']}. See (6.8)."]
     names = tuple(dict.fromkeys(name for name, _ in mistakes))
     signature = tuple(dict.fromkeys(locate_mistake(*mistake) for mistake in mistakes))
-    feedback = _join_messages(sentences)
-    if not explanation.is_singular_set:
-        feedback = feedback.removesuffix(REFERENCE)
-    return Diagnosis(names, feedback, signature=signature)
+    return Diagnosis(names, _join_messages(sentences), signature=signature)
 
 
 def _join_messages(messages: Sequence[str]) -> str:

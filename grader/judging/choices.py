@@ -44,8 +44,9 @@ def read_choice(text: str, options: Sequence[str]) -> ParsedAnswer:
     """Parse the choice of one option by its letter (in upper or lower case, brackets or quotes) or by its text."""
     chosen = find_option_index(text, options)
     names = options if tuple(options) == TRUE_FALSE else LETTERS[: len(options)]
-    complaint = f"is not one of the options {', '.join(names)}"
-    return _make_parsed_answer(text, None if chosen is None else [chosen], complaint)
+    has_several_letters = len(parse_letters(text, len(options)) or ()) > 1
+    complaint = "names several options; choose one of" if has_several_letters else "is not one of the options"
+    return _make_parsed_answer(text, None if chosen is None else [chosen], f"{complaint} {', '.join(names)}")
 
 
 def read_selection(text: str, option_count: int) -> ParsedAnswer:

@@ -25,7 +25,8 @@ export function readLetters(
     type === "choice" && texts.length > 0 ? findOption(answer, texts) : parseLetters(answer, options);
   const expectedCount = type === "choice" ? 1 : type === "matching" ? items : null;
   if (chosenLetters && (expectedCount === null || chosenLetters.length === expectedCount)) return chosenLetters;
-  return wrong("verdict.no-letter", {
+  const hasSeveralLetters = type === "choice" && (parseLetters(answer, options) ?? []).length > 1;
+  return wrong(hasSeveralLetters ? "read.several-letters" : "verdict.no-letter", {
     said: answer.slice(0, 40),
     letters: isTrueOrFalse(texts) ? texts.join(", ") : [...LETTERS.slice(0, options)].join(", "),
   });

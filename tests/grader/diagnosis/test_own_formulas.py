@@ -65,7 +65,13 @@ def find_mistake(verdict: Verdict) -> str:
         ("planar-2r", "diff(g*o1.y + m*g*o2.y, theta1)", "m*g*(a1*c1 + a2*c12)", 0.5, "term-missing"),
         ("polar-rp", "m*det(J)", "m*d2", 0.8, "sign"),
         ("elbow-3r", "R02", "[[c1, 0, -s1], [s1, 0, c1], [0, -1, 0]]", 0.5, "other-frame"),
-        ("planar-2r", "norm(p)^2", "sqrt(a1^2 + a2^2 + 2*a1*a2*c2)", 0.0, ""),
+        # a square or a component of a load left out
+        ("planar-2r", "norm(p)^2", "sqrt(a1^2 + a2^2 + 2*a1*a2*c2)", 0.5, "square-missing"),
+        ("planar-2r", "m/2*dot(v, v)", "m/2*sqrt(a1^2*qd1^2 + a2^2*(qd1+qd2)^2 + 2*a1*a2*c2*qd1*(qd1+qd2))", 0.5,
+         "square-missing"),
+        ("planar-2r", "transpose(Jv)*[m*g, m*g, 0]", "[-m*g*(a1*s1 + a2*s12), -m*g*a2*s12]", 0.5,
+         "component-left-out"),
+        ("planar-2r", "transpose(Jv)*[0, m*g, 0]", "[-m*g*(a1*s1 + a2*s12), -m*g*a2*s12]", 0.5, "other-component"),
         # a length left out altogether; link 2 of the cylindrical arm is prismatic, and so has no angle of its own
         ("cylindrical", "m*dot(v, v)/2", "m*(d3^2*qd1^2 + qd2^2 + qd3^2)/2", 0.5, "length-forgotten"),
         ("cylindrical", "m*transpose(Jv)*Jv", "[[m*d3^2, 0, 0], [0, m, 0], [0, 0, m]]", 0.5, "length-forgotten"),
@@ -90,6 +96,23 @@ def test_the_nearest_mistake_is_named_and_earns_its_share(
 ) -> None:
     verdict = mark_one(ask(family, formula, units=MASSES), answer)
     assert (verdict.judgement.share, find_mistake(verdict)) == (share, mistake), verdict.judgement
+
+
+@pytest.mark.parametrize("is_rate_known", [False, True])
+def test_a_number_without_its_square_has_a_cause(is_rate_known: bool) -> None:
+    given = (*AT_POSE, GivenValue("m", low=2, high=2))
+    problem = ask("planar-2r", "m*dot(v, v)/2" if is_rate_known else "m*norm(v)^2/2", units=MASSES, given=given)
+    energy = float(problem.parts[0].answer.as_matrix()[0])
+    assert find_mistake(mark_one(problem, f"{energy**0.5:.6g}")) == "square-missing"  # m v / 2, because m is 2 kg
+
+
+def test_a_set_has_the_same_marks_and_messages_in_every_form() -> None:
+    problem = ask("planar-2r", "zeros(sin(theta1)*cos(theta2))")
+    forms = ("0 = s1*s2", "s1*s2 = 0", "theta1 = 0, theta1 = pi, theta2 = 0, theta2 = pi")
+    verdicts = [mark_one(problem, form) for form in forms]
+    assert [verdict.judgement.share for verdict in verdicts] == [0.25] * len(forms)
+    for verdict in verdicts:
+        assert verdict.diagnosis is not None and "6.8" not in verdict.diagnosis.feedback
 
 
 @pytest.mark.parametrize("formula", [ACCELERATION, GRAVITY.replace("theta2", "d2"), "m*det(J)"])

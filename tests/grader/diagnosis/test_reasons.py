@@ -178,7 +178,7 @@ def test_numbers_are_right_within_their_tolerance() -> None:
     ("student", "is_right", "reason"),
     [
         ("C", False, "'C' is not one of the options A, B"), ("int", False, "'int' is not one of *"),
-        ("B", True, "right"),
+        ("B", True, "right"), ("A, B", False, "'A, B' names several options; choose one of A, B"),
         ("inte", True, "right"), ("A", False, "A is not *"), ("singularity", False, "'singularity' is not one of *"),
         ("wxyz" * 20, False, f"'{'wxyz' * 10}' is not one of *"),
     ],
@@ -187,7 +187,7 @@ def test_reason_for_a_choice(student: str, is_right: bool, reason: str) -> None:
     judgement = judge_choice(student, ("a boundary singularity", "an internal singularity"), 1)
     assert (judgement.outcome is Outcome.CORRECT) is is_right
     assert fnmatchcase(judgement.reason, reason), judgement.reason
-    assert judgement.certificate == (None if "not one of" in reason else Certificate("exact", 1, 0.0))
+    assert judgement.certificate == (None if "one of" in reason else Certificate("exact", 1, 0.0))
 
 
 FOLD = ("theta2 = 0", "theta2 = pi")
