@@ -36,6 +36,11 @@ test.each([
   ["theta1", "wrong"],
 ])("one letter: %s is %s", (typed, outcome) => expect(judgeLetters(typed, CHOICE).outcome).toBe(outcome));
 
+test("several letters for one option are not called unknown", () =>
+  expect(judgeLetters("A, B", CHOICE).reasons).toEqual([
+    message("read.several-letters", { said: "A, B", letters: "A, B, C, D" }),
+  ]));
+
 test.each([
   ["AC", 1],
   ["c, a", 1],
@@ -356,6 +361,9 @@ test("a rounded angle is reported as rounded, and a wrong one is not", () => {
 });
 
 test("a pose is written as on the sliders: angles in degrees within a full turn, lengths in metres", () => {
+  expect(writeConfiguration({ qd1: 0.5, qdd2: -1, fx: 2, mz: 3, F: 4 }, ["theta1", "d2", "F"])).toBe(
+    "qd1 = 0.5 rad/s, qdd2 = −1 m/s², fx = 2 N, mz = 3 N m, F = 4",
+  );
   expect(writeConfiguration({ theta1: Math.PI / 3 + 4 * Math.PI, d2: 0.25, a1: 1 })).toBe(
     "θ1 = 60°, d2 = 0.25 m, a1 = 1 m",
   );

@@ -321,7 +321,7 @@ function describeDifference(
   if (!value) return message("verdict.blank", place);
   const expected = key.right[i]?.[k] ?? null;
   const values = {
-    at: writeConfiguration(listValuesForStudent(key, k, entries[i] as Node)),
+    at: writeConfiguration(listValuesForStudent(key, k, entries[i] as Node), key.symbols),
     yours: writeComplexNumber(value),
     expected: writeNumber(expected),
   };
@@ -393,12 +393,15 @@ function listValuesForStudent(key: ValuesKey, k: number, entry: Node): SymbolVal
   );
 }
 
-/** Return the values of a configuration as a text: θ1 = 30°, a1 = 0.5 m. */
-export function writeConfiguration(configuration: SymbolValues): string {
+/** Return the values of a configuration as a text: θ1 = 30°, a1 = 0.5 m. `symbols` are all symbols of the problem. */
+export function writeConfiguration(
+  configuration: SymbolValues,
+  symbols: readonly string[] = Object.keys(configuration),
+): string {
   return Object.entries(configuration)
     .map(
       ([symbol, value]) =>
-        `${withGreek(symbol)} = ${formatNumber(convertToSliderValue(symbol, value))}${unitOf(symbol)}`,
+        `${withGreek(symbol)} = ${formatNumber(convertToSliderValue(symbol, value))}${unitOf(symbol, symbols)}`,
     )
     .join(numberSeparator());
 }
@@ -413,7 +416,17 @@ function convertToSliderValue(symbol: string, value: number): number {
 const isJoint = (symbol: string): boolean => /^(theta|d)\d/.test(symbol);
 const isRate = (symbol: string): boolean => /^qd\d+$/.test(symbol);
 const isAngle = (symbol: string): boolean => /^theta\d+$/.test(symbol);
-const unitOf = (symbol: string): string => (isAngle(symbol) ? "°" : /^[ad]\d+$/.test(symbol) ? " m" : "");
+
+const UNITS_OF_COMPONENTS: Readonly<Record<string, string>> = { v: " m/s", w: " rad/s", f: " N", m: " N m" };
+
+/** Return the unit of a value, with the space before it; "" for a symbol of an instructor's own. */
+function unitOf(symbol: string, symbols: readonly string[]): string {
+  if (isAngle(symbol)) return "°";
+  if (/^[ad]\d+$/.test(symbol)) return " m";
+  const [, dots, joint] = /^q(dd?)(\d+)$/.exec(symbol) ?? [];
+  if (joint) return ` ${symbols.includes(`theta${joint}`) ? "rad" : "m"}/s${dots === "dd" ? "²" : ""}`;
+  return /^[vwfm][xyz]$/.test(symbol) ? (UNITS_OF_COMPONENTS[symbol.charAt(0)] ?? "") : "";
+}
 
 /** Return a message on names in an answer that are not symbols of the problem; null if there are none. */
 export function findUnknownSymbols(
