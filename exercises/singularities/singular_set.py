@@ -62,6 +62,12 @@ class Component:
     conditions: tuple[sp.Expr, ...]
     solutions: tuple[JointSolution, ...] | None
 
+    @property
+    def has_constant_values(self) -> bool:
+        """Whether the conditions hold at real joint values that depend neither on lengths nor on other joints."""
+        values = [value for _, joint_values in self.solutions or () for value in joint_values]
+        return bool(values) and all(value.is_number and value.is_real for value in values)
+
     def list_pieces(self) -> list[str]:
         """Return the conditions as text, one string for each value or combination of values.
 

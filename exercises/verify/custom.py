@@ -82,7 +82,7 @@ class GeometryQuantities:
         """The configurations in their order, grouped by arm: consecutive ones with equal lengths are of one arm."""
         names = [symbol.name for symbol in self.chain.parameters]
         lengths = np.stack([self.values[name] for name in names], axis=1) if names else np.zeros((self.count, 0))
-        starts = [k for k in range(self.count) if k == 0 or (lengths[k] != lengths[k - 1]).any()]
+        starts = [0, *(np.flatnonzero((lengths[1:] != lengths[:-1]).any(axis=1)) + 1).tolist()]
         lengths_by_name = [dict(zip(names, map(float, lengths[start]), strict=True)) for start in starts]
         pairs = zip(lengths_by_name, np.split(self.q, starts[1:]), strict=True)
         return [ArmConfigurations(_make_arm(self.chain, tuple(values.items())), values, q) for values, q in pairs]

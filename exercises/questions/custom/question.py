@@ -482,7 +482,8 @@ class QuestionMaker:
                 components = _find_zeros(self.definition, chain)
                 if not components:
                     return "its formula is never zero, or always, so there is no set to ask for"
-                pieces = [piece for component in components for piece in component.list_pieces()]
+                uncertain_components = (c for c in components if not c.has_constant_values)
+                pieces = [piece for component in uncertain_components for piece in component.list_pieces()]
                 empty_piece = next((piece for piece in pieces if not sample_condition(chain, piece, "zeros")), None)
                 if empty_piece is None:
                     return None
@@ -739,8 +740,8 @@ def _evaluate_at_points(entries: Sequence[sp.Expr]) -> Evaluation:
 
 def _evaluate(entry: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | None:
     """Return the value of an entry with ten digits; None if it is not a finite real number."""
-    # twice, because the value of a joint may contain lengths
-    number = sp.N(entry.xreplace(dict(values)).xreplace(dict(values)), 30)
+    numbers = {symbol: value.xreplace(dict(values)) for symbol, value in values.items()}  # a joint may contain lengths
+    number = sp.N(entry.xreplace(numbers), 30)
     if number.free_symbols:
         missing = ", ".join(sorted(map(str, number.free_symbols)))
         raise FormulaError(

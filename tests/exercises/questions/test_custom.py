@@ -9,6 +9,7 @@ from dataclasses import replace
 from fractions import Fraction
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import nbformat
 import pytest
@@ -46,6 +47,8 @@ from qdot.exercises.reference_answers import ConditionSet, Expression, Matrix, N
 from qdot.exercises.site.bank import make_index_json, make_titles_json
 from qdot.exercises.site.bank_problem import BankProblem, find_custom_questions
 from qdot.exercises.site.record import make_site_record, translate_record
+from qdot.exercises.verify.certificate import certify
+from qdot.exercises.verify.custom import GeometryQuantities
 from qdot.exercises.writing.paper_texts import remove_typing_remarks
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
 from qdot.exercises.writing.short_answer import write_short_answer
@@ -1354,3 +1357,23 @@ def test_equal_definitions_make_the_same_question() -> None:
     assert make_question(definition) is make_question(definition)
     first, second = (generate("planar-2r/3", ["mine"], definitions=[definition]).parts[0].answer for _ in range(2))
     assert first == second
+
+
+@pytest.mark.parametrize(("answer", "max_count"), [("ddt((o1 + o2)/2)", 10), ("zeros(det(J))", 20)])
+def test_certifying_takes_few_evaluations_of_the_arm(
+    answer: str, max_count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All steps of differences are evaluated together, because instructors' questions cost as much as built-in ones."""
+    counts: list[int] = []
+    make = GeometryQuantities.__init__
+
+    def make_and_count(quantities: GeometryQuantities, *arguments: Any) -> None:
+        counts.append(1)
+        make(quantities, *arguments)
+
+    monkeypatch.setattr(GeometryQuantities, "__init__", make_and_count)
+    definition = Definition("mine", answer, (Texts("Mine", "x"),))
+    problem = generate("planar-2r/1", ["mine"], definitions=[definition])
+    counts.clear()
+    assert certify(problem).passed
+    assert 0 < len(counts) <= max_count, len(counts)
