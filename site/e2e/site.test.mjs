@@ -353,3 +353,9 @@ test("two tabs keep the progress of each other", async () => {
   assert.deepEqual(stored.sort(), ["planar-2r/001/determinant", "planar-2r/001/position"]);
   await context.close();
 });
+
+test("beside a question with the number of an equation, the chapter is named", async () => {
+  const { page, context } = await ask("jacobian");
+  await page.getByText("equations in Chapter 6").waitFor();
+  await context.close();
+});

@@ -7,7 +7,7 @@ import { kindOfSingularity } from "../src/arm/descriptions.js";
 import { armOf, measuresOf, reachOf, stateAt } from "../src/arm/model.js";
 import type { Stage } from "../src/arm/stage.js";
 import { firstWeld, journeyOf, type Weld } from "../src/arm/weld.js";
-import { LESSONS, type GoalState } from "../src/learn/lessons.js";
+import { LESSONS, type GoalState, type Lesson } from "../src/learn/lessons.js";
 import {
   updateStreak,
   countArms,
@@ -309,3 +309,11 @@ for (const lesson of LESSONS)
     });
     expect(WAYS[lesson.id]).toHaveLength(lesson.goals.length);
   });
+
+test("det J is shown from the first lesson on that mentions it", () => {
+  const mentionsIt = ({ id }: Lesson): boolean =>
+    Object.entries(en).some(([key, text]) => key.startsWith(`lesson.${id}.`) && /det\b/.test(String(text)));
+  const first = LESSONS.findIndex(mentionsIt);
+  expect(first).toBeGreaterThan(1);
+  expect(LESSONS.map(({ unknown }) => unknown === null)).toEqual(LESSONS.map((_, i) => i >= first));
+});

@@ -13,14 +13,19 @@ import { angleInPlane, rotationAnglesOf } from "./orientation.js";
 import type { Stage } from "./stage.js";
 import { kindOfSingularity, classifyNearness } from "./descriptions.js";
 
-interface FiguresProps extends Pick<Stage, "arm" | "state" | "measures" | "settledState" | "sizes" | "isConcealed"> {
+interface FiguresProps extends Pick<
+  Stage,
+  "arm" | "state" | "measures" | "settledState" | "sizes" | "isConcealed" | "layers"
+> {
   /** Whether the pane beside already says that J is concealed. */
   readonly isExplainedBeside?: boolean;
+  /** Whether nothing of J is shown, because a lesson has not introduced its determinant yet. */
+  readonly isOfPoseOnly?: boolean;
 }
 
 export const Figures = withPace(
   (props: FiguresProps): JSX.Element => {
-    const { arm, state, measures, settledState, sizes, isConcealed, isExplainedBeside } = props;
+    const { arm, state, measures, settledState, sizes, isConcealed, isExplainedBeside, isOfPoseOnly, layers } = props;
     const nearness = classifyNearness(arm, measures);
     const kind = nearness === "singular" && settledState === state ? kindOfSingularity(arm, state) : null;
     const point = (
@@ -28,11 +33,11 @@ export const Figures = withPace(
         <i>P</i> = ({state.point.map((value) => formatNumber(roundToDecimals(value, 3))).join(numberSeparator())}) m.
       </>
     );
-    const orientation = <Orientation arm={arm} state={state} />;
-    if (isConcealed)
+    const orientation = layers.frames ? <Orientation arm={arm} state={state} /> : null;
+    if (isConcealed || isOfPoseOnly)
       return (
         <div class="arm-figures">
-          {isExplainedBeside ? null : (
+          {isExplainedBeside || isOfPoseOnly ? null : (
             <p class="arm-concealed">
               <Words text={say("arm.concealed")} />
             </p>
@@ -55,7 +60,10 @@ export const Figures = withPace(
       </div>
     );
   },
-  { atOnce: ["arm", "sizes", "isConcealed", "isExplainedBeside"], inTurn: ["state", "measures", "settledState"] },
+  {
+    atOnce: ["arm", "sizes", "isConcealed", "isExplainedBeside", "isOfPoseOnly", "layers"],
+    inTurn: ["state", "measures", "settledState"],
+  },
 );
 
 /** The orientation of the last frame: the angle of its x axis in the plane, or its rotation in space. */

@@ -32,8 +32,8 @@ export interface ArmProps extends StageRequest {
   readonly symbols: Readonly<Record<string, SymbolInfo>>;
   /** Whether sliders, map and the spoken pose use radians. */
   readonly inRadians?: boolean | undefined;
-  /** Whether the reader doesn't know J yet: nothing of it is shown, and no map or path. */
-  readonly isBeforeJacobian?: boolean | undefined;
+  /** What the reader doesn't know yet, and everything that needs it: it is not shown. */
+  readonly unknown?: Unknown | undefined;
   /** The pane that is open first, by default the map. */
   readonly pane?: Pane | null | undefined;
   /** The joint rates at a state of the arm, if the page sets them. */
@@ -43,6 +43,9 @@ export interface ArmProps extends StageRequest {
   /** Draw something over the arm. */
   readonly overlay?: ((stage: Stage, view: View) => ComponentChildren) | undefined;
 }
+
+/** What a lesson has not introduced yet: J with everything that comes from it, or only its determinant. */
+export type Unknown = "jacobian" | "determinant";
 
 export const Arm = memo((props: ArmProps): JSX.Element => (
   <InRadians.Provider value={props.inRadians ?? false}>
@@ -73,9 +76,10 @@ function Panel(props: ArmProps): JSX.Element {
       setSceneSize([clientWidth / drawingScale(), clientHeight / drawingScale()]);
   }, []);
   const isWide = width >= MIN_WIDE_PANEL;
-  const [firstPane] = useState(() => (isNarrowPage() ? null : (props.pane ?? "map")));
-  const { isBeforeJacobian = false } = props;
-  const stage = useStage(isBeforeJacobian ? { ...props, isConcealed: true } : props, firstPane);
+  const { unknown } = props;
+  const needsPane = unknown === "determinant" && props.pane === "jacobian"; // J is small, and what the text is about
+  const [firstPane] = useState(() => (isNarrowPage() && !needsPane ? null : (props.pane ?? "map")));
+  const stage = useStage(unknown === "jacobian" ? { ...props, isConcealed: true } : props, firstPane);
   const { onStage, overlay } = props;
   // In the same frame as the drawing.
   useLayoutEffect(() => onStage?.(stage), [stage.state, stage.settledState, stage.welding?.place, stage.welding?.weld]);
@@ -85,17 +89,18 @@ function Panel(props: ArmProps): JSX.Element {
   const [isFolded, setFolded] = useState(false);
   const startPull = onPull((way) => setFolded(way === "up"));
   const description = useMemo(() => {
-    return isConcealed ? describePose(arm, settledState, inRadians) : describeArm(arm, settledState, inRadians);
-  }, [arm, settledState, inRadians, isConcealed]);
+    const describe = isConcealed || unknown ? describePose : describeArm;
+    return describe(arm, settledState, inRadians);
+  }, [arm, settledState, inRadians, isConcealed, unknown]);
   const ids = useId();
   const allPanes: Pane[] = isWide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
-  const panes = allPanes.filter((pane) => !isBeforeJacobian || !PANES_OF_J.has(pane));
+  const panes = allPanes.filter((pane) => !unknown || !PANES_OF_UNKNOWN[unknown].has(pane));
   const openPane = isWide && !panes.includes(stage.pane!) ? null : stage.pane; // sliders and J are always shown
   const lengths = <Lengths robot={robot} symbols={symbols} onLength={stage.setLength} />;
   const sliders = (
     <>
       <Joints {...stage} />
-      <Figures {...stage} isExplainedBeside={isBeforeJacobian || (isWide && openPane === "map")} />
+      <Figures {...stage} isExplainedBeside={isWide && openPane === "map"} isOfPoseOnly={unknown !== undefined} />
       {isWide ? null : lengths}
     </>
   );
@@ -125,7 +130,7 @@ function Panel(props: ArmProps): JSX.Element {
               {...stage}
               knownSize={sceneSize}
               isEnlarged
-              readout={isWide || isConcealed ? null : <Readout {...stage} />}
+              readout={isWide || isConcealed || unknown ? null : <Readout {...stage} />}
               label={say("arm.drawing.label", { robot: robot.title })}
               describedBy={`${ids}words`}
               target={
@@ -180,7 +185,7 @@ function Panel(props: ArmProps): JSX.Element {
               </div>
               <div id={`${ids}pane`} class="arm-pane" hidden={openPane === null}>
                 {openPane === "joints" ? sliders : null}
-                {openPane === "jacobian" ? <Numbers stage={stage} /> : null}
+                {openPane === "jacobian" ? <Numbers stage={stage} isOfPoseOnly={unknown !== undefined} /> : null}
                 {openPane === "map" ? <Map stage={stage} isHidden={props.isMapHidden ?? false} /> : null}
                 {openPane === "weld" ? <Path stage={stage} /> : null}
                 {openPane === "layers" ? <LayerControls {...layerProps} /> : null}
@@ -237,8 +242,11 @@ const LayerControls = memo((props: LayerControlsProps): JSX.Element => {
   );
 });
 
-/** Panes and layers that show J. */
-const PANES_OF_J: ReadonlySet<Pane> = new Set(["jacobian", "map", "weld"]);
+/** Panes that need what is unknown, and layers that show J. */
+const PANES_OF_UNKNOWN: Readonly<Record<Unknown, ReadonlySet<Pane>>> = {
+  jacobian: new Set(["jacobian", "map", "weld"]),
+  determinant: new Set(["map", "weld"]),
+};
 const LAYERS_OF_J: ReadonlySet<keyof Layers> = new Set(["columns", "ellipse"]);
 
 /** det J in a line over the drawing, because its pane may be closed. */
@@ -251,11 +259,11 @@ function Readout({ arm, measures }: Stage): JSX.Element {
   );
 }
 
-function Numbers({ stage }: { stage: Stage }): JSX.Element {
+function Numbers({ stage, isOfPoseOnly }: { stage: Stage; isOfPoseOnly: boolean }): JSX.Element {
   return (
     <div class="arm-numbers">
       {stage.isConcealed ? null : <Jacobian {...stage} />}
-      <Figures {...stage} />
+      <Figures {...stage} isOfPoseOnly={isOfPoseOnly} />
     </div>
   );
 }

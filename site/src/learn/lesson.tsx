@@ -215,7 +215,7 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
           firstPose={record.pose}
           factors={record.factors}
           layers={lesson.layers}
-          isBeforeJacobian={lesson.isBeforeJacobian}
+          unknown={lesson.unknown ?? undefined}
           pane={lesson.pane}
           onStage={setStage}
           overlay={overlay ?? undefined}

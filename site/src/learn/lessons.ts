@@ -5,6 +5,7 @@ import { kindOfSingularity } from "../arm/descriptions.js";
 import { pStar } from "../arm/model.js";
 import { classifyJourney } from "../arm/weld.js";
 import type { Layers } from "../arm/marks.js";
+import type { Unknown } from "../arm/panel.js";
 import type { Pane, Stage } from "../arm/stage.js";
 import { dot, norm, type Vec3 } from "../arm/vector.js";
 import { type Topic, type TopicId, getTopic } from "../practice/topics.js";
@@ -49,8 +50,8 @@ export interface Lesson extends Topic {
   readonly tool: Tool | null;
   /** What the drawing shows, if it differs from the default. */
   readonly layers: Partial<Layers>;
-  /** Whether J is still unknown, so that nothing of it is shown. */
-  readonly isBeforeJacobian: boolean;
+  /** What no lesson has introduced yet, so that it is not shown; null if nothing is missing. */
+  readonly unknown: Unknown | null;
   /** The pane that is open at first. */
   readonly pane: Pane | null;
   readonly goals: readonly Goal[];
@@ -58,7 +59,7 @@ export interface Lesson extends Topic {
 
 /** A lesson as it is written below: its id names its texts; by default the arm is plain and there is no tool. */
 type LessonData = Pick<Lesson, "needs" | "position" | "layers" | "pane" | "sketch"> &
-  Partial<Pick<Lesson, "arm" | "tool" | "isBeforeJacobian">> & {
+  Partial<Pick<Lesson, "arm" | "tool" | "unknown">> & {
     readonly id: TopicId;
     readonly prediction: Pick<Prediction, "right" | "goal">;
     readonly goals: readonly Goal["isReached"][];
@@ -87,7 +88,7 @@ const LESSON_DATA: readonly LessonData[] = [
     position: { layer: 0, offset: 0 },
     tool: "rates",
     layers: { frames: false, columns: false, ellipse: false },
-    isBeforeJacobian: true,
+    unknown: "jacobian",
     pane: "joints",
     prediction: { right: 1, goal: 0 },
     sketch: [30, 70],
@@ -102,6 +103,7 @@ const LESSON_DATA: readonly LessonData[] = [
     needs: ["rates"],
     position: { layer: 1, offset: 0 },
     layers: { ellipse: false },
+    unknown: "determinant",
     pane: "jacobian",
     prediction: { right: 1, goal: 1 },
     sketch: [30, 90],
@@ -116,6 +118,7 @@ const LESSON_DATA: readonly LessonData[] = [
     needs: ["columns"],
     position: { layer: 2, offset: -1 },
     layers: { ellipse: false },
+    unknown: "determinant",
     pane: "jacobian",
     prediction: { right: 0, goal: 0 },
     sketch: [30, 60],
@@ -130,6 +133,7 @@ const LESSON_DATA: readonly LessonData[] = [
     needs: ["columns"],
     position: { layer: 2, offset: 0 },
     layers: { ellipse: false, vectors: true },
+    unknown: "determinant",
     pane: "jacobian",
     prediction: { right: 0, goal: 0 },
     sketch: [20, 80],
@@ -144,6 +148,7 @@ const LESSON_DATA: readonly LessonData[] = [
     position: { layer: 2, offset: 1 },
     tool: "links",
     layers: { frames: false, columns: false, ellipse: false },
+    unknown: "determinant",
     pane: "joints",
     prediction: { right: 1, goal: 0 },
     sketch: [40, 60],
@@ -272,7 +277,7 @@ export const LESSONS: readonly Lesson[] = LESSON_DATA.map(({ id, goals, predicti
   example: `lesson.${id}.example`,
   arm: "plain",
   tool: null,
-  isBeforeJacobian: false,
+  unknown: null,
   ...lesson,
   prediction: {
     ...prediction,

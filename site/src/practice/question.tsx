@@ -163,6 +163,7 @@ export function Question(props: QuestionProps): JSX.Element {
               <a href="#given">
                 <Words text={say("practice.to-given")} />
               </a>
+              {refersToChapter(part) ? <>. {say("practice.chapter")}</> : null}
             </p>
             {answerForm}
             <details open class="given" id="given">
@@ -191,6 +192,9 @@ export function Question(props: QuestionProps): JSX.Element {
     </>
   );
 }
+
+/** Return whether the prompt or a hint has the number of an equation, such as (6.3). */
+const refersToChapter = ({ prompt, hints }: AskedPart): boolean => /\(6\.\d+\)/.test(prompt + hints.join());
 
 /** Questions whose answers the map of det J would reveal: it is shown after they are answered. */
 const REVEALED_BY_MAP: ReadonlySet<string> = new Set([

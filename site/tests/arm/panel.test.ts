@@ -63,6 +63,20 @@ describe("the panel", () => {
     expect(spread()).toBeLessThan(20);
   });
 
+  it("shows J before a lesson introduces det J, but nothing that comes from det J", () => {
+    const text = (): string => document.querySelector(".arm")!.textContent!;
+    show({ pane: "jacobian" });
+    expect(text()).toMatch(/det\sJ.*singular/s);
+    render(null, document.body);
+    show({ pane: "jacobian", unknown: "determinant" });
+    expect(text()).toContain("P = (");
+    expect(text()).not.toMatch(/det\sJ|singular/);
+    expect(document.querySelector(".arm-jacobian")).not.toBeNull();
+    render(null, document.body);
+    show({ unknown: "jacobian" });
+    expect(document.querySelector(".arm-jacobian")).toBeNull();
+  });
+
   it("shows a short column of J beside the disc of P, and explains the dotted line", () => {
     show({ pose: { theta1: 0.5, theta2: Math.PI } });
     const shaft = document.querySelector(".arm-column.arm-j1 .arm-shaft")!.getAttribute("points")!;
