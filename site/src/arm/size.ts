@@ -6,9 +6,12 @@ import { useEffect, useLayoutEffect, useState } from "preact/hooks";
 /** The root element's font size (pixels) at which a pixel of a drawing is one of the page. */
 const BASE_FONT_SIZE = 17;
 
+let knownScale: number | null = null; // to measure it, the browser has to finish all styles, in the middle of a move
+globalThis.addEventListener?.("resize", () => (knownScale = null));
+
 /** Return how many pixels of the page a pixel of a drawing has. */
 export const drawingScale = (): number =>
-  parseFloat(getComputedStyle(document.documentElement).fontSize) / BASE_FONT_SIZE || 1;
+  (knownScale ??= parseFloat(getComputedStyle(document.documentElement).fontSize) / BASE_FONT_SIZE || 1);
 
 type Size = readonly [width: number, height: number];
 
@@ -25,6 +28,7 @@ export function useSize(element: { readonly current: Element | null }, firstSize
   useEffect(() => {
     if (!element.current) return;
     const observer = new ResizeObserver(([entry]) => {
+      knownScale = null; // a reader's larger font may be why
       const { width, height } = entry!.contentRect;
       update(Math.round(width), Math.round(height));
     });
