@@ -167,8 +167,6 @@ class NumericChain:
         constants = [[*map(to_float, (joint.fixed_entry, joint.a, joint.alpha))] for joint in chain.joints]
         self.fixed_entries, self.a, alpha = np.array(constants).T
         self._cos_sin_alpha = np.array([np.cos(alpha), np.sin(alpha)])
-        self._convention = convention_of(chain)
-        self._base_position = np.array([to_float(value) for value in self._convention.base.position])
         self.point_frame = chain.point.frame
         self.point_offset = np.array([*map(to_float, chain.point.offset), 1.0])
         zero, tilt = np.zeros(()), np.array(to_float(chain.base.tilt))
@@ -213,12 +211,6 @@ class NumericChain:
         for i in range(q.shape[-1]):
             np.matmul(poses[..., i, :, :], steps[..., i, :, :], out=poses[..., i + 1, :, :])
         return poses
-
-    def convert_to_convention_frames(self, frames: np.ndarray) -> np.ndarray:
-        """Return the poses of the convention's frames, given the poses of the standard frames."""
-        # corner i, where link i bends from the axis of joint i into x_i
-        corners = frames[..., 1:, :3, 3] - self.a[:, None] * frames[..., 1:, :3, 0]
-        return self._convention.convert_standard_frames(frames, corners, self._base_position)
 
     def _compute_theta_and_d(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return theta and d of every row of the table, shape (…, n); constant entries may have shape (n)."""

@@ -119,8 +119,6 @@ ANSWERS: dict[str, AnswerGenerator] = {
         set(permutations(INVERTIBILITY_ANSWERS, 2)) - {("singular", "regular"), ("regular", "singular")}
     ),
     "meaning-of-other-singularity": _confuse_statements(has_correct_meaning=False),
-    "direction-not-lost": _choose_wrong_option("lost-motion", lambda *_: True),
-    "reachable-and-unreachable": _choose_wrong_option("unreachable-velocity", lambda *_: True),
     "size-transposed": _give_wrong_sizes(lambda chain, part: [[chain.n, _count_task_rows(part)]]),
     "size-of-own-task": _give_wrong_sizes(lambda chain, _: [[len(chain.task), chain.n]]),
     "size-six-rows": _give_wrong_sizes(lambda chain, _: [[6, chain.n]]),

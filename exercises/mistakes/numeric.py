@@ -22,7 +22,7 @@ from qdot.exercises.mistakes.base import (
 )
 from qdot.exercises.mistakes.table import scale_angles
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.path import NONSINGULAR_CONDITIONING, SAMPLE_SPACING, DistanceDetails
+from qdot.exercises.questions.path import NONSINGULAR_CONDITIONING, SAMPLE_SPACING, PathDetails
 from qdot.exercises.reference_answers import Number
 
 
@@ -114,12 +114,12 @@ RatesWithWords = Iterator[tuple[np.ndarray, str]]
 """Wrong joint rates, each with additional words for the message."""
 
 
-def _change_path_rates(list_wrong_rates: Callable[[Chain, DistanceDetails], RatesWithWords]) -> AnswerGenerator:
+def _change_path_rates(list_wrong_rates: Callable[[Chain, PathDetails], RatesWithWords]) -> AnswerGenerator:
     """Return a function that yields answers with the wrong joint rates along a path from `list_wrong_rates`."""
 
     def generate(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == "path-rates" and isinstance(part.answer, Number):
-            for rates, extra_words in list_wrong_rates(chain, part.details_as(DistanceDetails)):
+            for rates, extra_words in list_wrong_rates(chain, part.details_as(PathDetails)):
                 if np.isfinite(rates).all():
                     reference = sp.Matrix([sp.Float(float(rate)) for rate in rates])
                     yield MistakenAnswer(replace(part.answer, reference=reference), words={"more": extra_words})
@@ -139,11 +139,11 @@ def _compute_rates(line: StraightPath, distance: SupportsFloat, path_speed: Supp
     return np.array(samples[-1].derivatives) * float(path_speed) if is_reached else np.array([np.nan])
 
 
-def _use_rates_at_start(chain: Chain, details: DistanceDetails) -> RatesWithWords:
+def _use_rates_at_start(chain: Chain, details: PathDetails) -> RatesWithWords:
     yield _compute_rates(details.welding_line.make_path(chain), 0.0, details.welding_line.speed), ""
 
 
-def _skip_normalization(chain: Chain, details: DistanceDetails) -> RatesWithWords:
+def _skip_normalization(chain: Chain, details: PathDetails) -> RatesWithWords:
     lines = [(details.welding_line.make_path(chain), "")]
     extra_words = ", and to have left out the constant of a joint"
     lines += [(line, extra_words) for line, _ in _list_lines_without_offset(chain, details)]
@@ -152,12 +152,12 @@ def _skip_normalization(chain: Chain, details: DistanceDetails) -> RatesWithWord
         yield _compute_rates(line, details.distance, wrong_speed), words
 
 
-def _drop_offset(chain: Chain, details: DistanceDetails) -> RatesWithWords:
+def _drop_offset(chain: Chain, details: PathDetails) -> RatesWithWords:
     for line, joint_number in _list_lines_without_offset(chain, details):
         yield _compute_rates(line, details.distance, details.welding_line.speed), str(joint_number)
 
 
-def _list_lines_without_offset(chain: Chain, details: DistanceDetails) -> Iterator[tuple[StraightPath, int]]:
+def _list_lines_without_offset(chain: Chain, details: PathDetails) -> Iterator[tuple[StraightPath, int]]:
     """Yield the line that the arm follows without the offset of a joint, and the joint (from 1), for each offset."""
     for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
         if offset != 0:
@@ -166,7 +166,7 @@ def _list_lines_without_offset(chain: Chain, details: DistanceDetails) -> Iterat
             yield details.welding_line.make_path(new_arm), i + 1
 
 
-def _reverse_path(chain: Chain, details: DistanceDetails) -> RatesWithWords:
+def _reverse_path(chain: Chain, details: PathDetails) -> RatesWithWords:
     """Yield the rates on the line away from the target, the negative rates, and those on the way back from the end."""
     welding_line, distance, speed = details.welding_line, details.distance, details.welding_line.speed
     line = welding_line.make_path(chain)

@@ -10,7 +10,7 @@
     redundancy          J J^T and the null space of J
     singular            singular configurations and their kind
     rank                rank, lost direction and meaning of a singular configuration
-    concepts            the size of J, the effect of a joint, when J can be inverted, which velocities are impossible
+    concepts            the size of J, the effect of a joint, when J can be inverted
 
 Beside the questions:
 
@@ -18,7 +18,6 @@ Beside the questions:
     reference               the derivation in textbook form, from which reference answers are derived
     language, quantities    the language of formulas, and the quantities of an arm that formulas name
     exact_configurations    regular and singular configurations, and the branches of a singular set
-    lost_lines              the lines of an arm along which a motion is lost
     custom/                 questions that instructors define
     results                 answers computed from a derivation, correct or with mistakes in it
 """
@@ -44,12 +43,12 @@ _ORDER = (
     "jacobian-size", "joint-effect",
     "joint-axes", "position-vectors", "geometric-jacobian", "twist", "link-velocity",
     "own-frame-velocity", "tool-jacobian",
-    "body-adjoint", "changed-twist", "space-jacobian", "body-jacobian", "space-twist", "body-twist",
+    "body-adjoint", "space-jacobian", "body-jacobian", "space-twist", "body-twist",
     "arm-block", "wrist-block", "block-determinants", "determinant", "gram-determinant",
-    "inverse-jacobian", "inverse-velocity", "joint-rates", "path-rates", "path-limit",
+    "inverse-jacobian", "inverse-velocity", "joint-rates", "path-rates",
     "least-norm-rates", "self-motion",
-    "singular-angles", "singularity-type", "singularity-meaning", "rank", "lost-direction", "lost-motion",
-    "invertibility", "unreachable-velocity", "joint-torques", "manipulability", "condition-number",
+    "singular-angles", "singularity-type", "singularity-meaning", "rank", "lost-direction",
+    "invertibility", "joint-torques", "manipulability", "condition-number",
 )  # fmt: skip
 """The names of the questions in the order of the chapter."""
 

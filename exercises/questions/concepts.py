@@ -1,6 +1,6 @@
-"""Questions on concepts: the size of J, the effect of a joint, when (6.7) applies, which velocities are impossible.
+"""Questions on concepts: the size of J, the effect of a joint, and when (6.7) applies.
 
-The last three questions have options. The velocities in options are rounded to three decimals.
+The last two questions have options. The velocities in options are rounded to three decimals.
 """
 
 import math
@@ -18,14 +18,12 @@ from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.derivation_graph import StageResults
 from qdot.exercises.arm.mpmath_kinematics import determinant, evaluate_in_context, round_matrix, round_to_four_digits
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.problem.problem import Details, recorded_as
+from qdot.exercises.problem.problem import recorded_as
 from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
 from qdot.exercises.questions.differentiation import TaskDetails
 from qdot.exercises.questions.exact_configurations import (
     ConfigurationDetails,
     ExactConfiguration,
-    compute_lost_direction,
-    evaluate_jacobian,
     evaluate_precisely,
     make_exact_configuration,
     round_to_integer,
@@ -34,27 +32,17 @@ from qdot.exercises.questions.exact_configurations import (
     sample_unequal_lengths,
 )
 from qdot.exercises.questions.inversion import sample_joint_values
-from qdot.exercises.questions.singular import find_lost_direction_objection
 from qdot.exercises.reference_answers import Number
 from qdot.exercises.reference_answers.formulas import COUNT_TOLERANCE
-from qdot.exercises.singularities.directions import find_lost_direction
 
-MAX_EFFECT_TRIES, MAX_LOSS_TRIES, MAX_VELOCITY_TRIES = 60, 20, 80
-"""Maximum numbers of samples: configurations for a joint's effect, singular configurations, and velocities at one."""
+MAX_EFFECT_TRIES = 60
+"""Maximum number of configurations sampled for a joint's effect."""
 MAX_TASKS, MIN_REGULAR_RATIO = 6, 0.06
 """Maximum number of tasks tried for an answer about (6.7), and the minimum sigma_min/sigma_max if J is regular."""
 MIN_EFFECT, MIN_WRONG_EFFECT = 0.1, 0.05
 """Minimum velocity due to a joint at unit rate (m/s or rad/s): in a correct option, and in a wrong one."""
 MIN_OPTION_DIFFERENCE = 0.2
 """Minimum norm of the difference of two vectors offered as options, as a fraction of the larger norm."""
-MIN_VELOCITY, MAX_VELOCITY = 0.1, 3
-"""Limits for the norm of a velocity offered as an option (m/s or rad/s)."""
-MAX_POSSIBLE_SHARE, MIN_IMPOSSIBLE_SHARE = 0.012, 0.5
-"""Maximum component of a possible velocity along the lost direction, and minimum component of an impossible velocity.
-
-Both are fractions of the velocity's norm. A possible velocity has a small component, because it is rounded.
-"""
-
 RoundedVector = tuple[sp.Rational, ...]
 """A vector whose entries are rounded to three decimals."""
 
@@ -267,124 +255,6 @@ def _list_tasks(chain: Chain, answer_key: str) -> tuple[tuple[str, ...], ...]:
 
 # --- which velocities a singularity makes impossible ---
 
-MAX_ROWS = 4
-"""Maximum number of velocity components of an option."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class VelocityLossDetails(Details):
-    """Details of a question about the velocities that are impossible at a singular configuration.
-
-    If `is_possible`, the correct option is the only possible velocity. Otherwise it is the only impossible velocity.
-    `products` are the scalar products of the lost direction with the options (by letter), to two decimals.
-    """
-
-    configuration: ExactConfiguration = field(metadata=recorded_as("cost.place"))
-    is_possible: bool = field(metadata=recorded_as("cost.possible"))
-    lost_direction: RoundedVector = field(metadata=recorded_as("cost.lost"))
-    products: tuple[tuple[str, sp.Rational], ...] = field(metadata=recorded_as("cost.products"))
-
-    def list_shown_values(self, chain: Chain) -> dict[str, float]:
-        """Return the numbers of the singular configuration, by name."""
-        return {**self.configuration.numbers, **(self.pose or {})}
-
-
-def _find_velocity_loss_objection(chain: Chain) -> str | None:
-    if objection := find_lost_direction_objection(chain):
-        return objection
-    if len(chain.task) > MAX_ROWS:
-        return f"its task has {len(chain.task)} components of velocity"
-    is_suitable = _loses_one_direction_somewhere(chain)
-    return None if is_suitable else "it has no singular configuration that loses exactly one direction"
-
-
-@lru_cache(maxsize=1024)
-def _loses_one_direction_somewhere(chain: Chain) -> bool:
-    return sample_from_any_component(chain, Stream("cost"), 1) is not None
-
-
-def _ask_unreachable_velocity(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Choose at random whether the arm can produce exactly one of four velocities, or exactly three.
-
-    It is exactly one if three possible velocities would be recognisable: they would be multiples of one vector, or
-    have a zero in common.
-    """
-    prefers_possible = rng.choice((True, False))
-    for _ in range(MAX_LOSS_TRIES):
-        configuration = sample_from_any_component(chain, rng, 1)
-        if configuration is None:
-            continue
-        jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
-        lost_unit_vector = find_lost_direction(evaluate_jacobian(chain, configuration))
-        assert lost_unit_vector is not None
-        has_zero_row = any(not any(row) for row in jacobian.tolist())
-        is_possible = prefers_possible or jacobian.rows == 2 or has_zero_row
-        velocities = _sample_velocities(jacobian, lost_unit_vector, is_possible, rng)
-        if velocities is not None:
-            answer, shuffled_velocities = shuffle_options(velocities, velocities[0], rng, write_vector)
-            lost_entries = _round_vector(compute_lost_direction(chain, configuration))
-            products = (sum(a * b for a, b in zip(vector, lost_entries, strict=True)) for vector in shuffled_velocities)
-            return answer, VelocityLossDetails(
-                configuration=configuration,
-                is_possible=is_possible,
-                lost_direction=lost_entries,
-                products=tuple(zip("ABCD", (_round_to(value, 2) for value in products), strict=True)),
-                pose=configuration.figure_values,
-            )
-    return None
-
-
-def _sample_velocities(
-    jacobian: sp.Matrix, lost_unit_vector: np.ndarray, is_first_possible: bool, rng: Stream
-) -> list[RoundedVector] | None:
-    """Return four velocities, the correct option first; None if no suitable velocities are found.
-
-    If `is_first_possible`, the arm can produce only the first velocity, otherwise only the others.
-    """
-    velocities: list[RoundedVector] = []
-    for _ in range(MAX_VELOCITY_TRIES):
-        is_possible = is_first_possible == (not velocities)
-        # If the correct option has a zero or two equal entries, a velocity along the lost line has them, too.
-        is_along_lost_line = is_first_possible and len(velocities) == 1 and _has_special_entries(velocities[0])
-        rates = sp.Matrix([sp.Rational(rng.nonzero_integer(9), 10) for _ in range(jacobian.cols)])
-        exact_velocity = jacobian * rates
-        if not is_possible:
-            lost_part = _sample_velocity_along(lost_unit_vector, _compute_norm(exact_velocity), rng)
-            exact_velocity = lost_part if is_along_lost_line else exact_velocity + lost_part
-        velocity = _round_vector(exact_velocity)
-        is_moderate = MIN_VELOCITY < _compute_norm(velocity) < MAX_VELOCITY
-        is_suitable = is_moderate and _is_clearly_suitable(velocity, lost_unit_vector, is_possible)
-        if is_suitable and not any(_are_nearly_parallel(velocity, chosen_velocity) for chosen_velocity in velocities):
-            velocities.append(velocity)
-        if len(velocities) == 4:
-            return velocities
-    return None
-
-
-def _has_special_entries(vector: RoundedVector) -> bool:
-    """Return whether a vector has an entry zero, or two entries of equal absolute value."""
-    sizes = [abs(value) for value in vector]
-    return 0 in sizes or len(set(sizes)) < len(sizes)
-
-
-def _sample_velocity_along(direction: np.ndarray, length: float, rng: Stream) -> sp.Matrix:
-    """Return a velocity along the lost direction, in a random sense; its length is about `length`, but at least 0.2."""
-    factor = rng.choice((1, -1)) * sp.Rational(round(100 * max(length, 0.2)), 100)
-    first_entry = next(value for value in direction if abs(value) > 1e-3)
-    oriented_direction = direction if first_entry > 0 else -direction
-    return factor * sp.Matrix([sp.Rational(round(float(value) * 10**6), 10**6) for value in oriented_direction])
-
-
-def _is_clearly_suitable(velocity: RoundedVector, lost_unit_vector: np.ndarray, is_possible: bool) -> bool:
-    """Return whether the arm clearly can produce a velocity (if `is_possible`), or clearly can't.
-
-    The arm can produce a velocity without a component along the lost direction. It clearly can't produce a velocity
-    with a large component along that direction.
-    """
-    numbers = np.array([float(value) for value in velocity])
-    lost_share = abs(float(numbers @ lost_unit_vector)) / float(np.linalg.norm(numbers))
-    return lost_share < MAX_POSSIBLE_SHARE if is_possible else lost_share > MIN_IMPOSSIBLE_SHARE
-
 
 def _are_nearly_parallel(a: RoundedVector, b: RoundedVector) -> bool:
     """Return whether a vector is nearly a multiple of another one, which may be a negative multiple."""
@@ -408,8 +278,4 @@ QUESTIONS = (
         ),
     ),
     Question("invertibility", "When (6.7) applies", "6.7", sample=_ask_invertibility),
-    Question(
-        "unreachable-velocity", "Velocities lost at a singularity", "6.8", sample=_ask_unreachable_velocity,
-        find_arm_objection=_find_velocity_loss_objection,
-    ),
 )  # fmt: skip

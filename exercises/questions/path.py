@@ -1,4 +1,4 @@
-"""Questions on a welding robot: joint rates along a straight line at a given speed, and where a rate exceeds its limit.
+"""A question on a welding robot: joint rates along a straight line at a given speed.
 
 A is the position of P in a given initial configuration. P moves on the line from A towards B (given in cm) at constant
 speed v. At the distance s from A, the position of P is p(s) = A + s u with u = (B - A)/|B - A|. The joint rates are
@@ -7,7 +7,7 @@ qd = J^-1 u v (6.7), at the configuration with P at p(s).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import sympy as sp
@@ -15,22 +15,21 @@ import sympy as sp
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, MpmathArm, Vector
-from qdot.exercises.arm.path import PathSample, StraightPath
+from qdot.exercises.arm.path import StraightPath
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, list_values_by_name, recorded_as
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_determinant_objection, name_joint_rates
-from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, Configuration, JointValues, Lengths
+from qdot.exercises.questions.inversion import Configuration, JointValues, Lengths
 from qdot.exercises.questions.redundancy import find_symbolic_angle_objection
-from qdot.exercises.reference_answers import Number
 from qdot.exercises.singularities.singular_set import find_singular_set
 
 SAMPLE_SPACING = 0.02
 """Distance (m) between the points at which a line is examined."""
 
-REGULAR_CONDITIONING, LESS_REGULAR_CONDITIONING, SINGULAR_CONDITIONING = 0.15, 0.05, 0.03
-"""Minimum sigma_min/sigma_max along a line: for a regular line, a less regular line, and a line to a singularity.
+REGULAR_CONDITIONING, LESS_REGULAR_CONDITIONING = 0.15, 0.05
+"""Minimum sigma_min/sigma_max along a line: for a regular line, and for a less regular one.
 
 An arm with links of very different lengths may have only less regular lines.
 """
@@ -146,23 +145,14 @@ def _round(values: Vector) -> sp.Matrix:
 
 @dataclass(frozen=True, kw_only=True)
 class PathDetails(Details):
-    """Details of a question about a welding line."""
+    """Details of a question about the point of a welding line at a `distance` (m) from A."""
 
     welding_line: WeldingLine = field(metadata=recorded_as("seam"))
+    distance: sp.Rational
 
     def list_shown_values(self, chain: Chain) -> dict[str, float]:
         """Return the lengths, and the joint values at the start of the line, by name."""
         return {**list_values_by_name(self.welding_line.lengths), **(self.pose or {})}
-
-
-# --- joint rates at a point of the line ---
-
-
-@dataclass(frozen=True, kw_only=True)
-class DistanceDetails(PathDetails):
-    """Details of a question about the point of a welding line at a `distance` (m) from A."""
-
-    distance: sp.Rational
 
     def list_given_values(self, chain: Chain) -> dict[str, float]:
         """Return the lengths, the joint values at the distance, and the task velocity, by name."""
@@ -201,7 +191,7 @@ def _ask_path_rates(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
             joints = welding_line.compute_joint_values(chain, s)
             rates = welding_line.compute_rates(welding_line.make_path(chain, PRECISE_CONTEXT), joints)
             answer = inversion.make_joint_rates(chain, rates, max(map(abs, rates)))
-            return answer, DistanceDetails(welding_line=welding_line, distance=s, pose=welding_line.figure_values)
+            return answer, PathDetails(welding_line=welding_line, distance=s, pose=welding_line.figure_values)
     return None
 
 
@@ -237,140 +227,11 @@ def _round_half_up(value: sp.Expr) -> int:
     return int(sp.floor(value + sp.Rational(500_000_001, 10**9)))
 
 
-# --- where a rate exceeds its limit ---
-
-
-@dataclass(frozen=True, kw_only=True)
-class RateLimitDetails(PathDetails):
-    """Details of a question about the distance from A at which the rate of a joint (a number) exceeds its limit."""
-
-    joint: int
-    limit: sp.Rational
-
-
-@dataclass(frozen=True)
-class LimitCrossing:
-    """The index of a joint (from 0), its rate limit, and the samples just before and after the rate exceeds it."""
-
-    joint: int
-    limit: sp.Rational
-    before: PathSample
-    after: PathSample
-
-
-def _find_limit_objection(chain: Chain) -> str | None:
-    if objection := _find_path_objection(chain):
-        return objection
-    return None if find_singular_set(chain) else "it has no singular configuration for a path to approach"
-
-
-def _ask_path_limit(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    for attempt in range(2 * PREFERRED_TRIES):
-        min_conditioning = REGULAR_CONDITIONING if attempt < PREFERRED_TRIES else LESS_REGULAR_CONDITIONING
-        welding_line = _sample_line_to_singularity(chain, rng, min_conditioning)
-        if welding_line is None:
-            continue
-        samples = list(welding_line.make_path(chain).follow(SAMPLE_SPACING, SINGULAR_CONDITIONING))
-        if crossings := _find_crossings(samples, float(welding_line.speed)):
-            crossing = rng.choice(crossings)
-            s = precise.round_to_ten_digits(_locate_crossing(chain, welding_line, crossing))
-            details = RateLimitDetails(
-                welding_line=welding_line,
-                joint=crossing.joint + 1,
-                limit=crossing.limit,
-                pose=welding_line.figure_values,
-            )
-            return Number(sp.Matrix([s]), ("m",), THREE_DIGIT_TOLERANCE, 1e-6), details
-    return None
-
-
-def _sample_line_to_singularity(chain: Chain, rng: Stream, min_conditioning: float) -> WeldingLine | None:
-    """Return a random line that may come near a singular configuration, or None if the sample is unsuitable.
-
-    The target is close to the position of P at a singular configuration, or it may be out of reach (40 to 120 cm away).
-    """
-    solved_components = [component for component in find_singular_set(chain) or () if component.solutions is not None]
-    if not solved_components or rng.integer_below(4) == 0:
-        return _sample_line(chain, rng, 40, 120, START_MARGIN * min_conditioning)
-    lengths, joints = inversion.sample_lengths(chain, rng), inversion.sample_joint_values(chain, rng)
-    singular_joints, solutions = dict(joints), rng.choice(solved_components).solutions or ()
-    for q, values in solutions:
-        singular_joints[q] = rng.choice(values).xreplace(lengths)
-    if not all(value.is_real for value in singular_joints.values()):
-        return None
-    for q in (q for q, joint in zip(chain.q, chain.joints, strict=True) if joint.is_revolute):
-        min_steps = 7 if q in dict(solutions) else 0
-        step_offset = rng.choice((-1, 1)) * rng.integer(min_steps, min_steps + 10)
-        steps = _round_half_up(sp.N(singular_joints[q] * 36 / sp.pi, 30)) + step_offset
-        joints[q] = sp.pi * sp.Rational((5 * steps + 179) % 360 - 179, 180)  # steps of 5 degrees, in (-180, 180]
-    if inversion.compute_conditioning(chain, lengths, joints) < min_conditioning:
-        return None
-    displacement = [rng.choice((-1, 1)) * rng.integer(1, 6) for _ in chain.task]
-    target = _choose_target(chain, lengths, singular_joints, displacement)
-    return WeldingLine(lengths, joints, target, sp.Rational(rng.integer(2, 8), 40))
-
-
-def _find_crossings(samples: Sequence[PathSample], speed: float) -> list[LimitCrossing]:
-    """Return where joint rates that grow towards a singularity clearly exceed limits of 0.3 to 3.0 rad/s or m/s."""
-    crossings = []
-    for joint in range(len(samples[0].derivatives) if samples else 0):
-        abs_rates = [abs(sample.derivatives[joint]) * speed for sample in samples]
-        for tenths in range(3, 31):
-            index = next((i for i, value in enumerate(abs_rates) if value > tenths / 10), len(abs_rates))
-            if _is_clear_crossing(samples, abs_rates, index, tenths / 10):
-                crossings.append(LimitCrossing(joint, sp.Rational(tenths, 10), samples[index - 1], samples[index]))
-    return crossings
-
-
-def _is_clear_crossing(samples: Sequence[PathSample], abs_rates: Sequence[float], index: int, limit: float) -> bool:
-    """Return whether a joint rate clearly exceeds its limit between the sample before `index` and that at `index`.
-
-    The rate starts below half of the limit, grows at the limit, and stays well below the limit until shortly before.
-    It grows so fast that three digits of the rate give three digits of s. J is closer to losing rank than at A.
-    """
-    if not 5 <= index < len(abs_rates) - 1 or limit < 2.5 * abs_rates[0]:
-        return False
-    s = samples[index].s
-    is_growing = abs_rates[index - 2] < abs_rates[index - 1] < abs_rates[index] < abs_rates[index + 1]
-    is_steep = s * (abs_rates[index] - abs_rates[index - 1]) > 2.0 * SAMPLE_SPACING * limit
-    max_rate_before = max(value for sample, value in zip(samples, abs_rates, strict=True) if sample.s <= 0.9 * s)
-    is_nearer_to_singularity = samples[index].conditioning < 0.5 * samples[0].conditioning
-    return is_growing and is_steep and max_rate_before < 0.95 * limit and is_nearer_to_singularity
-
-
-def _locate_crossing(chain: Chain, welding_line: WeldingLine, crossing: LimitCrossing) -> Any:
-    """Return the distance at which the joint rate equals its limit, to 30 digits.
-
-    The secant method finds the distance in floating point first, and then with 30 digits.
-    """
-    q: Vector = list(crossing.before.joint_values)
-    start_values: tuple[Any, Any] = (crossing.before.s, crossing.after.s)
-
-    def compute_excess(path: StraightPath, s: Any) -> Any:
-        """Return the rate at s minus its limit, and update the joint values q."""
-        joints = path.find_joint_values(s, q)
-        assert joints is not None
-        q[:] = joints
-        return abs(welding_line.compute_rates(path, q)[crossing.joint]) - path.arm.evaluate_number(crossing.limit)
-
-    for context in (FLOAT_CONTEXT, PRECISE_CONTEXT):
-        q[:] = map(context.mpf, q)
-        excess = partial(compute_excess, welding_line.make_path(chain, context))
-        s = context.findroot(excess, list(map(context.mpf, start_values)))
-        start_values = (s - 1e-9, s + 1e-9)
-    return s
-
-
 QUESTIONS = (
     Question(
         "path-rates", "Joint rates along a path", "6.7 on a welding path", points=2.0,
         prerequisites=("inverse-velocity",), formula="inv(J)*xd", sample=_ask_path_rates, list_labels=name_joint_rates,
         find_arm_objection=_find_path_objection, is_made_of_jacobian=True,
         alternative_prerequisites=inversion.RATE_PREREQUISITES,
-    ),
-    Question(
-        "path-limit", "Where a joint rate exceeds its limit", "6.7 near a singularity", points=2.0,
-        prerequisites=("path-rates",), sample=_ask_path_limit, name_entries=lambda chain, _: ["s"],
-        find_arm_objection=_find_limit_objection, alternative_prerequisites=(),
     ),
 )  # fmt: skip

@@ -37,13 +37,11 @@ from qdot.exercises.questions.exact_configurations import (
     sample_singular_configurations,
 )
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE
-from qdot.exercises.questions.lost_lines import SAMPLE_COUNT, LostMotion, compare_lines, find_lost_motion
 from qdot.exercises.questions.singular import KIND_OPTIONS, find_lost_direction_objection, find_singularity_objection
 from qdot.exercises.reference_answers import Direction, Number
 from qdot.exercises.reference_answers.formulas import COUNT_TOLERANCE
 from qdot.exercises.singularities.classification import sample_representatives
 from qdot.exercises.singularities.directions import (
-    ArmLine,
     LostDirectionFormula,
     find_clear_rank,
     find_shortest_lost_direction,
@@ -55,8 +53,8 @@ from qdot.exercises.singularities.singularity_kinds import can_establish_kind, c
 MAX_ROWS = 4
 """Maximum number of rows of a Jacobian whose null space is found by hand."""
 
-KIND_SAMPLE_COUNT = 60
-"""Number of configurations at which the kind of a branch (boundary or internal) is determined."""
+MEANING_SAMPLE_COUNT, KIND_SAMPLE_COUNT = 8, 60
+"""Numbers of configurations at which the meaning and the kind (boundary or internal) of a branch are determined."""
 
 
 # --- rank ---
@@ -241,80 +239,13 @@ def find_lost_direction_formula(chain: Chain, values: ValueCombination) -> tuple
 # --- lost direction, in words ---
 
 
-@dataclass(frozen=True)
-class BranchConfigurations:
-    """The configurations of a branch: given joint values, or a condition that the question describes in `words`."""
-
-    values: ValueCombination
-    words: str = ""
-    condition: sp.Expr | None = None
-
-
-def _describe_configurations(chain: Chain, branch: Branch) -> BranchConfigurations | None:
-    """Return the configurations of a branch, or None if there is no suitable description."""
-    if branch.component.solutions is not None:
-        return BranchConfigurations(branch.values)
-    meanings = _find_meanings(make_symbolic_arm(chain).chain, branch.structure_component)
-    if meanings is None or len(branch.component.conditions) > 1 or meanings.correct.kind != "on axis":
-        return None
-    return BranchConfigurations((), meanings.correct.words, branch.component.conditions[0])
-
-
-def _find_lost_motions(chain: Chain) -> list[tuple[BranchConfigurations, Branch, LostMotion]]:
-    """Return the branches on which a motion along a line of the arm is lost, with their configurations."""
-    return [
-        (configurations, branch, motion)
-        for branch in match_branches(chain)
-        if (configurations := _describe_configurations(chain, branch)) is not None
-        and (motion := find_lost_motion(make_symbolic_arm(chain).chain, branch.structure_component)) is not None
-    ]
-
-
-def _find_motion_objection(chain: Chain) -> str | None:
-    if objection := find_lost_direction_objection(chain):
-        return objection
-    return None if _find_lost_motions(chain) else "no line of the arm has a lost direction"
-
-
-@dataclass(frozen=True, kw_only=True)
-class LostMotionDetails(Details):
-    """Details of a question that asks along which line P can't move, or about which line the last link can't rotate.
-
-    `moving_part` is "P" or "link". If `holds_other_motion`, the motion is impossible only while the other motion is
-    zero. `lines` are the lines offered as options.
-    """
-
-    configurations: BranchConfigurations = field(metadata=recorded_as("asked.where"))
-    moving_part: str = field(metadata=recorded_as("asked.moving"))
-    holds_other_motion: bool = field(metadata=recorded_as("asked.held"))
-    lines: tuple[ArmLine, ...] = field(metadata=recorded_as("asked.lines"))
-
-
-def _ask_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
-    configurations, branch, motion = rng.choice(_find_lost_motions(chain))
-    are_parallel = compare_lines(make_symbolic_arm(chain).chain, branch.structure_component)
-    lines = [rng.choice(motion.correct_lines)]
-    wrong_lines = rng.permutation(motion.wrong_lines)
-    similar_line = next(line for line in wrong_lines if line.form == lines[0].form)
-    for line in (similar_line, *wrong_lines):
-        if len(lines) < 4 and not any(are_parallel[line, chosen_line] for chosen_line in lines):
-            lines.append(line)
-    answer, shuffled_lines = shuffle_options(lines, lines[0], rng, lambda line: line.description)
-    return answer, LostMotionDetails(
-        configurations=configurations,
-        moving_part=motion.moving_part,
-        holds_other_motion=motion.holds_other_motion,
-        lines=tuple(shuffled_lines),
-    )
-
-
 # --- geometric meaning of a singularity ---
 
 
 @lru_cache(maxsize=1024)
 def _find_meanings(symbolic_chain: Chain, component: Component) -> BranchMeanings | None:
     """Return a geometric statement that holds on a structure's whole branch, and wrong ones; None if none is found."""
-    samples = sample_singular_configurations(symbolic_chain, component, SAMPLE_COUNT)
+    samples = sample_singular_configurations(symbolic_chain, component, MEANING_SAMPLE_COUNT)
     meanings = find_branch_meanings(
         symbolic_chain, samples, sample_representatives(symbolic_chain, component.list_pieces())
     )
@@ -421,8 +352,5 @@ QUESTIONS = (
         sample=_ask_direction, find_arm_objection=_find_lost_vector_objection, is_made_of_jacobian=True,
         name_entries=lambda chain, _: [f"u_{{{row}}}" for row in range(1, len(chain.task) + 1)],
         alternative_prerequisites=(),
-    ),
-    Question(
-        "lost-motion", "Lost motion", "6.8", sample=_ask_motion, find_arm_objection=_find_motion_objection,
     ),
 )  # fmt: skip

@@ -8,7 +8,7 @@ Jacobian describes the same motion in the coordinates of {b}: J_b = [Ad_{T_bs}] 
 with symbols for all lengths and oblique angles.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from typing import NamedTuple
@@ -16,30 +16,23 @@ from typing import NamedTuple
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.axes_to_dh import Axis, recognize_exact
 from qdot.exercises.arm.chain import REVOLUTE, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.derivation import derive, make_symbolic_arm
-from qdot.exercises.arm.derivation_graph import StageResults
 from qdot.exercises.arm.kinematics import compute_frames_and_point
-from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_ten_digits
 from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.arm.trigonometry import count_terms, remove_brackets, to_textbook_matrix
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.problem.problem import Details, recorded_as
-from qdot.exercises.questions import base, inversion
-from qdot.exercises.questions.base import AnswerAndDetails, ObjectionFinder, Question
-from qdot.exercises.questions.inversion import Configuration
+from qdot.exercises.questions import base
+from qdot.exercises.questions.base import ObjectionFinder, Question
 from qdot.exercises.questions.reference import TextbookFormulas
 from qdot.exercises.questions.transforms import assemble_transform
-from qdot.exercises.reference_answers import Number
 
 SCREWS_SOURCE = "product of exponentials"
 """The `source` of questions on screws, which the chapter does not cover."""
-DECIMALS = 3
-"""Number of decimals of a numeric twist."""
 MAX_JOINTS = 4
 """Maximum number of joints for which the exponentials are multiplied by hand."""
 
@@ -72,22 +65,6 @@ class SpaceJacobianDetails(Details):
     """Details of a question about the space Jacobian: the screws, each moved by the joints before it."""
 
     moved_screws: tuple[Screw, ...] = field(metadata=recorded_as("carried"))
-
-
-@dataclass(frozen=True, kw_only=True)
-class NumericTwistDetails(Details):
-    """Details of a question about a numeric twist: the configuration, the joint rates, and the twist (omega, v) in {b}.
-
-    The twist (6 x 1) is rounded to three decimals, and the answer is computed from the rounded twist.
-    """
-
-    configuration: Configuration = field(metadata=recorded_as("place"))
-    rates: Mapping[sp.Symbol, sp.Rational]
-    twist: sp.Matrix
-
-    def list_given_values(self, chain: Chain) -> dict[str, float]:
-        """Return the numbers of the configuration, by name."""
-        return self.configuration.numbers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -321,29 +298,6 @@ def _make_space_details(chain: Chain, rng: Stream) -> SpaceJacobianDetails:
     return SpaceJacobianDetails(moved_screws=list_moved_screws(chain))
 
 
-def _ask_changed_twist(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Return a nonzero twist in {s}, with the same twist in {b} in the details; None if all sampled twists are zero."""
-    for _ in range(inversion.MAX_SAMPLES):
-        configuration = Configuration(inversion.sample_lengths(chain, rng), inversion.sample_joint_values(chain, rng))
-        rates = {rate: sp.Rational(rng.nonzero_integer(8), 10) for rate in chain.rates}
-        exact_twist = derive_body_jacobian(chain).xreplace(configuration.values) * sp.Matrix(list(rates.values()))
-        twist = exact_twist.applyfunc(lambda value: sp.Rational(str(sp.N(value, 30).round(DECIMALS))))
-        if any(twist):
-            adjoint = derive_body_adjoint(chain).xreplace(configuration.values)
-            space_twist = convention_of(chain).reorder_twists(adjoint * twist)
-            numbers = space_twist.applyfunc(lambda value: round_to_ten_digits(evaluate_in_context(value)))
-            absolute_tolerance = inversion.ERROR_NEAR_ZERO * max(abs(float(value)) for value in numbers)
-            units = tuple("m/s" if row[0] == "v" else "rad/s" for row in _list_row_names(chain))
-            details = NumericTwistDetails(configuration=configuration, rates=rates, twist=twist)
-            return Number(sp.Matrix(numbers), units, inversion.THREE_DIGIT_TOLERANCE, absolute_tolerance), details
-    return None
-
-
-def _derive_changed_twist(stages: StageResults, details: NumericTwistDetails) -> np.ndarray:
-    twist = np.stack([stages.arithmetic.make_constant(value) for value in details.twist])
-    return np.asarray(apply_matrix(stages["body adjoint"], twist)[_get_twist_row_order(stages.chain)])
-
-
 def _get_twist_row_order(chain: Chain) -> Sequence[int]:
     return convention_of(chain).twist_row_order
 
@@ -416,11 +370,6 @@ QUESTIONS = (
         make_details=_make_body_details,
         label_rows_and_columns=lambda chain: (_list_row_names(chain), _list_row_names(chain)),
         find_size_objection=_limit_size("the adjoint of the pose of {n} joints", derive_body_adjoint),
-    ),
-    _make_body_question(
-        "changed-twist", "Body twist in space-frame coordinates", prerequisites=("body-adjoint",),
-        sample=_ask_changed_twist, compute=_derive_changed_twist, name_entries=_name_twist,
-        find_size_objection=_find_pose_size_objection, alternative_prerequisites=(("body-adjoint",), ("body-pose",)),
     ),
     _make_screw_question(
         "space-jacobian", "Space Jacobian", points=2.0, stage="space jacobian", row_order=_get_twist_row_order,

@@ -1,4 +1,4 @@
-"""Find the direction of motion lost at a singular configuration, and the lines of an arm that describe this direction.
+"""Find the direction of motion lost at a singular configuration.
 
 If J (m x n, m <= n) has rank m - 1, one direction u of the task is lost: every velocity that the joints can produce is
 perpendicular to u, so that u J = 0. The cofactors of m - 1 independent columns of J form such a vector u, because a
@@ -6,7 +6,6 @@ determinant with two equal columns is zero. For m = 3, u is the cross product of
 world frame.
 """
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,10 +15,8 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, is_joint_angle
-from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.trigonometry import Factored, count_terms, factor_trig, to_textbook_form
-from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.singular_set import Component
 
 ZERO_THRESHOLD, NONZERO_THRESHOLD = 1e-9, 0.05
@@ -37,15 +34,6 @@ def find_clear_rank(jacobian: np.ndarray, nonzero_threshold: float = NONZERO_THR
     if np.any((relative_values > ZERO_THRESHOLD) & (relative_values < nonzero_threshold)):
         return None
     return int(np.sum(relative_values >= nonzero_threshold))
-
-
-def find_lost_direction(jacobian: np.ndarray, nonzero_threshold: float = NONZERO_THRESHOLD) -> np.ndarray | None:
-    """Return the unit vector u with u J = 0 for J m x n, m <= n; None unless J clearly has rank m - 1."""
-    m, n = jacobian.shape
-    if m > n or find_clear_rank(jacobian, nonzero_threshold) != m - 1:
-        return None
-    u, _, _ = np.linalg.svd(jacobian)
-    return np.asarray(u[:, -1])
 
 
 # --- as a formula ---
@@ -154,81 +142,3 @@ def _cancel_common_factors(entries: Sequence[Factored]) -> list[Factored]:
     common_factors = tuple((factor, power) for factor, power in common_powers.items() if power)
     common_product = Factored(sign * common_coefficient, common_factors)
     return [entry if entry.is_zero else entry.divide_by(common_product) for entry in entries]
-
-
-# --- lines of the arm ---
-
-
-@dataclass(frozen=True)
-class ArmLine:
-    """A line of the arm, given by its kind and an index i. The kinds are:
-
-    - "P": the line from O_i to the point of interest.
-    - "x", "y", "z": an axis of frame i; z_i is the axis of joint i + 1.
-    - "axis": the z axis of frame i in a convention in which z_i is the axis of joint i.
-    - "omega", "v": the axis of the revolute or prismatic joint i of an arm that is described by its axes.
-    - "space": axis i of the space frame {s} of an arm that is described by its axes.
-    - "world": axis i of the world frame.
-    """
-
-    kind: str
-    index: int
-
-    @property
-    def form(self) -> str:
-        """The words that describe the line, without its symbols: an axis of a frame, an axis of a joint, …"""
-        return re.sub(r"\$[^$]*\$|\d", "", self.description)
-
-    @property
-    def description(self) -> str:
-        """The line in words, with formulas in LaTeX."""
-        i = self.index
-        descriptions = {
-            "P": f"the line from $O_{i}$ to $P$",
-            "z": f"$z_{i}$, the axis of joint {i + 1}",
-            "axis": f"$z_{i}$, the axis of joint {i}",
-            "omega": rf"$\omega_{i}'$, the axis of joint {i}",
-            "v": f"$v_{i}'$, the axis of joint {i}",
-            "space": f"${'xyz'[i % 3]}_s$, an axis of the space frame",
-            "world": f"${'xyz'[i % 3]}_w$, an axis of the world frame",
-        }
-        return f"along {descriptions.get(self.kind, f'${self.kind}_{i}$, an axis of frame {i}')}"
-
-
-def list_candidate_lines(chain: Chain) -> list[ArmLine]:
-    """Return the lines of an arm that may describe a direction; the lines that are easiest to see come first."""
-    n, first_frame = chain.n, convention_of(chain).frame_on_axis(1)
-    if not convention_of(chain).frame_numbers:
-        return [
-            *(ArmLine("omega" if joint.is_revolute else "v", i) for i, joint in enumerate(chain.joints, 1)),
-            *(ArmLine("space", i) for i in range(3)),
-        ]
-    lines_to_point = [ArmLine("P", first_frame + i) for i in range(chain.point.frame)]
-    axes = [ArmLine("axis" if first_frame else "z", first_frame + i) for i in range(n)]
-    x_and_y_axes = [ArmLine(kind, i) for kind in "xy" for i in range(n + 1)]
-    world_axes = [] if chain.base.is_world else [ArmLine("world", i) for i in range(3)]
-    return [*lines_to_point, *axes, *x_and_y_axes, *world_axes]
-
-
-def compute_line_directions(lines: Sequence[ArmLine], samples: Sequence[Sample]) -> np.ndarray:
-    """Return the unit vector along each line at each sample, lines x samples x 3.
-
-    The vector is NaN for a line from an origin to P if P coincides with this origin.
-    """
-    vectors = np.empty((len(lines), len(samples), 3))
-    for k, sample in enumerate(samples):
-        standard_frames = sample.arm.compute_frames(sample.q)
-        frames = sample.arm.convert_to_convention_frames(standard_frames)
-        point = sample.arm.compute_point_of(standard_frames)
-        for i, line in enumerate(lines):
-            if line.kind in ("world", "space"):
-                vector = np.eye(3)[line.index]
-            elif line.kind in ("omega", "v", "axis"):
-                vector = standard_frames[line.index - 1, :3, 2]
-            elif line.kind == "P":
-                vector = point - frames[line.index, :3, 3]
-            else:
-                vector = frames[line.index, :3, "xyz".index(line.kind)]
-            norm = float(np.linalg.norm(vector))
-            vectors[i, k] = vector / norm if norm > 1e-3 else np.nan
-    return vectors

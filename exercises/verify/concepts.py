@@ -8,7 +8,6 @@ from qdot.exercises.questions.concepts import (
     INVERTIBILITY_ANSWERS,
     InvertibilityDetails,
     JointEffectDetails,
-    VelocityLossDetails,
     parse_vector,
 )
 from qdot.exercises.questions.differentiation import TaskDetails
@@ -20,8 +19,6 @@ from qdot.exercises.verify.rank import find_rank
 
 ROUNDING_TOLERANCE, MIN_WRONG_ERROR = 0.0006, 0.01
 """Maximum error of a number that is rounded to three decimals, and minimum error of a wrong option (m/s or rad/s)."""
-MAX_POSSIBLE_SHARE, MIN_IMPOSSIBLE_SHARE = 0.02, 0.4
-"""Maximum residual of a possible velocity, and minimum residual of an impossible one, as shares of the velocity."""
 MIN_ENTRY = 1e-6
 """Entries of J below this value (m/s or rad/s) count as zero, because finite differences are not exact."""
 
@@ -68,28 +65,8 @@ def _check_invertibility(model: NumericModel, part: Part) -> Checks:
     yield Check("use", is_stated and are_all_offered, f"{answer.letters} is {options[answer.correct]}")
 
 
-def _check_possible_velocities(model: NumericModel, part: Part) -> Checks:
-    """Check which options are possible velocities v, by the residuals of least-squares solutions of J qd = v.
-
-    A residual is stated as a share of the velocity.
-    """
-    answer, loss = part.answer_as(Choice), part.details_as(VelocityLossDetails)
-    jacobian = model.exponential_jacobian_at(loss.configuration)[model.task_rows]
-    rank, is_clear = find_rank(jacobian)
-    yield Check("one direction lost", is_clear and rank == len(model.task_rows) - 1, f"rank {rank}")
-    velocities = [np.array(parse_vector(option)) for option in answer.options]
-    residuals = [velocity - jacobian @ (np.linalg.pinv(jacobian, rcond=1e-8) @ velocity) for velocity in velocities]
-    residual_shares = [float(np.linalg.norm(r) / np.linalg.norm(v)) for r, v in zip(residuals, velocities, strict=True)]
-    is_possible = [share < MAX_POSSIBLE_SHARE for share in residual_shares]
-    expected_possible = [(index == answer.correct) == loss.is_possible for index in range(len(residual_shares))]
-    detail = f"left of the velocities: {', '.join(f'{share:.3f}' for share in residual_shares)}"
-    are_clear = all(share < MAX_POSSIBLE_SHARE or share > MIN_IMPOSSIBLE_SHARE for share in residual_shares)
-    yield Check("least squares", is_possible == expected_possible and are_clear, detail)
-
-
 CHECKS: dict[str, PartCheck] = {
     "jacobian-size": _check_size,
     "joint-effect": _check_effect,
     "invertibility": _check_invertibility,
-    "unreachable-velocity": _check_possible_velocities,
 }

@@ -8,8 +8,7 @@ import numpy as np
 
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.path import LESS_REGULAR_CONDITIONING, DistanceDetails, RateLimitDetails, WeldingLine
-from qdot.exercises.reference_answers import Number
+from qdot.exercises.questions.path import LESS_REGULAR_CONDITIONING, PathDetails, WeldingLine
 from qdot.exercises.verify.formulas import PartCheck, check_agreement
 from qdot.exercises.verify.numbers import (
     MIN_CONDITIONING_SHARE,
@@ -19,11 +18,11 @@ from qdot.exercises.verify.numbers import (
 )
 from qdot.exercises.verify.numeric_model import Check, Checks, NumericModel, compute_conditioning_ratios
 
+STEP = 1e-4
+"""Step (m) of the finite differences."""
+
 STATION_COUNT = 60
 """Number of points along a line at which the joint values are computed."""
-
-MIN_CONDITIONING, STEP = 0.02, 1e-4
-"""Minimum sigma_min/sigma_max of J along a line that approaches a singularity; step (m) of the finite differences."""
 
 
 class LineFollower:
@@ -77,7 +76,7 @@ class LineFollower:
 
 def _check_path_rates(model: NumericModel, part: Part) -> Checks:
     """Check the joint rates at the distance in the question, by following the line to it."""
-    details = part.details_as(DistanceDetails)
+    details = part.details_as(PathDetails)
     line, s = LineFollower(model, details.welding_line), float(details.distance)
     configurations = line.follow(np.linspace(0, s, STATION_COUNT))
     for name, expected, tolerance in (
@@ -106,28 +105,4 @@ def _check_one_branch(line: LineFollower, configurations: np.ndarray, s: float, 
     return Check("on one branch", ratio > min_ratio and jump < 0.2 and gap < 1e-6, detail)
 
 
-def _check_path_limit(model: NumericModel, part: Part) -> Checks:
-    """Check that the joint speed equals the limit at the stated distance, is lower before it, and higher after it."""
-    answer, details = part.answer_as(Number), part.details_as(RateLimitDetails)
-    line, distance = LineFollower(model, details.welding_line), list_reference_numbers(part)
-    if distance.shape != (1, 1, 1) or not 0 < float(distance[0, 0, 0]) < line.length:
-        yield Check("on the line", False, f"{distance.ravel()} is not a distance on {line.length:.3f} m")
-        return
-    s, joint, limit = float(distance[0, 0, 0]), details.joint - 1, float(details.limit)
-    configurations = line.follow(np.linspace(0, s, STATION_COUNT))
-    last_q = configurations[-1]
-    rate, difference_rate = line.compute_rates(last_q)[joint], line.compute_rates_by_differences(last_q, s)[joint]
-    for name, value, tolerance in (("limit", rate, 1e-7), ("differences along the line", difference_rate, 1e-3)):
-        yield check_agreement(name, np.full((1, 1, 1), abs(value)), np.full((1, 1, 1), limit), tolerance)
-    speeds = np.array([abs(line.compute_rates(q)[joint]) for q in configurations[:-1]])
-    yield Check("first time", bool(speeds.max() < limit), f"at most {speeds.max():.3f} before it, limit {limit:g}")
-    accepted_distances = s - answer.tolerance * s, s + answer.tolerance * s
-    rates = [line.compute_rates(line.solve_at(last_q, distance)) for distance in accepted_distances]
-    rate_before, rate_after = (abs(float(rate[joint])) for rate in rates)
-    detail = f"{rate_before:.4f} and {rate_after:.4f} at the ends of what is accepted"
-    yield Check("clear crossing", rate_before < 0.995 * limit and 1.005 * limit < rate_after, detail)
-    yield _check_one_branch(line, configurations, s, MIN_CONDITIONING)
-    yield check_three_digits(part)
-
-
-CHECKS: dict[str, PartCheck] = {"path-rates": _check_path_rates, "path-limit": _check_path_limit}
+CHECKS: dict[str, PartCheck] = {"path-rates": _check_path_rates}

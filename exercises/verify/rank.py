@@ -1,4 +1,4 @@
-"""Check the answers to questions on rank, lost directions, lost motions and the geometric cause of a singularity.
+"""Check the answers to questions on rank, lost directions and the geometric cause of a singularity.
 
 The checks use the product of exponentials and finite differences, at configurations that the question didn't use.
 """
@@ -13,10 +13,9 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.exact_configurations import ConfigurationDetails
-from qdot.exercises.questions.rank import JacobianOnBranch, LostDirectionDetails, LostMotionDetails, MeaningDetails
+from qdot.exercises.questions.rank import JacobianOnBranch, LostDirectionDetails, MeaningDetails
 from qdot.exercises.reference_answers import Choice, Direction, Number
 from qdot.exercises.singularities.axes import Sample
-from qdot.exercises.singularities.directions import compute_line_directions
 from qdot.exercises.singularities.meanings import Meaning
 from qdot.exercises.singularities.singularity_kinds import classify_samples
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
@@ -36,13 +35,6 @@ ZERO_SHARE, NONZERO_SHARE = 1e-9, 0.02
 
 A singular value below `ZERO_SHARE` of the largest counts as zero. If a singular value is between `ZERO_SHARE` and
 `NONZERO_SHARE`, the rank is unclear and the check fails.
-"""
-
-MIN_SAMPLE_SHARE, MIN_SPEED_SHARE = 0.6, 0.01
-"""How clearly a line that is not lost must differ from the lost line.
-
-In at least `MIN_SAMPLE_SHARE` of the samples, the speed along the line must reach `MIN_SPEED_SHARE` of the largest
-speed.
 """
 
 
@@ -170,50 +162,6 @@ def _generate_arms(model: NumericModel) -> Iterator[tuple[NumericChain, Mapping[
 # --- lost motion ---
 
 
-def _check_motion(model: NumericModel, part: Part) -> Checks:
-    """Check that no possible velocity has a component along the correct line.
-
-    Along each of the other lines, some possible velocity must have a component.
-    """
-    answer, motion = part.answer_as(Choice), part.details_as(LostMotionDetails)
-    texts = tuple(line.description for line in motion.lines)
-    yield Check("options", texts == answer.options and len(set(texts)) == len(texts), f"{len(texts)} options")
-    samples = sample_at_values(model, motion.configurations.values, motion.configurations.condition)
-    yield Check("configurations", bool(samples), f"{len(samples)} at which the direction is lost")
-    if not samples:
-        return
-    velocities = [
-        _list_possible_velocities(sample, model.task_rows, motion.moving_part, motion.holds_other_motion)
-        for sample in samples
-    ]
-    scale = np.maximum([float(np.abs(v).max()) for v in velocities], 1e-12)
-    for index, (text, vectors) in enumerate(zip(texts, compute_line_directions(motion.lines, samples), strict=True)):
-        share = np.array([float(np.abs(d @ v).max()) for d, v in zip(vectors, velocities, strict=True)]) / scale
-        if index == answer.correct:
-            yield Check("nothing along it", bool(share.max() < 1e-7), f"{text}: {share.max():.1e}")
-        else:
-            is_clear = bool(np.mean(share > MIN_SPEED_SHARE) >= MIN_SAMPLE_SHARE)
-            yield Check("something along it", is_clear, f"{text}: {np.median(share):.2f}")
-
-
-def _list_possible_velocities(
-    sample: Sample, task_rows: Sequence[int], moving_part: str, holds_other_motion: bool
-) -> np.ndarray:
-    """Return vectors (3 x k) that span the possible linear velocities of P, or angular velocities of the last link.
-
-    `moving_part` is "P" for linear velocities. If `holds_other_motion`, a velocity is possible only if the other half
-    of the task's rows (angular or linear) can stay at zero.
-    """
-    jacobian = compute_exponential_jacobian(sample.arm, sample.q[None])[0]
-    moving_rows = jacobian[:3] if moving_part == "P" else jacobian[3:]
-    held_rows = [row for row in task_rows if (row > 2) == (moving_part == "P")]
-    if not holds_other_motion or not held_rows:
-        return np.asarray(moving_rows)
-    _, sigma, motions = np.linalg.svd(jacobian[held_rows])
-    rank = int(np.sum(sigma > ZERO_SHARE * sigma[0]))
-    return np.asarray(moving_rows @ motions[rank:].T)
-
-
 # --- meaning ---
 
 
@@ -266,6 +214,5 @@ def _meaning_holds(chain: Chain, meaning: Meaning, sample: Sample) -> bool:
 CHECKS: dict[str, PartCheck] = {
     "rank": _check_rank,
     "lost-direction": _check_direction,
-    "lost-motion": _check_motion,
     "singularity-meaning": _check_geometric_cause,
 }

@@ -16,19 +16,14 @@ import numpy as np
 
 from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.screws import DECIMALS, NumericTwistDetails
 from qdot.exercises.verify.formulas import (
     DIFFERENCE_TOLERANCE,
     EXACT_TOLERANCE,
     ExpectedValues,
     PartCheck,
-    check_agreement,
     make_formula_check,
 )
-from qdot.exercises.verify.numbers import check_three_digits, list_reference_numbers
 from qdot.exercises.verify.numeric_model import (
-    Check,
-    Checks,
     NumericModel,
     compute_screw_exponential,
     make_skew_matrix,
@@ -115,31 +110,6 @@ def _compute_body_adjoint(model: NumericModel, _: Part) -> ExpectedValues:
     }
 
 
-def _check_changed_twist(model: NumericModel, part: Part) -> Checks:
-    """Check the coordinates of a twist V in another frame, and check that the stated joint rates give the twist.
-
-    The coordinates are checked with the matrix of the twist: T [V] T^-1. The pose T is computed from the last frame at
-    the configuration and at home.
-    """
-    details, chain = part.details_as(NumericTwistDetails), model.chain
-    sample = model.sample_at(details.configuration)
-    arm, q = sample.arm, sample.q
-    frames, home_frames = arm.compute_frames(q), arm.compute_frames(0 * q)
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = frames[-1, :3, :3] @ home_frames[-1, :3, :3].T, arm.compute_point_of(frames)
-    omega, v = np.split(np.array(details.twist.tolist(), dtype=float), 2)
-    twist = _stack_twist(model, omega, v, axis=0)
-    expected = _transform_twists(model, pose, twist)[None]
-    yield check_agreement("matrix of the twist", list_reference_numbers(part), expected, 1e-8)
-    jacobian = arm.compute_jacobian(q)
-    rates = np.array([float(details.rates[rate]) for rate in chain.rates])
-    velocity, angular = (pose[:3, :3].T @ (rows @ rates) for rows in (jacobian[:3], jacobian[3:]))
-    error = np.abs(_stack_twist(model, angular, velocity) - twist[:, 0]).max()
-    is_only_rounded = bool(error <= 0.51 * 10.0**-DECIMALS)  # slightly more than half of the last decimal
-    yield Check("the arm can", is_only_rounded, f"its rates give the twist with an error of {error:.1e}")
-    yield check_three_digits(part)
-
-
 def _compute_frame_pose(model: NumericModel) -> np.ndarray:
     """Return the pose of the body frame from the last frame: the frame's rotation since home, and P, (…, 4, 4)."""
     pose = np.broadcast_to(np.eye(4), (model.sample_count, 4, 4)).copy()
@@ -185,7 +155,6 @@ CHECKS: dict[str, PartCheck] = {
     "home-screws": make_formula_check(_compute_home_screws),
     "body-pose": make_formula_check(_compute_body_pose),
     "body-adjoint": make_formula_check(_compute_body_adjoint),
-    "changed-twist": _check_changed_twist,
     "space-jacobian": make_formula_check(lambda model, _: _compute_space_jacobian(model)),
     "body-jacobian": make_formula_check(lambda model, _: _compute_body_jacobian(model)),
     "space-twist": _make_twist_check(_compute_space_jacobian),

@@ -1,7 +1,7 @@
 """Describe an arm in words that are the same in all questions: its frame, its point of interest, its task, units."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import sympy as sp
@@ -46,11 +46,6 @@ class Wording:
     def write_twist(self, omega: str, v: str) -> str:
         """Return a twist with the halves `omega` and `v` in the order of the arm's convention."""
         return f"({omega}, {v})" if self.convention.is_omega_first else f"({v}, {omega})"
-
-    def split_twist(self, twist: Sequence[str]) -> tuple[Sequence[str], Sequence[str]]:
-        """Return omega and v from the six components of a twist in the order of the arm's convention."""
-        components = [twist[row] for row in self.convention.twist_row_order]
-        return components[:3], components[3:]
 
     @property
     def indexed_axis_names(self) -> list[str]:

@@ -12,7 +12,6 @@ import typer
 import qdot
 from qdot import ALL_QUESTIONS, FAMILIES, ProblemId, QdotError
 from qdot import generate as make_problem
-from qdot import show as show_problem
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.arm.library import FILE_EXTENSIONS, find_robot_path, is_in_library
 from qdot.exercises.arm.library import list_robots as library
@@ -26,8 +25,6 @@ from qdot.exercises.common.time_limit import MIN_SECONDS, parse_seconds
 from qdot.exercises.families import Family
 from qdot.exercises.families.robot_family import read_robot_family
 from qdot.exercises.generation import find_listing, look_up_family, select_quiz_questions
-from qdot.exercises.notebook.notebook import make_check_page_address
-from qdot.exercises.notebook.problem_formats import show_assignment
 from qdot.exercises.problem.problem import normalize_convention
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.grader.cli.options import (
@@ -239,8 +236,8 @@ def show(
             names = select_quiz_questions(identity.family, identity.convention)
         identity = replace(identity, questions=names)
     generated_problem = make_problem(identity)
-    certificate = qdot.certify(generated_problem).as_json() if format == "json" else None  # loaded only if needed
-    print_result(show_problem(generated_problem, solution, format, certificate, hints))
+    certificate = qdot.certify(generated_problem).as_json() if format == "json" else None
+    print_result(qdot.show(generated_problem, solution, format, certificate, hints))
 
 
 SAMPLE_STUDENT = "preview"
@@ -257,6 +254,7 @@ def _preview_assignment(
             "for a class, edit assignment.toml"
         )
     from qdot.exercises.assignment.assignment import load_assignment
+    from qdot.exercises.notebook.problem_formats import show_assignment
 
     assignment = load_assignment(folder, is_preview=not student)
     for message in assignment.notes:
@@ -279,6 +277,8 @@ def _preview_assignment(
 
 def _describe_settings(assignment: "Assignment") -> Iterator[str]:
     """Yield what p1 and p1.position mean, what an answer earns that follows from a wrong one, and the site's link."""
+    from qdot.exercises.notebook.notebook import make_check_page_address
+
     slots = assignment.slots
     name, question = slots[0].name, slots[0].questions[0]
     problems = f"{name} is the problem" if len(slots) == 1 else f"{name} to {slots[-1].name} are the problems"

@@ -49,7 +49,7 @@ OF_CONVENTIONS = {"own-frame-velocity", *(question.name for question in screws.Q
 """Questions that are asked of arms told in one convention only."""
 
 FEW = {
-    "joint-axes", "link-velocity", "singularity-type", "rank", "jacobian-size", "invertibility", "lost-motion",
+    "joint-axes", "link-velocity", "singularity-type", "rank", "jacobian-size", "invertibility",
     "singularity-meaning", "lost-direction",
 }  # fmt: skip
 """Questions whose answers are few by nature: axes in the plane, an inner frame's velocity, three options."""

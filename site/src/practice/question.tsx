@@ -202,7 +202,7 @@ const REVEALED_BY_MAP: ReadonlySet<string> = new Set([
 ]);
 
 /** Questions that begin in a pose, but do not ask about this pose. */
-const PATH_QUESTIONS: ReadonlySet<string> = new Set(["path-rates", "path-limit"]);
+const PATH_QUESTIONS: ReadonlySet<string> = new Set(["path-rates"]);
 
 /** The hints on a part, shown one by one. */
 export function Hints({ part, lang, onHint, children }: HintsProps): JSX.Element {

@@ -33,11 +33,11 @@ const TOPIC_DATA = [
   },
   {
     id: "workspace",
-    questions: ["lost-motion", "lost-direction", "unreachable-velocity"],
+    questions: ["rank", "lost-direction"],
     families: [...SQUARE_FAMILIES, "spherical", "cylindrical"],
   },
   { id: "torques", questions: ["joint-torques"], families: SQUARE_FAMILIES },
-  { id: "path", questions: ["path-rates", "path-limit"], families: SQUARE_FAMILIES },
+  { id: "path", questions: ["path-rates"], families: SQUARE_FAMILIES },
 ] as const;
 
 export type TopicId = (typeof TOPIC_DATA)[number]["id"];

@@ -62,7 +62,6 @@ def test_frames_are_those_of_the_modified_table(family: str) -> None:
         offset = [float(entry.subs(lengths)) for entry in point.offset]
         point_world = expected[k, point.frame, :3, :3] @ offset + expected[k, point.frame, :3, 3]
         assert np.allclose(point_world, standard.compute_point(q), atol=1e-9)
-        assert np.allclose(standard.convert_to_convention_frames(standard.compute_frames(q)), expected[k], atol=1e-9)
         p_star = standard.compute_point(q)[:, None] - expected[k, 1:, :3, 3].T
         assert np.allclose(evaluate_matrix(arm, derive(arm).p_star, lengths, q), p_star, atol=1e-9)
 
@@ -122,9 +121,8 @@ def test_first_row_may_have_length_and_twist(alpha: object, a: object) -> None:
     first = convention_of(arm).rows[0]
     assert (first.a, first.alpha, convention_of(arm).base) == (base.position[0], base.tilt, Base())
     lengths, poses = sample_values(arm)
-    expected, numeric = compute_modified_frames(arm, lengths, poses), NumericChain(arm, lengths)
+    expected = compute_modified_frames(arm, lengths, poses)
     assert np.allclose(expected[:, 0], np.eye(4))
-    assert np.allclose(numeric.convert_to_convention_frames(numeric.compute_frames(poses)), expected, atol=1e-9)
     assert certify(Problem(ProblemId("mine", 1), arm, ())).passed
     drawable = make_drawable_chain(arm)
     for q in poses:

@@ -152,7 +152,7 @@ def test_export_uses_the_requested_variation(export_request: ExportRequest, tmp_
 
     # A slot whose questions don't apply to other arms is named.
     tied = export_request.assignment.slots[0]
-    tied = replace(tied, family=FAMILIES["scara"], questions=("lost-motion", "jacobian"), band=(0, 0))
+    tied = replace(tied, family=FAMILIES["scara"], questions=("determinant", "jacobian"), band=(0, 0))
     with pytest.raises(QdotError, match=r"^p1, with variation full: "):
         replace(export_request.assignment, slots=(tied,)).with_variation("full")
 

@@ -41,7 +41,7 @@ questions = ["position", "jacobian", "determinant", "joint-rates", "singular-ang
 points = [1, 2, 1, 1.5, 2, 1]
 [[problem]]
 family = "scara"
-questions = ["jacobian", "lost-motion", "dependence"]
+questions = ["jacobian", "singularity-meaning", "dependence"]
 [[problem]]
 robot = "arm.toml"
 questions = ["velocity", "rank"]

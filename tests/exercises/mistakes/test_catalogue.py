@@ -13,8 +13,8 @@ from tests.tools.diagnoses import WrongAnswer, classify_diagnosis, make_wrong_an
 
 ASKED = {
     "planar-2r": (
-        "velocity", "singularity-type", "condition-number", "singularity-meaning", "rank", "lost-motion",
-        "unreachable-velocity", "joint-torques", "manipulability", "path-rates",
+        "velocity", "singularity-type", "condition-number", "singularity-meaning", "rank",
+        "joint-torques", "manipulability", "path-rates",
     ),
     "cartesian": ("transform", "geometric-jacobian"), "planar-rpr": ("geometric-jacobian", "velocity"),
     "planar-3r": ("gram-determinant", "least-norm-rates", "singular-angles"),

@@ -23,7 +23,6 @@ from tests.support.judging import list_earlier_parts
 from tests.support.problems import choose_convention
 
 NOT_DIAGNOSED = {
-    "path-limit": "the distance to a limit does not distinguish mistakes",
     "true-or-false": "one of two answers does not reveal how it was found",
     "dependence": "the letters of joints do not reveal how they were found",
     **dict.fromkeys(("determinant-value", "speed"), "numeric short questions are not compared with the catalogue yet"),
@@ -31,7 +30,6 @@ NOT_DIAGNOSED = {
 NOT_FOLLOWED = {
     "rank": "a wrong Jacobian usually has full rank where J does not",
     "lost-direction": "a wrong Jacobian usually loses no direction where J does",
-    "path-limit": "it needs a search along the line, but the rates are asked at one distance only",
 }
 NOT_ON_PLATFORMS = {"singular-angles": "platforms ask for conditions as a choice of configurations"}
 NOT_IN_STACK = {

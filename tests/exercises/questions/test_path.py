@@ -1,4 +1,4 @@
-"""The welding robot: joint rates along a line and where one exceeds its limit, compared with closed forms."""
+"""The welding robot: joint rates along a line, compared with closed forms."""
 
 from math import acos, atan2, cos, hypot, sin
 from typing import Any
@@ -10,7 +10,7 @@ from qdot.exercises.arm.mpmath_kinematics import PRECISE_CONTEXT
 from qdot.exercises.arm.path import StraightPath
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Problem
-from qdot.exercises.questions.path import DistanceDetails, PathDetails, RateLimitDetails, WeldingLine
+from qdot.exercises.questions.path import PathDetails, WeldingLine
 from qdot.exercises.reference_answers import Number
 from qdot.exercises.writing.problem_texts import write_prompt, write_solution
 from qdot.exercises.writing.solution_steps import format_number
@@ -53,21 +53,10 @@ class Planar2R:
 def test_path_rates_agree_with_the_law_of_cosines(textbook_arms: dict[str, Any], seeds: range) -> None:
     for seed in seeds:
         problem = ask_question("path-rates", textbook_arms["planar_2R"].chain, seed)
-        place = float(problem.parts[0].details_as(DistanceDetails).distance)
+        place = float(problem.parts[0].details_as(PathDetails).distance)
         assert get_numbers(problem) == pytest.approx(
             Planar2R(get_welding_line(problem)).rates(place), rel=1e-8, abs=1e-9
         )
-
-
-def test_path_limit_agrees_with_the_law_of_cosines(textbook_arms: dict[str, Any], seeds: range) -> None:
-    for seed in seeds:
-        problem = ask_question("path-limit", textbook_arms["planar_2R"].chain, seed)
-        details, (s,) = problem.parts[0].details_as(RateLimitDetails), get_numbers(problem)
-        arm, joint, limit = Planar2R(details.welding_line), details.joint - 1, float(details.limit)
-        assert abs(arm.rates(s)[joint]) == pytest.approx(limit, rel=1e-7)
-        assert all(abs(arm.rates(s * k / 100)[joint]) < limit for k in range(100))
-        assert abs(arm.rates(1.005 * s)[joint]) > 1.005 * limit
-        assert 0.1 < s < arm.length
 
 
 def test_precise_and_float_paths_agree(textbook_arms: dict[str, Any]) -> None:
@@ -99,7 +88,7 @@ def test_path_ends_at_the_limit_of_reach(textbook_arms: dict[str, Any]) -> None:
 
 def test_path_questions_use_simple_numbers_and_hide_the_result(family: str) -> None:
     problem = get_problem(family, 0)
-    for part in (part for part in problem.parts if part.name in ("path-rates", "path-limit")):
+    for part in (part for part in problem.parts if part.name == "path-rates"):
         seam, number = part.details_as(PathDetails).welding_line, part.answer_as(Number).reference[0]
         assert all((100 * value).is_Integer for value in seam.target.values())
         assert all((20 * value).is_Integer for value in seam.lengths.values())

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.chain import Point
 from qdot.exercises.arm.derivation import make_symbolic_arm
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate
@@ -23,9 +22,9 @@ from qdot.exercises.questions.exact_configurations import (
     sample_regular_configuration,
     sample_singular_configuration,
 )
-from qdot.exercises.questions.rank import LostMotionDetails, RankDetails
+from qdot.exercises.questions.rank import RankDetails
 from qdot.exercises.reference_answers import Choice, Direction, Number
-from qdot.exercises.singularities.directions import find_clear_rank, find_lost_direction, find_shortest_lost_direction
+from qdot.exercises.singularities.directions import find_clear_rank, find_shortest_lost_direction
 from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.problem_texts import write_solution
@@ -87,8 +86,7 @@ def test_precise_lost_direction_is_a_unit_vector_normal_to_all_columns() -> None
         pose = sample_singular_configuration(chain, (component,), Stream("precise"), 1)
         assert pose is not None
         u = np.array(compute_lost_direction(chain, pose).tolist(), dtype=float)[:, 0]
-        float_direction = find_lost_direction(evaluate_jacobian(chain, pose))
-        assert float_direction is not None
+        float_direction = np.linalg.svd(evaluate_jacobian(chain, pose))[0][:, -1]
         assert abs(abs(u @ float_direction) - 1) < 1e-12
         assert np.abs(u @ evaluate_jacobian(chain, pose)).max() < 1e-12
 
@@ -119,21 +117,6 @@ def test_branches_of_arm_and_structure_match() -> None:
             numbers = dict(make_symbolic_arm(chain).values)
             turns = sp.N((arm_value + offset - structure_value.xreplace(numbers)) / (2 * sp.pi))
             assert abs(turns - round(turns)) < 1e-9
-
-
-def test_stretched_elbow_cannot_move_along_itself(textbook_arms: dict[str, Any]) -> None:
-    chain = textbook_arms["elbow_RRR"].chain
-    right = set()
-    for seed in range(12):
-        (part,) = ask_question("lost-motion", chain, seed).parts
-        where = part.details_as(LostMotionDetails).configurations
-        words = part.answer_as(Choice).options[part.answer_as(Choice).correct]
-        if where.condition is not None:
-            assert re.match(r"along \$z_[123]\$(,|$)", words)
-        else:
-            assert re.match(r"along (the line from \$O_[12]\$ to \$P\$|\$x_[23]\$)(,|$)", words)
-        right.add(where.condition is None)
-    assert right == {True, False}
 
 
 def test_singularity_meaning_of_chapter_arms(textbook_arms: dict[str, Any]) -> None:
@@ -171,15 +154,6 @@ def test_meaning_that_fails_in_some_configurations_is_not_correct() -> None:
     answer = problem.parts[0].answer_as(Choice)
     assert "folded" not in answer.options[answer.correct]
     assert certify(problem).passed
-
-
-def test_lost_motion_of_point_on_wrist_is_certified(textbook_arms: dict[str, Any]) -> None:
-    """A tool on the wrist mixes the lost motions; the question then fixes the other part, or is not asked."""
-    chain = textbook_arms["PUMA560"].chain
-    assert chain.point == Point(chain.point.frame)
-    for seed in range(6):
-        problem = ask_question("lost-motion", chain, seed)
-        assert certify(problem).passed
 
 
 @pytest.mark.parametrize("family", ["elbow-3r", "elbow-lateral", "planar-3r", "scorbot-wrist"])

@@ -8,17 +8,14 @@ from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 
-RANK = ("rank", "lost-direction", "lost-motion", "singularity-meaning")
-PATH = ("path-rates", "path-limit")
+RANK = ("rank", "lost-direction", "singularity-meaning")
+PATH = ("path-rates",)
 PERFORMANCE = ("manipulability", "condition-number")
 REDUNDANT = ("gram-determinant", "least-norm-rates", "self-motion")
 BLOCKS = ("arm-block", "wrist-block", "block-determinants")
 TEXTBOOK_CASES = [
     (RANK, "elbow_RRR", ""), (RANK, "cartesian_PPP", "no singular configuration"),
     (RANK[1:2], "pan_tilt_2R", "its 2 joints can never"), (RANK[1:2], "PUMA560", "6 rows"),
-    (RANK[2:3], "orthogonal_3R", "no line of the arm"),
-    (("unreachable-velocity",), "planar_2R", ""), (("unreachable-velocity",), "PUMA560", "6 components"),
-    (("unreachable-velocity",), "cartesian_PPP", "no singular configuration"),
     (PATH, "planar_3R_pose", "only linear velocities"), (PATH, "SCARA_RRRP", "only linear velocities"),
     (PATH, "planar_3R_position", "not square"), (PATH, "pan_tilt_2R", "not square"),
     (PATH, "cartesian_PPP", "its Jacobian is constant"),

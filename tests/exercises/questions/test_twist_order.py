@@ -38,7 +38,7 @@ FEW_ARMS = ["planar-2r", "spherical-offset", "wrist-zyz"]
 ARMS = select_for_suite(FEW_ARMS, [*FEW_ARMS, "elbow-3r", "scara-rrrp", "cartesian"])
 IN_ORDER = (
     "home-screws", "space-jacobian", "body-jacobian", "space-twist", "body-twist", "geometric-jacobian", "twist",
-    "body-adjoint", "changed-twist",
+    "body-adjoint",
 )  # fmt: skip
 """Questions whose answers have six rows like a twist."""
 SWAPPED = [3, 4, 5, 0, 1, 2]

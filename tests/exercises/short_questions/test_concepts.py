@@ -17,18 +17,17 @@ from qdot.exercises.questions.concepts import (
     INVERTIBILITY_ANSWERS,
     InvertibilityDetails,
     JointEffectDetails,
-    VelocityLossDetails,
     parse_vector,
 )
 from qdot.exercises.questions.differentiation import TaskDetails
-from qdot.exercises.questions.rank import LostMotionDetails, MeaningDetails
+from qdot.exercises.questions.rank import MeaningDetails
 from qdot.exercises.reference_answers import Choice, Selection
 from qdot.exercises.short_questions import ALL_QUESTIONS, SHORT_QUESTIONS
 from qdot.exercises.short_questions.options import ConfigurationOptions, Options
 from tests.support.problems import LONG_ARMS, ask_question, choose_convention
 from tests.support.suites import SHAPES, on_families, select_for_suite
 
-BALANCED_CHOICES = ("joint-effect", "invertibility", "unreachable-velocity", "lost-motion", "singularity-meaning")
+BALANCED_CHOICES = ("joint-effect", "invertibility", "singularity-meaning")
 CHOICES = (*BALANCED_CHOICES, "singularity-type")
 SHORT_CHOICES = tuple(
     question.name for question in SHORT_QUESTIONS.values() if question.form in ("choice", "selection", "true or false")
@@ -72,20 +71,6 @@ def test_every_use_occurs_where_it_can(textbook_arms: dict[str, Any]) -> None:
         found = Counter(problem.parts[0].details_as(InvertibilityDetails).answer_key for problem in problems)
         assert set(found) == uses, name
         assert max(found.values()) < 20
-
-
-def test_velocities_at_the_stretched_arm(textbook_arms: dict[str, Any]) -> None:
-    """Planar 2R in line: what has a component along the arm can't be produced, what is square to it can."""
-    chain = textbook_arms["planar_2R"].chain
-    for seed in range(10):
-        (part,) = ask_question("unreachable-velocity", chain, seed).parts
-        cost, answer = part.details_as(VelocityLossDetails), part.answer_as(Choice)
-        turn = float(cost.configuration.joints[sp.Symbol("theta1")])
-        along = np.array([np.cos(turn), np.sin(turn)])
-        velocities = [np.array([float(x) for x in option.strip("()").split(",")]) for option in answer.options]
-        lost = [abs(v @ along) / np.linalg.norm(v) > 0.3 for v in velocities]
-        assert cost.is_possible  # all possible velocities are multiples of one vector, so three of them would stand out
-        assert lost.count(True) == 3 and not lost[answer.correct]
 
 
 def test_a_joint_that_does_not_move_the_point_is_not_asked_about(textbook_arms: dict[str, Any]) -> None:
@@ -164,15 +149,13 @@ def _list_features(part: Part) -> dict[str, list[Any]]:
             "shape": [matrix.shape for matrix in matrices],
             "zeros": [sum(entry == 0 for entry in matrix) for matrix in matrices],
         }
-    if isinstance(details, VelocityLossDetails | JointEffectDetails):
+    if isinstance(details, JointEffectDetails):
         assert not details.configuration.rounded_values
         vectors = np.array([parse_vector(option) for option in texts])
         units = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
         parallel_counts = (np.abs(units @ units.T) > 0.99).sum(axis=1).tolist()
-        assert set(parallel_counts) == ({2} if isinstance(details, JointEffectDetails) else {1})
+        assert set(parallel_counts) == {2}
         return {"zero": [0 in vector for vector in vectors]}
-    if isinstance(details, LostMotionDetails):
-        return {"form": [line.form for line in details.lines]}
     if isinstance(details, MeaningDetails):
         words = [option.meaning.words for option in details.options]
         return {

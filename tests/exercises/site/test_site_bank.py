@@ -246,8 +246,8 @@ def test_the_arm_beside_a_question_has_the_numbers_of_its_text(family: str, quiz
     assert found > 3
 
 
-GIVEN = ["joint-effect", "joint-rates", "path-limit", "rank", "unreachable-velocity", "singularity-type"]
-OF_ALL_POSES = ["singularity-meaning", "lost-motion"]
+GIVEN = ["joint-effect", "joint-rates", "path-rates", "rank", "singularity-type"]
+OF_ALL_POSES = ["singularity-meaning"]
 """The questions about all configurations with a joint at a value, not about a single configuration."""
 
 
