@@ -29,13 +29,11 @@ class PathSample:
     - `s`: the distance from the start of the line (m).
     - `joint_values`: the joint values q (rad, m).
     - `derivatives`: the derivatives dq/ds.
-    - `conditioning`: sigma_min / sigma_max of J, which is zero at a singular configuration.
     """
 
     s: float
     joint_values: tuple[float, ...]
     derivatives: tuple[float, ...]
-    conditioning: float
 
 
 class StraightPath:
@@ -83,19 +81,18 @@ class StraightPath:
     ) -> Iterator[PathSample]:
         """Yield samples, in floats, at s = 0, `step_length`, 2 `step_length` and so on up to `end_distance`.
 
-        `end_distance` is the length of the line by default. Stop early if the conditioning falls below
-        `min_conditioning`, or if the arm would jump to another branch of solutions.
+        `end_distance` is the length of the line by default. Stop early if sigma_min/sigma_max of J falls
+        below `min_conditioning`, or if the arm would jump to another branch of solutions.
         """
         last_distance = float(self.length) if end_distance is None else end_distance
         q, s, step_count = self.start_joint_values, 0.0, 0
         while s <= last_distance + 1e-12:  # s may exceed the distance by a rounding error
             jacobian = self.arm.compute_task_jacobian(q)
             sigma = np.linalg.svd(np.array(jacobian, dtype=float), compute_uv=False)
-            conditioning = float(sigma[-1] / sigma[0])
-            if conditioning < min_conditioning:
+            if float(sigma[-1] / sigma[0]) < min_conditioning:
                 return
             derivatives = solve_linear(jacobian, self.direction, self.context)
-            yield PathSample(s, tuple(q), tuple(derivatives), conditioning)
+            yield PathSample(s, tuple(q), tuple(derivatives))
             step_count += 1
             predicted_q = [a + step_length * b for a, b in zip(q, derivatives, strict=True)]
             s = step_length * step_count

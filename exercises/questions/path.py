@@ -87,7 +87,6 @@ class WeldingLine(Configuration):
         distance = path.arm.evaluate_number(s)
         jacobian = path.arm.compute_task_jacobian(q)
         joints = [PRECISE_CONTEXT.degrees(v) if j.is_revolute else v for v, j in zip(q, chain.joints, strict=True)]
-        sigma = PRECISE_CONTEXT.svd_r(PRECISE_CONTEXT.matrix(jacobian), compute_uv=False)
         return ResultsAtPoint(
             s=sp.Float(PRECISE_CONTEXT.nstr(distance, 5), 10),
             point=_round(path.compute_point(distance)),
@@ -95,7 +94,6 @@ class WeldingLine(Configuration):
             jacobian=precise.round_matrix(jacobian),
             determinant=precise.round_to_four_digits(precise.determinant(jacobian)),
             rates=_round(self.compute_rates(path, q)),
-            conditioning=precise.round_to_four_digits(min(sigma) / max(sigma)),
         )
 
     def compute_rates(self, path: StraightPath, q: Vector) -> Vector:
@@ -125,10 +123,7 @@ class LineDescription(NamedTuple):
 
 @dataclass(frozen=True)
 class ResultsAtPoint:
-    """The results at one point of a welding line, to four digits (s has five).
-
-    `conditioning` is sigma_min/sigma_max of J.
-    """
+    """The results at one point of a welding line, to four digits (s has five)."""
 
     s: sp.Float
     point: sp.Matrix
@@ -136,7 +131,6 @@ class ResultsAtPoint:
     jacobian: sp.Matrix
     determinant: sp.Float
     rates: sp.Matrix
-    conditioning: sp.Float
 
 
 def _round(values: Vector) -> sp.Matrix:
