@@ -81,7 +81,7 @@ MAX_QUESTION_POINTS = 1e6
 class ProblemEntry(pydantic.BaseModel):
     """One [[problem]] of assignment.toml: each student gets a problem of this kind."""
 
-    model_config = pydantic.ConfigDict(extra="forbid", strict=True, use_attribute_docstrings=True)
+    model_config = pydantic.ConfigDict(extra="forbid", strict=True)
     family: str | None = None
     """The family of arms. Each problem has either `family` or `robot`."""
     robot: str | None = None
@@ -111,7 +111,7 @@ FEEDBACK = ("outcome", "mistake", "counterexample", "values", "solutions")
 class AssignmentFile(pydantic.BaseModel):
     """The content of assignment.toml."""
 
-    model_config = pydantic.ConfigDict(extra="forbid", strict=True, use_attribute_docstrings=True)
+    model_config = pydantic.ConfigDict(extra="forbid", strict=True)
     title: str = pydantic.Field(pattern=r"\S")
     """The title that students see."""
     key: str = pydantic.Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=100)

@@ -3,11 +3,14 @@
 `python -m tests.tools.docs_pages` writes them all (`make docs`); a test fails if they are out of date.
 """
 
+import ast
+import inspect
 import json
 import re
 from collections.abc import Mapping
 from dataclasses import asdict
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 
@@ -31,12 +34,27 @@ from qdot.exercises.mistakes.catalogue import SECTIONS
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.custom.reader import FORMS as QUESTION_FORMS
-from qdot.exercises.questions.custom.reader import QuestionEntry
+from qdot.exercises.questions.custom.reader import OptionEntry, QuestionEntry, TextsEntry
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.wording import Wording
 from tests.support import ROOT
 from tests.tools.sharing import load_measurements
+
+
+def describe_fields(model: type[pydantic.BaseModel]) -> None:
+    """Make the docstring below each field its description, which pydantic could do, but for every command."""
+    (definition,) = ast.parse(inspect.getsource(model)).body
+    assert isinstance(definition, ast.ClassDef)
+    for field, text in pairwise(definition.body):
+        if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant):
+            assert isinstance(field.target, ast.Name) and isinstance(text.value.value, str)
+            model.model_fields[field.target.id].description = inspect.cleandoc(text.value.value)
+    model.model_rebuild(force=True)
+
+
+for described in (OptionEntry, TextsEntry, QuestionEntry, ProblemEntry, AssignmentFile):
+    describe_fields(described)
 
 
 @cache

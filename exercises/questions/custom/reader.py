@@ -39,7 +39,7 @@ MAX_TEXT_LENGTH, MAX_OPTIONS, HINT_COUNT = 5000, len(LETTERS), 3
 class OptionEntry(pydantic.BaseModel):
     """One option, if it is not written as a text alone."""
 
-    model_config = pydantic.ConfigDict(extra="forbid", strict=True, use_attribute_docstrings=True)
+    model_config = pydantic.ConfigDict(extra="forbid", strict=True)
     text: str | None = None
     """What the option says. Each option has either `text` or `formula`."""
     formula: str | None = None
@@ -51,7 +51,7 @@ class OptionEntry(pydantic.BaseModel):
 class TextsEntry(pydantic.BaseModel):
     """The texts of a question in another language, in [question.NAME.de]; texts that are missing stay in English."""
 
-    model_config = pydantic.ConfigDict(extra="forbid", strict=True, use_attribute_docstrings=True)
+    model_config = pydantic.ConfigDict(extra="forbid", strict=True)
     title: str | None = None
     """The title in this language."""
     prompt: str
@@ -65,7 +65,7 @@ class TextsEntry(pydantic.BaseModel):
 class QuestionEntry(pydantic.BaseModel):
     """One [question.NAME]: a question of your own."""
 
-    model_config = pydantic.ConfigDict(extra="forbid", strict=True, use_attribute_docstrings=True)
+    model_config = pydantic.ConfigDict(extra="forbid", strict=True)
     title: str | None = None
     """The title that students see, in plain text. By default, the name of the question."""
     prompt: str
