@@ -32,8 +32,8 @@ const OWN = [...KINDS, ...MORE, ...QUESTIONS, ...LESSONS, ROUND, `${ROUND}&lesso
 
 /**
  * Pages with the languages and the colours in which they are looked at, each opened once: half of them on a phone that
- * then grows, half on a wide screen that shrinks. Pages of text are looked at in one language, at the edges of each
- * kind of screen.
+ * then grows, half on a wide screen that shrinks. German, whose words are longer, is looked at in all sizes; English,
+ * and pages of text in one language, are at the edges of each kind of screen.
  */
 function looks() {
   const all = readdirSync(there.site.folder, { recursive: true, encoding: "utf8" })
@@ -43,7 +43,7 @@ function looks() {
     const isOwn = OWN.includes(path);
     const locales = isOwn ? ["en-GB", "de-DE"] : [i % 2 === 0 ? "en-GB" : "de-DE"];
     return locales.map((locale, k) => {
-      const sizes = isOwn ? SIZES : [SIZES[0], SIZES[2], SIZES.at(-1)];
+      const sizes = isOwn && locale === "de-DE" ? SIZES : [SIZES[0], SIZES[2], SIZES.at(-1)];
       return {
         path,
         locale,
