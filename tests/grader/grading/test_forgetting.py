@@ -139,7 +139,7 @@ def test_an_unknown_or_ambiguous_student_is_an_error(folder: Path) -> None:
         assert "unknown student" in run_and_fail("forget", query, folder)
     (folder / "roster.csv").write_text("student,name\nada,Ada\nbo,Ada\n")
     assert "'Ada' fits ada and bo" in run_and_fail("forget", "Ada", folder)
-    assert "not an assignment's folder" in run_and_fail("forget", "ada", folder / "submitted" / "ada")
+    assert "contains no assignment" in run_and_fail("forget", "ada", folder / "submitted" / "ada")
 
 
 def test_a_student_no_longer_on_the_roster_is_forgotten(folder: Path) -> None:
