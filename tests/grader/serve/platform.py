@@ -28,6 +28,7 @@ class Platform:
     """A platform with courses, people and gradebooks; `failures` are the answers to the next requests for services."""
 
     site: str = "https://moodle.example.edu"
+    issuer: str = "https://moodle.example.edu"
     client_id: str = "client-1"
     keys: list[JWK] = field(default_factory=lambda: [make_key("first")])
     members: list[Json] = field(default_factory=list)
@@ -45,7 +46,7 @@ class Platform:
         """Return what a launch says, but for its nonce. Names in `more` that begin with no scheme are LTI's."""
         now = int(time.time())
         claims = {
-            "iss": self.site, "aud": self.client_id, "sub": user, "iat": now, "exp": now + 600,
+            "iss": self.issuer, "aud": self.client_id, "sub": user, "iat": now, "exp": now + 600,
             "name": user.title(), "email": f"{user}@example.edu",
             f"{CLAIM}message_type": "LtiResourceLinkRequest", f"{CLAIM}version": "1.3.0",
             f"{CLAIM}deployment_id": "d1", f"{CLAIM}target_link_uri": f"{TOOL}/a/velocity/",
@@ -66,7 +67,7 @@ class Platform:
     def begin(self, client: Client, **more: str) -> dict[str, str]:
         """Begin a login in a browser; return the parameters with which qdot sends it back."""
         registration = LtiRegistration.objects.get(client_id=self.client_id)
-        query = {"iss": self.site, "login_hint": "1", "target_link_uri": TOOL, "lti1p3_new_window": "1", **more}
+        query = {"iss": self.issuer, "login_hint": "1", "target_link_uri": TOOL, "lti1p3_new_window": "1", **more}
         answer = client.get(f"/lti/login/{registration.uuid}", query)
         assert answer.status_code == 302, answer.content
         assert answer["Location"].startswith(f"{self.site}/auth?")
@@ -87,7 +88,7 @@ class Platform:
     def register(self) -> None:
         """Register this platform with qdot, as its operator does by hand."""
         urls = {"auth_url": f"{self.site}/auth", "token_url": f"{self.site}/token", "keyset_url": f"{self.site}/keys"}
-        LtiRegistration.objects.create(name=self.site, issuer=self.site, client_id=self.client_id, **urls)
+        LtiRegistration.objects.create(name=self.site, issuer=self.issuer, client_id=self.client_id, **urls)
 
     def answer(self, request: requests.PreparedRequest) -> requests.Response:
         """Answer a request of qdot's, as an HTTPAdapter does."""
@@ -117,7 +118,7 @@ class Platform:
             return _respond(request, 200, {"access_token": f"token{len(self.asked)}", "expires_in": 3600})
         if str(request.headers.get("Authorization", "")).removeprefix("Bearer ") not in self.tokens:
             return _respond(request, 401, {"error": "unknown token"})
-        if path.endswith("/members"):
+        if path.endswith(("/members", "/names_and_roles")):
             start = int(query.get("From", ["0"])[0])
             page, rest = self.members[start : start + self.page_size], self.members[start + self.page_size :]
             link = f'<{self.site}{path}?From={start + self.page_size}>; rel="next"' if rest else ""

@@ -1,95 +1,139 @@
-"""Processes of a running service are killed at random moments; nothing that was acknowledged is lost."""
+"""Processes of a running service are killed at random moments; nothing that was acknowledged is lost.
 
-import csv
+`python -m tests.grader.serve.test_killed [--database /usr/lib/postgresql/15/bin] [--kills 10]` kills the server, its
+processes and, if the folder of PostgreSQL's programs is named, the database, as often each, and prints the outcome.
+"""
+
+import argparse
 import json
 import os
 import random
+import shutil
 import signal
-import socket
 import subprocess
-import sys
+import tempfile
 import threading
 import time
 import uuid
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from http.client import HTTPException
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from urllib.error import HTTPError
+from urllib.parse import parse_qs, urlencode, urlsplit
 
-import psutil  # type: ignore[import-untyped]
 import pytest
 
-from qdot.exercises.assignment.assignment import load_assignment
+from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.writing.problem_texts import write_answer_code
 from tests.bench.serve_load import Browser
-from tests.support.serving import STUDENTS
+from tests.support.running_service import QDOT, RunningService, find_free_port, run_service
+from tests.support.serving import STUDENTS, find_folder
 from tests.support.submitting import make_class, make_correct_notebook
 from tests.support.suites import select_for_suite
 
-QDOT = [sys.executable, "-m", "qdot.grader.cli.main"]
+find_folder()  # configures Django before the platform imports its tables
+from tests.grader.serve.platform import Platform  # noqa: E402
 
 
-def find_free_port() -> int:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port: int = free.getsockname()[1]
-        return port
+class PostgreSQL:
+    """A database server of its own on a free port; `programs` is the folder of PostgreSQL's programs."""
 
+    def __init__(self, programs: Path, folder: Path) -> None:
+        self._programs, self._data, self._port = programs, folder / "data", find_free_port()
+        self._user = ["runuser", "-u", "postgres", "--"] if os.geteuid() == 0 else []
+        folder.mkdir()
+        if self._user:
+            shutil.chown(folder, "postgres")
+        self._run("initdb", "--auth", "trust", "--username", "qdot", "-D", self._data)
+        self.start()
+        self.address = f"postgresql://qdot@127.0.0.1:{self._port}/postgres"
 
-class RunningService:
-    """`qdot serve` in processes of its own, which is started again after it was killed."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder, self.port = folder, find_free_port()
-        self.url = f"http://127.0.0.1:{self.port}"
-        links = folder.parent / "links.csv"
-        command = [*QDOT, "serve", "links", str(folder), "--port", str(self.port), "--out", str(links)]
-        subprocess.run(command, check=True)
-        with links.open(encoding="utf-8-sig") as table:
-            self.links = {row["student"]: row["link"] for row in csv.DictReader(table)}
-
-        self._log = (folder.parent / "log.txt").open("w")
-        self.close = self._log.close
+    def _run(self, program: str, *arguments: str | Path) -> bool:
+        command = [*self._user, self._programs / program, *arguments]
+        return subprocess.run(command, stdout=subprocess.DEVNULL, cwd="/", check=False).returncode == 0
 
     def start(self) -> None:
-        command = [*QDOT, "serve", str(self.folder), "--port", str(self.port), "--jobs", "1"]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self._log, text=True)
-        assert self.process.stdout is not None
-        assert f"qdot is at {self.url}; stop it with Ctrl-C" in self.process.stdout.readline()
+        options = f"-p {self._port} -h 127.0.0.1 -k {self._data}"
+        for _ in range(30):  # until the processes of a killed server have ended
+            if self._run("pg_ctl", "-w", "-l", self._data / "log", "-D", self._data, "-o", options, "start"):
+                return
+            time.sleep(1)
+        raise AssertionError("the database doesn't start")
 
-    def list_workers(self) -> list[psutil.Process]:
-        """Return the processes that judge or grade, but not those that only start others."""
-        processes = psutil.Process(self.process.pid).children(recursive=True)
-        return [process for process in processes if "resource_tracker" not in " ".join(process.cmdline())]
+    def kill_and_start(self) -> None:
+        number = int((self._data / "postmaster.pid").read_text().split()[0])
+        os.kill(number, signal.SIGKILL)
+        self.start()
 
-    def kill(self) -> None:
-        self.process.send_signal(signal.SIGKILL)
-        self.wait()
-
-    def wait(self) -> None:
-        """Wait until the process has ended, and close its output."""
-        self.process.wait(20)
-        if self.process.stdout is not None:
-            self.process.stdout.close()
+    def stop(self) -> None:
+        self._run("pg_ctl", "-m", "immediate", "-D", self._data, "stop")
 
 
-@contextmanager
-def run_service(folder: Path) -> Iterator[RunningService]:
-    service = RunningService(folder)
-    service.start()
-    try:
-        yield service
-    finally:
-        service.process.terminate()
-        service.wait()
-        service.close()
+class RunningPlatform(Platform):
+    """The learning platform as a server on this machine; `/auth` answers with the form of a launch as JSON."""
+
+    tool = ""
+
+    def start(self) -> None:
+        platform = self
+
+        class Handler(BaseHTTPRequestHandler):
+            def do_GET(self) -> None:
+                body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
+                address = f"{platform.site}{self.path}"
+                request: Any = SimpleNamespace(url=address, method=self.command, body=body, headers=self.headers)
+                if self.path.startswith("/auth?"):
+                    status, content = 200, json.dumps(platform.make_form(address)).encode()
+                else:
+                    answer = platform.answer(request)
+                    status, content = answer.status_code, answer.content
+                self.send_response(status)
+                self.send_header("Content-Length", str(len(content)))
+                self.end_headers()
+                self.wfile.write(content)
+
+            do_POST = do_GET
+
+            def log_message(self, *_: Any) -> None:
+                pass
+
+        self.server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self.site = self.issuer = f"http://127.0.0.1:{self.server.server_port}"
+        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+
+    def stop(self) -> None:
+        self.server.shutdown()
+        self.server.server_close()
+
+    def make_form(self, address: str) -> dict[str, str]:
+        query = {name: values[0] for name, values in parse_qs(urlsplit(address).query).items()}
+        user, role = query["login_hint"].split("/")
+        claims = self.make_claims(user, role, target_link_uri=f"{self.tool}/a/hw/", email=None)
+        return {"state": query["state"], "id_token": self.sign({**claims, "nonce": query["nonce"]})}
+
+    def _check_assertion(self, body: str) -> None:
+        """Give everybody an access token: the keys of the service may be unreachable just now."""
+
+
+class LaunchedBrowser(Browser):
+    """The browser of a person who has opened the assignment on the platform."""
+
+    def __init__(self, platform: RunningPlatform, login: str, hint: str) -> None:
+        self.url = platform.tool
+        self.start_session()
+        query = {"iss": platform.site, "login_hint": hint, "target_link_uri": self.url, "lti1p3_new_window": "1"}
+        form = json.loads(self.open(f"{login}?{urlencode(query)}").read())
+        self.open(f"{self.url}/lti/launch", urlencode(form).encode()).read()
 
 
 def retry(action: Any) -> Any:
     """Return the result of an action, which is repeated while the service doesn't answer, as the pages do."""
-    for _ in range(300):
+    deadline = time.monotonic() + 300
+    while time.monotonic() < deadline:
         try:
             return action()
         except (OSError, HTTPException) as error:  # the connection broke
@@ -100,60 +144,133 @@ def retry(action: Any) -> Any:
     raise AssertionError(f"the service doesn't answer: {last_error}")
 
 
-@pytest.mark.integration
-def test_nothing_acknowledged_is_lost_when_processes_are_killed(tmp_path: Path) -> None:
-    assignment = make_class(tmp_path / "hw", STUDENTS)
-    rng, acknowledged = random.Random(3), dict[str, list[int]]()
-    problem = assignment.generate_problems("s001")[0][1]
-    texts = [write_answer_code(problem, problem["determinant"]) + f" + {number}" for number in range(12)]
-    with run_service(assignment.folder) as service:
+ANSWERS = 12
+
+
+def check_kills(folder: Path, choose_kills: Callable[[RunningService], list[Callable[[], None]]], database: str) -> str:
+    """Let a class work while processes are killed. Return the outcome; an AssertionError says what was lost."""
+    assignment = make_class(folder / "hw", STUDENTS)
+    rng, acknowledged, platform = random.Random(3), dict[str, set[int]](), RunningPlatform()
+    platform.start()
+    problem, finished = assignment.generate_problems("s001")[0][1], threading.Event()
+    right = write_answer_code(problem, problem["determinant"])
+    with run_service(assignment.folder, database) as service:
+        login = service.register(platform)
+        LaunchedBrowser(platform, login, "grace/Instructor")
+
+        def open_browser(student: str) -> Browser:
+            if student in service.links:
+                return Browser(service.links[student])
+            return LaunchedBrowser(platform, login, f"{student}/Learner")
 
         def work_as(student: str) -> None:
-            browser = retry(lambda: Browser(service.links[student]))
-            numbers = acknowledged.setdefault(student, [])
-            for text in texts:
+            browser, number = retry(lambda: open_browser(student)), 0
+            numbers, answer = acknowledged.setdefault(student, set()), right
+            if student not in service.links:
+                identifier = retry(lambda: browser.call("/a/hw/work"))["student"]["id"]
+                own_problem = assignment.generate_problems(identifier)[0][1]
+                answer = write_answer_code(own_problem, own_problem["determinant"])
+            while number < ANSWERS or not finished.is_set():
+                text = f"{answer} + {number}" if number % 2 else f"{answer} + {number} - {number}"
                 content = {"request": str(uuid.uuid4()), "part": "p1.determinant", "text": text}
                 replies = [retry(lambda: browser.call("/a/hw/answers", content))["submission"] for _ in range(2)]  # noqa: B023
                 assert replies[0] == replies[1]  # a repeated request is stored once
-                numbers.append(replies[0])
-                time.sleep(rng.random() / 2)
+                numbers.add(replies[0])
+                number += 1
+                time.sleep(rng.random())
 
         notebook = make_correct_notebook(assignment, "s003").encode()
         browser = Browser(service.links["s003"])
-        browser.upload("hw", notebook)
-        second = subprocess.run([*QDOT, "serve", str(assignment.folder)], capture_output=True, text=True, check=False)
-        assert (second.returncode, "another `qdot serve`" in second.stderr) == (2, True), second.stderr
-        threads = [threading.Thread(target=work_as, args=(student,)) for student in ("s001", "s002")]
-        for thread in threads:
-            thread.start()
-        for _ in range(select_for_suite(3, 10)):
-            time.sleep(rng.uniform(0.1, 2.5))
-            if rng.random() < 0.5:
-                service.kill()
-                service.start()
-            else:
-                with suppress(psutil.NoSuchProcess, IndexError):
-                    os.kill(rng.choice(service.list_workers()).pid, signal.SIGKILL)
-        for thread in threads:
-            thread.join()
-        for student in ("s001", "s002", "s003"):
-            browser = retry(lambda: Browser(service.links[student]))  # noqa: B023
-            for _ in range(200):
-                work = retry(lambda: browser.call("/a/hw/work"))  # noqa: B023
-                if all(row["state"] == "marked" for row in work["submissions"]):
-                    break
-                time.sleep(1)
-            assert all(row["state"] == "marked" for row in work["submissions"])
+        acknowledged["s003"] = {browser.upload("hw", notebook)}
+        students = ("s001", "s002", "ada")
+        kills = choose_kills(service)
+        with ThreadPoolExecutor(len(students)) as pool:
+            work = pool.map(work_as, students)
+            try:
+                for kill in rng.sample(kills, len(kills)):
+                    time.sleep(rng.uniform(0.1, 2.5))
+                    kill()
+            finally:
+                finished.set()
+            list(work)
+        for student in (*students, "s003"):
+            work = _wait_for_marks(retry(lambda: open_browser(student)))  # noqa: B023
             stored = [row["id"] for row in work["submissions"]]
-            assert sorted(stored, reverse=True) == stored
-            assert set(acknowledged.get(student, [])) <= set(stored)
-            if student != "s003":
-                assert (len(stored), work["answers"]["p1.determinant"]) == (len(texts), texts[-1])
-            else:
-                assert work["score"] == work["max_score"]
-    out = tmp_path / "out"
-    subprocess.run([*QDOT, "serve", "export", str(assignment.folder), "--out", str(out)], check=True)
-    subprocess.run([*QDOT, "grade", str(out)], check=True)
+            assert (sorted(stored, reverse=True), set(stored)) == (stored, acknowledged[student])
+            assert student != "s003" or work["score"] == work["max_score"]
+        _check_scores(platform, browser_score=_wait_for_marks(retry(lambda: open_browser("ada")))["score"])
+        out = folder / "out"
+        service.call("export", str(assignment.folder), "--out", str(out))
+    _check_export(assignment, out)
+    platform.stop()
+    count = sum(map(len, acknowledged.values()))
+    return f"{len(kills)} kills; {count} submissions acknowledged, all stored and marked; {len(platform.scores)} scores"
+
+
+def _wait_for_marks(browser: Browser) -> Any:
+    """Return a student's work when all of it is marked."""
+    for _ in range(300):
+        work = retry(lambda: browser.call("/a/hw/work"))
+        if all(row["state"] == "marked" for row in work["submissions"]):
+            return work
+        time.sleep(1)
+    raise AssertionError(f"not marked: {work['submissions']}")
+
+
+def _check_scores(platform: RunningPlatform, browser_score: float) -> None:
+    """Check that the gradebook shows the score of the page, and was never sent an older score after a newer one."""
+    for _ in range(300):
+        if platform.scores and platform.scores[-1].get("scoreGiven") == browser_score:
+            break
+        time.sleep(1)
+    assert platform.scores[-1]["scoreGiven"] == browser_score
+    times = [score["timestamp"] for score in platform.scores]
+    assert times == sorted(set(times))
+
+
+def _check_export(assignment: Assignment, out: Path) -> None:
+    """Check that `qdot grade` gives the marks that the service gave."""
+    subprocess.run([*QDOT, "grade", str(out)], check=True, capture_output=True)
     lines = [json.loads(line) for line in (out / "graded" / "results.jsonl").read_text().splitlines()]
     assert [line["score"] for line in lines][2] == 4
-    assert load_assignment(out).roster[2].id == "s003"
+    assert load_assignment(out).roster[2].id == assignment.roster[2].id
+
+
+@pytest.mark.integration
+def test_nothing_acknowledged_is_lost_when_processes_are_killed(tmp_path: Path) -> None:
+    def choose_kills(service: RunningService) -> list[Callable[[], None]]:
+        rng = random.Random(1)
+        return ([service.kill_and_start, lambda: service.kill_worker(rng)] * 5)[: select_for_suite(3, 10)]
+
+    assert "all stored" in check_kills(tmp_path, choose_kills, "")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--database", type=Path, help="the folder of PostgreSQL's programs")
+    parser.add_argument("--kills", type=int, default=10)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        folder.chmod(0o755)
+        database = PostgreSQL(options.database, folder / "postgresql") if options.database else None
+
+        def choose_kills(service: RunningService) -> list[Callable[[], None]]:
+            rng = random.Random(1)
+            kills: list[Callable[[], None]] = [service.kill_and_start, lambda: service.kill_worker(rng)]
+            if database is not None:
+                kills.append(database.kill_and_start)
+            return kills * options.kills
+
+        try:
+            print(check_kills(folder, choose_kills, database.address if database else ""))
+        except AssertionError:
+            print((folder / "log.txt").read_text()[-5000:])
+            raise
+        finally:
+            if database is not None:
+                database.stop()
+
+
+if __name__ == "__main__":
+    main()

@@ -711,6 +711,58 @@ def test_a_column_is_made_where_the_platform_made_none_and_gets_earlier_scores(p
     assert [score["column"] for score in platform.scores] == ["/c1/columns/made1"]
 
 
+def test_messages_of_the_form_that_canvas_documents(platform: Platform) -> None:
+    platform.site, platform.issuer = "https://canvas.example.edu", "https://canvas.instructure.com"
+    LtiRegistration.objects.all().delete()
+    platform.register()
+    api, vocabulary = f"{platform.site}/api/lti/courses/1", "http://purl.imsglobal.org/vocab/lis/v2/"
+    services: dict[str, Any] = {
+        f"{AGS}claim/endpoint": {
+            "scope": [f"{AGS}scope/{name}" for name in ("lineitem", "lineitem.readonly", "result.readonly", "score")],
+            "lineitems": f"{api}/line_items", "lineitem": f"{api}/line_items/5", "validation_context": None,
+            "errors": {"errors": {}},
+        },
+        "https://purl.imsglobal.org/spec/lti-nrps/claim/namesroleservice": {
+            "context_memberships_url": f"{api}/names_and_roles", "service_versions": ["2.0"],
+            "validation_context": None, "errors": {"errors": {}},
+        },
+    }  # fmt: skip
+
+    def launch_as(name: str, role: str) -> Any:
+        return platform.launch(
+            Client(), user=f"535fa085-{name}", email=f"{name}@example.edu", azp=platform.client_id,
+            deployment_id="1:8865aa05b4b79b64a91a86042e43af5ea8ae79eb", locale="en", picture=None, custom={},
+            roles=[f"{vocabulary}{kind}#{role}" for kind in ("institution/person", "membership")],
+            lis={"person_sourcedid": None, "course_offering_sourcedid": None, "validation_context": None},
+            lti11_legacy_user_id="d4b1", lti1p1={"user_id": "d4b1"},
+            resource_link={"id": "4dde", "title": "Homework", "description": None, "validation_context": None},
+            context={"id": "4dde", "label": "R1", "title": "Robotics", "type": [f"{vocabulary}course#CourseOffering"]},
+            tool_platform={"guid": "g:canvas-lms", "name": "A", "version": "cloud", "product_family_code": "canvas"},
+            **services,
+        )  # fmt: skip
+
+    assert launch_as("grace", "Instructor")["Location"] == "/a/velocity/class/"
+    assert launch_as("ada", "Learner")["Location"] == "/a/velocity/"
+    more: dict[str, Any] = {
+        "picture": "https://canvas.example.edu/p.png",
+        "given_name": "A",
+        "family_name": "B",
+        "status": "Active",
+    }
+    platform.members = [
+        _make_member("535fa085-grace", "Instructor", **more),
+        _make_member("535fa085-henri", **{**more, "email": "henri@example.edu", "lis_person_sourcedid": None}),
+        _make_member("535fa085-ada", **{**more, "email": "ada@example.edu"}),
+    ]
+    _work_off()
+    assert {person[:2] for person in _find_people("4dde").values()} >= {("ada", "student"), ("henri", "student")}
+    _set_points("535fa085-ada", 3)
+    _work_off()
+    assert [(score["column"], score["scoreGiven"]) for score in platform.scores] == [
+        ("/api/lti/courses/1/line_items/5", 3)
+    ]
+
+
 def test_a_submission_review_opens_the_student_s_work(course: Platform) -> None:
 
     ada = Person.objects.get(lti_user__sub="ada")
