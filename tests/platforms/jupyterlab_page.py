@@ -19,8 +19,9 @@ TALLEST = 16_000
 """Largest height of a picture in pixels."""
 IDLE = r"text=/(ipykernel|Pyodide)\) \| Idle/"
 DONE = r"""() => [...document.querySelectorAll('.jp-Notebook .jp-CodeCell .jp-InputPrompt')].every(
-    prompt => prompt.textContent === '' || /\[\d+\]/.test(prompt.textContent))"""
-"""Every code cell has a number in its prompt; a folded one has no prompt."""
+    prompt => prompt.textContent === '' || /\[\d+\]/.test(prompt.textContent))
+    && [...document.querySelectorAll('.jp-Notebook .jp-CodeCell')].at(-1).querySelector('.jp-OutputArea-output')"""
+"""Every code cell has a number in its prompt; a folded one, such as the last one, has no prompt, but an output."""
 SETTLED = """() => !document.querySelector('.jp-Notebook .jp-MarkdownCell .jp-mod-placeholder')
     && [...document.querySelectorAll('.jp-Notebook img')].every(image => image.complete)"""
 CELLS = """() => [...document.querySelectorAll('.jp-Notebook .jp-Cell')].map(cell => {
@@ -51,6 +52,7 @@ def open_and_run(page: Page, address: str, download_folder: str, name: str, pict
     page.locator(".lm-MenuBar-item", has_text="Run").click()
     page.locator(".lm-Menu-item", has_text="Run All Cells").first.click()
     page.wait_for_function(DONE, timeout=PATIENCE)
+    page.wait_for_selector(IDLE, timeout=PATIENCE)
     page.wait_for_function(SETTLED, timeout=PATIENCE)
     page.keyboard.press("Control+s")
     page.wait_for_timeout(3000)
