@@ -29,7 +29,7 @@ from qdot.exercises.questions.exact_configurations import (
 )
 from qdot.exercises.questions.inversion import JointValues, Lengths, sample_joint_values
 from qdot.exercises.reference_answers import Choice, Selection
-from qdot.exercises.short_questions.options import ConfigurationOptions, find_shown_value
+from qdot.exercises.short_questions.options import Blame, ConfigurationOptions, find_shown_value
 from qdot.exercises.short_questions.short_question import ShortQuestion
 from qdot.exercises.short_questions.wrong_sets import make_wrong_sets
 from qdot.exercises.singularities.singular_set import Component, find_singular_set
@@ -44,6 +44,9 @@ _SAMPLE_COUNT = 200
 """Number of random configurations of an arm for which the median ratio of singular values is computed."""
 OPTION_COUNT = 5
 """Number of configurations offered if several of them are singular."""
+
+ConfigurationAndBlame = tuple[ExactConfiguration, Blame | None]
+"""A configuration, and the mistake (if any) that makes it seem singular."""
 
 
 def _assign_random_lengths(chain: Chain, rng: Stream) -> tuple[Chain, Lengths]:
@@ -65,44 +68,44 @@ def _find_clearly_regular_ratio(chain: Chain) -> float:
     return min(CLEARLY_REGULAR_RATIO, round(float(np.median(sigma[:, -1] / np.maximum(sigma[:, 0], 1e-12))), 3))
 
 
-def _sample_singular_configurations(chain: Chain, rng: Stream) -> Iterator[ExactConfiguration]:
+def _sample_singular_configurations(chain: Chain, rng: Stream) -> Iterator[ConfigurationAndBlame]:
     """Yield singular configurations of an arm, in rounds through all components of its singular set."""
     for _ in range(MAX_TRIES):
         for component in rng.permutation(find_singular_set(chain) or ()):
             configuration = sample_displayable_configuration(chain, (component,), rng)
             if configuration is not None:
-                yield configuration
+                yield configuration, None
 
 
 def _sample_regular_configurations(
-    chain: Chain, rng: Stream, singular_candidates: Sequence[ExactConfiguration]
-) -> Iterator[ExactConfiguration]:
+    chain: Chain, rng: Stream, singular_candidates: Sequence[ConfigurationAndBlame]
+) -> Iterator[ConfigurationAndBlame]:
     """Yield regular configurations: first those that seem singular after a known mistake, then random ones.
 
     If a singular candidate has a formula such as arctan(3/4), the first regular one has a similar formula.
     """
-    formula_roots = [root for configuration in singular_candidates for root in configuration.formula_roots]
+    formula_roots = [root for configuration, _ in singular_candidates for root in configuration.formula_roots]
     for _ in range(MAX_COMPONENT_TRIES if formula_roots else 0):
         joints = {**sample_joint_values(chain, rng), **sample_false_root(formula_roots, {}, rng)}
         similar_configuration = make_regular_configuration(chain, joints)
         if similar_configuration is not None and similar_configuration.formula_roots:
-            yield similar_configuration
+            yield similar_configuration, None
             break
-    for component in rng.permutation(_find_falsely_singular_components(chain)):
+    for component, blame in rng.permutation(_find_falsely_singular_components(chain)):
         configuration = _sample_falsely_singular_configuration(chain, component, rng)
         if configuration is not None:
-            yield configuration
+            yield configuration, blame
     for _ in range(MAX_TRIES):
         configuration = sample_regular_configuration(chain, rng, _find_clearly_regular_ratio(chain))
         if configuration is not None:
-            yield configuration
+            yield configuration, None
 
 
-def _find_falsely_singular_components(chain: Chain) -> list[Component]:
-    """Return the components that seem to be part of the singular set after a known mistake."""
+def _find_falsely_singular_components(chain: Chain) -> list[tuple[Component, Blame]]:
+    """Return the components that seem to be part of the singular set after a known mistake, each with the mistake."""
     correct_set = find_singular_set(chain) or ()
     return [
-        component
+        (component, option.blames[0])
         for option in make_wrong_sets(chain, correct_set)
         for component in option.content
         if component not in correct_set and component.solutions is not None
@@ -135,30 +138,31 @@ def make_regular_configuration(chain: Chain, joints: JointValues) -> ExactConfig
 
 
 def _select_distinct(
-    candidates: Iterator[ExactConfiguration], count: int, excluded_candidates: Sequence[ExactConfiguration] = ()
-) -> list[ExactConfiguration]:
+    candidates: Iterator[ConfigurationAndBlame], count: int, excluded_candidates: Sequence[ConfigurationAndBlame] = ()
+) -> list[ConfigurationAndBlame]:
     """Return up to `count` candidates whose texts differ from each other and from the `excluded_candidates`."""
-    texts = set(map(_write_configuration, excluded_candidates))
-    distinct_candidates: list[ExactConfiguration] = []
-    for configuration in candidates:
+    texts = {_write_configuration(configuration) for configuration, _ in excluded_candidates}
+    distinct_candidates: list[ConfigurationAndBlame] = []
+    for configuration, blame in candidates:
         if len(distinct_candidates) == count:
             break
         if _write_configuration(configuration) not in texts:
             texts.add(_write_configuration(configuration))
-            distinct_candidates.append(configuration)
+            distinct_candidates.append((configuration, blame))
     return distinct_candidates
 
 
 def _offer_configurations(
-    singular_candidates: Sequence[ExactConfiguration],
-    regular_candidates: Sequence[ExactConfiguration],
+    singular_candidates: Sequence[ConfigurationAndBlame],
+    regular_candidates: Sequence[ConfigurationAndBlame],
     lengths: Lengths,
     rng: Stream,
 ) -> tuple[ConfigurationOptions, tuple[str, ...], tuple[int, ...]]:
     """Return configurations in random order as options, their texts, and the indices of the singular options."""
-    configurations = tuple(rng.permutation([*singular_candidates, *regular_candidates]))
-    correct = tuple(index for index, option in enumerate(configurations) if option in singular_candidates)
-    details = ConfigurationOptions(offered_configurations=configurations, lengths=lengths)
+    shuffled_candidates = rng.permutation([*singular_candidates, *regular_candidates])
+    configurations, blames = zip(*shuffled_candidates, strict=True)
+    correct = tuple(index for index, option in enumerate(shuffled_candidates) if option in singular_candidates)
+    details = ConfigurationOptions(offered_configurations=configurations, lengths=lengths, blames=blames)
     return details, tuple(map(_write_configuration, configurations)), correct
 
 

@@ -100,10 +100,15 @@ class Options(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class ConfigurationOptions(Details):
-    """Details of a question with configurations as options: the configurations, and the lengths of the arm."""
+    """Details of a question with configurations as options: the configurations, and the lengths of the arm.
+
+    `blames` has for each configuration the mistake that makes the configuration seem singular, or None. The worked
+    solution mentions it; a student who chose the configuration need not have made it.
+    """
 
     offered_configurations: tuple[ExactConfiguration, ...] = field(metadata=recorded_as("places"))
     lengths: dict[sp.Symbol, sp.Rational]
+    blames: tuple[Blame | None, ...]
 
     def list_shown_values(self, chain: Chain) -> dict[str, float]:
         """Return the lengths only, because the arm's figure shows none of the configurations."""
