@@ -33,7 +33,8 @@ export const Figures = withPace(
         <i>P</i> = ({state.point.map((value) => formatNumber(roundToDecimals(value, 3))).join(numberSeparator())}) m.
       </>
     );
-    const orientation = layers.frames ? <Orientation arm={arm} state={state} /> : null;
+    const isHidden = isOfPoseOnly && !layers.frames; // a first lesson names no axis that is not drawn
+    const orientation = isHidden ? null : <Orientation arm={arm} state={state} />;
     if (isConcealed || isOfPoseOnly)
       return (
         <div class="arm-figures">

@@ -68,6 +68,9 @@ describe("the panel", () => {
     show({ pane: "jacobian" });
     expect(text()).toMatch(/det\sJ.*singular/s);
     render(null, document.body);
+    show({ pane: "jacobian", layers: { frames: false } });
+    expect(text()).toContain("Angle of"); // as of an arm of six joints, whose frames are not drawn at first
+    render(null, document.body);
     show({ pane: "jacobian", unknown: "determinant" });
     expect(text()).toContain("P = (");
     expect(text()).not.toMatch(/det\sJ|singular/);
