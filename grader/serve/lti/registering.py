@@ -128,7 +128,7 @@ def _check_address(name: str, address: str) -> str:
 def _check_server(name: str, address: str, row: LtiRegistration) -> str:
     """Return an address on the server that is registered, or on one that all schools of a platform share.
 
-    Raises QdotError, so that whoever has the address of a registration can't make qdot ask servers behind a firewall.
+    Raises QdotError, so that anyone who has the address of a registration can't make qdot ask hosts behind a firewall.
     """
     shared = (address for kind in PLATFORMS.values() for address in (kind.issuer, kind.auth_url, kind.token_url))
     servers = {urlsplit(url).netloc for url in (row.name, *shared) if "{" not in url}

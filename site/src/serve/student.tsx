@@ -135,8 +135,8 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
           <p>
             {work.practice.home ? (
               <>
-                <strong>{say("serve.practising")}</strong>{" "}
-                <a href={work.practice.home}>{say("serve.stop-practice")}</a>{" · "}
+                <strong>{say("serve.practising")}</strong> <a href={work.practice.home}>{say("serve.stop-practice")}</a>
+                {" · "}
               </>
             ) : null}
             <a href={work.practice.next}>{say(work.practice.home ? "serve.other-set" : "serve.practise")}</a>
