@@ -446,7 +446,7 @@ test("a difference is reported with all values needed to reproduce it", () => {
   };
   const told = (typed: string) =>
     judgeValues(typed, key).reasons.find((reason) => reason.key === "verdict.differs")!.values["at"];
-  expect(told("a1*qd1")).toBe("a1 = 0.5 m, qd1 = 1, qd2 = 2, θ1 = 0°, θ2 = 28.6°");
+  expect(told("a1*qd1")).toBe("a1 = 0.5 m, qd1 = 1 rad/s, qd2 = 2 rad/s, θ1 = 0°, θ2 = 28.6°");
   expect(told("sin(theta2)")).toBe("a1 = 0.5 m, θ1 = 0°, θ2 = 28.6°");
 });
 
