@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from qdot.exercises.writing.problem_texts import write_answer_code
+from qdot.grader.grading.certify import find_former_students
 from qdot.grader.serve.models import Draft, Submission
 from tests.grader.serve.test_submitting import NOW, find_right_answer
 from tests.support.serving import Browser, Service, serve_class, set_clock
@@ -42,6 +43,7 @@ def test_practice_is_judged_without_limits_and_stores_nothing() -> None:
         assert (other["answers"], other["problems"]) == ({}, work["problems"])
         assert browser.get("/a/hw/practice/2/work").json()["problems"] != work["problems"]
         assert not Submission.objects.exists() and not Draft.objects.exists()
+        assert find_former_students(service.assignment) == []  # `qdot generate` warns of none
         assert browser.get("/a/hw/work").json()["score"] is None
 
 
