@@ -1,8 +1,9 @@
 """Compute the joint values while an arm moves its point of interest along a straight line p(s) = A + s u.
 
 s is the distance from the start A (m), and u is the unit vector from A to the target. Newton's method finds the joint
-values at p(s). It starts from the joint values at the previous point, so the arm stays on one branch of solutions.
-The joint rates are qd = J^-1 u speed (6.7). The task must have linear rows only, as many as the arm has joints.
+values at p(s). It starts from the joint values at the previous point, so the arm stays on one branch of solutions. The
+joint rates at the speed v are qd = J^-1 u v, equation (6.7) of the chapter. The task must have linear rows only, as
+many as the arm has joints.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -19,8 +19,8 @@
     a1 = [0.3, 0.8]
 
 With convention = "screws", a [[joint]] has the keys kind, axis = [0, 0, 1] and point = ["a1", 0, 0], a point on the
-axis. The key `point` at the top is the point of interest. All three are given at home, where all joint variables are
-zero, in the base frame. Twists are (omega, v), or (v, omega) with twist_order = "v-omega".
+axis. The key `point` at the top is the point of interest. `axis` and both points are given at home, where all joint
+variables are zero, in the base frame. Twists are (omega, v), or (v, omega) with twist_order = "v-omega".
 
 The default task consists of these rows of the Jacobian:
 
@@ -84,14 +84,14 @@ from qdot.exercises.common.stream import Stream
 ENTRY_KEYS = ("theta", "d", "a", "alpha")
 ANGLE_KEYS = ("theta", "alpha")
 MAX_JOINTS = 10
-"""Maximum number of joints: each further parallel joint doubles the time of the proof that both derivations agree."""
+"""Maximum number of joints: each further parallel joint doubles the time of the proof that two derivations agree."""
 ANGLE_UNITS = ("radians", "degrees")
 """The units in which a file may give its angles; the first is the default."""
 TOP_KEYS = ("name", "source", "convention", "twist_order", "angles", "task", "point", "base", "tool", "joint", "draw")
 """The keys outside the [[joint]] tables."""
 
 _PROVISIONAL_TASK = ("vx",)
-"""The task of an arm until the task is read, or until the default task can be chosen, for which the arm is needed."""
+"""A placeholder: a Chain needs a task, but the default task is chosen from the finished Chain."""
 _RANGE_HINT = "lengths need a range in metres, as in a1 = [0.3, 0.8]"
 _POSE_HINT = "expected {position = [x, y, z]}, with rpy = [roll, pitch, yaw] if the frame is rotated"
 Limits = tuple[sp.Expr, sp.Expr]
@@ -189,9 +189,9 @@ def _convert_urdf(path: Path, urdf_chain: UrdfChain) -> Robot:
 
 
 def _snap_table_offsets(chain: Chain, tolerance: sp.Expr) -> tuple[Chain, list[str]]:
-    """Return an arm without the offsets of its table that are at most a tolerance (m), and these offsets as text.
+    """Remove offsets of at most `tolerance` (m) from an arm's table; return the arm, and the removed offsets as text.
 
-    Such an offset may remain although those of the file were snapped, because the table adds offsets of the file.
+    Offsets of the file add up in the table, so a small one can remain after those of the file were removed.
     """
     snapped_offsets: list[str] = []
 
@@ -207,7 +207,7 @@ def _snap_table_offsets(chain: Chain, tolerance: sp.Expr) -> tuple[Chain, list[s
 
 
 def _move_point_onto(axis: Axis, former_axis: Axis) -> Axis:
-    """Return an axis with that point on it that is nearest to the point on the axis before it was moved a little."""
+    """Return `axis` with its point moved to the point on it that is nearest to the point of `former_axis`."""
     distance = (former_axis.point - axis.point).dot(axis.direction)
     return replace(axis, point=(axis.point + distance * axis.direction).applyfunc(evaluate_entry))
 
@@ -247,7 +247,7 @@ class _RobotReader:
             if len(joints) > MAX_JOINTS:
                 raise QdotError(_describe_excess_joints(len(joints)))
         self.joints: list[dict[str, Any]] = joints
-        kinds = [self._check_joint(index, joint) for index, joint in enumerate(joints)]
+        kinds = [self._read_kind(index, joint) for index, joint in enumerate(joints)]
         self.variables = [sp.Symbol(f"{HasKind(kind).variable_key}{i}") for i, kind in enumerate(kinds, 1)]
         self.written_arm: WrittenArm | None = None
         self.axis_points: tuple[Triple | None, ...] = ()
@@ -284,7 +284,7 @@ class _RobotReader:
                 raise QdotError(f"expected {' or '.join(map(format_toml, choices))}{hint}")
         return str(value)
 
-    def _check_joint(self, index: int, joint: dict[str, Any]) -> str:
+    def _read_kind(self, index: int, joint: dict[str, Any]) -> str:
         """Return the kind of the joint with an index (from 0), after checking the joint's keys."""
         keys, path = self.convention.joint_keys, ("joint", index)
         self._reject_keys_of_other_conventions(index, joint)

@@ -32,9 +32,9 @@ def remove_component(vectors: np.ndarray, axis: np.ndarray) -> np.ndarray:
 
 
 def find_perpendicular_vectors(axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return two unit vectors perpendicular to an axis and to each other, (…, 3) each, for each unit vector of `axes`.
+    """Return, for each unit vector of `axes`, two unit vectors perpendicular to it and to each other, (…, 3) each.
 
-    Sizes are compared after rounding, so that every machine chooses the same vectors.
+    Absolute components are compared after rounding, so that every machine chooses the same vectors.
     """
     most_different_axes = np.eye(3)[np.argmin(np.round(np.abs(axes), 6), axis=-1)]
     vectors = cross(axes, most_different_axes)

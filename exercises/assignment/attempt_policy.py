@@ -1,6 +1,7 @@
 """Decide which of a student's notebooks count: the last one, or the best of a few submitted at different times.
 
-A notebook replaces another one that was received shortly before. So many guesses within a short time are one attempt.
+A notebook replaces another one that was received shortly before. Several guesses in quick succession are therefore one
+attempt.
 """
 
 import datetime
@@ -87,6 +88,7 @@ def read_attempt_policy(setting: str | Mapping[str, Any]) -> AttemptPolicy:
                 raise QdotError(f"{name}: {ATTEMPT_FORMS[name]}")
             if name in setting:
                 limits[name] = count
+    # A limit of tries alone leaves it at the last attempt.
     default_best_of = None if setting.keys() == {"tries"} else DEFAULT_BEST_OF
     policy = AttemptPolicy(limits.get("best_of", default_best_of), tries=limits.get("tries"))
     with errors.collect():

@@ -21,12 +21,11 @@ DEFAULT_SECONDS, MIN_SECONDS, MAX_SECONDS = 60.0, 0.1, 1e8
 CHECK_INTERVAL = 0.05
 """Seconds between two checks of the limits.
 
-If a limit is exceeded, each check raises the exception again, because an exception in a destructor, for example, is
-lost."""
+If a limit is exceeded, each check raises the exception again: Python drops one raised in a destructor."""
 
 
 class OutOfTime(BaseException):
-    """Raised when the time is over; no `Exception`, so that code that catches every `Exception` doesn't catch it."""
+    """Raised when the time is over. It derives from BaseException, so that `except Exception` doesn't catch it."""
 
 
 def parse_seconds(text: str) -> float:
@@ -46,8 +45,8 @@ def parse_seconds(text: str) -> float:
 def time_limit(seconds: float) -> Iterator[None]:
     """Raise OutOfTime inside the block as soon as the block has used `seconds` of processor time.
 
-    Caches of functions stay valid, because they store only finished results. SymPy's cache is cleared, because SymPy
-    stores assumptions in the expressions themselves.
+    Caches of functions stay valid, because they store only finished results. SymPy's cache is cleared: it may hold
+    expressions with half-computed assumptions.
     """
     watchdog = Watchdog(seconds)
     try:
@@ -71,7 +70,7 @@ def end_watchdog(watchdog: "Watchdog") -> None:
 
 
 class Watchdog:
-    """Raises OutOfTime in the thread that created the watchdog after `seconds` of processor time until `end` is called.
+    """Raises OutOfTime in the thread that created it, again and again from `seconds` of processor time until `end`.
 
     The exception is raised between two Python instructions. One thread, started when it is needed, serves all watchdogs
     of the process, because to start a thread takes longer than most tasks.

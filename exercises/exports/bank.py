@@ -28,7 +28,7 @@ MAX_PROBLEMS_PER_VARIANT = 10
 """Maximum number of problems to generate for each variant. It matters if a family has only few different problems."""
 
 ConvertProblem = Callable[[ExportRequest, Slot, Problem], Conversion]
-"""A function that converts a problem for an export. It belongs to a module, so that other processes can unpickle it."""
+"""A function that converts a problem for an export. It stands in a module, so that other processes can unpickle it."""
 _WorkerState = tuple[ExportRequest, Slot, ConvertProblem[Conversion], set[str]]
 """The state of a worker process: the request, the slot, the conversion, and the fingerprints of existing problems."""
 
@@ -44,9 +44,9 @@ class _Candidate(NamedTuple, Generic[Conversion]):
 def iterate_bank(request: ExportRequest) -> Generator[Variant, None, None]:
     """Yield the variants of every slot in turn. A bank of 50 variants begins with the variants of a bank of 20.
 
-    The variants are generated from the assignment's secret, and nobody can regenerate them without the secret. Students
-    get the same problems only by chance. Problems that fail their certificate are skipped. Raises QdotError if all
-    problems of a slot fail.
+    The variants are generated from the assignment's secret, and nobody can regenerate them without the secret. A
+    student's own problem equals one of them only by chance. Problems that fail their certificate are skipped. Raises
+    QdotError if all problems of a slot fail.
     """
     for variant, _ in convert_bank(request, _ignore_problem):
         yield variant
@@ -118,10 +118,9 @@ def _iterate_distinct_problems(
 
 
 def _generate_candidate(state: _WorkerState[Conversion], number: int) -> _Candidate[Conversion] | Reason | None:
-    """Return the problem with a number, the reason why it fails its certificate, or None if an equal problem exists.
+    """Return the bank's problem `number`, the reason why it fails its certificate, or None if an equal problem exists.
 
-    Each process handles its numbers in ascending order. So for equal problems of one process, the caller receives first
-    the problem that has a result.
+    Numbers ascend within a process, so the first of several equal problems is the one with a result.
     """
     request, slot, convert, known_fingerprints = state
     student = f"bank/{number}"  # no student has this identifier, because identifiers contain no slash

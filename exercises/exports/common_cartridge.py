@@ -1,9 +1,9 @@
 """Export Common Cartridges (version 1.1), which Blackboard, Brightspace, Canvas, Moodle and other platforms import.
 
-A cartridge has no random selection and at most one question bank. So one cartridge contains a quiz for each version, in
-which every question has a variant of its own, and further cartridges each contain the bank of one question, for
-platforms that can select a question from a bank at random. Cartridges have no type of question for numbers: a question
-asks for one number and lists the texts that are accepted. They have no matching questions, which are left out.
+A cartridge has no random selection and at most one question bank. So one cartridge contains a quiz for each version,
+with another variant of every question, and further cartridges each contain the bank of one question, for platforms that
+can select a question from a bank at random. Cartridges have no type of question for numbers: a question asks for one
+number and lists the texts that are accepted. They have no matching questions, which are left out.
 """
 
 import re
@@ -98,7 +98,7 @@ def _name_profile(form: items.ItemForm) -> str:
 
 
 def _list_option_ids(item_id: str, form: items.ItemForm) -> list[str]:
-    """Return the identifier of each option: for true and false these words, from which platforms know them."""
+    """Return the identifier of each option: for true and false the words, by which platforms recognise them."""
     is_true_or_false = isinstance(form, items.ChoiceForm) and form.is_true_or_false
     return list(TRUE_FALSE) if is_true_or_false else items.list_option_ids(item_id, form)
 

@@ -53,9 +53,9 @@ def _confuse_options(
 
 
 def _confuse_statements(has_correct_meaning: bool) -> AnswerGenerator:
-    """Return a function that yields answers with the wrong kind of singularity, or with a wrong geometric meaning.
+    """Return a function that yields answers with a wrong geometric meaning of a singularity.
 
-    If `has_correct_meaning`, the geometric meaning is correct and only the kind is wrong.
+    If `has_correct_meaning`, it yields answers with the correct meaning and the wrong kind instead.
     """
 
     def is_chosen(part: Part, chosen_index: int, correct_index: int) -> bool:
@@ -82,14 +82,14 @@ def _count_task_rows(part: Part) -> int:
 
 
 def _list_full_rank_minus_one(chain: Chain, part: Part, rank_losses: Collection[int]) -> list[list[int]]:
-    """Return the rank of a configuration that loses one direction, if the correct loss is one of `rank_losses`."""
+    """Return the full rank minus one, if the correct loss of rank is one of `rank_losses`."""
     full_rank = compute_full_rank(chain)
     rank_loss = full_rank - int(part.answer_as(Number).reference[0])
     return [[full_rank - 1]] if rank_loss in rank_losses else []
 
 
 def _miscount_rows(chain: Chain, part: Part) -> Iterator[list[int]]:
-    """Yield the rows and columns of J, with the orientation or the position counted as a single component."""
+    """Yield wrong sizes of J: the orientation, the position, or both are counted as one component."""
     linear_count = sum(row[0] == "v" for row in part.details_as(TaskDetails).task)
     angular_count = _count_task_rows(part) - linear_count
     yield [linear_count + min(angular_count, 1), chain.n]

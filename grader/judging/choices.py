@@ -31,7 +31,7 @@ MIN_PARTIAL_LENGTH = 4
 
 
 def is_blank_text(text: str) -> bool:
-    """Return whether a text has no content, as if its variable was never set; "none" is an answer.
+    """Return whether a text is no answer: empty, "blank", or "None" as an unset variable prints; "none" is an answer.
 
     >>> is_blank_text("None"), is_blank_text("( blank )"), is_blank_text("none")
     (True, True, False)

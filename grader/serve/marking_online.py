@@ -54,7 +54,7 @@ from qdot.grader.submissions.submission import StudentFiles
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-Marked = tuple[NotebookMarks, dict[str, Any]]
+MarksAndPage = tuple[NotebookMarks, dict[str, Any]]
 """The marks of a submission, and what the student's page shows of them."""
 logger = logging.getLogger("qdot.serve")
 
@@ -64,9 +64,9 @@ ANSWER_SECONDS = 25.0
 """For how many seconds a student's browser waits for a verdict; then the page asks again later."""
 TURN_SECONDS = 3.0
 """For how many seconds an answer waits while an earlier one of the same student is judged; then it is queued."""
-LATER_SECONDS = 60.0
-"""After how many seconds a submission that is neither marked nor in the queue is put there by `queue_forgotten`."""
-MAX_STARTS = 5
+FORGOTTEN_AFTER_SECONDS = 60.0
+"""After how many seconds a submission that is neither marked nor in the queue is queued again by `queue_forgotten`."""
+MAX_FAILURES = 5
 """How often the grading of one submission may kill its process, or fail."""
 SLOW_PRIORITY = -5
 """The priority in the queue of typed answers that take long to judge; notebooks have 0, which is higher."""
@@ -81,7 +81,7 @@ class JudgePool:
         self._pool = self._open(jobs)
 
     def run(self, work: Callable[[Judge, Item], Result], item: Item) -> Result:
-        """Return `work(judge, item)`. Raises TimeoutError if it takes too long, BrokenProcessPool if it kills two."""
+        """Return `work(judge, item)`. Raises TimeoutError if it takes long, or BrokenProcessPool if it kills two."""
         pool = self._pool
         try:
             return _wait(submit_to_pool(pool, work, item))
@@ -89,7 +89,7 @@ class JudgePool:
             with self._lock:
                 if pool is self._pool:
                     self._pool = self._open(self._jobs)
-        with self._open(1) as own_pool:  # the work that killed the process harms no other a second time
+        with self._open(1) as own_pool:  # again in a pool of its own, so that it can end no other work
             return _wait(submit_to_pool(own_pool, work, item))
 
     def warm_up(self) -> None:
@@ -104,7 +104,7 @@ class JudgePool:
 
 
 def _wait(future: Future[Result]) -> Result:
-    """Return the result of work, which isn't begun any more if it takes too long."""
+    """Return the result of work; if that takes too long, the work is cancelled unless it has begun."""
     try:
         return future.result(ANSWER_SECONDS)
     except TimeoutError:
@@ -113,7 +113,7 @@ def _wait(future: Future[Result]) -> Result:
 
 
 @cache
-def find_judges() -> JudgePool:
+def get_judge_pool() -> JudgePool:
     """Return the judges of this service, which are started with the first call."""
     return JudgePool(find_options().folders, find_options().jobs)
 
@@ -125,7 +125,7 @@ def mark_answers(submission: Submission) -> None:
     """Mark typed answers at once, or put them into the queue if they take long or kill their process."""
     try:
         with _wait_for_turn(submission.person.pk):
-            marked = _mark_typed(submission, find_judges().run, is_quick=True)
+            marked = _mark_typed(submission, get_judge_pool().run, is_quick=True)
     except (TimeoutError, BrokenProcessPool):
         marked = None
     if marked is None:
@@ -138,7 +138,7 @@ def mark_practice(person: Person, typed: TypedAnswers) -> MarkedAnswers:
     """Return the marks of answers that are not stored. Raises Refused if this takes long."""
     marked: MarkedAnswers | None = None
     with suppress(TimeoutError, BrokenProcessPool), _wait_for_turn(person.pk):
-        marked = find_judges().run(mark_typed_answers, typed)
+        marked = get_judge_pool().run(mark_typed_answers, typed)
     if marked is None:
         raise Refused(409, "It takes too long to judge this answer. Try a shorter one.")
     return marked
@@ -162,21 +162,21 @@ def _wait_for_turn(person: int) -> Iterator[None]:
             _turns.notify_all()
 
 
-def _mark_typed(submission: Submission, run: Callable[..., Any], *, is_quick: bool) -> Marked | None:
-    """Return the marks of typed answers, and what is shown of them. Problems with unchanged answers keep theirs.
+def _mark_typed(submission: Submission, run: Callable[..., Any], *, is_quick: bool) -> MarksAndPage | None:
+    """Return the marks of typed answers, and what is shown of them. Unchanged problems keep their earlier marks.
 
-    The result is None if `is_quick`, and this takes long.
+    The result is None if `is_quick` and judging takes long.
     """
     assignment = load_class_assignment(submission.person.classroom, submission.assignment)
     answers, student = submission.answers or {}, submission.person.student_id
-    finished, shown = _find_finished(submission, assignment)
+    finished, shown = _find_unchanged(submission, assignment)
     typed = TypedAnswers(describe_class(assignment), student, answers, finished, is_quick)
     marked: MarkedAnswers | None = run(mark_typed_answers, typed)
     return None if marked is None else (marked.marks, shown | to_jsonable(marked.shown))
 
 
-def _find_finished(submission: Submission, assignment: Assignment) -> tuple[dict[str, ProblemResult], dict[str, Any]]:
-    """Return the marks, by slot, of problems whose answers are those of the submission before, and what is shown."""
+def _find_unchanged(submission: Submission, assignment: Assignment) -> tuple[dict[str, ProblemResult], dict[str, Any]]:
+    """Return the marks, by slot, of problems unchanged since the previous submission, and what is shown of them."""
     earlier = Submission.objects.filter(person=submission.person, assignment=submission.assignment)
     earlier = earlier.filter(answers__isnull=False, marks__isnull=False, pk__lt=submission.pk)
     previous = earlier.order_by("-pk").first()
@@ -204,16 +204,16 @@ def queue_forgotten() -> None:
 
     A submission on which this has failed several times stays ungraded.
     """
-    moment = timezone.now() - timedelta(seconds=LATER_SECONDS)
-    numbers = Submission.objects.filter(state=Submission.State.WAITING, received__lt=moment).values_list(
+    moment = timezone.now() - timedelta(seconds=FORGOTTEN_AFTER_SECONDS)
+    submission_ids = Submission.objects.filter(state=Submission.State.WAITING, received__lt=moment).values_list(
         "pk", flat=True
     )
-    if waiting := set(numbers):
+    if waiting := set(submission_ids):
         tasks = DBTaskResult.objects.filter(task_path=grade_submission.module_path)
         failures = Counter(row.args_kwargs["args"][0] for row in tasks.failed())
         queued = {row.args_kwargs["args"][0] for row in tasks.exclude(status__in=("FAILED", "SUCCESSFUL"))}
         for number in sorted(waiting - queued):
-            if failures[number] < MAX_STARTS:
+            if failures[number] < MAX_FAILURES:
                 grade_submission.enqueue(number)
             else:
                 give_up(grade_submission.module_path, number)
@@ -225,14 +225,14 @@ def queue_forgotten() -> None:
 def load_problem_records(owner: object, assignment: Assignment, student_id: str, language: str) -> list[dict[str, Any]]:
     """Return the problems of a student as the page shows them. They are generated for a student who has none yet.
 
-    `owner` is whose problems these are, as no other person and no set for practice is called.
+    `owner` identifies the person or the set for practice; no other has the same.
     """
     digest, pages = assignment.notebook_digest_of(student_id), caches["pages"]
     key = f"{compute_package_digest()[:16]}-{digest}-{assignment.hints}-{language}-{owner}"
     if (records := pages.get(key)) is None:
         release_if_needed(assignment, student_id)
         student = StudentOfClass(describe_class(assignment), student_id, language)
-        records = find_judges().run(make_problem_records, student)
+        records = get_judge_pool().run(make_problem_records, student)
         pages.set(key, records, None)
     return records
 
@@ -245,7 +245,7 @@ def release_if_needed(assignment: Assignment, student: str) -> None:
     """Generate, certify and store a student's problems, unless they are up to date. Raises Refused."""
     with _release_lock:
         for _ in range(2):
-            result = find_judges().run(release_problems, StudentOfClass(describe_class(assignment), student))
+            result = get_judge_pool().run(release_problems, StudentOfClass(describe_class(assignment), student))
             if result.outcome != "replaced":
                 break
             record_replacements(assignment, student, result.replacements)
@@ -279,7 +279,7 @@ def grade_submission(submission_id: int) -> None:
         _store_marks(submission, *marked)
 
 
-def _grade_file(submission: Submission) -> Marked:
+def _grade_file(submission: Submission) -> MarksAndPage:
     """Return the marks of a submitted file, and what is shown of them."""
     assignment, judge = load_class_assignment(submission.person.classroom, submission.assignment), _find_own_judge()
     student = submission.person.student_id
@@ -342,7 +342,7 @@ def run_periodically(work: Callable[[], None], seconds: float) -> threading.Thre
 
 
 def count_waiting_before(submission: Submission) -> int | None:
-    """Return how many notebooks are graded before this one; None if it is graded."""
+    """Return how many notebooks are waiting before this one; None if it isn't waiting."""
     if submission.state != Submission.State.WAITING:
         return None
     waiting = Submission.objects.filter(state=Submission.State.WAITING, answers__isnull=True, pk__lt=submission.pk)

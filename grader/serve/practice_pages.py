@@ -19,7 +19,7 @@ from qdot.grader.grading.final_result import GradedNotebook, compute_final_resul
 from qdot.grader.serve.class_list import describe_class
 from qdot.grader.serve.errors import NO_PAGE, Refused
 from qdot.grader.serve.judge_process import StudentOfClass, TypedAnswers, has_arm_of
-from qdot.grader.serve.marking_online import find_judges, load_problem_records, mark_practice, release_if_needed
+from qdot.grader.serve.marking_online import get_judge_pool, load_problem_records, mark_practice, release_if_needed
 from qdot.grader.serve.models import Person
 from qdot.grader.serve.rates import check_rate
 from qdot.grader.serve.scores import make_empty_marks
@@ -65,7 +65,7 @@ def _has_own_arm(work: Work, practice: Work) -> bool:
     release_if_needed(practice.assignment, practice.student.id)
     students = (work.student.id, practice.student.id)
     requests = [StudentOfClass(describe_class(practice.assignment), student) for student in students]
-    result = find_judges().run(has_arm_of, requests)
+    result = get_judge_pool().run(has_arm_of, requests)
     cache.set(name, result, None)
     return result
 

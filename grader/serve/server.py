@@ -18,8 +18,8 @@ from qdot.exercises.common.files import lock
 from qdot.grader.serve.html_pages import load_assets
 from qdot.grader.serve.lti.outbox import work_off_outbox
 from qdot.grader.serve.marking_online import (
-    MAX_STARTS,
-    find_judges,
+    MAX_FAILURES,
+    get_judge_pool,
     give_up,
     queue_forgotten,
     run_periodically,
@@ -70,7 +70,7 @@ def run_service(options: ServiceOptions, host: str, port: int, on_ready: Any) ->
     """Serve until the process is asked to end; `on_ready` is called when the service answers. Raises QdotError."""
     resolve("/")  # loads all views
     load_assets()
-    find_judges().warm_up()
+    get_judge_pool().warm_up()
     queue = QueueProcess(options)
     queue.start()
     run_periodically(queue_forgotten, SECONDS_BETWEEN_CHECKS)
@@ -86,7 +86,7 @@ def run_service(options: ServiceOptions, host: str, port: int, on_ready: Any) ->
         server.run()
     finally:
         queue.stop()
-        find_judges().close()
+        get_judge_pool().close()
 
 
 def open_server(application: Any, url: str, host: str, port: int) -> Any:
@@ -133,7 +133,7 @@ def reclaim_tasks() -> None:
     """Put tasks whose process was killed back into the queue; one whose process was killed often is given up."""
     for row in DBTaskResult.objects.running():
         with transaction.atomic():
-            if len(row.worker_ids) >= MAX_STARTS:
+            if len(row.worker_ids) >= MAX_FAILURES:
                 give_up(row.task_path, *row.args_kwargs["args"])
                 row.set_failed(RuntimeError("killed its process"))
             else:

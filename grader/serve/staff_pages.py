@@ -24,7 +24,7 @@ from qdot.grader.serve.exchange import make_results_zip
 from qdot.grader.serve.html_pages import render_page
 from qdot.grader.serve.judge_process import StudentOfClass, make_solutions
 from qdot.grader.serve.lti.outbox import find_refused, update_scores
-from qdot.grader.serve.marking_online import find_judges
+from qdot.grader.serve.marking_online import get_judge_pool
 from qdot.grader.serve.models import Classroom, Extension, Person, PointsOverride, StaffAction, Submission
 from qdot.grader.serve.regrading import accept_regrading, continue_regrading, count_outdated
 from qdot.grader.serve.scores import compute_results
@@ -169,7 +169,7 @@ def get_student(request: HttpRequest, person: Person, key: str, number: int) -> 
     work = find_work(student, key)
     content = describe_work(work, find_language(request))
     who = StudentOfClass(describe_class(work.assignment), student.student_id)
-    content["solutions"] = find_judges().run(make_solutions, who)
+    content["solutions"] = get_judge_pool().run(make_solutions, who)
     return JsonResponse(content)
 
 

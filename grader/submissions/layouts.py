@@ -64,13 +64,15 @@ _MOODLE = re.compile(r"(?P<name>.+?)_(?P<number>\d+)_assignsubmission_(?:file|on
 
 
 def _recognise_moodle(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
-    """Return Moodle's submissions: NAME_NUMBER_assignsubmission_file/…, or …_file_hw.ipynb without folders.
+    """Return Moodle's submissions: NAME_NUMBER_assignsubmission_file/…, or files …_file_hw.ipynb without folders.
 
     Before Moodle 4.1, the folder's name ends with an underscore. If names are hidden, NAME is "Participant", and NUMBER
     is in the grading worksheet's column Identifier.
     """
-    numbers = [(path, match["number"], match["name"]) for path, match in _match_names(_MOODLE, entries)]
-    return [SubmittedPath(path, (number, f"Participant {number}"), name, "Moodle") for path, number, name in numbers]
+    numbered_paths = [(path, match["number"], match["name"]) for path, match in _match_names(_MOODLE, entries)]
+    return [
+        SubmittedPath(path, (number, f"Participant {number}"), name, "Moodle") for path, number, name in numbered_paths
+    ]
 
 
 _CANVAS = re.compile(r"(?P<name>.+?)(?P<late>_LATE)?_(?P<user>\d+)_(?:\d+_.+|(?:text|link)\.html)", re.DOTALL)
@@ -92,7 +94,8 @@ def _recognise_canvas(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
 def _recognise_gradescope(root: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """Return Gradescope's submissions: submission_NUMBER/…
 
-    Names, identifiers and times are in the file submission_metadata.yml. A group's submission has several owners.
+    Names, identifiers and times are in the file submission_metadata.yml, which is returned without an owner. A group's
+    submission has several owners.
     """
     listing = root / "submission_metadata.yml"
     if listing.is_symlink() or not check_safely(listing.is_file):
@@ -144,8 +147,8 @@ _ILIAS = re.compile(r"(?P<name>[^_]+_[^_]+)_(?P<login>.+)_(?P<number>\d+)", re.D
 def _recognise_ilias(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     """Return the submissions of ILIAS: LAST_FIRST_LOGIN_NUMBER/…"""
     matches = _match_names(_ILIAS, [path for path in entries if check_safely(path.is_dir)])
-    names = [(path, (match["login"], match["number"]), match["name"].replace("_", " ")) for path, match in matches]
-    return [SubmittedPath(path, ids, name, "ILIAS") for path, ids, name in names]
+    owners = [(path, (match["login"], match["number"]), match["name"].replace("_", " ")) for path, match in matches]
+    return [SubmittedPath(path, ids, name, "ILIAS") for path, ids, name in owners]
 
 
 def _recognise_github(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
@@ -174,7 +177,7 @@ LAYOUTS: dict[str, Layout] = {
 
 
 MAX_DEPTH = 5
-"""Maximum number of nested folders, each the only entry of its parent, that are opened in search of submissions."""
+"""How many folders that have a single entry are opened, one inside another, to find submissions."""
 
 
 def list_nested_folders(root: Path) -> Iterator[Path]:

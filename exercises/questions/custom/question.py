@@ -496,8 +496,8 @@ class QuestionMaker:
                 matrix = self.derive_formulas(chain, Stream("check"))[0].as_matrix()
                 if self.definition.is_up_to_factor and (matrix.rows == 1 or matrix.cols > 1):
                     return "only a vector can count up to a factor; leave up_to_factor out"
-                names_symbols = self.names_arm_symbols(chain)
-                if _is_constant(self.definition, chain if names_symbols else make_symbolic_arm(chain).chain):
+                class_chain = chain if self.names_arm_symbols(chain) else make_symbolic_arm(chain).chain
+                if _is_constant(self.definition, class_chain, _name_lengths(class_chain) - _name_lengths(chain)):
                     return f"its answer is {'always zero' if matrix.is_zero_matrix else 'the same everywhere'}"
                 return find_term_count_objection(sum(len(sp.Add.make_args(entry)) for entry in matrix))
         except FormulaError as error:
@@ -722,16 +722,25 @@ def _find_numerator(formula: sp.Expr) -> sp.Expr:
 
 
 @lru_cache(maxsize=1024)
-def _is_constant(definition: Definition, chain: Chain) -> bool:
-    """Return whether the answer has the same value at three arbitrary values of its symbols; cached for a class."""
-    values = _evaluate_at_points(list(_derive_for_symbolic_arm(definition, chain))).values.T
+def _is_constant(definition: Definition, chain: Chain, fixed_names: frozenset[str]) -> bool:
+    """Return whether the answer has the same value at three arbitrary values of its symbols; cached for a class.
+
+    The symbols named in `fixed_names`, which are numbers in a student's arm, have the same value three times.
+    """
+    values = _evaluate_at_points(list(_derive_for_symbolic_arm(definition, chain)), fixed_names).values.T
     return all(np.allclose(value, values[0], rtol=1e-9, atol=1e-9) for value in values[1:])
 
 
-def _evaluate_at_points(entries: Sequence[sp.Expr]) -> Evaluation:
-    """Return the values and magnitudes of entries at three arbitrary values of their symbols."""
+def _name_lengths(chain: Chain) -> frozenset[str]:
+    """Return the names of the lengths of an arm that are not numbers."""
+    return frozenset(length.name for length in chain.parameters)
+
+
+def _evaluate_at_points(entries: Sequence[sp.Expr], fixed_names: AbstractSet[str] = frozenset()) -> Evaluation:
+    """Return the values and magnitudes of entries at three arbitrary values of their symbols, but for fixed ones."""
     names = sorted(str(symbol) for symbol in set().union(*(entry.free_symbols for entry in entries)))
-    points = {name: (7 * np.arange(3) + 3 * i + 4) / (11 + i) for i, name in enumerate(names)}
+    steps = {name: 0 if name in fixed_names else 7 for name in names}
+    points = {name: (step * np.arange(3) + 3 * i + 4) / (11 + i) for i, (name, step) in enumerate(steps.items())}
     known_names = frozenset(names)  # otherwise, m would be a unit
     return evaluate(
         compile_program([parse_reference(format_expression(entry), known_names) for entry in entries]), points, 3

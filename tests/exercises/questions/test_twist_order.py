@@ -266,7 +266,7 @@ WRONG = [
     ("file", ARM.replace('"screws"', '"dh"'), ["line 3", 'twist_order = "v-omega"']),
     ("assignment", 'twist_order = "v-omega"', ['twist_order = "v-omega"']),
     ("assignment", 'convention = "screws"\ntwist_order = "v-w"', ["known: omega-v, v-omega"]),
-    ("assignment", 'convention = "screws"\ntwist_order = 1', ["order of twists"]),
+    ("assignment", 'convention = "screws"\ntwist_order = 1', ["line", "omega-v or v-omega"]),
     ("problem", 'twist_order = "v-omega"', ["tables"]),
 ]  # fmt: skip
 

@@ -67,7 +67,7 @@ def test_slides_are_spoken_of_where_there_are_some() -> None:
 
 
 NAMES = {"dh": "$O_{2}$ lies", "modified-dh": "$O_{3}$ lies", "screws": "$q_{3}'$ lies"}
-LEAST = "It can hold only if"
+LEAST = "This condition can hold only if"
 
 
 def solution(identity: str, question: str, convention: str = "dh") -> str:

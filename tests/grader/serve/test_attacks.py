@@ -45,10 +45,10 @@ def test_judges_that_are_busy_are_reported_and_lose_nothing(service: Service, mo
         raise TimeoutError
 
     with monkeypatch.context() as patch:
-        patch.setattr(marking_online.find_judges(), "run", be_busy)
+        patch.setattr(marking_online.get_judge_pool(), "run", be_busy)
         assert browser.answer("p1.position", "theta1").json()["state"] == "waiting"
         reply = browser.get("/a/hw/notebook.ipynb")
-        assert (reply.status_code, reply.json()["error"][:12]) == (503, "qdot has too")
+        assert (reply.status_code, reply.json()["error"][:12]) == (503, "qdot is busy")
     assert service.work_off_queue() == 1
     assert browser.get("/a/hw/work").json()["submissions"][0]["state"] == "marked"
 

@@ -10,7 +10,7 @@ from django_tasks_db.models import DBTaskResult
 from qdot.exercises.writing.problem_texts import write_answer_code
 from qdot.grader.grading.result import NotebookMarks
 from qdot.grader.serve import scores
-from qdot.grader.serve.marking_online import MAX_STARTS, queue_forgotten
+from qdot.grader.serve.marking_online import MAX_FAILURES, queue_forgotten
 from qdot.grader.serve.models import Submission
 from qdot.grader.serve.server import reclaim_tasks
 from tests.support.serving import Service, serve_class, set_clock
@@ -163,7 +163,7 @@ def test_what_a_killed_process_left_is_done_later(service: Service) -> None:
     assert service.work_off_queue() == 1
     assert Submission.objects.get().state == "marked"
     browser.upload("a.ipynb", b"{}")
-    for _ in range(MAX_STARTS - 1):
+    for _ in range(MAX_FAILURES - 1):
         DBTaskResult.objects.ready().get().claim("killed")
         reclaim_tasks()
     assert DBTaskResult.objects.ready().count() == 1
@@ -176,12 +176,12 @@ def test_what_a_killed_process_left_is_done_later(service: Service) -> None:
 def test_what_fails_again_and_again_is_left_ungraded(service: Service) -> None:
     service.open_browser("s001").upload("a.ipynb", b"{}")
     Submission.objects.update(received=NOW - datetime.timedelta(days=3650))
-    for _ in range(MAX_STARTS):
+    for _ in range(MAX_FAILURES):
         row = DBTaskResult.objects.get(status="READY")
         row.claim("worker")
         row.set_failed(OSError("the database was gone"))
         queue_forgotten()
-    assert (DBTaskResult.objects.count(), Submission.objects.get().state) == (MAX_STARTS, "marked")
+    assert (DBTaskResult.objects.count(), Submission.objects.get().state) == (MAX_FAILURES, "marked")
     assert service.open_browser("s001").get("/a/hw/work").json()["results"]["p1.position"]["points"] is None
 
 

@@ -306,7 +306,7 @@ def test_a_hostile_zip_writes_nothing_outside(
 def test_a_file_that_is_no_zip_is_an_error(assignment: Assignment, tmp_path: Path) -> None:
     path = tmp_path / "grades.csv"
     path.write_text("a")
-    with pytest.raises(QdotError, match="is not a folder; expected"), open_submissions(path) as root:
+    with pytest.raises(QdotError, match="is neither a folder with"), open_submissions(path) as root:
         find_submissions(assignment, root)
     write_zip(tmp_path / "m.zip", assignment)
     data = (tmp_path / "m.zip").read_bytes()
