@@ -11,7 +11,7 @@ PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests hatch_build.py
 PYTEST  = $(PY) -m pytest -n auto --dist loadgroup --durations=5
 
-.PHONY: help demo check test whole integration lint unit site site-test docs sharing messages test-all test-oldest pairs fuzz diagnoses platforms bench lighthouse format lock clean
+.PHONY: help demo check test whole integration lint unit site site-test docs messages test-all test-oldest pairs fuzz diagnoses platforms bench lighthouse format lock clean
 
 help:  ## show this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1 | \2/p' Makefile | awk -F'|' '{ printf "%-20s %s\n", $$1, $$2 }'
@@ -107,9 +107,6 @@ oldest: $(VENV)/.oldest .venvs/readers/.installed
 docs: $(VENV)/.dev  ## write the pages of docs/ that are generated from the code
 	$(PY) -m tests.tools.docs_pages
 	$(PY) -m tests.tools.reference_pages
-
-sharing: $(VENV)/.dev  ## measure how many of 500 students would share an answer, for docs/variation.md (ten minutes)
-	$(PY) -m tests.tools.sharing
 
 messages: $(VENV)/.dev  ## collect all texts, merge them into exercises/locale, and list what is left to translate
 	$(PY) -m tests.tools.collect_messages

@@ -1,4 +1,7 @@
-"""Compute the penalty for late work as a share of the earned points, by the rule `late` in assignment.toml."""
+"""Compute the penalty for late work as a share of the earned points, by the rule `late` in assignment.toml.
+
+`grader.grading.final_result` subtracts it.
+"""
 
 import datetime
 import math

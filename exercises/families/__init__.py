@@ -1,6 +1,6 @@
 """Define the families of arms: an arm as drawn in the chapter, and what varies from one student's arm to another's.
 
-`exercises/generation.py` samples the arm of a student from a family. Modules:
+`exercises/generation.py` asks a family for the arm of a student; `variations` samples its lengths and angles. Modules:
 
     family              what a family is
     variations          the axes of variation: lengths, joint offsets, senses of the axes, base, point, task

@@ -1,6 +1,7 @@
 """Derive the results of the chapter for a user's own arm (`qdot solve`).
 
-This package imports the packages that generate, certify and write problems. Modules:
+The Jacobian and the other results themselves are derived in `arm.derivation`. This package imports the packages that
+generate, certify and write problems. Modules:
 
     certified_singularities     descriptions of an arm's singular set that have passed a certificate's test
     numeric_rank_check          the numeric check of a singular set

@@ -7,6 +7,8 @@ matrices, finite differences of the poses and NumPy's linear algebra.
 A singular set is tested in both directions: J loses rank on every piece of the set, and the set contains every
 configuration of lower rank that Newton's method finds.
 
+`qdot verify` is `grader.grading.certify`, which also judges the references. Modules:
+
     certificate                 `certify`, and the tests of questions, listed in its `CHECKS`
     formulas, numbers           tests of questions whose answers are formulas, vectors or numbers
     rank, singular              tests of ranks and lost directions, and of singular sets

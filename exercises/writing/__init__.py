@@ -1,6 +1,7 @@
 """Write the texts of problems and solutions: notation, wording, steps of solutions, conversion of Markdown.
 
-The modules, from formulas to complete texts:
+The texts of each kind of question are macros in templates/questions: its prompt, hints and solution. The modules, from
+formulas to complete texts:
 
     shortening, angles          shorter sums; one name for each angle of an arm
     line_breaking               wide formulas on several lines

@@ -1,6 +1,7 @@
 """Connect qdot with other programs: those that call qdot, and those that qdot calls.
 
-This is the top package: no other package imports it, and its modules are loaded only by name.
+This is the top package: no other package imports it, and its modules are loaded only by name. Platforms that open qdot
+by LTI are in `serve.lti`.
 
     nbgrader_cells              restore the cells of nbgrader's notebooks; fill in marks
     nbgrader_plugin             run in nbgrader; the only module that needs nbgrader

@@ -9,5 +9,6 @@ This package imports only parts of the sandbox from the rest of the grader.
     expected_form, judge        the entry points: parse the answer to a part in the form expected of it; judge it
     compare_command             compare two texts (`qdot compare`)
 
-Whether two formulas or sets are equal is decided in `exercises.formula` (`equality`, `conditions`).
+The grammar of typed formulas, and whether two formulas or sets are equal, is in `exercises.formula` (`parser`,
+`equality`, `conditions`).
 """

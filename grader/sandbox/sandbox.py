@@ -1,10 +1,10 @@
 """Run a notebook's cells in a separate process with limits, and return the notebook's answers as text.
 
-A `Sandbox` has one forking process (`notebook_process.forking_process`), which forks for each notebook. It starts with
-an almost empty environment and without any module of qdot. Every notebook has two pipes to the grader: one for its
-report, and one for the request and for receipts of reported lines. The forking process does not see what is in the
-pipes. If a notebook kills the forking process, the notebook's report so far remains valid, and the next notebook gets a
-new forking process.
+A `Sandbox` has one forking process (`notebook_process.forking_process`), which forks for each notebook; the cells are
+executed in `notebook_process.session`. The forking process starts with an almost empty environment and without any
+module of qdot. Every notebook has two pipes to the grader: one for its report, and one for the request and for receipts
+of reported lines. The forking process does not see what is in the pipes. If a notebook kills the forking process, the
+notebook's report so far remains valid, and the next notebook gets a new forking process.
 """
 
 import contextlib

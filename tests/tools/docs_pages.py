@@ -39,7 +39,6 @@ from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.wording import Wording
 from tests.support import ROOT
-from tests.tools.sharing import load_measurements
 
 
 def describe_fields(model: type[pydantic.BaseModel]) -> None:
@@ -134,7 +133,7 @@ AXES_IN_WORDS = {
 
 
 def variation_page() -> str:
-    """Return docs/variation.md, with the measurements in `sharing.json`."""
+    """Return docs/variation.md."""
     return render(
         "docs/variation.md.j2",
         axes=AXES_IN_WORDS,
@@ -142,9 +141,6 @@ def variation_page() -> str:
         default=DEFAULT_VARIATION,
         shown=SAMPLE_FAMILY,
         thumbnails={step: thumbnail_path(SAMPLE_FAMILY, step) for step in VARIATION_STEPS},
-        sharing=load_measurements(),
-        sharing_step=DEFAULT_VARIATION,
-        varied=[name for name, family in FAMILIES.items() if family.has_varied_structure],
     )
 
 
