@@ -15,7 +15,6 @@ const SIZES = [
   [390, 844],
   [900, 800],
   [1440, 900],
-  [2560, 1440],
   [3840, 2160],
 ];
 const MORE = ["own.html#robot=panda", "course.html", "404.html", "licences.html"];
@@ -33,7 +32,7 @@ const OWN = [...KINDS, ...MORE, ...QUESTIONS, ...LESSONS, ROUND, `${ROUND}&lesso
 /**
  * Pages with the languages and the colours in which they are looked at, each opened once: half of them on a phone that
  * then grows, half on a wide screen that shrinks. German, whose words are longer, is looked at in all sizes; English,
- * and pages of text in one language, are at the edges of each kind of screen.
+ * and pages of text in one language, at the narrowest and the widest.
  */
 function looks() {
   const all = readdirSync(there.site.folder, { recursive: true, encoding: "utf8" })
@@ -43,7 +42,7 @@ function looks() {
     const isOwn = OWN.includes(path);
     const locales = isOwn ? ["en-GB", "de-DE"] : [i % 2 === 0 ? "en-GB" : "de-DE"];
     return locales.map((locale, k) => {
-      const sizes = isOwn && locale === "de-DE" ? SIZES : [SIZES[0], SIZES[2], SIZES.at(-1)];
+      const sizes = isOwn && locale === "de-DE" ? SIZES : [SIZES[0], SIZES.at(-1)];
       return {
         path,
         locale,
