@@ -207,7 +207,9 @@ def post_override(request: HttpRequest, person: Person, key: str) -> HttpRespons
         rows = PointsOverride.objects.filter(
             classroom=person.classroom, assignment=key, person=student, group=group, part=part, answer=answer
         )
-        rows.delete()
+        was_set = rows.delete()[0] > 0
+        if points is None and not comment and not was_set:
+            return JsonResponse({})
         if points is not None or comment:
             rounded_points = None if points is None else round(float(points), 4)
             PointsOverride.objects.create(

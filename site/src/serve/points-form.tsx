@@ -66,7 +66,7 @@ export function PointsForm(props: PointsFormProps): JSX.Element {
   const id = useId();
   const save = async () => {
     const number = readPoints(points);
-    const isValid = number === null ? text.trim() !== "" : number >= 0 && number <= maxPoints;
+    const isValid = number === null || (number >= 0 && number <= maxPoints);
     setProblem(isValid ? "" : say("class.points-wrong", { max: maxPoints }));
     const override: Override = { ...target, points: number, comment: text.trim() };
     setSaved(isValid && (await send(() => post("overrides", override))));

@@ -5,7 +5,7 @@ import { act } from "preact/test-utils";
 import { afterEach, beforeEach, expect, test, vi } from "vitest";
 
 import type { AskedPart } from "../../src/bank.js";
-import { ExtensionForm, readPoints } from "../../src/serve/points-form.js";
+import { ExtensionForm, PointsForm, readPoints } from "../../src/serve/points-form.js";
 import { writeLocalTime } from "../../src/text/times.js";
 import type { ClassResults, ClassStudent, Shown, Work } from "../../src/serve/api.js";
 import { ClassPage } from "../../src/serve/class-page.js";
@@ -211,6 +211,21 @@ test("texts are marked by keys, also faster than the server answers; what it ref
     [3, 0, "Answer 3"],
   ]);
   await vi.waitFor(() => expect(document.querySelector("[role=alert]")!.textContent).toBe("Student 002: No."));
+});
+
+test("an empty form takes points back, and points beyond the most are refused on the page", async () => {
+  const requests = serve(() => [200, {}]);
+  const props = { target: { student: 1, part: "p1.a" }, maxPoints: 2, points: 1.5, onSaved: () => undefined };
+  await act(() => render(h(PointsForm, props), document.body));
+  const save = async (points: string) => {
+    const input = document.querySelector("input")!;
+    await act(() => void (input.value = points) ?? input.dispatchEvent(new Event("input", { bubbles: true })));
+    await act(() => void document.querySelector("form")!.dispatchEvent(new Event("submit", { cancelable: true })));
+  };
+  await save("3");
+  expect(document.querySelector("[role=alert]")!.textContent).toContain("from 0 to 2");
+  await save("");
+  expect(requests.map(({ body }) => body)).toEqual([{ student: 1, part: "p1.a", points: null, comment: "" }]);
 });
 
 test.each([
