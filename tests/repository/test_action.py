@@ -102,7 +102,7 @@ def test_without_the_secret_grading_stops_with_the_reason(machine: Machine, clon
     ("option", "succeeds", "message"),
     [
         ("fail-under: 80", False, "3 students: 2 graded, 1 missing"),
-        ("run: mark", False, "::error::qdot: run is 'mark'; it is grade or check"),
+        ("run: mark", False, "::error::qdot: run is 'mark', but it must be grade or check"),
     ],
     ids=lambda text: str(text)[:10],
 )
