@@ -36,7 +36,7 @@ _HINTS = (
     ("duplicate inline table key", "; remove one of the two"),
     ("immutable namespace", "; a table in braces ends with its }; write all of its keys between the braces"),
     ("illegal character '\\n'", "; a closing quote is missing"),
-    ("unclosed array", "; put names in quotes, separate them by commas, and end the list with ]"),
+    ("unclosed array", "; put names in quotes, separate them with commas, and end the list with ]"),
     (" twice", "; write it once, or with double brackets if it may occur several times, as in [[joint]]"),
     ("invalid date", "; write a date with a time as 2027-01-15T23:59:00+01:00"),
     ("invalid statement", "; each line must be KEY = VALUE, a [[header]] or a # comment"),
@@ -248,7 +248,7 @@ def read_toml(path: Path, missing_hint: str = "", parse_decimal: Callable[[str],
             if "." in header_match[1] and first_number < number:
                 hint = f"; the first is in line {first_number}; rename one of them"
         if any(quote in lines[number - 1] for quote in "“”„‘’"):
-            hint = '; replace the curly quotes by straight ones: "'
+            hint = '; replace the curly quotes with straight ones: "'
         raise QdotError(f"{path}: line {number}: not valid TOML: {problem[:1].lower()}{problem[1:]}{hint}") from None
     except RecursionError:
         raise QdotError(f"{path}: not valid TOML: its brackets are nested too deeply") from None

@@ -1,6 +1,6 @@
 """Questions on J J^T, for redundant and other arms, and on the null space of J; J is m x n.
 
-- det(J J^T) is, by the Cauchy-Binet formula, the sum of the squares of the maximal minors of J.
+- det(J J^T) is, by the Cauchy–Binet formula, the sum of the squares of the maximal minors of J.
 - The pseudo-inverse J^T (J J^T)^-1 gives the minimum-norm joint rates.
 - The manipulability w = sqrt(det(J J^T)) is the product of the singular values of J, and |det J| if J is square.
 - The condition number kappa is the largest singular value divided by the smallest.

@@ -127,7 +127,7 @@ def release(
     """Pack the notebooks of a class to hand them out.
 
     Generates notebooks that are missing or out of date. With --links, writes a folder to upload to any file server.
-    Each student gets an address that nobody can guess; mail-merge.csv lists the addresses for a mail to each student.
+    Each student gets an address that nobody can guess; mail-merge.csv lists the addresses for e-mails to the students.
     With --to moodle, writes a zip that gives each student their notebook as a feedback file of an assignment. With --to
     folder, writes a folder named after each student, such as "Lovelace, Ada (501)".
 

@@ -34,7 +34,7 @@ def load_class(folder: Path) -> Assignment:
     unreleased_students = [name for name in paths if name not in released_files]
     if respelled_ids := _match_respelled_identifiers(find_former_students(assignment), unreleased_students):
         students = count_noun(len(respelled_ids), "student")
-        obstacle = f"{students} would get other problems than those in {folder / 'released'}, so qdot stopped"
+        obstacle = f"{students} would get different problems from those in {folder / 'released'}, so qdot stopped"
         raise QdotError(f"{folder / 'roster.csv'}: {obstacle}. {_advise_restoring(respelled_ids)}")
     submissions = [submission for _, submission in read_sample(assignment, released_files, list(paths))]
     remedy = ", or delete this folder if no student has these notebooks"
@@ -87,7 +87,7 @@ def _map_claims(sample: Mapping[str, Submission], claim_name: str) -> dict[str, 
 
 
 def check_secret(assignment: Assignment, submissions: Sequence[Submission], path: Path, remedy: str = "") -> None:
-    """Raise QdotError if most notebooks were generated with another secret, so their problems differ.
+    """Raise QdotError if most notebooks were generated with a different secret, so their problems differ.
 
     `path` is where the notebooks are. The message ends with `remedy`, an additional suggestion.
     """
@@ -100,9 +100,9 @@ def check_secret(assignment: Assignment, submissions: Sequence[Submission], path
         source_name = str(source) if source.exists() else f"${SECRET_VARIABLE}"
         notebooks = "the notebook was" if len(claims) == 1 else f"{wrong_count} of {len(claims)} notebooks were"
         raise QdotError(
-            f"{path}: {notebooks} generated with another secret than the one in {source_name}. qdot stopped, because "
-            "it would grade problems that the students never saw. Restore the secret with which the notebooks were "
-            f"generated{remedy}"
+            f"{path}: {notebooks} generated with a different secret from the one in {source_name}. qdot stopped, "
+            "because it would grade problems that the students never saw. Restore the secret with which the notebooks "
+            f"were generated{remedy}"
         )
 
 

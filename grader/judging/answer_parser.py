@@ -743,7 +743,7 @@ def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix
     raise _Refusal(f"your answer is {actual_size}, but it must be {expected_size}{hint}")
 
 
-_COMMA_HINT = "; if 0,5 is a number, separate entries by semicolons, or by commas and spaces, like [0,5; 1,25]"
+_COMMA_HINT = "; if 0,5 is a number, separate entries with semicolons, or with commas and spaces, like [0,5; 1,25]"
 """Advice on an answer with more entries than expected and with commas between digits."""
 
 

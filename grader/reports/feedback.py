@@ -297,12 +297,15 @@ def _describe_comparison(part: Part, certificate: Certificate | None) -> str:
     if not bound:
         return f"qdot compared your answer with the solution at {count_noun(points, 'configuration')}."
     power = str(-math.ceil(math.log10(bound))).translate(SUPERSCRIPT)
-    subject, comparison = "A wrong answer", "your formula with the solution in exact arithmetic"
+    error, comparison = "A wrong answer", "your formula with the solution in exact arithmetic"
     if certificate.method != "exact":
         share = f"{1 - bound ** (1 / points):.0%}".replace("50%", "half")
-        subject = f"An answer that is wrong for at least {share} of all configurations"
+        error = f"If an answer is wrong for at least {share} of all configurations, it"
         comparison = f"your answer with the solution at {points} random configurations"
         if part.answer.is_set:
-            subject = f"A condition that is wrong for at least {share} of all configurations that satisfy it"
-            comparison = f"your conditions with the solution, each at {points} random configurations that satisfy it"
-    return f"qdot compared {comparison}. {subject} passes this check with a probability below 1 in 10{power}."
+            error = f"If at least {share} of all configurations that satisfy a condition are wrong, it"
+            comparison = (
+                "your conditions with the solution: it tested each condition at "
+                f"{points} random configurations that satisfy it"
+            )
+    return f"qdot compared {comparison}. {error} passes this check with a probability below 1 in 10{power}."

@@ -152,7 +152,7 @@ async function openCourse(cookieMode) {
 
 test("a teacher reads the class in the platform's frame", async () => {
   const { context, page } = await openCourse(0);
-  await page.frameLocator("iframe").getByText("have submitted something").waitFor();
+  await page.frameLocator("iframe").getByText("Students with a submission").waitFor();
   assert.equal(new URL(page.frames()[1].url()).pathname, "/a/homework/class/");
   await context.close();
 });
@@ -162,7 +162,7 @@ test("if the browser blocks cookies in frames, a button opens a new tab in which
   const button = page.frameLocator("iframe").getByText("Open qdot in a new tab");
   await button.waitFor();
   const [tab] = await Promise.all([context.waitForEvent("page"), button.click()]);
-  await tab.getByText("have submitted something").waitFor();
+  await tab.getByText("Students with a submission").waitFor();
   assert.equal(new URL(tab.url()).pathname, "/a/homework/class/");
   assert.equal(new URL(page.frames()[1].url()).pathname.startsWith("/lti/login/"), true);
   await context.close();

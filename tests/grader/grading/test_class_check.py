@@ -92,12 +92,13 @@ def test_folders_with_changed_ids_hold_notebooks_of_the_old_ids(folder: Path) ->
 
 def test_another_secret_stops_the_run(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (folder / "secret.txt").write_text("another one altogether")
-    assert "3 of 3 notebooks were generated with another secret than the one in " in run_stopped(folder)
+    assert "3 of 3 notebooks were generated with a different secret from the one in " in run_stopped(folder)
     path = folder / "submitted" / IDS[0] / "hw.ipynb"
-    assert "the notebook was generated with another secret" in run_and_fail("grade", folder, path, "--student", IDS[0])
+    message = run_and_fail("grade", folder, path, "--student", IDS[0])
+    assert "the notebook was generated with a different secret" in message
     (folder / "secret.txt").unlink()
     monkeypatch.setenv("QDOT_SECRET", "mistyped mistyped")
-    assert "than the one in $QDOT_SECRET" in run_stopped(folder)
+    assert "from the one in $QDOT_SECRET" in run_stopped(folder)
 
 
 def test_submissions_of_another_class_are_not_graded(folder: Path) -> None:
@@ -113,11 +114,11 @@ def test_released_notebooks_are_not_replaced_by_other_problems(folder: Path, com
     options = (Path("--to"), Path("html")) if command == "export" else ()
     write_roster(folder, "12", "0013", "0014", "0015")
     message = run_stopped(folder, *options, command=command)
-    assert "roster.csv: 1 student would get other problems than those in " in message and "12 → 0012" in message
+    assert "roster.csv: 1 student would get different problems from those in " in message and "12 → 0012" in message
     write_roster(folder, *IDS, "0015")
     (folder / "secret.txt").write_text("another one altogether")
     message = run_stopped(folder, *options, command=command)
-    assert "3 of 3 notebooks were generated with another secret" in message and "or delete this folder" in message
+    assert "3 of 3 notebooks were generated with a different secret" in message and "or delete this folder" in message
 
 
 def test_mixed_up_notebooks_are_recognised(folder: Path) -> None:
