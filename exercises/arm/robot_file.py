@@ -297,7 +297,7 @@ class _RobotReader:
         return str(joint["kind"])
 
     def _reject_keys_of_other_conventions(self, index: int, joint: dict[str, Any]) -> None:
-        """Raise QdotError if a joint has a key that belongs to another convention than the file's."""
+        """Raise QdotError if a joint has a key of a convention other than the file's."""
         key = next((key for key in joint if key in (("axis",) if self.has_dh_table else ENTRY_KEYS)), None)
         if key is None:
             return

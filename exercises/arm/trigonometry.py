@@ -397,7 +397,7 @@ def _reduce_squares(expression: sp.Expr) -> list[sp.Expr]:
 
 
 _MAX_TEXTBOOK_TERMS = 60
-"""Maximum number of terms of an expression of which the textbook form shows all factors."""
+"""Maximum number of terms of an expression whose textbook form shows all factors."""
 
 
 def to_textbook_form(expression: sp.Expr) -> sp.Expr:

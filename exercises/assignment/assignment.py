@@ -379,7 +379,7 @@ class Assignment:
         return self._hash_with_seed_numbers(self.notebook_digest, student)
 
     def _hash_with_seed_numbers(self, digest: str, student: str) -> str:
-        """Return a hash of a digest and the numbers of other seeds than the first; the digest if there are none."""
+        """Return a hash of a digest and the numbers of all seeds after the first; the digest if there are none."""
         seed_numbers = [(slot.name, self.seed_number_of(slot, student)) for slot in self.slots]
         later_seed_numbers = [(slot_name, number) for slot_name, number in seed_numbers if number > 1]
         return _compute_short_hash(repr((digest, later_seed_numbers))) if later_seed_numbers else digest

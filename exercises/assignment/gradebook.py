@@ -115,7 +115,7 @@ def _parse_rows(text: str) -> NumberedRows:
     try:
         rows = list(parse_csv_rows(text))
     except csv.Error:
-        return []  # `read_table`, which reads files that are no exports, reports the error
+        return []  # `read_table`, which reads files that are not exports, reports the error
     width = len(rows[0][1]) if rows else 0
     return [(number, tuple((row + [""] * width)[:width])) for number, row in rows]
 

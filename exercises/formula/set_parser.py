@@ -251,7 +251,7 @@ def solve_for_angle(atom: Atom, angles: Collection[str]) -> Atom:
 
 
 def _compute_greatest_common_divisor(factors: Collection[Fraction]) -> Fraction:
-    """Return the largest number of which all factors are whole multiples."""
+    """Return the largest number such that all factors are whole multiples of it."""
     denominator = math.lcm(*(factor.denominator for factor in factors))
     return Fraction(math.gcd(*(int(factor * denominator) for factor in factors)), denominator)
 

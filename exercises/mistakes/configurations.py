@@ -25,7 +25,7 @@ def sample_values(domain: Domain, count: int, stream: Stream) -> SymbolValues:
 def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, stream: Stream) -> SymbolValues:
     """Return N values of each symbol: at the configuration of the question (N = 1), or at random (N = `count`).
 
-    A question may also give the values of some joints only; the other symbols are then random.
+    A question may also give the values of only some joints; the other symbols are then random.
     """
     sampled_values = sample_values(domain, count, stream)
     given_values = part.details.list_given_values(chain)
@@ -36,7 +36,7 @@ def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, 
 
 
 def fix_given_joints(part: Part, values: SymbolValues) -> SymbolValues:
-    """Return the values of all symbols, with the values of the joints that the question gives inserted."""
+    """Return the values of all symbols after substituting the joint values that the question gives."""
     count = len(next(iter(values.values())))
     programs = {q.name: compile_expressions(value) for q, value in part.details.given_joints.items()}
     return values | {name: evaluate(program, values, count).values[0].real for name, program in programs.items()}

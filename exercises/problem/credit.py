@@ -48,7 +48,7 @@ class Credit:
 SIGN_OR_FACTOR_COST = Fraction(1, 5)
 """The share that is lost for all wrong signs together, for a wrong common factor, and for rounded joint values."""
 INCOMPLETE_CONDITION_FACTOR = Fraction(2, 3)
-"""Factor of the share for a condition of which only some joint values were found."""
+"""Factor of the share for a condition if only some of its joint values were found."""
 MISTAKE_FACTOR = Fraction(1, 2)
 """Factor of the share for one known mistake, and for each wrong factor, forgotten condition and false condition."""
 MAX_WRONG_FACTORS = 2
@@ -83,7 +83,7 @@ def compute_share_of_product(expected_count: int, missing_count: int, extra_coun
 def compute_share_of_entries(
     is_correct: Sequence[bool], is_zero: Sequence[bool], is_blank: Sequence[bool] | None = None
 ) -> Fraction:
-    """Return the share of a matrix, or of several numbers, of which at least one entry is wrong.
+    """Return the share of a matrix, or of several numbers, if at least one entry is wrong.
 
     The share is the number of correct nonzero entries, minus the number of zeros that were answered with something
     else, divided by the number of nonzero entries. `is_zero` says which entries of the reference are zero, and

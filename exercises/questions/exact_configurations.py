@@ -46,7 +46,7 @@ Roots = Sequence[tuple[sp.Symbol, tuple[sp.Expr, ...]]]
 
 @dataclass(frozen=True)
 class ExactConfiguration(Configuration):
-    """A configuration with exact joint values, of which the problem may show some rounded.
+    """A configuration with exact joint values, some of which the problem may show rounded.
 
     `rounded_values` has the rounded values of these joints: degrees with two decimals, or metres with four decimals.
     """

@@ -18,8 +18,8 @@ from qdot.exercises.singularities.singular_set import Component, reduce_angle
 def normalize_arm(chain: Chain) -> Chain:
     """Return the arm without joint offsets and title, and with its base at the world's origin.
 
-    If joint 1 is revolute, d of its row becomes zero. The base keeps its yaw and tilt, because the task's rows belong
-    to world directions.
+    If joint 1 is revolute, its d is set to zero. The base keeps its yaw and tilt, because the task's rows refer to
+    world directions.
     """
     joints = [joint.with_variable_entry(q) for joint, q in zip(chain.joints, chain.q, strict=True)]
     if joints[0].is_revolute:

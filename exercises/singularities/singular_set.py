@@ -510,7 +510,7 @@ def replace_marks(conjunction: Conjunction) -> Conjunction:
 
 
 def _search_branches(factor_sets: list[list[sp.Expr]], search: Search) -> Iterator[list[sp.Expr]]:
-    """Yield combinations of conditions under each of which some factor of every set is zero.
+    """Yield combinations of conditions; each combination makes some factor of every set zero.
 
     A condition that fixes an angle is substituted into the other sets before the search continues. So more of their
     factors become zero or constant. The simplest set comes first.

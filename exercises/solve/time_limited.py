@@ -44,8 +44,7 @@ class _Progress:
     - `ready_results`: the results that are ready, by name and in order.
     - `current_step`: a description of the current step.
     - `partial_result`: what is known about the singular set before the set is ready.
-    - `missing_names`: the names of the results that are missing about the singular set; None if nothing is known about
-      it.
+    - `missing_names`: the names of the missing results about the singular set; None if nothing is known about it.
     - `end_reason`: the reason why the derivation stopped early; empty if it did not.
     """
 

@@ -1,7 +1,7 @@
 """Check what a worked solution says about singular configurations, on arms with numeric lengths.
 
 Each sentence is matched with a pattern. What the sentence says about axes, prismatic joints and the tool point is
-tested on the frames of the arm, at other configurations than those from which the sentence was derived. For example,
+tested on the frames of the arm, at configurations other than those from which the sentence was derived. For example,
 "as far as joint 2 can bring it" is tested by moving joint 2 through its whole range.
 """
 

@@ -192,9 +192,9 @@ def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
 
 
 def compare_wrong_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> TermComparison | None:
-    """Return how the terms of an answer in formulas differ from the expected terms; None if other terms differ, too.
+    """Return how the terms of an answer in formulas differ from the expected terms.
 
-    None is also returned if two entries were exchanged.
+    Returns None if some terms don't match, or if two entries were exchanged.
     """
     wrong_answer = evaluate_answer(problem, part, parsed_answer, seed)
     if wrong_answer is None or not part.answer.is_symbolic or part.answer.is_direction:

@@ -18,7 +18,7 @@ from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
 MAX_LINKS = 8
-"""Maximum number of links of which all sums are tried."""
+"""Only sums of fewer links than this are tried."""
 
 
 def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:

@@ -1,8 +1,8 @@
 """Compare an answer with its reference term by term: wrong signs, sines for cosines, and wrong numbers in terms.
 
-Both formulas are expanded into sums of products, and like terms are added. The answer must have the same terms as the
-reference, up to signs, exchanged sines and cosines, or one number that is wrong in the same way in all wrong terms. If
-both are products with roots, their squares are compared.
+Both formulas are expanded into sums of products, and like terms are added. Each term of the answer must match a term of
+the reference, or differ from it by its sign, by exchanged sines and cosines, or by a numeric factor. This factor must
+be the same for all wrong terms. If both formulas are products that contain square roots, their squares are compared.
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,14 +21,14 @@ from qdot.exercises.mistakes.formula_edits import MAX_ENTRY_NODES, MAX_TERMS, ex
 RELATIVE_TOLERANCE = 1e-9
 """Two values count as equal if they differ by at most this fraction of the larger one."""
 MAX_TRIGS_OF_TERM = 4
-"""Maximum number of sines and cosines of a term of which each may be exchanged; in other terms, all or none are."""
+"""If a term has more sines and cosines than this, either all of them are exchanged or none."""
 
 
 @dataclass(frozen=True)
 class TermDifference:
     """A term of the reference that differs from a term of the answer: in its sign, its trigs, or its number.
 
-    `factor` is the number by which the answer's term is too large; it is 1 if the trigs are exchanged.
+    `factor` is the ratio of the answer's term to the expected term; it is 1 if the trigs are exchanged.
     """
 
     node: Node
@@ -68,9 +68,10 @@ class TermComparison:
 def compare_terms(
     entries: Sequence[Node], reference: Sequence[Node], wrong_indices: Sequence[int], values: SymbolValues
 ) -> TermComparison | None:
-    """Return how the terms of an answer's wrong entries differ from those of the reference; None if others differ, too.
+    """Return how the terms of an answer's wrong entries differ from those of the reference.
 
-    None is also returned if numbers are wrong in several ways, or besides exchanged sines and cosines.
+    Returns None if a term matches no term of the reference, if numbers are wrong by different factors, or if a number
+    is wrong and sines and cosines are exchanged.
     """
     differences: list[tuple[int, TermDifference]] = []
     for index in wrong_indices:
@@ -87,7 +88,7 @@ def compare_terms(
 
 @dataclass(frozen=True)
 class _Term:
-    """The sum of like terms: the first of them with its values, and the factor by which the sum is larger than it."""
+    """The sum of like terms: the first of them, its values, and the ratio of the sum to it."""
 
     node: Node
     first_values: np.ndarray
@@ -100,10 +101,10 @@ class _Term:
 
 
 def _compare_entry(entry: Node, reference: Node, values: SymbolValues) -> list[TermDifference] | None:
-    """Return the differences between the terms of an entry and of its reference; None if other terms differ, too."""
+    """Return how the terms of an entry differ from those of its reference; None if some terms don't match."""
     if max(count_nodes(entry), count_nodes(reference)) > MAX_ENTRY_NODES:
         return None
-    square, expected_square = _square_root(entry), _square_root(reference)
+    square, expected_square = _square_product_with_root(entry), _square_product_with_root(reference)
     if square is not None and expected_square is not None:
         entry, reference = square, expected_square
     expected_terms = _list_terms(reference, values)
@@ -113,7 +114,7 @@ def _compare_entry(entry: Node, reference: Node, values: SymbolValues) -> list[T
     unmatched_terms = [term for term in expected_terms if not matching.take(term.values)]
     differences: list[TermDifference] = []
     likeliest_first = (_negate, matching.exchange_trigs, matching.change_number)
-    for list_variants in likeliest_first:  # each for all terms, before the next
+    for list_variants in likeliest_first:  # try each kind of variant on all terms before the next kind
         remaining_terms, unmatched_terms = unmatched_terms, []
         for term in remaining_terms:
             variants = (variant for variant, variant_values in list_variants(term) if matching.take(variant_values))
@@ -138,7 +139,7 @@ def _list_terms(entry: Node, values: SymbolValues) -> list[_Term]:
     return [term for term in terms if abs(term.factor) > RELATIVE_TOLERANCE and term.first_values.any()]
 
 
-def _square_root(node: Node) -> Node | None:
+def _square_product_with_root(node: Node) -> Node | None:
     """Return the square of a product with a root among its factors, without this root; None for other formulas."""
     factors = split_factors(node)
     if not any(_is_root(factor) for factor in factors):
@@ -157,7 +158,7 @@ def _write_as_products(node: Node) -> Node:
 
 
 _Variants = Iterator[tuple[TermDifference, np.ndarray]]
-"""What may stand in the place of a term: how it differs from the term, and its values."""
+"""The variants of a term that an answer may contain: how each differs from the term, and its values."""
 
 
 def _negate(term: _Term) -> _Variants:
@@ -166,7 +167,7 @@ def _negate(term: _Term) -> _Variants:
 
 @dataclass
 class _Matching:
-    """The values of the terms of an answer's entry that are not yet matched with an expected term.
+    """The values of those terms of an answer's entry that are not yet matched with an expected term.
 
     `values` has the values of all symbols.
     """
@@ -191,7 +192,7 @@ class _Matching:
             yield difference, sign * term.factor * variant_values
 
     def change_number(self, term: _Term) -> _Variants:
-        """Yield the term multiplied by each number by which a term of the answer is larger."""
+        """Yield the term multiplied by its ratio to each unmatched term of the answer, if this ratio is constant."""
         for typed_values in list(self.typed_values):
             ratio = _find_constant_ratio(typed_values, term.values)
             if ratio is not None:

@@ -1,9 +1,9 @@
 """Grade as Gradescope's autograder: `python -m qdot.grader.integrations.gradescope [ROOT] [--visibility WHEN]`.
 
 ROOT is /autograder by default. The program reads submission_metadata.json and submission/, and writes
-results/results.json. If there can be no mark (the student is unknown, or qdot fails), the program writes no results and
-exits with code 2. Gradescope then reports that the autograder failed, gives no points, and shows the reason to the
-staff.
+results/results.json. If the submission can't be marked (the student is unknown, or qdot fails), the program writes no
+results and exits with code 2. Gradescope then reports that the autograder failed, gives no points, and shows the reason
+to the staff.
 """
 
 import argparse
@@ -87,7 +87,7 @@ def find_submitter(assignment: Assignment, metadata: dict[str, Any], submission:
     if len(owners) != 1:
         user_names = ", ".join(str(user.get("email") or user.get("name")) for user in metadata["users"])
         advice = "add the e-mail address to roster.csv, and export again"
-        raise QdotError(f"{user_names}: qdot can't tell which student of roster.csv this is; {advice}")
+        raise QdotError(f"{user_names}: qdot can't tell which student in roster.csv this is; {advice}")
     return assignment.find_student(owners.pop())
 
 
@@ -105,7 +105,7 @@ def apply_attempt_policy(
     previous_submissions = metadata.get("previous_submissions") or ()
     scored_submissions = [item for item in previous_submissions if isinstance(item.get("score"), int | float | str)]
     earlier_submissions = [item for item in scored_submissions if not item.get("autograder_error")]
-    # A submission without a time gets a time of its own, before all real times.
+    # A submission without a time gets a placeholder, which is before all real times.
     epoch = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
     default_times = [epoch + datetime.timedelta(days=i) for i in range(len(earlier_submissions))]
     pairs = zip(earlier_submissions, default_times, strict=True)

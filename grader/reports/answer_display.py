@@ -81,7 +81,7 @@ def show_answer(problem: Problem, part: Part, text: str) -> ShownAnswer:
 
 
 def _convert_numbers(parsed: ParsedAnswer) -> Node | None:
-    """Return the tree of an answer in numbers; numbers in other units than SI units, as in 17 cm/s, are converted."""
+    """Return the tree of an answer in numbers; numbers in units other than SI units, as in 17 cm/s, are converted."""
     units = [parse_unit(unit) for _, unit, _ in find_units(parsed.text)]
     if any(parsed.is_blank) or not any(unit is not None and unit.conversion for unit in units):
         return parsed.tree

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from qdot.exercises.assignment.assignment import Student
 
 _ID_COLUMN = re.compile(r"id\b|identif|login|user|mail|sis\b|matri|participant|(student|candidate).?(no|nr|number)")
-"""Matches the names of the roster columns that may contain identifiers of platforms; a seat number is none."""
+"""Matches the names of the roster columns that may contain a platform's identifiers; a seat number is not one."""
 
 
 SAME_NAME = "several students have this name"

@@ -77,7 +77,7 @@ class Definition:
     that are asked for, such as v_x and v_y. `units` maps further symbols of the answer, such as the mass of a load, to
     their units. `unit` and `rounding` belong to numbers, which need three significant digits by default; `unit` is one
     for all entries or one for each, separated by commas. If `is_up_to_factor`, every nonzero multiple of a vector is
-    correct, too. `texts` has the texts in each language; other languages than the first may lack some.
+    correct, too. `texts` has the texts in each language; languages other than the first may lack some.
     `locations` has, for messages, the file, the line and the key of each key, with dots in keys of tables: given.m.
     """
 

@@ -76,7 +76,7 @@ SOURCES = {
     "p": ("position",), "v": ("position",), "J": ("jacobian",), "det(J)": ("determinant", "jacobian"),
     "inv(J)": ("inverse-jacobian", "jacobian"),
 }  # fmt: skip
-"""For names and calls in a formula: the built-in questions from each of whose answers the result can be derived."""
+"""Maps names and calls in a formula to the built-in questions; the answer to any one of these gives the result."""
 
 
 def _find_sources(formula: ast.expr) -> Iterator[str]:

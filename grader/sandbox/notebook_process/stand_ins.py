@@ -1,4 +1,4 @@
-"""Replace libraries that only display something by stand-ins, because nothing is displayed while qdot grades.
+"""Replace libraries that only display something with stand-ins, because nothing is displayed while qdot grades.
 
 Jupyter's own libraries (IPython, ipywidgets) are always replaced, because they need a front end, which is missing. The
 others are replaced only if they are not installed. Any operation on a stand-in does nothing and returns the stand-in.
@@ -36,7 +36,7 @@ def _find_attribute(_holder: object, name: str) -> Any:
 
 
 class _StandInMeta(type):
-    """The metaclass of stand-ins: it gives a stand-in for a class every attribute, too."""
+    """The metaclass of stand-ins: a stand-in for a class also has every attribute."""
 
     __getattr__ = _find_attribute
 
@@ -99,7 +99,7 @@ class _StandInModule(types.ModuleType):
 class StandInFinder:
     """Finds the stand-in for a module by the beginning of the module's name, when a notebook imports the module.
 
-    `attributes` maps some modules to attributes that are no stand-ins.
+    `attributes` maps some modules to attributes that are not stand-ins.
     """
 
     def __init__(self, prefixes: Sequence[str], attributes: dict[str, dict[str, Any]]) -> None:

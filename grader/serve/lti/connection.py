@@ -89,7 +89,7 @@ class Connections:
 def read_pages(connector: ServiceConnector, scope: str, url: str, media_type: str) -> Iterator[Any]:
     """Yield the pages of a list, beginning at `url`. PyLTI1p3 writes the addresses of further pages in small letters.
 
-    The access token is sent to no other server than that of the first page. Raises QdotError.
+    The access token is sent only to the server of the first page. Raises QdotError.
     """
     server, next_url = urlsplit(url)[:2], url
     for _ in range(1000):

@@ -57,7 +57,7 @@ _NOT_VERIFIED = "qdot couldn't verify this launch. Open the activity again from 
 _COOKIE_MESSAGE = "Your browser doesn't let qdot keep you signed in inside this page."
 _COOKIE_BUTTON = "Open qdot in a new tab"
 _MALFORMED = (LookupError, TypeError, ValueError, AttributeError)
-"""What the library raises on a message that has another form than agreed."""
+"""What the library raises if a message doesn't have the agreed form."""
 
 
 _fetches = threading.BoundedSemaphore(4)

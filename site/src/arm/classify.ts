@@ -44,7 +44,7 @@ function wristCentre(arm: Arm): number | null {
   return axesMeet && axesDiffer ? n - 2 : null;
 }
 
-/** Return an arm and a pose with lengths as shares of the arm's reach, so that tolerances fit arms of any size. */
+/** Return an arm and a pose with lengths in units of the arm's reach, so that tolerances fit arms of any size. */
 function scaleToReach(arm: Arm, pose: Pose): [Arm, Pose] {
   const scale = 1 / reachOf(arm);
   const joints = arm.joints.map((joint): Joint => {

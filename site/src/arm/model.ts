@@ -55,8 +55,8 @@ export interface State {
 
 /**
  * `det` is null if J is not square; `volume` is the product of the singular values `sigma` (largest first); `ratio` is
- * the least of these divided by the largest, with lengths as shares of the reach: with metres and radians in one matrix,
- * it would else depend on the unit of length.
+ * the least of these divided by the largest, with lengths in units of the reach: otherwise,
+ * it would depend on the unit of length if a matrix contains metres and radians.
  */
 export interface Measures {
   readonly det: number | null;

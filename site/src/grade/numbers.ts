@@ -49,7 +49,7 @@ export function readNumbers(answer: string, units: readonly string[], labels: re
   return names.size > 0 ? wrong("read.numbers", { names: listNames(names) }) : rowsOrVerdict;
 }
 
-/** Return the verdict on a unit of another dimension than the expected one; null if all units can be right. */
+/** Return the verdict on a unit whose dimension differs from the expected one; null if all units can be right. */
 function findWrongUnit(text: string, labels: readonly string[], units: readonly string[]): Verdict | null {
   const numbersText = text.trim();
   const separator = [";", "\n"].find((candidate) => numbersText.includes(candidate)) ?? ",";

@@ -68,7 +68,7 @@ export interface Repairs {
   readonly configuration: SymbolValues;
   /** Terms that may be missing in a sum. */
   readonly terms: Terms;
-  /** The terms of which pairs are tried. */
+  /** The terms that are also tried in pairs. */
   readonly fewTerms: Terms;
   /** Lengths, sines and cosines that may be missing in a product. */
   readonly factors: readonly ValuedTree[];

@@ -48,7 +48,7 @@ function wholeOf(value: number): number {
   return Math.abs(value - whole) < 1e-9 ? whole + 0 : NaN;
 }
 
-/** Return the formulas of an arm; `reversed` tells of which joints the table's d has the other sign. */
+/** Return the formulas of an arm; `reversed` marks the joints whose d has the opposite sign in the table. */
 export function deriveFormulas(arm: Arm, reversed: readonly boolean[] = []): Formulas | Reason {
   const count = arm.joints.length;
   if (count > MAX_FORMULA_JOINTS) return "joints";

@@ -5,7 +5,7 @@ import type { Table } from "./table.js";
 export interface KnownArm extends Table {
   /** The arm's name in links. */
   readonly key: string;
-  /** Its name in other languages than English, by the language's code. */
+  /** Its name in languages other than English, by the language's code. */
   readonly titles?: Readonly<Record<string, string>>;
   /** The publication from which the numbers are taken. */
   readonly source?: string;

@@ -67,7 +67,7 @@ function Session({ index }: { index: Index }) {
     },
   );
   const { place, item, isAnswered } = visit;
-  const [hasMoved, setMoved] = useState(false); // whether this is another question than the page began with
+  const [hasMoved, setMoved] = useState(false); // whether the page began with a different question
   const [isAnsweringDue, setAnsweringDue] = useState(false); // whether due questions are being answered
   const [reviewClass, setReviewClass] = useState<TopicClass | null>(null); // the class of the current review question
   const [notes, setNotes] = useState<readonly string[]>([]);
