@@ -5,17 +5,17 @@ import { defineConfig } from "vitest/config";
 export default defineConfig({
   base: "./",
   plugins: [preact()],
-  server: { fs: { allow: [".."] } }, // the vocabulary of answers lies beside the Python reader
+  server: { fs: { allow: [".."] } }, // the vocabulary of answers is beside the Python parser
   test: {
-    testTimeout: 120_000, // a busy machine fails no test
-    include: ["tests/**/*.test.ts"], // e2e/ is Node's own test runner's
+    testTimeout: 120_000, // long enough for a busy machine
+    include: ["tests/**/*.test.ts"], // Node's test runner runs e2e/
     pool: "threads",
-    isolate: false, // files share modules, whose loading takes half of the time: what a test sets, it sets back
+    isolate: false, // files share modules, because loading them takes half of the time; each test resets what it changes
   },
   build: {
     outDir: "dist",
-    manifest: true, // by which Python knows the names of the files
-    license: { fileName: ".vite/licences.md" }, // of everything that is bundled
+    manifest: true, // Python finds the names of the files in it
+    license: { fileName: ".vite/licences.md" }, // licences of all bundled code
     rollupOptions: {
       input: {
         practice: "src/practice/main.tsx",

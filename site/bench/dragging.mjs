@@ -1,6 +1,6 @@
-// What a drag of P takes, of an arm of six joints on the practice page: processor time of the page's main thread for each
-// move, one in each frame, nothing throttled. The page has a quarter of a frame, 4.2 ms, where a phone is four times as
-// slow. What else the machine does makes it more: two builds are held against each other by turns.
+// Measures how long it takes to drag P of an arm with six joints on the practice page: the processor time of the page's
+// main thread for each move, with one move per frame and without throttling. The goal is a quarter of a frame, 4.2 ms,
+// because a phone is four times as slow. Other work on the machine adds time, so two builds are compared in turns.
 //
 //     QDOT=../.venv/bin/qdot node bench/dragging.mjs [SITE [OTHER SITE]]        # folders of built sites with anthropomorphic-6r
 import { execFileSync } from "node:child_process";
@@ -14,7 +14,7 @@ const ARM = "anthropomorphic-6r";
 const MOVES = 60;
 const ROUNDS = Number(process.env.ROUNDS ?? 3);
 
-/** Processor time (ms) of the main thread, of each move and of as many frames in which nothing moves. */
+/** Return the processor time (ms) of the main thread, per move and per frame in which nothing moves. */
 async function dragged(browser, root) {
   const context = await browser.newContext({ serviceWorkers: "block", viewport: { width: 1280, height: 900 } });
   const page = await context.newPage();

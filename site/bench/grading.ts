@@ -1,4 +1,4 @@
-// What bench/pages.mjs runs in the browser: the site's grader on the corpus, each answer timed.
+// bench/pages.mjs runs this in the browser: it grades the corpus with the site's grader, and times each answer.
 import type { ValuesKey } from "../src/bank.js";
 import { judgeValues } from "../src/grade/values.js";
 
@@ -7,7 +7,7 @@ interface Case {
   readonly key?: ValuesKey;
 }
 
-/** Returns the milliseconds that each answer of the corpus takes; the first ones are done twice, to be warm. */
+/** Return the milliseconds that each answer of the corpus takes; the first answers run twice, as a warm-up. */
 export function timed(text: string): number[] {
   const cases = (JSON.parse(text) as Case[]).filter(({ key }) => key);
   for (const { student, key } of cases.slice(0, 20)) judgeValues(student, key!);

@@ -1,7 +1,8 @@
-// Lighthouse of the first page, a lesson and the practice page: the median of three runs on a slowed phone and on a desk.
+// Runs Lighthouse on the first page, a lesson and the practice page, and prints the median of three runs on a simulated
+// slow phone and on a desktop.
 //
-// Lighthouse is no dependency of the site: npx fetches this version, or LIGHTHOUSE names an installed one's program.
-// Work that goes on beside it lowers its first figure; it asks for a machine that does nothing else.
+// Lighthouse is not a dependency of the site: npx fetches this version, or LIGHTHOUSE names an installed program.
+// Other work on the machine lowers the performance score, so run it on an idle machine.
 //
 //     make lighthouse        # or: QDOT=../.venv/bin/qdot node bench/lighthouse.mjs; SITE=folder of a built site
 import { spawn, spawnSync } from "node:child_process";
@@ -19,7 +20,7 @@ const [program, ...first] = process.env.LIGHTHOUSE
   ? [process.env.LIGHTHOUSE]
   : ["npx", "--yes", `lighthouse@${VERSION}`];
 
-/** What Lighthouse writes of a page, on a phone or a "desktop". */
+/** Return Lighthouse's report on a page, on a phone or a "desktop". */
 function report(address, preset, folder) {
   const path = join(folder, "report.json");
   const how = ["--quiet", "--chrome-flags=--headless=new --no-sandbox", "--output=json", `--output-path=${path}`];
@@ -35,7 +36,7 @@ const median = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.l
 
 const site = builtSite();
 const folder = mkdtempSync(join(tmpdir(), "qdot-lighthouse-"));
-// Lighthouse is waited for, so that the server has to be a process of its own.
+// This process waits for Lighthouse, so the server must be a separate process.
 const server = spawn(process.execPath, [new URL("../tools/serve.mjs", import.meta.url).pathname, site.folder]);
 const root = await new Promise((found) => server.stdout.once("data", (line) => found(String(line).trim())));
 let short = false;

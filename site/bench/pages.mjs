@@ -1,4 +1,4 @@
-// Figures of the site, none of which is asserted: how soon pages show, how fast answers are graded, what is loaded.
+// Measures the site, without limits: how soon pages appear, how fast answers are graded, and what is loaded.
 //
 //     QDOT=../.venv/bin/qdot node bench/pages.mjs        # or SITE=folder of a built site
 import { readFileSync } from "node:fs";
@@ -13,7 +13,7 @@ const PAGES = ["index.html", "practice.html", "examples/6-1.html"];
 const TIMES = 5;
 const KINDS = ["position", "jacobian", "determinant", "inverse-velocity", "singular-angles"];
 
-/** The value below which a share of all lies. */
+/** Return the quantile of some values: the value below which a given share of them is. */
 function quantile(values, share) {
   const sorted = [...values].sort((a, b) => a - b);
   return sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))];
@@ -21,7 +21,7 @@ function quantile(values, share) {
 
 const figure = (value, digits = 0) => value.toFixed(digits);
 
-/** First contentful paint in milliseconds, in a browser that has kept nothing. */
+/** Return the first contentful paint in milliseconds, in a browser without a cache. */
 async function firstPaint(browser, address) {
   const context = await browser.newContext({ serviceWorkers: "block" });
   const page = await context.newPage();
@@ -48,7 +48,7 @@ async function pages(browser, server) {
   }
 }
 
-/** From a press of Check to the verdict on the page, as the page itself clocks it; right answers and wrong ones. */
+/** Return the times from pressing Check to the verdict, measured by the page, for right and wrong answers. */
 async function answers(browser, server, site) {
   const read = (kind) => JSON.parse(readFileSync(join(site.folder, `bank/planar-2r/001/${kind}.json`), "utf8"));
   const typed = Object.fromEntries(KINDS.map((kind) => [kind, read(kind).solved.typed]));
@@ -60,12 +60,12 @@ async function answers(browser, server, site) {
     await page.locator("form .answer").waitFor();
     const asText = page.getByRole("button", { name: "Type it as text" });
     if (await asText.count()) await asText.click();
-    await page.locator("#arm").scrollIntoViewIfNeeded(); // it comes when it is near
+    await page.locator("#arm").scrollIntoViewIfNeeded(); // the arm loads when it is near the screen
     await page.locator("#arm .arm-box").waitFor();
     for (let i = 0; i < TIMES; i += 1) {
       const answer = i % 2 ? typed[kind].replace("theta2", "theta1") : typed[kind];
       await page.getByLabel("Your answer").fill(answer);
-      await page.waitForTimeout(600); // until the answer's preview is there
+      await page.waitForTimeout(600); // until the answer's preview appears
       took.push(await page.evaluate(check));
     }
     await context.close();
@@ -76,7 +76,7 @@ async function answers(browser, server, site) {
   );
 }
 
-/** Presses Check and waits for the first thing that the page then shows. */
+/** Press Check, and wait until the page changes. */
 function check() {
   return new Promise((done) => {
     const start = performance.now();
@@ -89,7 +89,7 @@ function check() {
   });
 }
 
-/** Every checked answer of the corpus, compared in the browser by the site's own grader as it was built. */
+/** Grade every answer of the corpus in the browser, with the grader of the built site. */
 async function corpus(browser, server) {
   const { build } = await import("vite");
   const made = await build({

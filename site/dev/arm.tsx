@@ -1,4 +1,4 @@
-// A page for development: the sample arms one below the other, and a pose told from outside.
+// A page for development: the sample arms one below the other, and a pose that is set from outside.
 
 import "./arm.css";
 

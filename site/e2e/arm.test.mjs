@@ -1,4 +1,4 @@
-// The arm in the browser: the map of det J walked on, the path played, by keys, by mouse and by finger.
+// The arm in the browser: moving on the map of det J and playing the path, by keys, mouse and touch.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
@@ -11,7 +11,7 @@ const there = inChromium();
 const pose = (page) =>
   page.locator('.arm-joints input[type="number"]').evaluateAll((fields) => fields.map(({ value }) => Number(value)));
 
-/** Where a share of the map's frame is on the page. */
+/** Return the position on the page of a point that is given as shares of the map's frame. */
 async function onMap(page, across, up) {
   const map = page.locator(".arm-map-frame");
   await map.scrollIntoViewIfNeeded();
@@ -19,7 +19,7 @@ async function onMap(page, across, up) {
   return [x + across * width, y + up * height];
 }
 
-/** A page with its arm, which comes when it is near to the screen. */
+/** Open a page, and wait for its arm, which loads when it is near the screen. */
 const withArm = async (path, options) => {
   const found = await opened(there, path, options);
   await found.page.locator(".arm-box").waitFor();
@@ -182,7 +182,7 @@ test("an arm that leaves its enlarged first view is shown whole, and comes under
       .evaluate((link) => link.getTotalLength());
   const near = await lengthOf();
   const point = await middle(".arm-point-dot");
-  const base = [box.x + box.width / 2, box.y + box.height / 2]; // where it is once all is seen
+  const base = [box.x + box.width / 2, box.y + box.height / 2]; // its position once everything is visible
   const drag = async ([x, y], [toX, toY], count) => {
     for (let k = 1; k <= count; k += 1) await page.mouse.move(x + ((toX - x) * k) / count, y + ((toY - y) * k) / count);
   };
@@ -200,7 +200,7 @@ test("an arm that leaves its enlarged first view is shown whole, and comes under
   assert.deepEqual(wrong, []);
 });
 
-/** Drags P by some pixels, in steps. */
+/** Drag P by some pixels, in steps. */
 async function dragPoint(page, [dx, dy]) {
   const { x, y, width, height } = await page.locator(".arm-point-ring").boundingBox();
   const [px, py] = [x + width / 2, y + height / 2];

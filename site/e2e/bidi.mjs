@@ -1,4 +1,4 @@
-// A stock Firefox, led by WebDriver BiDi: Playwright would need a Firefox of its own.
+// Control an ordinary Firefox by WebDriver BiDi; Playwright would need its own build of Firefox.
 import { spawn } from "node:child_process";
 import { existsSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -10,7 +10,7 @@ export const PROGRAM = [
   "/usr/bin/firefox",
   "/Applications/Firefox.app/Contents/MacOS/firefox",
 ].find((path) => path && existsSync(path));
-/** Why nothing can be tried in Firefox here; false where it can. */
+/** The reason why tests can't run in Firefox here; false if they can. */
 export const MISSING = !PROGRAM
   ? "no Firefox: FIREFOX=/path/to/firefox names one"
   : typeof WebSocket === "undefined"
@@ -26,13 +26,13 @@ const PREFERENCES = [
   ["toolkit.telemetry.enabled", false],
 ];
 
-/** What Firefox says of a file that was still being loaded when its page was left; nothing is wrong with it. */
+/** Firefox's message on a file that was still loading when the page was closed; it is not an error. */
 const CUT_OFF = /A ServiceWorker intercepted the request and encountered an unexpected error/;
-/** What is said where there is no graphics card: spatial arms are drawn without their solid body then. */
+/** The message if there is no graphics card; spatial arms are then drawn without solid bodies. */
 const WITHOUT_WEBGL = /^THREE\.WebGLRenderer: .*(WebGL context could not be created|Error creating WebGL context)/s;
 const isHarmless = (text) => CUT_OFF.test(text) || WITHOUT_WEBGL.test(text);
 
-/** A headless Firefox with an empty profile, in a language, and one page, which is told what to do. */
+/** Start a headless Firefox with an empty profile in a language; return it with one page to control. */
 export async function firefox(speaks = "en-GB, en") {
   const profile = mkdtempSync(join(tmpdir(), "qdot-firefox-"));
   const lines = [...PREFERENCES, ["intl.accept_languages", speaks]].map(
@@ -67,12 +67,12 @@ export async function firefox(speaks = "en-GB, en") {
     });
   const { capabilities } = await send("session.new", { capabilities: {} });
   await send("session.subscribe", { events: ["log.entryAdded"] });
-  // A window of one's own has the focus, without which no key presses a button; the first one has not.
+  // Only a new window has the focus, without which keys don't press buttons.
   const { context } = await send("browsingContext.create", { type: "window" });
   await send("browsingContext.activate", { context });
   return {
     ...paged(send, context),
-    /** The first frame of the page, which is used as the page is. */
+    /** Return the first frame of the page, which has the same methods as the page. */
     frame: async () => {
       const { contexts } = await send("browsingContext.getTree", { root: context });
       return paged(send, contexts[0].children[0].context);
@@ -88,7 +88,7 @@ export async function firefox(speaks = "en-GB, en") {
   };
 }
 
-/** Where the browser listens, which it says on its error stream. */
+/** Return the address on which the browser listens; it prints the address on stderr. */
 function listening(child) {
   return new Promise((found, failed) => {
     let said = "";
@@ -103,7 +103,7 @@ function listening(child) {
 }
 
 function paged(send, context) {
-  /** What a function of the page gives back for plain values, with its promise kept. */
+  /** Run a function in the page with plain values, and return its result; promises are awaited. */
   const run = async (body, ...values) => {
     const answer = await send("script.callFunction", {
       functionDeclaration: `async (values) => JSON.stringify((await (${body})(...JSON.parse(values))) ?? null)`,
@@ -115,7 +115,7 @@ function paged(send, context) {
     if (answer.type === "exception") throw new Error(answer.exceptionDetails.text);
     return JSON.parse(answer.result.value);
   };
-  /** What a function of the page gives back once that is something. */
+  /** Run a function in the page until its result is truthy, and return the result. */
   const until = async (body, ...values) => {
     for (let tries = 0; tries < 150; tries += 1) {
       const found = await run(body, ...values);
@@ -139,7 +139,7 @@ function paged(send, context) {
         "keyboard",
         keys.flatMap((value) => ["keyDown", "keyUp"].map((type) => ({ type, value }))),
       ),
-    /** Press at one place, move to others, and let go: of a mouse or a finger. */
+    /** Press at one point, move to others, and release, with a mouse or a finger. */
     drag: (pointerType, [first, ...rest]) => {
       const moved = ([x, y]) => ({ type: "pointerMove", x: Math.round(x), y: Math.round(y), duration: 60 });
       const steps = [

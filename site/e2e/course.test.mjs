@@ -1,5 +1,5 @@
-// In a course: rounds in a frame that tell the page around them, links that are wrong, packages under a SCORM run-time
-// (scorm-again) and under platforms that fail, and the page on which links are made.
+// In a course: rounds in a frame that send messages to the surrounding page, wrong links, packages in a SCORM run-time
+// (scorm-again) and on platforms that fail, and the page that makes links.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { cpSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
@@ -25,7 +25,7 @@ questions = ["determinant", "joint-effect"]
 points = [3, 1]
 `;
 
-/** Another server, as a platform's and a course's page are elsewhere than the site. */
+/** Another server, because the pages of a platform or a course are not on the site's server. */
 let course;
 
 before(() => {
@@ -53,7 +53,7 @@ after(() => {
   if (course) rmSync(course.folder, { recursive: true, force: true });
 });
 
-/** A platform's page: its run-time, then the package in a frame; what it has kept comes back by its address. */
+/** A platform's page: its run-time, then the package in a frame. It sends stored data to its address. */
 function platformPage(version, name) {
   const [api, Class] = version === "1.2" ? ["API", "Scorm12API"] : ["API_1484_11", "Scorm2004API"];
   return `<!DOCTYPE html><title>Platform</title><link rel="icon" href="data:,"><script src="${name}.js"></script><script>
@@ -65,7 +65,7 @@ function platformPage(version, name) {
   </script><iframe src="${name}/index.html" width="1200" height="860" title="package"></iframe>`;
 }
 
-/** The package of a version in its platform's page, with what that kept before. */
+/** Open a package of a SCORM version in its platform's page, with the data stored before. */
 async function launched(version, kept) {
   const path = `${VERSIONS[version]}-lms.html#${encodeURIComponent(JSON.stringify(kept))}`;
   const { page, wrong, context } = await openedAnew({ ...there, server: course }, path);
@@ -81,7 +81,7 @@ const valueOf = (page, version, name) =>
     [version === "1.2", name],
   );
 
-/** What a package's bank says of the arm that the page shows. */
+/** Return the record in the package's bank of the arm that the page shows. */
 async function solutionsOf(page, version) {
   const key = await inner(page).evaluate(
     () =>
@@ -112,7 +112,7 @@ for (const version of Object.keys(VERSIONS)) {
     await frame.getByText("Your score is sent to your learning platform").waitFor();
     assert.equal(await frame.locator(".round-head strong").innerText(), "Week 3: <arms>");
     await answered(frame, "a1*");
-    assert.match(await frame.locator(".round-tries").innerText(), /^3 of 3 tries/); // what can't be read is no try
+    assert.match(await frame.locator(".round-tries").innerText(), /^3 of 3 tries/); // an answer that can't be parsed costs no try
     await answered(frame, `(${typed}) + a1`);
     await frame.locator(".round-tries", { hasText: /^2 of 3 tries/ }).waitFor();
     const said = await frame.locator(".verdict").innerText();
@@ -125,7 +125,7 @@ for (const version of Object.keys(VERSIONS)) {
     assert.equal(Number(await valueOf(page, version, "cmi.interactions._count")), 2);
     if (!is12) assert.match(await valueOf(page, version, "cmi.interactions.1.timestamp"), /^20.*Z$/);
     const kept = await valueOf(page, version, "cmi.suspend_data");
-    await inner(page).goto("about:blank"); // the package is left
+    await inner(page).goto("about:blank"); // leave the package
     await page.waitForFunction(() => window.ended === 1);
     assert.deepEqual(wrong, []);
     assert.deepEqual(await page.evaluate(() => window.refused), []);
@@ -210,7 +210,7 @@ test("a package without a platform says so, works, and is stored in the browser"
   await context.close();
 });
 
-/** A page of a course at another address, with a round in a frame; what it is sent stays in `told`. */
+/** Open a course's page at another address, with a round in a frame; `told` has the messages that it receives. */
 async function withFraming(search) {
   const { page, context } = await openedAnew({ ...there, server: course }, "page.html");
   await page.evaluate((address) => {

@@ -1,6 +1,6 @@
-// The geometry of a page: what is wrong with where things stand on it.
+// Find errors in the layout of a page.
 
-/** What is wrong with a page as it stands: overlaps, what is too wide or cut off, holes. It runs in the page. */
+/** Return the layout errors of a page: overlaps, content that is too wide or cut off, holes. It runs in the page. */
 export function faults() {
   const wrong = [];
   const seen = (element) => {
@@ -36,7 +36,7 @@ export function faults() {
     if (!scrolled(element) && rects.some(({ left, right }) => left < -1 || right > innerWidth + 1))
       wrong.push(`too wide: ${name(element)}`);
   }
-  // words that end where their box does, and are not scrolled: a select shows as much of its choice as it has room for
+  // text that is cut off at its box and can't be scrolled; a select may cut off its choice
   for (const { element } of boxes) {
     const { overflowX, textOverflow } = getComputedStyle(element);
     const isCut = element.scrollWidth > element.clientWidth + 1 && element.clientWidth > 0;
@@ -47,9 +47,9 @@ export function faults() {
   const over = (a, b) => {
     const across = Math.min(a.right, b.right) - Math.max(a.left, b.left);
     const down = Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top);
-    return across > 2 && down > 4; // lines of a text share some pixels
+    return across > 2 && down > 4; // lines of a text overlap by some pixels
   };
-  // what is in a pane of its own, that is scrolled, is seen as far as the pane goes
+  // content of a scrolling pane is visible only inside the pane
   const placed = boxes
     .map((box) => ({
       ...box,
@@ -75,10 +75,10 @@ export function faults() {
     const { top, bottom } = frame.getBoundingClientRect();
     rows.fill(1, Math.max(0, Math.floor(top + scrollY)), Math.ceil(bottom + scrollY));
   }
-  // so many lines of its text, which is larger on the widest screens
+  // a number of lines of its text, which is larger on the widest screens
   const hole = Math.round(12.5 * parseFloat(getComputedStyle(document.documentElement).fontSize));
   const inMain = boxes
-    .filter(({ element }) => element.closest("main") && !scrolled(element, "overflowY")) // a list may go on below its box
+    .filter(({ element }) => element.closest("main") && !scrolled(element, "overflowY")) // a list may continue below its box
     .flatMap(({ rects }) => rects);
   const end = Math.floor(Math.max(main.top, ...inMain.map(({ bottom }) => bottom)) + scrollY);
   for (let row = Math.floor(main.top + scrollY), empty = 0; row <= end; row += 1) {

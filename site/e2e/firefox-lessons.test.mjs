@@ -1,5 +1,5 @@
-// What a student does in Firefox from beginning to end: a lesson to mastery of all classes of arms; one's own arm; a round
-// in another page's frame; a lesson that is kept, with no connection.
+// A student's work in Firefox from start to finish: a lesson up to mastery of all classes of arms, the student's own arm,
+// a round in another page's frame, and a saved lesson offline.
 import assert from "node:assert/strict";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";

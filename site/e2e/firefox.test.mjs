@@ -1,6 +1,6 @@
-// The built site in Firefox, where there is one: FIREFOX names it, or it is where systems have it.
+// The built site in Firefox, if it is installed: at FIREFOX, or in the usual place of the system.
 //
-// Without it, or without WebSocket in Node, these tests are left out; they are not part of what must pass.
+// Without it, or without WebSocket in Node, these optional tests are skipped.
 import assert from "node:assert/strict";
 import { writeFileSync } from "node:fs";
 import { after, before, describe, test } from "node:test";
@@ -25,7 +25,7 @@ describe("in Firefox", { skip: MISSING }, () => {
   const ask = async (question) => {
     await page.open(`${site.root}/practice.html?arm=planar-2r&question=${question}`);
     await page.until(() => {
-      document.querySelector("#arm")?.scrollIntoView(); // it comes when it is near to the screen, its map last
+      document.querySelector("#arm")?.scrollIntoView(); // it loads when it is near the screen; its map loads last
       return Boolean(document.querySelector("form .answer") && document.querySelector(".arm-zero"));
     });
   };
@@ -60,7 +60,7 @@ describe("in Firefox", { skip: MISSING }, () => {
     assert.match(await answered("a1*cos(theta2)"), /^Not right[\s\S]*differs at/);
     await page.until((before) => {
       const fields = [...document.querySelectorAll('.arm-joints input[type="number"]')];
-      return fields.some((each, index) => Number(each.value) !== before[index]); // once the verdict is painted
+      return fields.some((each, index) => Number(each.value) !== before[index]); // after the verdict is painted
     }, before);
   });
 
@@ -77,7 +77,7 @@ describe("in Firefox", { skip: MISSING }, () => {
         const { x, y, width, height } = element.getBoundingClientRect();
         return [x + Math.min(40, width / 2), y + height / 2];
       }, place);
-    await page.drag("mouse", [await middle(".prompt p")]); // after which the page's selection is there
+    await page.drag("mouse", [await middle(".prompt p")]); // select some text of the page
     await page.drag("mouse", [await middle("math-field")]);
     await page.until(() => document.querySelector("math-field").shadowRoot.activeElement !== null);
     await page.keys(..."2sin(theta2");

@@ -1,5 +1,5 @@
-// Every page by its geometry, from a small phone to the widest screen, light or dark, in English or German: nothing lies
-// over anything, nothing is wider than the screen or cut off, and no hole is left between what there is.
+// The layout of every page, from a small phone to the widest screen, light or dark, in English or German: nothing overlaps,
+// nothing is wider than the screen or cut off, and there are no holes.
 import assert from "node:assert/strict";
 import { readdirSync } from "node:fs";
 import { test } from "node:test";
@@ -9,7 +9,7 @@ import { KINDS } from "./kinds.mjs";
 import { armOf, drawn, inChromium, opened } from "./opened.mjs";
 
 const there = inChromium();
-/** From a small phone to the widest screen: what phones get, and what wider screens do. */
+/** Sizes from a small phone to the widest screen, for phones and for wider screens. */
 const SIZES = [
   [360, 740],
   [390, 844],
@@ -30,9 +30,9 @@ const LESSONS = ["rates", "columns", "differentiation", "propagation", "singular
 const OWN = [...KINDS, ...MORE, ...QUESTIONS, ...LESSONS, ROUND, `${ROUND}&lesson=columns`];
 
 /**
- * Pages with the languages and the colours in which they are looked at, each opened once: half of them on a phone that
- * then grows, half on a wide screen that shrinks. German, whose words are longer, is looked at in all sizes; English,
- * and pages of text in one language, at the narrowest and the widest.
+ * Pages with the languages and colours in which they are tested. Each is opened once: half of them on a phone that
+ * then grows, half on a wide screen that shrinks. German, which has longer words, is tested in all sizes. English, and
+ * pages of text in one language, are tested at the smallest and the largest size.
  */
 function looks() {
   const all = readdirSync(there.site.folder, { recursive: true, encoding: "utf8" })

@@ -1,12 +1,12 @@
-// What a student moves a page with: keys alone, in Chromium and in Firefox alike, or a finger.
+// Operate a page as a student does: with the keyboard alone, in Chromium and in Firefox, or with a finger.
 //
-// A page is what can be run in it, and the keys and taps that reach it: `run(body, value)`, `open(address)`, `keys(...)`,
-// and `tap([x, y])` for a finger. Hands are `press` (a button by its name), `slide`, `choose`, `type` and `send`.
+// A page has `run(body, value)`, `open(address)`, `keys(...)`, and `tap([x, y])` for a finger. Hands have `press` (a
+// button by its name), `slide`, `choose`, `type` and `send`.
 import assert from "node:assert/strict";
 
 import { Keys } from "./bidi.mjs";
 
-/** Names that Playwright has for keys. */
+/** Playwright's names for keys. */
 const NAMES = {
   [Keys.right]: "ArrowRight",
   [Keys.up]: "ArrowUp",
@@ -16,7 +16,7 @@ const NAMES = {
   [Keys.tab]: "Tab",
 };
 
-/** A page of Playwright, as hands take it. */
+/** Return a page of Playwright with the methods that hands need. */
 export const chromiumPage = (page) => ({
   run: (body, value) => page.evaluate(body, value),
   open: (address) => page.goto(address),
@@ -26,13 +26,13 @@ export const chromiumPage = (page) => ({
   tap: ([x, y]) => page.touchscreen.tap(x, y),
 });
 
-/** A page of Firefox, as hands take it. */
+/** Return a page of Firefox with the methods that hands need. */
 export const firefoxPage = (page) => ({ run: page.run, open: page.open, keys: page.keys });
 
 const LOOK = 40;
 const LOOKS = 500;
 
-/** What a function of the page gives back once that is something. */
+/** Run a function in the page until its result is truthy, and return the result. */
 export async function until(page, body, value) {
   for (let looks = 0; looks < LOOKS; looks += 1) {
     const found = await page.run(body, value);
@@ -42,7 +42,7 @@ export async function until(page, body, value) {
   throw new Error(`not in time: ${body} of ${JSON.stringify(value)}`);
 }
 
-/** Whether a button, the head of what is folded, or the first element of a selector, is what has the focus. */
+/** Return whether a button, the summary of a folded section or the first element of a selector has the focus. */
 const hasFocus = ({ name, selector }) => {
   const { activeElement } = document;
   return name === undefined
@@ -50,7 +50,7 @@ const hasFocus = ({ name, selector }) => {
     : activeElement?.matches("button, summary") && activeElement.textContent.trim().startsWith(name);
 };
 
-/** The keys alone: everything is a stop of the Tab key. */
+/** The keyboard alone: everything is reached by the Tab key. */
 export function keyboard(page) {
   const to = async (wanted) => {
     for (let stops = 0; stops < 150; stops += 1) {
@@ -64,7 +64,7 @@ export function keyboard(page) {
       await to({ name });
       await page.keys(Keys.enter);
     },
-    /** Brings a slider to the middle of its range. */
+    /** Move a slider to the middle of its range. */
     async slide(selector) {
       await to({ selector });
       await page.keys(Keys.home);
@@ -74,7 +74,7 @@ export function keyboard(page) {
       };
       for (let steps = 0; steps < 100 && (await page.run(isBelow)); steps += 1) await page.keys(Keys.right);
     },
-    /** Chooses the option of a number, counted from 0. */
+    /** Choose an option by its index. */
     async choose(selector, number) {
       await to({ selector });
       await page.keys(...Array.from({ length: number }, () => Keys.down), Keys.space);
@@ -83,14 +83,14 @@ export function keyboard(page) {
       await to({ selector });
       await page.keys(...text.replaceAll("\n", " "));
     },
-    /** Sends the answer: from its field, or from the option that is chosen. */
+    /** Submit the answer, from its field or from the chosen option. */
     send: () => page.keys(Keys.enter),
   };
 }
 
-/** A finger: everything is scrolled to, is at rest, has nothing over it, and is tapped at its middle. */
+/** A finger: it scrolls to an element, waits until it rests, checks that nothing covers it, and taps its centre. */
 export function touch(page) {
-  /** Where the element is that is wanted, once it is scrolled to, and what lies over its middle. */
+  /** Scroll to an element; return its position, and the element on top of its centre. */
   const find = ({ name, selector, number = 0 }) => {
     const all =
       name === undefined
@@ -106,7 +106,7 @@ export function touch(page) {
     element.addEventListener("click", () => void (window.isTapped = true), { once: true, capture: true });
     return { middle, over: element.contains(over) ? "" : (over?.outerHTML.slice(0, 120) ?? "nothing") };
   };
-  /** Whether a tap has met its element: where a page that scrolls by itself moves it away, one taps again. */
+  /** Return whether a tap hit its element; if the page scrolled the element away, the tap is repeated. */
   const isTapped = async () => {
     for (let looks = 0; looks < 10; looks += 1) {
       if (await page.run(() => window.isTapped)) return true;
@@ -123,7 +123,7 @@ export function touch(page) {
         await page.tap(found.middle);
         if (await isTapped()) return;
       }
-      before = found; // what still moves, as the page grows, is not tapped
+      before = found; // don't tap an element that is still moving
       await new Promise((later) => setTimeout(later, LOOK));
     }
     throw new Error(`there is no ${JSON.stringify(wanted)} at rest`);
@@ -132,7 +132,7 @@ export function touch(page) {
     press: (name) => tapped({ name }),
     slide: (selector) => tapped({ selector }),
     choose: (selector, number) => tapped({ selector, number }),
-    /** Types what the keyboard on the screen would. */
+    /** Type as the on-screen keyboard does. */
     async type(selector, text) {
       await tapped({ selector });
       await page.keys(...text.replaceAll("\n", " "));

@@ -1,5 +1,5 @@
-// The letters of the stage lie over no other, for arms of all kinds, wide and on a phone, as they stand and moved; nor
-// over the words and buttons on it, also where a counterexample has been gone to.
+// The letters in the drawing don't overlap, for arms of all kinds, on wide screens and on a phone, before and after moving
+// the arm. They don't cover text or buttons either, even if the arm has moved to a counterexample.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
@@ -9,7 +9,7 @@ import { bankOf } from "./site.mjs";
 const there = inChromium();
 const ROBOTS = ["planar-2r", "scara", "anthropomorphic-6r", "puma560", "ur5e", "panda", "stanford"];
 
-/** Letters that lie over each other, by the middle of the room that a browser gives them. */
+/** Return letters that overlap, by the centres of their boxes. */
 const crowded = (page) =>
   page.locator(".arm-letter-layer text").evaluateAll((texts) => {
     const boxes = texts.map((text) => {
@@ -57,7 +57,7 @@ for (const [name, options] of Object.entries({ wide: { viewport: { width: 1440, 
   });
 }
 
-/** Letters that lie over words or buttons, and what of the arm and its arrows ends outside of the drawing. */
+/** Return letters that cover text or buttons, and parts of the arm and arrows that leave the drawing. */
 const hidden = (page) =>
   page.locator(".arm-scene").evaluate((scene) => {
     const boxOf = (element) => element.getBoundingClientRect();
@@ -82,7 +82,7 @@ const hidden = (page) =>
     return [...letters, ...outside.map((element) => `${element.getAttribute("class")} is cut off`)];
   });
 
-/** A wrong entry, which is typed into every field: far from where the arm stands first, or near. */
+/** A wrong entry to type into every field, whose counterexample is far from the first pose, or near it. */
 const WRONG = [
   ["planar-2r", "jacobian", "a1*c1 - a2*s12"],
   ["planar-2r", "position", "1000*s12"],

@@ -1,5 +1,5 @@
-// The way through the chapter in the browser: goals; a wrong link; what is due on the practice page; the first page.
-// Lessons are walked from their ideas to mastery in lessons.test.mjs.
+// The lessons in the browser: goals, a wrong link, reviews on the practice page, and the first page. lessons.test.mjs
+// completes lessons up to mastery.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
@@ -7,7 +7,7 @@ import { drawn, inChromium, opened, openedAnew, PHONE, WIDE } from "./opened.mjs
 import { bankOf } from "./site.mjs";
 
 const there = inChromium();
-/** The right answer to a question about the site's only arm, as it is typed. */
+/** Return the right answer to a question about the site's only arm, as a student types it. */
 const typed = (kind) => {
   const { bank } = bankOf(there.site.folder);
   const [{ problems }] = bank("index").families;
@@ -70,7 +70,7 @@ test("the first lesson shows nothing of J, and that on singularities the area of
     assert.equal(await page.locator(what).count(), 0, what);
   await page.locator(".explanation summary").click();
   await page.locator(".sketch .arm-sum").waitFor(); // the arrows of the lesson, not the columns of J
-  assert.ok((await page.locator(".explanation .whole", { hasText: /\.$/ }).count()) > 0); // no line begins with a point
+  assert.ok((await page.locator(".explanation .whole", { hasText: /\.$/ }).count()) > 0); // no line begins with a full stop
   await opened(there, "learn.html?lesson=singular", WIDE);
   const area = page.locator(".arm-box polygon.arm-ellipse");
   const size = () =>
@@ -205,7 +205,7 @@ test("in a German browser examples, their list, the gallery and the documentatio
     assert.equal(await page.locator("html").getAttribute("lang"), "de");
     if (path.endsWith("6-2.html")) {
       await page.waitForFunction(() => document.title.startsWith("Beispiel 6.2"));
-      await page.locator(".live .arm-box").waitFor(); // it is alive there, too
+      await page.locator(".live .arm-box").waitFor(); // the arm can be moved there, too
       assert.equal(await page.locator("main").getAttribute("lang"), "de");
     }
     assert.deepEqual(wrong, []);

@@ -1,4 +1,4 @@
-// A lesson walked from its idea to mastery of every class of its arms, by any hand, in any browser and language.
+// Complete a lesson from its idea to mastery of every class of arms, by keyboard or touch, in any browser and language.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
@@ -9,7 +9,7 @@ import { until } from "./hands.mjs";
 
 const DAYS = 2 * 24 * 3600 * 1000;
 
-/** What the page says, in its language. */
+/** Return a text of the page in its language. */
 export const WORDS = {
   en: {
     practise: "Go straight to practice",
@@ -43,7 +43,7 @@ export const WORDS = {
 
 export const CLASSES = ["plain", "space", "any"];
 
-/** A site with arms of every class, `variants` of each, and of families besides; with its bank, and how to get rid of it. */
+/** Build a site with `variants` arms of every class, and of other families; return it, its bank, and how to delete it. */
 export function siteOfClasses(variants, besides = []) {
   const folder = mkdtempSync(join(tmpdir(), "qdot-classes-"));
   const families = ["planar-2r", "elbow-3r", "random-2", ...besides];
@@ -57,10 +57,10 @@ export function siteOfClasses(variants, besides = []) {
   return { folder, families, bank, remove: () => rmSync(folder, { recursive: true, force: true }) };
 }
 
-/** What is said of the class whose arm is asked. */
+/** Return the text on the class of the current arm. */
 const told = (page) => page.run(() => document.querySelector(".choosing [role=status]")?.textContent ?? "");
 
-/** Answers the question that is there rightly, once it is another than `last`; returns which it was. */
+/** Answer the current question correctly, once it differs from `last`; return the question. */
 export async function answered(page, hand, { code, bank }, last = "") {
   const item = await until(
     page,
@@ -87,7 +87,7 @@ export async function answered(page, hand, { code, bank }, last = "") {
   return item;
 }
 
-/** Keeps what is open, a lesson or the course, for when there is no connection. */
+/** Save the open lesson or course for offline use. */
 export async function keptOffline(page, hand, code, what = "lesson") {
   const { offline, keep, kept } = WORDS[code];
   await page.run(() => navigator.serviceWorker.ready.then(() => true));
@@ -103,7 +103,7 @@ export async function keptOffline(page, hand, code, what = "lesson") {
   await until(page, isKept, kept);
 }
 
-/** Opens a lesson, tries its idea with the first dial, and goes on to the questions; goals are reached where it `isKnown`. */
+/** Open a lesson, try its idea with the first dial, and go on to the questions; if it `isKnown`, its goals are reached. */
 async function begun(page, hand, { root, code, lesson }, isKnown) {
   await page.open(`${root}/learn.html?lesson=${lesson}`);
   await until(page, () => Boolean(document.querySelector(".dial input")));
@@ -116,21 +116,21 @@ async function begun(page, hand, { root, code, lesson }, isKnown) {
 }
 
 /**
- * Walks a lesson to mastery: `arms` different ones of each class in a row, a class after the other, then one more of each
- * when days have gone by. `walk` has root, code, bank, lesson, and the classes in their order.
+ * Complete a lesson: answer about `arms` different arms of each class in a row, one class after the other, then about one
+ * more of each class some days later. `walk` has root, code, bank, lesson, and the classes in their order.
  */
 export async function walkedToMastery(page, hand, walk, arms) {
   const { classes, code } = walk;
   const words = WORDS[code];
   let last = "";
-  /** Answers about arms of a class until what is said of it begins so. */
+  /** Answer about arms of a class until the text on the class begins with the given words. */
   const goOn = async (name, outcome, most) => {
     const seen = new Set();
     const wanted = classes.length > 1 ? `${words.classes[name]} · ${outcome}` : outcome;
     for (let isDone = false; !isDone;) {
       assert.ok(seen.size < most, `${[...seen]} are answered, and it says: ${await told(page)}`);
       last = await answered(page, hand, walk, last);
-      await until(page, () => Boolean(document.querySelector(".verdict-note"))); // what comes of it is said there
+      await until(page, () => Boolean(document.querySelector(".verdict-note"))); // the result is shown there
       const [family, key] = last.split("/");
       seen.add(`${family}/${key.replace("-quiz", "")}`);
       isDone = (await told(page)).startsWith(wanted);
@@ -144,7 +144,7 @@ export async function walkedToMastery(page, hand, walk, arms) {
     ([lesson, days]) => {
       const skills = JSON.parse(localStorage.getItem("qdot-lessons"));
       const { beyond = {}, ...first } = skills[lesson];
-      for (const row of [first, ...Object.values(beyond)]) row.learned -= days; // the days go by
+      for (const row of [first, ...Object.values(beyond)]) row.learned -= days; // some days pass
       localStorage.setItem("qdot-lessons", JSON.stringify({ ...skills, [lesson]: { ...first, beyond } }));
     },
     [walk.lesson, DAYS],

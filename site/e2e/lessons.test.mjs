@@ -1,5 +1,5 @@
-// A lesson from its idea to mastery of all classes of its arms, in Chromium: by keys alone and with no connection, each
-// class of arms by what was kept, and by a finger in German.
+// A lesson from its idea to mastery of all classes of arms, in Chromium: by keyboard alone and offline, each class with
+// stored progress, and by touch in German.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 
@@ -8,7 +8,7 @@ import { chromiumPage, keyboard, touch } from "./hands.mjs";
 import { answered, CLASSES, keptOffline, siteOfClasses, walkedToMastery, WORDS } from "./lesson.mjs";
 import { drawn, inChromium, openedAnew, PHONE, WIDE } from "./opened.mjs";
 
-/** How many arms there are of each class, all of which are answered before a lesson is learned. */
+/** The number of arms of each class; all of them must be answered before a lesson is learned. */
 const ARMS = 2;
 const HANDS = { keyboard: [keyboard, WIDE], touch: [touch, PHONE] };
 const WALKS = [
@@ -57,7 +57,7 @@ test("free practice counts for the class of the arm, which is due for review aft
     await page.getByText(`By differentiation, spatial arms: 1 of ${ARMS} right in a row`).waitFor();
     await page.evaluate(() => {
       const { differentiation } = JSON.parse(localStorage.getItem("qdot-lessons"));
-      differentiation.beyond.space.learned = 1; // as it is once all are right, and days have gone by
+      differentiation.beyond.space.learned = 1; // as if all answers were right some days ago
       localStorage.setItem("qdot-lessons", JSON.stringify({ differentiation }));
     });
     await page.goto(`${server.root}/practice.html`);
@@ -72,7 +72,7 @@ test("free practice counts for the class of the arm, which is due for review aft
     await page.goto(`${server.root}/learn.html`);
     const link = page.getByRole("link", { name: "By differentiation", exact: true });
     const skill = page.locator(".skill", { has: link }).locator(".skill-state");
-    await skill.getByText("started").waitFor(); // plain arms are still to come
+    await skill.getByText("started").waitFor(); // planar arms are not done yet
     assert.deepEqual(wrong, []);
   } finally {
     await context.close();
@@ -138,10 +138,10 @@ for (const locale of ["en-GB", "de-DE"])
         "learn.html?lesson=kinds",
         ...["ur5", "puma560", "panda"].map((robot) => `own.html#robot=${robot}`),
       ]) {
-        await page.goto("about:blank"); // what differs behind # alone is no new page
+        await page.goto("about:blank"); // a change after # alone would not load a new page
         await page.goto(`${server.root}/${path}`);
         await page.locator(".arm-side .arm-jacobian").waitFor();
-        await page.waitForLoadState("networkidle"); // factors of det J come last, where there are some
+        await page.waitForLoadState("networkidle"); // factors of det J, if any, load last
         await page.locator(".arm-map .arm-legend").waitFor();
         await drawn(page);
         assert.deepEqual(await scrolled(), [], path);

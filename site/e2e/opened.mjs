@@ -1,4 +1,4 @@
-// A page of the site in Chromium, with all that goes wrong in it, for the tests of every file here.
+// Open a page of the site in Chromium, and record its errors; all tests in this folder use it.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
@@ -10,12 +10,12 @@ const require = createRequire(import.meta.url);
 const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
 export const WIDE = { viewport: { width: 1280, height: 900 } };
 export const PHONE = { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true };
-/** The day on which every page is opened, whatever the date is. */
+/** The date that every page sees, whatever the real date is. */
 const NOON = Date.parse("2026-11-25T12:00:00Z");
-/** Milliseconds between two looks at whether a page still asks for something. */
+/** Milliseconds between two checks whether a page is still loading something. */
 const LOOK = 30;
 
-/** The site, its server and the browser, there before a file's tests and gone after them. */
+/** The site, its server and the browser; they start before a file's tests and stop after them. */
 export function inChromium() {
   const there = { tabs: new Map() };
   before(async () => {
@@ -33,9 +33,9 @@ export function inChromium() {
 }
 
 /**
- * A page that has come to rest, with what its console says of errors, refusals by its policy among them, and what it
- * asks other hosts for. It is opened in a tab that a file's tests use one after the other, one for all that want the
- * same options: scripts are cached, and storage is cleared.
+ * Open a page, and wait until it is idle. Return it with the errors in its console, including violations of its policy,
+ * and its requests to other hosts. A file's tests with the same options share a tab: scripts are cached, and storage is
+ * cleared.
  */
 export async function opened(there, path, options = WIDE) {
   const name = JSON.stringify({ ...WIDE, ...options });
@@ -48,21 +48,21 @@ export async function opened(there, path, options = WIDE) {
   return tab.at(path);
 }
 
-/** The same in a browser with empty storage, with its context: for tests that count or block requests. */
+/** Do the same in a browser with empty storage, and return its context, for tests that count or block requests. */
 export async function openedAnew(there, path, options = WIDE) {
   const { context, at } = await emptyTab(there, options);
   return { ...(await at(path)), context };
 }
 
-/** A tab of such a browser, with how to open a page in it: for tests that do something before they open one. */
+/** Return a tab of such a browser, and how to open a page in it, for tests that prepare something first. */
 export async function emptyTab(there, options = WIDE) {
   const context = await contextFor(there, options);
   return { context, ...(await tabIn(context, there.server.root)) };
 }
 
 /**
- * A browser with empty storage. Its language, its time zone, the day, and its random numbers are the same on every
- * machine; `noon` is another day than usual.
+ * Open a browser with empty storage. Its language, time zone, date and random numbers are the same on every machine;
+ * `noon` sets a different date.
  */
 async function contextFor({ browser }, { noon = NOON, ...options }) {
   const here = { locale: "en-GB", timezoneId: "UTC", serviceWorkers: "block" };
@@ -73,7 +73,7 @@ async function contextFor({ browser }, { noon = NOON, ...options }) {
   return context;
 }
 
-/** Sets the clock of a page, which runs on from there. It runs in the page. */
+/** Set the clock of a page, which then continues to run. This runs in the page. */
 function fixDay(noon) {
   const ahead = noon - Date.now();
   globalThis.Date = class extends Date {
@@ -86,14 +86,14 @@ function fixDay(noon) {
   };
 }
 
-/** Makes a page draw the same lots each time it is opened. It runs in the page. */
+/** Make a page use the same random numbers each time it is opened. This runs in the page. */
 function fixChance() {
   let last = 2 ** 30;
   Math.random = () => (last = (last * 48271) % (2 ** 31 - 1)) / (2 ** 31 - 1);
   crypto.getRandomValues = (numbers) => numbers.fill(Math.random() * 2 ** 32);
 }
 
-/** A new tab, and how to open a page in it; errors are reported for each page separately. */
+/** Return a new tab, and how to open a page in it; errors are reported for each page separately. */
 async function tabIn(context, root) {
   const page = await context.newPage();
   let wrong = [];
@@ -120,8 +120,8 @@ async function tabIn(context, root) {
 }
 
 /**
- * Waits until a page asks for nothing any more and has nothing to do, at two looks one after the other: what Playwright's
- * "networkidle" takes half a second for.
+ * Wait until two successive checks find a page idle, without requests. Playwright's "networkidle" takes half a second for
+ * this.
  */
 function watched(page) {
   const open = new Set();
@@ -139,38 +139,38 @@ function watched(page) {
   };
 }
 
-/** Waits until the page has been drawn a few times: what moves by itself has moved then. */
+/** Wait for a few frames, so that animations have moved. */
 export const drawn = (page) =>
   page.evaluate(async () => {
     for (let i = 0; i < 6; i += 1) await new Promise((done) => requestAnimationFrame(done));
   });
 
-/** Brings the arm of a page, which comes when it is near to the screen, with its map; nothing on a page without one. */
+/** Load the arm of a page, which loads when it is near the screen, and its map; do nothing if there is no arm. */
 export async function armOf(page) {
   const arm = page.locator("#arm, [data-arm], [data-hero], .stage").first();
   if ((await arm.count()) === 0) return;
   await arm.scrollIntoViewIfNeeded();
-  await page.mouse.move(1, 1); // that of the first page comes once somebody is there
+  await page.mouse.move(1, 1); // the arm of the first page loads after the first interaction
   await page.locator(".arm-box").waitFor();
   if (await page.locator("[data-hero]").count()) await page.locator(".arm-factors").waitFor();
   else {
     const map = page.getByRole("button", { name: /^(Map|Karte)$/ });
-    if ((await map.count()) === 0) return; // in the first lesson there is none
-    if ((await map.getAttribute("aria-expanded")) === "false") await map.evaluate((button) => button.click()); // the focus stays where it is
-    // where the map would tell the answer it says so
+    if ((await map.count()) === 0) return; // the first lesson has no map
+    if ((await map.getAttribute("aria-expanded")) === "false") await map.evaluate((button) => button.click()); // the focus doesn't change
+    // if the map would reveal the answer, it says so
     await page.locator(".arm-zero, .arm-zero-spot, .arm-pane .arm-concealed").first().waitFor({ state: "attached" });
   }
 }
 
-/** Asserts that the axe checker finds nothing in a page, and that nothing is wider than the screen. */
+/** Assert that the axe checker finds no errors in a page, and that nothing is wider than the screen. */
 export async function assertAccessible(page) {
   await page.evaluate(AXE);
   const { violations } = await page.evaluate(() =>
     window.axe.run({
       runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"],
-      // axe takes MathML for nothing: headers that hold a formula seem empty to it
+      // axe ignores MathML, so it takes headers with formulas for empty ones
       rules: { "empty-table-header": { enabled: false }, "label-content-name-mismatch": { enabled: true } },
-      resultTypes: ["violations"], // of what is in order it then tells less, which takes half the time
+      resultTypes: ["violations"], // without details on passed rules, axe takes half the time
     }),
   );
   assert.deepEqual(

@@ -1,4 +1,5 @@
-// One's own arm in the browser: typed, moved, handed on as a link and as a file, in German, on a phone, from a wrong link.
+// The page for the student's own arm: typing and moving it, sharing it as a link and as a file, in German, on a phone, and
+// from a wrong link.
 import assert from "node:assert/strict";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -30,7 +31,7 @@ test("a link opens its table in its pose, and typing and moving change the addre
   assert.equal(await page.getByLabel("a1", { exact: true }).inputValue(), "0.5");
   const angle = page.locator('.arm-joints input[type="number"]').nth(1);
   await angle.selectText();
-  await page.keyboard.type("-40"); // a minus alone is no number, and stays all the same
+  await page.keyboard.type("-40"); // a minus alone is not a number, but it stays in the field
   await angle.press("Tab");
   await page.waitForFunction(() => location.hash.includes("at=30_-40"));
   assertNear(await numbers(page), planar(30, -40));
@@ -64,7 +65,7 @@ test("the formulas of J and det J follow the table, or the page says why there a
   await angle.fill("75");
   await angle.press("Tab");
   await page.waitForFunction(() => location.hash.includes("at=75_"));
-  assert.deepEqual(await formulas(), before); // they hold in every pose
+  assert.deepEqual(await formulas(), before); // they are the same in every pose
   await page.getByLabel("a2", { exact: true }).fill("0.25");
   await until("a2=0.25m");
   await page.getByLabel("α1", { exact: true }).fill("45");
@@ -269,7 +270,7 @@ test("numbers beside the table change in the same frame as the drawing", async (
     const [first, drawn] = [shown(), line()];
     const key = { key: "ArrowRight", shiftKey: true, bubbles: true, cancelable: true };
     document.querySelector(".arm-box").dispatchEvent(new KeyboardEvent("keydown", key));
-    for (let i = 0; i < 20; i += 1) await null; // what is done before the next frame
+    for (let i = 0; i < 20; i += 1) await null; // tasks before the next frame
     return [first, shown(), drawn !== line()];
   });
   assert.ok(moved, "the arm is drawn in its new pose");

@@ -1,4 +1,4 @@
-// Every page of the built site: it keeps to its policy, asks no other host, its links lead somewhere, it is small.
+// Every page of the built site follows its policy, sends no requests to other hosts, has working links, and is small.
 import assert from "node:assert/strict";
 import { existsSync, readdirSync, readFileSync, statSync } from "node:fs";
 import { dirname, join } from "node:path";
@@ -6,12 +6,12 @@ import { test } from "node:test";
 
 import { assertAccessible, drawn, inChromium, opened, openedAnew, WIDE } from "./opened.mjs";
 
-/** What may be sent before the bank, gzip bodies, in bytes. */
+/** Maximum number of bytes, with gzip, that a page may load before the bank. */
 const MOST = 300_000;
 
 const there = inChromium();
 
-/** All pages there are, as paths in the site. */
+/** Return the paths of all pages in the site. */
 function pages() {
   const found = readdirSync(there.site.folder, { recursive: true, encoding: "utf8" });
   return found
@@ -20,10 +20,10 @@ function pages() {
     .sort();
 }
 
-/** Every page as it was found, by its path; each is opened once. */
+/** The results for every page, by its path; each page is opened once. */
 const seen = new Map();
 
-/** Opens a page, and notes what the tests of all pages ask about it. */
+/** Open a page, and record what the tests of all pages need. */
 async function visit(path) {
   const { page, wrong } = await opened(there, path);
   const told = await page.evaluate(() => ({
@@ -158,7 +158,7 @@ test("pages that were read work offline, with the arm beside an example", async 
   await context.close();
 });
 
-/** The number of a term that stays follows the arm, and goes by Escape. */
+/** A pinned value of a term follows the arm, and disappears with Escape. */
 async function followsAndGoes(page, number) {
   const before = await number.innerText();
   await page.locator('.live input[type="range"]').nth(1).focus();
@@ -214,7 +214,7 @@ test("keys reach the terms of formulas: one tab stop per formula, arrows between
   const lit = () => page.locator(".term-on").evaluateAll((all) => all.map((one) => one.textContent).join(""));
   const press = async (key) => {
     await page.keyboard.press(key);
-    await drawn(page); // what is lit comes with the next frame
+    await drawn(page); // the highlight appears in the next frame
   };
   await drawn(page);
   for (let i = 0; i < 10 && (await lit()) !== "a1c1"; i += 1) await press("ArrowRight");

@@ -1,4 +1,4 @@
-// A page of each kind on a phone in the dark: the axe checker, and nothing wider than the screen.
+// A page of each kind on a phone in dark mode: the axe checker finds no errors, and nothing is wider than the screen.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
@@ -20,7 +20,7 @@ for (const locale of ["en-GB", "de-DE"])
   test(`the menu is one row on a narrow phone: ${locale}`, async () => {
     const narrow = { ...PHONE, viewport: { width: 360, height: 740 }, locale };
     const { page } = await opened(there, "accessibility.html", narrow);
-    await page.locator("header.top .language select:enabled").waitFor(); // in its language by then
+    await page.locator("header.top .language select:enabled").waitFor(); // wait until the page is in its language
     const links = await page.locator("header.top nav a").evaluateAll((all) =>
       all.map((link) => {
         const { top, left, right } = link.getBoundingClientRect();
@@ -33,7 +33,7 @@ for (const locale of ["en-GB", "de-DE"])
     assert.ok(links.at(-1).right <= 360, JSON.stringify(links.at(-1)));
   });
 
-/** A finger that goes from one place to another in steps, as a slow one does; how far the page was scrolled by it. */
+/** Move a finger slowly from one point to another; return how far the page scrolled. */
 async function dragged(page, [x, y], [toX, toY]) {
   const finger = await page.context().newCDPSession(page);
   const send = (type, touchPoints) => finger.send("Input.dispatchTouchEvent", { type, touchPoints });

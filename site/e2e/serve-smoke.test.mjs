@@ -1,4 +1,4 @@
-// What `make test` tries of `qdot serve` in a browser: a student answers, the staff see it, and both pages are accessible.
+// The smoke test of `qdot serve` in `make test`: a student answers, the staff see it, and both pages are accessible.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 

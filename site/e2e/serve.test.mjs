@@ -18,7 +18,7 @@ after(async () => {
 });
 
 const field = (page) => page.getByLabel("Your answer");
-/** The content of a file that the page gives; the browser may run elsewhere and share no folder with us. */
+/** Return the content of a file that the page offers for download; the browser may run on another machine. */
 const read = async (download) => Buffer.concat(await (await download.createReadStream()).toArray());
 const saved = (page) => page.getByText("Everything is saved.").waitFor();
 
@@ -54,7 +54,7 @@ test("double clicks, two tabs, the same answer again and Back submit once", asyn
   await field(other).fill(RIGHT.determinant);
   await page.getByRole("button", { name: "Submit", exact: true }).dblclick();
   await page.locator(".verdict.correct").waitFor();
-  await other.locator(".verdict.correct").waitFor(); // it hears of the other tab
+  await other.locator(".verdict.correct").waitFor(); // it receives the result of the other tab
   await submit(other);
   await other.getByText("You have submitted this answer already.").waitFor();
   await page.getByRole("button", { name: "Next question" }).click();
@@ -80,7 +80,7 @@ test("a lost connection loses nothing that was typed or submitted, and the page 
   await field(page).fill(RIGHT.determinant);
   await submit(page);
   await page.getByText("This answer has not reached the server yet.").waitFor();
-  await page.close(); // and nothing has arrived
+  await page.close(); // before anything has arrived
   await student.context.setOffline(false);
   const later = await openQuestion(student, "determinant", await student.context.newPage());
   await later.locator(".verdict.correct").waitFor();

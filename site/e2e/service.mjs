@@ -74,7 +74,7 @@ export async function startService() {
   };
 }
 
-/** A browser in which somebody has signed in by the personal link, with what goes wrong on its pages. */
+/** Open a browser, sign in with a personal link, and record the errors on its pages. */
 export async function signIn(browser, service, who, options = {}) {
   const context = await browser.newContext({
     ...{ locale: "en-GB", timezoneId: "Europe/Berlin", viewport: { width: 1280, height: 900 } },

@@ -1,4 +1,4 @@
-// The practice page: verdicts, hints, what is kept, languages, the mathematics keyboard, and what can't be loaded.
+// The practice page: verdicts, hints, stored progress, languages, the mathematics keyboard, and files that don't load.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
@@ -11,7 +11,7 @@ const ask = (question) => open(`practice.html?arm=planar-2r&question=${question}
 const question = (kind) => bankOf(there.site.folder).bank(`planar-2r/001/${kind}`);
 const typed = (kind) => bankOf(there.site.folder).typed(kind);
 
-/** Answers as text, checks, and returns the verdict's heading and text. */
+/** Type an answer as text, check it, and return the verdict's heading and text. */
 async function answered(page, text) {
   const asText = page.getByRole("button", { name: "Type it as text" });
   await page.locator("form .answer").waitFor();

@@ -1,4 +1,4 @@
-// The map of what one knows: its boxes lie over nothing, it is walked by keys, and says in words what its lines show.
+// The graph of a student's progress: its boxes don't overlap, the keyboard reaches all of them, and texts repeat its lines.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
@@ -22,7 +22,7 @@ for (const [name, options] of Object.entries({ wide: WIDE, "on a German phone": 
     await page.reload();
     await page.locator(".skill").nth(11).waitFor();
     assert.deepEqual(await page.evaluate(faults), []);
-    // a word that is broken without a hyphen has a letter or two on a line of its own
+    // a word broken without a hyphen leaves a letter or two on a separate line
     const narrowest = await page
       .locator(".skill a")
       .evaluateAll((all) => Math.min(...all.flatMap((one) => [...one.getClientRects()].map(({ width }) => width))));

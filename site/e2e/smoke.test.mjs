@@ -1,6 +1,6 @@
-// What `make test` tries in a browser: each kind of page opens, is accessible, and is reached by keyboard, by which
-// `make whole` walks through it; a right and a wrong answer are judged; a notebook is read; the first goal of a lesson is
-// reached by touch, in German. All other files are for `make whole`.
+// The browser tests of `make test`: each kind of page opens, is accessible, and can be reached by keyboard; a right and a
+// wrong answer are judged; a notebook is read; the first goal of a lesson is reached by touch, in German. `make whole`
+// runs all other files, too, and goes through the pages by keyboard.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";

@@ -1,7 +1,7 @@
-// A page walked through by the Tab key alone.
+// Go through a page with the Tab key alone.
 import assert from "node:assert/strict";
 
-/** Asserts that the first stop leads to the content, and the next one into it. */
+/** Assert that the first Tab stop is the link to the content, and that the next one is in the content. */
 export async function assertReached(page) {
   await page.evaluate(() => scrollTo(0, 0));
   await page.keyboard.press("Tab");
@@ -13,7 +13,7 @@ export async function assertReached(page) {
   assert.ok(seen, `shows no focus: ${html}`);
 }
 
-/** Asserts that every stop is in sight with its ring, and that all are met. */
+/** Assert that every Tab stop is visible with its focus ring, and that none is missed. */
 export async function assertWalked(page) {
   await page.evaluate(() => scrollTo(0, 0));
   const expected = await page.evaluate(stops);
@@ -33,12 +33,12 @@ export async function assertWalked(page) {
   assert.ok(met.at(-1)?.last, `the walk ends before the end of the page: ${met.at(-1)?.html}`);
 }
 
-/** How many things on the page can be focused. */
+/** Return the number of elements on the page that can have the focus. */
 function stops() {
   return document.querySelectorAll("a[href], button, input, select, textarea, summary, [tabindex]").length;
 }
 
-/** Where the focus is: whether it shows, whether it is at the page's last link; null outside of the page. */
+/** Describe the focus: whether it is visible, and whether it is at the page's last link; null outside the page. */
 export function focused() {
   const element = document.activeElement;
   if (!element || element === document.body) return null;

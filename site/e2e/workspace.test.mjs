@@ -1,5 +1,5 @@
-// The workspace by its geometry: at every width arm and question are in view together, nothing lies over anything, and
-// nothing is cut off; what is pointed at in J stands out in the drawing.
+// The layout of the workspace: at every width, arm and question are both visible, nothing overlaps, and nothing is cut off.
+// Pointing at an entry of J highlights it in the drawing.
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
@@ -16,7 +16,7 @@ const SIZES = [
 
 const boxOf = (page, selector) => page.locator(selector).first().boundingBox();
 
-/** How many pixels two boxes have in common. */
+/** Return how many pixels two boxes share. */
 function common(a, b) {
   const across = Math.min(a.x + a.width, b.x + b.width) - Math.max(a.x, b.x);
   const down = Math.min(a.y + a.height, b.y + b.height) - Math.max(a.y, b.y);
@@ -33,7 +33,7 @@ for (const [width, height] of SIZES) {
       [".arm-box", ".arm-map-frame", ".formula-field", ".arm-strip"].map((part) => boxOf(page, part)),
     );
     for (const box of [arm, map]) assert.ok(inside(box, [width, height]), JSON.stringify(box));
-    assert.ok(field.y < height, `the answer begins ${field.y} pixels down`); // a question has the lines its font takes
+    assert.ok(field.y < height, `the answer begins ${field.y} pixels down`); // the number of lines of a question depends on its font
     assert.ok(arm.x + arm.width < field.x, "the question is beside the arm");
     assert.ok(arm.height > 0.3 * height, `the drawing is ${arm.height} pixels high`);
     assert.equal(common(arm, strip), 0);
@@ -78,7 +78,7 @@ for (const robot of ["anthropomorphic-6r", "panda"])
     const { page, context } = await openedAnew(there, `own.html#robot=${robot}`, options);
     await page.waitForFunction((key) => document.querySelector(".own-begin select")?.value === key, robot);
     await page.locator(".arm-jacobian td").first().waitFor();
-    await page.locator(".arm-map-canvas:not([hidden])").waitFor(); // the legend is there with it
+    await page.locator(".arm-map-canvas:not([hidden])").waitFor(); // the legend appears with it
     await page.locator(".arm-map .arm-legend li").first().waitFor();
     await drawn(page);
     const cut = await page.locator(".arm-jacobian").evaluate((table) => {
@@ -110,7 +110,7 @@ for (const [name, options] of [
     const inView = async () => {
       const [box, stage] = [await verdict.boundingBox(), await boxOf(page, ".stage")];
       const under = options === PHONE ? stage.y + stage.height : 0;
-      const end = Math.min(box.y + box.height, under + options.viewport.height / 2); // its beginning, if it is long
+      const end = Math.min(box.y + box.height, under + options.viewport.height / 2); // only its beginning, if it is long
       return box.y >= under - 1 && Math.max(end, box.y + 90) <= options.viewport.height + 1;
     };
     const check = page.getByRole("button", { name: "Check", exact: true });
@@ -141,7 +141,7 @@ for (const [name, options] of [
     assert.equal(await page.getByRole("button", { name: "Next problem" }).getAttribute("class"), "button");
   });
 
-/** Waits until something holds, as what scrolls takes its time. */
+/** Wait until a condition holds, because scrolling takes time. */
 async function settles(holds, what) {
   for (let i = 0; i < 100; i += 1) {
     if (await holds()) return;
@@ -231,7 +231,7 @@ test("an option that is wider than a phone scrolls separately", async () => {
   await page.locator(".option-text").first().waitFor();
   const wider = await page.evaluate(() => {
     for (const text of document.querySelectorAll(".option-text")) {
-      const wide = document.createElement("div"); // as the matrices of an arm with seven joints are
+      const wide = document.createElement("div"); // like the matrices of an arm with seven joints
       wide.style.width = "900px";
       wide.style.height = "1em";
       text.append(wide);
@@ -294,7 +294,7 @@ test("rows and columns of a matrix have labels beside their entries", async () =
   }
 });
 
-/** Of what is in sight, the most that may jump while a page comes, as the sum of layout shifts. */
+/** Maximum sum of layout shifts while a page loads. */
 const JUMPS = 0.05;
 
 test("nothing jumps while a page loads: the arm's space is reserved", async () => {

@@ -1,4 +1,4 @@
-// For tests and figures in a browser: a built site, served as GitHub Pages would, and the system's Chromium.
+// Tools for tests and measurements in a browser: serve a built site as GitHub Pages does, and start the system's Chromium.
 import { execFileSync } from "node:child_process";
 import { existsSync, mkdtempSync, readFileSync, rmSync, statSync } from "node:fs";
 import { createServer } from "node:http";
@@ -20,7 +20,7 @@ export const CHROMIUM = [
   "/usr/bin/google-chrome",
   "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
 ].find(existsSync);
-/** Milliseconds that a test waits for something: a busy machine fails no test. */
+/** The time limit of a test, in milliseconds: long enough that no test fails because the machine is busy. */
 export const PATIENCE = 120_000;
 const ARGUMENTS = [
   "--no-sandbox",
@@ -30,7 +30,7 @@ const ARGUMENTS = [
   "--enable-unsafe-swiftshader",
 ];
 
-/** A built site: SITE, or a fresh one of a single arm by `$QDOT site build`; with how to get rid of it. */
+/** Return a built site, and a function that deletes it: SITE, or a new one with a single arm by `$QDOT site build`. */
 export function builtSite() {
   if (process.env.SITE) return { folder: process.env.SITE, remove: () => undefined };
   const folder = mkdtempSync(join(tmpdir(), "qdot-site-"));
@@ -47,7 +47,7 @@ export function builtSite() {
   return { folder, remove: () => rmSync(folder, { recursive: true, force: true }) };
 }
 
-/** Serves a folder on this machine, text compressed with gzip, once; `sent` counts the bytes of bodies by path. */
+/** Serve a folder on this machine; texts are compressed with gzip once. `sent` counts the bytes of bodies by path. */
 export async function served(folder) {
   const sent = new Map();
   const bodies = new Map();
@@ -80,13 +80,13 @@ export async function served(folder) {
 
 const AS = { executablePath: CHROMIUM, args: ARGUMENTS };
 
-/** The browser that CHROMIUM_AT tells the address of, or one of one's own. */
+/** Return the browser at the address CHROMIUM_AT, or a new one. */
 export async function launched() {
   const { chromium } = await import("playwright-core");
   return process.env.CHROMIUM_AT ? chromium.connect(process.env.CHROMIUM_AT) : chromium.launch(AS);
 }
 
-/** A browser that other processes use by its address: `wsEndpoint()`. */
+/** Start a browser that other processes can use by its address, `wsEndpoint()`. */
 export async function shared() {
   const { chromium } = await import("playwright-core");
   return chromium.launchServer(AS);

@@ -1,5 +1,5 @@
-// Runs the tests in the browser: the site is built once for all of them, one Chromium serves them, and two files are at
-// work at a time. QDOT_SUITE=whole runs all files; else only smoke.test.mjs is run, or the files that are named.
+// Runs the tests in the browser. They share one built site and one Chromium, and two files run at a time.
+// QDOT_SUITE=whole runs all files; otherwise, only the smoke tests or the files that are named run.
 //
 //     QDOT=../.venv/bin/qdot npm run e2e        # or SITE=folder of a built site
 import { spawn } from "node:child_process";
@@ -9,7 +9,7 @@ import { fileURLToPath } from "node:url";
 
 import { builtSite, CHROMIUM, shared } from "./browser.mjs";
 
-/** On two cores a second file runs while the first waits for its page; more only wait for each other. */
+/** On two cores, a second file runs while the first one waits for its page. More files would only wait for each other. */
 const AT_ONCE = 2;
 
 if (!CHROMIUM) {

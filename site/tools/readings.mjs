@@ -1,4 +1,4 @@
-// Answers what tests/tools/readers.py asks on standard input: how the site reads texts, and what it says of answers.
+// Answers the requests of tests/tools/readers.py on standard input: how the site parses texts and judges answers.
 import { dirname, join } from "node:path";
 import { text } from "node:stream/consumers";
 import { fileURLToPath } from "node:url";

@@ -1,4 +1,4 @@
-// Serves a folder until it is ended, and says where: for programs that look at a built site from outside.
+// Serves a folder until it is stopped, and prints the address, for programs that test a built site from outside.
 import { served } from "./browser.mjs";
 
 const { root } = await served(process.argv[2]);
