@@ -39,6 +39,23 @@ def write_notebook(notebook: Mapping[str, Any]) -> str:
     return json.dumps(notebook, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
 
 
+def write_answer_cell(part: str, text: str) -> str:
+    """Return the code that gives a typed answer to a part with a name such as "p1.jacobian"."""
+    return f"{name_answer_variable(*part.split('.', 1))} = {text!r}"
+
+
+def fill_in_answers(notebook: str, answers: Mapping[str, str]) -> str:
+    """Return a notebook, as the text of a file, with typed answers by part in the cells for them; other cells stay."""
+    if not answers:
+        return notebook
+    content = json.loads(notebook)
+    for cell in content["cells"]:
+        part = cell["metadata"].get("qdot", {}).get("part")
+        if part in answers:
+            cell["source"] = write_answer_cell(part, answers[part])
+    return write_notebook(content)
+
+
 def _embed_image(svg: str, alt_text: str) -> str:
     """Return an HTML image that embeds the SVG as base64. Every notebook reader shows such an image in Markdown."""
     data = base64.b64encode(svg.encode()).decode()

@@ -13,7 +13,7 @@ from qdot.exercises.assignment.assignment import FEEDBACK, Assignment, Student
 from qdot.exercises.assignment.release import ReleaseContext, ReleaseResult, release_notebooks_of_student
 from qdot.exercises.assignment.store import StoredProblems, load_stored_problems
 from qdot.exercises.formula.equality import Counterexample, SetDifference
-from qdot.exercises.notebook.notebook import write_notebook
+from qdot.exercises.notebook.notebook import write_answer_cell, write_notebook
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.site.record import make_asked_record, write_html_with_latex
@@ -235,7 +235,7 @@ def write_answers_notebook(assignment: Assignment, student: str, answers: Mappin
         {
             "cell_type": "code", "execution_count": None, "id": part.replace(".", "-")[:64], "outputs": [],
             "metadata": {"qdot": {"part": part}},
-            "source": f"{name_answer_variable(*part.split('.', 1))} = {answers[part]!r}",
+            "source": write_answer_cell(part, answers[part]),
         }
         for part in sorted(answers)
     ]  # fmt: skip

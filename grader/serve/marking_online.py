@@ -5,6 +5,7 @@ that is not marked yet is marked later, so a killed process loses nothing; marki
 """
 
 import logging
+import re
 import threading
 import time
 from collections import Counter
@@ -47,10 +48,11 @@ from qdot.grader.serve.judge_process import (
     stay_busy,
 )
 from qdot.grader.serve.lti.outbox import update_scores
-from qdot.grader.serve.models import Person, Submission
-from qdot.grader.serve.scores import load_marks, name_file
+from qdot.grader.serve.models import Draft, Person, Submission
+from qdot.grader.serve.scores import list_notebook_answers, load_marks, name_file
 from qdot.grader.serve.settings import find_options
 from qdot.grader.submissions.submission import StudentFiles
+from qdot.grader.submissions.submission import Submission as Attempt
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -267,6 +269,21 @@ def _find_own_judge() -> Judge:
     return Judge(find_options().folders)
 
 
+def _read_file(assignment: Assignment, name: str, content: bytes) -> Attempt:
+    """Return the notebook in a file of a student."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        path.write_bytes(content)
+        (attempt,) = read_attempts(StudentFiles((path,)), assignment.key)
+    return attempt
+
+
+def read_upload(person: Person, assignment: Assignment, name: str, content: bytes) -> Attempt:
+    """Return the notebook in a file that a person submits, one file after the other. Raises TimeoutError."""
+    with _wait_for_turn(person.pk):
+        return _read_file(assignment, re.sub(r"[^\w. ()-]", "_", name)[-60:], content)
+
+
 @task()
 def grade_submission(submission_id: int) -> None:
     """Grade a submission as `qdot grade` does."""
@@ -274,7 +291,11 @@ def grade_submission(submission_id: int) -> None:
     if submission is None or submission.state == Submission.State.MARKED:
         return  # the student has been forgotten meanwhile, or it was in the queue twice
     if submission.answers is None:
-        _store_marks(submission, *_grade_file(submission))
+        marks, shown = _grade_file(submission)
+        _store_marks(submission, marks, shown)
+        answered = list_notebook_answers(submission)
+        drafts = Draft.objects.filter(person=submission.person, assignment=submission.assignment, part__in=answered)
+        drafts.filter(saved__lt=submission.received).delete()  # the page shows what is in the notebook
     elif marked := _mark_typed(submission, lambda work, item: work(_find_own_judge(), item), is_quick=False):
         _store_marks(submission, *marked)
 
@@ -284,11 +305,8 @@ def _grade_file(submission: Submission) -> MarksAndPage:
     assignment, judge = load_class_assignment(submission.person.classroom, submission.assignment), _find_own_judge()
     student = submission.person.student_id
     grader = Grader(assignment, _open_sandbox(assignment.sandbox == "strict"), judge.find_class_answers(assignment))
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / name_file(assignment, submission)
-        path.write_bytes(submission.content or b"")
-        (attempt,) = read_attempts(StudentFiles((path,)), assignment.key)
-        marks = grade_safely(grader, student, attempt)
+    attempt = _read_file(assignment, name_file(assignment, submission), bytes(submission.content or b""))
+    marks = grade_safely(grader, student, attempt)
     if marks.obstacle is not None:
         return marks, {}
     return marks, to_jsonable(show_marks(assignment, judge.load_problems(assignment, student), marks, set()))

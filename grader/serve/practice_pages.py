@@ -95,7 +95,7 @@ def get_practice(request: HttpRequest, person: Person, key: str, number: int) ->
     return JsonResponse({
         "person": person.pk, "title": work.assignment.title, "student": {"id": work.student.id, "name": ""},
         "now": timezone.now().isoformat(), "due": None, "late_rule": "", "feedback": work.assignment.feedback,
-        "notes": [], "closed": "", "takes_notebooks": False, "submissions": [],
+        "closed": "", "takes_notebooks": False, "submissions": [],
         "practice": {"next": f"../{number % SETS + 1}/", "home": "../../"},
         "problems": load_problem_records(work.student.id, work.assignment, work.student.id, language),
         "answers": state["answers"], "drafts": state["drafts"], **_describe_state(work, state),

@@ -12,6 +12,7 @@ from qdot.grader.grading.attempt import mark_ungraded
 from qdot.grader.grading.final_result import GradedNotebook, compute_final_result
 from qdot.grader.grading.overrides import Overrides, flatten_answer
 from qdot.grader.grading.result import NotebookMarks, Override, Result
+from qdot.grader.judging.functions import FUNCTION_TEXT
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.serve.models import Classroom, Person, PointsOverride, Submission
 
@@ -56,6 +57,16 @@ def name_file(assignment: Assignment, submission: Submission) -> str:
     """Return the name of the file as which a submission is exported."""
     suffix = PurePath(submission.file_name).suffix if submission.file_name else ".ipynb"
     return f"{assignment.key}{suffix}"
+
+
+def list_notebook_answers(submission: Submission) -> dict[str, str]:
+    """Return the answers by part in a notebook that is marked, except for Python functions, which nobody can type."""
+    return {
+        f"{problem['slot']}.{part['name']}": part["answer"]
+        for problem in (submission.marks or {"problems": []})["problems"]
+        for part in problem["parts"]
+        if part["answer"] not in (None, FUNCTION_TEXT) and part["outcome"] != Outcome.MISSING
+    }
 
 
 def compute_result(

@@ -14,6 +14,7 @@ from django.views.decorators.http import require_GET, require_http_methods, requ
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.late_rule import describe_duration
 from qdot.exercises.assignment.release import notebook_path
+from qdot.exercises.notebook.notebook import fill_in_answers
 from qdot.exercises.writing.languages import ENGLISH, LANGUAGES
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.feedback import make_feedback_page
@@ -37,6 +38,7 @@ from qdot.grader.serve.submitting import (
     check_text,
     describe_attempts,
     explain_closed,
+    find_answers,
     find_tried_texts,
     parse_request_id,
     save_draft,
@@ -138,9 +140,7 @@ def describe_work(work: Work, language: str) -> dict[str, Any]:
     overrides = load_overrides(person.classroom, assignment.key)
     result = compute_result(assignment, student, submissions, overrides)
     received, now, due_date = [s.received for s in submissions], timezone.now(), assignment.due_date_of(student)
-    typed = next((submission for submission in submissions if submission.changed_part), None)
     rule = assignment.late_rule
-    notes = [*describe_decisions(result), *map(capitalize, result.notes)]
     late_rule = ""
     if rule is not None and rule.per_day:
         late_rule = f"Late work loses {100 * float(rule.per_day):.4g} % of its points for each started day"
@@ -149,12 +149,12 @@ def describe_work(work: Work, language: str) -> dict[str, Any]:
     return {
         "person": person.pk, "title": assignment.title, "student": {"id": student.id, "name": student.name},
         "now": now.isoformat(), "due": due_date and due_date.isoformat(),
-        "late_rule": late_rule, "feedback": assignment.feedback, "notes": list(map(end_sentence, notes)),
+        "late_rule": late_rule, "feedback": assignment.feedback,
         "takes_notebooks": assignment.attempt_policy.tries is None,
         "practice": {"next": "practice/1/", "home": ""} if assignment.practice else None,
         "closed": explain_closed(assignment, student, received, now.replace(microsecond=0)),
         "problems": load_problem_records(person.pk, assignment, person.student_id, language),
-        "answers": typed.answers if typed else {}, "drafts": dict(drafts.values_list("part", "text")),
+        "answers": find_answers(submissions), "drafts": dict(drafts.values_list("part", "text")),
         **describe_result(work, result, received), "results": describe_results(work, result, submissions),
         "submissions": [describe_submission(submission) for submission in submissions],
     }  # fmt: skip
@@ -162,8 +162,9 @@ def describe_work(work: Work, language: str) -> dict[str, Any]:
 
 def describe_result(work: Work, result: Result, received: list[datetime.datetime]) -> dict[str, Any]:
     """Return what the page shows of the whole result; `received` are the times of all submissions."""
+    notes = [*describe_decisions(result), *map(capitalize, result.notes)]
     return {
-        "score": result.score if result.submission else None, "max_score": result.max_score,
+        "notes": list(map(end_sentence, notes)), "score": result.score if result.submission else None, "max_score": result.max_score,
         "is_late": result.late is not None, "attempts": describe_attempts(work.assignment, received)._asdict(),
     }  # fmt: skip
 
@@ -278,10 +279,11 @@ def get_submission(request: HttpRequest, person: Person, key: str, number: int) 
 @require_GET
 @for_everybody
 def get_notebook(request: HttpRequest, person: Person, key: str) -> HttpResponse:
-    """Return the student's notebook."""
+    """Return the student's notebook, with the answers that the student has submitted."""
     work = find_work(person, key)
     release_if_needed(work.assignment, work.student.id)
-    content = notebook_path(work.assignment, work.student.id).read_bytes()
+    content = notebook_path(work.assignment, work.student.id).read_text(encoding="utf-8")
+    content = fill_in_answers(content, find_answers(list_submissions(person, key)))
     return HttpResponse(content, "application/x-ipynb+json", headers={
         "Content-Disposition": f'attachment; filename="{key}.ipynb"',
     })  # fmt: skip

@@ -5,7 +5,7 @@ import uuid
 from collections import defaultdict
 from datetime import datetime
 from pathlib import PurePath
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from django.db import transaction
 from django.db.models import Sum
@@ -15,11 +15,12 @@ from django.utils import timezone
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.late_rule import add_time_zone
 from qdot.exercises.common.errors import count_noun, make_name_error, shorten
-from qdot.grader.judging.functions import FUNCTION_TEXT, is_function_table
+from qdot.grader.judging.functions import is_function_table
 from qdot.grader.marking.marking import map_max_points
 from qdot.grader.serve.errors import Refused
 from qdot.grader.serve.models import Draft, Person, Submission
-from qdot.grader.serve.scores import list_submissions
+from qdot.grader.serve.scores import list_notebook_answers, list_submissions
+from qdot.grader.submissions.submission import explain_useless
 
 MAX_ANSWER_CHARACTERS = 20_000
 UNSTORABLE = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff]")
@@ -120,8 +121,9 @@ def submit_answer(
             return known, False
         earlier = list_submissions(person, assignment.key)
         _check_open(assignment, student, earlier)
-        base = _find_latest_answers(earlier)
-        merged = {part: text for part, text in {**base, **answers}.items() if text}
+        if earlier and not earlier[0].changed_part and earlier[0].state == Submission.State.WAITING:
+            raise Refused(409, "Your notebook is still being graded. Submit your answer again after that.")
+        merged = {part: text for part, text in {**find_answers(earlier), **answers}.items() if text}
         ((part, text),) = answers.items()
         if (tries := assignment.attempt_policy.tries) is not None:
             tried = find_tried_texts(person, assignment.key)[part]
@@ -145,27 +147,22 @@ def _check_open(assignment: Assignment, student: Student, earlier: list[Submissi
         raise Refused(409, sentence)
 
 
-def _find_latest_answers(earlier: list[Submission]) -> dict[str, str]:
-    """Return the answers of the latest submission, which later ones change; those of a notebook are in its marks."""
-    if not earlier:
+def find_answers(submissions: list[Submission]) -> dict[str, str]:
+    """Return a student's answers, which the next one changes; `submissions` begin with the newest.
+
+    They are those of the latest submission, except for a notebook that is not graded yet or could not be.
+    """
+    latest = next((s for s in submissions if s.changed_part or (s.state == s.State.MARKED and not s.obstacle)), None)
+    if latest is None:
         return {}
-    if earlier[0].answers is not None:
-        return dict(earlier[0].answers)
-    if earlier[0].marks is None:
-        raise Refused(409, "Your notebook is still being graded. Submit your answer again after that.")
-    return {
-        f"{problem['slot']}.{part['name']}": part["answer"]
-        for problem in earlier[0].marks["problems"]
-        for part in problem["parts"]
-        if part["answer"] not in (None, FUNCTION_TEXT)
-    }
+    return dict(latest.answers) if latest.answers is not None else list_notebook_answers(latest)
 
 
 def submit_notebook(
     assignment: Assignment, student: Student, person: Person, request_id: uuid.UUID, name: str, content: bytes
 ) -> Submission:
     """Store a notebook and put it into the queue, both or neither. Raises Refused."""
-    from qdot.grader.serve.marking_online import grade_submission
+    from qdot.grader.serve.marking_online import grade_submission, read_upload
 
     if len(content) > MAX_NOTEBOOK_BYTES:
         raise Refused(413, f"A notebook has at most {MAX_NOTEBOOK_BYTES // 1_000_000} MB; clear its outputs.")
@@ -173,6 +170,8 @@ def submit_notebook(
         raise Refused(415, "Submit the notebook itself, a file that ends in .ipynb, or a zip that contains it.")
     if assignment.attempt_policy.tries is not None:
         raise Refused(409, "Type your answers on the page: the number of tries is limited, so no notebook is accepted.")
+    if reason := explain_useless(read_upload(person, assignment, name, content), assignment, student.id):
+        raise Refused(415, f"This file was not submitted: {reason}. Nothing has changed.")
     with transaction.atomic():
         Person.objects.select_for_update().get(pk=person.pk)
         if (known := person.submissions.filter(request_id=request_id).first()) is not None:

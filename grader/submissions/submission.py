@@ -8,6 +8,7 @@ import csv
 import datetime
 import hashlib
 import os
+import re
 import stat
 import zipfile
 from collections import defaultdict
@@ -554,6 +555,18 @@ def explain_wrong_assignment(submission: Submission, assignment: "Assignment") -
     if isinstance(claimed_key, str) and claimed_key != assignment.key:
         return f"this notebook belongs to the assignment {claimed_key[:80]!r}, not to {assignment.key!r}"
     return None
+
+
+def explain_useless(submission: Submission, assignment: "Assignment", student: str) -> str:
+    """Return why a notebook would only take a student's earlier answers away; "" if it may have answers."""
+    if reason := submission.unreadable_reason or explain_wrong_assignment(submission, assignment):
+        return reason
+    if submission.qdot_metadata.get("student") not in (None, student):
+        return "it was released to another student; download your own notebook, and answer in it"
+    slots = "|".join(re.escape(slot.name) for slot in assignment.slots)
+    if not any(cell.part or re.search(rf"\b(?:{slots})_?\w", cell.source, re.IGNORECASE) for cell in submission.cells):
+        return "it answers no question of this assignment; download your notebook, and answer in it"
+    return ""
 
 
 OTHER_VERSION = "the notebook was made from another assignment.toml, redrawn.csv or secret"

@@ -36,6 +36,11 @@ questions = ["determinant"]
 """
 ASSETS = SimpleNamespace(scripts={"serve": "serve.js"}, modules={"serve": []}, styles={"serve": []})
 """Stands for the site's scripts, which may not be built."""
+NOTEBOOK = json.dumps({
+    "cells": [{"cell_type": "code", "id": "a", "metadata": {}, "outputs": [], "source": "p1_position = 1"}],
+    "metadata": {}, "nbformat": 4, "nbformat_minor": 5,
+}).encode()  # fmt: skip
+"""A small notebook, in which an answer is wrong."""
 LIMITS = Limits(seconds=20, cell_seconds=4)
 
 

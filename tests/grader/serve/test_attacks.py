@@ -21,7 +21,7 @@ from qdot.grader.serve.models import Submission
 from qdot.grader.serve.personal_links import make_link
 from qdot.grader.serve.server import open_server
 from tests.grader.serve.test_submitting import NOW
-from tests.support.serving import Browser, Service, serve_class, set_clock
+from tests.support.serving import NOTEBOOK, Browser, Service, serve_class, set_clock
 
 
 def test_an_answer_that_takes_long_is_marked_in_the_queue(service: Service, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -30,7 +30,7 @@ def test_an_answer_that_takes_long_is_marked_in_the_queue(service: Service, monk
     monkeypatch.setattr(judge_process, "QUICK_JUDGING", 0.0)
     for _ in range(2):  # a repeated request isn't judged again
         assert browser.answer("p1.position", "theta1 + 0", request).json()["state"] == "waiting"
-    browser.upload("a.ipynb", b"{}")
+    browser.upload("a.ipynb", NOTEBOOK)
     first, second = DBTaskResult.objects.ready()  # notebooks come first
     assert first.priority > second.priority
     service.work_off_queue()
@@ -55,16 +55,16 @@ def test_judges_that_are_busy_are_reported_and_lose_nothing(service: Service, mo
 
 def test_one_student_can_t_fill_the_queue_or_the_disk(service: Service, monkeypatch: pytest.MonkeyPatch) -> None:
     browser, other = service.open_browser("s001"), service.open_browser("s002")
-    statuses = [browser.upload("a.ipynb", b"{}").status_code for _ in range(submitting.MAX_WAITING + 1)]
+    statuses = [browser.upload("a.ipynb", NOTEBOOK).status_code for _ in range(submitting.MAX_WAITING + 1)]
     assert statuses == [202] * submitting.MAX_WAITING + [429]
-    assert other.upload("a.ipynb", b"{}").status_code == 202
+    assert other.upload("a.ipynb", NOTEBOOK).status_code == 202
     service.work_off_queue()
-    monkeypatch.setattr(submitting, "MAX_STORED_BYTES", 20)
-    assert browser.upload("a.ipynb", b"{}" * 6).status_code == 413
+    monkeypatch.setattr(submitting, "MAX_STORED_BYTES", 10 * len(NOTEBOOK))
+    assert browser.upload("a.ipynb", NOTEBOOK + b" " * 1000).status_code == 413
     monkeypatch.setattr(submitting, "MAX_SUBMISSIONS", 6)
-    assert browser.upload("a.ipynb", b"{}").status_code == 202
+    assert browser.upload("a.ipynb", NOTEBOOK).status_code == 202
     service.work_off_queue()
-    assert browser.upload("a.ipynb", b"{}").status_code == 409
+    assert browser.upload("a.ipynb", NOTEBOOK).status_code == 409
     assert browser.answer("p1.position", "theta1").status_code == 409
     assert browser.answer("p1.position", "theta1").status_code == 409
 

@@ -16,7 +16,7 @@ from qdot.grader.serve.forgetting_online import describe_people, find_people, fo
 from qdot.grader.serve.models import Draft, Person, PointsOverride, StaffAction, Submission
 from qdot.grader.serve.settings import DATABASE_FILE, find_options
 from tests.grader.serve.test_submitting import find_right_answer
-from tests.support.serving import PROBLEMS, Service, serve_class, write_settings
+from tests.support.serving import NOTEBOOK, PROBLEMS, Service, serve_class, write_settings
 
 
 def test_equal_wrong_answers_form_a_group_that_gets_points_together(service: Service) -> None:
@@ -101,7 +101,8 @@ def test_export_has_the_tables_of_the_class(service: Service) -> None:
 
 def test_backup_restores_everything(service: Service, tmp_path: Path) -> None:
     service.open_browser("s001").answer("p1.position", "theta1")
-    service.open_browser("s001").upload("a.ipynb", b"\x00\xff")
+    service.open_browser("s001").upload("a.ipynb", NOTEBOOK)
+    Submission.objects.filter(answers=None).update(content=b"\x00\xff")
     before = list(Submission.objects.values())
     back_up(tmp_path / "backup.zip")
     Submission.objects.all().delete()

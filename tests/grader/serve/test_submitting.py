@@ -5,6 +5,7 @@ import uuid
 from unittest.mock import patch
 
 import pytest
+from django.utils import timezone
 from django_tasks_db.models import DBTaskResult
 
 from qdot.exercises.writing.problem_texts import write_answer_code
@@ -13,7 +14,7 @@ from qdot.grader.serve import scores
 from qdot.grader.serve.marking_online import MAX_FAILURES, queue_forgotten
 from qdot.grader.serve.models import Submission
 from qdot.grader.serve.server import reclaim_tasks
-from tests.support.serving import Service, serve_class, set_clock
+from tests.support.serving import NOTEBOOK, Service, serve_class, set_clock
 from tests.support.submitting import code_cell, write_notebook
 
 
@@ -58,7 +59,7 @@ def test_the_same_request_is_stored_once(service: Service) -> None:
     assert Submission.objects.count() == 2
     request = str(uuid.uuid4())
     for _ in range(2):
-        assert browser.upload("a.ipynb", b"{}", request).status_code == 202
+        assert browser.upload("a.ipynb", NOTEBOOK, request).status_code == 202
     assert DBTaskResult.objects.count() == 1
 
 
@@ -115,11 +116,11 @@ def test_a_notebook_is_graded_from_the_queue_and_its_answers_are_the_basis_of_ty
     assert "Ada" in browser.get("/a/hw/feedback").content.decode()
 
 
-def test_the_notebook_of_another_student_is_pointed_out_to_both_sides(service: Service) -> None:
+def test_an_imported_notebook_of_another_student_is_pointed_out_to_both_sides(service: Service) -> None:
     browser = service.open_browser("s001")
-    browser.upload(
-        "mine.ipynb", write_notebook(service.assignment, "s002", make_correct_cells_of(service, "s002")).encode()
-    )
+    browser.upload("mine.ipynb", NOTEBOOK)
+    notebook = write_notebook(service.assignment, "s002", make_correct_cells_of(service, "s002"))
+    Submission.objects.update(content=notebook.encode())
     service.work_off_queue()
     (note,) = browser.get("/a/hw/work").json()["notes"]
     assert note.startswith("This notebook was released to another student.") and note.endswith("wrong one.")
@@ -141,17 +142,59 @@ def make_correct_cells_of(service: Service, student: str) -> list[dict[str, obje
 
 
 @pytest.mark.parametrize(
-    ("name", "content", "status"),
-    [("a.exe", b"", 415), ("../../a.ipynb", b"not a notebook", 202), ("a.zip", b"PK", 202), ("a.ipynb", b"", 202)],
-)
-def test_files_that_are_no_notebooks(service: Service, name: str, content: bytes, status: int) -> None:
+    ("name", "content", "sentence"),
+    [
+        ("a.exe", b"", "Submit the notebook itself"), ("../../my work.ipynb", b"no notebook", ": my work.ipynb is"),
+        ("a.zip", b"PK", "a.zip is not"), ("a.ipynb", b"", "empty"), ("b.ipynb", b'{"cells": [', "b.ipynb is not"),
+        ("a.py", b"print(1)", "answers no question of this assignment"), ("x" * 300 + "\n.md", b"# hi", "answers no"),
+        ("a.ipynb", NOTEBOOK.replace(b"{}, ", b'{"qdot": {"assignment": "hw9"}}, '), "to the assignment 'hw9'"),
+    ],
+)  # fmt: skip
+def test_a_file_that_is_no_notebook_takes_no_marks_away(
+    service: Service, name: str, content: bytes, sentence: str
+) -> None:
     browser = service.open_browser("s001")
+    browser.answer("p1.determinant", find_right_answer(service, "s001", "p1.determinant"))
     reply = browser.upload(name, content)
-    assert reply.status_code == status
-    service.work_off_queue()
-    if status == 202:
-        state = browser.get(f"/a/hw/submissions/{reply.json()['submission']}").json()
-        assert state["state"] == "marked" and state["note"]
+    assert reply.status_code == 415 and sentence in reply.json()["error"]
+    assert (service.work_off_queue(), browser.get("/a/hw/work").json()["score"]) == (0, 1)
+
+
+def test_the_notebook_of_another_student_is_refused(service: Service) -> None:
+    notebook = write_notebook(service.assignment, "s002", make_correct_cells_of(service, "s002"))
+    reply = service.open_browser("s001").upload("mine.ipynb", notebook.encode())
+    assert (reply.status_code, "released to another student" in reply.json()["error"]) == (415, True)
+    assert not Submission.objects.exists()
+
+
+def test_the_notebook_to_take_away_has_the_answers_and_the_page_those_of_the_notebook(service: Service) -> None:
+    browser = service.open_browser("s001")
+    answers = {
+        "p1.position": find_right_answer(service, "s001", "p1.position"), "p1.determinant": "it's\n\"wrong\"",
+        "p1.why": "Both links\nare in line.",
+    }  # fmt: skip
+    for part, text in answers.items():
+        browser.answer(part, text)
+    for part in ("p1.position", "p2.determinant"):
+        browser.send("PUT", "/a/hw/drafts", {"part": part, "text": "later"})
+    before = browser.get("/a/hw/work").json()
+    notebook = browser.get("/a/hw/notebook.ipynb").content
+    with set_clock(timezone.now() + datetime.timedelta(seconds=5)):
+        assert browser.upload("a.ipynb", notebook).status_code == 202
+        service.work_off_queue()
+        work = browser.get("/a/hw/work").json()
+        assert (work["score"], work["answers"]["p1.why"]) == (before["score"], answers["p1.why"])
+        assert {name: part["points"] for name, part in work["results"].items()} == {
+            name: part["points"] for name, part in before["results"].items()
+        }
+        assert work["drafts"] == {"p2.determinant": "later"}
+        assert browser.get("/a/hw/notebook.ipynb").content == notebook
+    with set_clock(timezone.now() + datetime.timedelta(seconds=10)):
+        browser.upload("b.ipynb", NOTEBOOK)
+        service.work_off_queue()
+        assert browser.get("/a/hw/work").json()["answers"] == {"p1.position": "1"}
+        results = browser.answer("p1.position", answers["p1.position"]).json()["results"]
+        assert results["p1.position"]["outcome"] == "correct"
 
 
 def test_what_a_killed_process_left_is_done_later(service: Service) -> None:
@@ -162,7 +205,7 @@ def test_what_a_killed_process_left_is_done_later(service: Service) -> None:
         queue_forgotten()
     assert service.work_off_queue() == 1
     assert Submission.objects.get().state == "marked"
-    browser.upload("a.ipynb", b"{}")
+    browser.upload("a.ipynb", NOTEBOOK)
     for _ in range(MAX_FAILURES - 1):
         DBTaskResult.objects.ready().get().claim("killed")
         reclaim_tasks()
@@ -174,7 +217,7 @@ def test_what_a_killed_process_left_is_done_later(service: Service) -> None:
 
 
 def test_what_fails_again_and_again_is_left_ungraded(service: Service) -> None:
-    service.open_browser("s001").upload("a.ipynb", b"{}")
+    service.open_browser("s001").upload("a.ipynb", NOTEBOOK)
     Submission.objects.update(received=NOW - datetime.timedelta(days=3650))
     for _ in range(MAX_FAILURES):
         row = DBTaskResult.objects.get(status="READY")
@@ -245,7 +288,7 @@ def test_tries_are_limited_for_each_question_and_unreadable_answers_cost_none() 
                 assert (shown["outcome"] == "correct", shown["tries_left"]) == (text == right, left), (name, text)
             reply = browser.answer(name, "theta1")
             assert (reply.status_code, "takes 2 answers" in reply.json()["error"]) == (409, True)
-        assert browser.upload("a.ipynb", b"{}").status_code == 409
+        assert browser.upload("a.ipynb", NOTEBOOK).status_code == 409
 
 
 @pytest.mark.parametrize("text", ["None", "theta1 +", "[1, 2]"])
