@@ -164,8 +164,9 @@ def describe_result(work: Work, result: Result, received: list[datetime.datetime
     """Return what the page shows of the whole result; `received` are the times of all submissions."""
     notes = [*describe_decisions(result), *map(capitalize, result.notes)]
     return {
-        "notes": list(map(end_sentence, notes)), "score": result.score if result.submission else None, "max_score": result.max_score,
-        "is_late": result.late is not None, "attempts": describe_attempts(work.assignment, received)._asdict(),
+        "notes": list(map(end_sentence, notes)), "is_late": result.late is not None,
+        "score": result.score if result.submission else None, "max_score": result.max_score,
+        "attempts": describe_attempts(work.assignment, received)._asdict(),
     }  # fmt: skip
 
 

@@ -56,5 +56,22 @@ export const Failed = ({ reason, onAgain }: { reason: string; onAgain: () => voi
   </div>
 );
 
+/** A warning before something is submitted, with buttons that submit it or don't. */
+export const Warning = ({ text, onSubmit, onCancel }: WarningProps): JSX.Element => (
+  <div role="alert" class="verdict partial">
+    <p>{text}</p>
+    <p class="actions">
+      <Button className="button" text={say("serve.submit-anyway")} onClick={onSubmit} />
+      <Button text={say("serve.no-submit")} onClick={onCancel} />
+    </p>
+  </div>
+);
+
+interface WarningProps {
+  readonly text: string;
+  readonly onSubmit: () => void;
+  readonly onCancel: () => void;
+}
+
 /** Attributes of a field whose text a browser should not change, such as a formula or an address. */
 export const LITERAL = { spellcheck: false, autocomplete: "off", autocapitalize: "none" } as const;

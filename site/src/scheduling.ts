@@ -78,3 +78,14 @@ export function useLoaded<T>(load: () => Promise<T>, inputs: readonly unknown[])
   useEffect(retry, inputs);
   return { loaded, error, retry };
 }
+
+/** Call `work` every so many milliseconds while `isOn`. */
+export function useInterval(work: () => unknown, milliseconds: number, isOn = true): void {
+  const latest = useRef(work);
+  latest.current = work;
+  useEffect(() => {
+    if (!isOn) return;
+    const timer = setInterval(() => latest.current(), milliseconds);
+    return () => clearInterval(timer);
+  }, [isOn, milliseconds]);
+}

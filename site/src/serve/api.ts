@@ -72,7 +72,7 @@ export interface Submission {
 }
 
 /** POST answers. If the verdict takes long, the state is "waiting", and the results come later. */
-export type Judged = Pick<Work, "results" | "score" | "is_late" | "attempts"> & Pick<Submission, "state">;
+export type Judged = Pick<Work, "results" | "score" | "is_late" | "attempts" | "notes"> & Pick<Submission, "state">;
 /** POST notebooks. */
 export type Queued = { readonly submission: number; readonly place: number };
 

@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
 import { Button, Failed } from "../controls.js";
-import { listen } from "../scheduling.js";
+import { listen, useInterval } from "../scheduling.js";
 import { say, type TextKey } from "../text/text.js";
 import { type ClassResults, get, post, type Regraded } from "./api.js";
 import { StudentView } from "./class-student.js";
@@ -50,16 +50,13 @@ export function ClassPage(): JSX.Element {
   };
   useEffect(() => {
     look();
-    const timer = setInterval(() => !document.hidden && look(), LOOK_WAIT);
     const stops = [
       listen(document, "visibilitychange", () => !document.hidden && look()),
       listen(window, "popstate", () => setShown(readShown())),
     ];
-    return () => {
-      clearInterval(timer);
-      stops.forEach((stop) => stop());
-    };
+    return () => stops.forEach((stop) => stop());
   }, []);
+  useInterval(() => !document.hidden && look(), LOOK_WAIT);
   const show = (next: Shown): void => {
     const address = new URL(window.location.href);
     for (const [name, value] of Object.entries(next))

@@ -1,10 +1,11 @@
 // Work in a notebook: take it away, submit the file, follow it through the queue.
 
 import type { JSX } from "preact";
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useRef, useState } from "preact/hooks";
 
 import { DropField } from "../check/drop-field.js";
-import { describeLoadError } from "../scheduling.js";
+import { Warning } from "../controls.js";
+import { describeLoadError, useInterval } from "../scheduling.js";
 import { say } from "../text/text.js";
 import { get, makeRequestId, post, type Queued, Refused, type Submission, type Work } from "./api.js";
 import { writePoints } from "./shown.js";
@@ -25,6 +26,7 @@ export function NotebookWork({ work, onGraded }: NotebookWorkProps): JSX.Element
   const [own, setOwn] = useState<readonly Submission[]>([]); // submitted on this page
   const [isSending, setSending] = useState(false);
   const [error, setError] = useState("");
+  const [asked, setAsked] = useState<File | null>(null); // whether it may replace the answers
   const unsent = useRef<{ readonly file: File; readonly id: string } | null>(null);
   const isKnown = ({ id }: Submission) => own.some((other) => other.id === id);
   const submissions = [...work.submissions.filter((one) => !isKnown(one)), ...own].filter(
@@ -33,6 +35,7 @@ export function NotebookWork({ work, onGraded }: NotebookWorkProps): JSX.Element
   const isWaiting = submissions.some(({ state }) => state === "waiting");
   const send = async (file: File): Promise<void> => {
     if (isSending) return;
+    setAsked(null);
     setError(file.size > MAX_MEGABYTES * 1e6 ? say("check.too-large", { name: file.name, limit: MAX_MEGABYTES }) : "");
     if (file.size > MAX_MEGABYTES * 1e6) return;
     // the same file that is sent again after a lost connection keeps its number
@@ -55,21 +58,18 @@ export function NotebookWork({ work, onGraded }: NotebookWorkProps): JSX.Element
     }
   };
   const [isOpen, setOpen] = useState(isWaiting);
-  useEffect(() => {
-    if (!isWaiting) return;
-    const timer = setInterval(() => {
-      for (const waiting of submissions.filter(({ state }) => state === "waiting"))
-        get<Submission>(`submissions/${waiting.id}`).then(
-          (news) => {
-            setOwn((old) => [...old.filter(({ id }) => id !== waiting.id), { ...waiting, ...news, id: waiting.id }]);
-            setError("");
-            if (news.state !== "waiting") onGraded();
-          },
-          (reason: unknown) => setError(reason instanceof Refused ? reason.message : describeLoadError(reason)),
-        );
-    }, LOOK_WAIT);
-    return () => clearInterval(timer);
-  }, [isWaiting, submissions.length]);
+  const look = () => {
+    for (const waiting of submissions.filter(({ state }) => state === "waiting"))
+      get<Submission>(`submissions/${waiting.id}`).then(
+        (news) => {
+          setOwn((old) => [...old.filter(({ id }) => id !== waiting.id), { ...waiting, ...news, id: waiting.id }]);
+          setError("");
+          if (news.state !== "waiting") onGraded();
+        },
+        (reason: unknown) => setError(reason instanceof Refused ? reason.message : describeLoadError(reason)),
+      );
+  };
+  useInterval(look, LOOK_WAIT, isWaiting);
   return (
     <details class="more notebook-work" open={isOpen} onToggle={({ currentTarget }) => setOpen(currentTarget.open)}>
       <summary>{say("serve.notebook")}</summary>
@@ -84,10 +84,14 @@ export function NotebookWork({ work, onGraded }: NotebookWorkProps): JSX.Element
           isDisabled={isSending}
           onFiles={(files) => {
             if (files.length > 1) setError(say("check.several-files"));
+            else if (files[0] && Object.keys(work.answers).length > 0) setAsked(files[0]);
             else if (files[0]) void send(files[0]);
           }}
         />
       )}
+      {asked ? (
+        <Warning text={say("serve.replaces")} onSubmit={() => void send(asked)} onCancel={() => setAsked(null)} />
+      ) : null}
       {isSending ? <p role="status">{say("serve.submitting")}</p> : null}
       {error ? <p role="alert">{error}</p> : null}
       {submissions.length > 0 ? (

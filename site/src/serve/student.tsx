@@ -4,11 +4,11 @@ import type { JSX } from "preact";
 import { useEffect, useRef, useState } from "preact/hooks";
 
 import type { AskedPart, AskedProblem } from "../bank.js";
-import { Button } from "../controls.js";
+import { Warning } from "../controls.js";
 import { Places } from "../course/places.js";
 import { Hints, Question } from "../practice/question.js";
 import { WithLoaded } from "../practice/with-index.js";
-import { listen } from "../scheduling.js";
+import { listen, useInterval } from "../scheduling.js";
 import { storage } from "../storage.js";
 import { say } from "../text/text.js";
 import { get, inLanguage, setPerson, type Work } from "./api.js";
@@ -74,15 +74,11 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
         onRefused: ({ part }, sentence) => setRefusal((old) => ({ ...old, [part]: sentence || say("serve.refused") })),
       }),
   );
-  useEffect(() => {
-    if (!isMarking) return;
-    const timer = setInterval(reload, MARKING_WAIT);
-    return () => clearInterval(timer);
-  }, [isMarking]);
+  useInterval(reload, MARKING_WAIT, isMarking);
+  useInterval(() => setTick((tick) => tick + 1), CLOCK_STEP);
   useEffect(() => {
     setPerson(initialWork.person);
     void outbox.send(); // what an earlier page could not send
-    const timer = setInterval(() => setTick((tick) => tick + 1), CLOCK_STEP);
     const stops = [
       listen(window, "online", () => void outbox.send()),
       listen(window, "pagehide", () => outbox.leave()),
@@ -94,7 +90,6 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
       }),
     ];
     return () => {
-      clearInterval(timer);
       outbox.end();
       stops.forEach((stop) => stop());
     };
@@ -106,6 +101,10 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
     setVisit({ place: newPlace, visits: visits + 1 });
   };
   const question = questions[place]!;
+  const graded = work.submissions.find(({ kind, state }) => kind === "notebook" && state === "marked")?.id;
+  const earlierGraded = useRef(graded);
+  const hasNewAnswers = earlierGraded.current !== graded;
+  earlierGraded.current = graded;
   const now = Date.now() + clockOffset;
   const numberOf = (name: string) => questions.find((other) => other.name === name)?.number ?? "";
   return (
@@ -145,9 +144,9 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
         {work.takes_notebooks ? <NotebookWork work={work} onGraded={reload} /> : null}
       </section>
       <ServedQuestion
-        key={`${question.name} ${visits}`}
+        key={`${question.name} ${visits} ${graded}`}
         {...{ question, work, outbox, connection }}
-        hasArrived={visits > 0}
+        hasArrived={visits > 0 && !hasNewAnswers}
         isOverdue={work.due !== null && now > Date.parse(work.due)}
         followedFrom={numberOf(work.results[question.name]?.followed_from ?? "")}
         refusal={refusal[question.name] ?? ""}
@@ -202,26 +201,30 @@ function ServedQuestion(props: ServedQuestionProps): JSX.Element {
   const submittedText = pending?.text ?? work.answers[name];
   const [storedText] = useState(outbox.draftOf(name) ?? work.drafts[name] ?? submittedText ?? "");
   const [answer, setAnswer] = useState(storedText);
-  const latestText = useRef(storedText);
+  const [fieldsText, setFieldsText] = useState(storedText); // the stored text, as the fields write it
+  const latestText = useRef(storedText === "" ? "" : null);
   const [error, setError] = useState("");
-  const [isAsking, setAsking] = useState(false); // whether to submit late
-  const [repeats, setRepeats] = useState(0);
+  const [isAsking, setAsking] = useState(false); // whether to submit in spite of warnings
+  const [repeats, setRepeats] = useState({ count: 0, isLatest: false });
   const [pose, setPose] = useState<Readonly<Record<string, number>> | undefined>(undefined);
   const isRight = shown?.outcome === "correct";
   const closed = work.closed || (shown?.tries_left === 0 && !isRight ? say("serve.no-tries") : "");
   const [isPending, isClosed] = [pending !== undefined, closed !== ""];
   const hasWork = Object.values(work.results).some(({ outcome }) => outcome !== "missing");
   const makesLate = props.isOverdue && !work.is_late && work.attempts.left === null && hasWork; // else attempts are apart
+  const isSame = answer === (submittedText === storedText ? fieldsText : submittedText);
+  const hasBlank = work.attempts.tries !== null && part.key.type !== "text" && /\bblank\b/.test(answer);
   const submit = () => {
     setAsking(false);
+    setRepeats({ ...repeats, isLatest: false });
     props.onSubmit(answer);
   };
   const check = () => {
     const reason = closed || (answer.trim() ? "" : say("serve.empty"));
     setError(reason);
     if (reason || isPending) return;
-    if (answer === submittedText && shown && shown.outcome !== "ungraded") setRepeats(repeats + 1);
-    else if (makesLate && !isAsking) setAsking(true);
+    if (isSame && shown && shown.outcome !== "ungraded") setRepeats({ count: repeats.count + 1, isLatest: true });
+    else if ((makesLate || hasBlank) && !isAsking) setAsking(true);
     else submit();
   };
   return (
@@ -235,24 +238,20 @@ function ServedQuestion(props: ServedQuestionProps): JSX.Element {
       nextText={say("serve.next")}
       onAnswer={(text) => {
         setAnswer(text);
-        if (text === latestText.current) return;
+        if (latestText.current === null) setFieldsText(text);
+        else if (text !== latestText.current) outbox.saveDraft(name, text);
         latestText.current = text;
-        outbox.saveDraft(name, text);
       }}
       onCheck={check}
       onNext={props.onNext}
       error={error || props.refusal}
       notice={
         isAsking ? (
-          <div role="alert" class="verdict partial">
-            <p>
-              {say("serve.makes-late")} {work.late_rule}
-            </p>
-            <p class="actions">
-              <Button className="button" text={say("serve.submit-late")} onClick={submit} />
-              <Button text={say("serve.not-late")} onClick={() => setAsking(false)} />
-            </p>
-          </div>
+          <Warning
+            text={`${hasBlank ? say("serve.has-blank") : ""} ${makesLate ? `${say("serve.makes-late")} ${work.late_rule}` : ""}`}
+            onSubmit={submit}
+            onCancel={() => setAsking(false)}
+          />
         ) : isPending && (connection === "waiting" || connection === "signed-out") ? (
           <p role="alert">{say("serve.will-submit")}</p>
         ) : null
@@ -260,17 +259,17 @@ function ServedQuestion(props: ServedQuestionProps): JSX.Element {
       verdict={
         shown && isTelling(shown) ? (
           <>
-            {repeats > 0 && answer === submittedText ? <p class="muted">{say("serve.same-answer")}</p> : null}
+            {repeats.isLatest && isSame ? <p class="muted">{say("serve.same-answer")}</p> : null}
             <ShownResult
               shown={shown}
               followedFrom={props.followedFrom}
               hasPose={pose !== undefined}
-              hasAnswer={answer !== submittedText}
+              hasAnswer={!isSame}
             />
           </>
         ) : null
       }
-      verdictNumber={judgedCount + repeats}
+      verdictNumber={judgedCount + repeats.count}
       onVerdictShown={() => setPose(shown?.pose ?? undefined)}
       pose={pose}
     >

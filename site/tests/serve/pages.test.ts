@@ -88,7 +88,7 @@ test.each([
   expect(submitted(requests)).toEqual(isWarned ? [] : ["2"]);
   expect(document.body.textContent!.includes("your whole work counts as late")).toBe(isWarned);
   if (!isWarned) return;
-  await press("Submit late");
+  await press("Submit anyway");
   expect(submitted(requests)).toEqual(["2"]);
 });
 
@@ -141,6 +141,80 @@ test.each([
   );
   expect(typedTexts()).toEqual(expected);
   expect(requests.map(({ path }) => path.split("?")[0])).toEqual(["work"]); // nothing was typed, so nothing is saved
+});
+
+const type = (text: string) =>
+  act(async () => {
+    const input = document.querySelector<HTMLInputElement>(".answer input")!;
+    input.value = text;
+    input.dispatchEvent(new Event("input", { bubbles: true }));
+  });
+
+test("an answer that was submitted before is said to be repeated only at once after the same", async () => {
+  const repeated = () => document.body.textContent!.includes("You have submitted this answer already.");
+  const requests = await showStudent({ ...BEGUN, due: null, answers: { "p1.determinant": "0" } });
+  await press("Submit");
+  expect([submitted(requests), repeated()]).toEqual([[], true]);
+  await type("theta1");
+  await press("Submit");
+  await vi.waitFor(() => expect(document.querySelector(".verdict.correct")).not.toBeNull());
+  expect([submitted(requests), repeated()]).toEqual([["theta1"], false]);
+});
+
+test("an empty field of a vector uses up a try only after a warning", async () => {
+  const vector = { shape: [2, 1], type: "matrix" } as const;
+  const requests = await showStudent({ attempts: TRIES, drafts: { "p1.determinant": "[[1], [blank]]" } }, vector);
+  await press("Submit");
+  expect([submitted(requests), document.querySelector("[role=alert]")!.textContent]).toEqual([
+    [],
+    expect.stringContaining("uses up a try"),
+  ]);
+  await press("Submit anyway");
+  expect(submitted(requests)).toEqual(["[[1], [blank]]"]);
+});
+
+test("a notebook replaces answers only after a warning; then the fields have its answers, and the old can return", async () => {
+  const result = (outcome: Shown["outcome"]) => ({ "p1.determinant": { ...SHOWN, outcome } });
+  const uploaded = {
+    kind: "notebook",
+    part: "",
+    file_name: "a.ipynb",
+    received: WORK.now,
+    place: null,
+    score: 0,
+    note: "",
+  };
+  const answers = { "p1.determinant": "Matrix([[1], [2]])" };
+  const vector = { shape: [2, 1], type: "matrix" } as const;
+  const old = { due: null, answers: { "p1.determinant": "[[3], [4]]" }, results: result("correct") };
+  await showStudent(old, vector);
+  const problems = [{ slot: "p1", problem: { ...PROBLEM, parts: [{ ...PART, ...vector }] } }];
+  const later = {
+    ...WORK,
+    ...old,
+    problems,
+    answers,
+    results: result("wrong"),
+    submissions: [{ ...uploaded, id: 5, state: "marked" }],
+  };
+  const requests = serve(({ path }): Answer => {
+    if (path === "notebooks") return [202, { submission: 5, place: 0 }];
+    if (path.startsWith("work")) return [200, later];
+    return [200, path.startsWith("submissions") ? later.submissions[0] : { ...later, ...JUDGED }];
+  });
+  const input = document.querySelector<HTMLInputElement>("input[type=file]")!;
+  Object.defineProperty(input, "files", { value: [new File(["{}"], "a.ipynb")] });
+  await act(async () => void input.dispatchEvent(new Event("change", { bubbles: true })));
+  expect(requests).toEqual([]);
+  expect(document.body.textContent).toContain("The notebook replaces all answers that you have submitted");
+  await press("Submit anyway");
+  await vi.waitFor(() => expect(typedTexts()).toEqual(["1", "2"]), { timeout: 5000 });
+  await act(async () => undefined); // the fields have reported their text
+  await press("Submit");
+  expect(document.body.textContent).toContain("You have submitted this answer already.");
+  await type("3");
+  await press("Submit");
+  expect(submitted(requests)).toEqual(["[[3], [2]]"]);
 });
 
 const PARTS = ["p1.a", "p1.b", "p2.a"].map((name) => ({ name, title: name, max_points: 3, is_text: true }));
