@@ -142,7 +142,7 @@ export type Override = ({ readonly student: number } | { readonly group: string 
 };
 
 /** POST regrade: how many submissions are still to be marked again, what would change, and the token that confirms it. */
-export type Regraded = {
+export type NewMarks = {
   readonly waiting: number;
   readonly token: string;
   readonly changes: readonly {

@@ -6,7 +6,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { Button, Failed } from "../controls.js";
 import { listen, useInterval } from "../scheduling.js";
 import { say, type TextKey } from "../text/text.js";
-import { type ClassResults, get, post, type Regraded } from "./api.js";
+import { type ClassResults, get, post, type NewMarks } from "./api.js";
 import { StudentView } from "./class-student.js";
 import { ClassTable } from "./class-table.js";
 import { Groups, nameOf } from "./groups.js";
@@ -146,21 +146,21 @@ function RefusedScores({ results, onChange }: { results: ClassResults; onChange:
 
 /** Export, and regrading: the changes are shown before they are stored. */
 function Regrading({ onChange }: { onChange: () => void }): JSX.Element {
-  const [regraded, setRegraded] = useState<Regraded | null>(null);
+  const [newMarks, setNewMarks] = useState<NewMarks | null>(null);
   const { send, isSending, error } = useSending(onChange);
   const compare = () =>
     void send(async () => {
-      let answer = await post<Regraded>("regrade", {});
-      for (; answer.waiting > 0; answer = await post<Regraded>("regrade", {})) {
-        setRegraded(answer);
+      let answer = await post<NewMarks>("regrade", {});
+      for (; answer.waiting > 0; answer = await post<NewMarks>("regrade", {})) {
+        setNewMarks(answer);
         await new Promise((done) => setTimeout(done, LOOK_WAIT));
       }
-      setRegraded(answer);
+      setNewMarks(answer);
     });
   const confirm = (token: string) =>
     void send(async () => {
       await post("regrade", { token });
-      setRegraded(null);
+      setNewMarks(null);
     });
   return (
     <section class="regrading">
@@ -171,15 +171,15 @@ function Regrading({ onChange }: { onChange: () => void }): JSX.Element {
         <Button text={say("class.regrade")} disabled={isSending} onClick={compare} />
       </p>
       {error ? <p role="alert">{error}</p> : null}
-      {isSending ? <p role="status">{say("class.regrading", { count: regraded?.waiting ?? 0 })}</p> : null}
-      {regraded && regraded.waiting === 0 ? (
+      {isSending ? <p role="status">{say("class.regrading", { count: newMarks?.waiting ?? 0 })}</p> : null}
+      {newMarks && newMarks.waiting === 0 ? (
         <div role="status">
-          <h2>{say("class.changes", { count: regraded.changes.length })}</h2>
-          {regraded.changes.length > 0 ? (
+          <h2>{say("class.changes", { count: newMarks.changes.length })}</h2>
+          {newMarks.changes.length > 0 ? (
             <>
               <table>
                 <tbody>
-                  {regraded.changes.map(({ student, name, part, before, after }) => (
+                  {newMarks.changes.map(({ student, name, part, before, after }) => (
                     <tr key={`${student} ${part}`}>
                       <th scope="row">{name}</th>
                       <td>{part}</td>
@@ -191,8 +191,8 @@ function Regrading({ onChange }: { onChange: () => void }): JSX.Element {
                 </tbody>
               </table>
               <p class="actions">
-                <Button className="button" text={say("class.store-changes")} onClick={() => confirm(regraded.token)} />
-                <Button text={say("class.drop-changes")} onClick={() => setRegraded(null)} />
+                <Button className="button" text={say("class.store-changes")} onClick={() => confirm(newMarks.token)} />
+                <Button text={say("class.drop-changes")} onClick={() => setNewMarks(null)} />
               </p>
             </>
           ) : null}
