@@ -7,7 +7,7 @@ bank/FAMILY/KEY.de.json            texts in German, loaded if the page is in Ger
 bank/FAMILY/KEY/QUESTION.de.json   likewise
 bank/index.de.json                 the titles of index.json in German
 
-A page loads the arm and the question that it shows, because all questions about an arm are ten times as long.
+A page loads the arm and the question that it shows, because all questions about an arm are ten times as large.
 """
 
 import hashlib

@@ -116,7 +116,7 @@ class SolutionSteps:
 
     @cached_property
     def hint_context(self) -> HintContext:
-        """What hints show of the arm and its results."""
+        """What hints reveal about the arm and its results."""
         return HintContext(self.chain)
 
     def find_lost_direction(self, values: ValueCombination) -> tuple[JacobianOnBranch, sp.Matrix] | None:
@@ -235,7 +235,7 @@ class SolutionSteps:
 
     @cached_property
     def recursion(self) -> list[RecursionStep]:
-        """The steps of (6.13) for a point in the last frame, the last joint first."""
+        """The steps of (6.13) for a point in the last frame, beginning with the last joint."""
         derivation, first_frame = derive(self._structure), self.convention.frame_on_axis(1)
         rotations, links = derivation.rotations, derivation.link_vectors
         steps = []
