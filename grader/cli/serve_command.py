@@ -263,8 +263,9 @@ def backup(folders: FoldersArgument, out: BackupOption = Path("backup.zip"), dat
 def restore(file: FileArgument, folders: FoldersArgument, database: DatabaseOption = "") -> None:
     """Replace the database with a backup. Stop the service first.
 
-    Files of the assignments that are missing in their folders are written, too; others stay. Everybody has to sign in
-    again. The database may differ from that of the backup, for example PostgreSQL instead of SQLite.
+    Files of the assignments that are missing in their folders are written, too; others stay. A folder may be new, with
+    any name; it can't be one with another secret or other problems. Everybody has to sign in again. The database may
+    differ from that of the backup, for example PostgreSQL instead of SQLite.
 
     Examples:
       qdot serve restore backup.zip homework

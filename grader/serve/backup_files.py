@@ -1,12 +1,14 @@
 """Read a backup: the content of the database as JSON, and the files of the assignments."""
 
 import zipfile
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from pathlib import Path
+from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
 
-from qdot.exercises.assignment.assignment import SECRET_FILE
-from qdot.exercises.common.errors import QdotError
+from qdot.exercises.assignment.assignment import ASSIGNMENT_FILE, SECRET_FILE, load_assignment
+from qdot.exercises.common.errors import QdotError, list_first
 from qdot.exercises.common.files import make_folder, write_atomically
 
 DATABASE_MEMBER, FOLDERS_MEMBER = "database.json", "folders"
@@ -31,12 +33,47 @@ def read_member(path: Path, name: str) -> bytes:
 
 
 def restore_files(path: Path, folders: list[Path]) -> None:
-    """Write the files of the assignments that are missing in their folders. Raises QdotError."""
-    with open_backup(path) as archive:
-        for folder in folders:
-            prefix = f"{FOLDERS_MEMBER}/{folder.resolve().name}/"
-            make_folder(folder)
-            for name in (name for name in archive.namelist() if name.startswith(prefix)):
-                target = folder / Path(name).name
-                if not target.exists():
-                    write_atomically(target, archive.read(name), 0o600 if target.name == SECRET_FILE else 0o644)
+    """Write the files of the assignments that are missing in their folders, which may be new. Raises QdotError.
+
+    Nothing is written if a folder has another secret, key or other problems than the backup.
+    """
+    with open_backup(path) as archive, TemporaryDirectory() as temporary:
+        contents = defaultdict[str, dict[str, bytes]](dict)
+        for name in archive.namelist():
+            if len(parts := PurePosixPath(name).parts) == 3 and parts[0] == FOLDERS_MEMBER:
+                contents[parts[1]][parts[2]] = archive.read(name)
+        sources = {folder: _find_source(folder, folders, contents) for folder in folders}
+        for number, (folder, source) in enumerate(sources.items()):
+            present = {name: (folder / name).read_bytes() for name in contents[source] if (folder / name).is_file()}
+            copies = Path(temporary) / f"{number}-original", Path(temporary) / f"{number}-merged"
+            for copy, files in zip(copies, ({}, present), strict=True):
+                _write_missing(copy, contents[source] | files)
+            try:
+                digests = {load_assignment(copy).problems_digest for copy in copies}
+            except QdotError as error:
+                raise QdotError(
+                    str(error).replace(str(copies[0]), str(path)).replace(str(copies[1]), str(folder))
+                ) from None
+            if len(digests) > 1:
+                raise QdotError(f"{folder} has another secret, key or other problems than {path}; name a new folder")
+        for folder, source in sources.items():
+            _write_missing(folder, contents[source])
+
+
+def _find_source(folder: Path, folders: list[Path], contents: Mapping[str, object]) -> str:
+    """Return the assignment of a backup that belongs to a folder: the only one, or that with its name or key."""
+    if len(folders) == len(contents) == 1:
+        return next(iter(contents))
+    names = [folder.resolve().name]
+    if (folder / ASSIGNMENT_FILE).exists():
+        names.append(load_assignment(folder).key)
+    if (name := next((name for name in names if name in contents), None)) is None:
+        raise QdotError(f"{folder}: the backup has {list_first(sorted(contents), 5)}; name the folders so")
+    return name
+
+
+def _write_missing(folder: Path, contents: Mapping[str, bytes]) -> None:
+    make_folder(folder)
+    for name, content in contents.items():
+        if not (folder / name).exists():
+            write_atomically(folder / name, content, 0o600 if name == SECRET_FILE else 0o644)

@@ -30,7 +30,7 @@ from qdot.grader.reports.grades_table import (
     make_to_mark_csv,
 )
 from qdot.grader.serve.backup_files import DATABASE_MEMBER, FOLDERS_MEMBER, read_member
-from qdot.grader.serve.class_list import load_class_assignment
+from qdot.grader.serve.class_list import load_assignments, load_class_assignment
 from qdot.grader.serve.judge_process import write_answers_notebook
 from qdot.grader.serve.models import Classroom, Person, PointsOverride, Submission
 from qdot.grader.serve.scores import compute_results, list_submissions, name_file, select_attempts
@@ -171,9 +171,9 @@ def back_up(path: Path) -> None:
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr(DATABASE_MEMBER, content.getvalue())
-        for folder in find_options().folders:
-            for file in sorted(path for path in folder.iterdir() if path.is_file()):
-                archive.write(file, f"{FOLDERS_MEMBER}/{folder.name}/{file.name}")
+        for key, assignment in load_assignments().items():
+            for file in sorted(path for path in assignment.folder.iterdir() if path.is_file()):
+                archive.write(file, f"{FOLDERS_MEMBER}/{key}/{file.name}")
     write_atomically(path, buffer.getvalue(), 0o600)
 
 

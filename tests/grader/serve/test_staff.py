@@ -9,14 +9,18 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from qdot.exercises.assignment.assignment import load_assignment
+from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.short_questions import ALL_QUESTIONS
+from qdot.grader.serve.backup_files import restore_files
 from qdot.grader.serve.class_list import update_folder_class
 from qdot.grader.serve.exchange import back_up, restore
 from qdot.grader.serve.forgetting_online import describe_people, find_people, forget_people
 from qdot.grader.serve.models import Draft, Person, PointsOverride, StaffAction, Submission
 from qdot.grader.serve.settings import DATABASE_FILE, find_options
 from tests.grader.serve.test_submitting import find_right_answer
-from tests.support.serving import NOTEBOOK, PROBLEMS, Service, serve_class, write_settings
+from tests.support.serving import HEAD, NOTEBOOK, PROBLEMS, Service, serve_class, write_settings
 
 
 def test_equal_wrong_answers_form_a_group_that_gets_points_together(service: Service) -> None:
@@ -111,6 +115,28 @@ def test_backup_restores_everything(service: Service, tmp_path: Path) -> None:
     assert list(Submission.objects.values()) == before
     assert not Draft.objects.exists()
     assert service.work_off_queue() == 1  # the queue is in the backup, too
+
+
+def test_files_are_restored_into_any_folder_but_not_beside_another_secret(service: Service, tmp_path: Path) -> None:
+    path, new = tmp_path / "backup.zip", tmp_path / "deep" / "moved"
+    back_up(path)
+    restore_files(path, [new])
+    assert load_assignment(new).problems_digest == service.assignment.problems_digest
+    assert (new / "secret.txt").stat().st_mode & 0o77 == 0
+    (new / "roster.csv").unlink()
+    (new / "assignment.toml").write_text(f"{HEAD}due = 2027-01-10T12:00:00+00:00\n{PROBLEMS}")
+    restore_files(path, [new])  # a missing file, and settings that may have changed since
+    assert load_assignment(new).due_date is not None and len(load_assignment(new).roster) == 3
+    other, before = tmp_path / "other", {}
+    init_assignment(other, "T", "other")
+    (other / "roster.csv").unlink()
+    before = {file.name: file.read_bytes() for file in other.iterdir() if file.is_file()}
+    with pytest.raises(QdotError, match="other has another secret, key or other problems"):
+        restore_files(path, [new, other][1:])
+    assert before == {file.name: file.read_bytes() for file in other.iterdir() if file.is_file()}
+    with pytest.raises(QdotError, match="the backup has hw; name the folders so"):
+        restore_files(path, [tmp_path / "a", tmp_path / "b"])
+    assert not (tmp_path / "a").exists()
 
 
 def test_forgetting_leaves_nothing_of_a_student_in_the_database(service: Service) -> None:
