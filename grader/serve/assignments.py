@@ -1,5 +1,7 @@
 """Load the assignments of the service, and load them again when an instructor has edited their files."""
 
+import logging
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,11 +11,17 @@ from qdot.exercises.common.errors import QdotError
 WATCHED_FILES = ("assignment.toml", "roster.csv", "redrawn.csv", "secret.txt")
 
 
+logger = logging.getLogger("qdot.serve")
+
+
 class Assignments:
-    """The assignments in some folders, by key. While an edited file has an error, the version before it stays."""
+    """The assignments in some folders, by key. While an edited file has an error, the version before it stays.
+
+    `errors` has the error of each folder that has one; `changes` counts how often files were read again.
+    """
 
     def __init__(self, folders: Sequence[Path]) -> None:
-        self._folders = folders
+        self._folders, self.errors, self.changes = folders, dict[Path, str](), 0
         self._stamps: dict[Path, list[int | None]] = {}
         self._loaded: dict[Path, Assignment] = {}
         for folder in folders:
@@ -28,10 +36,14 @@ class Assignments:
             stamps = _read_stamps(folder)
             if stamps != self._stamps[folder]:
                 self._stamps[folder] = stamps
+                self.changes += 1
+                self.errors.pop(folder, None)
                 try:
                     self._loaded[folder] = load_assignment(folder)
-                except QdotError:
-                    continue
+                except QdotError as error:
+                    self.errors[folder] = "; ".join(str(error).splitlines())
+                    place = re.match(r".*?\.\w+(: line \d+)?", str(error))  # the rest may have names of students
+                    logger.error("%s has an error; the last version without one is in use", place and place[0])
         return {assignment.key: assignment for assignment in self._loaded.values()}
 
 

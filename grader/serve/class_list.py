@@ -22,6 +22,17 @@ def load_assignments() -> dict[str, Assignment]:
     return _find_assignments().load_all()
 
 
+def find_file_error(key: str) -> str:
+    """Return in a sentence which file of an assignment has an error, so that an older version is in use; "" if none."""
+    error = _find_assignments().errors.get(load_assignments()[key].folder, "")
+    return error and f"{error}. The last version without this error is in use."
+
+
+def count_file_changes() -> int:
+    """Return how often the files of the assignments were read again because they had changed."""
+    return _find_assignments().changes
+
+
 def find_folder_class() -> Classroom:
     """Return the class of the rosters in the folders, whose students come by personal links."""
     return Classroom.objects.get_or_create(lti_context=None, defaults={"is_connected": True})[0]

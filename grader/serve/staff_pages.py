@@ -18,7 +18,7 @@ from qdot.grader.judging.verdict import AWAITS_PERSON
 from qdot.grader.marking.marking import format_points, map_max_points, sum_points
 from qdot.grader.reports.class_summary import group_wrong_answers
 from qdot.grader.reports.feedback_levels import capitalize
-from qdot.grader.serve.class_list import describe_class, load_class_assignment
+from qdot.grader.serve.class_list import count_file_changes, describe_class, find_file_error, load_class_assignment
 from qdot.grader.serve.errors import Refused
 from qdot.grader.serve.exchange import make_results_zip
 from qdot.grader.serve.html_pages import render_page
@@ -47,7 +47,7 @@ def find_version(classroom: Classroom, key: str) -> str:
     counts = submissions.aggregate(last=Max("pk"), marked=Count("marks"))
     refused = find_refused(classroom, key).count()
     last_action = StaffAction.objects.filter(classroom=classroom).aggregate(last=Max("pk"))["last"]
-    return f"{counts['last'] or 0}.{counts['marked']}.{last_action or 0}.{refused}"
+    return f"{counts['last'] or 0}.{counts['marked']}.{last_action or 0}.{refused}.{count_file_changes()}"
 
 
 @require_GET
@@ -62,10 +62,10 @@ def show_class_page(request: HttpRequest, person: Person, key: str) -> HttpRespo
 @for_staff
 def get_results(request: HttpRequest, person: Person, key: str) -> HttpResponse:
     """Return the results of the class; nothing if they haven't changed since a version."""
+    assignment = load_class_assignment(person.classroom, key)
     version = find_version(person.classroom, key)
     if request.GET.get("since") == version:
         return HttpResponse(status=204)
-    assignment = load_class_assignment(person.classroom, key)
     results = compute_results(assignment, person.classroom)
     return JsonResponse({"version": version, **describe_class_results(assignment, person.classroom, results)})
 
@@ -113,7 +113,7 @@ def describe_class_results(assignment: Assignment, classroom: Classroom, results
     texts = {f"{slot.name}.{name}" for slot in assignment.slots for name in slot.text_questions}
     return {
         "title": assignment.title, "now": timezone.now().isoformat(), "due": _format_time(assignment.due_date),
-        "max_score": sum_points(max_points.values()),
+        "max_score": sum_points(max_points.values()), "file_error": find_file_error(assignment.key),
         "parts": [
             {"name": name, "title": find_title(assignment, name), "max_points": points, "is_text": name in texts}
             for name, points in max_points.items()
@@ -271,6 +271,8 @@ def read_due_date(text: object) -> datetime.datetime:
 def post_regrade(request: HttpRequest, person: Person, key: str) -> HttpResponse:
     """Mark again what is outdated, and return what changes; with the token of these changes, let them count."""
     content, assignment = read_json(request), load_class_assignment(person.classroom, key)
+    if error := find_file_error(key):
+        raise Refused(409, error)
     if "token" not in content:
         return JsonResponse(continue_regrading(assignment, person.classroom)._asdict())
     count = accept_regrading(assignment, person.classroom, str(content["token"]))

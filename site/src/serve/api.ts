@@ -78,6 +78,8 @@ export type Queued = { readonly submission: number; readonly place: number };
 
 /** GET class/results. */
 export interface ClassResults {
+  /** Why an older version of the assignment's files is in use, "" if none is. */
+  readonly file_error: string;
   /** Changes with every change of the results. */
   readonly version: string | number;
   readonly title: string;

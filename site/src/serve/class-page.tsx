@@ -74,7 +74,7 @@ export function ClassPage(): JSX.Element {
       <h1>{results.title}</h1>
       <Summary results={results} />
       <RefusedScores results={results} onChange={look} />
-      {error ? <p role="alert">{error}</p> : null}
+      {[results.file_error, error].map((text) => (text ? <p role="alert">{text}</p> : null))}
       <nav class="class-views" aria-label={say("class.views")}>
         {VIEWS.map((name) => (
           <button

@@ -224,7 +224,7 @@ const student = (id: number, changes: Partial<ClassStudent> = {}): ClassStudent 
 });
 const RESULTS: ClassResults = {
   ...{ version: 1, title: "Week 3", now: "", due: null, max_score: 9, parts: PARTS, groups: [], actions: [] },
-  refused: [],
+  ...{ refused: [], file_error: "" },
   students: Array.from({ length: 300 }, (_, id) => student(id)),
   to_mark: [1, 2, 3].map((id) => ({ student: id, part: "p1.a", text: `Answer ${id}` })),
 };

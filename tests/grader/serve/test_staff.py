@@ -93,6 +93,24 @@ def test_marking_again_shows_what_changes_before_it_counts(service: Service) -> 
     assert staff.get("/a/hw/class/results").json()["outdated"] == 0
 
 
+def test_an_error_in_a_file_is_shown_and_nothing_is_graded_again(
+    service: Service, caplog: pytest.LogCaptureFixture
+) -> None:
+    staff = service.open_browser("staff:Grace")
+    results = staff.get("/a/hw/class/results").json()
+    assert results["file_error"] == ""
+    write_settings("variation = zeros")
+    try:
+        results = staff.get(f"/a/hw/class/results?since={results['version']}").json()
+        assert "assignment.toml: line 3" in results["file_error"] and "is in use." in results["file_error"]
+        reply = staff.send("POST", "/a/hw/class/regrade", {})
+        assert (reply.status_code, reply.json()["error"]) == (409, results["file_error"])
+        assert ["assignment.toml: line 3" in line for line in caplog.messages] == [True]
+    finally:
+        write_settings("")
+    assert staff.get(f"/a/hw/class/results?since={results['version']}").json()["file_error"] == ""
+
+
 def test_export_has_the_tables_of_the_class(service: Service) -> None:
     service.open_browser("s001").answer("p1.position", "theta1")
     content = service.open_browser("staff:Grace").get("/a/hw/class/export.zip").content
