@@ -62,7 +62,8 @@ site-libraries:  # some Python tests compare the site's parser with ours
 
 .PHONY: site-scripts
 site-scripts:  # a SCORM package contains the site's scripts
-	@if command -v npm >/dev/null; then $(MAKE) site/dist/.vite/manifest.json; fi
+	@if command -v npm >/dev/null; then $(MAKE) site/dist/.vite/manifest.json; else \
+	  echo "make $@: npm is not installed, so the scripts are not built (install Node 20.19 or later)" >&2; fi
 
 .PHONY: site-checks
 site-checks: site/node_modules/.package-lock.json

@@ -81,7 +81,7 @@ def _explain_build() -> str:
     """Return how to get the built scripts, in a checkout or after an installation from the source."""
     source_folder = Path(__file__).resolve().parents[2] / "site"
     if (source_folder / "package.json").is_file():
-        return f"install {NODE_VERSION}, then run `npm ci` and `npm run bundle` in {source_folder}"
+        return f"install {NODE_VERSION}, then run `make site-scripts` in {source_folder.parent}"
     return (
         f"qdot was installed from its source on a machine without Node: install {NODE_VERSION}, then install qdot "
         "again, or install a wheel that contains them (docs/install.md)"

@@ -1,7 +1,11 @@
 """`qdot serve`: serve an assignment online, and look after the service."""
 
+import os
+import re
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
+from urllib.parse import urlsplit
 
 import typer
 
@@ -12,6 +16,7 @@ from qdot.exercises.common.console import note, print_result, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, list_first, make_name_error
 from qdot.exercises.common.extras import require_extra
 from qdot.exercises.common.parallel import CORE_COUNT
+from qdot.exercises.site.pages import find_assets
 from qdot.grader.cli.options import JobsOption
 from qdot.grader.grading.certify import CERTIFIER
 
@@ -60,6 +65,18 @@ def _configure(
     update_folder_class()
 
 
+def _write_command(name: str, folders: list[Path], database: str, url: str, port: int = DEFAULT_PORT) -> str:
+    """Return a command of `qdot serve` for the same service, without what is set in the environment."""
+    words = ["qdot", "serve", name, *map(str, folders)]
+    if database and database != os.environ.get("QDOT_DATABASE"):
+        words += ["--database", re.sub(r":[^:@/]+@", ":PASSWORD@", database)]
+    if url and url != os.environ.get("QDOT_URL"):
+        words += ["--url", url]
+    elif not url and port != DEFAULT_PORT:
+        words += ["--port", str(port)]
+    return shlex.join(words)
+
+
 def _find_class(course: int) -> "Classroom":
     """Return the class of a course of a platform, or that of the folder's roster. Raises QdotError."""
     from qdot.grader.serve.class_list import find_folder_class
@@ -94,16 +111,17 @@ def start(
       qdot serve week1 week2 --url https://qdot.example.edu --database postgresql:///qdot
           two assignments, behind a web server
     """
+    find_assets()  # reports missing pages before anything is generated
     _configure(folders, database, url, jobs, port)
-    from qdot.grader.serve.html_pages import load_assets
     from qdot.grader.serve.server import claim_database, run_service
     from qdot.grader.serve.settings import find_options
 
-    ready = f"qdot is at {find_options().url}; stop it with Ctrl-C. Personal links: qdot serve links {folders[0]}"
-    load_assets()  # reports missing pages before anything is generated
+    links_command = _write_command("links", folders, database, url, port)
+    ready = f"qdot is at {find_options().url}; stop it with Ctrl-C. Personal links: {links_command}"
     with claim_database():
         for folder in folders:
             _release(folder, jobs)
+        note(f"starting {count_noun(jobs, 'process')} that judge answers, which takes some seconds")
         run_service(find_options(), host, port, lambda: print_result(ready))
 
 
@@ -152,6 +170,7 @@ def links(
       qdot serve links homework --renew
           new links for everybody, because links.csv is lost
     """
+    find_assets()  # reports missing pages before people get links to them
     _configure(folders, database, url, port=port)
     from qdot.grader.serve.class_list import find_folder_class
     from qdot.grader.serve.models import Person
@@ -314,6 +333,9 @@ def register(
         raise QdotError(
             "add --url, the address at which the platform and people reach qdot, as in https://qdot.example.edu"
         )
+    address = urlsplit(url)
+    if address.scheme == "http" and not re.fullmatch(r"localhost|127(\.\d+){3}|::1", address.hostname or ""):
+        raise QdotError(f"--url {url!r}: a platform opens only addresses that begin with https://")
     _configure(folders, database, url)
     from qdot.grader.serve.lti.registering import PlatformAnswers, begin, describe_steps, finish
 
@@ -321,7 +343,8 @@ def register(
         finish(platform, PlatformAnswers(site, client_id, issuer, auth_url, token_url, keys_url))
         print_result(f"{site} is registered; open qdot in a course as its teacher")
     else:
-        print_result(describe_steps(platform, begin(platform, site)))
+        command = _write_command("register", folders, database, url)
+        print_result(describe_steps(platform, begin(platform, site), command))
 
 
 def connect(

@@ -61,6 +61,11 @@ def write_links(
                 written.unknown.append(person)
             else:
                 rows.append((person.student_id, person.name, person.email, f"{url}{PATH}{token}"))
+        if written.unknown and not rows:
+            raise QdotError(
+                f"{path} doesn't exist, and qdot can't write links again: find the earlier table, or make new links with "
+                "--renew; the old ones then stop working"
+            )
         write_atomically(path, BYTE_ORDER_MARK + format_csv([COLUMNS, *rows]), 0o600)
     return written._replace(total=len(rows))
 

@@ -198,7 +198,7 @@ def _open(request: HttpRequest, lti_launch: LtiLaunch) -> HttpResponse:
     if role is None:
         raise Refused(403, "Your platform says that you are neither a student nor a teacher of this course.")
     if not (classroom.is_connected and lti_launch.context.deployment.is_active):
-        advice = f"the person who runs qdot connects it with: qdot serve connect FOLDER {classroom.pk}"
+        advice = f"the person who runs qdot connects it with: qdot serve connect FOLDER --course {classroom.pk}"
         raise Refused(403, f"This course isn't connected to qdot yet; {advice}")
     identifier = (lti_launch.get_claim(f"{_CLAIM}lis") or {}).get("person_sourcedid")
     person = save_person(classroom, lti_launch.user, role, identifier)

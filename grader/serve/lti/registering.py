@@ -64,8 +64,8 @@ def _find_kind(kind: str) -> Platform:
     return PLATFORMS[kind]
 
 
-def describe_steps(kind: str, row: LtiRegistration) -> str:
-    """Return what a person pastes where."""
+def describe_steps(kind: str, row: LtiRegistration, command: str) -> str:
+    """Return what a person pastes where, and the command that finishes it."""
     platform, url = PLATFORMS[kind], find_options().url
     dynamic = f"Registration address (works once, for {LIFETIME.days} days):\n  {url}/lti/register/{row.uuid}\n\n"
     lines = [
@@ -75,7 +75,7 @@ def describe_steps(kind: str, row: LtiRegistration) -> str:
         ("Public keys (JWKS)", f"{url}/lti/keys"),
     ]
     table = "".join(f"  {label + ':':42}{address}\n" for label, address in lines)
-    finish = f"qdot serve register FOLDER --platform {kind} --site {row.name} --client-id ID"
+    finish = f"{command} --platform {kind} --site {row.name} --client-id ID"
     return (
         f"{platform.title}: {platform.steps}\n\n{dynamic if platform.is_dynamic else ''}By hand:\n{table}\n"
         f"Then, with the client ID that {platform.title} shows:\n  {finish}\n"

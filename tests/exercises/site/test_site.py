@@ -294,7 +294,7 @@ def test_what_is_wrong_is_said(assets: None, tmp_path: Path, monkeypatch: pytest
     assert "nowhere" in run_and_fail("site", "serve", tmp_path / "nowhere")
     monkeypatch.setattr(site_pages, "find_folder", lambda *_: None)
     monkeypatch.setattr(site_pages, "find_assets", find_assets)
-    assert "run `npm ci` and `npm run bundle` in" in run_and_fail(*ordered(tmp_path / "s"))
+    assert "run `make site-scripts` in" in run_and_fail(*ordered(tmp_path / "s"))
     monkeypatch.setattr(site_pages, "__file__", str(tmp_path / "qdot" / "exercises" / "site" / "pages.py"))
     assert "without Node: install Node 20.19 or later" in run_and_fail(*ordered(tmp_path / "s"))
     assert not (tmp_path / "s").exists()
@@ -307,7 +307,7 @@ def test_scripts_of_another_version_are_told(tmp_path: Path, written: str | None
     if written is not None:
         (tmp_path / ".vite").mkdir()
         (tmp_path / ".vite" / "manifest.json").write_text(written)
-    with pytest.raises(QdotError, match=r"src/learn/main\.tsx.* run `npm ci` and `npm run bundle` in"):
+    with pytest.raises(QdotError, match=r"src/learn/main\.tsx.* run `make site-scripts` in"):
         read_assets(tmp_path)
 
 

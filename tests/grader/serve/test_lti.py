@@ -328,7 +328,7 @@ def test_a_platform_registers_itself_once_at_the_address_that_was_printed(platfo
 
     LtiRegistration.objects.all().delete()
     row = begin("moodle", platform.site)
-    assert f"/lti/register/{row.uuid}" in describe_steps("moodle", row)
+    assert f"/lti/register/{row.uuid}" in describe_steps("moodle", row, "")
     query = {"openid_configuration": f"{platform.site}/openid", "registration_token": "once"}
     assert Client().get("/lti/register/00000000-0000-4000-8000-000000000000", query).status_code == 404
     assert Client().get(f"/lti/register/{row.uuid}", {"openid_configuration": "file:///etc/passwd"}).status_code == 400
@@ -392,7 +392,7 @@ def test_every_kind_of_platform_is_registered_by_hand(kind: str) -> None:
 
     site = "https://lms.example.edu"
     row = begin(kind, site + "/")
-    words = describe_steps(kind, row)
+    words = describe_steps(kind, row, "qdot serve register hw")
     assert f"{TOOL}/lti/login/{row.uuid}" in words and f"{TOOL}/lti/keys" in words
     assert ("/lti/register/" in words) == (kind != "blackboard")
     finished = finish(kind, PlatformAnswers(site, "abc"))

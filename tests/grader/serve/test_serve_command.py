@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.cli.main import make_program
+from qdot.grader.cli.serve_command import _write_command
 from qdot.grader.serve.class_list import update_folder_class
 from qdot.grader.serve.models import Person
 from qdot.grader.serve.personal_links import COLUMNS, WrittenLinks, write_links
@@ -56,8 +58,9 @@ def test_links_in_the_table_stay_and_new_people_get_one(service: Service, tmp_pa
 def test_a_lost_table_changes_no_link_unless_it_is_renewed(service: Service, tmp_path: Path) -> None:
     path, other = tmp_path / "links.csv", tmp_path / "other.csv"
     write(path)
-    written = write(other)
-    assert len(written.unknown) == 4 and not read_links(other)
+    with pytest.raises(QdotError, match="find the earlier table, or make new links"):
+        write(other)
+    assert not other.exists()
     assert all(map(can_enter, read_links(path).values()))
     written = write(other, *service.people)
     assert len(written.replaced) == 4 and all(map(can_enter, read_links(other).values()))
@@ -116,6 +119,10 @@ def test_a_second_service_on_the_same_database_is_refused() -> None:
         (["lnks", "homework"], "did you mean 'links'?"),
         (["backup", "homework", "--out", "taken.zip"], "taken.zip exists already"),
         (["register", "homework", "--platform", "moodle", "--site", "https://moodle.example.edu"], "add --url"),
+        (
+            ["register", "homework", "--platform", "moodle", "--site", "https://m.edu", "--url", "http://q.edu"],
+            "https://",
+        ),
     ],
 )
 def test_a_mistake_in_a_command_is_named(
@@ -128,6 +135,30 @@ def test_a_mistake_in_a_command_is_named(
     result = CliRunner().invoke(make_program("serve"), ["serve", *arguments])
     assert (result.exit_code, sentence in result.output) == (2, True), result.output
     assert (tmp_path / "taken.zip").read_bytes() == b""
+
+
+@pytest.mark.parametrize(
+    ("database", "url", "port", "expected"),
+    [
+        ("", "", 8000, ""), ("", "", 8123, " --port 8123"), ("", "https://q.edu", 8123, " --url https://q.edu"),
+        ("postgresql://me:abc@h/q", "http://set", 80, " --database postgresql://me:PASSWORD@h/q"),
+    ],
+)  # fmt: skip
+def test_a_printed_command_is_for_the_same_service(
+    database: str, url: str, port: int, expected: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("QDOT_URL", "http://set")
+    command = _write_command("links", [Path("hw 1"), Path("hw2")], database, url, port)
+    assert command == f"qdot serve links 'hw 1' hw2{expected}"
+
+
+def test_missing_pages_are_reported_before_links_are_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    init_assignment(tmp_path / "hw", "T", "hw")
+    monkeypatch.setattr("qdot.exercises.site.pages.find_folder", lambda *_: None)
+    result = CliRunner().invoke(make_program("serve"), ["serve", "links", "hw"])
+    assert (result.exit_code, "make site-scripts" in result.output) == (2, True), result.output
+    assert not (tmp_path / "links.csv").exists() and not (tmp_path / "hw" / "online").exists()
 
 
 def test_the_help_says_how_the_service_is_started() -> None:
