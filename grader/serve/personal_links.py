@@ -62,10 +62,8 @@ def write_links(
             else:
                 rows.append((person.student_id, person.name, person.email, f"{url}{PATH}{token}"))
         if written.unknown and not rows:
-            raise QdotError(
-                f"{path} doesn't exist, and qdot can't write links again: find the earlier table, or make new links with "
-                "--renew; the old ones then stop working"
-            )
+            advice = "find the earlier table, or make new links with --renew; the old ones then stop working"
+            raise QdotError(f"{path} doesn't exist, and qdot can't write links again: {advice}")
         write_atomically(path, BYTE_ORDER_MARK + format_csv([COLUMNS, *rows]), 0o600)
     return written._replace(total=len(rows))
 

@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 from django.db import transaction
@@ -68,12 +69,20 @@ def continue_regrading(assignment: Assignment, classroom: Classroom) -> Regradin
     changes = [
         {
             "student": people[change.student].pk, "name": people[change.student].name or change.student,
-            "part": change.part, "before": change.old_points, "after": change.new_points,
+            "part": change.part, "before": _read_points(change.old_points), "after": _read_points(change.new_points),
         }
         for change in find_mark_changes(old_results, compute_results(assignment, classroom, uses_new_marks=True))
+        if change.old_points != change.new_points
     ]  # fmt: skip
     content = json.dumps([changes, sorted(rows.values_list("pk", flat=True))])
     return Regrading(0, changes, hashlib.sha256(content.encode()).hexdigest()[:16])
+
+
+def _read_points(text: str) -> float | None:
+    """Return points as a number; None for a part that has no mark, or that only one of two results has."""
+    with suppress(ValueError):
+        return float(text)
+    return None
 
 
 def accept_regrading(assignment: Assignment, classroom: Classroom, token: str) -> int:

@@ -8,7 +8,7 @@ import { listen, useInterval } from "../scheduling.js";
 import { say, type TextKey } from "../text/text.js";
 import { type ClassResults, get, post, type NewMarks } from "./api.js";
 import { StudentView } from "./class-student.js";
-import { ClassTable } from "./class-table.js";
+import { ClassTable, numberParts } from "./class-table.js";
 import { Groups, nameOf } from "./groups.js";
 import { describeFailure, useSending } from "./points-form.js";
 import { writePoints } from "./shown.js";
@@ -94,7 +94,7 @@ export function ClassPage(): JSX.Element {
       ) : view === "students" ? (
         <>
           <ClassTable results={results} onStudent={openStudent} />
-          <Regrading onChange={look} />
+          <Regrading parts={results.parts} onChange={look} />
         </>
       ) : view === "groups" ? (
         <Groups results={results} onChange={look} onStudent={openStudent} />
@@ -145,7 +145,8 @@ function RefusedScores({ results, onChange }: { results: ClassResults; onChange:
 }
 
 /** Export, and regrading: the changes are shown before they are stored. */
-function Regrading({ onChange }: { onChange: () => void }): JSX.Element {
+function Regrading({ parts, onChange }: Pick<ClassResults, "parts"> & { onChange: () => void }): JSX.Element {
+  const numbers = numberParts(parts);
   const [newMarks, setNewMarks] = useState<NewMarks | null>(null);
   const { send, isSending, error } = useSending(onChange);
   const compare = () =>
@@ -182,7 +183,7 @@ function Regrading({ onChange }: { onChange: () => void }): JSX.Element {
                   {newMarks.changes.map(({ student, name, part, before, after }) => (
                     <tr key={`${student} ${part}`}>
                       <th scope="row">{name}</th>
-                      <td>{part}</td>
+                      <td>{part ? (numbers[part] ?? part) : say("class.score")}</td>
                       <td>
                         {writePoints(before)} → {writePoints(after)}
                       </td>

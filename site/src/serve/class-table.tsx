@@ -3,7 +3,7 @@
 import { Component, type JSX } from "preact";
 import { useMemo, useState } from "preact/hooks";
 
-import { Choice, optionsOf } from "../controls.js";
+import { Button, Choice, optionsOf } from "../controls.js";
 import { say, type TextKey } from "../text/text.js";
 import type { ClassPart, ClassResults, ClassStudent, Mark } from "./api.js";
 import { nameOutcome, writePoints } from "./shown.js";
@@ -70,9 +70,7 @@ export function ClassTable({ results, onStudent }: ClassTableProps): JSX.Element
       class={className}
       aria-sort={order === key ? (key === "name" ? "ascending" : "descending") : undefined}
     >
-      <button type="button" class="heading" onClick={() => setOrder(key)}>
-        {say(text)}
-      </button>
+      <Button className="heading" text={say(text)} onClick={() => setOrder(key)} />
     </th>
   );
   return (
@@ -132,9 +130,7 @@ class Row extends Component<RowProps> {
     return (
       <tr>
         <th scope="row" class="of-name">
-          <button type="button" class="heading" onClick={() => onStudent(id)}>
-            {name || student_id}
-          </button>{" "}
+          <Button className="heading" text={name || student_id} onClick={() => onStudent(id)} />{" "}
           {name ? <span class="muted">{student_id}</span> : null} {notes ? <abbr title={notes}>⚠</abbr> : null}
         </th>
         <td class="of-score">{writePoints(score)}</td>

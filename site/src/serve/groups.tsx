@@ -2,6 +2,7 @@
 
 import type { JSX } from "preact";
 
+import { Button } from "../controls.js";
 import { say } from "../text/text.js";
 import type { ClassResults, Group } from "./api.js";
 import { numberParts } from "./class-table.js";
@@ -54,9 +55,7 @@ export function Groups({ results, onChange, onStudent }: GroupsProps): JSX.Eleme
                   />
                   <p class="names">
                     {group.students.map((id) => (
-                      <button key={id} type="button" class="heading" onClick={() => onStudent(id)}>
-                        {nameOf(results, id)}
-                      </button>
+                      <Button key={id} className="heading" text={nameOf(results, id)} onClick={() => onStudent(id)} />
                     ))}
                   </p>
                 </details>

@@ -248,6 +248,17 @@ test("a new mark of one of 300 students changes that student's row alone", async
   expect([...changed].filter((node) => !rows[7]!.contains(node))).toEqual([]);
 });
 
+test("the changes of grading again have the numbers of the questions, and the total its name", async () => {
+  const change = { student: 1, name: "Ada", part: "p2.a", before: null, after: 0 };
+  const changes = [change, { ...change, part: "", before: 0.5, after: 1 }, { ...change, part: "p9.gone", before: 1 }];
+  serve(({ path }): Answer => [200, path === "regrade" ? { waiting: 0, token: "t", changes } : RESULTS]);
+  await act(async () => render(h(ClassPage, {}), document.body));
+  await vi.waitFor(() => expect(document.querySelector(".regrading")).not.toBeNull());
+  await press("Grade again");
+  const rows = () => [...document.querySelectorAll(".regrading tr")].map((row) => row.textContent);
+  await vi.waitFor(() => expect(rows()).toEqual(["Ada2.1– → 0", "AdaScore0.5 → 1", "Adap9.gone1 → 0"]));
+});
+
 test("students are found by words, filtered and ordered", () => {
   const last = "2027-01-15T12:00:00Z";
   const students = [

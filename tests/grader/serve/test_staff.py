@@ -85,12 +85,24 @@ def test_marking_again_shows_what_changes_before_it_counts(service: Service) -> 
     assert staff.send("POST", "/a/hw/class/regrade", {}).json()["waiting"] == 1
     assert service.work_off_queue() == 1
     state = staff.send("POST", "/a/hw/class/regrade", {}).json()
-    assert {change["part"] for change in state["changes"]} == {"p1.jacobian", ""}
+    changes = {change["part"]: (change["before"], change["after"]) for change in state["changes"]}
+    assert changes == {"p1.jacobian": (2, 4), "": (before, before + 2)}
     assert browser.get("/a/hw/work").json()["score"] == before
     assert staff.send("POST", "/a/hw/class/regrade", {"token": "other"}).status_code == 409
     assert staff.send("POST", "/a/hw/class/regrade", {"token": state["token"]}).status_code == 200
     assert browser.get("/a/hw/work").json()["score"] == before + 2
     assert staff.get("/a/hw/class/results").json()["outdated"] == 0
+
+
+def test_the_changes_have_numbers_and_no_equal_marks(service: Service) -> None:
+    service.open_browser("s001").answer("p2.determinant", find_right_answer(service, "s001", "p2.determinant"))
+    staff = service.open_browser("staff:Grace")
+    write_settings("", f'{PROBLEMS.replace(", points = [1, 2, 1, 3]", "")}[[problem]]\nfamily = "planar-2r"\n')
+    staff.send("POST", "/a/hw/class/regrade", {})
+    service.work_off_queue()
+    changes = staff.send("POST", "/a/hw/class/regrade", {}).json()["changes"]
+    assert changes and {change["part"][:3] for change in changes} == {"p3."}
+    assert {(change["before"], change["after"]) for change in changes} == {(None, 0)}
 
 
 def test_an_error_in_a_file_is_shown_and_nothing_is_graded_again(
