@@ -246,7 +246,8 @@ def _find_factor_of_values(
         for name, power in zip(lengths, powers, strict=False):
             quotient = quotient * table.arguments[name] ** power
         if abs(quotient[0]) > RELATIVE_TOLERANCE and _are_equal(quotient, quotient[0]):
-            return ConstantFactor(is_negative, any(powers) or abs(abs(quotient[0]) - 1) > RELATIVE_TOLERANCE)
+            changes_size = any(powers) or bool(abs(abs(quotient[0]) - 1) > RELATIVE_TOLERANCE)
+            return ConstantFactor(is_negative, changes_size)
     return None
 
 

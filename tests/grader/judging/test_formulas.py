@@ -11,6 +11,7 @@ from qdot.grader.reports.feedback_levels import remove_numbers
 from tests.support.judging import (
     judge_angles,
     judge_choice,
+    judge_direction,
     judge_expression,
     judge_matrix,
     judge_numbers,
@@ -152,11 +153,27 @@ def test_wrong_shapes_are_reported(student: str, reason: str) -> None:
         ("[1.00, -0.2]", CORRECT), ("[1.0045, -1/5]", CORRECT), ("[1.0, -0.21]", PARTIAL), ("[57.55, -11.46]", WRONG),
         ("[nan, -0.2]", WRONG), ("[blank, blank]", MISSING), ("[theta1, -0.2]", WRONG), ("1.0", WRONG),
         ("{qd2: -0.2, qd1: 1.0}", CORRECT), ("{qd1: -0.2, qd2: 1.0}", WRONG),
+        ("[1.00952, -0.2]", CORRECT), ("[1.00954, -0.2]", PARTIAL),  # 0.5 % of the expected number, not of the answer
     ],
 )  # fmt: skip
 def test_numbers_are_judged_to_three_digits(student: str, expected: Outcome) -> None:
     labels = ("qd1", "qd2")
     assert judge_numbers(student, [1.0045, -0.2], ["rad/s", "rad/s"], 0.005, 0.001, labels).outcome is expected
+
+
+@pytest.mark.parametrize("tolerance", [None, 0.005])
+def test_a_direction_is_right_up_to_any_factor_but_zero(tolerance: float | None) -> None:
+    factors = ("2", "-2") if tolerance else ("2", "-2", "cos(theta1)", "1/a1")
+    for factor in factors:
+        assert judge_direction(f"[3*{factor}, -4*{factor}]", ["3", "-4"], DOMAIN, "s", tolerance).outcome is CORRECT
+    for wrong, reason in (("[0, 0]", "the zero vector"), ("[3, 4]", "the right direction"), ("[3 + i, -4]", "")):
+        judged = judge_direction(wrong, ["3", "-4"], DOMAIN, "s", tolerance)
+        assert judged.outcome is WRONG and reason in judged.reason, wrong
+
+
+def test_numbers_that_are_zero_earn_nothing() -> None:
+    judged = judge_numbers("[0, 2]", [0.0, 1.0], ["m", "m"], 0.005, 0.001)
+    assert (judged.outcome, judged.share) == (WRONG, 0.0)
 
 
 def test_the_reason_names_a_single_number_without_an_index() -> None:

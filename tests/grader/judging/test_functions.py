@@ -160,6 +160,22 @@ def test_a_function_gets_the_outcome_of_its_formula(
                 assert is_right == (expected is Outcome.CORRECT), (variation, verdict)
 
 
+@pytest.mark.parametrize(("factors", "share"), [((-2, 2), 0.6), ((-1, -1), 0.8), ((-1, 1), 0.8), ((2, 2), 0.8)])
+def test_a_function_with_wrong_signs_or_a_factor_earns_what_its_formula_earns(
+    factors: tuple[int, int], share: float, sandbox: Sandbox
+) -> None:
+    problem = get_problem("planar-2r", 0, variation="chapter")
+    entries = ("a1*cos(theta1) + a2*cos(theta1 + theta2)", "a1*sin(theta1) + a2*sin(theta1 + theta2)")
+    text = f"[{', '.join(f'{factor}*({entry})' for factor, entry in zip(factors, entries, strict=True))}]"
+    calls = {"p1": sample_function_arguments(problem, problem.domain, "points")}
+    code = f"def p1_position(theta1, theta2, a1, a2):\n    return np.array({text}, dtype=float)"
+    run = sandbox.run(["import numpy as np\nfrom numpy import cos, sin", code], ["p1_position"], calls)
+    for answers in (Answers(run).map_texts("p1", problem), {"position": text}):
+        verdicts = mark(problem, answers, secret="secret", functions_seed="points")
+        (verdict,) = (verdict for verdict in verdicts if verdict.part == "position")
+        assert verdict.points == share * problem["position"].points, verdict
+
+
 def is_zero(part: Part) -> bool:
     assert isinstance(part.answer, (Expression, Matrix))
     return sp.Matrix([part.answer.reference]).is_zero_matrix is True

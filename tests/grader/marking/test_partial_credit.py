@@ -19,7 +19,7 @@ from qdot.exercises.problem.credit import CREDIT_RULES, Credit, parse_credit_pol
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.reference_answers import ConditionSet, Expression
 from qdot.grader.judging.verdict import Judgement, Outcome
-from qdot.grader.marking.marking import mark
+from qdot.grader.marking.marking import MarkingRules, mark
 from tests.support import ROOT
 from tests.support.judging import judge_with_credit
 from tests.support.problems import ask_question, get_problem
@@ -130,6 +130,17 @@ def test_a_matrix_is_marked_by_entries_columns_or_as_a_whole() -> None:
     assert by_columns.share == 0.5 and "1 of 2 columns" in by_columns.reason
     assert judge_planar("jacobian", one_wrong, Credit("whole")).outcome is Outcome.WRONG
     assert judge_planar("jacobian", one_wrong, Credit("", Fraction(1, 2))).share == 0.375
+    constants = judge_planar("joint-axes", "[[0, 0], [0, 0], [1, 2]]")  # no entry of the reference varies
+    assert constants.share == 0.5 and "depend on the configuration" not in constants.reason
+
+
+def test_an_answer_to_another_students_problem_earns_no_credit_for_a_mistake() -> None:
+    signs = "[a1*cos(theta1) - a2*cos(theta1 + theta2), a1*sin(theta1) - a2*sin(theta1 + theta2)]"
+    swapped = "[a1*sin(theta1) + a2*sin(theta1 + theta2), a1*cos(theta1) + a2*cos(theta1 + theta2)]"
+    problem, copied = ask_question("position", PLANAR), MarkingRules(is_copied=lambda part, rows: True)
+    for answer, points in ((signs, 0.8), (swapped, 0.5)):
+        marked = [mark(problem, {"position": answer}, secret="s", rules=rules)[0] for rules in (MarkingRules(), copied)]
+        assert [verdict.points for verdict in marked] == [points, 0.0]
 
 
 def test_no_credit_rule_gives_wrong_answers_full_marks_or_right_ones_less() -> None:

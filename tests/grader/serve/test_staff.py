@@ -33,6 +33,8 @@ def test_equal_wrong_answers_form_a_group_that_gets_points_together(service: Ser
     assert sorted(group["students"]) == sorted(service.people[name].pk for name in ("s001", "s002"))
     assert staff.get(f"/a/hw/class/results?since={results['version']}").status_code == 204
     content = {"group": group["group"], "points": 0.75, "comment": "a metre too much"}
+    too_much = {**content, "points": results["max_score"]}  # more than this part has
+    assert staff.send("POST", "/a/hw/class/overrides", too_much).status_code == 400
     assert staff.send("POST", "/a/hw/class/overrides", content).status_code == 200
     work = service.open_browser("s002").get("/a/hw/work").json()
     assert work["results"]["p2.determinant"]["points"] == 0.75
