@@ -127,6 +127,7 @@ VARIATIONS = {
     "numbers": ("return np.array(f({names}), dtype=float)", Outcome.CORRECT),
     "wrong symbols": ("return 1.001 * f({names})", Outcome.WRONG),
     "wrong numbers": ("return np.array(f({names}), dtype=float) * (1 + 1e-6)", Outcome.WRONG),
+    "opposite numbers": ("return -np.array(f({names}), dtype=float)", Outcome.WRONG),
     "wrong somewhere": ("return -1 * f({names}) if theta{first} > 0 else f({names})", Outcome.WRONG),
 }
 
@@ -156,8 +157,12 @@ def test_a_function_gets_the_outcome_of_its_formula(
         assert not run.unreadable_reasons, run.unreadable_reasons
         for verdict in mark(problem, Answers(run).map_texts("p1", problem), secret="secret", functions_seed="points"):
             if verdict.part in {part.name for part in parts if not is_zero(part)}:
-                is_right = verdict.judgement.outcome is Outcome.CORRECT
-                assert is_right == (expected is Outcome.CORRECT), (variation, verdict)
+                outcome = verdict.judgement.outcome
+                is_right = outcome is Outcome.CORRECT
+                assert is_right == (expected is Outcome.CORRECT) and outcome is not Outcome.UNGRADED, (
+                    variation,
+                    verdict,
+                )
 
 
 @pytest.mark.parametrize(("factors", "share"), [((-2, 2), 0.6), ((-1, -1), 0.8), ((-1, 1), 0.8), ((2, 2), 0.8)])
