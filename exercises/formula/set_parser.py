@@ -167,8 +167,8 @@ def _parse_vanishing_expression(node: Node, joints: Sequence[str]) -> list[Piece
     """Return a piece for each factor of a product that vanishes, as in d3*sin(theta2) = 0."""
     node = _strip_powers(node)
     compile_program([node])
-    factors = _list_factors(node, frozenset(joints)) if _is_defined_everywhere(node, frozenset(joints)) else []
-    if len(factors) < 2:
+    factors = _list_factors(node, frozenset(joints))
+    if len(factors) < 2 or not _vanishes_with_each_factor(node, factors, frozenset(joints)):
         return [(Atom(case),) for case in _list_whole_number_cases(node)]
     return [
         (Atom(ZERO, str(factor.value)) if factor.kind == "name" and factor.value in joints else Atom(case),)
@@ -185,9 +185,44 @@ def _list_factors(node: Node, joints: AbstractSet[str]) -> list[Node]:
     return [node] if find_names(node) & joints else []
 
 
-def _is_defined_everywhere(node: Node, joints: AbstractSet[str]) -> bool:
-    """Return whether an expression surely has a value in all configurations, unlike tan(theta1) and 1/d2."""
+def _vanishes_with_each_factor(product: Node, factors: Sequence[Node], joints: AbstractSet[str]) -> bool:
+    """Return whether a product surely vanishes at almost all zeros of each factor: tan(theta1)*cos(theta1) does not.
+
+    A tangent may be a factor if no other factor vanishes only at its poles.
+    """
+    tangents = [factor for factor in factors if factor.kind == "call" and factor.value == "tan"]
+    if not _is_defined_everywhere(product, joints, exceptions=tangents):
+        return False
+    pairs = ((tangent, factor) for tangent in tangents for factor in factors if factor is not tangent)
+    return all(_varies_at_zeros(tangent, factor, joints) for tangent, factor in pairs)
+
+
+def _varies_at_zeros(tangent: Node, factor: Node, joints: AbstractSet[str]) -> bool:
+    """Return whether the angle of a tangent surely varies while another factor remains zero."""
+    angles = _list_summed_names(tangent.args[0])
+    if not angles or not set(angles) <= joints:
+        return False
+    is_wave = factor.kind == "call" and factor.value in ("sin", "cos", "tan")
+    other_angles = _list_summed_names(factor.args[0]) if is_wave else []
+    return not set(angles) <= find_names(factor) or bool(set(other_angles) - set(angles))
+
+
+def _list_summed_names(node: Node) -> list[str]:
+    """Return the names in a sum or difference of different names, such as theta1 + theta2; [] for anything else."""
+    parts = list(iterate_nodes(node))
+    names = [str(part.value) for part in parts if part.kind == "name"]
+    is_sum = all(part.kind in ("name", "+", "-", "neg") for part in parts)
+    return names if is_sum and len(set(names)) == len(names) else []
+
+
+def _is_defined_everywhere(node: Node, joints: AbstractSet[str], exceptions: Sequence[Node]) -> bool:
+    """Return whether an expression surely has a value in all configurations, unlike tan(theta1) and 1/d2.
+
+    The values of the exceptions do not matter.
+    """
     for part in iterate_nodes(node):
+        if any(part is exception for exception in exceptions):
+            continue
         is_number = part.kind == "^" and part.args[1].kind in ("number", "decimal")
         may_be_negative_power = part.kind == "^" and not (is_number and part.args[1].value > 0)
         may_divide_by_zero = part.kind == "/" and bool(find_names(part.args[1]) & joints)

@@ -358,13 +358,26 @@ def _use_words_of_cell(answers: Answers, part: str, name: str, notebook: _Notebo
         source = notebook.cells[index].source[:MAX_CELL_CHARACTERS]
         match = re.search(rf"(?ms)^[ \t]*{name}[ \t]*=(?!=)(.*?)(?=^[ \t]*p\d+_\w+[ \t]*=(?!=)|\Z)", source)
         text = match[1] if match else source if index in marked_cells else ""
-        words = text.strip().strip("\"'").strip().encode(errors="replace").decode()
+        words = _strip_quotes(text.strip()).strip().encode(errors="replace").decode()
         if not is_run and not _is_blank(words):
             answers.run.answers[name] = words
             answers.run.unreadable_reasons.pop(name, None)
             reason = "can't be run as Python code" if index in notebook.sources else "is a text cell"
             answers.notes.append(f"{_name_cells([index])} {reason}; qdot used its text as the answer {name}")
             return
+
+
+def _strip_quotes(text: str) -> str:
+    """Return a text without the quotes around it; quotes that belong to words inside the text remain.
+
+    >>> _strip_quotes('"J = " + Matrix([[1, 0], [0, 1]])')
+    '"J = " + Matrix([[1, 0], [0, 1]])'
+    >>> _strip_quotes('"it grows')
+    'it grows'
+    """
+    stripped_text = text.strip("\"'")
+    is_quoted = text[:1] == text[-1:]
+    return stripped_text if is_quoted or not re.search("[\"']", stripped_text) else text
 
 
 def _note_several_values(answers: Answers, part: str, name: str, notebook: _Notebook) -> None:

@@ -31,6 +31,9 @@ test("a product earns what its factors earn", () => {
   expect(judge("d3*sin(theta2) = 0").share).toBe(judge("d3 = 0, sin(theta2) = 0").share);
   expect(judge("0 = d3*sin(theta2)").share).toBe(judge("d3*sin(theta2) = 0").share);
   expect(judge("d3*sin(theta2) = 0").share).toBeGreaterThan(0);
+  expect(judge("d3*tan(theta1) = 0").share).toBe(judge("d3 = 0, tan(theta1) = 0").share);
+  expect(judge("d3*tan(theta1) = 0").share).toBeGreaterThan(0);
+  expect(judge("d3*tan(theta2)*cos(theta2) = 0").share).toBe(0); // tan(theta2)*cos(theta2) is not 0 at 90 degrees
 });
 
 test.each(["d3 = 0", "theta2 = pi/2", "d3 = 0, theta1 = 0", "d3 = 0, theta2 = 1.57, theta2 = -1.57"])(

@@ -118,7 +118,9 @@ def _evaluate(value: Any) -> Any:
 
 
 def _format_container(value: Any, depth: int) -> str:
-    """Return a list, set or dictionary as text. Raises TypeError for anything else."""
+    """Return bytes, a list, set or dictionary as text. Raises TypeError for anything else."""
+    if _has_type(value, bytes):
+        return bytes.decode(value, errors="replace")
     if _has_type(value, dict):
         return "{" + ", ".join(f"{format_value(k, depth)}: {format_value(v, depth)}" for k, v in value.items()) + "}"
     if _has_type(value, list, tuple):
@@ -139,7 +141,6 @@ ADVICE_BY_TYPE = {
     "DataFrame": "; write its rows, as in D.values.tolist()",
     "Vector": "; write its components, as in [v.dot(N.x), v.dot(N.y)]",
     "StandIn": "; it replaces a plot or widget, because nothing is displayed when a notebook is graded",
-    "bytes": '; write the text in quotes without the b, as in "a1*s1"',
     "module": "; write a formula, as in sin(theta1)",
     "builtin_function_or_method": "; call it with its argument in brackets",
 }

@@ -199,7 +199,8 @@ function listSingleValues(values: Node): readonly Node[] {
 /** Return the claims that an expression is zero, one for each of its factors and for each whole number in it. */
 function buildVanishingClaims(tree: Node, joints: ReadonlySet<string>): Claim[] {
   const zero = simplifyZero(tree);
-  const factors = isDefinedEverywhere(zero, joints) ? listFactors(zero, joints) : [];
+  const listed = listFactors(zero, joints);
+  const factors = vanishesWithEachFactor(zero, listed, joints) ? listed : [];
   return (factors.length > 1 ? factors : [zero]).flatMap((factor) =>
     substituteWholeNumbers(factor).map((expression) => [
       factors.length > 1 && factor.kind === "name" && joints.has(factor.text)
@@ -216,15 +217,54 @@ function listFactors(tree: Node, joints: ReadonlySet<string>): Node[] {
   return hasNameOf(zero, joints) ? [zero] : [];
 }
 
-/** Return whether an expression surely has a value in all configurations, unlike tan(theta1) and 1/d2. */
-function isDefinedEverywhere(tree: Node, joints: ReadonlySet<string>): boolean {
+/**
+ * Return whether a product surely vanishes at almost all zeros of each factor: tan(theta1)*cos(theta1) does not.
+ *
+ * A tangent may be a factor if no other factor vanishes only at its poles.
+ */
+function vanishesWithEachFactor(product: Node, factors: readonly Node[], joints: ReadonlySet<string>): boolean {
+  const tangents = factors.filter((factor) => factor.kind === "call" && factor.text === "tan");
+  return (
+    isDefinedEverywhere(product, joints, new Set(tangents)) &&
+    tangents.every((tangent) => factors.every((factor) => factor === tangent || variesAtZeros(tangent, factor, joints)))
+  );
+}
+
+/** Return whether the angle of a tangent surely varies while another factor remains zero. */
+function variesAtZeros(tangent: Node, factor: Node, joints: ReadonlySet<string>): boolean {
+  const angles = listSummedNames(tangent.args[0]);
+  if (angles.length === 0 || !angles.every((name) => joints.has(name))) return false;
+  const isWave = factor.kind === "call" && ["sin", "cos", "tan"].includes(factor.text);
+  const otherAngles = isWave ? listSummedNames(factor.args[0]) : [];
+  return (
+    angles.some((name) => !hasNameOf(factor, new Set([name]))) || otherAngles.some((name) => !angles.includes(name))
+  );
+}
+
+/** Return the names in a sum or difference of different names, such as theta1 + theta2; [] for anything else. */
+function listSummedNames(tree: Node | undefined): string[] {
+  const names: string[] = [];
+  const isSum = (part: Node): boolean => {
+    if (part.kind === "name") names.push(part.text);
+    return ["name", "+", "-", "neg"].includes(part.kind) && part.args.every(isSum);
+  };
+  return tree && isSum(tree) && new Set(names).size === names.length ? names : [];
+}
+
+/**
+ * Return whether an expression surely has a value in all configurations, unlike tan(theta1) and 1/d2.
+ *
+ * The values of the exceptions do not matter.
+ */
+function isDefinedEverywhere(tree: Node, joints: ReadonlySet<string>, exceptions: ReadonlySet<Node>): boolean {
+  if (exceptions.has(tree)) return true;
   const second = tree.args[1];
   const mayDivideByZero = tree.kind === "/" && second !== undefined && hasNameOf(second, joints);
   const isNumber = second !== undefined && ["number", "decimal"].includes(second.kind);
   const mayBeNegativePower = tree.kind === "^" && !(isNumber && second.value > 0);
   const isOtherFunction = tree.kind === "call" && !["sin", "cos", "abs"].includes(tree.text);
   if (mayDivideByZero || mayBeNegativePower || isOtherFunction) return false;
-  return tree.args.every((arg) => isDefinedEverywhere(arg, joints));
+  return tree.args.every((arg) => isDefinedEverywhere(arg, joints, exceptions));
 }
 
 /** Return an expression with the same zeros: X for sqrt(X) or X^4. The search for zeros needs a nonzero slope there. */

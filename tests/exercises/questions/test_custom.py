@@ -341,6 +341,11 @@ TYPED_TEXTS = [
     ("p6_mine = redundant", "code", "redundant"),
     ("p7_mine = Two words\n\np7_other = 3", "code", "Two words"),
     ("p8_mine = ", "code", None), ("p9_mine = blank blank", "code", None), ("import sympy", "code", None),
+    ('p11_mine = b"Because det J = 0."', "code", "Because det J = 0."),
+    ('p12_mine = f"J is {Matrix([[1, 0], [0, 1]])}."', "code", "J is Matrix([[1, 0], [0, 1]])."),
+    ('p13_mine = "J = " + Matrix([[1, 0], [0, 1]])', "code", '"J = " + Matrix([[1, 0], [0, 1]])'),
+    ("p14_mine = J = [[1, 0], [0, 1]] is regular.", "code", "J = [[1, 0], [0, 1]] is regular."),
+    ("J is [[1, 0],\n[0, 1]].", "markdown", "J is [[1, 0],\n[0, 1]]."),
 ]  # fmt: skip
 
 
@@ -1074,7 +1079,7 @@ LOCATED = {
     'prompt = "{given}"\nanswer = "p"': 'no such values; write, for example, given = ["pose"]',
     'prompt = "x"\nanswer = "p"\n\n[question.mine.de]\nprompt = "{posse}"': 'line 6: question: mine: de: prompt = "{po',
     'prompt = "x"\nanswer = "p"\nde.prompt = "x"\nde.hints = ["a"]': "line 5: question: mine: de: hints",
-    'prompt = "x"\nanswer = "p"\nde.promt = "x"': "line 4: question: mine: de: unknown key 'promt' (did you mean",
+    'prompt = "x"\nanswer = "p"\nde.promptt = "x"': "line 4: question: mine: de: unknown key 'promptt' (did you mean",
     'prompt = "x"\nanswer = "p"\nde.prompt = 3': "line 4: question: mine: de: prompt = 3: expected a text",
 }  # fmt: skip
 
