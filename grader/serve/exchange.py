@@ -6,6 +6,7 @@ import shutil
 import uuid
 import zipfile
 from collections.abc import Iterator
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from django.contrib.sessions.models import Session
 from django.core.management import call_command
 from django.db import connection, transaction
 
-from qdot.exercises.assignment.assignment import Assignment, load_assignment
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import make_folder, write_atomically
 from qdot.exercises.common.input_file import format_csv
@@ -100,9 +101,11 @@ def export_class(classroom: Classroom, key: str, out: Path) -> None:
 def make_results_zip(classroom: Classroom, key: str) -> bytes:
     """Return the tables that `qdot grade` writes for a class, and the class's overrides.csv, as a zip."""
     assignment = load_class_assignment(classroom, key)
-    results = compute_results(assignment, classroom)
+    results, roster = compute_results(assignment, classroom), assignment.roster
+    if any(student.due_date for student in roster):
+        roster = tuple(map(_add_due_cell, roster))
     contents: dict[str, str | bytes | None] = {
-        "results.jsonl": make_results_jsonl(results), "grades.csv": make_grades_csv(results, assignment.roster),
+        "results.jsonl": make_results_jsonl(results), "grades.csv": make_grades_csv(results, roster),
         TO_MARK_FILE: make_to_mark_csv(results), OVERRIDES_FILE: make_overrides_csv(classroom, key),
         "roster.csv": make_roster_csv(assignment),
     }  # fmt: skip
@@ -112,6 +115,12 @@ def make_results_zip(classroom: Classroom, key: str) -> bytes:
             if content is not None:
                 archive.writestr(f"{key}/{name}", content)
     return buffer.getvalue()
+
+
+def _add_due_cell(student: Student) -> Student:
+    """Return a student whose own due date, also one that was given online, is in the column `due`."""
+    cells = dict(student.other_cells) | {"due": student.due_date.isoformat() if student.due_date else ""}
+    return replace(student, other_cells=tuple(cells.items()))
 
 
 def import_class(classroom: Classroom, key: str, source: Path) -> tuple[int, int]:

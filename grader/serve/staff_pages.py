@@ -18,7 +18,13 @@ from qdot.grader.judging.verdict import AWAITS_PERSON
 from qdot.grader.marking.marking import format_points, map_max_points, sum_points
 from qdot.grader.reports.class_summary import group_wrong_answers
 from qdot.grader.reports.feedback_levels import capitalize
-from qdot.grader.serve.class_list import count_file_changes, describe_class, find_file_error, load_class_assignment
+from qdot.grader.serve.class_list import (
+    count_file_changes,
+    describe_class,
+    find_file_error,
+    find_student,
+    load_class_assignment,
+)
 from qdot.grader.serve.errors import Refused
 from qdot.grader.serve.exchange import make_results_zip
 from qdot.grader.serve.html_pages import render_page
@@ -78,16 +84,14 @@ def describe_class_results(assignment: Assignment, classroom: Classroom, results
         row["person_id"]: (row["begun"], row["last"])
         for row in rows.annotate(begun=Min("received"), last=Max("received"))
     }
-    extensions = dict(
-        Extension.objects.filter(person__classroom=classroom, assignment=assignment.key).values_list("person_id", "due")
-    )
+    due_dates = {s.id: assignment.due_date_of(s) for s in assignment.roster if s.due_date is not None}
     students, to_mark = list[dict[str, Any]](), list[dict[str, Any]]()
     for result in results:
         person = people[result.student]
-        begun, last = spans.get(person.pk, (None, None))
+        (begun, last), due = spans.get(person.pk, (None, None)), due_dates.get(person.student_id)
         students.append({
             "id": person.pk, "student_id": person.student_id, "name": person.name, "is_late": result.late is not None,
-            "begun": _format_time(begun), "last": _format_time(last), "due": _format_time(extensions.get(person.pk)),
+            "begun": _format_time(begun), "last": _format_time(last), "due": _format_time(due),
             "score": result.score if begun else None, "comment": result.override.comment if result.override else "",
             "marks": {name: _describe_mark(part) for name, part in result.parts.items()},
             "notes": "\n".join(map(capitalize, result.staff_notes)) if begun else "",
@@ -244,7 +248,9 @@ def post_extension(request: HttpRequest, person: Person, key: str) -> HttpRespon
         raise Refused(409, "This assignment has no due date; add `due` to assignment.toml first.")
     due_date = None if due is None else read_due_date(due)
     with transaction.atomic():
-        Extension.objects.filter(person=student, assignment=key).delete()
+        removed, _ = Extension.objects.filter(person=student, assignment=key).delete()
+        if due_date is None and not removed and find_student(assignment, student).due_date:
+            raise Refused(409, "This extension is in roster.csv; change it there.")
         if due_date is not None:
             Extension.objects.create(person=student, assignment=key, due=due_date)
         summary = f"due {due_date:%Y-%m-%d %H:%M}" if due_date else "due as everybody"

@@ -1,9 +1,11 @@
 """The staff see the class, decide points and due dates, mark the class again, and can take everything out and back."""
 
+import csv
 import io
 import json
 import zipfile
 from collections import defaultdict, deque
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -241,6 +243,26 @@ def test_unusual_due_dates_get_a_warning_or_an_example(due: object, status: int,
         assert bool(sentence) == bool(reply.json().get("error") or reply.json()["warning"])
         unknown = staff.send("POST", "/a/hw/class/extensions", {"student": 99_999, "due": None})
         assert (unknown.status_code, unknown.json()["error"]) == (404, "Your class has no such student.")
+
+
+def test_extensions_of_the_roster_and_of_the_page_are_shown(service: Service) -> None:
+    path, own, online = service.folder / "roster.csv", "2027-01-12T12:00:00+00:00", "2027-01-13T12:00:00+00:00"
+    content = path.read_text()
+    write_settings("due = 2027-01-10T12:00:00+00:00")
+    try:
+        path.write_text(f"student,name,due\ns001,Ada,{own}\ns002,Bo,\ns003,Cy,\n")
+        staff, numbers = service.open_browser("staff:Grace"), [service.people[f"s00{i}"].pk for i in (1, 2)]
+        send = partial(staff.send, "POST", "/a/hw/class/extensions")
+        assert send({"student": numbers[1], "due": online}).status_code == 200
+        assert [row["due"] for row in staff.get("/a/hw/class/results").json()["students"]] == [own, online, None]
+        with zipfile.ZipFile(io.BytesIO(staff.get("/a/hw/class/export.zip").content)) as archive:
+            table = csv.DictReader(archive.read("hw/grades.csv").decode("utf-8-sig").splitlines())
+        assert [row["due"] for row in table] == [own, online, ""]
+        reply = send({"student": numbers[0], "due": None})
+        assert (reply.status_code, "roster.csv" in reply.json()["error"]) == (409, True)
+        assert send({"student": numbers[1], "due": None}).status_code == 200
+    finally:
+        path.write_text(content)
 
 
 def test_too_many_requests_say_when_to_come_back(service: Service, monkeypatch: pytest.MonkeyPatch) -> None:
