@@ -39,7 +39,6 @@ from qdot.grader.serve.student_pages import describe_work, find_language, find_w
 from qdot.grader.serve.submitting import UNSTORABLE, check_part
 
 MAX_COMMENT_CHARACTERS, MAX_ACTIONS_SHOWN = 5_000, 50
-MAX_GROUP_CHARACTERS = 200
 
 
 def record_action(person: Person, summary: str) -> None:
@@ -192,8 +191,6 @@ def post_override(request: HttpRequest, person: Person, key: str) -> HttpRespons
     group, answer = str(content.get("group") or ""), flatten_answer(str(content.get("answer") or ""))
     if group:
         part = group.partition("/")[0]
-    if len(group) > MAX_GROUP_CHARACTERS:
-        raise Refused(404, "There is no such group of equal answers.")
     if part != TOTAL_PART:
         check_part(part, assignment)
     if points is not None and not (
@@ -205,6 +202,9 @@ def post_override(request: HttpRequest, person: Person, key: str) -> HttpRespons
     if UNSTORABLE.search(comment + answer):
         raise Refused(400, "This comment contains characters that can't be stored.")
     student = None if group else find_student_of(person, content.get("student"))
+    affected = [student] if student is not None else _find_people_of_group(person.classroom, assignment, group)
+    if not affected:
+        raise Refused(404, "There is no such group of equal answers.")
     target = find_title(assignment, part) if part else "the total"
     who = f"the group {group}" if student is None else f"{target} of {_name_person(student)}"
     with transaction.atomic():
@@ -224,7 +224,6 @@ def post_override(request: HttpRequest, person: Person, key: str) -> HttpRespons
         else:
             change = "no points by hand any more"
         record_action(person, f"{who}: {change}")
-        affected = [student] if student is not None else _find_people_of_group(person.classroom, assignment, group)
         for affected_student in affected:
             update_scores(affected_student, key)
     return JsonResponse({})
