@@ -85,7 +85,7 @@ def _make_record(problem: Problem, keys: Sequence[Json]) -> Json:
     record: Json = {"id": str(problem.id), "family": problem.id.family, "title": problem.title}
     record |= {
         "difficulty": rate_difficulty_band(chain),
-        "statement": to_html(problem_texts.write_statement(problem, "")),
+        "statement": to_html(problem_texts.write_statement(problem, "", is_movable=True)),
     }
     record |= {"figure": draw_figure_svg(chain), "alt": describe_figure(chain), **make_arm_record(problem)}
     parts = [_make_part_record(problem, part) | {"key": key} for part, key in zip(problem.parts, keys, strict=True)]
@@ -163,7 +163,7 @@ def _translate_texts(problem: Problem, language: str) -> Json:
         texts: Json = {"name": part.name, "title": translate_title(question_of(part), messages)}
         texts |= {"prompt": to_html(problem_texts.write_prompt(problem, part, language)), "hints": shown_hints}
         parts.append(texts | {"options": _list_options(problem, part, language)})
-    html_statement = to_html(problem_texts.write_statement(problem, "", language=language))
+    html_statement = to_html(problem_texts.write_statement(problem, "", language=language, is_movable=True))
     return {"title": title[0].upper() + title[1:], "statement": html_statement, "parts": parts}
 
 
@@ -224,8 +224,8 @@ def _list_symbols(problem: Problem) -> Json:
 
 
 def find_mentioned_names(problem: Problem, prompt_text: str) -> list[str]:
-    """Return the names of rates, velocities and forces that a prompt mentions; the page has a button for each."""
-    names = (name for name, info in problem.symbols.items() if info.role in ("rate", "velocity", "force"))
+    """Return the names of rates, velocities and loads that a prompt mentions; the page has a button for each."""
+    names = (name for name, info in problem.symbols.items() if info.role in ("rate", "velocity", "force", "moment"))
     return [name for name in names if f"`{name}`" in prompt_text]
 
 

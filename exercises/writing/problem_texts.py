@@ -26,14 +26,20 @@ from qdot.exercises.writing.wording import Wording
 
 
 def write_statement(
-    problem: Problem, title: str, figure: str = "", explains_typing: bool = True, language: str = ENGLISH
+    problem: Problem,
+    title: str,
+    figure: str = "",
+    explains_typing: bool = True,
+    language: str = ENGLISH,
+    is_movable: bool = False,
 ) -> str:
     """Return the statement of a problem: arm, table, base, point P, task, symbols. `figure` is Markdown for the figure.
 
-    If `explains_typing`, the statement also says how to type symbols.
+    If `explains_typing`, the statement also says how to type symbols. A movable figure is drawn to scale.
     """
     chain, messages = problem.chain, load_catalogue(language)
-    names = {"chain": chain, "title": title, "figure": figure, "explains_typing": explains_typing}
+    names = {"chain": chain, "title": title, "figure": figure}
+    names |= {"explains_typing": explains_typing, "is_movable": is_movable}
     template = make_environment(language).get_template("writing/statement.md.j2")
     text = template.render(names, w=Wording(chain, messages), arm=messages.translate_arm_in_sentence(chain.title))
     return messages.localize_formulas(_clean_whitespace(text))

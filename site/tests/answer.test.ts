@@ -34,3 +34,11 @@ test.each([
 ] as const)("an answer of the shape %j has so many boxes: %i", (shape, count) => {
   expect(boxes(shape)).toBe(count);
 });
+
+test("a number has its unit beside its box, and no symbols are offered for it", () => {
+  const part = { shape: null, key: { type: "numbers", units: ["m/s"] }, names: [] } as unknown as Part;
+  const nothing = (): void => undefined;
+  void act(() => render(h(Answer, { problem, part, onAnswer: nothing, onCheck: nothing }), document.body));
+  expect(document.querySelector(".cell:has(> input) > .unit")!.textContent).toBe("m/s");
+  expect(document.querySelector(".symbols")).toBeNull();
+});

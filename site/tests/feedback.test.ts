@@ -5,8 +5,10 @@ import { act } from "preact/test-utils";
 import { expect, test } from "vitest";
 
 import type { Problem } from "../src/bank.js";
+import { Words } from "../src/arm/letters.js";
 import type { Verdict } from "../src/grade/verdict.js";
 import { Feedback } from "../src/practice/feedback.js";
+import { Rich } from "../src/practice/math.js";
 import { message } from "../src/text/text.js";
 
 const problem = {
@@ -37,4 +39,20 @@ test("each of several mistakes is reported, with its place if it has one", () =>
   expect(slips).toContain("Option B: Relative angle");
   expect(slips).not.toContain("undefined");
   expect(document.querySelectorAll(".mistake li")).toHaveLength(2);
+});
+
+test("no line ends between a number and its unit, or beside the equals sign before a number", () => {
+  const shown = (part: Parameters<typeof render>[0]): string => {
+    void act(() => render(part, document.body));
+    return document.body.textContent!.replaceAll("\u00a0", "~");
+  };
+  const text = "a1 = 1.02 m, fx = −1.4 N, qd2 = −1.12 rad/s: P moves at (1, 2) m/s and needs 3 N m or 5 more.";
+  expect(shown(h(Words, { text }))).toBe(
+    "a1~=~1.02~m, fx~=~−1.4~N, qd2~=~−1.12~rad/s: P moves at (1, 2)~m/s and needs 3~N~m or 5 more.",
+  );
+  shown(h(Rich, { text: "At $(1, 2)$ m/s, or $3$ metres." }));
+  expect([...document.querySelectorAll(".whole")].map(({ lastChild }) => lastChild!.textContent)).toEqual([
+    " m/s,",
+    "",
+  ]);
 });

@@ -456,6 +456,12 @@ test("for integers, no percentage is reported", () => {
   expect(judgeNumbers("[0.5, -1.25]", NUMBERS).reasons.map(({ key }) => key)).toEqual(["verdict.numbers"]);
 });
 
+test("a wrong number has an index if there are several", () => {
+  const subjectOf = (typed: string, key: typeof NUMBERS) => judgeNumbers(typed, key).reasons.at(-1)!.values["which"];
+  expect(subjectOf("[0.5, 7]", NUMBERS)).toEqual(message("verdict.nth-number", { n: 2 }));
+  expect(subjectOf("7", { ...NUMBERS, units: [""], right: [1] })).toMatchObject({ key: "answer.label" });
+});
+
 test("an answer that can't be parsed does not count as a try", () => {
   expect(isParsed(judgeNumbers("[0.5, a1", NUMBERS))).toBe(false);
   expect(isParsed(judgeNumbers("", NUMBERS))).toBe(false);

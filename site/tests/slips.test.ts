@@ -255,10 +255,10 @@ test.each([
   [`[${X}, a1*c1 + a2*c12 + a2*c12*qd2]`, "Entry 2: the factor qd1 is missing from the terms"],
   [`[${X}, a2*c12*qd2 - (1 + a1)*c1*qd1 - a2*c12*qd1 + c1*qd1]`, "Entry 2: all terms with qd1 have the wrong sign"],
   [`[0.5*a1 - 0.5*a1, ${Y}]`, "Entry 1: all terms with qd1, qd2 are missing"],
-  ["[-a2*s12*qd2, a2*c12*qd2]", "Your answer: all terms with qd1 are missing"],
+  ["[-a2*s12*qd2, a2*c12*qd2]", "In your answer: all terms with qd1 are missing"],
   [`[-a2*s12*qd2 + a1*qd1, ${Y}]`, undefined],
 ])("about the terms with one rate in %s, the message is: %s", (typed, says) => {
-  const told = messagesOf(judgeValues(typed, VELOCITY)).map((each) => each.replace("Entries 1, 2", "Your answer"));
+  const told = messagesOf(judgeValues(typed, VELOCITY)).map((each) => each.replace("Entries 1, 2", "In your answer"));
   expect(told).toEqual(says === undefined ? [] : [expect.stringContaining(says)]);
 });
 
@@ -294,11 +294,11 @@ test("a missing term is described by its symbols, and a missing factor by its jo
 });
 
 test.each([
-  ["a1*a2*c2", "Your answer: you have a sine instead of a cosine"],
-  ["a1*s2", "Your answer: the length a2 is missing"],
-  ["s2", "Your answer: several lengths are missing"],
-  ["a1*a2", "Your answer: a sine or cosine with θ2"],
-  ["2*a1*a2*s2", "Your answer: there is one factor too many"],
+  ["a1*a2*c2", "In your answer: you have a sine instead of a cosine"],
+  ["a1*s2", "In your answer: the length a2 is missing"],
+  ["s2", "In your answer: several lengths are missing"],
+  ["a1*a2", "In your answer: a sine or cosine with θ2"],
+  ["2*a1*a2*s2", "In your answer: there is one factor too many"],
   ["a1*a2*s1*c2", undefined],
 ])("for the determinant %s, the message is: %s", (typed, says) => {
   const told = messagesOf(judgeValues(typed, keyOf([["a1*a2*s2"]])));

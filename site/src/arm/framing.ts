@@ -18,6 +18,8 @@ const [FLAT_MARGIN, SOLID_MARGIN, MARGIN_SHARE] = [58, 44, 0.2];
 const [TEXT_HEIGHT, BUTTON_WIDTH] = [14, 60];
 /** Pixels of the hint below a spatial arm, and of each further line of text. */
 const [HINT_HEIGHT, LINE_HEIGHT] = [28, 18];
+/** Pixels of the ground below the base of a flat arm. */
+const GROUND_HEIGHT = 38;
 /** Minimum distance of the arm from the edge (pixels). */
 const EDGE_DISTANCE = 16;
 
@@ -48,11 +50,12 @@ export function framingOf(
   const sideMargin = Math.min(isFlat ? FLAT_MARGIN : SOLID_MARGIN, MARGIN_SHARE * view.height);
   const heightMargin = sideMargin + Math.min(TEXT_HEIGHT, 0.05 * view.height);
   const textHeight = Math.min(HINT_HEIGHT, 0.1 * view.height) + LINE_HEIGHT * (lineCount - 1);
+  const footMargin = isFlat ? Math.max(heightMargin, GROUND_HEIGHT + textHeight) : heightMargin;
   const buttonWidth = isFlat ? 0 : BUTTON_WIDTH;
   const [xs, ys] = [0, 1].map((k) => pointPixels.map((place) => place[k as 0 | 1]));
   const [horizontalFit, verticalFit] = [
     fitOf(xs!, [sideMargin, sideMargin + buttonWidth], acrossBodies, [EDGE_DISTANCE, EDGE_DISTANCE + buttonWidth]),
-    fitOf(ys!, [heightMargin, heightMargin], downBodies, [EDGE_DISTANCE, textHeight]),
+    fitOf(ys!, [heightMargin, footMargin], downBodies, [EDGE_DISTANCE, textHeight]),
   ];
   const zoom = Math.max(
     MIN_ZOOM,

@@ -67,17 +67,25 @@ export const DrawnLetters = memo(({ name }: { name: string }): JSX.Element => {
   );
 });
 
+/** The unit after a number, as a regular expression. */
+export const UNIT = "(?:m²|m/s|rad/s|rad|N m|N|m)(?![\\w/²])";
+/** Spaces at which no line ends: before a unit, in N m, and on both sides of = before a number. */
+const FIXED_SPACES = new RegExp(`(?<=[\\d)]) (?=${UNIT})|(?<=N) (?=m\\b)| (?== [−\\d])|(?<= =) (?=[−\\d])`, "g");
+
 /** A text in which the point P and the Jacobian J stand as in formulas. */
 export const Words = memo(({ text }: { text: string }): JSX.Element => (
   <span>
-    {text.split(/\b(JJ?|P)\b/).map((piece, i) =>
-      i % 2 === 1 ? (
-        <i key={i} class="letter">
-          {piece}
-        </i>
-      ) : (
-        piece
-      ),
-    )}
+    {text
+      .replace(FIXED_SPACES, "\u00a0")
+      .split(/\b(JJ?|P)\b/)
+      .map((piece, i) =>
+        i % 2 === 1 ? (
+          <i key={i} class="letter">
+            {piece}
+          </i>
+        ) : (
+          piece
+        ),
+      )}
   </span>
 ));

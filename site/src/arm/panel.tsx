@@ -85,7 +85,13 @@ function Panel(props: ArmProps): JSX.Element {
   useLayoutEffect(() => onStage?.(stage), [stage.state, stage.settledState, stage.welding?.place, stage.welding?.weld]);
   const { arm, robot, settledState, welding, isConcealed } = stage;
   const { layers, toggle, reset, travel, canTravel } = stage;
-  const layerProps = { layers, isConcealed, toggle, reset, travel, canTravel };
+  const [firstLayers] = useState(layers);
+  const offered = LAYERS.filter(
+    (layer) =>
+      !(isConcealed && LAYERS_OF_J.has(layer)) &&
+      !(unknown && LAYERS_OF_LATER_LESSONS.has(layer) && !firstLayers[layer]),
+  );
+  const layerProps = { layers, offered, toggle, reset, travel, canTravel };
   const [isFolded, setFolded] = useState(false);
   const startPull = onPull((way) => setFolded(way === "up"));
   const description = useMemo(() => {
@@ -206,14 +212,16 @@ function Panel(props: ArmProps): JSX.Element {
 /** Return whether the arm is above the text, so that an open pane would cover the text. */
 const isNarrowPage = (): boolean => typeof matchMedia === "function" && matchMedia("(max-width: 56.24rem)").matches;
 
-type LayerControlsProps = Pick<Stage, "layers" | "isConcealed" | "toggle" | "reset" | "travel" | "canTravel">;
+type LayerControlsProps = Pick<Stage, "layers" | "toggle" | "reset" | "travel" | "canTravel"> & {
+  readonly offered: readonly (keyof Layers)[];
+};
 
 /** The layers of the drawing, and buttons that undo or redo a move and return to the first pose. */
 const LayerControls = memo((props: LayerControlsProps): JSX.Element => {
-  const { layers, isConcealed, toggle, reset, travel, canTravel } = props;
+  const { layers, offered, toggle, reset, travel, canTravel } = props;
   return (
     <div class="arm-layers" role="group" aria-label={say("arm.layers")}>
-      {LAYERS.filter((layer) => !isConcealed || !LAYERS_OF_J.has(layer)).map((layer) => (
+      {offered.map((layer) => (
         <label key={layer}>
           <input type="checkbox" checked={layers[layer]} onChange={() => toggle(layer)} />
           <Words text={say(`arm.layer.${layer}`)} />
@@ -248,6 +256,8 @@ const PANES_OF_UNKNOWN: Readonly<Record<Unknown, ReadonlySet<Pane>>> = {
   determinant: new Set(["map", "weld"]),
 };
 const LAYERS_OF_J: ReadonlySet<keyof Layers> = new Set(["columns", "ellipse"]);
+/** Layers that are offered once everything is known, or if a lesson is about them. */
+const LAYERS_OF_LATER_LESSONS: ReadonlySet<keyof Layers> = new Set(["vectors", "ellipse"]);
 
 /** det J in a line over the drawing, because its pane may be closed. */
 function Readout({ arm, measures }: Stage): JSX.Element {

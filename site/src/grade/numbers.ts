@@ -94,7 +94,7 @@ function judgeEntries(entries: readonly Node[], key: NumbersKey, text: string): 
     );
   const firstWrong = rightFlags.indexOf(false);
   const reason = message("verdict.number", {
-    index: firstWrong + 1,
+    which: message(values.length > 1 ? "verdict.nth-number" : "answer.label", { n: firstWrong + 1 }),
     yours: Number.isFinite(values[firstWrong]) ? (values[firstWrong] as number) : "—",
     expected: Number((correctValues[firstWrong] as number).toPrecision(4)),
   });

@@ -410,7 +410,8 @@ export function writeConfiguration(
 function convertToSliderValue(symbol: string, value: number): number {
   if (!isAngle(symbol)) return value;
   const degrees = (value * 180) / Math.PI;
-  return Number((degrees - 360 * Math.round(degrees / 360)).toFixed(1));
+  const shown = Number((degrees - 360 * Math.round(degrees / 360)).toFixed(1));
+  return shown === -180 ? 180 : shown;
 }
 
 const isJoint = (symbol: string): boolean => /^(theta|d)\d/.test(symbol);

@@ -49,7 +49,7 @@ export function LessonView(props: LessonProps): JSX.Element {
   const classes = useMemo(() => listClasses(index, lesson), [index, lesson]);
   const items = useMemo(() => classes.flatMap(({ items }) => items), [classes]);
   const steps = useMemo(() => listGuidedItems(classes[0]?.items ?? [], lesson.questions), [classes, lesson]);
-  const askedNames = useRef<string[]>([]);
+  const askedNames = useRef(steps.map(nameItem)); // an answer to a guided step would not count
   /** Choose the next question that counts, and the class of arms to which it belongs. */
   const chooseCounted = (): LessonVisit => {
     if (items.length === 0) return { kind: "idea" };
@@ -100,6 +100,7 @@ export function LessonView(props: LessonProps): JSX.Element {
         key={`${nameItem(item)} ${visitNumber()}`}
         item={item}
         level={index.feedback}
+        unknown={lesson.unknown ? "determinant" : undefined}
         hasArrived={visitNumber() !== firstVisit}
         notes={note ? [textOf(note)] : []}
         onVerdict={(isRight, isHelped) => {

@@ -90,17 +90,19 @@ function Single(props: SingleProps) {
     setMath(!isMath);
   };
   return (
-    <Fields problem={problem} part={part} hasSymbols>
-      <FormulaField
-        label={say("answer.label")}
-        value={text}
-        onValue={changeText}
-        onEnter={onCheck}
-        isMath={isMath}
-        isWide
-        startsNewLine={isSet ? () => false : shape && ((typed) => isUnfinished(typed, ...shape))}
-      />
-      {unit ? <span class="unit">{unit}</span> : null}
+    <Fields problem={problem} part={part} hasSymbols={part.key.type !== "numbers"}>
+      <span class="cell">
+        <FormulaField
+          label={say("answer.label")}
+          value={text}
+          onValue={changeText}
+          onEnter={onCheck}
+          isMath={isMath}
+          isWide
+          startsNewLine={isSet ? () => false : shape && ((typed) => isUnfinished(typed, ...shape))}
+        />
+        {unit ? <span class="unit">{unit}</span> : null}
+      </span>
       {isSet ? <p class="help">{say("answer.set-help")}</p> : null}
       {shape ? <p class="help">{say(shape[1] > 1 ? "answer.matrix-help" : "answer.vector-help")}</p> : null}
       <Button text={say(isMath ? "answer.plain" : "answer.math")} onClick={toggle} />

@@ -3,7 +3,7 @@
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 
-import { Words } from "../arm/letters.js";
+import { UNIT, Words } from "../arm/letters.js";
 import { typeset, typesetInto } from "../tex.js";
 
 type HtmlProps = { html: string; class?: string; lang?: string | undefined };
@@ -26,9 +26,12 @@ export function Tex({ latex, block = false }: { latex: string; block?: boolean }
   return <span ref={place} class="formula" />;
 }
 
+/** Separates words, LaTeX, and what begins no line after it: a unit and signs. */
+const AROUND_LATEX = new RegExp(`\\$(.*?)\\$((?: ${UNIT})?[.,;:)]*)`);
+
 /** A text with LaTeX between dollar signs. Braces contain a space, as in c_{1 2}: {12} would be a placeholder. */
 export function Rich({ text }: { text: string }): JSX.Element {
-  const pieces = text.split(/\$(.*?)\$([.,;:)]*)/); // words, LaTeX, and the signs after it, which begin no line
+  const pieces = text.split(AROUND_LATEX);
   return (
     <>
       {pieces.map((piece, i) => {

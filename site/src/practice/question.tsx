@@ -42,7 +42,7 @@ const NoArm = () => (
   </p>
 );
 
-export interface QuestionProps extends Pick<ArmProps, "pose" | "overlay" | "factors"> {
+export interface QuestionProps extends Pick<ArmProps, "pose" | "overlay" | "factors" | "unknown"> {
   /** Identifies the question on the page. */
   readonly name: string;
   readonly problem: AskedProblem;
@@ -79,7 +79,19 @@ export interface QuestionProps extends Pick<ArmProps, "pose" | "overlay" | "fact
 }
 
 export function Question(props: QuestionProps): JSX.Element {
-  const { problem, part, hasArrived, isOpen, isDone, isClosed = false, verdictNumber, pose, overlay, factors } = props;
+  const {
+    problem,
+    part,
+    hasArrived,
+    isOpen,
+    isDone,
+    isClosed = false,
+    verdictNumber,
+    pose,
+    overlay,
+    factors,
+    unknown,
+  } = props;
   const article = useRef<HTMLElement>(null);
   const verdictPlace = useRef<HTMLDivElement>(null);
   const step = useSteps(3); // the question comes first, because a phone shows little else
@@ -153,6 +165,7 @@ export function Question(props: QuestionProps): JSX.Element {
           </p>
         )}
         <figure class="printed" lang="en" dangerouslySetInnerHTML={{ __html: problem.figure }} />
+        <p class="printed">{say("practice.printed-figure")}</p>
         {part.figure ? (
           <figure class={isPosed ? "printed" : ""} lang="en" dangerouslySetInnerHTML={{ __html: part.figure }} />
         ) : null}
@@ -184,6 +197,8 @@ export function Question(props: QuestionProps): JSX.Element {
             pose={pose}
             overlay={overlay}
             factors={factors}
+            unknown={unknown}
+            layers={unknown ? FEW_LAYERS : undefined}
           />
         ) : (
           <figure class="drawn" lang="en" dangerouslySetInnerHTML={{ __html: figure }} />
@@ -192,6 +207,9 @@ export function Question(props: QuestionProps): JSX.Element {
     </>
   );
 }
+
+/** The layers while something is unknown. */
+const FEW_LAYERS = { ellipse: false };
 
 /** Return whether the prompt or a hint has the number of an equation, such as (6.3). */
 const refersToChapter = ({ prompt, hints }: AskedPart): boolean => /\(6\.\d+\)/.test(prompt + hints.join());

@@ -16,7 +16,7 @@ import { say } from "../text/text.js";
 import { describeLoadError } from "../scheduling.js";
 import { type Item, nameItem } from "./choice.js";
 import { Feedback, findPose } from "./feedback.js";
-import { Hints, Question, Solution } from "./question.js";
+import { Hints, Question, type QuestionProps, Solution } from "./question.js";
 import { TypedColumns } from "./typed-columns.js";
 
 const loadGrading = () => import("../grade/judge.js");
@@ -24,7 +24,7 @@ const loadGrading = () => import("../grade/judge.js");
 /** An answer with its verdict. */
 export type JudgedPart = { readonly part: Part; readonly answer: string; readonly verdict: Verdict };
 
-export interface TaskProps {
+export interface TaskProps extends Pick<QuestionProps, "unknown"> {
   readonly item: Item;
   readonly problem: Problem;
   readonly part: Part;
@@ -47,7 +47,7 @@ export interface TaskProps {
 
 export function Task(props: TaskProps): JSX.Element {
   const { item, problem, part, level, maxLevel = level, hasArrived, isClosed = false, mayShowFactors = true } = props;
-  const { notes, onVerdict, onSolution, onNext } = props;
+  const { notes, onVerdict, onSolution, onNext, unknown } = props;
   const [answer, setAnswer] = useState("");
   const [verdict, setVerdict] = useState<Verdict | null>(null);
   const [loadError, setLoadError] = useState("");
@@ -103,7 +103,7 @@ export function Task(props: TaskProps): JSX.Element {
   return (
     <Question
       name={nameItem(item)}
-      {...{ problem, part, hasArrived, isOpen, isDone, isClosed, answer, pose, overlay, verdictNumber }}
+      {...{ problem, part, hasArrived, isOpen, isDone, isClosed, answer, pose, overlay, unknown, verdictNumber }}
       factors={(showsFactors && problem.factors) || NO_FACTORS}
       checkText={say("practice.check")}
       nextText={say(isDone ? "practice.next" : "practice.skip")}

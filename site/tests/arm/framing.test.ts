@@ -123,3 +123,12 @@ describe("an arm that points at the reader", () => {
       expect(findReadableOrbit(arm, stateAt(arm, pose), FIRST_ORBIT)).toBe(FIRST_ORBIT);
   });
 });
+
+it("the ground of a planar arm is above the text at the foot of a low drawing", () => {
+  const arm = armOf(PLAIN);
+  const state = stateAt(arm, firstPose(arm));
+  const whole = viewOf(arm, extentOf(arm), 362, 168, FIRST_ORBIT);
+  const view = withFraming(whole, framingOf(arm, state, [], whole, { isFlat: true }));
+  const [, base] = toPixel(view, arm.base.o);
+  expect(base + 32).toBeLessThan(168 - 22); // the hatching, and a line of text
+});

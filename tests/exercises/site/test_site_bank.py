@@ -55,7 +55,7 @@ def test_keys_hold_what_the_derivation_in_numbers_gives(family: str) -> None:
 def test_a_prompt_says_in_which_rates_an_answer_is_and_what_rows_and_columns_belong_to(family: str) -> None:
     """A page offers signs of those alone."""
     problem = get_problem(family, 0)
-    spoken = {name for name, info in problem.symbols.items() if info.role in ("rate", "velocity", "force")}
+    spoken = {name for name, info in problem.symbols.items() if info.role in ("rate", "velocity", "force", "moment")}
     for part in problem.parts:
         if not isinstance(part.answer, (Choice, Selection, Matching)):
             used = set(re.findall(r"\w+", json.dumps(part.answer.as_json()))) & spoken

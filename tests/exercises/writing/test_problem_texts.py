@@ -103,6 +103,7 @@ def test_statement_gives_table_point_task_and_symbols(problem: Problem) -> None:
     for name in [*chain.q, *chain.rates, *chain.parameters]:
         assert f"`{name}`" in text
     assert "not to scale" in text
+    assert "to scale" not in write_statement(problem, "", is_movable=True)  # the site draws the arm to scale
     turns = any(joint.is_revolute for joint in chain.joints)
     assert ("degrees" in text and "radians" in text) or not turns
     assert "$P$" in text and "$T_{i-1,i}" in text
