@@ -25,7 +25,7 @@ from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy, read_attempt_policy
 from qdot.exercises.assignment.expected_forms import EXPECTED_FORMS
 from qdot.exercises.assignment.front_page import FrontPage, read_front_page
-from qdot.exercises.assignment.gradebook import Gradebook, normalize_identifier, read_export
+from qdot.exercises.assignment.gradebook import LAST_NAME_KEY, Gradebook, get_cell, normalize_identifier, read_export
 from qdot.exercises.assignment.late_rule import LateRule, add_time_zone, read_late_rule
 from qdot.exercises.assignment.replacements import Replacement, Replacements, read_replacements
 from qdot.exercises.common.errors import (
@@ -158,13 +158,18 @@ WINDOWS_NAME_RULE = (
 
 @dataclass(frozen=True)
 class Student:
-    """A student on the roster. `other_cells` are pairs (column, cell); `due_date` is for this student only."""
+    """A student on the roster.
+
+    `other_cells` are pairs (column, cell). `due_date` is for this student only. `last_name` is the last words of
+    `name`, if the roster has a column for it.
+    """
 
     id: str
     name: str = ""
     email: str = ""
     other_cells: tuple[tuple[str, str], ...] = ()
     due_date: datetime.datetime | None = None
+    last_name: str = ""
 
 
 @dataclass(frozen=True)
@@ -816,13 +821,15 @@ def read_roster(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> tuple[Stu
             folded_identifier = identifier.casefold()  # many file systems treat names that differ only in case as one
             if lines.setdefault(folded_identifier, number) != number:
                 raise QdotError(f"{location}: student {identifier!r} is already on line {lines[folded_identifier]}")
-        identity_columns = ("student", "name", "email")
+        identity_columns = ("student", "name", "email", LAST_NAME_KEY)
         other_cells = tuple((column, cell) for column, cell in cells.items() if column not in identity_columns)
         due_date = None
         with errors.collect():
             due_date = _parse_due_date(location, cells.get("due", "").strip())
-        name, email = (cells.get(column, "").strip() for column in ("name", "email"))
-        students.append(Student(identifier, name, email, other_cells, due_date))
+        name, email = cells.get("name", "").strip(), get_cell(cells, "email")
+        last_name = cells.get(LAST_NAME_KEY) or get_cell(cells, "last name")
+        name = name or f"{get_cell(cells, 'first name')} {last_name}".strip()
+        students.append(Student(identifier, name, email, other_cells, due_date, last_name))
     errors.raise_all()
     if not students:
         raise QdotError(f"{path}: the roster is empty; add one student per line below the header")

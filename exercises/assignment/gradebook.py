@@ -26,25 +26,28 @@ _TEST_LOGIN = re.compile("[0-9a-f]{40}")
 _CANVAS_NAME_COLUMNS = ("Student", "LastName", "FirstName", "ID")
 
 MOODLE_COLUMNS: dict[str, tuple[str, ...]] = {
-    "first name": ("first name", "vorname", "prénom", "nombre", "nome", "voornaam"),
+    "first name": ("first name", "firstname", "vorname", "prénom", "nombre", "nome", "voornaam"),
     "last name": (
-        "last name", "surname", "nachname", "nom", "nom de famille", "apellido(s)", "cognome", "achternaam",
+        "last name", "lastname", "surname", "nachname", "nom", "nom de famille", "apellido(s)", "cognome", "achternaam",
     ),
     "id number": (
         "id number", "idnumber", "id-nummer", "numéro d'identification", "número de id", "codice identificativo",
     ),
     "username": ("username", "anmeldename", "nom d'utilisateur", "nombre de usuario", "gebruikersnaam"),
     "email": (
-        "email address", "email", "e-mail-adresse", "adresse de courriel", "dirección de correo", "indirizzo email",
-        "e-mailadres",
+        "email address", "email", "e-mail", "mail", "e-mail-adresse", "adresse de courriel", "dirección de correo",
+        "indirizzo email", "e-mailadres",
     ),
 }  # fmt: skip
 """Moodle's column names in lower case: English, German, French, Spanish, Italian, Dutch."""
 MOODLE_KEYS = ("id number", "username", "email")
 """Columns that identify a Moodle user; the first one that is filled in becomes the student's identifier."""
 
-_ADDED_COLUMN = re.compile(r"due|login|[a-z][a-z ]* id")
+_ADDED_COLUMN = re.compile(r"due|login|[a-z][a-z ]* id|(student|candidate|matriculation) number|matrikelnummer")
 """Matches the names, in lower case, of columns that an instructor adds to an export, such as "moodle id"."""
+
+LAST_NAME_KEY = "last name of the export"
+"""The key of the last name in an export's line of the roster; a column of an instructor's own table isn't called so."""
 
 NumberedRows = Sequence[tuple[int, tuple[str, ...]]]
 """The rows of a table: the number of each line in the file, and the cells."""
@@ -125,6 +128,11 @@ def find_column(header: Sequence[str], names: Sequence[str]) -> int | None:
     return next((index for index, name in enumerate(header) if name.lower() in names), None)
 
 
+def get_cell(cells: Mapping[str, str], column: str) -> str:
+    """Return the cell of a line in a column of `MOODLE_COLUMNS`, whichever of its names the column has; or ""."""
+    return next((cells[name].strip() for name in MOODLE_COLUMNS[column] if cells.get(name, "").strip()), "")
+
+
 # --- Canvas ---
 
 
@@ -152,19 +160,24 @@ def _iterate_canvas_students(path: Path, header: tuple[str, ...], rows: Numbered
             continue
         if not identifier:
             raise QdotError(f"{path}: line {number}: the column ID is empty; Canvas needs it to identify {name!r}")
-        line = {"student": identifier, "name": _put_first_name_first(name), "email": login if "@" in login else ""}
+        name, last_name = _put_first_name_first(name)
+        line = {
+            "student": identifier, "name": name, LAST_NAME_KEY: last_name, "email": login if "@" in login else "",
+        }  # fmt: skip
         other_cells = {key.lower(): cell for key, cell in identity.items() if key not in _CANVAS_NAME_COLUMNS}
         yield ExportedStudent(number, cells, line | other_cells)
 
 
-def _put_first_name_first(name: str) -> str:
-    """Return "Lovelace, Ada" with the first name first; Canvas writes a name that begins with = as ="=…".
+def _put_first_name_first(name: str) -> tuple[str, str]:
+    """Return "Lovelace, Ada" with the first name first, and the last name.
 
-    >>> _put_first_name_first("Lovelace, Ada"), _put_first_name_first("Aristotle")
-    ('Ada Lovelace', 'Aristotle')
+    Canvas writes a name that begins with = as ="=…".
+
+    >>> _put_first_name_first("García Márquez, Gabriel"), _put_first_name_first("Aristotle")
+    (('Gabriel García Márquez', 'García Márquez'), ('Aristotle', ''))
     """
     last_name, comma, first_name = name.removeprefix('="').removesuffix('"').partition(", ")
-    return f"{first_name} {last_name}" if comma and ", " not in first_name else name
+    return (f"{first_name} {last_name}", last_name) if comma and ", " not in first_name else (name, "")
 
 
 # --- Moodle ---
@@ -185,8 +198,8 @@ def _iterate_moodle_students(
     ]
     if not filled_keys:
         raise QdotError(
-            f"{path}: line 1: no column identifies the users in Moodle; export it with the ID number, the username "
-            "or the email address"
+            f"{path}: line 1: no column identifies the students; export the file from Moodle with the ID number, the "
+            "username or the email address; in a table of your own, put the identifiers into a first column 'student'"
         )
     identity_key = filled_keys[0]
     for number, cells in rows[1:]:
@@ -198,8 +211,11 @@ def _iterate_moodle_students(
                 "delete the line, if it is a teacher's; or delete the column, so that qdot uses the next of ID number, "
                 "username and email address"
             )
-        name = f"{cell_by_key['first name']} {cell_by_key['last name']}".strip()
-        identity = {"student": normalize_identifier(cell_by_key[identity_key]), "name": name}
+        last_name = cell_by_key["last name"]
+        name = f"{cell_by_key['first name']} {last_name}".strip()
+        identity = {
+            "student": normalize_identifier(cell_by_key[identity_key]), "name": name, LAST_NAME_KEY: last_name,
+        }  # fmt: skip
         other_cells = {key: cell_by_key[key] for key in filled_keys if key != "email"}
         email = cell_by_key.get("email", "")
         yield ExportedStudent(number, cells, identity | {"email": email} | other_cells)

@@ -28,8 +28,6 @@ MAX_STUDENTS_LISTED = 10
 """Maximum number of students named in a message."""
 
 _TOKEN = re.compile(f"[a-z2-7]{{{TOKEN_LENGTH}}}")
-_NAME_COLUMNS = (("first name", "firstname", "vorname"), ("last name", "lastname", "surname", "nachname"))
-"""The roster's columns for the first name and for the last name."""
 _UNSAFE_CHARACTERS = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]')
 """Matches characters that a file's name can't contain on every system."""
 _PARTICIPANT_NUMBER = re.compile(r"\D+(\d+)\D*")
@@ -59,11 +57,11 @@ def make_file_name(student: Student) -> str:
     >>> make_file_name(Student("501", "Ada Lovelace")), make_file_name(Student("502"))
     ('Lovelace, Ada (501)', '502')
     """
-    cells = dict(student.other_cells)
-    first_name, last_name = (next((cells[key] for key in keys if cells.get(key)), "") for keys in _NAME_COLUMNS)
-    if not last_name and "," not in student.name:
-        first_name, _, last_name = student.name.strip().rpartition(" ")
-    name = f"{last_name}, {first_name}" if first_name and last_name else student.name.strip()
+    name = student.name.strip()
+    last_name = student.last_name or ("" if "," in name else name.rpartition(" ")[2])
+    first_name = name.removesuffix(last_name).strip()
+    if last_name and first_name not in ("", name):
+        name = f"{last_name}, {first_name}"
     return _UNSAFE_CHARACTERS.sub("-", f"{name} ({student.id})" if name else student.id)
 
 

@@ -121,8 +121,8 @@ def test_a_folder_is_named_after_each_student(folder: Path) -> None:
     [
         (Student("7", "Lovelace, Ada"), "Lovelace, Ada (7)"), (Student("7", "Plato"), "Plato (7)"),
         (Student("7"), "7"), (Student("7", 'A/B "x"'), "-x-, A-B (7)"),
-        (Student("7", "Ada King Lovelace", other_cells=(("last name", "King Lovelace"), ("first name", "Ada"))),
-         "King Lovelace, Ada (7)"),
+        (Student("7", "Ada King Lovelace", last_name="King Lovelace"), "King Lovelace, Ada (7)"),
+        (Student("7", "Lovelace Ada King", last_name="Lovelace"), "Lovelace Ada King (7)"),
     ],
 )  # fmt: skip
 def test_file_names_begin_with_the_last_name(student: Student, name: str) -> None:

@@ -11,6 +11,7 @@ import openpyxl
 import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.handout import make_file_name
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.grading.result import Override, Result
 from qdot.grader.reports.excel import make_workbook
@@ -195,6 +196,33 @@ def test_a_moodle_export_is_a_roster(make: Make) -> None:
     assert make(added).roster[0].other_cells == (("moodle id", "59"),)
     # Without any ID numbers, email addresses are the ids.
     assert make(re.sub(r"004\d", "", MOODLE_EXPORT)).roster[0].id == "ada@example.org"
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "student,Last name,First name,E-mail", "username,lastname,firstname,email",
+        "Student number,Surname,First name,E-mail", "Matrikelnummer,Nachname,Vorname,Mail",
+    ],
+)  # fmt: skip
+def test_a_table_of_an_instructor_may_have_two_columns_of_names(make: Make, header: str) -> None:
+    student = make(f"{header}\n0041,García Márquez,Gabriel,gabriel@example.org\n").roster[0]
+    assert (student.name, student.email) == ("Gabriel García Márquez", "gabriel@example.org")
+    assert "0041" in (student.id, *dict(student.other_cells).values())
+    assert make_file_name(student) == f"García Márquez, Gabriel ({student.id})"
+
+
+def test_an_error_about_a_table_without_identifiers_names_the_column_to_add(make: Make) -> None:
+    with pytest.raises(QdotError, match="a first column 'student'"):
+        make("Number,Last name,First name\n0041,García Márquez,Gabriel\n")
+
+
+@pytest.mark.parametrize(("export", "names"), [
+    (CANVAS_EXPORT.replace("Lovelace, Ada", "King Lovelace, Ada"), "King Lovelace, Ada (101)"),
+    (MOODLE_EXPORT.replace("Lovelace", "King Lovelace"), "King Lovelace, Ada (0042)"),
+])  # fmt: skip
+def test_files_are_named_after_the_last_name_of_an_export(make: Make, export: str, names: str) -> None:
+    assert make_file_name(make(export).roster[0]) == names
 
 
 def test_the_moodle_gradebook_has_a_dash_for_no_mark(make: Make) -> None:
