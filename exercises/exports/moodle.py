@@ -25,12 +25,14 @@ DIGITS = 14
 
 DECIMALS_NOTE = (
     "<p>Type only the number, as a decimal with a point and the minus sign of the keyboard, for example -0.25 or "
-    "-2.5e-1. A fraction (1/4) or a name before the number (v = 0.25) counts as wrong.</p>"
+    "-2.5e-1. If Moodle shows the marks of this question with a decimal comma (1,00), type a comma, too (-0,25). A "
+    "fraction (1/4) or a name before the number (v = 0.25) counts as wrong.</p>"
 )
 """What students must know about boxes for numbers.
 
-Moodle reads 1/4 as the number 1 with a unit, 0,25 as 25 in English, and neither −0.25 nor v = 0.25. Only units can be
-added to its forms, and only for a single box; a question that compares texts would lose the tolerance.
+Moodle reads 1/4 as the number 1 with a unit, 0,25 as 25 in English, and neither −0.25 nor v = 0.25. In languages with a
+decimal comma, it reads 0.25 as 0.25, but calls the answer incomplete, because a point may separate thousands. Only
+units can be added to its forms, and only for a single box; a question that compares texts would lose the tolerance.
 """
 
 MIN_BOX_WIDTH = 12

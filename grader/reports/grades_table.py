@@ -2,7 +2,7 @@
 
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common.console import escape_controls
@@ -32,13 +32,19 @@ Cell = str | float | None
 """A cell of a table: a text, a number, or None for an empty cell."""
 
 
-def make_grades_csv(results: Sequence[Result], roster: Sequence[Student]) -> str:
+def make_grades_csv(
+    results: Sequence[Result], roster: Sequence[Student], file_by_student: Mapping[str, str] | None = None
+) -> str:
     """Return grades.csv: columns that identify the student, a column for each part, and columns for the total.
 
     The score is the sum of the parts minus late_penalty, unless the column override shows that a person set the total.
-    If a student has no mark, score and percent are empty.
+    If a student has no mark, score and percent are empty. If students have files, their names are the fourth column.
     """
     header, rows = make_grades_table(results, roster)
+    if file_by_student is not None:
+        header.insert(3, "file")
+        for result, row in zip(results, rows, strict=True):
+            row.insert(3, file_by_student[result.student])
     texts = ([_format_cell(name, cell) for name, cell in zip(header, row, strict=True)] for row in rows)
     return format_csv([header, *texts])
 

@@ -96,7 +96,7 @@ def return_feedback(
         names = {student: f"{make_file_name(students[student])}.html" for student in pages}
         files: dict[Path, bytes] = {out / names[student]: page for student, page in pages.items()}
         returned = ReturnedFeedback(out, len(pages), out / "grades.csv")
-        marks = make_grades_csv(results, assignment.roster)
+        marks = make_grades_csv(results, assignment.roster, names)
     else:
         target = TARGETS[target_name]
         submitted_ids = [result.student for result in results if result.submission is not None]

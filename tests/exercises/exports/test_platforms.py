@@ -272,6 +272,14 @@ def test_pages_in_moodle_are_complete_and_fit_small_screens(
     assert all('style="max-width: 100%; height: auto"' in figure for figure in figures)
 
 
+def test_a_question_with_decimals_in_moodle_says_when_to_type_a_comma(bank: Element) -> None:
+    # In German, Moodle calls -0.25 incomplete; in English, it reads -0,25 as -25.
+    pages = [text for text in bank.itertext() if "<p>Type only the number" in text]
+    assert pages and all(
+        "-0.25" in page and "a decimal comma (1,00), type a comma, too (-0,25)" in page for page in pages
+    )
+
+
 def make_boxes_with_change(item: QuizItem, **changes: Any) -> list[str]:
     """Return Moodle's notation of the boxes of a matrix after a change of the first."""
     assert isinstance(item.form, NumberForm)

@@ -117,6 +117,9 @@ def test_a_folder_has_pages_that_a_person_recognises(folder: Path) -> None:
         "Li, Wei (502).html", "Li, Wei (503).html", "Lovelace, Ada (501).html", "O'Brien, Zoë Núñez (504).html",
         "grades.csv",
     ]  # fmt: skip
+    rows = list(csv.DictReader(io.StringIO((folder / "pages" / "grades.csv").read_text(encoding="utf-8-sig"))))
+    assert {row["student"]: row["file"] for row in rows}["502"] == "Li, Wei (502).html"
+    assert all((folder / "pages" / row["file"]).exists() for row in rows) and len(rows) == 4
 
 
 def test_nothing_is_written_for_a_page_without_a_place(folder: Path) -> None:
