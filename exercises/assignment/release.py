@@ -108,14 +108,28 @@ class ReleaseContext(NamedTuple):
     certifier: Certifier
 
 
+ONLINE_FOLDER = "online"
+"""The folder for what `qdot serve` stores; `qdot forget` removes students from its database."""
+
+
+def _find_student_folder(assignment: Assignment, kind: str, student: str) -> Path:
+    """Return the folder of a student's files of a kind.
+
+    Only the invented students of `qdot serve` have a colon in the identifier; their files are in online/.
+    """
+    if ":" not in student:
+        return assignment.folder / kind / student
+    return assignment.folder / ONLINE_FOLDER / kind / re.sub(r'[/\\:*?"<>|]', "-", student)
+
+
 def certificate_path(assignment: Assignment, student: str) -> Path:
     """Return the path of the certificate of a student's problems."""
-    return assignment.folder / "certificates" / student / f"{assignment.key}.json"
+    return _find_student_folder(assignment, "certificates", student) / f"{assignment.key}.json"
 
 
 def notebook_path(assignment: Assignment, student: str, kind: str = "released") -> Path:
     """Return the path of a student's notebook: the student's own ("released"), or the staff's ("solutions")."""
-    return assignment.folder / kind / student / f"{assignment.key}.ipynb"
+    return _find_student_folder(assignment, kind, student) / f"{assignment.key}.ipynb"
 
 
 def release_notebooks_of_student(context: ReleaseContext, student: str) -> ReleaseResult:

@@ -125,15 +125,12 @@ def list_tasks(assignment: Assignment) -> list[VerificationTask]:
 
 
 def find_former_students(assignment: Assignment) -> list[str]:
-    """Return the students who have a notebook or a certificate but are not on the roster.
-
-    No student has a colon in the identifier: such a folder has a set of problems to practise on with `qdot serve`.
-    """
+    """Return the students who have a notebook or a certificate but are not on the roster."""
     patterns = [notebook_path(assignment, "*"), certificate_path(assignment, "*")]
     paths = [path for pattern in patterns for path in pattern.parent.parent.glob(f"*/{pattern.name}")]
     names = {unicodedata.normalize("NFC", path.parent.name) for path in paths}
     current_names = {student.id for student in assignment.roster}
-    return sorted(name for name in names - current_names if not name.startswith(".") and ":" not in name)
+    return sorted(name for name in names - current_names if not name.startswith("."))
 
 
 def _list_tasks_of_student(assignment: Assignment, student: str) -> list[VerificationTask]:

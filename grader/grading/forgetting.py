@@ -15,6 +15,7 @@ from pathlib import Path
 from qdot.exercises.assignment.assignment import Student, read_roster, read_roster_table
 from qdot.exercises.assignment.gradebook import normalize_identifier
 from qdot.exercises.assignment.handout import INDEX_FILE
+from qdot.exercises.assignment.release import ONLINE_FOLDER
 from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE
 from qdot.exercises.assignment.store import store_path
 from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
@@ -26,8 +27,6 @@ from qdot.grader.sandbox.notebook_process import folder_removal
 from qdot.grader.submissions.submission import NOT_FETCHED_FILE, find_paths_of_student
 
 ROSTER_FILE = "roster.csv"
-ONLINE_FOLDER = "online"
-"""The folder of `qdot serve`, from whose database the student is removed by `forgetting_online`."""
 UNSEARCHABLE_ENDINGS = (".zip", ".mbz", ".xlsx", ".tar", ".gz", ".tgz", ".pdf")
 """Endings of compressed files, which are not searched for a student's name."""
 MAX_SEARCHED_SIZE = 200_000_000

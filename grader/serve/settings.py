@@ -8,11 +8,11 @@ import django
 from django.conf import settings
 from django.core.management.utils import get_random_secret_key
 
+from qdot.exercises.assignment.release import ONLINE_FOLDER
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.exercises.writing.render import find_folder
-from qdot.grader.grading.forgetting import ONLINE_FOLDER
 
 DATABASE_FILE = "database.sqlite3"
 

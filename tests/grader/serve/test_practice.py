@@ -44,6 +44,9 @@ def test_practice_is_judged_without_limits_and_stores_nothing() -> None:
         assert browser.get("/a/hw/practice/2/work").json()["problems"] != work["problems"]
         assert not Submission.objects.exists() and not Draft.objects.exists()
         assert find_former_students(service.assignment) == []  # `qdot generate` warns of none
+        assert not list(service.folder.glob("released/*[:-]*")) and list(
+            service.folder.glob("online/released/practice-1/*")
+        )
         assert browser.get("/a/hw/work").json()["score"] is None
 
 
