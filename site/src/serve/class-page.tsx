@@ -100,6 +100,8 @@ export function ClassPage(): JSX.Element {
         <Groups results={results} onChange={look} onStudent={openStudent} />
       ) : view === "to-mark" ? (
         <ToMark results={results} onChange={look} />
+      ) : results.actions.length === 0 ? (
+        <p>{say("class.no-record")}</p>
       ) : (
         <ul class="record">
           {results.actions.map(({ made, by, summary }, i) => (

@@ -129,6 +129,7 @@ def test_an_imported_notebook_of_another_student_is_pointed_out_to_both_sides(se
         for row in service.open_browser("staff:Grace").get("/a/hw/class/results").json()["students"]
     }
     assert notes["s001"] == "The notebook was released to 's002'" and not notes["s002"]
+    assert browser.answer("p1.position", "theta1").json()["notes"] == []
 
 
 def make_correct_cells_of(service: Service, student: str) -> list[dict[str, object]]:
