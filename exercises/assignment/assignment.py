@@ -51,7 +51,7 @@ from qdot.exercises.problem.problem import (
     normalize_convention,
     normalize_twist_order,
 )
-from qdot.exercises.problem.rounding import read_decimals
+from qdot.exercises.problem.rounding import check_units, read_decimals
 from qdot.exercises.questions import Question
 from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import TEXT_ANSWER
@@ -608,7 +608,9 @@ def _read_slots(
         if index in unusable_problems or not (has_all_definitions or _asks_only_built_in_questions(content, entry)):
             continue
         with errors.collect():
-            slots.append(_read_slot(file, content, index, variation, notes, definitions, definition_files))
+            slot = _read_slot(file, content, index, variation, notes, definitions, definition_files)
+            _parse(file, ("problem", index, "decimals"), _check_tolerances, slot, entry.decimals)
+            slots.append(slot)
     return slots
 
 
@@ -686,6 +688,15 @@ def _read_slot(
         f"p{index + 1}", family, questions, points, band, robot_digest, variation, convention, twist_order,
         decimals=decimals, credit=credit, definitions=asked_definitions,
     )  # fmt: skip
+
+
+def _check_tolerances(slot: Slot, setting: int | str | Mapping[str, int | str]) -> None:
+    """Raise QdotError if a tolerance has another unit than the answer to a built-in question."""
+    own_names = {definition.name for definition in slot.definitions}
+    names = tuple(name for name, rounding in slot.decimals if rounding.absolute and name not in own_names)
+    if names:
+        parts = replace(slot, questions=names, points=None).generate_from_seed(0).parts
+        check_units(setting, slot.questions, {part.name: part.answer for part in parts})
 
 
 def check_definition_on_family(

@@ -9,6 +9,8 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.formula.units import Unit, parse_unit
 from qdot.exercises.problem.credit import list_settings_by_question
+from qdot.exercises.reference_answers.base import Answer
+from qdot.exercises.reference_answers.formulas import Direction, Number
 
 ROUNDING_FORM = (
     'expected "exact", a number of significant digits from 2 to 12 (decimals = 3), a tolerance with its unit '
@@ -30,6 +32,29 @@ def read_decimals(
     """
     roundings = ((name, parse_rounding(value)) for name, value in list_settings_by_question(setting, questions))
     return tuple((name, rounding) for name, rounding in roundings if rounding is not None)
+
+
+def check_units(
+    setting: int | str | Mapping[str, int | str], questions: Sequence[str], answers: Mapping[str, Answer]
+) -> None:
+    """Raise QdotError if a tolerance has another unit than the numbers that it is for.
+
+    `answers` are those of the questions to check. Counts need no tolerance. The entries of a direction have no unit.
+    """
+    for name, text in list_settings_by_question(setting, questions):
+        answer = answers.get(name)
+        if answer is None or not isinstance(text, str) or text == "exact":
+            continue
+        if isinstance(answer, Number) and answer.is_count:
+            continue
+        expected_units = [""] if isinstance(answer, Direction) else list(dict.fromkeys(answer.expected_units))
+        dimensions = {unit.dimension for unit in map(parse_unit, expected_units) if unit is not None}
+        if dimensions - {parse_tolerance(text, ROUNDING_FORM).unit.dimension}:
+            units = " and ".join(filter(None, expected_units))
+            raise QdotError(
+                f"{text!r} doesn't fit {name}, whose numbers {f'are in {units}' if units else 'have no unit'}; set it "
+                f"only for questions that it fits, in a table such as decimals = {{{name} = 3}}"
+            )
 
 
 def parse_rounding(setting: int | str) -> Rounding | None:

@@ -542,6 +542,29 @@ def test_invalid_decimals_key_names_its_line(folder: Path, line: str, message: s
         _load_with_line(folder, line)
 
 
+@pytest.mark.parametrize(
+    ("family", "question", "tolerance", "message"),
+    [
+        ("planar-2r", "joint-rates", "1 deg/s", ""), ("planar-2r", "joint-rates", "0.01 m/s", "are in rad/s"),
+        ("polar-rp", "joint-rates", "1 deg/s", "are in rad/s and m/s"), ("planar-2r", "manipulability", "1 cm^2", ""),
+        ("planar-2r", "manipulability", "1 cm", "in m\\^2"), ("planar-2r", "condition-number", "1 deg/s", "no unit"),
+        ("elbow-3r", "lost-direction", "1 deg/s", "no unit"), ("planar-3r", "rank", "1 deg/s", ""),
+        ("planar-2r", "jacobian", "1 mm", ""),
+    ],
+)  # fmt: skip
+def test_a_tolerance_has_the_unit_of_the_answer(
+    folder: Path, family: str, question: str, tolerance: str, message: str
+) -> None:
+    other = "jacobian" if question != "jacobian" else "position"
+    problem = f'family = "{family}"\nquestions = ["{question}", "{other}"]\ndecimals = {{{question} = "{tolerance}"}}\n'
+    (folder / "assignment.toml").write_text(f'title = "T"\nkey = "t"\n[[problem]]\n{problem}')
+    if not message:
+        load_assignment(folder)
+        return
+    with pytest.raises(QdotError, match=f"line 6.*{tolerance}.*doesn't fit {question}.*{message}"):
+        load_assignment(folder)
+
+
 def test_decimals_key_changes_only_the_notebook_digest(folder: Path) -> None:
     exact, loose = _load_with_line(folder, ""), _load_with_line(folder, "decimals = 3")
     assert exact.notebook_digest != loose.notebook_digest and exact.problems_digest == loose.problems_digest
