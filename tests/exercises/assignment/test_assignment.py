@@ -81,7 +81,7 @@ WRONG_TOML = [
     (TOML + "hint = true\n", "line 7 … 'hint' … 'hints' … top"),
     (TOML + 'feedback = "outcome"\n', "line 7 … 'feedback' … top"),
     (TOML.replace("planar-2r", "planer-2r"), "line 5 … 'planer-2r' … 'planar-2r'"),
-    (TOML.replace("position", "positon"), "line 6 … 'positon' … 'position'"),
+    (TOML.replace("position", "positiom"), "line 6 … 'positiom' … 'position'"),
     (TOML.replace('["position"]', '["position", "position"]'), "line 6 … twice"),
     (TOML.replace('["position"]', "[]"), "line 6 … questions = []"),
     (TOML.replace('"position"', '"quiz", "rank"'), 'questions = "quiz"'),
@@ -580,7 +580,7 @@ def test_all_errors_of_an_assignment_are_reported_at_once(tmp_path: Path) -> Non
         "paper = {date = 3, time_allowed = 4}\n"
         '[[problem]]\nfamily = "planar-2r"\nquestons = ["position"]\n'
         '[[problem]]\nfamily = "planar-2"\npoints = "many"\ndifficulty = 9\n'
-        '[[problem]]\nfamily = "planar-2r"\nquestions = ["positon"]\npoints = [1, 2]\ncredit = "no"\n'
+        '[[problem]]\nfamily = "planar-2r"\nquestions = ["positiom"]\npoints = [1, 2]\ncredit = "no"\n'
         '[[problem]]\nfamily = "planar-2r"\nquestions = ["mine"]\n'
         '[question.mine]\nprompt = "x"\nanswer = "ddt(o1 + o7"\n'
         "[question.other]\nprompt = 3\nanswer = 4\nx = 1\n"
