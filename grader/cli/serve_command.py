@@ -118,11 +118,11 @@ def start(
 
     links_command = _write_command("links", folders, database, url, port)
     ready = f"qdot is at {find_options().url}; stop it with Ctrl-C. Personal links: {links_command}"
-    with claim_database():
+    with claim_database() as keep_claim:
         for folder in folders:
             _release(folder, jobs)
-        note(f"starting {count_noun(jobs, 'process')} that judge answers, which takes some seconds")
-        run_service(find_options(), host, port, lambda: print_result(ready))
+        note("starting the processes that judge answers, which takes some seconds")
+        run_service(find_options(), host, port, keep_claim, lambda: print_result(ready))
 
 
 def _release(folder: Path, jobs: int) -> None:

@@ -1,9 +1,12 @@
 """Answer a wrong request with one sentence and the right status, never with a traceback."""
 
 import logging
+import sys
 from collections.abc import Callable
 
+from django.core.cache import cache
 from django.core.exceptions import BadRequest, PermissionDenied, RequestDataTooBig, SuspiciousOperation
+from django.db import InterfaceError, OperationalError
 from django.http import Http404, HttpRequest, HttpResponse, JsonResponse
 
 logger = logging.getLogger("qdot.serve")
@@ -20,6 +23,8 @@ class Refused(Exception):
 NO_PAGE = "There is no such page, or it isn't yours."
 """The sentence for a page that doesn't exist and for one that belongs to another person: they look the same."""
 TOO_LARGE = "This is larger than qdot accepts: an answer or a comment has some thousand characters at most."
+REPORT_SECONDS = 60
+"""For how long the log says nothing more about a database that doesn't answer."""
 RETRY_SECONDS = 30
 """When a program that sent too many requests should try again."""
 FAILURE = "qdot itself failed. Nothing that you submitted is lost; try again in a minute, and tell your instructor."
@@ -39,8 +44,16 @@ def find_refusal(error: Exception) -> Refused:
         return Refused(400, "qdot couldn't read this request; load the page again.")
     if isinstance(error, TimeoutError):
         return Refused(503, "qdot is busy at the moment. Try again in a minute.")
-    logger.error("%s", type(error).__name__, exc_info=error)
+    report_failed("a request", error)
     return Refused(500, FAILURE)
+
+
+def report_failed(work: str, error: BaseException | None) -> None:
+    """Log an error; of a database that doesn't answer, only one line a minute."""
+    if not isinstance(error, (OperationalError, InterfaceError)):
+        logger.error("%s failed", work, exc_info=error)
+    elif cache.add("database-failed", True, REPORT_SECONDS):
+        logger.error("%s failed: the database can't be used: %s", work, " ".join(str(error).split()))
 
 
 def respond(request: HttpRequest, refusal: Refused) -> HttpResponse:
@@ -79,7 +92,7 @@ def report_bad_request(request: HttpRequest, exception: Exception) -> HttpRespon
 
 def report_failure(request: HttpRequest) -> HttpResponse:
     """Answer a request on which qdot failed outside of a view."""
-    logger.error("failed outside of a view", exc_info=True)
+    report_failed("a request", sys.exception())
     return respond(request, Refused(500, FAILURE))
 
 

@@ -35,7 +35,7 @@ from qdot.grader.grading.batch import make_limits
 from qdot.grader.grading.result import NotebookMarks, ProblemResult
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.serve.class_list import describe_class, load_class_assignment
-from qdot.grader.serve.errors import Refused
+from qdot.grader.serve.errors import Refused, report_failed
 from qdot.grader.serve.judge_process import (
     Judge,
     MarkedAnswers,
@@ -351,10 +351,11 @@ def run_periodically(work: Callable[[], None], seconds: float) -> threading.Thre
             try:
                 close_old_connections()
                 work()
-            except Exception:
-                logger.exception("%s failed", work.__name__)
+            except Exception as error:
+                report_failed(name, error)
 
-    thread = threading.Thread(target=loop, daemon=True, name=work.__name__)
+    name = getattr(work, "__name__", "claiming the database")
+    thread = threading.Thread(target=loop, daemon=True, name=name)
     thread.start()
     return thread
 

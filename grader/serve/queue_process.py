@@ -6,7 +6,9 @@ import signal
 import threading
 
 from django.core.management import call_command
+from django.db import InterfaceError, OperationalError
 
+from qdot.grader.serve.errors import report_failed
 from qdot.grader.serve.settings import ServiceOptions, configure
 
 
@@ -16,7 +18,10 @@ def work_off_queue(options: ServiceOptions, name: str) -> None:
     configure(options)
     threading.Thread(target=_end_with_service, daemon=True).start()
     os.nice(5)  # typed answers come first
-    call_command("db_worker", worker_id=name, interval=0.5, startup_delay=False, reload=False, verbosity=0)
+    try:
+        call_command("db_worker", worker_id=name, interval=0.5, startup_delay=False, reload=False, verbosity=0)
+    except (OperationalError, InterfaceError) as error:  # the service starts it again when the database answers
+        report_failed("the queue of notebooks", error)
 
 
 def _end_with_service() -> None:

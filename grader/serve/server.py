@@ -2,8 +2,12 @@
 
 import logging
 import multiprocessing
+import os
+import signal
 import uuid
-from contextlib import AbstractContextManager, closing
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
+from functools import partial
 from typing import Any
 
 from django.core.management import call_command
@@ -44,35 +48,58 @@ def prepare_database() -> None:
     call_command("clearsessions")
 
 
-def claim_database() -> AbstractContextManager[object]:
+@contextmanager
+def claim_database() -> Iterator[Callable[[], None]]:
     """Return a context in which no other process may serve from the database or replace it. Raises QdotError.
 
-    The system ends the claim with this process, even if it is killed.
+    The system ends the claim with this process, even if it is killed. PostgreSQL ends it when it is restarted; the
+    yielded function then claims the database again, or ends this service if another one was faster.
     """
     if connection.vendor == "postgresql":
-        own_connection = connections.create_connection(DEFAULT_DB_ALIAS)
-        with own_connection.cursor() as cursor:
-            cursor.execute("SELECT pg_try_advisory_lock(%s)", [CLAIM_NUMBER])
-            if cursor.fetchone() == (True,):
-                return closing(own_connection)
-        own_connection.close()
-        raise QdotError(ALREADY_SERVED)
-    file = (find_options().online_folder / CLAIM_FILE).open("w")
+        with closing(connections.create_connection(DEFAULT_DB_ALIAS)) as own_connection:
+            own_connection.inc_thread_sharing()
+            _claim(own_connection)
+            yield partial(_claim_again, own_connection)
+        return
+    with (find_options().online_folder / CLAIM_FILE).open("w") as file:
+        try:
+            lock(file.fileno(), wait=False)
+        except BlockingIOError:
+            raise QdotError(ALREADY_SERVED) from None
+        yield lambda: None
+
+
+def _claim(own_connection: Any) -> None:
+    with own_connection.cursor() as cursor:
+        cursor.execute("SELECT pg_try_advisory_lock(%s)", [CLAIM_NUMBER])
+        if cursor.fetchone() != (True,):
+            raise QdotError(ALREADY_SERVED)
+
+
+def _claim_again(own_connection: Any) -> None:
+    if own_connection.is_usable():
+        return
+    own_connection.close()
     try:
-        lock(file.fileno(), wait=False)
-    except BlockingIOError:
-        file.close()
-        raise QdotError(ALREADY_SERVED) from None
-    return file
+        _claim(own_connection)
+    except QdotError as error:
+        logger.error("%s; this one ends", error)
+        os.kill(os.getpid(), signal.SIGINT)
 
 
-def run_service(options: ServiceOptions, host: str, port: int, on_ready: Any) -> None:
-    """Serve until the process is asked to end; `on_ready` is called when the service answers. Raises QdotError."""
+def run_service(
+    options: ServiceOptions, host: str, port: int, keep_claim: Callable[[], None], on_ready: Callable[[], None]
+) -> None:
+    """Serve until the process is asked to end; `on_ready` is called when the service answers. Raises QdotError.
+
+    `keep_claim` is what `claim_database` yields.
+    """
     resolve("/")  # loads all views
     load_assets()
     get_judge_pool().warm_up()
     queue = QueueProcess(options)
     queue.start()
+    run_periodically(keep_claim, SECONDS_BETWEEN_CHECKS)
     run_periodically(queue_forgotten, SECONDS_BETWEEN_CHECKS)
     run_periodically(queue.watch, SECONDS_BETWEEN_CHECKS)
     run_periodically(work_off_outbox, 1.0)
@@ -118,8 +145,8 @@ class QueueProcess:
     def watch(self) -> None:
         """Start the process again if it has died."""
         if not self._is_stopped and self._process is not None and not self._process.is_alive():
-            logger.error("the process that grades notebooks has died; it is started again")
             self.start()
+            logger.error("the process that grades notebooks had died; it was started again")
 
     def stop(self) -> None:
         """End the process."""

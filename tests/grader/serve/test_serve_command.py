@@ -2,16 +2,25 @@
 
 import codecs
 import csv
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from django.core.cache import cache
+from django.db import InterfaceError, OperationalError
 from typer.testing import CliRunner
 
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.cli.main import make_program
 from qdot.grader.cli.serve_command import _write_command
+from qdot.grader.serve import server
 from qdot.grader.serve.class_list import update_folder_class
+from qdot.grader.serve.errors import find_refusal
 from qdot.grader.serve.models import Person
 from qdot.grader.serve.personal_links import COLUMNS, WrittenLinks, write_links
 from qdot.grader.serve.server import claim_database
@@ -109,6 +118,52 @@ def test_a_second_service_on_the_same_database_is_refused() -> None:
         pass
     with claim_database():
         pass
+
+
+class RestartedDatabase:
+    """Stands for a connection to PostgreSQL, whose lock another service may have taken after a restart."""
+
+    def __init__(self) -> None:
+        self.is_open, self.is_free, self.claims, self.vendor = False, True, 0, "postgresql"
+        self.inc_thread_sharing = self.close = lambda: None
+
+    def is_usable(self) -> bool:
+        return self.is_open
+
+    @contextmanager
+    def cursor(self) -> Iterator["RestartedDatabase"]:
+        self.is_open = True
+        yield self
+
+    def execute(self, *_: object) -> None:
+        self.claims += 1
+
+    def fetchone(self) -> tuple[bool]:
+        return (self.is_free,)
+
+
+def test_a_service_claims_a_restarted_database_again_or_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    database, signals = RestartedDatabase(), list[int]()
+    monkeypatch.setattr(server, "connection", database)
+    monkeypatch.setattr(server, "connections", SimpleNamespace(create_connection=lambda _: database))
+    monkeypatch.setattr(os, "kill", lambda _, number: signals.append(number))
+    with claim_database() as keep_claim:
+        keep_claim()
+        assert database.claims == 1
+        database.is_open = False
+        keep_claim()
+        assert (database.claims, signals) == (2, [])
+        database.is_open = database.is_free = False
+        keep_claim()
+        assert signals == [signal.SIGINT]
+
+
+def test_a_database_that_does_not_answer_is_logged_once_a_minute(caplog: pytest.LogCaptureFixture) -> None:
+    cache.clear()
+    for error in (OperationalError("connection\nrefused"), InterfaceError("closed"), ValueError("x")):
+        assert find_refusal(error).status == 500
+    assert caplog.messages == ["a request failed: the database can't be used: connection refused", "a request failed"]
+    assert [record.exc_info is not None for record in caplog.records] == [False, True]
 
 
 @pytest.mark.parametrize(
