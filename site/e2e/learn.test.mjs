@@ -63,6 +63,15 @@ test("a prediction comes back once its goal is reached, then the explanation ope
   await context.close();
 });
 
+test("the words of a lesson wait neither for the arm nor for the questions", async () => {
+  const { page } = await opened(there, "learn.html?lesson=rates", PHONE);
+  const source = await page.evaluate(() => fetch("learn.html").then((answer) => answer.text()));
+  assert.match(source, /assets\/learn-/);
+  assert.doesNotMatch(source, /assets\/(panel|current|question)-/);
+  const [place, dials] = [await page.locator(".tool").boundingBox(), await page.locator(".dials").boundingBox()];
+  assert.ok(Math.abs(place.height - dials.height) < 40, `${place.height} pixels for ${dials.height}`); // goals don't jump
+});
+
 test("the first lesson shows nothing of J, and that on singularities the area of its columns", async () => {
   const { page } = await opened(there, "learn.html?lesson=rates", WIDE);
   await page.locator(".arm-joints").waitFor();

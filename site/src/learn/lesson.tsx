@@ -5,7 +5,6 @@ import type { JSX } from "preact";
 import { useEffect, useId, useMemo, useRef, useState } from "preact/hooks";
 
 import { Button } from "../controls.js";
-import { Arm } from "../arm/panel.js";
 import type { Arm as ArmModel, State } from "../arm/model.js";
 import type { Stage } from "../arm/stage.js";
 import { ZERO } from "../arm/vector.js";
@@ -13,10 +12,12 @@ import type { View } from "../arm/view.js";
 import type { Index } from "../bank.js";
 import type { ArmRecord } from "../pages/live.js";
 import { isInIndex, updateProgress, type Item, nameItem } from "../practice/choice.js";
-import { Current } from "../practice/current.js";
+import { useArm } from "../practice/arm-part.js";
 import { Rich } from "../practice/math.js";
 import { loadState, storeState } from "../practice/stored-state.js";
 import { useVisits, visitNumber } from "../practice/visits.js";
+import { WithLoaded } from "../practice/with-index.js";
+import { useSteps } from "../scheduling.js";
 import { storage } from "../storage.js";
 import { Offline } from "../offline/offline.js";
 import { type Message, textOf, say } from "../text/text.js";
@@ -96,31 +97,37 @@ export function LessonView(props: LessonProps): JSX.Element {
         </p>
         {isStep ? null : <Standing lesson={lesson} skill={skill} classes={classes} classIndex={visit.classIndex} />}
       </div>
-      <Current
-        key={`${nameItem(item)} ${visitNumber()}`}
-        item={item}
-        level={index.feedback}
-        unknown={lesson.unknown ? "determinant" : undefined}
-        hasArrived={visitNumber() !== firstVisit}
-        notes={note ? [textOf(note)] : []}
-        onVerdict={(isRight, isHelped) => {
-          if (isStep) return;
-          const now = Date.now();
-          const attempt = { isRight, isHelped, isRepeated: visit.isAnswered, now };
-          const counted = countInClass(skill, { classes, classIndex: visit.classIndex }, item, attempt);
-          replace({ ...visit, isAnswered: true });
-          setNote(counted.outcome);
-          props.onSkill(counted.skill);
-          // a wrong answer is asked again on the practice page
-          storeState(storage, { progress: updateProgress(loadState(storage).progress, item, isRight, now) });
-        }}
-        onNext={() =>
-          show(isStep && visit.step + 1 < steps.length ? { ...visit, step: visit.step + 1 } : chooseCounted())
-        }
-      />
+      <WithLoaded load={loadCurrent}>
+        {({ Current }) => (
+          <Current
+            key={`${nameItem(item)} ${visitNumber()}`}
+            item={item}
+            level={index.feedback}
+            unknown={lesson.unknown ? "determinant" : undefined}
+            hasArrived={visitNumber() !== firstVisit}
+            notes={note ? [textOf(note)] : []}
+            onVerdict={(isRight, isHelped) => {
+              if (isStep) return;
+              const now = Date.now();
+              const attempt = { isRight, isHelped, isRepeated: visit.isAnswered, now };
+              const counted = countInClass(skill, { classes, classIndex: visit.classIndex }, item, attempt);
+              replace({ ...visit, isAnswered: true });
+              setNote(counted.outcome);
+              props.onSkill(counted.skill);
+              // a wrong answer is asked again on the practice page
+              storeState(storage, { progress: updateProgress(loadState(storage).progress, item, isRight, now) });
+            }}
+            onNext={() =>
+              show(isStep && visit.step + 1 < steps.length ? { ...visit, step: visit.step + 1 } : chooseCounted())
+            }
+          />
+        )}
+      </WithLoaded>
     </div>
   );
 }
+
+const loadCurrent = () => import("../practice/current.js");
 
 type Classes = { readonly classes: readonly ClassItems[] };
 
@@ -140,6 +147,7 @@ function Head({ lesson, skill, classes }: Pick<LessonProps, "lesson" | "skill"> 
 function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractise: () => void }): JSX.Element {
   const { lesson, record, skill, classes, items, onSkill, onPractise } = props;
   const [stage, setStage] = useState<Stage | null>(null);
+  const Arm = useArm(useSteps(1) > 0);
   const problems = useMemo(() => items.map(({ family, key }) => `${family}/${key}`), [items]);
   const [dials, setDials] = useState(FIRST_DIALS);
   const { tool, goals } = lesson;
@@ -178,10 +186,12 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
         </p>
         <PredictionBox lesson={lesson} skill={skill} onPredict={(predicted) => onSkill({ ...skill, predicted })} />
         <h3>{say("lesson.try")}</h3>
-        {tool === "workspace" && stage ? <WorkspaceChart arm={stage.arm} state={stage.state} /> : null}
-        {tool && tool !== "workspace" && tool !== "area" && stage ? (
-          <DialBoard tool={tool} stage={stage} dials={dials} rates={rates} velocity={velocity} onDials={setDials} />
-        ) : null}
+        <div class="tool" data-tool={tool}>
+          {tool === "workspace" && stage ? <WorkspaceChart arm={stage.arm} state={stage.state} /> : null}
+          {tool && tool !== "workspace" && tool !== "area" && stage ? (
+            <DialBoard tool={tool} stage={stage} dials={dials} rates={rates} velocity={velocity} onDials={setDials} />
+          ) : null}
+        </div>
         <ul class="goals" aria-live="polite">
           {goals.map(({ text }, i) => (
             <li key={text} class={skill.goals.includes(i) ? "reached" : ""}>
@@ -209,19 +219,21 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
         {items.length > 0 ? <Offline title={say("offline.lesson")} problems={problems} /> : null}
       </article>
       <section class="stage" aria-label={say("practice.move")}>
-        <Arm
-          key={lesson.id}
-          robot={record.robot}
-          symbols={record.symbols}
-          firstPose={record.pose}
-          factors={record.factors}
-          layers={lesson.layers}
-          unknown={lesson.unknown ?? undefined}
-          pane={lesson.pane}
-          onStage={setStage}
-          overlay={overlay ?? undefined}
-          rates={tool === "force" ? undefined : (ratesAt ?? undefined)}
-        />
+        {Arm ? (
+          <Arm
+            key={lesson.id}
+            robot={record.robot}
+            symbols={record.symbols}
+            firstPose={record.pose}
+            factors={record.factors}
+            layers={lesson.layers}
+            unknown={lesson.unknown ?? undefined}
+            pane={lesson.pane}
+            onStage={setStage}
+            overlay={overlay ?? undefined}
+            rates={tool === "force" ? undefined : (ratesAt ?? undefined)}
+          />
+        ) : null}
       </section>
     </div>
   );

@@ -5,42 +5,15 @@ import { useEffect, useMemo, useRef, useState } from "preact/hooks";
 
 import type { ArmProps } from "../arm/panel.js";
 import { Words } from "../arm/letters.js";
-import type * as Panel from "../arm/panel.js";
 import { type AskedPart, type AskedProblem, nameJoint } from "../bank.js";
 import { Button } from "../controls.js";
 import { afterPaint, useSteps } from "../scheduling.js";
 import { getLanguage, say } from "../text/text.js";
 import { Answer, Preview } from "./answer.js";
+import { useArm } from "./arm-part.js";
 import { bringIntoView } from "./in-view.js";
 import { Html } from "./math.js";
 import { removeOptions } from "./prompt.js";
-
-/** The movable arm; or a message if it could not be loaded, because practice works without it. */
-type ArmPart = typeof Panel.Arm | typeof NoArm;
-let armComponent: ArmPart | null = null;
-
-/** Return the movable arm once it is wanted and loaded, else null. */
-function useArm(isWanted: boolean): ArmPart | null {
-  const [, setLoaded] = useState(armComponent !== null);
-  useEffect(() => {
-    if (!isWanted || armComponent !== null) return;
-    let isMounted = true;
-    void import("../arm/panel.js")
-      .then(
-        ({ Arm }) => (armComponent = Arm),
-        () => (armComponent = NoArm),
-      )
-      .then(() => isMounted && setLoaded(true));
-    return () => void (isMounted = false);
-  }, [isWanted]);
-  return isWanted ? armComponent : null;
-}
-
-const NoArm = () => (
-  <p role="status" class="stage-failed">
-    {say("practice.arm-failed")}
-  </p>
-);
 
 export interface QuestionProps extends Pick<ArmProps, "pose" | "overlay" | "factors" | "unknown"> {
   /** Identifies the question on the page. */
