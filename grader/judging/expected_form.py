@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 
 from qdot.exercises import reference_answers
 from qdot.exercises.formula.equality import Domain
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.formula.trees import ParseError
 from qdot.exercises.formula.units import write_power_of_metres
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.judging import answer_parser
@@ -49,6 +51,27 @@ def read_answer(problem: Problem, part: Part, text: str, functions_seed: str = "
     Judgement(wrong, 0: your answer has 3 entries, but it must have 2; write it like [a, b])
     """
     return read_in_form(find_expected_form(problem, part), text, functions_seed)
+
+
+def explain_unparsed_entry(problem: Problem, part: Part, text: str) -> str:
+    """Return which entry of a matrix can't be parsed that a page wrote from its fields, and why; "" for other answers.
+
+    >>> from qdot import generate
+    >>> problem = generate("planar-2r/7", ["position"])
+    >>> explain_unparsed_entry(problem, problem["position"], "[[a1], [theta1*(]]").partition(" (at")[0]
+    "qdot couldn't parse entry 2 of your answer: a number, a symbol or a bracket is missing at the end"
+    """
+    rows = [row.split(", ") for row in text.removeprefix("[[").removesuffix("]]").split("], [")]
+    if part.shape is None or [len(row) for row in rows] != [part.shape[1]] * part.shape[0]:
+        return ""
+    for i, row in enumerate(rows, 1):
+        for j, entry in enumerate(row, 1):
+            try:
+                parse_formula(entry, problem.domain.roles)
+            except ParseError as error:
+                name = f"({i}, {j})" if part.shape[1] > 1 else str(i)
+                return f"qdot couldn't parse entry {name} of your answer: {error}"
+    return ""
 
 
 def read_in_form(expected: ExpectedForm, text: str, functions_seed: str = "") -> answer_parser.ParsedAnswer:

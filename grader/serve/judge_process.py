@@ -23,7 +23,7 @@ from qdot.grader.grading.attempt import make_marking_versions, make_part_result
 from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.grading.copied_answers import ClassAnswers
 from qdot.grader.grading.result import NotebookMarks, PartResult, ProblemResult
-from qdot.grader.judging.expected_form import read_answer
+from qdot.grader.judging.expected_form import explain_unparsed_entry, read_answer
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import MarkingRules, mark
 from qdot.grader.reports.feedback import show_parts
@@ -194,6 +194,9 @@ def show_marks(
             part_result = part_on_page.result
             is_missing = part_result.outcome is Outcome.MISSING
             texts = [] if is_missing or part_result.outcome is Outcome.CORRECT else [part_on_page.reason]
+            if texts and texts[0].startswith("qdot couldn't parse your answer:"):
+                part = problem[part_result.name]
+                texts = [explain_unparsed_entry(problem, part, part_result.answer or "") or texts[0]]
             sentences = [html.escape(end_sentence(text), quote=False) for text in (part_on_page.advice, *texts) if text]
             table = render("reports/difference.html.j2", table=part_on_page.table) if part_on_page.table else ""
             answer = part_on_page.answer

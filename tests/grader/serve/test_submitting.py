@@ -255,6 +255,12 @@ def test_sentences_have_an_end_and_no_entities() -> None:
         assert note.endswith("you lose 50 % of your 1 point.")
 
 
+def test_a_mistake_in_one_field_is_shown_as_it_was_typed(service: Service) -> None:
+    shown = service.open_browser("s001").answer("p1.jacobian", "[[1, theta1*(], [0, 0]]").json()["results"]
+    (sentence,) = shown["p1.jacobian"]["sentences"]
+    assert sentence.startswith("qdot couldn't parse entry (1, 2) of your answer") and "near 'theta1*(')" in sentence
+
+
 def test_a_part_that_does_not_exist_is_named(service: Service) -> None:
     reply = service.open_browser("s001").answer("p1.jacobean", "1")
     assert (reply.status_code, "did you mean 'p1.jacobian'?" in reply.json()["error"]) == (404, True)
