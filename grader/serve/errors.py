@@ -5,9 +5,12 @@ import sys
 from collections.abc import Callable
 
 from django.core.cache import cache
-from django.core.exceptions import BadRequest, PermissionDenied, RequestDataTooBig, SuspiciousOperation
+from django.core.exceptions import BadRequest, DisallowedHost, PermissionDenied, RequestDataTooBig, SuspiciousOperation
 from django.db import InterfaceError, OperationalError
 from django.http import Http404, HttpRequest, HttpResponse, JsonResponse
+
+from qdot.exercises.common.console import escape_controls
+from qdot.grader.serve.settings import find_options
 
 logger = logging.getLogger("qdot.serve")
 
@@ -24,7 +27,7 @@ NO_PAGE = "There is no such page, or it isn't yours."
 """The sentence for a page that doesn't exist and for one that belongs to another person: they look the same."""
 TOO_LARGE = "This is larger than qdot accepts: an answer or a comment has some thousand characters at most."
 REPORT_SECONDS = 60
-"""For how long the log says nothing more about a database that doesn't answer."""
+"""For how long the log says nothing more about a database that doesn't answer, or requests for another host."""
 RETRY_SECONDS = 30
 """When a program that sent too many requests should try again."""
 FAILURE = "qdot itself failed. Nothing that you submitted is lost; try again in a minute, and tell your instructor."
@@ -87,6 +90,14 @@ class RefusalMiddleware:
 
 def report_bad_request(request: HttpRequest, exception: Exception) -> HttpResponse:
     """Answer a request that Django refused before any view."""
+    if isinstance(exception, DisallowedHost):
+        host, url = escape_controls(request.headers.get("Host", ""))[:100], find_options().url
+        sentence = (
+            f"qdot is at {url}, but this request names the host {host!r}. Send the header Host on, or change --url."
+        )
+        if cache.add("unknown-host", True, REPORT_SECONDS):
+            logger.error("a request was refused: %s", sentence)
+        return respond(request, Refused(400, sentence))
     return respond(request, find_refusal(exception))
 
 

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from django.core.cache import cache
+from django.test import Client
 from django.urls import URLPattern, URLResolver, get_resolver
 
 from qdot.exercises.problem.problem import Problem
@@ -149,6 +151,17 @@ def test_headers_are_set_on_every_page(service: Service) -> None:
         assert reply["X-Content-Type-Options"] == "nosniff"
         assert reply["Cache-Control"] == "no-store"
         assert reply["Referrer-Policy"] == "same-origin"
+
+
+def test_an_unknown_host_is_named(service: Service, caplog: pytest.LogCaptureFixture) -> None:
+    cache.clear()
+    for _ in range(2):
+        reply = Client(headers={"Host": "127.0.0.1:8000"}).get("/a/hw/work")
+        assert reply.status_code == 400
+        assert reply.json()["error"].startswith(
+            "qdot is at http://testserver, but this request names the host '127.0.0.1"
+        )
+    assert len(caplog.messages) == 1 and "--url" in caplog.messages[0]
 
 
 def test_a_personal_link_leads_to_the_only_assignment(service: Service) -> None:
