@@ -350,14 +350,14 @@ def _find_zeros(function: Function, starts: np.ndarray) -> np.ndarray:
 
     Each step is the smallest that solves the linearized equations, and changes no joint variable by more than 0.5.
     """
-    q = starts.copy()
-    nudges = DIFFERENCE_STEP * np.concatenate([np.eye(q.shape[1]), -np.eye(q.shape[1])])[:, None]
+    q, joint_count = starts.copy(), starts.shape[1]
+    nudges = DIFFERENCE_STEP * np.concatenate([np.zeros((1, joint_count)), np.eye(joint_count), -np.eye(joint_count)])
     with np.errstate(all="ignore"):
         for _ in range(STEP_COUNT):
-            values = function(q)
+            all_values = function((q + nudges[:, None]).reshape(-1, joint_count)).reshape(len(nudges), len(q), -1)
+            values, nudged_values = all_values[0], all_values[1:].reshape(2, joint_count, len(q), -1)
             if (np.abs(values).max(axis=1) < ZERO_TOLERANCE).all() or not np.isfinite(values).all():
                 break
-            nudged_values = function((q + nudges).reshape(-1, q.shape[1])).reshape(2, q.shape[1], *values.shape)
             slopes = np.moveaxis(nudged_values[0] - nudged_values[1], 0, -1) / (2 * DIFFERENCE_STEP)
             inverse = np.linalg.pinv(np.nan_to_num(slopes), rcond=1e-6)
             steps = (inverse @ np.nan_to_num(values)[:, :, None])[:, :, 0]

@@ -6,6 +6,7 @@ x = (0.2 + a_2 c_2) c_1 + d_2 s_1. No value changes, and short expressions stay 
 """
 
 from collections.abc import Callable, Iterator
+from collections.abc import Set as AbstractSet
 from functools import lru_cache
 from itertools import combinations
 from typing import NamedTuple
@@ -141,11 +142,30 @@ def _join_shifted_terms(total: sp.Expr) -> sp.Expr | None:
     variable_parts = {trig: split_constant(trig.args[0]).variable for trig in trigs}
     shifted_angles = {angle for trig, angle in variable_parts.items() if _has_shift(trig.args[0])}
     for angle in sorted(shifted_angles, key=sp.default_sort_key):
-        expanded_trigs = {trig: _expand_shift(trig) for trig in trigs if variable_parts[trig] == angle}
+        trigs_of_angle = {trig for trig in trigs if variable_parts[trig] == angle}
+        if not _may_join_terms(total, trigs_of_angle):
+            continue
+        expanded_trigs = {trig: _expand_shift(trig) for trig in trigs_of_angle}
         new_total = sp.expand(total.xreplace(expanded_trigs))
         if len(sp.Add.make_args(new_total)) < len(total.args):
             return new_total
     return None
+
+
+def _may_join_terms(total: sp.Expr, trigs: AbstractSet[sp.Expr]) -> bool:
+    """Return whether two terms may be the same after expansion, apart from their numbers and from some trigs."""
+    remainders = set()
+    for term in total.args:
+        _, factors = _split_number(term)
+        other_factors = [factor for factor in factors if factor not in trigs]
+        if any(factor.is_Add or (factor.is_Pow and factor.args[0].args) for factor in other_factors):
+            return True  # the factors of such a term show only after expansion
+        remainder = sp.Mul(*other_factors)
+        if len(other_factors) < len(factors) and remainder in remainders:
+            return True
+        if len(other_factors) < len(factors):
+            remainders.add(remainder)
+    return False
 
 
 def _expand_shift(trig: sp.Expr) -> sp.Expr:

@@ -127,7 +127,7 @@ def generation(folder: Path) -> Iterator[Figure]:
     problem = "a problem with five questions, mixed families"
     yield Figure(problem, each / len(MIXED), LOADED, loading(), 0.05, of_seconds=True)
     custom = generating(folder / "custom", 8, is_custom=True)
-    yield Figure("five questions of an instructor's own", custom, "five built-in ones", each, 1.2)
+    yield Figure("five questions of an instructor's own", custom, "five built-in ones", each, 1)
     slowest, seconds = first_problems()
     yield Figure(f"first problem of a new family ({slowest})", seconds, LOADED, loading(), 1, of_seconds=True)
     record = records(1)

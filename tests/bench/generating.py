@@ -76,6 +76,7 @@ def _class(folder: Path, students: int, is_custom: bool) -> float:
     roster.write_text("student,name,email\n" + "".join(f"s{n:05d},,\n" for n in range(students)), encoding="utf-8")
     processor_time([*command, "init", str(folder), "--key", "bench"], folder.parent)
     (folder / "roster.csv").write_bytes(roster.read_bytes())
+    (folder / "secret.txt").write_text("5" * 64 + "\n", encoding="utf-8")  # all classes have the same arms
     file = folder / "assignment.toml"
     head = file.read_text("utf-8").split("\n[[problem]]")[0]
     slot, questions = (CUSTOM_SLOT, CUSTOM_QUESTIONS) if is_custom else (SLOT, "")

@@ -14,6 +14,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.reference_answers import Expression, Matrix
+from qdot.exercises.writing import shortening
 from qdot.exercises.writing.angles import iterate_arm_angles, name_angles, needs_name
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import write_answer_code, write_solution, write_solutions
@@ -44,6 +45,13 @@ ANGLE = T2 + T3 + SIXTH
 )
 def test_a_constant_that_only_splits_a_sine_is_left_out(long: sp.Expr, short: sp.Expr | None) -> None:
     assert remove_constant_shifts(long) == (long if short is None else short)
+
+
+def test_a_sum_without_equal_remainders_is_not_expanded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Expanding is slow, and takes much of the time of solutions."""
+    monkeypatch.setattr(shortening, "_expand_shift", pytest.fail)
+    total = 2 * R1 * A1 * C(ANGLE) + R2 * A1 * S(ANGLE) - D1 * R1 * C(ANGLE) + R1 * A2 * S(T2 + SIXTH)
+    assert remove_constant_shifts(total) == total
 
 
 @pytest.mark.parametrize(
