@@ -10,7 +10,7 @@ From the bottom up:
     layout                              the layout of a formula as a tree
     styles, latex                       letters in bold and other styles; parses LaTeX into a layout
     printers/                           one module for each notation in which formulas are printed
-    vocabulary                          words, signs, units and habits in typed answers: vocabulary.json
+    vocabulary                          words, signs, units and notations in typed answers: vocabulary.json
     names, trees                        the meaning of a name; expressions as trees of nodes, with operators + - * / **
     algebra                             splits trees into terms and factors, and differentiates them, without SymPy
     units                               the size and the dimension of a unit

@@ -1,4 +1,4 @@
-"""Load the words, signs, units and habits of typed answers from vocabulary.json, which the site's parser uses, too.
+"""Load the words, signs, units and notations of typed answers from vocabulary.json, which the site's parser uses, too.
 
 Add a synonym there, and both parsers recognize it; neither has a list of its own.
 """
@@ -11,7 +11,7 @@ from typing import Any
 VOCABULARY: dict[str, Any] = json.loads(Path(__file__).with_name("vocabulary.json").read_text(encoding="utf-8"))
 LIMITS: dict[str, int] = VOCABULARY["limits"]
 SPACES: str = VOCABULARY["spaces"]
-"""All characters that count as spaces, because `\\s` matches other characters in Python than in a browser."""
+"""All characters that count as spaces, because `\\s` matches different characters in Python and in a browser."""
 
 
 class _CompiledPatterns(dict[str, re.Pattern[str]]):

@@ -1,7 +1,7 @@
 """List the English phrases in problems that are translated; the phrases are the lines of translatable_phrases.txt.
 
 A name in braces matches words, which are translated separately. The first phrase that matches a text is used, so
-special phrases come before general phrases.
+specific phrases come before general ones.
 """
 
 from pathlib import Path

@@ -196,9 +196,9 @@ def show(
 ) -> None:
     """Show a problem, or an assignment with one student's numbers.
 
-    Prints the statement, the figure and the questions. --hints adds three hints to each question, from gentle to nearly
-    complete; in HTML and notebooks, students open them one by one (JSON always has them). --solution adds the answers
-    and their derivations.
+    Prints the statement, the figure and the questions. --hints adds three hints to each question, from a gentle nudge
+    to an intermediate result; in HTML and notebooks, students open them one by one (JSON always has them). --solution
+    adds the answers and their derivations.
     The same FAMILY/SEED shows the same problem on every machine; FAMILY/SEED@VARIATION is short for --variation,
     FAMILY/SEED@CONVENTION for --convention, and FAMILY/SEED@v-omega for --twist-order.
 

@@ -60,12 +60,12 @@ def check_class(
     absent_students = [student for student in ids if student not in submissions.by_student]
     if respelled_ids := _match_respelled_identifiers(unknown_names, absent_students):
         students = count_noun(len(respelled_ids), "student")
-        obstacle = f"submissions of {students} would have no owner, so nothing was graded"
+        obstacle = f"the submissions of {students} don't match the roster, so nothing was graded"
         raise QdotError(f"{named_path}: {obstacle}. {_advise_restoring(respelled_ids)}")
     sample = dict(read_sample(assignment, submissions.by_student, ids))
     other_keys = [key for key in _map_claims(sample, "assignment").values() if key != assignment.key]
     if 2 * len(other_keys) > len(sample) > 1:
-        difference = f"another assignment ({_list_names(sorted(set(other_keys)))}) than {assignment.key!r}"
+        difference = f"another assignment ({_list_names(sorted(set(other_keys)))}), not to {assignment.key!r}"
         obstacle = f"{len(other_keys)} of {len(sample)} notebooks belong to {difference}, so nothing was graded"
         raise QdotError(f"{named_path}: {obstacle}. Is this the right folder?")
     owners = {student: owner for student, owner in _map_claims(sample, "student").items() if owner != student}
@@ -110,7 +110,7 @@ SPREADSHEET_HINT = "The identifiers differ in leading zeros, case or encoding of
 
 
 def _describe_likely_cause(unknown_names: Sequence[str], ids: Sequence[str], assignment_key: str) -> str:
-    """Return the likely cause if all files belong to no student of the roster `ids`, with advice.
+    """Return the likely cause, with advice, if no file belongs to a student of the roster `ids`.
 
     `unknown_names` are the names of these files and folders.
     """

@@ -303,7 +303,7 @@ def _describe_comparison(part: Part, certificate: Certificate | None) -> str:
         error = f"If an answer is wrong for at least {share} of all configurations, it"
         comparison = f"your answer with the solution at {points} random configurations"
         if part.answer.is_set:
-            error = f"If at least {share} of all configurations that satisfy a condition are wrong, it"
+            error = f"If at least {share} of a condition's configurations are not in the solution, the condition"
             comparison = (
                 "your conditions with the solution: it tested each condition at "
                 f"{points} random configurations that satisfy it"

@@ -35,7 +35,7 @@ def read_member(path: Path, name: str) -> bytes:
 def restore_files(path: Path, folders: list[Path]) -> None:
     """Write the files of the assignments that are missing in their folders, which may be new. Raises QdotError.
 
-    Nothing is written if a folder has another secret, key or other problems than the backup.
+    Nothing is written if a folder's secret, key or problems differ from the backup's.
     """
     with open_backup(path) as archive, TemporaryDirectory() as temporary:
         contents = defaultdict[str, dict[str, bytes]](dict)
@@ -55,7 +55,9 @@ def restore_files(path: Path, folders: list[Path]) -> None:
                     str(error).replace(str(copies[0]), str(path)).replace(str(copies[1]), str(folder))
                 ) from None
             if len(digests) > 1:
-                raise QdotError(f"{folder} has another secret, key or other problems than {path}; name a new folder")
+                raise QdotError(
+                    f"the secret, key or problems in {folder} differ from those in {path}; name a new folder"
+                )
         for folder, source in sources.items():
             _write_missing(folder, contents[source])
 

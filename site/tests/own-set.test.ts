@@ -1,4 +1,4 @@
-// Sets of configurations that an instructor asks for: other sets than that of the singular configurations.
+// Sets of configurations that an instructor asks for: sets other than that of the singular configurations.
 import { expect, test } from "vitest";
 
 import type { ConfigurationsKey } from "../src/bank.js";

@@ -121,7 +121,7 @@ def measure(service: RunningService, assignment: Assignment, notebook_count: int
         len(acknowledged[name] - {row["id"] for row in _list_rows(browsers[name], assignment)}) for name in names
     )
     print(f"failed: {failures or 'none'}; {lost} lost")
-    print(f"other marks than those of `qdot grade`: {find_other_marks(service, assignment) or 'none'}")
+    print(f"marks that differ from those of `qdot grade`: {find_other_marks(service, assignment) or 'none'}")
 
 
 def _do_at(moment: float, work: Callable[[str], float], name: str) -> float:
@@ -142,7 +142,7 @@ def _list_rows(browser: Browser, assignment: Assignment) -> Sequence[Any]:
 
 
 def find_other_marks(service: RunningService, assignment: Assignment) -> list[str]:
-    """Return the students to whom `qdot grade` gives other scores than the service."""
+    """Return the students to whom `qdot grade` gives different scores from the service."""
     staff = Browser(service.links["staff:Grace"])
     rows = staff.call(f"/a/{assignment.key}/class/results")["students"]
     online = {row["student_id"]: row["score"] or 0 for row in rows}

@@ -1,12 +1,12 @@
 """Questions that instructors define in TOML.
 
-The modules, from what an instructor writes to the question (`questions.language` handles the formulas):
+The modules, in the order in which a question is made from a definition (`questions.language` handles the formulas):
 
     definition      what an instructor writes
     texts           splits texts at their placeholders, and checks their LaTeX
     reader          reads definitions from a file
     units           checks the unit of a number
-    question        makes a question of a definition: computes, samples and checks its answer
+    question        makes a question from a definition: computes, samples and checks its answer
 """
 
 from qdot.exercises.questions.custom.definition import Definition

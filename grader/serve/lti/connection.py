@@ -26,7 +26,7 @@ KEY_OVERLAP = datetime.timedelta(days=14)
 TOKEN_LIFETIME = datetime.timedelta(minutes=20)
 """For how long a platform's access token is used again; platforms issue them for an hour."""
 PLATFORM_ERRORS = (LtiException, QdotError, requests.RequestException, LookupError, TypeError, ValueError)
-"""What may happen in a request: the platform refuses, answers something else than agreed, or can't be reached."""
+"""What may happen in a request: the platform refuses, answers something other than agreed, or can't be reached."""
 
 
 class PlatformSession(requests.Session):

@@ -277,7 +277,7 @@ function findAnswer(
 /** A command of LaTeX whose first letter is another sign for Python, such as a tab for \\t. */
 const MISREAD_COMMAND = /\\(?:theta|tau|tan|text|times|frac|beta|begin|right|alpha)/;
 
-/** Return notes if the notebook belongs to another assignment or student than the link, or the file was renamed. */
+/** Return notes if the notebook belongs to a different assignment or student from the link, or the file was renamed. */
 function compareNames(fileName: string, metadata: Json, origin: Origin): readonly Message[] {
   const [assignment, student] = ["assignment", "student"].map((key) => shorten(asText(metadata[key]), MAX_NAME_LENGTH));
   const notes: Message[] = [];

@@ -1,4 +1,4 @@
-// The words, signs, units and habits of answers, shared with the grader's parser: add a synonym there for both.
+// The words, signs, units and notations of answers, shared with the grader's parser: add a synonym there for both.
 
 import vocabulary from "../../../exercises/formula/vocabulary.json" with { type: "json" };
 

@@ -27,7 +27,7 @@ def arm(family: str, seed: int = 1) -> Chain:
 
 
 def samples_of(chain: Chain, condition: str) -> tuple[Sample, ...]:
-    """Return configurations at which a condition holds, on arms of other lengths than those that were looked at."""
+    """Return configurations at which a condition holds, on arms with different lengths from those examined."""
     return sample_condition(chain, condition, "another draw", arm_count=4)
 
 
@@ -51,7 +51,7 @@ def test_parallel_axes_are_a_reason_only_where_their_own_columns_depend_on_each_
 def test_the_reason_that_is_told_holds_at_no_regular_configuration(
     family: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It is looked for from other starts, on arms of other lengths than those from which it was read."""
+    """The search begins at other points, on arms with different lengths from those of the derivation."""
     chain = arm(family)
     for component in find_singular_set(chain) or ():
         read_from = [
@@ -82,7 +82,7 @@ def zeros(arm: NumericChain, said: Statement) -> np.ndarray:
 
 
 def starts(kinds: tuple[str, ...]) -> np.ndarray:
-    """Other starts than those of qdot, and more."""
+    """Starts other than those of qdot, and more of them."""
     stream = Stream("other starts")
     return np.array(
         [[stream.uniform(-3, 3) if kind == "R" else stream.uniform(0, 1) for kind in kinds] for _ in range(40)]

@@ -1,4 +1,4 @@
-"""The site's bank: keys hold the right values, by another route than they were made, and each mistake's are wrong."""
+"""The site's bank: keys hold the right values, computed by a second route, and each mistake's are wrong."""
 
 import json
 import re

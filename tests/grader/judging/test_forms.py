@@ -1,7 +1,7 @@
 """Typed answers: every form in tests/data/forms.jsonl gets the outcome stated there.
 
 `where` is "cell" for Python in a notebook, "text" for an answer box. `gets` is the outcome: "refused" is parsed but of
-another form than expected, "unreadable" is a value that is not a formula, "stopped" is a cell that raises. The message
+a form other than expected, "unreadable" is a value that is not a formula, "stopped" is a cell that raises. The message
 to the student begins with `says`. `right` is the right answer if it differs from the problem's.
 """
 

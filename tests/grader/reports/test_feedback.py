@@ -288,7 +288,7 @@ def test_the_feedback_level_decides_what_is_shown(
 ) -> None:
     text, page = make_page(replace(assignment, feedback=level), mixed_result)
     tables = [table_text for attrs, table_text in page.all("table") if attrs.get("class") == "differs"]
-    shown = bool(tables), "What seems to have happened" in text, any("Correct" in table for table in tables)
+    shown = bool(tables), "Likely mistake" in text, any("Correct" in table for table in tables)
     assert tuple(map(int, shown)) == expected
     assert ("Singular, but not in your answer" in text) == (level == "values")
 
