@@ -16,9 +16,11 @@ import pytest
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.generation import generate
 from qdot.grader.grading import attempt, batch
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
+from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking import marking
 from qdot.grader.reports import graded_folder
 from qdot.grader.reports.graded_folder import write_reports
@@ -134,6 +136,17 @@ def test_a_fault_in_any_step_affects_only_its_student(
     for student in assignment.roster:
         assert (assignment.folder / "graded" / "feedback" / f"{student.id}.html").read_text().endswith("</html>\n")
     assert PLANTED in (assignment.folder / "graded" / "feedback" / f"{VICTIM}.html").read_text()
+
+
+@pytest.mark.parametrize("search", ["diagnose", "advise", "has_enough_terms", "find_group"])
+def test_a_search_for_the_mistake_that_fails_changes_no_mark(search: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise RuntimeError(PLANTED)
+
+    problem = generate("planar-2r/1", ["jacobian", "determinant"])
+    monkeypatch.setattr(marking, search, fail)
+    _, verdict = marking.mark(problem, {"determinant": "a1*a2"}, secret="s")
+    assert (verdict.judgement.outcome, verdict.points) == (Outcome.WRONG, 0.0)
 
 
 @pytest.mark.parametrize("step", ["read", "run"])

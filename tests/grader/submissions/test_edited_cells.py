@@ -174,6 +174,9 @@ CASES: dict[str, tuple[Change, list[str], str, str]] = {
     "misspelt, without metadata": (
         combine(name_j("p1_jacobain"), drop_metadata), ALL_CORRECT, "cell 4 p1_jacobian p1_jacobain", "",
     ),
+    "a similar name, without metadata": (
+        combine(name_j("p1_jac_trans"), drop_metadata), J_MISSING, "", "p1_jacobian",
+    ),
     "another name": (
         reuse_j,
         ALL_CORRECT, "cell 4 is the answer cell of p1_jacobian and sets J, not p1_jacobian; qdot used its value", "",
