@@ -78,6 +78,7 @@ test("the first lesson shows nothing of J, and that on singularities the area of
   for (const what of [".arm-jacobian", ".arm-factors", ".arm-tabs button"])
     assert.equal(await page.locator(what).count(), 0, what);
   assert.equal(await page.getByLabel("vectors p*").count(), 0); // another lesson explains them
+  assert.equal(await page.locator(".explanation math").count(), 0); // nothing is typeset that is not seen
   await page.locator(".explanation summary").click();
   await page.locator(".sketch .arm-sum").waitFor(); // the arrows of the lesson, not the columns of J
   assert.ok((await page.locator(".explanation .whole", { hasText: /\.$/ }).count()) > 0); // no line begins with a full stop

@@ -284,21 +284,26 @@ type ExplanationProps = { readonly lesson: Lesson; readonly arm: ArmModel | null
 /** The formula and its reason, with a figure and an example; closed until all goals are reached. */
 function Explanation({ lesson, arm, isOpen }: ExplanationProps): JSX.Element {
   const [first, ...others] = lesson.idea;
+  const [wasOpened, setOpened] = useState(isOpen); // before, its formulas are not typeset
   return (
-    <details class="explanation" open={isOpen}>
+    <details class="explanation" open={isOpen} onToggle={({ currentTarget: { open } }) => open && setOpened(true)}>
       <summary>{say("lesson.explanation")}</summary>
-      <p>
-        <Rich text={say(first!)} />
-      </p>
-      {arm ? <Sketch arm={arm} degrees={lesson.sketch} tool={lesson.tool} /> : null}
-      {others.map((text) => (
-        <p key={text}>
-          <Rich text={say(text)} />
-        </p>
-      ))}
-      <p class="worked-example">
-        <strong>{say("lesson.example")}</strong> <Rich text={say(lesson.example)} />
-      </p>
+      {wasOpened ? (
+        <>
+          <p>
+            <Rich text={say(first!)} />
+          </p>
+          {arm ? <Sketch arm={arm} degrees={lesson.sketch} tool={lesson.tool} /> : null}
+          {others.map((text) => (
+            <p key={text}>
+              <Rich text={say(text)} />
+            </p>
+          ))}
+          <p class="worked-example">
+            <strong>{say("lesson.example")}</strong> <Rich text={say(lesson.example)} />
+          </p>
+        </>
+      ) : null}
     </details>
   );
 }
