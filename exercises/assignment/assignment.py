@@ -691,7 +691,7 @@ def _read_slot(
 
 
 def _check_tolerances(slot: Slot, setting: int | str | Mapping[str, int | str]) -> None:
-    """Raise QdotError if a tolerance has another unit than the answer to a built-in question."""
+    """Raise QdotError if a tolerance has a different unit from the answer to a built-in question."""
     own_names = {definition.name for definition in slot.definitions}
     names = tuple(name for name, rounding in slot.decimals if rounding.absolute and name not in own_names)
     if names:

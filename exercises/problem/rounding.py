@@ -37,7 +37,7 @@ def read_decimals(
 def check_units(
     setting: int | str | Mapping[str, int | str], questions: Sequence[str], answers: Mapping[str, Answer]
 ) -> None:
-    """Raise QdotError if a tolerance has another unit than the numbers that it is for.
+    """Raise QdotError if a tolerance has a different unit from the numbers that it is for.
 
     `answers` are those of the questions to check. Counts need no tolerance. The entries of a direction have no unit.
     """

@@ -163,7 +163,7 @@ def test_arms_differ_and_not_in_joints_task_and_number_of_symbols(family: str) -
 
 @pytest.mark.parametrize("family", sample_for_suite([name for name in FAMILIES if name not in FIXED], 1))
 def test_the_point_of_interest_differs_with_the_structure(family: str) -> None:
-    """A structure without a last length has no other place for P than the last origin."""
+    """A structure without a last length has no place for P except the last origin."""
     draws = select_for_suite(10, 40)
     held = [not sample_chain(ProblemId(family, seed, variation="full")).point.is_origin for seed in range(draws)]
     assert draws // 10 <= sum(held) <= draws - draws // 10
