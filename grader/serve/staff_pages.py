@@ -115,7 +115,7 @@ def describe_class_results(assignment: Assignment, classroom: Classroom, results
     max_points = map_max_points(assignment)
     texts = {f"{slot.name}.{name}" for slot in assignment.slots for name in slot.text_questions}
     return {
-        "title": assignment.title, "now": timezone.now().isoformat(), "due": _format_time(assignment.due_date),
+        "title": assignment.title, "due": _format_time(assignment.due_date),
         "max_score": sum_points(max_points.values()), "file_error": find_file_error(assignment.key),
         "parts": [
             {"name": name, "title": find_title(assignment, name), "max_points": points, "is_text": name in texts}

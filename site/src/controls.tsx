@@ -1,6 +1,7 @@
 // Buttons, labelled menus and fields for words, as all pages have them.
 
 import type { ComponentChildren, JSX } from "preact";
+import { useId } from "preact/hooks";
 
 import { say, type TextKey } from "./text/text.js";
 
@@ -47,6 +48,32 @@ export const Choice = ({ label, value, any, children, onValue }: ChoiceProps): J
     </select>
   </label>
 );
+
+interface FieldProps {
+  readonly label: string;
+  readonly value: string;
+  readonly type?: "text" | "datetime-local";
+  readonly inputMode?: "text" | "decimal";
+  readonly placeholder?: string;
+  readonly onValue: (value: string) => void;
+}
+
+/** A field after its label. */
+export function Field({ label, type = "text", onValue, ...attributes }: FieldProps): JSX.Element {
+  const id = useId();
+  return (
+    <>
+      <label for={id}>{label}</label>
+      <input
+        id={id}
+        type={type as "text"}
+        autocomplete="off"
+        onInput={({ currentTarget }) => onValue(currentTarget.value)}
+        {...attributes}
+      />
+    </>
+  );
+}
 
 /** The message that something could not be loaded, with a button that tries again. */
 export const Failed = ({ reason, onAgain }: { reason: string; onAgain: () => void }): JSX.Element => (

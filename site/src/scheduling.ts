@@ -16,6 +16,13 @@ export function listen<E extends Event>(target: EventTarget, name: string, liste
   return () => target.removeEventListener(name, listener as (event: Event) => void);
 }
 
+/** Start what runs while a component is shown, again when `inputs` change; `start` returns how each ends. */
+export const useRunning = (start: () => readonly (() => void)[], inputs?: readonly unknown[]): void =>
+  useEffect(() => {
+    const stops = start();
+    return () => stops.forEach((stop) => stop());
+  }, inputs);
+
 /** Return whether the system asks for reduced motion, also if it can't be asked. */
 export const prefersReducedMotion = (): boolean =>
   window.matchMedia?.("(prefers-reduced-motion: reduce)").matches ?? true;

@@ -1,9 +1,9 @@
 // A field on which a file is dropped, or which opens the dialog to choose one.
 
 import type { JSX } from "preact";
-import { useEffect, useState } from "preact/hooks";
+import { useState } from "preact/hooks";
 
-import { listen } from "../scheduling.js";
+import { listen, useRunning } from "../scheduling.js";
 import { say } from "../text/text.js";
 
 interface DropFieldProps {
@@ -14,17 +14,16 @@ interface DropFieldProps {
 
 export function DropField({ text, isDisabled = false, onFiles }: DropFieldProps): JSX.Element {
   const [isDragging, setDragging] = useState(false);
-  useEffect(() => {
-    // a file that is dropped beside the field would replace the page
-    const stops = (["dragover", "dragleave", "drop"] as const).map((kind) =>
+  // a file that is dropped beside the field would replace the page
+  useRunning(() =>
+    (["dragover", "dragleave", "drop"] as const).map((kind) =>
       listen(document, kind, (event: DragEvent) => {
         event.preventDefault();
         setDragging(kind === "dragover");
         if (kind === "drop" && event.dataTransfer?.files.length) onFiles(event.dataTransfer.files);
       }),
-    );
-    return () => stops.forEach((stop) => stop());
-  });
+    ),
+  );
   return (
     <label class={`drop ${isDragging ? "dragging" : ""}`}>
       <span>{text}</span> <span class="button">{say("check.choose")}</span>

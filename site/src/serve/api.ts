@@ -83,7 +83,6 @@ export interface ClassResults {
   /** Changes with every change of the results. */
   readonly version: string | number;
   readonly title: string;
-  readonly now: string;
   readonly due: string | null;
   readonly max_score: number;
   readonly parts: readonly ClassPart[];

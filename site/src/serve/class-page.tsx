@@ -1,10 +1,10 @@
 // The page of a class for the staff: a live table, groups of equal answers, answers to mark, regrading, the record.
 
 import type { JSX } from "preact";
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useRef, useState } from "preact/hooks";
 
 import { Button, Failed } from "../controls.js";
-import { listen, useInterval } from "../scheduling.js";
+import { listen, useInterval, useRunning } from "../scheduling.js";
 import { say, type TextKey } from "../text/text.js";
 import { type ClassResults, get, post, type NewMarks } from "./api.js";
 import { StudentView } from "./class-student.js";
@@ -48,13 +48,12 @@ export function ClassPage(): JSX.Element {
       (reason: unknown) => setError(describeFailure(reason)),
     );
   };
-  useEffect(() => {
+  useRunning(() => {
     look();
-    const stops = [
+    return [
       listen(document, "visibilitychange", () => !document.hidden && look()),
       listen(window, "popstate", () => setShown(readShown())),
     ];
-    return () => stops.forEach((stop) => stop());
   }, []);
   useInterval(() => !document.hidden && look(), LOOK_WAIT);
   const show = (next: Shown): void => {

@@ -9,21 +9,15 @@ import { removeLetterInstructions } from "../practice/prompt.js";
 import { Solution } from "../practice/question.js";
 import { useLoaded } from "../scheduling.js";
 import { say } from "../text/text.js";
-import { type ClassResults, get, inLanguage, type StudentWork } from "./api.js";
+import { get, inLanguage, type StudentWork } from "./api.js";
+import type { ClassView } from "./class-table.js";
 import { nameOf } from "./groups.js";
 import { ExtensionForm, PointsForm } from "./points-form.js";
 import { isTelling, nameOutcome, ShownResult, writePoints } from "./shown.js";
 import { listQuestions } from "./student.js";
 import { formatTime } from "../text/times.js";
 
-interface StudentViewProps {
-  readonly id: number;
-  readonly results: ClassResults;
-  readonly onChange: () => void;
-  readonly onStudent: (id: number | null) => void;
-}
-
-export function StudentView({ id, results, onChange, onStudent }: StudentViewProps): JSX.Element {
+export function StudentView({ id, results, onChange, onStudent }: ClassView & { readonly id: number }): JSX.Element {
   const student = results.students.find((other) => other.id === id);
   const load = () => get<StudentWork>(inLanguage(`students/${id}`));
   // again if something about the student changes
@@ -31,10 +25,6 @@ export function StudentView({ id, results, onChange, onStudent }: StudentViewPro
   const heading = useRef<HTMLHeadingElement>(null);
   useEffect(() => heading.current?.focus(), [id, work === null]);
   const place = results.students.findIndex((other) => other.id === id);
-  const neighbours = [
-    [results.students[place - 1], "class.previous"],
-    [results.students[place + 1], "class.following"],
-  ] as const;
   const questions = work ? listQuestions(work) : [];
   const numberOf = (name: string | null) => questions.find((question) => question.name === name)?.number ?? "";
   const save = () => {
@@ -45,15 +35,11 @@ export function StudentView({ id, results, onChange, onStudent }: StudentViewPro
     <section class="student-view">
       <p class="actions">
         <Button text={say("class.back")} onClick={() => onStudent(null)} />
-        {neighbours.map(([other, key]) =>
-          other ? (
-            <Button
-              key={key}
-              text={say(key, { name: nameOf(results, other.id) })}
-              onClick={() => onStudent(other.id)}
-            />
-          ) : null,
-        )}
+        {([-1, 1] as const).map((step) => {
+          const { [place + step]: other } = results.students;
+          const text = (name: string) => say(step < 0 ? "class.previous" : "class.following", { name });
+          return other ? <Button text={text(nameOf(results, other.id))} onClick={() => onStudent(other.id)} /> : null;
+        })}
       </p>
       {error ? <Failed reason={error} onAgain={retry} /> : null}
       {!work || !student ? (

@@ -50,12 +50,14 @@ export function numberParts(parts: readonly ClassPart[]): Readonly<Record<string
   );
 }
 
-interface ClassTableProps {
+/** What the views of a class get: the results, and what to do if a person changes something or opens a student. */
+export interface ClassView {
   readonly results: ClassResults;
-  readonly onStudent: (id: number) => void;
+  readonly onChange: () => void;
+  readonly onStudent: (id: number | null) => void;
 }
 
-export function ClassTable({ results, onStudent }: ClassTableProps): JSX.Element {
+export function ClassTable({ results, onStudent }: Omit<ClassView, "onChange">): JSX.Element {
   const [filter, setFilter] = useState("all");
   const [search, setSearch] = useState("");
   const [order, setOrder] = useState<Order>("name");

@@ -5,17 +5,11 @@ import type { JSX } from "preact";
 import { Button } from "../controls.js";
 import { say } from "../text/text.js";
 import type { ClassResults, Group } from "./api.js";
-import { numberParts } from "./class-table.js";
+import { type ClassView, numberParts } from "./class-table.js";
 import { PointsForm } from "./points-form.js";
 import { nameOutcome, writePoints } from "./shown.js";
 
-interface GroupsProps {
-  readonly results: ClassResults;
-  readonly onChange: () => void;
-  readonly onStudent: (id: number) => void;
-}
-
-export function Groups({ results, onChange, onStudent }: GroupsProps): JSX.Element {
+export function Groups({ results, onChange, onStudent }: ClassView): JSX.Element {
   const numbers = numberParts(results.parts);
   const common = results.groups.filter(({ students }) => students.length > 1);
   const parts = results.parts.filter(({ name }) => common.some(({ part }) => part === name));

@@ -5,9 +5,10 @@ import { useRef, useState } from "preact/hooks";
 
 import { DropField } from "../check/drop-field.js";
 import { Warning } from "../controls.js";
-import { describeLoadError, useInterval } from "../scheduling.js";
+import { useInterval } from "../scheduling.js";
 import { say } from "../text/text.js";
-import { get, makeRequestId, post, type Queued, Refused, type Submission, type Work } from "./api.js";
+import { get, makeRequestId, post, type Queued, type Submission, type Work } from "./api.js";
+import { describeFailure, useSending } from "./points-form.js";
 import { writePoints } from "./shown.js";
 import { formatTime } from "../text/times.js";
 
@@ -24,8 +25,7 @@ interface NotebookWorkProps {
 
 export function NotebookWork({ work, onGraded }: NotebookWorkProps): JSX.Element {
   const [own, setOwn] = useState<readonly Submission[]>([]); // submitted on this page
-  const [isSending, setSending] = useState(false);
-  const [error, setError] = useState("");
+  const { send, isSending, error, setError } = useSending(() => undefined, say("serve.not-sent"));
   const [asked, setAsked] = useState<File | null>(null); // whether it may replace the answers
   const unsent = useRef<{ readonly file: File; readonly id: string } | null>(null);
   const isKnown = ({ id }: Submission) => own.some((other) => other.id === id);
@@ -33,29 +33,19 @@ export function NotebookWork({ work, onGraded }: NotebookWorkProps): JSX.Element
     ({ kind }) => kind === "notebook",
   );
   const isWaiting = submissions.some(({ state }) => state === "waiting");
-  const send = async (file: File): Promise<void> => {
-    if (isSending) return;
+  const submit = async (file: File): Promise<void> => {
     setAsked(null);
-    setError(file.size > MAX_MEGABYTES * 1e6 ? say("check.too-large", { name: file.name, limit: MAX_MEGABYTES }) : "");
-    if (file.size > MAX_MEGABYTES * 1e6) return;
     // the same file that is sent again after a lost connection keeps its number
     const isAgain = unsent.current?.file.name === file.name && unsent.current.file.lastModified === file.lastModified;
     if (!isAgain) unsent.current = { file, id: makeRequestId() };
     const form = new FormData();
     form.append("request", unsent.current!.id);
     form.append("file", file, file.name);
-    setSending(true);
-    try {
-      const { submission, place } = await post<Queued>("notebooks", form);
-      unsent.current = null;
-      const common = { kind: "notebook", part: "", file_name: file.name, state: "waiting" } as const;
-      const added = { ...common, id: submission, received: new Date().toISOString(), place, score: null, note: "" };
-      setOwn((old) => [...old.filter(({ id }) => id !== submission), added]);
-    } catch (reason) {
-      setError(reason instanceof Refused ? reason.message || say("serve.refused") : say("serve.not-sent"));
-    } finally {
-      setSending(false);
-    }
+    const { submission, place } = await post<Queued>("notebooks", form);
+    unsent.current = null;
+    const common = { kind: "notebook", part: "", file_name: file.name, state: "waiting" } as const;
+    const added = { ...common, id: submission, received: new Date().toISOString(), place, score: null, note: "" };
+    setOwn((old) => [...old.filter(({ id }) => id !== submission), added]);
   };
   const [isOpen, setOpen] = useState(isWaiting);
   const look = () => {
@@ -66,7 +56,7 @@ export function NotebookWork({ work, onGraded }: NotebookWorkProps): JSX.Element
           setError("");
           if (news.state !== "waiting") onGraded();
         },
-        (reason: unknown) => setError(reason instanceof Refused ? reason.message : describeLoadError(reason)),
+        (reason: unknown) => setError(describeFailure(reason)),
       );
   };
   useInterval(look, LOOK_WAIT, isWaiting);
@@ -82,15 +72,21 @@ export function NotebookWork({ work, onGraded }: NotebookWorkProps): JSX.Element
         <DropField
           text={say("serve.drop")}
           isDisabled={isSending}
-          onFiles={(files) => {
-            if (files.length > 1) setError(say("check.several-files"));
-            else if (files[0] && Object.keys(work.answers).length > 0) setAsked(files[0]);
-            else if (files[0]) void send(files[0]);
+          onFiles={([file, ...others]) => {
+            if (others.length > 0) setError(say("check.several-files"));
+            else if (file!.size > MAX_MEGABYTES * 1e6)
+              setError(say("check.too-large", { name: file!.name, limit: MAX_MEGABYTES }));
+            else if (Object.keys(work.answers).length > 0) setAsked(file!);
+            else void send(() => submit(file!));
           }}
         />
       )}
       {asked ? (
-        <Warning text={say("serve.replaces")} onSubmit={() => void send(asked)} onCancel={() => setAsked(null)} />
+        <Warning
+          text={say("serve.replaces")}
+          onSubmit={() => void send(() => submit(asked))}
+          onCancel={() => setAsked(null)}
+        />
       ) : null}
       {isSending ? <p role="status">{say("serve.submitting")}</p> : null}
       {error ? <p role="alert">{error}</p> : null}

@@ -39,6 +39,12 @@ export interface OutboxOptions {
 const DRAFT_WAIT = 1000;
 const TRY_WAITS = [1000, 3000, 10_000, 30_000];
 
+/** Return the error of a request that the server will never take. Throws any other, which may pass. */
+function returnRefusal(error: unknown): Refused {
+  if (error instanceof Refused && !error.isTemporary) return error;
+  throw error;
+}
+
 export class Outbox {
   private stored: Stored;
   private failures = 0;
@@ -107,25 +113,14 @@ export class Outbox {
   }
 
   private async sendPending(pending: Pending): Promise<void> {
-    const isSame = (other: Pending) => other.request === pending.request;
-    const finish = () => this.change((stored) => ({ pending: stored.pending.filter((other) => !isSame(other)) }));
-    try {
-      const judged = await request<Judged>("POST", "answers", pending);
-      finish();
-      this.options.onJudged(pending, judged);
-    } catch (error) {
-      if (!(error instanceof Refused) || error.isTemporary) throw error;
-      finish();
-      this.options.onRefused(pending, error.message);
-    }
+    const judged = await request<Judged>("POST", "answers", pending).catch(returnRefusal);
+    this.change((stored) => ({ pending: stored.pending.filter((other) => other.request !== pending.request) }));
+    if (judged instanceof Refused) this.options.onRefused(pending, judged.message);
+    else this.options.onJudged(pending, judged);
   }
 
   private async sendDraft(part: string, text: string): Promise<void> {
-    try {
-      await request("PUT", "drafts", { part, text });
-    } catch (error) {
-      if (!(error instanceof Refused) || error.isTemporary) throw error; // else this draft would never be taken
-    }
+    await request("PUT", "drafts", { part, text }).catch(returnRefusal);
     this.change(({ drafts }) => {
       const { [part]: latest, ...others } = drafts;
       return { drafts: latest === undefined || latest === text ? others : drafts };

@@ -1,20 +1,20 @@
 // A form by which the staff set points with a comment: for a student's part or total, or for a group.
 
 import type { JSX } from "preact";
-import { useId, useState } from "preact/hooks";
+import { useState } from "preact/hooks";
 
-import { Button } from "../controls.js";
+import { Button, Field } from "../controls.js";
 import { describeLoadError } from "../scheduling.js";
 import { formatRounded, say } from "../text/text.js";
 import { formatTime, writeLocalTime } from "../text/times.js";
 import { type ClassStudent, type Override, post, Refused } from "./api.js";
 
-/** Return in a sentence why a request failed. */
-export const describeFailure = (reason: unknown): string =>
-  reason instanceof Refused ? reason.message || say("serve.refused") : describeLoadError(reason);
+/** Return in a sentence why a request failed; `unsent` is the sentence if the server wasn't reached. */
+export const describeFailure = (reason: unknown, unsent = describeLoadError(reason)): string =>
+  reason instanceof Refused ? reason.message || say("serve.refused") : unsent;
 
 /** Return a function that sends something, whether it is on its way, and the error of the last try in a sentence. */
-export function useSending(onDone: () => void) {
+export function useSending(onDone: () => void, unsent?: string) {
   const [isSending, setSending] = useState(false);
   const [error, setError] = useState("");
   const send = async (work: () => Promise<unknown>): Promise<boolean> => {
@@ -26,13 +26,13 @@ export function useSending(onDone: () => void) {
       onDone();
       return true;
     } catch (reason) {
-      setError(describeFailure(reason));
+      setError(describeFailure(reason, unsent));
       return false;
     } finally {
       setSending(false);
     }
   };
-  return { send, isSending, error };
+  return { send, isSending, error, setError };
 }
 
 /** For whom points are set, and the answer that they are for. */
@@ -63,7 +63,6 @@ export function PointsForm(props: PointsFormProps): JSX.Element {
   const [isSaved, setSaved] = useState(false);
   const [problem, setProblem] = useState("");
   const { send, isSending, error } = useSending(onSaved);
-  const id = useId();
   const save = async () => {
     const number = readPoints(points);
     const isValid = number === null || (number >= 0 && number <= maxPoints);
@@ -79,22 +78,14 @@ export function PointsForm(props: PointsFormProps): JSX.Element {
         void save();
       }}
     >
-      <label for={`${id}points`}>{say("class.points", { max: maxPoints })}</label>
-      <input
-        id={`${id}points`}
+      <Field
+        label={say("class.points", { max: maxPoints })}
         inputMode="decimal"
-        autocomplete="off"
         placeholder={props.points === null ? "" : formatRounded(props.points)}
         value={points}
-        onInput={({ currentTarget }) => setPoints(currentTarget.value)}
+        onValue={setPoints}
       />
-      <label for={`${id}comment`}>{say("class.comment")}</label>
-      <input
-        id={`${id}comment`}
-        autocomplete="off"
-        value={text}
-        onInput={({ currentTarget }) => setText(currentTarget.value)}
-      />
+      <Field label={say("class.comment")} value={text} onValue={setText} />
       <button type="submit" class="quiet small" disabled={isSending}>
         {say("class.save")}
       </button>
@@ -117,7 +108,6 @@ export function ExtensionForm({ student, classDue, onSaved }: ExtensionProps): J
   const { id: number, due } = student;
   const [value, setValue] = useState(due ? writeLocalTime(new Date(due)) : "");
   const { send, isSending, error } = useSending(onSaved);
-  const id = useId();
   const save = (newDue: string | null) => void send(() => post("extensions", { student: number, due: newDue }));
   return (
     <form
@@ -127,13 +117,7 @@ export function ExtensionForm({ student, classDue, onSaved }: ExtensionProps): J
         if (value) save(new Date(value).toISOString());
       }}
     >
-      <label for={id}>{say("class.extension")}</label>
-      <input
-        id={id}
-        type="datetime-local"
-        value={value}
-        onInput={({ currentTarget }) => setValue(currentTarget.value)}
-      />
+      <Field label={say("class.extension")} type="datetime-local" value={value} onValue={setValue} />
       <button type="submit" class="quiet small" disabled={isSending || !value}>
         {say("class.save")}
       </button>

@@ -1,14 +1,14 @@
 // A student's page: the problems of an assignment, one question at a time, judged by the server.
 
 import type { JSX } from "preact";
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useRef, useState } from "preact/hooks";
 
 import type { AskedPart, AskedProblem } from "../bank.js";
 import { Warning } from "../controls.js";
 import { Places } from "../course/places.js";
 import { Hints, Question } from "../practice/question.js";
 import { WithLoaded } from "../practice/with-index.js";
-import { listen, useInterval } from "../scheduling.js";
+import { listen, useInterval, useRunning } from "../scheduling.js";
 import { storage } from "../storage.js";
 import { say } from "../text/text.js";
 import { get, inLanguage, setPerson, type Work } from "./api.js";
@@ -76,10 +76,11 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
   );
   useInterval(reload, MARKING_WAIT, isMarking);
   useInterval(() => setTick((tick) => tick + 1), CLOCK_STEP);
-  useEffect(() => {
+  useRunning(() => {
     setPerson(initialWork.person);
     void outbox.send(); // what an earlier page could not send
-    const stops = [
+    return [
+      () => outbox.end(),
       listen(window, "online", () => void outbox.send()),
       listen(window, "pagehide", () => outbox.leave()),
       listen(document, "visibilitychange", () => (document.hidden ? outbox.leave() : reload())),
@@ -89,10 +90,6 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
         setVisit((old) => (old.place === place ? old : { place, visits: old.visits + 1 })); // else a link in the page
       }),
     ];
-    return () => {
-      outbox.end();
-      stops.forEach((stop) => stop());
-    };
   }, []);
   const goTo = (newPlace: number) => {
     const address = new URL(window.location.href);

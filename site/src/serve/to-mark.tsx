@@ -6,16 +6,11 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { Button } from "../controls.js";
 import { say } from "../text/text.js";
 import { type ClassResults, type Override, post } from "./api.js";
-import { numberParts } from "./class-table.js";
+import { type ClassView, numberParts } from "./class-table.js";
 import { nameOf } from "./groups.js";
 import { describeFailure, PointsForm } from "./points-form.js";
 
-interface ToMarkProps {
-  readonly results: ClassResults;
-  readonly onChange: () => void;
-}
-
-export function ToMark({ results, onChange }: ToMarkProps): JSX.Element {
+export function ToMark({ results, onChange }: Omit<ClassView, "onStudent">): JSX.Element {
   const [place, setPlace] = useState(0);
   const [done, setDone] = useState<Readonly<Record<string, number>>>({}); // points that were set on this page
   const [queue] = useState(() => [...results.to_mark]); // it stays in order while answers are marked

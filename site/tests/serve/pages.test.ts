@@ -223,7 +223,7 @@ const student = (id: number, changes: Partial<ClassStudent> = {}): ClassStudent 
   ...{ is_late: false, due: null, score: null, marks: {}, notes: "", ...changes },
 });
 const RESULTS: ClassResults = {
-  ...{ version: 1, title: "Week 3", now: "", due: null, max_score: 9, parts: PARTS, groups: [], actions: [] },
+  ...{ version: 1, title: "Week 3", due: null, max_score: 9, parts: PARTS, groups: [], actions: [] },
   ...{ refused: [], file_error: "" },
   students: Array.from({ length: 300 }, (_, id) => student(id)),
   to_mark: [1, 2, 3].map((id) => ({ student: id, part: "p1.a", text: `Answer ${id}` })),
