@@ -1,6 +1,8 @@
 """Send headers with every response that tell the browser what a page may do."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import Any
+from wsgiref.types import StartResponse, WSGIApplication
 
 from django.http import HttpRequest, HttpResponse
 
@@ -29,3 +31,19 @@ class HeadersMiddleware:
         if not request.path.startswith("/static/"):
             response.setdefault("Cache-Control", "no-store")  # a shared computer's next user must not see it
         return response
+
+
+def partition_cookies(application: WSGIApplication) -> WSGIApplication:
+    """Return the application with cookies that also a browser that blocks those of third parties stores in a frame.
+
+    It stores them for each site with such a frame separately. Django 5.2 doesn't know this attribute of cookies.
+    """
+
+    def call(environ: dict[str, Any], start_response: StartResponse) -> Iterable[bytes]:
+        def start(status: str, headers: list[tuple[str, str]], *error: Any) -> Any:
+            partitioned = [(name, f"{text}; Partitioned" if name == "Set-Cookie" else text) for name, text in headers]
+            return start_response(status, partitioned, *error)
+
+        return application(environ, start)
+
+    return call

@@ -19,6 +19,7 @@ from waitress.server import create_server
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import lock
+from qdot.grader.serve.headers import partition_cookies
 from qdot.grader.serve.html_pages import load_assets
 from qdot.grader.serve.lti.outbox import work_off_outbox
 from qdot.grader.serve.marking_online import (
@@ -118,11 +119,14 @@ def run_service(
 
 def open_server(application: Any, url: str, host: str, port: int) -> Any:
     """Return a web server that listens. Raises OSError if it can't."""
-    proxy = {"trusted_proxy": "*", "trusted_proxy_headers": "x-forwarded-for x-forwarded-proto"}
+    proxy = dict[str, str]()
+    if url.startswith("https:"):
+        proxy = {"trusted_proxy": "*", "trusted_proxy_headers": "x-forwarded-for x-forwarded-proto"}
+        application = partition_cookies(application)
     return create_server(
         application, host=host, port=port, threads=THREADS, ident=None, clear_untrusted_proxy_headers=True,
         max_request_body_size=MAX_REQUEST_BYTES, connection_limit=MAX_CONNECTIONS, channel_timeout=IDLE_SECONDS,
-        asyncore_use_poll=True, **(proxy if url.startswith("https:") else {}),
+        asyncore_use_poll=True, **proxy,
     )  # fmt: skip
 
 

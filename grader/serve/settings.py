@@ -48,6 +48,7 @@ def configure(options: ServiceOptions) -> None:
     address = _parse_url(options.url)
     options = replace(options, url=address.geturl())
     is_secure = address.scheme == "https"
+    cookie_prefix = "__Host-" if is_secure else ""  # no other host can set such cookies
     options.online_folder.mkdir(mode=0o700, exist_ok=True)
     settings.configure(
         SECRET_KEY=_read_session_key(options.online_folder / "session-key.txt"),
@@ -71,8 +72,10 @@ def configure(options: ServiceOptions) -> None:
             "qdot.grader.serve.errors.RefusalMiddleware",
         ],
         SESSION_ENGINE="django.contrib.sessions.backends.db",
+        SESSION_COOKIE_NAME=f"{cookie_prefix}sessionid",
         SESSION_COOKIE_SECURE=is_secure,
         SESSION_COOKIE_SAMESITE="None" if is_secure else "Lax",  # in a platform's frame only "None" is sent
+        CSRF_COOKIE_NAME=f"{cookie_prefix}csrftoken",
         CSRF_COOKIE_SECURE=is_secure,
         CSRF_COOKIE_SAMESITE="None" if is_secure else "Lax",
         SECURE_PROXY_SSL_HEADER=("HTTP_X_FORWARDED_PROTO", "https") if is_secure else None,

@@ -104,6 +104,23 @@ def test_connections_on_which_nothing_comes_keep_nobody_out(start: bytes) -> Non
     server.close()
 
 
+@pytest.mark.parametrize("scheme", ["http", "https"])
+def test_every_cookie_is_partitioned_if_the_service_has_a_certificate(scheme: str) -> None:
+    def application(environ: Any, start_response: Any) -> list[bytes]:
+        cookies = ["a=1; Secure", 'a=""; Max-Age=0; Secure']
+        start_response("200 OK", [("Content-Length", "2"), *(("Set-Cookie", cookie) for cookie in cookies)])
+        return [b"ok"]
+
+    server = open_server(application, f"{scheme}://127.0.0.1", "127.0.0.1", 0)
+    threading.Thread(target=server.run, daemon=True).start()
+    connection = HTTPConnection("127.0.0.1", server.effective_port, timeout=5)
+    connection.request("GET", "/")
+    cookies = connection.getresponse().headers.get_all("Set-Cookie") or []
+    assert [cookie.endswith("; Partitioned") for cookie in cookies] == [scheme == "https"] * 2
+    connection.close()
+    server.close()
+
+
 @pytest.mark.parametrize("level", ["values", "solutions"])
 def test_right_answers_are_shown_only_when_nothing_more_can_be_submitted(level: str) -> None:
     pages = dict[str, list[str]]()
