@@ -8,6 +8,7 @@ Only this package and `cli/serve_command` import Django; docs/decisions/serve.md
     errors, rates, headers          sentences for wrong requests, limits, and headers of pages for browsers
     assignments, class_list         the assignments, and the students of a class as the roster of an assignment
     sign_in                         sessions and roles
+    frame_sessions, frame_requests  sessions in a platform's frame without cookies
     personal_links                  write the links for a mail merge
     scores                          compute a student's result
     judge_process                   what the processes that judge typed answers do

@@ -65,7 +65,10 @@ def respond(request: HttpRequest, refusal: Refused) -> HttpResponse:
     if "text/html" in request.headers.get("Accept", ""):
         from qdot.grader.serve.html_pages import render_page
 
-        page = render_page(request, "serve/refused.html.j2", title="qdot", sentence=refusal.sentence)
+        if refusal.status == 401:
+            page = render_page(request, "serve/home.html.j2", title="qdot", advice=refusal.sentence, assignments=[])
+        else:
+            page = render_page(request, "serve/refused.html.j2", title="qdot", sentence=refusal.sentence)
         page.status_code = refusal.status
         for name, value in headers.items():
             page[name] = value

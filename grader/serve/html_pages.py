@@ -9,6 +9,7 @@ from django.urls import get_script_prefix
 
 from qdot.exercises.site.pages import Assets, find_assets
 from qdot.exercises.writing.render import render
+from qdot.grader.serve.frame_sessions import find_frame_session
 
 
 @cache
@@ -25,10 +26,13 @@ def render_page(request: HttpRequest, template: str, *, title: str, **values: ob
     - choose: what to add to a course; `action`, and `assignments` with `key`, `title`, `points` and `parts` (`name`,
       `title`, `points`). The form posts `choice`, KEY or KEY/PART.
     - refused: a `sentence`
+    - launch: `state`, an address of the `platform`, and its `frame` for storage. At login, also the `url` that goes on,
+      the `proof` to store, and the address `tab` for a new tab; later the `id_token`, which the form posts, too.
     """
     assets = load_assets()
     page = render(
         template, title=title, csrf_token=get_token(request), home=get_script_prefix(), static=settings.STATIC_URL,
+        session=find_frame_session(request),
         script=assets.scripts["serve"], modules=assets.modules["serve"], styles=assets.styles["serve"], kind="",
         **values,
     )  # fmt: skip

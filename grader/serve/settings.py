@@ -66,6 +66,7 @@ def configure(options: ServiceOptions) -> None:
             "django.middleware.security.SecurityMiddleware",
             "qdot.grader.serve.headers.HeadersMiddleware",
             "whitenoise.middleware.WhiteNoiseMiddleware",
+            "qdot.grader.serve.frame_requests.FrameSessionMiddleware",
             "django.contrib.sessions.middleware.SessionMiddleware",
             "django.middleware.common.CommonMiddleware",
             "django.middleware.csrf.CsrfViewMiddleware",

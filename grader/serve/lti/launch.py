@@ -4,11 +4,17 @@ The platform sends the browser to /lti/login, we send it back with a `state` and
 signed message to /lti/launch. The state is a signed time that only this browser has as a cookie; the nonce is
 computed from the state. So nothing is stored for a login, and a message is accepted once, from the browser for which it
 was made.
+
+If the browser stores no cookies in a frame, a page of ours puts a proof, which is also computed from the state, into
+the storage that the platform offers to pages in its frames. Another page reads it there, and sends it with the message
+(1EdTech: LTI OIDC Login with LTI Client Side postMessages).
 """
 
+import re
 import secrets
 import threading
 from typing import Self
+from urllib.parse import urlencode
 from uuid import UUID
 
 import jwt
@@ -31,11 +37,12 @@ from pylti1p3.exception import LtiException, OIDCException
 from qdot.exercises.common.console import escape_controls
 from qdot.grader.serve.class_list import load_assignments
 from qdot.grader.serve.errors import Refused, logger
+from qdot.grader.serve.frame_sessions import begin_frame_session, is_own_page
+from qdot.grader.serve.html_pages import render_page
 from qdot.grader.serve.lti.choosing import begin_choosing
 from qdot.grader.serve.lti.columns import find_resource_id, make_path, save_column
 from qdot.grader.serve.lti.connection import PLATFORM_ERRORS, PlatformSession, make_connector, renew_keys
 from qdot.grader.serve.lti.outbox import update_scores
-from qdot.grader.serve.lti.pages import send_page
 from qdot.grader.serve.lti.people import find_role, save_person
 from qdot.grader.serve.lti.registering import connect
 from qdot.grader.serve.models import Classroom, Person
@@ -54,8 +61,9 @@ ALGORITHM = "RS256"
 _REQUIRED = ["exp", "iat", "iss", "aud", "sub", "nonce"]
 _CLAIM = "https://purl.imsglobal.org/spec/lti/claim/"
 _NOT_VERIFIED = "qdot couldn't verify this launch. Open the activity again from your course."
-_COOKIE_MESSAGE = "Your browser doesn't let qdot keep you signed in inside this page."
-_COOKIE_BUTTON = "Open qdot in a new tab"
+_NEW_TAB = "lti1p3_new_window"
+_FRAME = re.compile(r"[\w.-]{1,80}", re.ASCII)
+"""Matches the name of a frame as a platform gives it; it is part of the name of a cookie."""
 _MALFORMED = (LookupError, TypeError, ValueError, AttributeError)
 """What the library raises if a message doesn't have the agreed form."""
 
@@ -73,15 +81,47 @@ def compute_nonce(state: str) -> str:
     return salted_hmac("qdot.lti.nonce", state, algorithm="sha256").hexdigest()
 
 
+def compute_proof(state: str) -> str:
+    """Return what only the browser of a login gets, to show that it has begun it; no address contains it."""
+    return salted_hmac("qdot.lti.proof", state, algorithm="sha256").hexdigest()
+
+
+def read_state(state: str) -> list[str]:
+    """Return what a state contains: the platform's number, and the name of its frame for storage if it has one.
+
+    Raises LtiException if the login is too old.
+    """
+    try:
+        return _make_signer().unsign(state.removeprefix("state-"), max_age=LOGIN_SECONDS).split("~")[1:]
+    except signing.BadSignature as error:
+        raise LtiException("the login is too old, or not ours") from error
+
+
+class NoStorage(DjangoSessionService):
+    """Stores nothing for a login: PyLTI1p3 would make a session for every stranger."""
+
+    def save_nonce(self, nonce: str) -> None:
+        """Store nothing, because the nonce is computed from the state."""
+
+
 class Login(DjangoOIDCLogin):
     """The answer to a platform that begins a login, with a state and a nonce of ours."""
 
+    state = ""
+
     def _get_uuid(self) -> str:
-        self._state = _make_signer().sign(secrets.token_urlsafe(16))
-        return self._state
+        frame = self._get_request_param("lti_storage_target") or ""
+        parts = [secrets.token_urlsafe(16), str(self._tool_config.registration.pk)]
+        signed = _make_signer().sign("~".join([*parts, frame] if _FRAME.fullmatch(frame) else parts))
+        self.state = f"state-{signed}"
+        return signed
 
     def _generate_nonce(self) -> str:
-        return compute_nonce(f"state-{self._state}")
+        return compute_nonce(self.state)
+
+    def set_cookies(self, response: HttpResponse) -> None:
+        """Let the browser have the state as a cookie."""
+        self._cookie_service.update_response(response)
 
 
 class Launch(DjangoMessageLaunch):
@@ -89,13 +129,12 @@ class Launch(DjangoMessageLaunch):
 
     def validate_state(self) -> Self:
         """Check that this browser began the login, a short time ago."""
-        state = self._get_request_param("state") or ""
-        cookie = self._cookie_service.get_cookie(state) or ""
-        try:
-            _make_signer().unsign(state.removeprefix("state-"), max_age=LOGIN_SECONDS)
-        except signing.BadSignature as error:
-            raise LtiException("the login is too old, or not ours") from error
-        if not constant_time_compare(state, cookie):
+        state, proof = (self._get_request_param(name) or "" for name in ("state", "proof"))
+        read_state(state)
+        if proof:
+            if not (is_own_page(self._request._request) and constant_time_compare(proof, compute_proof(state))):
+                raise LtiException("the proof is wrong, or comes from another page")
+        elif not constant_time_compare(state, self._cookie_service.get_cookie(state) or ""):
             raise LtiException("the browser has no cookie of this login")
         return self
 
@@ -158,18 +197,31 @@ def show_keys(_: HttpRequest) -> HttpResponse:
 
 @csrf_exempt
 def login(request: HttpRequest, uuid: UUID) -> HttpResponse:
-    """Answer a platform that begins a login. If the browser stores no cookies in a frame, offer a new tab."""
+    """Answer a platform that begins a login: with a page that tries cookies, or in a new tab with the way back."""
     platform = get_object_or_404(LtiRegistration.objects.active(), uuid=uuid)
     defaults = {"client_id": platform.client_id}  # not every platform sends it
-    answer = Login(
-        DjangoRequest(request, default_params=defaults), DjangoToolConfig(platform.uuid), DjangoSessionService(request)
-    )
-    answer.enable_check_cookies(_COOKIE_MESSAGE, _COOKIE_BUTTON, "…")
+    answer = Login(DjangoRequest(request, default_params=defaults), DjangoToolConfig(platform.uuid), NoStorage(request))
     try:
-        response = answer.redirect(f"{find_options().url}/lti/launch")
+        url = answer.get_redirect_object(f"{find_options().url}/lti/launch").get_redirect_url()
     except OIDCException as error:
         raise Refused(400, _NOT_VERIFIED) from error
-    return response if response.has_header("Location") else send_page(response.content.decode())
+    parameters = {**request.GET.dict(), **request.POST.dict()}
+    response: HttpResponse = HttpResponseRedirect(url)
+    if _NEW_TAB not in parameters:
+        tab = f"{request.path}?{urlencode({**parameters, _NEW_TAB: '1'})}"
+        response = _send_page(request, answer.state, url=url, tab=tab, proof=compute_proof(answer.state))
+    answer.set_cookies(response)
+    return response
+
+
+def _send_page(
+    request: HttpRequest, state: str, *, url: str = "", tab: str = "", proof: str = "", id_token: str = ""
+) -> HttpResponse:
+    """Return the page that puts a proof into the platform's storage if it has to, or the one that reads it there."""
+    platform_id, *frames = read_state(state)
+    platform = get_object_or_404(LtiRegistration.objects.active(), pk=platform_id).auth_url
+    values = {"state": state, "url": url, "tab": tab, "proof": proof, "id_token": id_token, "frame": "".join(frames)}
+    return render_page(request, "serve/launch.html.j2", title="qdot", platform=platform, **values)
 
 
 @csrf_exempt
@@ -177,13 +229,18 @@ def login(request: HttpRequest, uuid: UUID) -> HttpResponse:
 def launch(request: HttpRequest) -> HttpResponse:
     """Sign in the person of a launch, and go to what the launch opens."""
     message = Launch(request, DjangoToolConfig(), requests_session=PlatformSession())
+    state, proof = request.POST.get("state", ""), request.POST.get("proof")
     try:
+        if not proof and f"lti1p3-{state}" not in request.COOKIES and len(read_state(state)) > 1:
+            return _send_page(request, state, id_token=request.POST["id_token"])
         message.validate()
+        if proof:
+            begin_frame_session(request)
         response = _open(request, LtiLaunch(message))
     except (LtiException, *_MALFORMED) as error:
         logger.warning("a launch was refused: %s", escape_controls(f"{type(error).__name__}: {error}")[:300])
         raise Refused(400, _NOT_VERIFIED) from error
-    response.delete_cookie(f"lti1p3-{request.POST['state']}", samesite="None" if request.is_secure() else None)
+    response.delete_cookie(f"lti1p3-{state}", samesite="None" if request.is_secure() else None)
     return response
 
 

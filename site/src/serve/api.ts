@@ -3,6 +3,7 @@
 import type { AskedProblem } from "../bank.js";
 import type { EntryState } from "../practice/feedback.js";
 import { getLanguageCode } from "../text/languages.js";
+import { session } from "./frame.js";
 
 /** GET work: the student's problems, and everything on the state of the student's work. */
 export interface Work {
@@ -134,11 +135,11 @@ export type StudentWork = Work & {
 };
 
 /** POST overrides: points (null: none) and a comment for the answer of a student or of a group; "" is the total. */
-export type Override = ({ readonly student: number } | { readonly group: string }) & {
+export type Override = Target & { readonly points: number | null; readonly comment: string };
+
+/** For whom points are set, and the text that was marked by a person. */
+export type Target = ({ readonly student: number } | { readonly group: string }) & {
   readonly part: string;
-  readonly points: number | null;
-  readonly comment: string;
-  /** The text that was marked by a person. */
   readonly answer?: string;
 };
 
@@ -190,6 +191,7 @@ export async function request<T>(method: string, path: string, body?: object, is
     keepalive: isLast,
     headers: {
       ...(method === "GET" ? {} : { "X-CSRFToken": readToken() }),
+      ...(session ? { "X-Session": session } : {}),
       ...(person && method !== "GET" ? { "X-Person": person } : {}),
       ...(body && !isForm ? { "Content-Type": "application/json" } : {}),
     },

@@ -26,9 +26,8 @@ type Shown = { readonly view: View; readonly student: number | null };
 
 function readShown(): Shown {
   const parameters = new URLSearchParams(window.location.search);
-  const student = Number(parameters.get("student") ?? NaN);
   const view = VIEWS.find((name) => name === parameters.get("view")) ?? "students";
-  return { view, student: Number.isInteger(student) ? student : null };
+  return { view, student: Number(parameters.get("student")) || null };
 }
 
 export function ClassPage(): JSX.Element {

@@ -14,7 +14,7 @@ import type { ClassView } from "./class-table.js";
 import { nameOf } from "./groups.js";
 import { ExtensionForm, PointsForm } from "./points-form.js";
 import { isTelling, nameOutcome, ShownResult, writePoints } from "./shown.js";
-import { listQuestions } from "./student.js";
+import { listQuestions, type NamedQuestion } from "./student.js";
 import { formatTime } from "../text/times.js";
 
 export function StudentView({ id, results, onChange, onStudent }: ClassView & { readonly id: number }): JSX.Element {
@@ -57,12 +57,7 @@ export function StudentView({ id, results, onChange, onStudent }: ClassView & { 
           <ExtensionForm key={student.due} student={student} classDue={results.due} onSaved={save} />
           <details>
             <summary>{say("class.total")}</summary>
-            <PointsForm
-              target={{ student: id, part: "" }}
-              maxPoints={work.max_score}
-              points={work.score}
-              onSaved={save}
-            />
+            <PointsForm target={{ student: id, part: "" }} max={work.max_score} points={work.score} onSaved={save} />
           </details>
           {work.submissions.length > 0 ? (
             <details>
@@ -87,7 +82,7 @@ export function StudentView({ id, results, onChange, onStudent }: ClassView & { 
 }
 
 interface AnsweredProps {
-  readonly question: ReturnType<typeof listQuestions>[number];
+  readonly question: NamedQuestion;
   readonly work: StudentWork;
   readonly id: number;
   readonly numberOf: (name: string | null) => string;
@@ -124,7 +119,7 @@ function Answered({ question, work, id, numberOf, onSaved }: AnsweredProps): JSX
       ) : null}
       <PointsForm
         target={{ student: id, part: name, ...(part.key.type === "text" && text ? { answer: text } : {}) }}
-        maxPoints={shown?.max_points ?? part.points}
+        max={shown?.max_points ?? part.points}
         points={shown?.points ?? null}
         comment={shown?.comment ?? ""}
         onSaved={onSaved}

@@ -43,7 +43,7 @@ export function Groups({ results, onChange, onStudent }: ClassView): JSX.Element
                   <summary>{say("class.set-points")}</summary>
                   <PointsForm
                     target={{ group: group.group, part: part.name }}
-                    maxPoints={part.max_points}
+                    max={part.max_points}
                     points={group.points}
                     onSaved={onChange}
                   />

@@ -7,6 +7,7 @@ import { type ComponentType, h, render } from "preact";
 import { showTexts } from "../pages/page.js";
 import { loadLanguage } from "../text/languages.js";
 import { ENGLISH, getLanguage, setLanguage } from "../text/text.js";
+import { keepSession } from "./frame.js";
 
 /** The parts by the ids of their elements; pages without any are text: how to get in, choosing an assignment. */
 const PARTS: Readonly<Record<string, () => Promise<ComponentType>>> = {
@@ -17,13 +18,16 @@ const PARTS: Readonly<Record<string, () => Promise<ComponentType>>> = {
 /** The share of the screen's height for which a page with such a part asks in the frame of a platform. */
 const SCREEN_SHARE = 0.8;
 
+keepSession();
 setLanguage(await loadLanguage().catch(() => ENGLISH));
 showTexts();
-const place = document.querySelector<HTMLElement>(
-  Object.keys(PARTS)
-    .map((id) => `#${id}`)
-    .join(),
-);
+const launchForm = document.querySelector<HTMLFormElement>("form#launch");
+if (launchForm)
+  void (await import("./launching.js")).launch(launchForm).catch(() => {
+    launchForm.hidden = true;
+    document.querySelector<HTMLElement>("#no-launch")!.hidden = false;
+  });
+const place = document.querySelector<HTMLElement>("#work, #class");
 if (window.parent !== window) {
   document.body.classList.add("embedded");
   const ask = (height: number) =>

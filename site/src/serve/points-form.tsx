@@ -7,7 +7,7 @@ import { Button, Field } from "../controls.js";
 import { describeLoadError } from "../scheduling.js";
 import { formatRounded, say } from "../text/text.js";
 import { formatTime, writeLocalTime } from "../text/times.js";
-import { type ClassStudent, type Override, post, Refused } from "./api.js";
+import { type ClassStudent, type Override, post, Refused, type Target } from "./api.js";
 
 /** Return in a sentence why a request failed; `unsent` is the sentence if the server wasn't reached. */
 export const describeFailure = (reason: unknown, unsent = describeLoadError(reason)): string =>
@@ -35,15 +35,9 @@ export function useSending(onDone: () => void, unsent?: string) {
   return { send, isSending, error, setError };
 }
 
-/** For whom points are set, and the answer that they are for. */
-export type Target = ({ readonly student: number } | { readonly group: string }) & {
-  readonly part: string;
-  readonly answer?: string;
-};
-
 interface PointsFormProps {
   readonly target: Target;
-  readonly maxPoints: number;
+  readonly max: number;
   /** The present points and comment. */
   readonly points: number | null;
   readonly comment?: string;
@@ -57,7 +51,7 @@ export const readPoints = (text: string): number | null => {
 };
 
 export function PointsForm(props: PointsFormProps): JSX.Element {
-  const { target, maxPoints, comment = "", onSaved } = props;
+  const { target, max, comment = "", onSaved } = props;
   const [points, setPoints] = useState("");
   const [text, setText] = useState(comment);
   const [isSaved, setSaved] = useState(false);
@@ -65,8 +59,8 @@ export function PointsForm(props: PointsFormProps): JSX.Element {
   const { send, isSending, error } = useSending(onSaved);
   const save = async () => {
     const number = readPoints(points);
-    const isValid = number === null || (number >= 0 && number <= maxPoints);
-    setProblem(isValid ? "" : say("class.points-wrong", { max: maxPoints }));
+    const isValid = number === null || (number >= 0 && number <= max);
+    setProblem(isValid ? "" : say("class.points-wrong", { max }));
     const override: Override = { ...target, points: number, comment: text.trim() };
     setSaved(isValid && (await send(() => post("overrides", override))));
   };
@@ -79,7 +73,7 @@ export function PointsForm(props: PointsFormProps): JSX.Element {
       }}
     >
       <Field
-        label={say("class.points", { max: maxPoints })}
+        label={say("class.points", { max })}
         inputMode="decimal"
         placeholder={props.points === null ? "" : formatRounded(props.points)}
         value={points}

@@ -72,7 +72,7 @@ export function ToMark({ results, onChange }: Omit<ClassView, "onStudent">): JSX
       <PointsForm
         key={nameAnswer(answer)}
         target={answerTarget(answer)}
-        maxPoints={maxPoints}
+        max={maxPoints}
         points={points ?? null}
         onSaved={() => {
           onChange();

@@ -300,7 +300,7 @@ test("texts are marked by keys, also faster than the server answers; what it ref
 
 test("an empty form takes points back, and points beyond the most are refused on the page", async () => {
   const requests = serve(() => [200, {}]);
-  const props = { target: { student: 1, part: "p1.a" }, maxPoints: 2, points: 1.5, onSaved: () => undefined };
+  const props = { target: { student: 1, part: "p1.a" }, max: 2, points: 1.5, onSaved: () => undefined };
   await act(() => render(h(PointsForm, props), document.body));
   const save = async (points: string) => {
     const input = document.querySelector("input")!;

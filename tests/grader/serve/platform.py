@@ -3,7 +3,9 @@
 Requests that qdot sends are answered by `Platform.answer`, in place of the transport of the library `requests`.
 """
 
+import html
 import json
+import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -72,6 +74,15 @@ class Platform:
         assert answer.status_code == 302, answer.content
         assert answer["Location"].startswith(f"{self.site}/auth?")
         return {name: values[0] for name, values in parse_qs(urlsplit(answer["Location"]).query).items()}
+
+    def open_frame(self, client: Client, **more: str) -> dict[str, str]:
+        """Begin a login in a frame; return what the page that qdot answers with has for its script, and its nonce."""
+        registration = LtiRegistration.objects.get(client_id=self.client_id)
+        query = {"iss": self.issuer, "login_hint": "1", "target_link_uri": TOOL, **more}
+        page = client.get(f"/lti/login/{registration.uuid}", query).content.decode()
+        data = {name: html.unescape(text) for name, text in re.findall(r'data-(\w+)="([^"]*)"', page)}
+        (data["tab"],) = map(html.unescape, re.findall('href="(/lti/[^"]*)"', page))
+        return {**data, "nonce": parse_qs(urlsplit(data["url"]).query)["nonce"][0]}
 
     def sign(self, claims: Json, key: JWK | None = None, **header: str) -> str:
         """Return a signed message."""

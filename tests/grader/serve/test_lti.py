@@ -8,10 +8,12 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from typing import Any
+from urllib.parse import urlencode
 
 import jwt
 import pytest
 import requests
+from django.contrib.sessions.models import Session
 from django.core.cache import cache
 from django.core.management import call_command
 from django.db import transaction
@@ -21,13 +23,14 @@ from lti_tool.models import Key, LtiRegistration, LtiUser
 
 from qdot.exercises.common.errors import QdotError
 from qdot.grader.serve.class_list import update_folder_class
+from qdot.grader.serve.frame_requests import FORM_TYPE
 from qdot.grader.serve.lti import launch, outbox
 from qdot.grader.serve.lti.connection import Connections, find_signing_key, renew_keys
 from qdot.grader.serve.lti.outbox import update_scores
 from qdot.grader.serve.lti.registering import PlatformAnswers, begin, connect, describe_steps, finish
 from qdot.grader.serve.models import Classroom, Person, PointsOverride, ScoreDelivery
 from tests.grader.serve.platform import AGS, CLAIM, MEMBERSHIP, TOOL, Platform, make_key, make_public
-from tests.support.serving import find_folder
+from tests.support.serving import ASSETS, find_folder
 
 pytestmark = pytest.mark.usefixtures("platform")
 
@@ -62,10 +65,12 @@ def platform(monkeypatch: pytest.MonkeyPatch) -> Iterator[Platform]:
     platform = Platform(keys=[_KEYS[0]])
     monkeypatch.setattr("requests.adapters.HTTPAdapter.send", lambda self, request, **_: platform.answer(request))
     monkeypatch.setattr("qdot.grader.serve.lti.outbox._connections", Connections())
+    monkeypatch.setattr("qdot.grader.serve.html_pages.load_assets", lambda: ASSETS)
     own_keys = itertools.cycle(_OWN_KEYS)  # making keys takes longer than most tests
     monkeypatch.setattr("lti_tool.models.JWK.generate", lambda **_: next(own_keys))
     cache.clear()
     with transaction.atomic():
+        Session.objects.all().delete()
         renew_keys(timezone.now())
         platform.register()
         yield platform
@@ -286,16 +291,95 @@ def test_a_login_goes_to_the_registered_platform_only(platform: Platform) -> Non
     assert Client().get(f"/lti/login/{row.uuid}", query).status_code == 404
 
 
-def test_the_page_that_tries_cookies_runs_only_its_own_script(platform: Platform) -> None:
+# --- launches in a frame without cookies ---
 
+
+def _prepare_launch(platform: Platform, **login: str) -> dict[str, str]:
+    """Begin a login in a frame, and return what our page posts after it has read the proof."""
+    page = platform.open_frame(Client(), **{"lti_storage_target": "storage", **login})
+    claims = {**platform.make_claims("grace", "Instructor"), "nonce": page["nonce"], "exp": int(time.time()) + 4000}
+    return {"state": page["key"], "id_token": platform.sign(claims), "proof": page["value"]}
+
+
+def _post(form: dict[str, str], path: str = "/lti/launch", origin: str | None = TOOL) -> Any:
+    headers = {"Origin": origin} if origin else {}
+    return Client(enforce_csrf_checks=True).post(path, urlencode(form), FORM_TYPE, headers=headers)
+
+
+def _find_fields(page: Any) -> dict[str, str]:
+    return dict(re.findall(r'name="([\w-]+)" (?:value|content)="([^"]*)"', page.content.decode()))
+
+
+def test_a_proof_from_the_platform_s_storage_signs_in_without_a_cookie(platform: Platform) -> None:
+    answer = _post(_prepare_launch(platform))
+    fields = _find_fields(answer)
+    assert 'action="/a/velocity/class/"' in answer.content.decode()
+    assert fields == {"session": Session.objects.get().session_key, "method": "GET"}
+    page = _post(fields, "/a/velocity/class/")
+    assert page.status_code == 200 and _find_fields(page)["session"] == fields["session"]
+    results = Client().get("/a/velocity/class/results", headers={"X-Session": fields["session"]})
+    assert results.json()["title"] == "Velocity kinematics"
+
+
+@pytest.mark.parametrize("origin", [None, "null", "https://moodle.example.edu", f"{TOOL}.evil.example"])
+def test_a_proof_counts_only_from_our_own_page(platform: Platform, origin: str | None) -> None:
+    assert _post(_prepare_launch(platform), origin=origin).status_code == 400
+    assert not Session.objects.exists()
+
+
+def test_only_the_proof_of_the_same_login_counts_once_and_for_five_minutes(
+    platform: Platform, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    form, other, late = (_prepare_launch(platform) for _ in range(3))
+    for proof in (other["proof"], form["state"], launch.compute_nonce(form["state"]), "x"):
+        assert _post({**form, "proof": proof}).status_code == 400
+    assert _post({**form, "state": other["state"], "proof": other["proof"]}).status_code == 400
+    assert not Session.objects.exists()
+    assert _post(form).status_code == 200
+    assert _post(form).status_code == 400
+    real = time.time
+    monkeypatch.setattr(time, "time", lambda: real() + 301)
+    assert _post(late).status_code == 400
+    assert Session.objects.count() == 1
+
+
+def test_a_launch_without_a_cookie_only_answers_with_the_page_that_reads_the_proof(platform: Platform) -> None:
+    form = _prepare_launch(platform)
+    message = {name: form[name] for name in ("state", "id_token")}
+    for _ in range(2):
+        page = _post(message, origin=platform.site)
+        assert _find_fields(page).items() >= message.items()
+        assert form["proof"] not in page.content.decode()
+        assert 'data-platform="https://moodle.example.edu/auth" data-frame="storage"' in page.content.decode()
+    assert not Session.objects.exists()
+    assert _post(form).status_code == 200  # the message is not used up
+    for state in ("", "state-x", f"{message['state']}x"):
+        assert _post({**message, "state": state}).status_code == 400
+
+
+@pytest.mark.parametrize("frame", ["", "a b", '"><script>', "x" * 100])
+def test_without_a_storage_nobody_gets_a_proof(platform: Platform, frame: str) -> None:
+    page = platform.open_frame(Client(), lti_storage_target=frame)
+    assert page["frame"] == "" and "value" not in page
+    assert _post({"state": page["key"], "id_token": "x"}).status_code == 400
+
+
+def test_no_address_contains_the_proof(platform: Platform) -> None:
+    page = platform.open_frame(Client(), lti_storage_target="_parent")
+    assert len(page["value"]) == 64
+    assert page["value"] not in page["url"] + page["tab"] + page["key"]
+
+
+def test_the_page_that_tries_cookies_runs_only_the_site_s_script(platform: Platform) -> None:
     row = LtiRegistration.objects.get()
-    hint = "</script><script>alert(1)</script>"
-    answer = Client().get(f"/lti/login/{row.uuid}", {"iss": platform.site, "login_hint": hint, "target_link_uri": TOOL})
+    hint = '"><script>alert(1)</script>'
+    query = {"iss": platform.site, "login_hint": hint, "target_link_uri": TOOL}
+    answer = Client().get(f"/lti/login/{row.uuid}", query)
     assert answer.status_code == 200
     assert "<script>alert" not in answer.content.decode()
-    assert re.search(
-        r"script-src 'sha256-[^']+'; frame-ancestors .*moodle\.example\.edu", answer["Content-Security-Policy"]
-    )
+    assert "script-src 'self';" in answer["Content-Security-Policy"]
+    assert re.search(r"frame-ancestors .*moodle\.example\.edu", answer["Content-Security-Policy"])
+    assert Client().get(platform.open_frame(Client())["tab"]).status_code == 302
 
 
 # --- our keys ---
