@@ -115,6 +115,46 @@ test("a notebook is taken away, submitted, and graded; a file of another kind is
   await page.getByRole("heading", { name: "Week 3: arms" }).waitFor();
 });
 
+test("an upload asks before it replaces answers, and the old answer can be submitted again after it", async () => {
+  const student = await signIn(browser, service, "s4");
+  const page = await openQuestion(student, "determinant");
+  assert.equal(await field(page).inputValue(), RIGHT.determinant); // from the notebook
+  await page.getByText("Work in a notebook").click();
+  const upload = async (name, content) => {
+    await page
+      .locator('input[type="file"]')
+      .setInputFiles({ name, mimeType: "text/plain", buffer: Buffer.from(content) });
+    await page.getByText("The notebook replaces all answers").waitFor();
+    await page.getByRole("button", { name: "Submit anyway" }).click();
+  };
+  await upload("broken.ipynb", '{"cells": [');
+  await page.getByText("broken.ipynb is not a Jupyter notebook").waitFor();
+  await page.locator(".verdict.correct").waitFor();
+  const take = async () => {
+    const link = page.getByRole("link", { name: "Download your notebook" });
+    const [download] = await Promise.all([page.waitForEvent("download"), link.click()]);
+    return JSON.parse(await read(download));
+  };
+  const notebook = await take();
+  const cell = notebook.cells.find(({ id }) => id === "p1-determinant");
+  assert.equal(cell.source, `p1_determinant = '${RIGHT.determinant}'`);
+  cell.source = "p1_determinant = 'a1'";
+  await upload("later.ipynb", JSON.stringify(notebook));
+  await page.locator(".verdict.wrong, .verdict.partial").waitFor({ timeout: 120_000 });
+  assert.equal(await field(page).inputValue(), "a1");
+  await assertAccessible(page);
+  await field(page).fill(RIGHT.determinant);
+  await submit(page);
+  await page.locator(".verdict.correct").waitFor();
+  await field(page).fill("a1 + 1");
+  await saved(page);
+  await page.getByRole("button", { name: "Next question" }).click();
+  await page.locator('[data-item="p1.joint-effect"]').waitFor();
+  await page.goBack();
+  await page.locator('[data-item="p1.determinant"] form').waitFor();
+  assert.equal(await field(page).inputValue(), "a1 + 1"); // what was typed, though it is stored on the server only
+});
+
 test("the staff see the class, set points with a comment, mark a text by a key, and give more time", async () => {
   const student = await signIn(browser, service, "s1");
   const page = await openQuestion(student, "why");

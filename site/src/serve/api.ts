@@ -95,12 +95,7 @@ export interface ClassResults {
   readonly actions: readonly { readonly made: string; readonly by: string; readonly summary: string }[];
 }
 
-export type ClassPart = {
-  readonly name: string;
-  readonly title: string;
-  readonly max_points: number;
-  readonly is_text: boolean;
-};
+export type ClassPart = Readonly<Record<"name" | "title", string> & { max_points: number; is_text: boolean }>;
 
 export interface ClassStudent {
   readonly id: number;

@@ -15,7 +15,7 @@ import { formatTime } from "../text/times.js";
 /** How often the state of a submission in the queue is asked for, in milliseconds. */
 const LOOK_WAIT = 2000;
 /** The largest file that is sent, in megabytes; the server has the last word. */
-const MAX_MEGABYTES = 50;
+const MAX_MEGABYTES = 20;
 
 interface NotebookWorkProps {
   readonly work: Work;
@@ -91,7 +91,7 @@ export function NotebookWork({ work, onGraded }: NotebookWorkProps): JSX.Element
       {isSending ? <p role="status">{say("serve.submitting")}</p> : null}
       {error ? <p role="alert">{error}</p> : null}
       {submissions.length > 0 ? (
-        <ul class="submissions" role="status">
+        <ul class="submissions" aria-live="polite">
           {submissions.map((submission) => (
             <li key={submission.id}>
               <strong>{submission.file_name}</strong> <span class="muted">{formatTime(submission.received)}</span>{" "}

@@ -148,6 +148,10 @@ function Workplace({ initialWork }: { initialWork: Work }): JSX.Element {
         followedFrom={numberOf(work.results[question.name]?.followed_from ?? "")}
         refusal={refusal[question.name] ?? ""}
         judgedCount={judged.part === question.name ? judged.count : 0}
+        onType={(text) => {
+          outbox.saveDraft(question.name, text);
+          setWork((old) => ({ ...old, drafts: { ...old.drafts, [question.name]: text } }));
+        }}
         onSubmit={(text) => {
           outbox.submit(question.name, text);
           setTick((tick) => tick + 1);
@@ -185,6 +189,7 @@ interface ServedQuestionProps {
   readonly refusal: string;
   /** Changes with each verdict on this question since the page was opened. */
   readonly judgedCount: number;
+  readonly onType: (text: string) => void;
   readonly onSubmit: (text: string) => void;
   readonly onNext: () => void;
 }
@@ -236,7 +241,7 @@ function ServedQuestion(props: ServedQuestionProps): JSX.Element {
       onAnswer={(text) => {
         setAnswer(text);
         if (latestText.current === null) setFieldsText(text);
-        else if (text !== latestText.current) outbox.saveDraft(name, text);
+        else if (text !== latestText.current) props.onType(text);
         latestText.current = text;
       }}
       onCheck={check}
