@@ -11,9 +11,13 @@ from qdot.grader.grading.certificates import read_certificate
 MIN_SHARING_STUDENTS, MIN_SHARING_FRACTION = 3, 0.05
 """Minimum number of students, and fraction of the class that must be exceeded, for shared answers to be reported."""
 
+MOST_VARIATION = "full"
+"""The step of variation with which the arms of a family differ most; arms of an instructor have fewer steps."""
+ADVICE = 'for fewer shared answers, set a later step of variation in assignment.toml, such as variation = "full"'
+
 
 def describe_shared_answers(assignment: Assignment) -> list[str]:
-    """Return a line for each slot of the assignment in which many students share a correct answer.
+    """Return a line for each slot of the assignment in which many students share a correct answer, and then advice.
 
     Two students share an answer if their parts have the same digest, which covers the question, the data and the
     correct answer.
@@ -23,7 +27,9 @@ def describe_shared_answers(assignment: Assignment) -> list[str]:
         for name, digests in _read_digests(assignment, student.id).items():
             if name in digests_by_slot:
                 digests_by_slot[name].append(digests)
-    return [line for slot in assignment.slots if (line := _describe_sharing(slot, digests_by_slot[slot.name]))]
+    lines = {slot: line for slot in assignment.slots if (line := _describe_sharing(slot, digests_by_slot[slot.name]))}
+    has_remedy = any(not slot.robot_digest and slot.variation != MOST_VARIATION for slot in lines)
+    return [*lines.values(), *([ADVICE] if has_remedy else [])]
 
 
 def _read_digests(assignment: Assignment, student: str) -> dict[str, dict[str, str]]:

@@ -8,7 +8,7 @@ from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import CERTIFIER
-from qdot.grader.statistics.shared_answers import describe_shared_answers
+from qdot.grader.statistics.shared_answers import ADVICE, describe_shared_answers
 from tests.support.command import runner
 
 PROBLEM = '\n[[problem]]\nfamily = "{}"\nvariation = "{}"\nquestions = ["{}"]\n'
@@ -36,6 +36,7 @@ def test_generate_reports_shared_answers(folder: Path) -> None:
         first, last = (line for line in run.stderr.splitlines() if "same answer" in line)
         assert first == "p1 (polar-rp, variation chapter), determinant: all 6 students have the same answer"
         assert last == "p3 (planar-2r, variation chapter), jacobian, determinant: all 6 students have the same answer"
+        assert ADVICE in run.stderr.splitlines()
 
 
 def test_an_own_robot_varies_only_in_its_lengths(folder: Path) -> None:
@@ -52,6 +53,7 @@ def test_an_own_robot_varies_only_in_its_lengths(folder: Path) -> None:
     assert len(shared) == 3 and all("jacobian: all 6 students have the same answer" in line for line in shared)
     beginnings = ("p1 (planar-2r, the same arm for all", "p2 (drawn, lengths", "p3 (drawn, variation base)")
     assert all(line.startswith(beginning) for line, beginning in zip(shared, beginnings, strict=True))
+    assert ADVICE not in lines
 
 
 def test_answers_in_words_are_not_shared(folder: Path) -> None:
