@@ -21,7 +21,7 @@ from . import peers
 from .clock import processor_time
 from .exporting import exporting
 from .figures import Figure, write
-from .generating import MIXED, first_problems, generating, records
+from .generating import MIXED, compare_own_questions, first_problems, generating, records
 from .grading import MIX, a_class, floor, hand_in
 from .starting import LOADED, QDOT, loading, starting
 
@@ -126,8 +126,8 @@ def generation(folder: Path) -> Iterator[Figure]:
     each = generating(folder / "classes", 8)
     problem = "a problem with five questions, mixed families"
     yield Figure(problem, each / len(MIXED), LOADED, loading(), 0.05, of_seconds=True)
-    custom = generating(folder / "custom", 8, is_custom=True)
-    yield Figure("five questions of an instructor's own", custom, "five built-in ones", each, 1)
+    custom, built_in = compare_own_questions(folder / "own", 8)
+    yield Figure("five questions of an instructor's own", custom, "five built-in ones", built_in, 1)
     slowest, seconds = first_problems()
     yield Figure(f"first problem of a new family ({slowest})", seconds, LOADED, loading(), 1, of_seconds=True)
     record = records(1)

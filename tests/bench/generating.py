@@ -3,14 +3,19 @@
 import sys
 import tempfile
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
+from qdot.exercises.assignment.assignment import load_assignment
+from qdot.exercises.assignment.release import ReleaseContext, release_notebooks_of_student
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.problem.problem import ProblemId
+from qdot.grader.grading.certify import CERTIFIER
 
 from .clock import processor_time
 
+QDOT = (sys.executable, "-m", "qdot")
 MIXED = ("planar-2r", "polar-rp", "planar-pr", "cylindrical", "elbow-3r")
 """The families of a class's five problems. Each problem has five questions."""
 OF_SITE = ("planar-2r", "polar-rp")
@@ -61,27 +66,49 @@ for seed in range(first, last):
 """
 
 
-def generating(folder: Path, more: int, is_custom: bool = False) -> float:
-    """Return the seconds for each student more: a class of two beside one with so many more, structures all met.
+def generating(folder: Path, more: int) -> float:
+    """Return the seconds for each student more: a class of two beside one with so many more, structures all met."""
+    small, large = _make_class(folder / "small", 2), _make_class(folder / "large", 2 + more)
+    taken = [processor_time([*QDOT, "generate", str(path), "--jobs", "1"], folder) for path in (small, large)]
+    return (taken[1] - taken[0]) / more
 
-    With `is_custom`, the questions are an instructor's own.
+
+def compare_own_questions(folder: Path, more: int) -> tuple[float, float]:
+    """Return the seconds for each student with an instructor's own questions, and with built-in ones.
+
+    The classes have the same arms, and a process each. Their students take turns, so other work slows both.
     """
-    return (_class(folder / "large", 2 + more, is_custom) - _class(folder / "small", 2, is_custom)) / more
+    contexts = [
+        ReleaseContext(load_assignment(_make_class(folder / name, 2 + more, is_custom)), CERTIFIER)
+        for name, is_custom in (("custom", True), ("built-in", False))
+    ]
+    seconds = [0.0, 0.0]
+    with ProcessPoolExecutor(1) as custom_process, ProcessPoolExecutor(1) as built_in_process:
+        for number, student in enumerate(contexts[0].assignment.roster):
+            for index, process in enumerate((custom_process, built_in_process)):
+                taken = process.submit(_time_release, contexts[index], student.id).result()
+                seconds[index] += taken / more if number >= 2 else 0
+    return seconds[0], seconds[1]
 
 
-def _class(folder: Path, students: int, is_custom: bool) -> float:
-    command = [sys.executable, "-m", "qdot"]
-    roster = folder.with_suffix(".csv")
-    roster.parent.mkdir(parents=True, exist_ok=True)
-    roster.write_text("student,name,email\n" + "".join(f"s{n:05d},,\n" for n in range(students)), encoding="utf-8")
-    processor_time([*command, "init", str(folder), "--key", "bench"], folder.parent)
-    (folder / "roster.csv").write_bytes(roster.read_bytes())
+def _time_release(context: ReleaseContext, student: str) -> float:
+    start = time.process_time()
+    release_notebooks_of_student(context, student)
+    return time.process_time() - start
+
+
+def _make_class(folder: Path, students: int, is_custom: bool = False) -> Path:
+    """Write the assignment of a class; with `is_custom`, the questions are an instructor's own."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    processor_time([*QDOT, "init", str(folder), "--key", "bench"], folder.parent)
+    roster = "student,name,email\n" + "".join(f"s{n:05d},,\n" for n in range(students))
+    (folder / "roster.csv").write_text(roster, encoding="utf-8")
     (folder / "secret.txt").write_text("5" * 64 + "\n", encoding="utf-8")  # all classes have the same arms
     file = folder / "assignment.toml"
     head = file.read_text("utf-8").split("\n[[problem]]")[0]
     slot, questions = (CUSTOM_SLOT, CUSTOM_QUESTIONS) if is_custom else (SLOT, "")
     file.write_text(head + questions + "".join(map(slot.format, MIXED)), encoding="utf-8")
-    return processor_time([*command, "generate", str(folder), "--jobs", "1"], folder.parent)
+    return folder
 
 
 def records(more: int) -> float:
