@@ -460,6 +460,9 @@ test("a wrong number has an index if there are several", () => {
   const subjectOf = (typed: string, key: typeof NUMBERS) => judgeNumbers(typed, key).reasons.at(-1)!.values["which"];
   expect(subjectOf("[0.5, 7]", NUMBERS)).toEqual(message("verdict.nth-number", { n: 2 }));
   expect(subjectOf("7", { ...NUMBERS, units: [""], right: [1] })).toMatchObject({ key: "answer.label" });
+  expect(textOf(judgeNumbers("[0.5, 7]", NUMBERS).reasons.at(-1)!)).toMatch(
+    /^Number 2 is wrong: you gave 7, the right value is −1\.25 rad\/s\.$/,
+  );
 });
 
 test("an answer that can't be parsed does not count as a try", () => {

@@ -97,6 +97,7 @@ function judgeEntries(entries: readonly Node[], key: NumbersKey, text: string): 
     which: message(values.length > 1 ? "verdict.nth-number" : "answer.label", { n: firstWrong + 1 }),
     yours: Number.isFinite(values[firstWrong]) ? (values[firstWrong] as number) : "—",
     expected: Number((correctValues[firstWrong] as number).toPrecision(4)),
+    unit: key.units[firstWrong] ? ` ${key.units[firstWrong]}` : "",
   });
   const zeroFlags = correctValues.map((expected, i) => Math.abs(expected) <= floorOf(i));
   const isRightUpToSigns =
