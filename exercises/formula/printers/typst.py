@@ -41,7 +41,7 @@ def _print_sign(piece: Layout) -> str:
 
 def _print_script(piece: Layout, base: str, *scripts: str) -> str:
     base_piece, _, superscript = piece.inner
-    bracketed_base = base if base_piece.kind != "row" or len(base_piece.inner) == 1 else f"({base})"
+    bracketed_base = base if base_piece.kind != "row" or len(base_piece.inner) < 2 else f"({base})"
     if superscript == DEGREE:
         return f"{bracketed_base} °"
     marked_scripts = zip("_^", piece.inner[1:], scripts, strict=True)

@@ -34,6 +34,7 @@ PRINTED = [
     (print_typst, r"\left\{ 0{,}5 \right.", r'lr(\{ "0,5" )'),
     (print_typst, r"\begin{bmatrix} a & b \\ c & d \end{bmatrix}", 'mat(delim: "[", a, b; c, d)'),
     (print_typst, r"\begin{aligned} a &= b \\ c &= d \end{aligned}", "a & = b \\ c & = d"),
+    (print_typst, "{}^1v_x", '""^(1) v_(x)'),
     (print_typst, r"\text{ or } \sin x", '" or " op("sin") x'),
     (print_unicode, r"(d_{2} + 0.5) \cos \varphi_{1}\, \dot{d}_{2}", "(d₂ + 0.5) cos φ₁ d\u0307₂"),
     (print_unicode, r"-\frac{a_{1} + 1}{2 s_{2}} = -90^\circ", "−(a₁ + 1)/(2 s₂) = −90°"),
