@@ -6,7 +6,7 @@ import platform
 import re
 import sys
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -287,17 +287,19 @@ SAMPLE_COUNT = 3
 def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[VerificationTask]:
     """Return a task for each question of a file and each arm to which it applies, and print sample answers.
 
-    `identities` are the problems with these arms. Raises QdotError if questions apply to none of the families, unless
-    the file is an assignment's and another question does.
+    `identities` are the problems with these arms; of an assignment's families, only those are taken whose problems ask
+    the question. Raises QdotError if a question does not apply to such a family, or to none of the families of a file.
     """
     from qdot.exercises.questions.custom.reader import read_question_file
 
-    tasks, all_refusals, refused_everywhere = list[VerificationTask](), list[str](), list[str]()
+    tasks, all_refusals, refused = list[VerificationTask](), list[str](), list[str]()
     families = list(dict.fromkeys(identity.family for identity in identities))
     file, definitions = read_question_file(path, ALL_QUESTIONS)
+    users = _list_families_by_question(file.content)
     for definition in definitions.values():
         refusals: dict[str, str] = {}
-        for family in families:
+        asking_families = [family for family in families if family in users.get(definition.name, ())] or families
+        for family in asking_families:
             try:
                 with file.locate_errors("question", definition.name):
                     warnings = check_definition_on_family(definition, look_up_family(family))
@@ -307,19 +309,31 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
                 for warning in warnings:
                     note(warning)
         all_refusals += refusals.values()
-        if len(refusals) == len(families) and "problem" not in file.content:  # problems are of different families
-            refused_everywhere.append(refusals[families[0]])
-        accepted = [identity for identity in identities if identity.family not in refusals]
+        refused += [text for family, text in refusals.items() if family in users.get(definition.name, ())]
+        if len(refusals) == len(families) and not users:
+            refused.append(refusals[families[0]])
+        accepted_families = set(asking_families) - set(refusals)
+        accepted = [identity for identity in identities if identity.family in accepted_families]
         question_identities = [replace(identity, questions=(definition.name,)) for identity in accepted]
         tasks += [VerificationTask(identity, definitions=(definition,)) for identity in question_identities]
         for identity in question_identities[:SAMPLE_COUNT]:
             part = generate_problem(identity, definitions=(definition,)).parts[0]
             print_result(f"{definition.name} for {identity}: {part.answer.as_json() or part.answer.type}")
-    if refused_everywhere or not tasks:
-        raise QdotError("\n".join(dict.fromkeys(refused_everywhere or all_refusals)))
+    if refused or not tasks:
+        raise QdotError("\n".join(dict.fromkeys(refused or all_refusals)))
     for refusal in all_refusals:
         note(refusal)
     return tasks
+
+
+def _list_families_by_question(content: Mapping[str, Any]) -> dict[str, set[str]]:
+    """Return the families of the problems that ask each question, for the content of an assignment."""
+    families_by_question: dict[str, set[str]] = {}
+    for problem in content.get("problem", ()):
+        questions = problem.get("questions", ()) if isinstance(problem, dict) else ()
+        for question in questions if isinstance(questions, list) else ():
+            families_by_question.setdefault(str(question), set()).add(str(problem.get("family")))
+    return families_by_question
 
 
 def compare(

@@ -861,6 +861,19 @@ def test_show_and_verify_accept_custom_questions(tmp_path: Path) -> None:
     assert "--family planar-2r" in run_and_fail("verify", path, "planar-2r/7", "--family", "planar-2r")
 
 
+def test_verify_fails_for_a_family_whose_problem_asks_the_question(tmp_path: Path) -> None:
+    more = '[[problem]]\nfamily = "polar-rp"\nquestions = ["position"]\n'
+    question = 'prompt = "{pose}, {force}"\ngiven = ["pose", "force"]\nanswer = "transpose(J)*f"\nunit = "N m"'
+    text = (
+        f'variation = "chapter"\n[question.mine]\n{question}\n[[problem]]\nfamily = "planar-2r"\nquestions = ["mine"]\n'
+    )
+    path = make_assignment(tmp_path, text + more).folder / "assignment.toml"
+    printed = run("verify", path, "--count", "4", "--jobs", "1")
+    assert "2 problems verified, 0 failed" in printed and "polar-rp" not in printed
+    path.write_text(path.read_text("utf-8").replace('["position"]', '["mine"]'), "utf-8")
+    assert "its unit N m doesn't fit" in run_and_fail("verify", path, "--count", "4", "--jobs", "1")
+
+
 def test_options_that_are_matrices_are_displayed_over_several_lines(tmp_path: Path) -> None:
     problem = make_problem(tmp_path, 'prompt = "x"\nshown = "formula"\noptions = ["x1", {text = "none of these"}, "p"]')
     (part,) = problem.parts
