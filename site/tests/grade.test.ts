@@ -444,10 +444,11 @@ test("a difference is reported with all values needed to reproduce it", () => {
     constants: ["a1"],
     mistakes: [],
   };
-  const told = (typed: string) =>
-    judgeValues(typed, key).reasons.find((reason) => reason.key === "verdict.differs")!.values["at"];
+  const told = (typed: string, points = key.points) =>
+    judgeValues(typed, { ...key, points }).reasons.find(({ key }) => key === "verdict.differs")!.values["at"];
   expect(told("a1*qd1")).toBe("a1 = 0.5 m, qd1 = 1 rad/s, qd2 = 2 rad/s, θ1 = 0°, θ2 = 28.6°");
   expect(told("sin(theta2)")).toBe("a1 = 0.5 m, θ1 = 0°, θ2 = 28.6°");
+  expect(told("a1", [[0.5, 9, 1, 2, -Math.PI, 0.5]])).toContain("θ1 = 180°"); // as the slider shows it
 });
 
 test("for integers, no percentage is reported", () => {
