@@ -112,7 +112,14 @@ async function begun(page, hand, { root, code, lesson }, isKnown) {
   await hand.slide(".dial input");
   await until(page, () => Boolean(document.querySelector(".goals li.reached")));
   await hand.press(WORDS[code].practise);
-  if (!isKnown) await hand.press(WORDS[code].skip);
+  if (isKnown) return;
+  const itemOf = (last) => {
+    const name = document.querySelector(".task[data-item]")?.dataset.item;
+    return name !== last && name;
+  };
+  const step = await until(page, itemOf, "");
+  await hand.press(WORDS[code].skip);
+  await until(page, itemOf, step); // a step is not asked again at once
 }
 
 /**
