@@ -470,6 +470,17 @@ class QuestionMaker:
         units |= {row: "m/s" if row[0] == "v" else "rad/s" for row in chain.task}
         return units | {name: info.unit for name, info in (self.list_new_symbols(chain) or {}).items()}
 
+    def _explain_missing_set(self, chain: Chain, is_everything: bool) -> str:
+        """Return why there is no set of zeros: the formulas are zero everywhere, or nowhere."""
+        if not is_everything:
+            return "its formula is never zero, so there is no set to ask for"
+        moving_axes = [axis for axis in AXES if f"v{axis}" in chain.task]
+        components = {f"p.{axis}" for axis in AXES if axis not in moving_axes}
+        names_constant = any(ast.unparse(node) in components for formula in self.formulas for node in ast.walk(formula))
+        is_planar = names_constant and bool(moving_axes)
+        cause = f" (this arm changes only {' and '.join(f'p.{axis}' for axis in moving_axes)})" if is_planar else ""
+        return f"its formula is zero at every configuration{cause}, so there is no set to ask for"
+
     def find_objection_to_arm(self, chain: Chain) -> str | None:
         """Return why the question can't be asked about this arm, or None; `find_objection` caches the result."""
         try:
@@ -481,7 +492,7 @@ class QuestionMaker:
             if self.is_set:
                 components = _find_zeros(self.definition, chain)
                 if not components:
-                    return "its formula is never zero, or always, so there is no set to ask for"
+                    return self._explain_missing_set(chain, is_everything=components is None)
                 uncertain_components = (c for c in components if not c.has_constant_values)
                 pieces = [piece for component in uncertain_components for piece in component.list_pieces()]
                 empty_piece = next((piece for piece in pieces if not sample_condition(chain, piece, "zeros")), None)
