@@ -123,6 +123,10 @@ def _omit_components(formula: ast.expr) -> Iterator[Rewriting]:
 def _omit_component(node: ast.expr, index: int) -> ast.expr | None:
     if isinstance(node, ast.List) and len(node.elts) > max(index, 1 + sum(map(_is_zero, node.elts))):
         return ast.List([*node.elts[:index], ast.Constant(0), *node.elts[index + 1 :]])
+    match node:
+        case ast.Call(func=ast.Name(id="dot"), args=[u, w]) if ast.List not in (type(u), type(w)):
+            entries = [ast.Subscript(vector, ast.Constant(index + 1)) for vector in (u, w)]
+            return ast.BinOp(node, ast.Sub(), ast.BinOp(entries[0], ast.Mult(), entries[1]))
     return None
 
 
@@ -238,9 +242,10 @@ def _multiply_by_task_rows(node: ast.expr, columns: Sequence[int]) -> ast.expr |
 
 
 def _forget_factors(formula: ast.expr, part: Part) -> Iterator[MistakeVariant]:
-    """Yield the number without each of the symbols that the question introduces, such as g or m."""
-    names = [name for name, _ in part.details_as(CustomDetails).definition.units] if part.type == "number" else []
-    for name in sorted(find_names(formula) & set(names)):
+    """Yield the number without each symbol that the question introduces or gives, such as g or a joint rate."""
+    details = part.details_as(CustomDetails)
+    names = {name for name, _ in details.definition.units} | {symbol.name for symbol in details.values}
+    for name in sorted(find_names(formula) & names) if part.type == "number" else ():
         replacement = partial(_replace_name, name=name, replacement=ast.Constant(1))
         yield _make_variant(part, _rewrite(formula, replacement), f" (with {name})")
 

@@ -200,6 +200,7 @@ def test_a_direction_that_nothing_loses_gets_no_such_message() -> None:
         ("norm(v)", "dot(v, v)", "speed-squared"), ("norm(v)", "v.x + v.y", "components-added"),
         ("norm(v)", "abs(v.x) + abs(v.y)", "components-added"), ("norm(v)", "v.y", "component-alone"),
         ("m*g*v.y", "m*v.y", "factor-missing"), ("m*g*v.y", "m*g*v.x", "other-component"),
+        ("m*p.x*qd1", "m*p.x", "factor-missing"), ("dot(m*p, v)", "m*p.x*v.x", "component-left-out"),
         ("transpose(Jv)*[m, 0, 0]", "J*[m, 0]", "transposed-wrongly"),
         ("J*transpose(J)*qd", "transpose(J)*J*qd", "transposed-wrongly"),
         ("m*transpose(J)*J*qd", "m*J*transpose(J)*qd", "transposed-wrongly"),
