@@ -234,18 +234,16 @@ def test_what_no_database_can_store_is_refused(service: Service) -> None:
 @pytest.mark.parametrize(
     ("due", "status", "sentence"),
     [
-        ("2027-01-12T12:00:00+00:00", 200, ""), ("2027-01-08T12:00:00+00:00", 200, "earlier than the due date"),
+        ("2027-01-12T12:00:00+00:00", 200, ""), ("2027-01-08T12:00:00+00:00", 200, ""),
         ("0001-01-01T00:00:00+00:00", 400, "2027-01-15T23:59:00"), ("9999-12-31T23:59:59-12:00", 400, "2027-01-15T"),
         ("tomorrow", 400, "2027-01-15T23:59:00"), (True, 400, "2027-01-15T23:59:00"),
     ],
 )  # fmt: skip
-def test_unusual_due_dates_get_a_warning_or_an_example(due: object, status: int, sentence: str) -> None:
+def test_impossible_due_dates_are_refused_with_an_example(due: object, status: int, sentence: str) -> None:
     with serve_class("due = 2027-01-10T12:00:00+00:00") as service:
         staff = service.open_browser("staff:Grace")
         reply = staff.send("POST", "/a/hw/class/extensions", {"student": service.people["s001"].pk, "due": due})
-        assert reply.status_code == status
-        assert sentence in reply.json().get("error" if status == 400 else "warning", "")
-        assert bool(sentence) == bool(reply.json().get("error") or reply.json()["warning"])
+        assert reply.status_code == status and sentence in reply.json().get("error", "")
         unknown = staff.send("POST", "/a/hw/class/extensions", {"student": 99_999, "due": None})
         assert (unknown.status_code, unknown.json()["error"]) == (404, "Your class has no such student.")
 
