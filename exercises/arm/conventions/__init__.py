@@ -5,7 +5,7 @@
     modified_dh    the modified (proximal) Denavit-Hartenberg table of Craig
     screws         the joint axes at home, without frames on the links
 
-`REGISTRY` lists them; docs/adding/convention.md tells how to add one. All other code calls methods of
+`REGISTRY` lists them; docs/adding/convention.md says how to add one. All other code calls methods of
 `convention_of(chain)`; it does not test which convention an arm has.
 """
 
