@@ -42,8 +42,9 @@ class Assignments:
                     self._loaded[folder] = load_assignment(folder)
                 except QdotError as error:
                     self.errors[folder] = "; ".join(str(error).splitlines())
-                    place = re.match(r".*?\.\w+(: line \d+)?", str(error))  # the rest may have names of students
-                    logger.error("%s has an error; the last version without one is in use", place and place[0])
+                    place = re.match(r".*?\.(toml|csv)(: line \d+)?", str(error))  # the rest may have names of students
+                    path = place[0] if place else folder
+                    logger.error("%s has an error; the last version without one is in use", path)
         return {assignment.key: assignment for assignment in self._loaded.values()}
 
 

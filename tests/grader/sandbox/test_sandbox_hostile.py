@@ -232,7 +232,7 @@ LIES = {
     "a text whose slice is something else": ("class L(str):\n    def __getitem__(self, k): return {}\nc = L('right')", "right"),
     "a text that is another each time": ("class L(str):\n    def __str__(self): return str(id([]))\nc = L('right')", "right"),
     "a list that is never the same": ("class L(list):\n    def __iter__(self):\n        self.append(1)\n        return iter([len(self)])\nc = L()", "["),
-    "a pickle": ("import pickle\nclass L:\n    def __reduce__(self): return (os._exit, (0,))\nc = pickle.dumps(L())", "a bytes is not"),
+    "a pickle": ("import pickle\nclass L:\n    def __reduce__(self): return (os._exit, (0,))\nc = pickle.dumps(L())", "posix"),
     "an object with __reduce__": ("class L:\n    def __reduce__(self): return (os._exit, (0,))\nc = L()", "a L is not an expression"),
     "a type that always is": ("class M(type):\n    def __instancecheck__(c, o): return True\nclass L(metaclass=M): pass\nc = L", "a M is not an expression"),
     "an endless iterator": ("class L(list):\n    def __iter__(self):\n        while True: yield 1\nc = L([1])", "longer than"),

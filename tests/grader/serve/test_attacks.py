@@ -111,14 +111,11 @@ def test_every_cookie_is_partitioned_if_the_service_has_a_certificate(scheme: st
         start_response("200 OK", [("Content-Length", "2"), *(("Set-Cookie", cookie) for cookie in cookies)])
         return [b"ok"]
 
-    server = open_server(application, f"{scheme}://127.0.0.1", "127.0.0.1", 0)
-    threading.Thread(target=server.run, daemon=True).start()
-    connection = HTTPConnection("127.0.0.1", server.effective_port, timeout=5)
-    connection.request("GET", "/")
-    cookies = connection.getresponse().headers.get_all("Set-Cookie") or []
-    assert [cookie.endswith("; Partitioned") for cookie in cookies] == [scheme == "https"] * 2
-    connection.close()
+    server, fields = open_server(application, f"{scheme}://127.0.0.1", "127.0.0.1", 0), list[tuple[str, str]]()
+    server.application({"REMOTE_ADDR": "127.0.0.1"}, lambda _, sent, *__: fields.extend(sent))
     server.close()
+    cookies = [value for name, value in fields if name == "Set-Cookie"]
+    assert [cookie.endswith("; Partitioned") for cookie in cookies] == [scheme == "https"] * 2
 
 
 @pytest.mark.parametrize("level", ["values", "solutions"])

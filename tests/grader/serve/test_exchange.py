@@ -52,9 +52,9 @@ def submit_at_random(service: Service, rng: random.Random) -> None:
     results = staff.get("/a/hw/class/results").json()
     person = service.people["s001"].pk
     decisions = [
+        *({"group": group["group"], "points": 0.5, "comment": ""} for group in results["groups"][:1]),
         {"student": person, "part": "p1.jacobian", "points": 1.25, "comment": "half"},
         {"student": person, "part": "", "points": None, "comment": "well done"},
-        *({"group": group["group"], "points": 0.5, "comment": ""} for group in results["groups"][:1]),
         *({**row, "points": 2, "answer": row["text"], "comment": "good"} for row in results["to_mark"]),
     ]
     for decision in decisions:
