@@ -43,8 +43,7 @@ class Assignments:
                 except QdotError as error:
                     self.errors[folder] = "; ".join(str(error).splitlines())
                     place = re.match(r".*?\.(toml|csv)(: line \d+)?", str(error))  # the rest may have names of students
-                    path = place[0] if place else folder
-                    logger.error("%s has an error; the last version without one is in use", path)
+                    logger.error("%s has an error; the last good version is in use", place[0] if place else folder)
         return {assignment.key: assignment for assignment in self._loaded.values()}
 
 
