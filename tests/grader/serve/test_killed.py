@@ -131,13 +131,13 @@ class LaunchedBrowser(Browser):
 
 
 def retry(action: Any) -> Any:
-    """Return the result of an action, which is repeated while the service doesn't answer, as the pages do."""
+    """Return the result of an action, which is repeated, as on the pages, while the service is away or too busy."""
     deadline = time.monotonic() + 300
     while time.monotonic() < deadline:
         try:
             return action()
         except (OSError, HTTPException) as error:  # the connection broke
-            if isinstance(error, HTTPError) and error.code < 500:
+            if isinstance(error, HTTPError) and error.code < 500 and error.code != 429:
                 raise AssertionError(error.read()) from None
             last_error = error
             time.sleep(0.2)
