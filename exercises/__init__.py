@@ -5,7 +5,9 @@ No package imports one that is listed after it, nor anything of `grader` (pyproj
 
     common/                     errors, files, processes, the terminal
     formula/                    parse, print and evaluate formulas; compare them as functions and as sets
-    arm/                        describe an arm by a DH table or screws, and derive its kinematics
+    arm/                        describe an arm by a DH table or screws, and compute its frames
+    derivation/                 derive the Jacobian and all that follows from it, in stages
+    robots/                     read an arm from a file; the library of real robots
     singularities/              find the singular configurations of an arm, and the motions that it loses there
     reference_answers/          the types of answers, one class for each
     problem/                    problems, their identities and parts; the rules for partial credit

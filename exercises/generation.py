@@ -7,7 +7,6 @@ from functools import cache
 from itertools import count, islice
 
 from qdot.exercises.arm.chain import DEFAULT_CONVENTION, Chain
-from qdot.exercises.arm.library import list_robots
 from qdot.exercises.common.errors import KeyReason, QdotError, make_name_error
 from qdot.exercises.common.stream import Stream, derive_seed
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_STEPS, list_variation_axes
@@ -16,6 +15,7 @@ from qdot.exercises.families.listing import FamilyListing, read_listing
 from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS, Question
 from qdot.exercises.questions.custom import Definition, make_question
+from qdot.exercises.robots.library import list_robots
 from qdot.exercises.short_questions import ALL_QUESTIONS, SHORT_QUESTIONS
 from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, rate_difficulty, rate_difficulty_band
 

@@ -17,7 +17,6 @@ os.environ.setdefault("SYMPY_CACHE_SIZE", "20000")
 
 if TYPE_CHECKING:
     from qdot.exercises.arm.chain import Base, Chain, Joint, Point
-    from qdot.exercises.arm.robot_file import read_robot
     from qdot.exercises.assignment.assignment import Assignment, load_assignment
     from qdot.exercises.common.errors import QdotError
     from qdot.exercises.families import FAMILIES
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
     from qdot.exercises.notebook.problem_formats import show
     from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
     from qdot.exercises.reference_answers import Answer
+    from qdot.exercises.robots.robot_file import read_robot
     from qdot.exercises.short_questions import ALL_QUESTIONS
     from qdot.exercises.solve.solver import Solution, solve
     from qdot.exercises.verify.certificate import ProblemCertificate, certify
@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "exercises.reference_answers": ("Answer",), "exercises.arm.chain": ("Base", "Chain", "Joint", "Point"),
-    "exercises.arm.robot_file": ("read_robot",), "exercises.assignment.assignment": ("Assignment", "load_assignment"),
-    "exercises.common.errors": ("QdotError",), "exercises.families": ("FAMILIES",),
+    "exercises.assignment.assignment": ("Assignment", "load_assignment"), "exercises.common.errors": ("QdotError",),
+    "exercises.families": ("FAMILIES",), "exercises.robots.robot_file": ("read_robot",),
     "exercises.formula.equality": ("Certificate",), "exercises.generation": ("generate",),
     "exercises.notebook.problem_formats": ("show",),
     "exercises.problem.problem": ("ENGINE", "Part", "Problem", "ProblemId"),

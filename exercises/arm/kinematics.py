@@ -9,7 +9,7 @@ Vectors are in the world frame:
 The rows of a 6 x n Jacobian are vx vy vz wx wy wz (6.6).
 
 The symbolic Jacobian is derived by two routes. Route 1 differentiates the position (6.1-6.4), which is computed here.
-Route 2, the stages of `derivation_graph`, propagates velocities (6.9-6.13). The two routes share only the DH table.
+Route 2, the stages of `derivation.graph`, propagates velocities (6.9-6.13). The two routes share only the DH table.
 Route 1 adds the angles of successive parallel joints, so that formulas have cos(theta1 + theta2); the sum is called an
 absolute angle. Route 2 multiplies rotation matrices joint by joint.
 """

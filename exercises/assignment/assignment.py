@@ -20,8 +20,6 @@ import pydantic
 from qdot.exercises import generation
 from qdot.exercises.arm.chain import DEFAULT_CONVENTION, DEFAULT_TWIST_ORDER
 from qdot.exercises.arm.conventions import REGISTRY
-from qdot.exercises.arm.library import find_robot_path
-from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy, read_attempt_policy
 from qdot.exercises.assignment.expected_forms import EXPECTED_FORMS
 from qdot.exercises.assignment.front_page import FrontPage, read_front_page
@@ -58,6 +56,8 @@ from qdot.exercises.questions.custom.definition import TEXT_ANSWER
 from qdot.exercises.questions.custom.question import QuestionMaker
 from qdot.exercises.questions.custom.reader import read_definitions, read_question_file
 from qdot.exercises.questions.custom.texts import check_formulas
+from qdot.exercises.robots.library import find_robot_path
+from qdot.exercises.robots.robot_file import read_robot_file
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.singularities.difficulty import HARDEST_BAND
 from qdot.exercises.writing.custom_texts import check_given_values, fill_text

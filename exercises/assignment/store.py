@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.derivation import derive, register_minors
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import write_atomically
+from qdot.exercises.derivation.derivation import derive, register_minors
 from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
 from qdot.exercises.formula.sympy_text import format_expression, store_texts
 from qdot.exercises.problem.problem import Problem

@@ -13,10 +13,10 @@ import sympy as sp
 from sympy.polys.polyerrors import BasePolynomialError
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, make_symbolic_arm
-from qdot.exercises.arm.derivation_graph import RESULT, compute_numeric_stages, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.arm.standard_table import wrap_angle
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
+from qdot.exercises.derivation.graph import RESULT, compute_numeric_stages, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain, compare_entries
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.sympy_text import format_expression
@@ -115,7 +115,7 @@ def _select_distinct(correct: np.ndarray, predictions: Iterable[PredictedAnswer]
 
 @dataclass(frozen=True)
 class _StructureQuestion:
-    """A question about a structure: an arm with symbols for all lengths, which many arms share (see `arm.derivation`).
+    """A question about a structure: an arm with symbols for all lengths, which many arms share (see `derivation`).
 
     The results for a structure are cached. `content` distinguishes questions of one kind that ask for different
     results, and custom questions of different assignments with the same name.

@@ -13,10 +13,10 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, is_angle_symbol
-from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
 from qdot.exercises.arm.mpmath_kinematics import evaluate_in_context, round_to_ten_digits
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.graph import StageResults, compute_numeric_stages
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.mistakes import catalogue
 from qdot.exercises.mistakes.base import add_chapter_to_reference

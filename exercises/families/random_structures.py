@@ -21,13 +21,13 @@ from itertools import zip_longest
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import compile_expressions
 from qdot.exercises.arm.chain import REVOLUTE, Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.arithmetic import compile_expressions
+from qdot.exercises.derivation.lengths import substitute_arm_lengths
 from qdot.exercises.families import variations
 from qdot.exercises.families.family import Family
 from qdot.exercises.families.structures import Structure, build_arm, group_clean_structures, is_clean

@@ -8,12 +8,12 @@ from functools import partial
 from pathlib import Path
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.lengths import substitute_arm_lengths
-from qdot.exercises.arm.library import ROBOT_FOLDER
-from qdot.exercises.arm.robot_file import LengthRange, Robot, read_robot_file
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.lengths import substitute_arm_lengths
 from qdot.exercises.families.family import Family
 from qdot.exercises.families.variations import are_distinct, to_metres
+from qdot.exercises.robots.library import ROBOT_FOLDER
+from qdot.exercises.robots.robot_file import LengthRange, Robot, read_robot_file
 
 MAX_TRIES = 50
 """Maximum number of attempts to sample clearly different lengths, because the instructor's ranges may allow none."""

@@ -21,8 +21,8 @@ from pathlib import Path
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, HasKind, Joint
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.trigonometry import count_terms
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.singularities.singular_set import find_singular_set
 
 STRUCTURES_FILE = Path(__file__).with_name("structures.txt")

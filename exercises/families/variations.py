@@ -10,8 +10,8 @@ from itertools import combinations
 import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
-from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.lengths import substitute_arm_lengths
 
 Centimetres = Sequence[int]
 

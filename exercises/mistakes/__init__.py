@@ -1,6 +1,6 @@
 """The mistakes that students make in derivations: one catalogue for diagnosis, quizzes and verification.
 
-A derivation is computed in stages, such as the table, the link vectors and the Jacobian (`arm.derivation_graph`). A
+A derivation is computed in stages, such as the table, the link vectors and the Jacobian (`derivation.graph`). A
 mistake changes the result of one stage or several stages. A variant of a mistake fixes the details, such as the joint
 at which the mistake is made.
 

@@ -13,10 +13,10 @@ from itertools import combinations, product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import apply_matrix, cofactor_signs, determinant, matrix_product
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, make_symbolic_arm
-from qdot.exercises.arm.derivation_graph import Change, StageResults, decompose_jacobian, list_links_to_point
+from qdot.exercises.derivation.arithmetic import apply_matrix, cofactor_signs, determinant, matrix_product
+from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
+from qdot.exercises.derivation.graph import Change, StageResults, decompose_jacobian, list_links_to_point
 from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,

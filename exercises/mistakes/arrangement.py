@@ -9,7 +9,7 @@ import numpy as np
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.derivation_graph import RESULT, StageResults
+from qdot.exercises.derivation.graph import RESULT, StageResults
 from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,

@@ -1,6 +1,6 @@
 """Define a mistake: a change to a derivation, or to an answer, and the message to the student.
 
-A derivation consists of stages, such as the table, the link vectors and the Jacobian (`arm.derivation_graph`). A
+A derivation consists of stages, such as the table, the link vectors and the Jacobian (`derivation.graph`). A
 mistake changes the results of some stages; all later stages are computed from the changed results. A change is a
 function of all stages and of one stage's correct result, and returns the wrong result. Values may carry derivatives
 with respect to the joint variables; `drop_derivatives` removes these. In shapes, "…" stands for the axes of the
@@ -18,7 +18,7 @@ import numpy as np
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY, convention_of
-from qdot.exercises.arm.derivation_graph import Change, StageResults, propagate_linear_rows
+from qdot.exercises.derivation.graph import Change, StageResults, propagate_linear_rows
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.reference_answers import Answer
 

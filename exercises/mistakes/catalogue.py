@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import Change, StageResults, propagate_linear_rows
+from qdot.exercises.derivation.graph import Change, StageResults, propagate_linear_rows
 from qdot.exercises.mistakes import (
     algebra,
     arrangement,

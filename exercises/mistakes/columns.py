@@ -13,10 +13,10 @@ from itertools import combinations, permutations, product
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import apply_matrix, cross, matrix_product
 from qdot.exercises.arm.chain import PRISMATIC, REVOLUTE, Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation_graph import (
+from qdot.exercises.derivation.arithmetic import apply_matrix, cross, matrix_product
+from qdot.exercises.derivation.graph import (
     RESULT,
     Change,
     StageResults,

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from qdot.exercises.arm.arithmetic import compile_expressions
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.arithmetic import compile_expressions
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain
 from qdot.exercises.formula.program import evaluate
 from qdot.exercises.problem.problem import Part

@@ -10,8 +10,8 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation_graph import RESULT, StageResults, Table
 from qdot.exercises.arm.path import StraightPath
+from qdot.exercises.derivation.graph import RESULT, StageResults, Table
 from qdot.exercises.mistakes.base import (
     AnswerGenerator,
     AnswerShape,

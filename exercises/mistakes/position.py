@@ -11,9 +11,9 @@ from functools import partial
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import apply_matrix, matrix_product
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import (
+from qdot.exercises.derivation.arithmetic import apply_matrix, matrix_product
+from qdot.exercises.derivation.graph import (
     Change,
     StageResults,
     list_links_to_point,

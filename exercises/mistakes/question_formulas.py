@@ -13,7 +13,7 @@ from itertools import combinations
 
 import numpy as np
 
-from qdot.exercises.arm.derivation_graph import RESULT, StageResults
+from qdot.exercises.derivation.graph import RESULT, StageResults
 from qdot.exercises.mistakes.base import FormulaVariantGenerator, MistakeVariant
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.custom import CustomDetails

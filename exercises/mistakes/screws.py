@@ -1,6 +1,6 @@
 """Mistakes with screws and the product of exponentials, for arms described by their axes in the home configuration.
 
-In shapes, "…" stands for the axes of the arithmetic (`arm.derivation_graph`).
+In shapes, "…" stands for the axes of the arithmetic (`derivation.graph`).
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -10,10 +10,11 @@ from typing import NamedTuple
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import apply_matrix, cross, matrix_product
 from qdot.exercises.arm.axes_to_dh import Axis
 from qdot.exercises.arm.chain import PRISMATIC, REVOLUTE, Chain
-from qdot.exercises.arm.derivation_graph import (
+from qdot.exercises.arm.standard_table import compute_home_geometry
+from qdot.exercises.derivation.arithmetic import apply_matrix, cross, matrix_product
+from qdot.exercises.derivation.graph import (
     Change,
     StageResults,
     Table,
@@ -21,7 +22,6 @@ from qdot.exercises.arm.derivation_graph import (
     make_adjoint_matrix,
     rotate_rows,
 )
-from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import apply_matrix, matrix_product
 from qdot.exercises.arm.chain import PRISMATIC, REVOLUTE, Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation_graph import (
+from qdot.exercises.derivation.arithmetic import apply_matrix, matrix_product
+from qdot.exercises.derivation.graph import (
     Change,
     StageResults,
     Table,

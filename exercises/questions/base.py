@@ -1,6 +1,6 @@
 """The definition of a question: how it is generated for an arm, when it applies, which questions it builds on.
 
-Answers are derived in stages, such as the joint axes, the Jacobian or its determinant (`arm.derivation_graph`). In the
+Answers are derived in stages, such as the joint axes, the Jacobian or its determinant (`derivation.graph`). In the
 shapes of arrays, … is the axis of the arithmetic, such as one entry for each of several configurations. Results are
 derived once for the structure of an arm, which is the arm with symbols for all lengths and oblique angles.
 """
@@ -14,14 +14,14 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, SCREWS
-from qdot.exercises.arm.derivation import TooLong, derive, make_symbolic_arm
-from qdot.exercises.arm.derivation_graph import Change, StageResults, propagate_linear_rows, to_sympy_matrix
 from qdot.exercises.arm.trigonometry import count_terms
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.arithmetic import apply_matrix
+from qdot.exercises.derivation.derivation import TooLong, derive, make_symbolic_arm
+from qdot.exercises.derivation.graph import Change, StageResults, propagate_linear_rows, to_sympy_matrix
 from qdot.exercises.formula.equality import Rounding
 from qdot.exercises.problem.problem import Details, Part
 from qdot.exercises.questions.language import parse

@@ -14,10 +14,10 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.derivation_graph import StageResults
 from qdot.exercises.arm.mpmath_kinematics import determinant, evaluate_in_context, round_matrix, round_to_four_digits
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive
+from qdot.exercises.derivation.graph import StageResults
 from qdot.exercises.problem.problem import recorded_as
 from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
 from qdot.exercises.questions.differentiation import TaskDetails

@@ -6,9 +6,9 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.derivation_graph import Change, StageResults
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive
+from qdot.exercises.derivation.graph import Change, StageResults
 from qdot.exercises.problem.problem import Details, Part, ResultChoiceDetails
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import Question

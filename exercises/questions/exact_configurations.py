@@ -14,11 +14,11 @@ import mpmath
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import compile_expressions
 from qdot.exercises.arm.chain import Chain, is_joint_angle
-from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.arithmetic import compile_expressions
+from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
 from qdot.exercises.formula.program import evaluate
 from qdot.exercises.problem.problem import Details, list_values_by_name, recorded_as
 from qdot.exercises.questions import inversion

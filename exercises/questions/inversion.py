@@ -13,10 +13,10 @@ import sympy as sp
 
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import make_task_velocity
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.mpmath_kinematics import MpmathArm, Vector
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import make_task_velocity
 from qdot.exercises.problem.problem import Details, SymbolInfo, list_values_by_name, recorded_as
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import AnswerAndDetails, Question

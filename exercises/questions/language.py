@@ -2,7 +2,7 @@
 
 A formula has the syntax of a Python expression, with ^ for powers. It is parsed into Python's syntax tree and never
 executed: `compute` evaluates a fixed list of operations on the named quantities of an arm (`quantities`). Values are
-arrays as in `derivation_graph`: up to two axes for rows and columns, followed by one axis of the arithmetic.
+arrays as in `derivation.graph`: up to two axes for rows and columns, followed by one axis of the arithmetic.
 """
 
 import ast
@@ -16,8 +16,15 @@ from typing import Protocol
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import apply_matrix, cofactor_signs, cross, determinant, matrix_product, minors
 from qdot.exercises.common.errors import QdotError, make_name_error
+from qdot.exercises.derivation.arithmetic import (
+    apply_matrix,
+    cofactor_signs,
+    cross,
+    determinant,
+    matrix_product,
+    minors,
+)
 from qdot.exercises.formula.names import normalize_name
 
 MAX_CHARACTERS = 500

@@ -18,15 +18,15 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import apply_matrix
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, VELOCITY_NAMES
-from qdot.exercises.arm.derivation import derive, make_symbolic_arm
-from qdot.exercises.arm.derivation_graph import StageResults
 from qdot.exercises.arm.kinematics import Z
 from qdot.exercises.arm.trigonometry import count_terms, to_textbook_form
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.arithmetic import apply_matrix
+from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
+from qdot.exercises.derivation.graph import StageResults
 from qdot.exercises.problem.problem import Details, ResultChoiceDetails
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import Question

@@ -12,17 +12,17 @@ from typing import Any, NamedTuple
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import (
+from qdot.exercises.arm.chain import Chain, is_angle_symbol
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.conventions.base import FRAMES
+from qdot.exercises.derivation.arithmetic import (
     NumericArithmetic,
     SympyArithmetic,
     TreeArithmetic,
     apply_matrix,
     matrix_product,
 )
-from qdot.exercises.arm.chain import Chain, is_angle_symbol
-from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.conventions.base import FRAMES
-from qdot.exercises.arm.derivation_graph import StageResults, compute_convention_rotation
+from qdot.exercises.derivation.graph import StageResults, compute_convention_rotation
 from qdot.exercises.formula import algebra
 from qdot.exercises.formula.trees import ZERO, Node, replace_names
 from qdot.exercises.problem.problem import list_table_numbers

@@ -15,8 +15,8 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
 from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
 from qdot.exercises.questions.exact_configurations import (

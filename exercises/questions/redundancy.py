@@ -19,11 +19,11 @@ import sympy as sp
 
 from qdot.exercises.arm import mpmath_kinematics as precise
 from qdot.exercises.arm.chain import Chain, is_angle_symbol
-from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, PRECISE_CONTEXT, MpmathArm, Vector
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
 from qdot.exercises.formula.units import write_power_of_metres
 from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions import inversion

@@ -1,4 +1,4 @@
-"""Derive reference answers in stages (`arm.derivation_graph`), some of which have formulas in textbook form.
+"""Derive reference answers in stages (`derivation.graph`), some of which have formulas in textbook form.
 
 The other stages, and the answers, are computed from these. A formula is in textbook form if a textbook would print it
 like this: sums of angles are combined, and common factors are taken out.
@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import SympyArithmetic
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.derivation_graph import StageResults
+from qdot.exercises.derivation.arithmetic import SympyArithmetic
+from qdot.exercises.derivation.derivation import derive
+from qdot.exercises.derivation.graph import StageResults
 
 TextbookFormulas = Mapping[str, Callable[[Chain], sp.Matrix | sp.Expr]]
 """For each stage, a function that returns the stage's formula for an arm, in textbook form."""

@@ -5,10 +5,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from qdot.exercises.arm.arithmetic import TreeArithmetic, determinant, list_rows
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.derivation_graph import RESULT, StageResults
+from qdot.exercises.derivation.arithmetic import TreeArithmetic, determinant, list_rows
+from qdot.exercises.derivation.derivation import derive
+from qdot.exercises.derivation.graph import RESULT, StageResults
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import find_question

@@ -20,11 +20,11 @@ from qdot.exercises.arm.axes_to_dh import Axis, recognize_exact
 from qdot.exercises.arm.chain import REVOLUTE, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import SCREWS
-from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.kinematics import compute_frames_and_point
 from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.arm.trigonometry import count_terms, remove_brackets, to_textbook_matrix
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
 from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import ObjectionFinder, Question

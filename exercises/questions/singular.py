@@ -13,10 +13,10 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.problem.problem import Details, list_values_by_name, recorded_as
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options

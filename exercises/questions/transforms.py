@@ -9,8 +9,8 @@ from qdot.exercises.arm import transforms
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES, VELOCITY_NAMES
-from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
 from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import Question

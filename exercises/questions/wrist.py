@@ -12,15 +12,15 @@ from functools import lru_cache
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import determinant
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES, VELOCITY_NAMES
-from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.kinematics import Z, compute_frame_after, compute_frames_and_point
 from qdot.exercises.arm.trigonometry import Factored, are_identical, count_terms, factor_trig, to_textbook_matrix
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.arithmetic import determinant
+from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
 from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import Question

@@ -11,8 +11,8 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS
-from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import AnswerAndDetails
 from qdot.exercises.questions.inversion import make_load_symbols

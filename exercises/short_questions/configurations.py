@@ -12,8 +12,8 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, is_joint_angle
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.lengths import substitute_arm_lengths
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.base import AnswerAndDetails
 from qdot.exercises.questions.exact_configurations import (

@@ -10,8 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.graph import StageResults, compute_numeric_stages
 from qdot.exercises.mistakes import catalogue
 from qdot.exercises.mistakes.catalogue import CATALOGUE, apply_mistake
 from qdot.exercises.mistakes.configurations import sample_configurations

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
 from qdot.exercises.problem.problem import Details
 from qdot.exercises.questions.base import AnswerAndDetails, find_determinant_objection
 from qdot.exercises.reference_answers import Selection

@@ -5,8 +5,8 @@ from functools import lru_cache
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS
-from qdot.exercises.arm.derivation import make_symbolic_arm
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import make_symbolic_arm
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import AnswerAndDetails, Question
 

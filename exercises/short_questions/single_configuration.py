@@ -10,9 +10,9 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.mpmath_kinematics import determinant, evaluate_in_context, round_to_ten_digits
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.formula.units import write_power_of_metres
 from qdot.exercises.problem.problem import recorded_as
 from qdot.exercises.questions.base import AnswerAndDetails

@@ -20,16 +20,16 @@ from sympy.polys.polyerrors import BasePolynomialError
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS
-from qdot.exercises.arm.derivation import derive, make_symbolic_arm
-from qdot.exercises.arm.derivation_graph import (
+from qdot.exercises.arm.trigonometry import factor_trig, to_textbook_form, write_in_textbook_form
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
+from qdot.exercises.derivation.graph import (
     Change,
     StageResults,
     compute_numeric_stages,
     compute_symbolic_stages,
     to_sympy_matrix,
 )
-from qdot.exercises.arm.trigonometry import factor_trig, to_textbook_form, write_in_textbook_form
-from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate

@@ -16,8 +16,8 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain, is_angle_symbol
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.lengths import are_unrelated, replace_lengths_by_symbols
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.lengths import are_unrelated, replace_lengths_by_symbols
 from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.parser import parse_formula

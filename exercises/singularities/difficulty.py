@@ -5,8 +5,8 @@ from functools import lru_cache
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.trigonometry import count_written_terms
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.singularities.singular_set import find_singular_set
 
 BAND_MINIMUMS = (10, 16, 24, 34)

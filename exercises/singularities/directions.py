@@ -15,8 +15,8 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, is_joint_angle
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.trigonometry import Factored, count_terms, factor_trig, to_textbook_form
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.singularities.singular_set import Component
 
 ZERO_THRESHOLD, NONZERO_THRESHOLD = 1e-9, 0.05

@@ -20,10 +20,15 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import ANGLE_PREFIXES, Base, Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.derivation import TooLong, expand_determinant, has_long_minors, point_moves_with_last_link
 from qdot.exercises.arm.kinematics import NumericChain, compute_jacobian_in_frame
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import (
+    TooLong,
+    expand_determinant,
+    has_long_minors,
+    point_moves_with_last_link,
+)
 from qdot.exercises.singularities.joint_solvability import drop_implied, may_hold_simultaneously
 from qdot.exercises.singularities.singular_set import (
     Conjunction,

@@ -13,8 +13,8 @@ from itertools import combinations, product
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, is_joint_angle
-from qdot.exercises.arm.derivation import Derivation, TooLong, derive
 from qdot.exercises.arm.trigonometry import Factored, factor_trig
+from qdot.exercises.derivation.derivation import Derivation, TooLong, derive
 from qdot.exercises.singularities.joint_solvability import (
     drop_implied,
     drop_redundant,

@@ -18,8 +18,8 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.singularities.appearance import find_wrist_centre
 from qdot.exercises.singularities.axes import Sample, compute_jacobians, stack_samples
 from qdot.exercises.singularities.reach import compute_arm_lengths, reaches_beyond

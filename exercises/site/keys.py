@@ -31,14 +31,14 @@ from typing import Any, NamedTuple
 import mpmath
 import numpy as np
 
-from qdot.exercises.arm.derivation_graph import (
+from qdot.exercises.arm.trigonometry import write_in_textbook_form
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.graph import (
     StageResults,
     compute_numeric_stages,
     compute_symbolic_stages,
     to_sympy_matrix,
 )
-from qdot.exercises.arm.trigonometry import write_in_textbook_form
-from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.formula.equality import Domain, round_to_six_digits
 from qdot.exercises.formula.parser import parse_formula

@@ -13,7 +13,7 @@ from typing import Any
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import TooLong, derive
+from qdot.exercises.derivation.derivation import TooLong, derive
 from qdot.exercises.figure.arm_figure import describe_part_figure, draw_figure_svg, draw_part_svg, find_figure_pose
 from qdot.exercises.figure.pose import choose_example_values
 from qdot.exercises.figure.words import describe_figure

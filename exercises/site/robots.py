@@ -12,14 +12,14 @@ from typing import Any
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.library import list_robots
-from qdot.exercises.arm.robot_file import ENTRY_KEYS
 from qdot.exercises.common.input_file import read_toml
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.pose import choose_example_values
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.problem.record import Json
+from qdot.exercises.robots.library import list_robots
+from qdot.exercises.robots.robot_file import ENTRY_KEYS
 from qdot.exercises.writing.languages import LANGUAGES, load_catalogue
 
 PLAIN_FAMILIES = ("planar-2r", "scara", "elbow-3r", "spherical", "anthropomorphic-6r")

@@ -1,6 +1,6 @@
 """Derive the results of the chapter for a user's own arm (`qdot solve`).
 
-The Jacobian and the other results themselves are derived in `arm.derivation`. This package imports the packages that
+The Jacobian and the other results themselves are derived in `derivation`. This package imports the packages that
 generate, certify and write problems. Modules:
 
     certified_singularities     descriptions of an arm's singular set that have passed a certificate's test

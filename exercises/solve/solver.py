@@ -17,14 +17,14 @@ from qdot.exercises.arm.axes_to_dh import Axis
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import SCREWS, Convention
-from qdot.exercises.arm.derivation import TooLong, derive
-from qdot.exercises.arm.robot_file import Robot
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import TooLong, derive
 from qdot.exercises.formula.sympy_text import make_matrix_json
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import MAX_JOINTS_FOR_INVERSE
 from qdot.exercises.questions.screws import derive_body_jacobian, derive_space_jacobian
+from qdot.exercises.robots.robot_file import Robot
 from qdot.exercises.singularities.existence_conditions import find_existence_condition
 from qdot.exercises.singularities.reciprocal import elimination_applies
 from qdot.exercises.singularities.singular_set import Component, find_singular_set, find_special_length_components

@@ -10,10 +10,10 @@ from typing import Any
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.robot_file import Robot
 from qdot.exercises.common.time_limit import OutOfTime, time_limit
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.base import MAX_JOINTS_FOR_INVERSE
+from qdot.exercises.robots.robot_file import Robot
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind
 from qdot.exercises.solve.solver import (
     DESCRIPTION,

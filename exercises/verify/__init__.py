@@ -1,6 +1,6 @@
 """Certify problems: test every reference numerically, by methods independent of its derivation.
 
-The references, which are the correct answers, come from symbolic algebra (`arm.derivation`). Here, their text is
+The references, which are the correct answers, come from symbolic algebra (`derivation`). Here, their text is
 parsed like an answer, and evaluated at random configurations. Their values are compared with products of 4 x 4
 matrices, finite differences of the poses and NumPy's linear algebra.
 

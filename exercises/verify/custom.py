@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import compile_expressions
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.derivation.arithmetic import compile_expressions
 from qdot.exercises.formula.program import evaluate
 from qdot.exercises.problem.problem import Part, list_table_numbers
 from qdot.exercises.questions.custom.question import CustomDetails, QuestionMaker

@@ -13,8 +13,8 @@ import sympy as sp
 
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.lengths import substitute_arm_lengths
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.lengths import substitute_arm_lengths
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.exact_configurations import ConfigurationDetails

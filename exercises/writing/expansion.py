@@ -12,8 +12,8 @@ from typing import NamedTuple
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive, shorten_jacobian
 from qdot.exercises.arm.trigonometry import to_textbook_form
+from qdot.exercises.derivation.derivation import derive, shorten_jacobian
 
 Substitution = Callable[[sp.Expr], sp.Expr]
 """A function that substitutes an arm's numbers in an expression of its structure."""

@@ -13,7 +13,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation import Derivation, derive
+from qdot.exercises.derivation.derivation import Derivation, derive
 from qdot.exercises.formula.order import natural_sort_key
 from qdot.exercises.questions.wrist import derive_blocks, find_block_objection
 from qdot.exercises.singularities.singular_set import find_singular_set

@@ -11,7 +11,7 @@ from typing import Any
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.custom.question import CustomDetails
 from qdot.exercises.reference_answers import LETTERS

@@ -14,11 +14,11 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain, Point
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.derivation import Derivation, TooLong, derive, make_symbolic_arm, make_task_velocity
 from qdot.exercises.arm.kinematics import compute_frame_after, compute_link_frames
 from qdot.exercises.arm.mpmath_kinematics import determinant, inverse, round_matrix, round_to_four_digits
 from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.arm.trigonometry import remove_brackets, to_textbook_form
+from qdot.exercises.derivation.derivation import Derivation, TooLong, derive, make_symbolic_arm, make_task_velocity
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import rank, screws
 from qdot.exercises.questions.inversion import Configuration, ConfigurationAndVelocity, evaluate_jacobian_precisely

@@ -9,8 +9,8 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES, Convention
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.standard_table import compute_home_geometry
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.questions.base import name_velocity_components
 from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.singularities.singular_set import ValueCombination

@@ -3,12 +3,12 @@
 import textwrap
 from typing import Any
 
-from qdot.exercises.arm.library import list_robots
 from qdot.exercises.common.errors import count_noun
 from qdot.exercises.families import FAMILIES, Family
 from qdot.exercises.generation import find_listing, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.robots.library import list_robots
 
 LINE_WIDTH = 100
 

@@ -13,10 +13,6 @@ import qdot
 from qdot import ALL_QUESTIONS, FAMILIES, ProblemId, QdotError
 from qdot import generate as make_problem
 from qdot.exercises.arm.chain import CONVENTIONS
-from qdot.exercises.arm.library import FILE_EXTENSIONS, find_robot_path, is_in_library
-from qdot.exercises.arm.library import list_robots as library
-from qdot.exercises.arm.robot_file import read_robot_file
-from qdot.exercises.arm.robot_text import write_robot_text
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, find_set
 from qdot.exercises.common.console import check_choice, note, print_result, show_status
 from qdot.exercises.common.errors import count_noun
@@ -26,6 +22,10 @@ from qdot.exercises.families import Family
 from qdot.exercises.families.robot_family import read_robot_family
 from qdot.exercises.generation import find_listing, look_up_family, select_quiz_questions
 from qdot.exercises.problem.problem import normalize_convention
+from qdot.exercises.robots.library import FILE_EXTENSIONS, find_robot_path, is_in_library
+from qdot.exercises.robots.library import list_robots as library
+from qdot.exercises.robots.robot_file import read_robot_file
+from qdot.exercises.robots.robot_text import write_robot_text
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.grader.cli.options import (
     NO_FOLDER_HINT,

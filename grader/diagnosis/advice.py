@@ -12,8 +12,8 @@ from itertools import chain, islice, product
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.graph import compute_numeric_stages
 from qdot.exercises.figure.lettering import write_symbol
 from qdot.exercises.formula.conditions import ConfigurationSpace, compare_sets
 from qdot.exercises.formula.order import natural_sort_key

@@ -10,7 +10,7 @@ from itertools import combinations
 
 import numpy as np
 
-from qdot.exercises.arm.derivation_graph import StageResults, list_links_to_point
+from qdot.exercises.derivation.graph import StageResults, list_links_to_point
 from qdot.exercises.mistakes.base import join_words
 from qdot.exercises.short_questions import question_of
 from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE

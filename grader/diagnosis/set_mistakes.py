@@ -12,9 +12,9 @@ from itertools import chain, starmap
 
 import numpy as np
 
-from qdot.exercises.arm.arithmetic import compile_expressions
 from qdot.exercises.arm.chain import REVOLUTE
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.arithmetic import compile_expressions
 from qdot.exercises.formula.conditions import ConfigurationSpace, SetComparison, compare_sets
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.set_parser import Piece, parse_typed_set

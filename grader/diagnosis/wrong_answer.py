@@ -6,8 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from qdot.exercises.arm.derivation_graph import StageResults, compute_numeric_stages
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.graph import StageResults, compute_numeric_stages
 from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, ParseError, count_decimal_digits

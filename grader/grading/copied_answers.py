@@ -11,10 +11,10 @@ from contextlib import suppress
 import numpy as np
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.assignment.assignment import Assignment, Slot
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.graph import compute_numeric_stages
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, find_names

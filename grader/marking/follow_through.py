@@ -26,9 +26,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from qdot.exercises.arm.arithmetic import NumericArithmetic, TreeArithmetic, determinant, list_rows
-from qdot.exercises.arm.derivation_graph import Change, StageResults, compute_numeric_stages, compute_tree_stages
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.arithmetic import NumericArithmetic, TreeArithmetic, determinant, list_rows
+from qdot.exercises.derivation.graph import Change, StageResults, compute_numeric_stages, compute_tree_stages
 from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.algebra import split_factors
 from qdot.exercises.formula.equality import Domain

@@ -13,7 +13,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.lengths import substitute_arm_lengths
+from qdot.exercises.derivation.lengths import substitute_arm_lengths
 from qdot.exercises.figure.arm_figure import Example, draw_examples_svg
 from qdot.exercises.formula.equality import Counterexample, SetDifference
 from qdot.exercises.formula.program import compile_program, evaluate

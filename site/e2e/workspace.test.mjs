@@ -78,15 +78,15 @@ for (const robot of ["anthropomorphic-6r", "panda"])
     const { page, context } = await openedAnew(there, `own.html#robot=${robot}`, options);
     await page.waitForFunction((key) => document.querySelector(".own-begin select")?.value === key, robot);
     await page.locator(".arm-jacobian td").first().waitFor();
-    await page.locator(".arm-map-canvas:not([hidden])").waitFor(); // the legend appears with it
-    await page.locator(".arm-map .arm-legend li").first().waitFor();
+    await page.locator(".arm-map-canvas:not([hidden])").waitFor();
+    const parts = [".arm-map .arm-row", ".arm-map-frame", ".arm-map .arm-legend", ".arm-map > .arm-hint"];
+    for (const part of parts) await page.locator(part).waitFor(); // each appears when it is worked out
     await drawn(page);
     const cut = await page.locator(".arm-jacobian").evaluate((table) => {
       const last = table.querySelector("tbody td:last-child").getBoundingClientRect();
       return last.right - table.parentElement.getBoundingClientRect().right;
     });
     assert.ok(cut <= 1, `${cut} pixels of J are cut off`);
-    const parts = [".arm-map .arm-row", ".arm-map-frame", ".arm-map .arm-legend", ".arm-map > .arm-hint"];
     const boxes = await Promise.all(parts.map((part) => boxOf(page, part)));
     for (let i = 1; i < boxes.length; i += 1) {
       const above = boxes[i - 1].y + boxes[i - 1].height;

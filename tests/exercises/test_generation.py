@@ -14,9 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from qdot.exercises.arm.chain import CONVENTIONS
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream, derive_seed
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import (
     check_questions,

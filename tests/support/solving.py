@@ -5,7 +5,7 @@ from contextlib import nullcontext
 from typing import Any
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.robot_file import Robot
+from qdot.exercises.robots.robot_file import Robot
 from qdot.exercises.solve.time_limited import write_solution
 
 SECONDS = 600.0

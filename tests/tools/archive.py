@@ -22,8 +22,6 @@ from typing import Any
 import qdot
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.arm.conventions import REGISTRY
-from qdot.exercises.arm.library import list_robots
-from qdot.exercises.arm.robot_file import TOP_KEYS
 from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment, notebook_path, release_notebooks
 from qdot.exercises.assignment.sets import SETS
@@ -32,6 +30,8 @@ from qdot.exercises.common.variation import VARIATION_AXES, VARIATION_STEPS
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import ENGINE
+from qdot.exercises.robots.library import list_robots
+from qdot.exercises.robots.robot_file import TOP_KEYS
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.grading.attempt import GRADER_VERSION
 from qdot.grader.grading.batch import grade_class

@@ -26,15 +26,15 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.entry import to_sympy
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.lengths import substitute_arm_lengths
-from qdot.exercises.arm.robot_file import Robot, choose_default_task
-from qdot.exercises.arm.robot_text import write_robot_text
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.lengths import substitute_arm_lengths
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
+from qdot.exercises.robots.entry import to_sympy
+from qdot.exercises.robots.robot_file import Robot, choose_default_task
+from qdot.exercises.robots.robot_text import write_robot_text
 from qdot.exercises.singularities.classification import Classification
 from qdot.exercises.solve.numeric_rank_check import check_rank_loss
 from qdot.exercises.solve.solver import solve

@@ -17,16 +17,16 @@ from typing import TypeVar
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import determinant
-from qdot.exercises.arm.derivation_graph import (
+from qdot.exercises.arm.trigonometry import to_textbook_form
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.arithmetic import determinant
+from qdot.exercises.derivation.graph import (
     RESULT,
     StageResults,
     compute_numeric_stages,
     compute_symbolic_stages,
     to_sympy_matrix,
 )
-from qdot.exercises.arm.trigonometry import to_textbook_form
-from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.mistakes.catalogue import (

@@ -18,7 +18,6 @@ import pydantic
 from pydantic.fields import FieldInfo
 
 from qdot.exercises.arm.chain import DEFAULT_CONVENTION, Chain
-from qdot.exercises.arm.library import list_robots
 from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry
 from qdot.exercises.assignment.expected_forms import ATTEMPT_FORMS, EXPECTED_FORMS, LATE_FORMS, PAPER_FORMS
 from qdot.exercises.chapter import read_errata
@@ -35,6 +34,7 @@ from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.custom.reader import FORMS as QUESTION_FORMS
 from qdot.exercises.questions.custom.reader import OptionEntry, QuestionEntry, TextsEntry
+from qdot.exercises.robots.library import list_robots
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.wording import Wording

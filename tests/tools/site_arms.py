@@ -14,11 +14,11 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.entry import parse_entry
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.robot_file import ENTRY_KEYS, read_robot_file
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.robots.entry import parse_entry
+from qdot.exercises.robots.robot_file import ENTRY_KEYS, read_robot_file
 from qdot.exercises.site.robots import ZERO_VECTOR, make_tables_json
 from tests.support import ROOT
 

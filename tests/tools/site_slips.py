@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.graph import compute_numeric_stages
 from qdot.exercises.formula.algebra import split_terms
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import Node, as_matrix, find_names, format_tree

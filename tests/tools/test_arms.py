@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
-from qdot.exercises.arm.robot_file import Robot
+from qdot.exercises.robots.robot_file import Robot
 from qdot.exercises.singularities.singular_set import Component
 from tests.support.suites import select_for_suite
 from tests.tools import arms as tool

@@ -1,6 +1,6 @@
 """Make a question from an instructor's definition: how its answer is computed or sampled, and to which arms it applies.
 
-A formula is derived by the stages of `derivation_graph`, so mistakes in a stage lead to the wrong answers that students
+A formula is derived by the stages of `derivation.graph`, so mistakes in a stage lead to the wrong answers that students
 give.
 """
 
@@ -16,17 +16,17 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import TooLong, derive, make_symbolic_arm
-from qdot.exercises.arm.derivation_graph import (
+from qdot.exercises.arm.trigonometry import write_in_textbook_form
+from qdot.exercises.common.errors import KeyReason
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import TooLong, derive, make_symbolic_arm
+from qdot.exercises.derivation.graph import (
     StageResults,
     compute_numeric_stages,
     compute_symbolic_stages,
     to_sympy_matrix,
 )
-from qdot.exercises.arm.lengths import replace_lengths_by_symbols
-from qdot.exercises.arm.trigonometry import write_in_textbook_form
-from qdot.exercises.common.errors import KeyReason
-from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.lengths import replace_lengths_by_symbols
 from qdot.exercises.formula.parser import parse_reference
 from qdot.exercises.formula.program import Evaluation, compile_program, evaluate
 from qdot.exercises.formula.sympy_text import format_expression

@@ -103,7 +103,7 @@ function computeBaseAngles(rotation: Matrix): readonly [yaw: number, tilt: numbe
 /** Entries of J up to this size (m or 1) count as rounding errors. */
 const ZERO_TOLERANCE = 1e-6;
 
-/** Return the task rows if none are chosen, by the rule of `default_task` in exercises/arm/robot_file.py. */
+/** Return the task rows if none are chosen, by the rule of `default_task` in exercises/robots/robot_file.py. */
 function defaultTask(arm: Arm): TaskRow[] {
   const largestByRow = ROWS.map(() => 0);
   for (const pose of makeRandomPoses(3, arm.joints.length, 5)) {

@@ -1,6 +1,6 @@
 // A typed Denavit-Hartenberg table, its numbers, and the errors in its cells.
 //
-// The rules of ../../../exercises/arm/robot_file.py, but without symbolic lengths.
+// The rules of ../../../exercises/robots/robot_file.py, but without symbolic lengths.
 
 import { nameJoint, ROWS, type TaskRow } from "../bank.js";
 import { parse } from "../read/reader.js";

@@ -7,10 +7,10 @@ import sympy as sp
 
 from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes, recognize_exact
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.mpmath_kinematics import PRECISE_CONTEXT, determinant, inverse, solve_linear
 from qdot.exercises.arm.standard_table import compute_home_geometry, convert_axes
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive
 from tests.support.suites import select_for_suite
 
 DIRECTIONS = (

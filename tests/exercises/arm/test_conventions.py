@@ -14,9 +14,6 @@ from qdot.exercises.arm.axes_to_dh import Axis
 from qdot.exercises.arm.chain import CONVENTIONS, DEFAULT_CONVENTION, Base, Chain, Joint, Point
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.library import find_robot_path, list_robots
-from qdot.exercises.arm.robot_file import Robot, read_robot_file
-from qdot.exercises.arm.robot_text import write_robot_text
 from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
@@ -25,6 +22,9 @@ from qdot.exercises.generation import sample_chain
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.robots.library import find_robot_path, list_robots
+from qdot.exercises.robots.robot_file import Robot, read_robot_file
+from qdot.exercises.robots.robot_text import write_robot_text
 from qdot.exercises.verify.certificate import CONVENTION_CHECKS
 from qdot.exercises.writing.languages import ENGLISH
 from qdot.exercises.writing.render import find_template_folder, make_environment

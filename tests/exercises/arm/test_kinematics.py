@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
-from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, propagate_linear_rows, to_sympy_matrix
 from qdot.exercises.arm.kinematics import NumericChain, compute_frames_and_point
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.graph import compute_symbolic_stages, propagate_linear_rows, to_sympy_matrix
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.verify.numeric_model import choose_random_configurations, compute_exponential_jacobian

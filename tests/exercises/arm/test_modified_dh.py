@@ -10,10 +10,10 @@ import sympy as sp
 from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.modified_dh import ModifiedDh
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain, compute_link_frames
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.figure.arm_parts import compute_convention_frames
 from qdot.exercises.figure.pose import compute_skeleton, make_drawable_chain

@@ -24,14 +24,14 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import compute_link_frames
-from qdot.exercises.arm.robot_file import Robot, read_robot_file
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import evaluate_variants
 from qdot.exercises.formula.trees import find_names
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.robots.robot_file import Robot, read_robot_file
 from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.solve.solver import Solution, solve
 from qdot.exercises.verify.singular import SET_TOLERANCE

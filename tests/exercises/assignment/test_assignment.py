@@ -13,8 +13,6 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain, Joint
-from qdot.exercises.arm.robot_file import Robot
-from qdot.exercises.arm.robot_text import write_robot_text
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import ReleaseResult, init_assignment, notebook_path, release_notebooks
 from qdot.exercises.assignment.store import store_path
@@ -25,6 +23,8 @@ from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.rounding import read_decimals
 from qdot.exercises.reference_answers import ConditionSet, Matrix, Number
+from qdot.exercises.robots.robot_file import Robot
+from qdot.exercises.robots.robot_text import write_robot_text
 from qdot.exercises.writing.problem_texts import write_prompt
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import CERTIFIER

@@ -8,9 +8,9 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm, read_errata
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.singularities.classification import classify_conditions
 
 A1, A2, A3, T1, T2, T3, QD1, QD2 = sp.symbols("a1 a2 a3 theta1 theta2 theta3 qd1 qd2")

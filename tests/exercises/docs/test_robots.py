@@ -5,8 +5,8 @@ import json
 import pytest
 
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.library import list_robots
-from qdot.exercises.arm.robot_file import read_robot_file
+from qdot.exercises.robots.library import list_robots
+from qdot.exercises.robots.robot_file import read_robot_file
 from qdot.exercises.solve.solver import solve
 from tests.support import DATA
 from tests.tools.docs_pages import PAGE, robots_page

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.arm.library import ROBOT_FOLDER
 from qdot.exercises.assignment.assignment import Slot, Student, load_assignment
 from qdot.exercises.common.console import ProgressCounter
 from qdot.exercises.common.errors import QdotError
@@ -21,6 +20,7 @@ from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.problem.record import compute_digests
+from qdot.exercises.robots.library import ROBOT_FOLDER
 from qdot.exercises.verify.certificate import certify
 from qdot.grader.cli import export_commands
 from qdot.grader.cli.main import app

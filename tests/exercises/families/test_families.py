@@ -7,8 +7,8 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.variation import VARIATION_STEPS, find_canonical_name
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import list_applicable_questions, list_questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId

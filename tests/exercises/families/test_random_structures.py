@@ -9,11 +9,11 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.derivation import make_symbolic_arm
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import VARIATION_AXES
+from qdot.exercises.derivation.derivation import make_symbolic_arm
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.random_structures import _order_structures as order
 from qdot.exercises.families.random_structures import _sample_arm as arm_of

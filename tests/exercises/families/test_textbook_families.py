@@ -11,9 +11,9 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.classification import classify_conditions, sample_condition

@@ -10,9 +10,9 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.graph import compute_numeric_stages
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.mistakes.base import MistakeVariant

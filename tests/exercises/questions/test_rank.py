@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.derivation import make_symbolic_arm
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import make_symbolic_arm
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.exact_configurations import (

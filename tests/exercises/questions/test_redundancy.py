@@ -8,10 +8,10 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, MpmathArm, evaluate_in_context
 from qdot.exercises.arm.trigonometry import are_identical
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.inversion import VelocityDetails

@@ -11,7 +11,6 @@ import sympy as sp
 
 from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes
 from qdot.exercises.arm.chain import Chain, Joint, Point
-from qdot.exercises.arm.robot_file import Robot, read_robot
 from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.families import FAMILIES
@@ -30,6 +29,7 @@ from qdot.exercises.questions.screws import (
     derive_space_jacobian,
 )
 from qdot.exercises.reference_answers import Choice
+from qdot.exercises.robots.robot_file import Robot, read_robot
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.short_questions.choice import FormulaOptions
 from qdot.exercises.solve.solver import ReadyResult, generate_text_events

@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.problem.problem import Part, Problem, ProblemId

@@ -5,9 +5,9 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.derivation import derive, make_symbolic_arm
 from qdot.exercises.arm.transforms import count_last_pose_terms
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import list_questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId

@@ -12,18 +12,18 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import TWIST_ORDERS, Chain, Joint
-from qdot.exercises.arm.derivation_graph import compute_numeric_stages
-from qdot.exercises.arm.robot_file import Robot, read_robot, read_robot_file
-from qdot.exercises.arm.robot_text import write_robot_text
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.graph import compute_numeric_stages
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests, make_arm_json
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.robots.robot_file import Robot, read_robot, read_robot_file
+from qdot.exercises.robots.robot_text import write_robot_text
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.markup import to_text
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution

@@ -9,7 +9,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.lengths import are_unrelated, replace_lengths_by_symbols, substitute_arm_lengths
+from qdot.exercises.derivation.lengths import are_unrelated, replace_lengths_by_symbols, substitute_arm_lengths
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.singularities.classification import (

@@ -7,9 +7,9 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
-from qdot.exercises.arm.derivation import make_symbolic_arm
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import make_symbolic_arm
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities import reason

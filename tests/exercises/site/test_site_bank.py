@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.derivation_graph import compute_numeric_stages
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.variation import VARIATION_STEPS
+from qdot.exercises.derivation.derivation import derive
+from qdot.exercises.derivation.graph import compute_numeric_stages
 from qdot.exercises.generation import find_listing, generate, select_quiz_questions
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions.results import comes_from_stages, compute_answer

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm import derivation
 from qdot.exercises.arm.chain import Chain, Joint, Point
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.library import find_robot_path
-from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.common.time_limit import DEFAULT_SECONDS, time_limit
+from qdot.exercises.derivation import derivation
+from qdot.exercises.robots.library import find_robot_path
+from qdot.exercises.robots.robot_file import read_robot_file
 from qdot.exercises.singularities.reciprocal import elimination_applies, find_reciprocal_set, make_polynomial_arm
 from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.exercises.solve.numeric_rank_check import check_rank_loss

@@ -12,18 +12,18 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm import derivation
 from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.entry import to_sympy
-from qdot.exercises.arm.robot_file import read_robot, read_robot_file
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.derivation import derivation
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.formula.conditions import ConfigurationSpace, compare_sets
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.set_parser import parse_pieces
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.robots.entry import to_sympy
+from qdot.exercises.robots.robot_file import read_robot, read_robot_file
 from qdot.exercises.singularities.classification import Classification, make_domain
 from qdot.exercises.singularities.singular_set import Component
 from qdot.exercises.solve.solver import ReadyResult, Solution, generate_text_events, solve

@@ -13,9 +13,9 @@ from typing import Any
 
 import pytest
 
-from qdot.exercises.arm.library import find_robot_path
-from qdot.exercises.arm.robot_file import Robot, read_robot_file
 from qdot.exercises.common.time_limit import OutOfTime, parse_seconds, time_limit
+from qdot.exercises.robots.library import find_robot_path
+from qdot.exercises.robots.robot_file import Robot, read_robot_file
 from qdot.exercises.solve.solver import generate_data_events, generate_text_events, solve
 from qdot.exercises.solve.time_limited import write_solution
 from tests.repository.test_schemas import find_schema_errors
@@ -216,7 +216,7 @@ main()
     ("where", "form", "missing"),
     [
         ("typer.core.TyperCommand.parse_args", "json", ""),  # the program is there, its command is not
-        pytest.param("qdot.exercises.arm.robot_file.read_toml", "json", "", marks=pytest.mark.whole),
+        pytest.param("qdot.exercises.robots.robot_file.read_toml", "json", "", marks=pytest.mark.whole),
         pytest.param("qdot.exercises.solve.solver.derive", "text", "What", marks=pytest.mark.whole),
         pytest.param("qdot.exercises.solve.solver.derive", "json", "position", marks=pytest.mark.whole),
         ("qdot.exercises.solve.solver.find_singular_set", "json", "singular"),

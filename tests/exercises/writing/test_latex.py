@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 from qdot import generate
-from qdot.exercises.arm.derivation import derive
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.printers.latex import print_latex

@@ -9,8 +9,8 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain, Joint
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.reference_answers import Expression, Matrix

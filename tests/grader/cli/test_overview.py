@@ -9,8 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.arm.library import find_robot_path
-from qdot.exercises.arm.robot_file import read_robot_file
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 from qdot.exercises.common.errors import QdotError
@@ -20,6 +18,8 @@ from qdot.exercises.families.robot_family import read_robot_family
 from qdot.exercises.generation import check_questions, find_listing, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.robots.library import find_robot_path
+from qdot.exercises.robots.robot_file import read_robot_file
 from qdot.exercises.singularities.difficulty import rate_difficulty
 from qdot.grader.cli.main import app
 from qdot.grader.cli.overview import LINE_WIDTH, describe_families, group_families_by_heading

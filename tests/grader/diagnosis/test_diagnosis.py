@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import compute_numeric_stages, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.graph import compute_numeric_stages, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate

@@ -6,9 +6,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.chapter import make_planar_2r
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.graph import compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, count_nodes, format_tree

@@ -23,7 +23,7 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, list_links_to_point
+from qdot.exercises.derivation.graph import compute_symbolic_stages, list_links_to_point
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.reference_answers import Matrix

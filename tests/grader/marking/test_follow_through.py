@@ -9,9 +9,9 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation_graph import StageResults, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.graph import StageResults, compute_symbolic_stages, to_sympy_matrix
 from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.generation import generate
 from qdot.exercises.mistakes.catalogue import CATALOGUE, apply_mistake

@@ -10,7 +10,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.derivation import make_symbolic_arm
+from qdot.exercises.derivation.derivation import make_symbolic_arm
 
 _LENGTH = re.compile(r"[ad]\d+|(base|point)_[xyz]")
 """The names of the symbols for lengths in a symbolic arm."""

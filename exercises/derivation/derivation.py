@@ -19,7 +19,6 @@ from sympy.polys.matrices import DomainMatrix
 from qdot.exercises.arm.chain import ANGLE_PREFIXES, Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.derivation_graph import compute_symbolic_stages, propagate_linear_rows, to_sympy_matrix
 from qdot.exercises.arm.kinematics import compute_frames_and_point, compute_jacobian_in_frame, compute_link_frames
 from qdot.exercises.arm.trigonometry import (
     Factored,
@@ -32,6 +31,7 @@ from qdot.exercises.arm.trigonometry import (
     to_textbook_matrix,
 )
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.derivation.graph import compute_symbolic_stages, propagate_linear_rows, to_sympy_matrix
 
 Values = dict[sp.Symbol, sp.Expr]
 

@@ -14,7 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import sympy as sp
 
-from qdot.exercises.arm.arithmetic import (
+from qdot.exercises.arm.chain import REVOLUTE, Chain, HasKind
+from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.arm.kinematics import compute_frames_and_point
+from qdot.exercises.arm.standard_table import compute_home_geometry
+from qdot.exercises.derivation.arithmetic import (
     Arithmetic,
     NumericArithmetic,
     SympyArithmetic,
@@ -27,10 +31,6 @@ from qdot.exercises.arm.arithmetic import (
     matrix_product,
     minors,
 )
-from qdot.exercises.arm.chain import REVOLUTE, Chain, HasKind
-from qdot.exercises.arm.conventions import convention_of
-from qdot.exercises.arm.kinematics import compute_frames_and_point
-from qdot.exercises.arm.standard_table import compute_home_geometry
 
 RESULT = "result"
 """The name of the last stage: the answer as the student writes it, (rows, columns, …)."""

@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, Joint
-from qdot.exercises.arm.derivation import Derivation, derive
+from qdot.exercises.derivation.derivation import Derivation, derive
 from qdot.exercises.formula.equality import Domain, choose_default_role, compare_entries
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import Node, as_matrix

@@ -63,8 +63,6 @@ from qdot.exercises.arm.chain import (
 from qdot.exercises.arm.conventions import ALIASES, REGISTRY
 from qdot.exercises.arm.conventions.base import FRAMES, FRAMES_OF_JOINTS, VELOCITY_NAMES, Convention
 from qdot.exercises.arm.conventions.screws import Screws
-from qdot.exercises.arm.derivation import derive
-from qdot.exercises.arm.entry import check_quantity, find_unit_warning, parse_entry
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.standard_table import (
     ArmTable,
@@ -76,10 +74,12 @@ from qdot.exercises.arm.standard_table import (
     convert_standard_rows,
     is_table_rounded,
 )
-from qdot.exercises.arm.urdf import UrdfChain, format_offset, make_offset_note, read_urdf
 from qdot.exercises.common.errors import QdotError, make_name_error
 from qdot.exercises.common.input_file import KeyPath, TomlFile, format_toml, read_toml
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import derive
+from qdot.exercises.robots.entry import check_quantity, find_unit_warning, parse_entry
+from qdot.exercises.robots.urdf import UrdfChain, format_offset, make_offset_note, read_urdf
 
 ENTRY_KEYS = ("theta", "d", "a", "alpha")
 ANGLE_KEYS = ("theta", "alpha")

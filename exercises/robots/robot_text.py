@@ -8,10 +8,10 @@ import sympy as sp
 from qdot.exercises.arm.chain import DEFAULT_CONVENTION, DEFAULT_TWIST_ORDER, Chain, Point
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.arm.conventions.base import Convention
-from qdot.exercises.arm.robot_file import Robot
 from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.input_file import format_toml
+from qdot.exercises.robots.robot_file import Robot
 
 TomlEntries = Sequence[tuple[str, str]]
 """Keys, each with its value as TOML text."""

@@ -1,6 +1,6 @@
 """List the library of real robots, and find a robot's file by its name.
 
-The folder `exercises/robots` has one file for each robot, in the convention of the source of its numbers. A robot's
+This folder has one file for each robot, in the convention of the source of its numbers. A robot's
 name is the name of its file without the extension, such as panda or ur5e; upper case, hyphens and spaces don't matter.
 """
 
@@ -15,7 +15,7 @@ from types import MappingProxyType
 
 from qdot.exercises.common.errors import QdotError
 
-ROBOT_FOLDER = Path(__file__).parents[1] / "robots"
+ROBOT_FOLDER = Path(__file__).parent
 FILE_EXTENSIONS = (".toml", ".urdf", ".xml")
 """File extensions of arms. A text with such an extension, or with a folder, is a path and not a robot's name."""
 

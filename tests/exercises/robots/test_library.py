@@ -19,15 +19,15 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.derivation import derive
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.library import ROBOT_FOLDER, find_robot_path, list_robots
-from qdot.exercises.arm.robot_file import Robot, read_robot_file
-from qdot.exercises.arm.robot_text import write_robot_text
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.exports.assignment_files import read_problem_files
+from qdot.exercises.robots.library import ROBOT_FOLDER, find_robot_path, list_robots
+from qdot.exercises.robots.robot_file import Robot, read_robot_file
+from qdot.exercises.robots.robot_text import write_robot_text
 from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.solve.solver import solve
 from tests.exercises.arm.poses import Matrix, compute_exponential, compute_origin_pose, rotate_about, translate

@@ -1,6 +1,6 @@
 """Define the three kinds of values with which a derivation computes: numbers, SymPy expressions, or formula trees.
 
-A derivation (`derivation_graph`) is written once and works with each kind. A value is a NumPy array. Its first axes are
+A derivation (`derivation.graph`) is written once and works with each kind. A value is a NumPy array. Its first axes are
 the rows and columns of a vector or matrix. Its last axes belong to the kind of values, which is called an arithmetic. A
 *stepped* value also carries the derivatives by the joint variables, from which a Jacobian is computed.
 """
