@@ -43,7 +43,7 @@ from qdot.exercises.writing.problem_texts import (
     write_solution,
     write_statement,
 )
-from tests.support.suites import FEW, WHOLE, few_families, on_families, select_for_suite
+from tests.support.suites import SHAPES, few_families, on_families, select_for_suite
 
 FIXED = [name for name, family in FAMILIES.items() if not family.has_varied_structure]
 NAMES = tuple(question.name for question in QUESTIONS)
@@ -159,8 +159,9 @@ SIDE_BY_SIDE = re.compile(rf"^({NAMED_AXIS}) &= .*, \\qquad \1' = .*$", re.MULTI
 def test_no_text_names_link_frames_and_moved_axes_have_primes(family: str) -> None:
     if family not in FIXED:
         pytest.skip("its arms are of many structures")
-    arm, each, turn = sample_screw_arm(family), select_for_suite(72, 1), 0 if WHOLE else FEW.index(family)
+    arm, each = sample_screw_arm(family), select_for_suite(72, 4)
     questions = list_applicable_questions(arm)
+    turn = [*SHAPES.values()].index(family) % each
     names = [*questions[turn::each], *list_applicable_questions(arm, SHORT_QUESTIONS)[turn::each]]
     for problem in (generate(ProblemId(family, 1, (name,), variation="full", convention="screws")) for name in names):
         (part,) = problem.parts
