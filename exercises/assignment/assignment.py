@@ -119,7 +119,7 @@ class AssignmentFile(pydantic.BaseModel):
     due: datetime.datetime | None = None
     """The due date. A column `due` of roster.csv sets a different due date for a student."""
     late: dict[str, Any] | None = None
-    """Deductions for late work. Without it, late work is marked as late and loses nothing."""
+    """Deductions for late work. Without it, late work is marked as late but loses no points."""
     attempts: str | dict[str, Any] = "last"
     """Which of a student's submissions counts."""
     feedback: Literal["outcome", "mistake", "counterexample", "values", "solutions"] = "counterexample"
@@ -131,7 +131,8 @@ class AssignmentFile(pydantic.BaseModel):
     practice: bool = False
     """Whether students can also practise [online](serve.md) on other problems of the same kind, without marks."""
     site: str = pydantic.Field(default="", pattern=r"^https?://[^\s<>()\"'\\?#]+$", max_length=500)
-    """The address of [your site](site.md). Notebooks then link to its page on which students check their answers."""
+    """The address of [your site](site.md). Notebooks then link to the page of this site on which students can check
+    their answers."""
     sandbox: Literal["best", "strict"] = "best"
     """What to do on a machine that cannot fully sandbox student code."""
     variation: str | list[str] = DEFAULT_VARIATION

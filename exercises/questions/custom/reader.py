@@ -75,7 +75,7 @@ class QuestionEntry(pydantic.BaseModel):
     options: list[str | OptionEntry] | None = None
     """The options of a choice, shuffled for each student. If none is marked as right, the first one is."""
     shown: Literal["text", "formula"] = "text"
-    """Whether plain options are texts or formulas."""
+    """Whether options in quotes are texts or formulas."""
     given: list[str] | dict[str, str | float | int | list[float | int]] = []
     """The given values: groups (pose, rates, velocity, force), or for each symbol a kind, a range or a value."""
     rows: list[str] = []
@@ -87,7 +87,7 @@ class QuestionEntry(pydantic.BaseModel):
     digits: int = pydantic.Field(default=3, ge=2, le=9)
     """The number of significant digits that a numeric answer needs."""
     tolerance: str | None = None
-    """The error that a numeric answer may have, or the errors of its entries, as in "0.01 rad/s, 0.01 m/s"; instead of
+    """The allowed error of a numeric answer, or of each of its entries, as in "0.01 rad/s, 0.01 m/s"; use it instead of
     `digits`."""
     up_to_factor: bool = False
     """Whether every nonzero multiple of a vector of formulas is also correct, as for a direction."""
@@ -96,7 +96,7 @@ class QuestionEntry(pydantic.BaseModel):
     hints: list[str] = []
     """Three hints, from vague to detailed."""
     solution: str = ""
-    """How the answer is found. The answer itself is added."""
+    """How to find the answer. qdot adds the answer itself."""
     de: TextsEntry | None = None
     """The texts in German."""
 
