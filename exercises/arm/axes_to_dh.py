@@ -232,7 +232,7 @@ def evaluate_entry(value: sp.Expr) -> sp.Expr:
 
 
 def recognize_exact(value: sp.Expr) -> sp.Expr:
-    """Return a value in which each number is replaced by an exact fraction or root if recognised, else is rounded."""
+    """Return a value with each number replaced by an exact fraction or root if it is recognised, else rounded."""
     evaluated = evaluate_entry(value)
     return evaluated.xreplace({number: _recognize_number(number) for number in evaluated.atoms(sp.Float)})
 

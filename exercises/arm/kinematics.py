@@ -138,7 +138,8 @@ def compute_jacobian_in_frame(chain: Chain, frame: int, reference_frame: int | N
 
 
 _to_float = lru_cache(maxsize=4096)(float)
-"""Converts a number of the table to a float; conversions are cached, because an arm uses a number dozens of times."""
+"""Converts a number of the table to a float; conversions are cached, because an arm uses the same number dozens of
+times."""
 
 
 class NumericChain:

@@ -414,7 +414,7 @@ def write_in_textbook_form(expression: sp.Expr) -> sp.Expr:
     """Return any expression in textbook form, also if it has roots, sums in denominators, or other functions.
 
     First, what is in a root, in a denominator or in a function is written in textbook form. Then the root, the
-    denominator or the function is treated as a symbol. Where textbook form fails, an expression is left unchanged.
+    denominator or the function is treated as a symbol. If an expression has no textbook form, it is left unchanged.
 
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
     >>> write_in_textbook_form(sp.sqrt((a1 * sp.cos(t1)) ** 2 + (a1 * sp.sin(t1)) ** 2 + 3) * t2)

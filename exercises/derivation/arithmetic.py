@@ -2,7 +2,7 @@
 
 A derivation (`derivation.graph`) is written once and works with each kind. A value is a NumPy array. Its first axes are
 the rows and columns of a vector or matrix. Its last axes belong to the kind of values, which is called an arithmetic. A
-*stepped* value also carries the derivatives by the joint variables, from which a Jacobian is computed.
+*stepped* value also carries the derivatives with respect to the joint variables, from which a Jacobian is computed.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -77,7 +77,7 @@ class NumericArithmetic:
         return np.asarray(stepped[..., 0].real)
 
     def compute_derivatives(self, stepped: np.ndarray) -> np.ndarray:
-        """Return the derivatives of stepped values by the n joint variables, (n, …, N)."""
+        """Return the derivatives of stepped values with respect to the n joint variables, (n, …, N)."""
         return np.moveaxis(stepped[..., 1:].imag / DERIVATIVE_STEP, -1, 0)
 
 
@@ -91,7 +91,7 @@ class _FormulaArithmetic:
     """The arithmetic of formulas, which need no steps because they can be differentiated.
 
     Arrays end with an axis of length 1. `apply_function(name, entry)` applies sin, cos or sqrt to a formula.
-    `differentiate(joint, entry)` differentiates a formula by the joint variable with that name.
+    `differentiate(joint, entry)` differentiates a formula with respect to the joint variable with that name.
     """
 
     def __init__(
@@ -106,7 +106,7 @@ class _FormulaArithmetic:
         return stepped
 
     def compute_derivatives(self, stepped: np.ndarray) -> np.ndarray:
-        """Return the derivatives of formulas by the n joint variables, (n, …, 1)."""
+        """Return the derivatives of formulas with respect to the n joint variables, (n, …, 1)."""
         return np.stack([differentiate(stepped) for differentiate in self._differentiators])
 
 

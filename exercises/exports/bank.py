@@ -25,10 +25,10 @@ from qdot.exercises.problem.record import compute_digests
 Conversion = TypeVar("Conversion")
 
 MAX_PROBLEMS_PER_VARIANT = 10
-"""Maximum number of problems to generate for each variant. It matters if a family has only few different problems."""
+"""Maximum number of problems to generate for each variant. It matters if a family has only a few different problems."""
 
 ConvertProblem = Callable[[ExportRequest, Slot, Problem], Conversion]
-"""A function that converts a problem for an export. It stands in a module, so that other processes can unpickle it."""
+"""A function that converts a problem for an export. It belongs to a module, so other processes can unpickle it."""
 _WorkerState = tuple[ExportRequest, Slot, ConvertProblem[Conversion], set[str]]
 """The state of a worker process: the request, the slot, the conversion, and the fingerprints of existing problems."""
 

@@ -19,7 +19,7 @@ FILE_FOLDER = "%24IMS-CC-FILEBASE%24"
 
 @dataclass(frozen=True)
 class CanvasQuizKind:
-    """A kind of quizzes: the end of its package's name, and the texts or patterns accepted for a number."""
+    """A kind of quiz: the end of its package's name, and the texts or patterns accepted for a number."""
 
     title: str
     file_suffix: str
@@ -45,7 +45,7 @@ class Blank:
 
 
 def export_canvas(request: ExportRequest) -> Generator[ExportedFile, None, None]:
-    """Yield a package for each kind of quizzes. From the package, Canvas imports a quiz and question banks."""
+    """Yield a package for each kind of quiz. From the package, Canvas imports a quiz and question banks."""
     assignment = request.assignment
     quiz_items = list(items.make_items_for_students(request))
     groups = items.group_items(quiz_items, request.report)

@@ -45,7 +45,7 @@ class ExportRequest:
     - `find_failures` returns the failed checks of a problem; a problem with failed checks is never exported.
     - `on_step` is called after every variant or student, and `on_left_out` for each student without a problem.
     - `report` is called with messages to the staff.
-    - `compute_earned_share` is the grader's share of points for an answer; marking sheets and STACK need it.
+    - `compute_earned_share` returns the grader's share of points for an answer; marking sheets and STACK need it.
     - `passing_share` is the share of the points that a student needs to pass; None if there is no such limit.
     """
 

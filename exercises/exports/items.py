@@ -45,7 +45,8 @@ Entry = TypeVar("Entry")
 MAX_WRONG_VALUES = 6
 """Maximum number of wrong values to recognise for a number. With more values, answers would match them by chance."""
 SINGULARITY_QUESTIONS = ("singular-angles-choice", "singular-configurations", "singular-drawing")
-"""Short questions on singular configurations. The first that applies replaces the question for all of them."""
+"""Short questions on singular configurations. The first that applies replaces the question that asks for all of
+them."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,5 @@
-"""Write instructions for marking a part on paper: the correct answer, the points for known mistakes, and a rule.
-
-The rule is for all other answers. The grader computes the points of an answer, so paper and notebooks are marked alike.
+"""Write instructions for marking on paper: the right answer, points for known mistakes, a rule for all other answers.
+The grader computes the points of an answer, so paper and notebooks are marked alike.
 """
 
 import re
@@ -27,7 +26,7 @@ MAX_CHARACTERS = 400
 TOO_LONG = "too long to show"
 NO_CREDIT = "0 points."
 FORMULA_WIDTH, MAX_WIDTH_RATIO = 22.0, 1.25
-"""Width for a formula on a sheet in em, and how many times wider a formula may be that is shrunk to this width."""
+"""Maximum width of a formula on a sheet, in em; a formula that is wider by at most this ratio is shrunk."""
 
 
 @dataclass(frozen=True)

@@ -31,8 +31,8 @@ DECIMALS_NOTE = (
 """What students must know about boxes for numbers.
 
 Moodle reads 1/4 as the number 1 with a unit, 0,25 as 25 in English, and neither −0.25 nor v = 0.25. In languages with a
-decimal comma, it reads 0.25 as 0.25, but calls the answer incomplete, because a point may separate thousands. Only
-units can be added to its forms, and only for a single box; a question that compares texts would lose the tolerance.
+decimal comma, it reads 0.25 as 0.25, but calls the answer incomplete, because a point may separate thousands. A
+question can't accept other forms of numbers, except units of a single box; comparing texts would lose the tolerance.
 """
 
 MIN_BOX_WIDTH = 12

@@ -22,7 +22,7 @@ from qdot.exercises.writing.typst import escape_typst, to_typst
 STAFF_SHEETS = {"key": "a key", "marking": "a marking sheet"}
 """Kinds of sheets that show answers, each with its name in messages."""
 VERSION_TICKS = 8
-"""Number of columns to tick on the marking sheet of a version, for as many students.
+"""Number of columns to tick on the marking sheet of a version, one for each student.
 
 The marking sheet of a single student has one column.
 """
@@ -34,7 +34,7 @@ END_WEIGHT = 60
 
 @dataclass(frozen=True)
 class PaperQuestion:
-    """A part of an assignment with all students' answers, each after its student; for marking question by question."""
+    """A part of an assignment with all students' answers, each with its student, for marking question by question."""
 
     label: str
     title: str

@@ -34,7 +34,7 @@ FIGURE_HEIGHT = 50
 STATEMENT_HEIGHT, AVERAGE_PART_HEIGHT = 78, 92
 """Height of a statement and average height of a part in mm. If the parts are higher, their working space shrinks."""
 OPTION_HEIGHT, PROMPT_HEIGHT, SHORT_PROMPT_HEIGHT = 8, 25, 15
-"""Approximate heights in mm: of a row of options, of a prompt with its heading, and of each of these two."""
+"""Approximate heights in mm: of a row of options, of a prompt with its heading, and of a short prompt or a heading."""
 WIDTH_BESIDE_FIGURE = 0.58
 """The share of the page's width that a prompt gets if its figure is beside it."""
 PROBLEM_SHEETS = ("handout", "exam")

@@ -14,7 +14,7 @@ DECIMALS_NOTE = (
 SHOWN_DIGITS = 3
 """Number of significant digits of the first listed text, which platforms show as the correct answer."""
 MAX_LISTED = 12
-"""Maximum number of texts with equally many decimals that are all listed; of more, only the correct ones are."""
+"""If there are more texts than this with the same number of decimals, only the correct ones are listed."""
 MAX_DIGITS = 6
 """Maximum number of significant digits of a listed number, unless the tolerance requires more."""
 ZEROS = ("0", "0.0", "0.00", "0.000", "-0")
@@ -28,7 +28,7 @@ _PLUS, _MINUS = r"\+?", "[-−]"
 def list_accepted_texts(value: float, tolerance: float) -> tuple[str, ...]:
     """Return texts of numbers within a tolerance of a value; the first is the value to three or more digits.
 
-    Of numbers with few digits, all are listed; of those with more digits, only the value, rounded and cut off.
+    All numbers with few digits are listed; with more digits, only the value itself, rounded or cut off.
 
     >>> list_accepted_texts(-20.71, 0.02)
     ('-20.7', '-20.73', '-20.72', '-20.71', '-20.70', '-20.69', '-20.710', '-20.7100')
@@ -110,7 +110,7 @@ def _split_range(first: int, end: int, decimals: int) -> Iterator[tuple[int, int
 
 
 def _write_block(prefix: int, free_digits: int, decimals: int) -> tuple[str, str]:
-    """Return a pattern for a block of numbers with so many decimals: up to the last fixed digit, and what follows.
+    """Return a pattern for a block of numbers in two parts: up to the last fixed digit, and what follows.
 
     Students may leave out a zero before the decimal point, and zeros at the end.
     """

@@ -41,7 +41,8 @@ ROUNDED_JOINT_VALUE = Rounding(absolute=5e-3)
 TYPED_TOLERANCE = 1e-9
 """Tolerance for configurations that were typed as joint values."""
 SEARCH_TOLERANCE = 1e-7
-"""Tolerance for configurations found by a search, because rounding shifts a double zero, as of |cos| - 1, by 2e-8."""
+"""Tolerance for configurations found by a search, because rounding shifts a double zero, such as that of |cos| - 1, by
+2e-8."""
 
 _STOP_STEP, _CONVERGED_STEP, _CONVERGED_RESIDUAL = 1e-10, 1e-5, 1e-9
 """A search stops if its steps (in rad or m) are below the first limit.
@@ -239,8 +240,8 @@ class _CompiledPiece:
 def _compile_piece(piece: Piece, joints: Sequence[str], angles: Collection[str]) -> _CompiledPiece:
     """Compile a piece; it assigns constant joint values first, then values that depend on other joints.
 
-    The value of a tied joint (`is_tied`) can't be assigned; joint - value is one more expression that vanishes, or the
-    sine of its half if the joint is one of the `angles`.
+    A tied joint (`is_tied`) can't be assigned its value. Instead, one more expression vanishes: joint - value or, if
+    the joint is one of the `angles`, the sine of half this difference.
     """
     tied_atoms = [atom for atom in piece if atom.joint is not None and is_tied(atom, piece, joints)]
     untied_atoms = [atom for atom in piece if atom.joint is not None and atom not in tied_atoms]
@@ -320,7 +321,7 @@ class ConfigurationSpace:
 
     @property
     def typed_tolerance(self) -> float:
-        """The absolute error allowed for typed joint values; a relative error is that of an angle of pi."""
+        """The absolute error allowed for typed joint values; a relative error is applied to an angle of pi."""
         if self.rounding is None:
             return TYPED_TOLERANCE
         return max(TYPED_TOLERANCE, self.rounding.absolute, self.rounding.relative * np.pi)

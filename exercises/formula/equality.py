@@ -38,7 +38,7 @@ POINT_COUNT, POINT_COUNT_BRANCHING = 50, 2000
 WRONG_SHARE, WRONG_SHARE_BRANCHING = 0.5, 0.02
 """The bound of a numeric comparison holds for answers that are wrong at this fraction of the points or more."""
 READABLE_POINTS = 8
-"""The values of this many points, the first, have two decimals, so that a counterexample can be checked by hand."""
+"""The first points, this many, have values with two decimals, so that a counterexample can be checked by hand."""
 
 PRINTED_DOUBLE_DIGITS, ROOT_DIGITS = 13, 16
 """Minimum number of digits at which a typed decimal counts as a printed double, and a problem's number as a root."""
@@ -55,7 +55,8 @@ class Domain:
     """The role of each symbol: a kind of random value, a fixed number, or an array with one number for each point.
 
     The kinds are "angle" (whole circle), "length" and "positive" (positive numbers), "signed" (positive or negative),
-    and "travel". The last is the value of a prismatic joint in metres, in both directions, as far as any arm reaches.
+    and "travel". The last is the value of a prismatic joint in metres, positive or negative, within the reach of any
+    arm.
 
     An irrational number (a root) is given as a double; other doubles stand for the decimals that they print as.
     `unlisted_names` belong to other parts of the problem. Messages that list the symbols leave them out.
@@ -148,7 +149,7 @@ class EntryDifference:
 
     `yours` is the answer's value. A value is a text if it is not a finite real number, or if a float has too few digits
     to show the difference. `expected` is None if students may not see it. If only the direction of a vector counts, the
-    vector of the expected values is scaled so that its entry `pivot` is the answer's.
+    vector of the expected values is scaled so that its entry `pivot` equals that of the answer.
     """
 
     entry: int
@@ -173,8 +174,9 @@ Counterexample = EntryDifference | SetDifference
 class Certificate:
     """The evidence for a verdict: the method, the number of points, and a bound on the chance of a false acceptance.
 
-    For the method "exact", the bound holds for any wrong answer; for "numeric", it holds for an answer that is wrong at
-    WRONG_SHARE (or WRONG_SHARE_BRANCHING) of the points or more. If `bound` is None, no bound is known.
+    For the method "exact", the bound holds for any wrong answer. For "numeric", it holds for an answer that is wrong at
+    a share of the points of at least WRONG_SHARE, or WRONG_SHARE_BRANCHING if functions have branches. If `bound` is
+    None, no bound is known.
     """
 
     method: str
@@ -336,7 +338,7 @@ class _NumericComparison:
         """
         undecided_points = np.flatnonzero(~self._is_clearly_allowed(entry))
         is_defined = np.isfinite(self.student_values[entry]) & np.isfinite(self.reference_values[entry])
-        # Undefined at a removable singularity: values with two decimals may coincide (a1 = a2), other values don't.
+        # Values with two decimals may coincide (a1 = a2) and hit a removable singularity; other values don't.
         undecided_points = undecided_points[is_defined[undecided_points] | (undecided_points >= READABLE_POINTS)]
         if not len(undecided_points):
             return []

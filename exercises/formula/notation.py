@@ -105,7 +105,7 @@ def _name_rates_and_entries(text: str, known_symbols: AbstractSet[str]) -> str:
 
 
 _NUMBER, _AFTER_UNIT = VOCABULARY["patterns"]["number_before_unit"], VOCABULARY["patterns"]["after_unit"]
-"""Regular expressions for a number before a unit, and for what may follow the unit (nothing of it is consumed)."""
+"""Regular expressions for a number before a unit, and for what may follow the unit (it is not consumed)."""
 _NUMBER_WITH_UNIT_PATTERN = re.compile(f"{_NUMBER}({_pattern_of_units(_UNITS)}){_AFTER_UNIT}")
 
 

@@ -67,7 +67,7 @@ class _Token(NamedTuple):
 
 
 def _tokenize(text: str) -> list[_Token]:
-    """Return the tokens of a text, the last of which is an "end". Raises ParseError for a character of no token."""
+    """Return the tokens of a text, the last of which is an "end". Raises ParseError for any other character."""
     tokens: list[_Token] = []
     position, depth = 0, 0
     for match in _TOKEN.finditer(text):

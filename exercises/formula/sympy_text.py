@@ -20,7 +20,7 @@ _MAX_STORED_TEXTS = 8192
 
 
 def store_texts(texts: Iterable[tuple[sp.Expr, str]]) -> None:
-    """Remember texts of expressions, because to print all references would take half as long as grading."""
+    """Remember texts of expressions, because printing all references would take half as long as grading."""
     if len(_stored_texts) > _MAX_STORED_TEXTS:
         _stored_texts.clear()
     _stored_texts.update(((type(expression), expression), text) for expression, text in texts)

@@ -1,6 +1,6 @@
 """Load the words, signs, units and notations of typed answers from vocabulary.json, which the site's parser uses, too.
 
-Add a synonym there, and both parsers recognize it; neither has a list of its own.
+Add a synonym there, and both parsers recognise it; neither has a list of its own.
 """
 
 import json

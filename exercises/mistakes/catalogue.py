@@ -93,8 +93,8 @@ SIGN_MISTAKES_THROUGHOUT = frozenset({
 """The mistakes that say why all signs of an answer are wrong."""
 
 NEAREST_IN_OWN_FORMULAS = {*FORMULA_VARIANTS, "length-forgotten", "distance-forgotten", "rows-exchanged"}
-"""The likeliest mistakes in an instructor's formula: in the formula itself, a length that the answer lacks altogether,
-and two entries exchanged."""
+"""The likeliest mistakes in an instructor's question: mistakes in the formula itself, a length missing from the whole
+answer, and two entries exchanged."""
 
 PROPAGATION_FACTOR = 0.5
 """Factor for the frequency of a mistake in the position of P if the columns of J are computed by propagation."""

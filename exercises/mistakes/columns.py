@@ -1,7 +1,7 @@
 """Mistakes in the columns of a Jacobian: by differentiation (6.3) and by propagation (6.9 to 6.12).
 
-Two stages need an explanation. "link derivatives" are the derivatives of all link vectors by all joint variables,
-(joints, links + 1, 3, …). "vectors to point" are the vectors p* from a frame on each joint axis to P,
+Two stages need an explanation. "link derivatives" are the derivatives of all link vectors with respect to all joint
+variables, (joints, links + 1, 3, …). "vectors to point" are the vectors p* from a frame on each joint axis to P,
 (joints + 1, 3, …). Here "…" stands for the axes of the arithmetic.
 """
 
@@ -74,7 +74,7 @@ def _keep_last_link(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _mirror_link_derivatives(stages: StageResults, joint: int) -> np.ndarray:
-    """Return the derivatives (n + 1, 3, …) of the link vectors by a joint variable, with the angles of its run negated.
+    """Return the derivatives of the link vectors with respect to a joint variable, with the angles of its run negated.
 
     The run consists of the consecutive parallel joints to which the joint belongs. Negating their angles flips the
     derivatives of all sines and leaves the derivatives of all cosines unchanged.

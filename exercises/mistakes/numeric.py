@@ -76,7 +76,8 @@ def _scale_lengths(factor: sp.Expr) -> VariantGenerator:
         scale = stages.arithmetic.convert_entry(factor)
 
         def scale_displacement(d: np.ndarray) -> np.ndarray:
-            """Return a displacement whose derivative by itself, which is its imaginary step, remains 1."""
+            """Return a displacement with an unchanged imaginary step: its derivative with respect to itself remains
+            1."""
             return np.asarray(d + d.real * (scale - 1))
 
         return replace(

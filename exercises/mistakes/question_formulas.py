@@ -1,6 +1,6 @@
 """Mistakes in the formula of an instructor's question, such as another component or frame, or a forgotten root.
 
-The stages of the derivation stay right. A mistake rewrites the formula of the question, and the wrong answer is the
+The stages of the derivation stay correct. A mistake rewrites the formula of the question, and the wrong answer is the
 value of the new formula.
 """
 
@@ -21,7 +21,7 @@ from qdot.exercises.questions.custom.question import QuestionMaker
 from qdot.exercises.questions.language import AXES, find_names, parse
 
 Rewriting = Callable[[ast.expr], ast.expr | None]
-"""Returns the new form of a node of a formula, or None for a node that stays."""
+"""Returns the new form of a node of a formula, or None for a node that stays unchanged."""
 ALL_OF_ANSWER = "In your answer,"
 """The place of a mistake that concerns the whole answer."""
 _FRAME_NUMBER = re.compile(r"([oxyz]|[RT]\d)(\d)")

@@ -251,7 +251,8 @@ def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with joint angles in degrees instead of radians, or converted to radians twice.
 
-    The linear rows are propagated, because a derivative by an angle in degrees would have an additional factor.
+    The linear rows are propagated, because a derivative with respect to an angle in degrees would have an additional
+    factor.
     """
 
     def scale(stages: StageResults, table: Table, factor: sp.Expr) -> Table:

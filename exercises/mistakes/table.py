@@ -237,7 +237,7 @@ def _move_point_to_origin(stages: StageResults, table: Table) -> Table:
 
 
 def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield the variant with the last frame's origin instead of P, or the origin before it if P is on that frame."""
+    """Yield the variant with the last frame's origin instead of P, or the origin before it if P is at that origin."""
     if convention_of(chain).is_proximal:
         if chain.point.frame == chain.n > 1:
             yield MistakeVariant({"table": _move_point_to_earlier_origin}, words={"frame": chain.n - 1})

@@ -207,7 +207,7 @@ class Question:
     r"""A kind of question: what it asks for, to which arms it applies, how its answer is derived and presented.
 
     `source` is the section of the chapter, such as 6.3, and `prerequisites` are the questions on which it builds.
-    `rounding` is the error that numbers may have, if these need other than three digits.
+    `rounding` is the error that numbers may have, unless three digits are required.
 
     If the answer is computed from stages of the derivation, these fields describe it:
 
@@ -224,8 +224,8 @@ class Question:
     - `make_details`: returns what the question states or uses besides the answer.
 
     Any other answer comes from `sample`, which returns None if it finds nothing to ask. If such a question also has a
-    `formula`, a `stage` or `compute`, the grader recognises what mistakes in the derivation lead to. Otherwise it
-    recognises only mistakes in the answer itself.
+    `formula`, a `stage` or `compute`, the grader recognises the wrong answers to which mistakes in the derivation lead.
+    Otherwise it recognises only mistakes in the answer itself.
 
     These functions return why the question can't be asked about an arm, or None: `find_arm_objection` if the question
     makes no sense, `find_size_objection` if the answer is too long to work out by hand.
@@ -244,10 +244,10 @@ class Question:
     `find_link_sum_rows` returns the rows with these sums, each with its axis (0 to 2). A `constant_last_row` is the
     same for all arms. Export formats with a box for each entry show it instead of boxes.
 
-    The grader marks later parts on a student's own earlier results. `alternative_prerequisites` has sets of questions
-    from whose answers this answer can be derived, in the order in which the grader tries them. The default is the set
-    `prerequisites`. If the answer is a set of conditions, it consists of the configurations at which the formula
-    `zero_formula` is zero; `compute_zero` computes its value.
+    The grader also marks later parts against a student's own earlier results. `alternative_prerequisites` has sets of
+    questions from whose answers this answer can be derived, in the order in which the grader tries them. The default is
+    the set `prerequisites`. If the answer is a set of conditions, it consists of the configurations at which the
+    formula `zero_formula` is zero; `compute_zero` computes its value.
 
     The question applies to arms whose convention has the feature `required_feature`, a key of CONVENTION_OBJECTIONS, or
     to all arms if that is empty. `choose_title` returns the title for an arm if `title` does not fit all arms. For
@@ -314,7 +314,7 @@ class Question:
 
     @property
     def typed_formula(self) -> str:
-        """The answer in the language of custom questions; "" if it is not written in it."""
+        """The answer in the language of custom questions; "" if it is not described in this language."""
         return self.formula
 
     def ask(self, chain: Chain, rng: Stream) -> AnswerAndDetails:

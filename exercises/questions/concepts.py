@@ -96,7 +96,7 @@ def _choose_rows(chain: Chain) -> tuple[str, ...]:
 
 
 def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Offer the column and a wrong column, both also with the opposite sign, so that the sign shows nothing."""
+    """Offer the column and a wrong column, both also with the opposite sign, so that the sign reveals nothing."""
     rows = _choose_rows(chain)
     indices = [VELOCITY_NAMES.index(row) for row in rows]
     for _ in range(MAX_EFFECT_TRIES):

@@ -34,7 +34,8 @@ ZERO = sp.Float("1e-20")
 MAX_TRIES, MAX_UNROUNDED_TRIES = 12, 24
 """Maximum numbers of samples for a singular configuration, and for one without rounded joint values."""
 MAX_MISLEADING_TRIES, MAX_REGULAR_TRIES = 30, 60
-"""Maximum numbers of samples for a regular configuration: those that seem singular to some students, and in all."""
+"""Maximum numbers of samples for a regular configuration: of samples that seem singular to some students, and of
+all."""
 MAX_GRID_JOINTS = 4
 """Maximum number of joints in conditions whose exact zeros are found by a search on a grid; more take too long."""
 MIN_PRECISION_BITS, MAX_BINARY_SIZE = 86, 1e6

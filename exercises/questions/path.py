@@ -74,7 +74,7 @@ class WeldingLine(Configuration):
     def compute_results(self, chain: Chain, s: sp.Expr) -> "ResultsAtPoint":
         """Return the intermediate results at the distance s from A, to four digits, with angles in degrees.
 
-        They are kept, because hints, solution and translations show the same ones.
+        They are cached, because hints, solution and translations show the same results.
         """
         key = chain, sp.sympify(s)
         if key not in self._results:

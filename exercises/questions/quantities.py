@@ -369,7 +369,7 @@ def compile_formula(formula: ast.expr, symbols: Sequence[str] = ()) -> Callable[
 def select_components(value: np.ndarray, names: Sequence[str]) -> np.ndarray:
     r"""Return the components of a vector in which its names end, such as v_x and \omega_{z}; all if each has a name.
 
-    Raises FormulaError if these are not names for the value.
+    Raises FormulaError if the names don't fit the value.
     """
     if not names or value.ndim == 1 or len(names) == len(value):
         return value

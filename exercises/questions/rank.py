@@ -305,7 +305,7 @@ class MeaningDetails(Details):
 
 
 def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Offer the correct meaning and one that does not hold, each with both kinds; without a kind, several meanings."""
+    """Offer the correct meaning and a wrong one, each with both kinds; if there is no kind, offer several meanings."""
     for branch, meanings in _iterate_branches_with_meaning(chain, rng.permutation(match_branches(chain))):
         configuration = sample_displayable_configuration(chain, (branch.component,), rng, 1)
         if configuration is None:
@@ -336,7 +336,7 @@ def _confirm_common_kind(chain: Chain, branch: Branch, configuration: ExactConfi
     return kind if kinds_of_arm == [kind] else None
 
 
-# A rank or lost direction can't be derived from a wrong Jacobian, which mostly has full rank at the configuration.
+# A rank or lost direction can't be derived from a wrong Jacobian, which usually has full rank at the configuration.
 QUESTIONS = (
     Question(
         "singularity-meaning", "Meaning of a singularity", "below 6.7",

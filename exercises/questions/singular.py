@@ -38,7 +38,8 @@ KIND_OPTIONS = {
 
 
 MAX_MISLEADING_TRIES, MAX_REGULAR_TRIES = 150, 200
-"""Maximum numbers of samples for a regular configuration: those that seem singular to some students, and in all."""
+"""Maximum numbers of samples for a regular configuration: of samples that seem singular to some students, and of
+all."""
 
 
 def find_singularity_objection(chain: Chain) -> str | None:
@@ -156,7 +157,8 @@ def _sample_regular_configuration(chain: Chain, rng: Stream) -> ConfigurationsOf
 
 
 def _may_become_singular(chain: Chain, joints: JointValues) -> bool:
-    """Return whether det J may be zero at the joint values for some lengths: a factor has terms of both signs."""
+    """Return whether det J may be zero at the joint values for some lengths, because a factor has terms of both
+    signs."""
     if not chain.has_square_jacobian or not chain.parameters:
         return False
     for factor in sp.Mul.make_args(derive(chain).determinant.xreplace(joints)):
@@ -194,7 +196,8 @@ def _list_test_lengths(chain: Chain) -> Iterator[Lengths]:
 
 
 def _find_kinds_over_lengths(chain: Chain, joints: JointValues) -> frozenset[str | None]:
-    """Return the kinds that a configuration has for different symbolic lengths; None if it exists not for all of them.
+    """Return the kinds that a configuration has for different symbolic lengths; None if it doesn't exist for all of
+    them.
 
     If joint 1 moves the arm as a whole, the value of joint 1 does not matter and is set to zero. The arm is normalized,
     so that arms that differ only in their base or joint offsets share the cached result.

@@ -187,7 +187,7 @@ class _UrdfReader:
     def propose_tip(self, base: str) -> str:
         """Return a link that is probably meant as the last link; empty if no joint moves any link.
 
-        This is the tool frame if there is one. Otherwise it is the last link before the longest branches part, such as
+        This is the tool frame if there is one. Otherwise it is the last link before the longest branches split, such as
         the hand that carries the fingers, or else the end of the first of the longest branches.
         """
         ends = self._list_ends(base)

@@ -161,8 +161,8 @@ def classify(chain: Chain, component: Component) -> Classification:
 def generalize_conditions(chain: Chain) -> tuple[Chain, Mapping[str, str]]:
     """Return the normalized arm with symbols for all lengths, and its conditions for singular configurations.
 
-    Each condition (text) is under the key of the same condition (text) of the arm itself. The mapping is empty if
-    lengths of the arm are related, for example equal.
+    The keys of the mapping are the arm's own conditions (text), and the values are the same conditions for the
+    normalized arm. The mapping is empty if lengths of the arm are related, for example equal.
     """
     symbolic_arm, lengths = replace_lengths_by_symbols(chain)
     normalized_symbolic_arm = normalize_arm(symbolic_arm)

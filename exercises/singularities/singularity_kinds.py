@@ -180,8 +180,8 @@ def _yield_lost_directions(lost_basis: np.ndarray, bending: "_Bending") -> Itera
 
     `lost_basis` (k x m x lost directions) are orthonormal lost directions. If several directions are lost at once, many
     combinations of them are yielded. The sample is at the boundary if the workspace folds along any of these
-    combinations. At a corner of the workspace, it folds only along few combinations; the blunter the corner, the fewer.
-    Therefore the combination along which small motions reach the least comes first.
+    combinations. At a corner of the workspace, it folds only along a few combinations; the blunter the corner, the
+    fewer. Therefore the combination along which small motions reach the least comes first.
     """
     lost_count = lost_basis.shape[2]
     if lost_count == 1:

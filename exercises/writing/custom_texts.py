@@ -43,7 +43,7 @@ def write_custom_hints(part: Part, wording: "Wording") -> list[str]:
 
 
 def write_custom_symbols(part: Part, wording: "Wording") -> str:
-    """Return the names that an answer may contain besides joint variables and lengths, whole groups of names.
+    """Return the names that an answer may contain besides joint variables and lengths, in complete groups.
 
     The problem's statement does not present the joint accelerations, so these are also typeset.
     """
@@ -76,7 +76,7 @@ def translate_title(question: Question, messages: Catalogue) -> str:
 
 
 def _find_texts(part: Part, wording: "Wording", has_text: Callable[[Texts], object]) -> tuple[Texts, "Wording"]:
-    """Return the texts in the language of a wording, or in English if a text is missing; and their own wording."""
+    """Return the texts in the language of a wording, or in English if a text is missing, and the wording for them."""
     definition, messages = part.details_as(CustomDetails).definition, wording.messages
     texts = definition.find_texts(messages.language, has_text)
     has_language = texts.language == messages.language

@@ -54,7 +54,8 @@ def write_symbol(name: str, prismatic_numbers: tuple[str, ...] = ()) -> str:
 
 
 def _write_other_name(name: str) -> str:
-    r"""Return the LaTeX of a name that the chapter lacks. Two letters are a symbol and its index; longer words upright.
+    r"""Return the LaTeX of a name that the chapter lacks. Two letters are a symbol and its index; longer words are
+    upright.
 
     >>> _write_other_name("Fx"), _write_other_name("m_load"), _write_other_name("tau1"), _write_other_name("mass")
     ('F_{x}', 'm_{\\text{load}}', '\\tau_{1}', '\\text{mass}')
@@ -414,7 +415,7 @@ _MAX_SHORT_NUMBER, _MAX_SHORT_OPERATIONS = 10**4, 10
 
 
 def tex_result(value: sp.Expr, joint: sp.Symbol) -> str:
-    r"""Return the LaTeX of a joint's value that was derived, with its number of degrees unless it is in degrees.
+    r"""Return the LaTeX of a derived joint value, followed by its value in degrees unless it is already in degrees.
 
     A number without a short exact form is rounded to four significant digits.
 

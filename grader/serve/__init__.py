@@ -1,7 +1,7 @@
 """Serve an assignment online (`qdot serve`): students answer in the browser, and the class is graded at once.
 
-A Django application. Everything that decides a mark is what `qdot grade` uses: `marking`, `grading` and the sandbox.
-Only this package and `cli/serve_command` import Django; docs/decisions/serve.md says why, and what was compared.
+This is a Django application. The code that decides on marks is that of `qdot grade`: `marking`, `grading` and the
+sandbox. Only this package and `cli/serve_command` import Django; docs/decisions/serve.md explains why.
 
     settings, apps                  make Django's settings from the options of `qdot serve`
     models, migrations/             the tables of the database
@@ -11,8 +11,8 @@ Only this package and `cli/serve_command` import Django; docs/decisions/serve.md
     frame_sessions, frame_requests  sessions in a platform's frame without cookies
     personal_links                  write the links for a mail merge
     scores                          compute a student's result
-    judge_process                   what the processes that judge typed answers do
-    marking_online                  have typed answers and notebooks marked, and store the marks
+    judge_process                   the code of the processes that judge typed answers
+    marking_online                  mark typed answers and notebooks, and store the marks
     submitting                      store an answer or a notebook, once for each press of a button
     regrading                       mark a class again
     html_pages                      render the pages from templates/serve

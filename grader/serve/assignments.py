@@ -15,7 +15,7 @@ logger = logging.getLogger("qdot.serve")
 
 
 class Assignments:
-    """The assignments in some folders, by key. While an edited file has an error, the version before it stays.
+    """The assignments in some folders, by key. While an edited file has an error, the version before it stays in use.
 
     `errors` has the error of each folder that has one; `changes` counts how often files were read again.
     """

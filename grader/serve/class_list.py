@@ -23,7 +23,8 @@ def load_assignments() -> dict[str, Assignment]:
 
 
 def find_file_error(key: str) -> str:
-    """Return in a sentence which file of an assignment has an error, so that an older version is in use; "" if none."""
+    """Return a sentence on the file of an assignment that has an error, so an older version is in use; "" if none
+    has."""
     error = _find_assignments().errors.get(load_assignments()[key].folder, "")
     return error and f"{error}. The last version without this error is in use."
 
@@ -34,7 +35,7 @@ def count_file_changes() -> int:
 
 
 def find_folder_class() -> Classroom:
-    """Return the class of the rosters in the folders, whose students come by personal links."""
+    """Return the class of the rosters in the folders, whose students sign in by personal links."""
     return Classroom.objects.get_or_create(lti_context=None, defaults={"is_connected": True})[0]
 
 

@@ -27,9 +27,9 @@ NO_PAGE = "There is no such page, or it isn't yours."
 """The sentence for a page that doesn't exist and for one that belongs to another person: they look the same."""
 TOO_LARGE = "This is larger than qdot accepts: an answer or a comment has some thousand characters at most."
 REPORT_SECONDS = 60
-"""For how long the log says nothing more about a database that doesn't answer, or requests for another host."""
+"""For how long the log doesn't repeat that a database doesn't answer, or that there are requests for another host."""
 RETRY_SECONDS = 30
-"""When a program that sent too many requests should try again."""
+"""Number of seconds after which a program that sent too many requests should try again."""
 FAILURE = "qdot itself failed. Nothing that you submitted is lost; try again in a minute, and tell your instructor."
 
 
@@ -52,7 +52,7 @@ def find_refusal(error: Exception) -> Refused:
 
 
 def report_failed(work: str, error: BaseException | None) -> None:
-    """Log an error; of a database that doesn't answer, only one line a minute."""
+    """Log an error; if a database doesn't answer, log only one line per minute."""
     if not isinstance(error, (OperationalError, InterfaceError)):
         logger.error("%s failed", work, exc_info=error)
     elif cache.add("database-failed", True, REPORT_SECONDS):
@@ -60,7 +60,7 @@ def report_failed(work: str, error: BaseException | None) -> None:
 
 
 def respond(request: HttpRequest, refusal: Refused) -> HttpResponse:
-    """Return the answer to a refused request: a page if the browser shows it, JSON if a script asks."""
+    """Return the answer to a refused request: a page if the browser shows it, JSON if a script sent the request."""
     headers = {"Retry-After": str(RETRY_SECONDS)} if refusal.status == 429 else {}
     if "text/html" in request.headers.get("Accept", ""):
         from qdot.grader.serve.html_pages import render_page

@@ -1,4 +1,4 @@
-"""Write a class as a folder that `qdot grade` marks the same, and read such a folder; back up and restore."""
+"""Write a class as a folder to which `qdot grade` gives the same marks, and read such a folder; back up and restore."""
 
 import io
 import os
@@ -40,7 +40,7 @@ from qdot.grader.submissions.submission import find_submissions, open_submission
 
 
 def make_roster_csv(assignment: Assignment) -> str:
-    """Return the students as roster.csv, each with the due date that applies to the student."""
+    """Return roster.csv with the students, each with the due date that applies to the student."""
     rows = [("student", "name", "email", "due")]
     for student in assignment.roster:
         due_date = assignment.due_date_of(student)
@@ -50,7 +50,7 @@ def make_roster_csv(assignment: Assignment) -> str:
 
 
 def make_overrides_csv(classroom: Classroom, key: str) -> str:
-    """Return the points and comments that people have set as overrides.csv."""
+    """Return overrides.csv with the points and comments that people have set."""
     rows = [(*COLUMN_NAMES, GROUP_COLUMN, ANSWER_COLUMN)]
     for row in PointsOverride.objects.filter(classroom=classroom, assignment=key).select_related("person"):
         points = "" if row.points is None else format_points(row.points)
@@ -118,7 +118,7 @@ def make_results_zip(classroom: Classroom, key: str) -> bytes:
 
 
 def _add_due_cell(student: Student) -> Student:
-    """Return a student whose own due date, also one that was given online, is in the column `due`."""
+    """Return a student with the student's own due date, also an extension given online, in the column `due`."""
     cells = dict(student.other_cells) | {"due": student.due_date.isoformat() if student.due_date else ""}
     return replace(student, other_cells=tuple(cells.items()))
 
@@ -126,7 +126,7 @@ def _add_due_cell(student: Student) -> Student:
 def import_class(classroom: Classroom, key: str, source: Path) -> tuple[int, int]:
     """Store what students have submitted into a folder or zip, and overrides.csv of the assignment's folder.
 
-    What is stored already is left out. Return the numbers of new submissions and overrides. Raises QdotError.
+    Whatever is stored already is skipped. Return the numbers of new submissions and overrides. Raises QdotError.
     """
     from qdot.grader.serve.marking_online import grade_submission
 

@@ -25,7 +25,7 @@ def find_people(name: str) -> list[Person]:
 
 
 def describe_people(people: list[Person]) -> Iterator[str]:
-    """Yield a line on what the database has of a student in each class."""
+    """Yield a line for each class, which says what the database stores about a student."""
     for person in people:
         contents = (
             count_noun(person.submissions.count(), "submission"), count_noun(person.drafts.count(), "draft"),
@@ -35,7 +35,7 @@ def describe_people(people: list[Person]) -> Iterator[str]:
 
 
 def forget_people(people: list[Person]) -> None:
-    """Remove everything about a student from the database, also from the free space of its file."""
+    """Remove everything about a student from the database, including the free space of its file."""
     numbers = {person.pk for person in people}
     with transaction.atomic():
         for person in people:

@@ -1,4 +1,4 @@
-"""Read the session's key that a page in a frame without cookies sends, and send it on with redirections."""
+"""Read the session's key that a page in a frame without cookies sends, and pass it on with redirections."""
 
 from collections.abc import Callable
 from urllib.parse import urlsplit
@@ -15,9 +15,9 @@ FORM_TYPE = "application/x-www-form-urlencoded"
 
 
 class FrameSessionMiddleware:
-    """Puts the key of a session that a page sent in the place of the session's cookie.
+    """Uses the session's key that a page sent instead of the session's cookie.
 
-    A form with the field `method` asks for a page, as a link does.
+    A form with the field `method` requests a page, as a link does.
     """
 
     def __init__(self, get_response: Callable[[HttpRequest], HttpResponse]) -> None:

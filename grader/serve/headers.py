@@ -34,9 +34,9 @@ class HeadersMiddleware:
 
 
 def partition_cookies(application: WSGIApplication) -> WSGIApplication:
-    """Return the application with cookies that also a browser that blocks those of third parties stores in a frame.
+    """Return the application with partitioned cookies, which browsers store in frames even if they block third parties.
 
-    It stores them for each site with such a frame separately. Django 5.2 doesn't know this attribute of cookies.
+    A browser stores them separately for each site with such a frame. Django 5.2 doesn't support this attribute.
     """
 
     def call(environ: dict[str, Any], start_response: StartResponse) -> Iterable[bytes]:

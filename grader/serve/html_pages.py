@@ -26,8 +26,9 @@ def render_page(request: HttpRequest, template: str, *, title: str, **values: ob
     - choose: what to add to a course; `action`, and `assignments` with `key`, `title`, `points` and `parts` (`name`,
       `title`, `points`). The form posts `choice`, KEY or KEY/PART.
     - refused: a `sentence`
-    - launch: `state`, an address of the `platform`, and its `frame` for storage. At login, also the `url` that goes on,
-      the `proof` to store, and the address `tab` for a new tab; later the `id_token`, which the form posts, too.
+    - launch: `state`, an address of the `platform`, and its `frame` for storage. At login, also the `url` that
+      continues it, the `proof` to store, and the address `tab` for a new tab; later the `id_token`, which the form
+      posts, too.
     """
     assets = load_assets()
     page = render(

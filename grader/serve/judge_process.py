@@ -45,7 +45,7 @@ class ClassOfAssignment:
 
 @dataclass(frozen=True)
 class TypedAnswers:
-    """A student's typed answers by part, as in "p1.jacobian", and the marks of problems that need not be marked.
+    """A student's typed answers by part, as in "p1.jacobian", and the marks of problems that need no new marking.
 
     `is_quick` says that marking stops after a short time.
     """
@@ -116,7 +116,7 @@ MAX_REMEMBERED = 256
 
 
 def _remember(memory: dict[Key, Value], key: Key, make: Callable[[], Value]) -> Value:
-    """Return the value that is stored for a key; it is made if it is missing, and the oldest value is then dropped."""
+    """Return the value that is stored for a key; if it is missing, make it, and drop the oldest value."""
     if key not in memory:
         if len(memory) >= MAX_REMEMBERED:
             memory.pop(next(iter(memory)))
@@ -147,7 +147,7 @@ QUICK_JUDGING, QUICK_DIAGNOSING = 3.0, 2.0
 def mark_typed_answers(judge: Judge, typed: TypedAnswers) -> MarkedAnswers | None:
     """Return the marks of typed answers: those that `qdot grade` gives to the notebook with the same answers.
 
-    If this must be quick and isn't, the result is None.
+    The result is None if marking must be quick but takes too long.
     """
     assignment = judge.load_assignment(typed.class_of_assignment)
     class_answers = judge.find_class_answers(assignment)
@@ -214,14 +214,14 @@ def show_marks(
 
 
 def _is_refused(problem: Problem, part: PartResult) -> bool:
-    """Return whether a wrong answer was not compared, because it has not the form that the question needs."""
+    """Return whether a wrong answer was not compared, because it doesn't have the form that the question needs."""
     if part.outcome is not Outcome.WRONG or part.certificate is not None or part.answer is None:
         return False
     return read_answer(problem, problem[part.name], part.answer).refusal is not None
 
 
 def end_sentence(text: str) -> str:
-    """Return a sentence with a full stop, unless it has an end already."""
+    """Return a sentence with a full stop, unless it already ends with punctuation."""
     return text if text.endswith((".", "?", "!")) else f"{text}."
 
 
@@ -233,7 +233,8 @@ def _find_pose(problem: Problem, example: Counterexample) -> dict[str, float] | 
 
 
 def write_answers_notebook(assignment: Assignment, student: str, answers: Mapping[str, str]) -> str:
-    """Return the notebook with a student's typed answers, as the text of a file; the same answers give the same."""
+    """Return the notebook with a student's typed answers, as the text of a file; the same answers give the same
+    text."""
     cells: list[dict[str, Any]] = [
         {
             "cell_type": "code", "execution_count": None, "id": part.replace(".", "-")[:64], "outputs": [],

@@ -1,7 +1,7 @@
-"""Mark what is submitted: typed answers at once in processes that are ready, notebooks from a queue in the database.
+"""Mark submissions: typed answers at once, in processes that are ready, and notebooks from a queue in the database.
 
 An answer that takes long to judge goes into the queue, too, so that it doesn't keep the others waiting. A submission
-that is not marked yet is marked later, so a killed process loses nothing; marking twice gives the same.
+that is not marked yet is marked later, so a killed process loses nothing; marking twice gives the same marks.
 """
 
 import logging
@@ -83,7 +83,8 @@ class JudgePool:
         self._pool = self._open(jobs)
 
     def run(self, work: Callable[[Judge, Item], Result], item: Item) -> Result:
-        """Return `work(judge, item)`. Raises TimeoutError if it takes long, or BrokenProcessPool if it kills two."""
+        """Return `work(judge, item)`. Raises TimeoutError if it takes long, or BrokenProcessPool if it kills two
+        processes."""
         pool = self._pool
         try:
             return _wait(submit_to_pool(pool, work, item))
@@ -151,7 +152,7 @@ _turns, _people_in_turn = threading.Condition(), set[int]()
 
 @contextmanager
 def _wait_for_turn(person: int) -> Iterator[None]:
-    """Let no two answers of a person be judged at the same time. Raises TimeoutError if this takes too long."""
+    """Wait until no other answer of a person is being judged. Raises TimeoutError if this takes too long."""
     with _turns:
         if not _turns.wait_for(lambda: person not in _people_in_turn, TURN_SECONDS):
             raise TimeoutError
@@ -279,7 +280,7 @@ def _read_file(assignment: Assignment, name: str, content: bytes) -> Attempt:
 
 
 def read_upload(person: Person, assignment: Assignment, name: str, content: bytes) -> Attempt:
-    """Return the notebook in a file that a person submits, one file after the other. Raises TimeoutError."""
+    """Return the notebook in a file that a person submits; only one file is read at a time. Raises TimeoutError."""
     with _wait_for_turn(person.pk):
         return _read_file(assignment, re.sub(r"[^\w. ()-]", "_", name)[-60:], content)
 

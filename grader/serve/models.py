@@ -1,8 +1,8 @@
-"""The tables of `qdot serve`. Times are aware; points are on the scale of the assignment.
+"""The tables of `qdot serve`. Times have a time zone; points are on the scale of the assignment.
 
-A class is one course of a learning platform, or the roster of the folder if students come by personal links. Nobody
-sees anything of another class. Everything that a student submits is a row of `Submission`, which is never changed or
-removed, except for the marks, which can be computed again.
+A class is one course of a learning platform, or the roster of the folder if students come by personal links. Nobody can
+see another class. Everything that a student submits is a row of `Submission`, which is never changed or removed, except
+for the marks, which can be computed again.
 """
 
 import datetime
@@ -23,8 +23,8 @@ class Classroom(models.Model):
     """The people of one course. `lti_context` is the course on its learning platform; None for personal links.
 
     A course that isn't connected may not use the service: the first course of a platform is connected when a teacher
-    opens the tool there; further ones by the command line. `list_due` is when its class list is read from the platform
-    next.
+    opens the tool there; further ones by the command line. `list_due` is when its class list is to be read from the
+    platform again.
     """
 
     title = models.CharField(max_length=500, blank=True)
@@ -82,14 +82,14 @@ class Extension(models.Model):
 class Submission(models.Model):
     """What a student submitted with one press of a button: one typed answer, or a notebook.
 
-    `request_id` is chosen by the browser, so that a request that arrives twice is stored once. Of typed answers,
+    `request_id` is chosen by the browser, so that a request that arrives twice is stored once. For typed answers,
     `answers` maps the names of parts, such as "p1.jacobian", to the texts of *all* of the student's answers up to then,
-    so that the row is the whole of the student's work, as a notebook is; `changed_part` is the part that was submitted.
+    so that the row holds all of the student's work, as a notebook does; `changed_part` is the part that was submitted.
     `marks` is a NotebookMarks (grader/grading/result.py) as JSON, and `shown` what the student's page shows of them, by
     part (see `judge_process.ShownPart`); both are None until it is marked. `remarked` has both after a second marking
-    that the staff has yet to accept; it is {} before that is done. `points` is their sum before late penalties, and
-    `obstacle` why it couldn't be graded. `received` is in whole seconds, as the time of a
-    file that `qdot grade` reads.
+    that the staff has yet to accept; it is {} until that is done. `points` is their sum before late penalties, and
+    `obstacle` why it couldn't be graded. `received` is in whole seconds, like the time of a file that
+    `qdot grade` reads.
     """
 
     class State(models.TextChoices):
@@ -187,7 +187,7 @@ class ScoreDelivery(models.Model):
 
 
 class StaffAction(models.Model):
-    """What a member of staff changed: the record that the class page shows."""
+    """A change by a member of staff, as the class page lists it."""
 
     classroom = models.ForeignKey(Classroom, on_delete=models.CASCADE, related_name="actions")
     person = models.ForeignKey(Person, null=True, on_delete=models.SET_NULL)

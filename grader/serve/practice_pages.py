@@ -1,4 +1,4 @@
-"""Practice: problems of the same kind, which a student tries as often as the student likes; no mark is stored.
+"""Offer problems of the same kind for practice, which students try as often as they like; no mark is stored.
 
 A set of problems is what the assignment gives to a student with an identifier that nobody has. So sets are certified,
 and the same for all students. Answers stay in memory until the student takes another set, at most for a day.
@@ -40,7 +40,7 @@ from qdot.grader.serve.student_pages import (
 SETS, SECONDS, NEW_SETS_PER_MINUTE = 100, 24 * 3600, 10
 """How many sets an assignment has, how long answers stay in memory, and how many sets a student may open a minute."""
 SETS_TRIED = 5
-"""Number of sets after which qdot gives up to look for one without the student's own arms."""
+"""Number of sets after which qdot stops looking for one without the student's own arms."""
 
 
 def find_practice(person: Person, key: str, number: int) -> Work:
@@ -56,7 +56,7 @@ def find_practice(person: Person, key: str, number: int) -> Work:
 
 
 def _has_own_arm(work: Work, practice: Work) -> bool:
-    """Return whether a set would tell the student whether an answer to a problem that counts is right."""
+    """Return whether a set would reveal to a student whether an answer to a problem that counts is right."""
     name = f"practice-{work.assignment.notebook_digest_of(work.student.id)}-{work.person.pk}-{practice.student.id}"
     if (known := cache.get(name)) is not None:
         return bool(known)

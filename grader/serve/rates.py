@@ -1,4 +1,4 @@
-"""Limit how often a person may do something, so that one person can't take the service away from the others."""
+"""Limit how often a person may do something, so that one person can't block the service for others."""
 
 import threading
 import time
@@ -7,7 +7,7 @@ from collections import defaultdict, deque
 from qdot.grader.serve.errors import Refused
 
 SECONDS = 60.0
-"""The length of the time for which requests are counted."""
+"""The length of the period in which requests are counted."""
 
 _lock = threading.Lock()
 _times: dict[tuple[str, str], deque[float]] = defaultdict(deque)

@@ -1,4 +1,4 @@
-"""Mark a class again after a change of the assignment or of qdot; the staff sees what changes before it counts."""
+"""Mark a class again after a change of the assignment or of qdot; the staff sees the changes before they count."""
 
 import hashlib
 import json
@@ -24,7 +24,7 @@ PRIORITY = -10
 
 
 class Regrading(NamedTuple):
-    """The state: how many submissions are being marked again, and the changed marks, which the token stands for."""
+    """The state: how many submissions are being marked again, and the changed marks, which the token identifies."""
 
     waiting: int
     changes: list[dict[str, Any]]
@@ -32,7 +32,7 @@ class Regrading(NamedTuple):
 
 
 def find_outdated(assignment: Assignment, classroom: Classroom) -> list[int]:
-    """Return the submissions that count but were marked by other settings, by another qdot, or not completely."""
+    """Return the submissions that count but were marked with other settings, by another qdot, or incompletely."""
     outdated = list[int]()
     for student, submissions in load_submissions(assignment, classroom).items():
         _, counting = select_marked(assignment, submissions)
@@ -46,7 +46,7 @@ def find_outdated(assignment: Assignment, classroom: Classroom) -> list[int]:
 
 
 def count_outdated(assignment: Assignment, results: Sequence[Result]) -> int:
-    """Return the number of students whose submission was marked by other settings or another qdot."""
+    """Return the number of students whose submission was marked with other settings or by another qdot."""
     return sum(
         result.submission is not None and result.made_from != make_marking_versions(assignment, result.student)
         for result in results
@@ -54,7 +54,7 @@ def count_outdated(assignment: Assignment, results: Sequence[Result]) -> int:
 
 
 def continue_regrading(assignment: Assignment, classroom: Classroom) -> Regrading:
-    """Begin to mark the outdated submissions again, or return how far this is and what changes."""
+    """Begin to mark the outdated submissions again, or return the progress and what changes."""
     rows = Submission.objects.filter(person__classroom=classroom, assignment=assignment.key, remarked__isnull=False)
     if not rows.exists():
         with transaction.atomic():
@@ -86,7 +86,7 @@ def _read_points(text: str) -> float | None:
 
 
 def accept_regrading(assignment: Assignment, classroom: Classroom, token: str) -> int:
-    """Let the new marks count; return the number of submissions. Raises Refused if they aren't those of the token."""
+    """Make the new marks count; return the number of submissions. Raises Refused if they aren't those of the token."""
     with transaction.atomic():
         state = continue_regrading(assignment, classroom)
         if state.waiting or state.token != token:

@@ -28,9 +28,10 @@ def list_submissions(person: Person, key: str) -> list[Submission]:
 
 
 def select_attempts(assignment: Assignment, submissions: Sequence[Submission]) -> tuple[list[Submission], set[int]]:
-    """Return the submissions by which the attempts are decided, in the order received, and the ids of those that count.
+    """Return the submissions that determine the attempts, in the order received, and the ids of those that count.
 
-    `submissions` begin with the newest. Of each attempt, these are the first, from which its time runs, and the last.
+    `submissions` begin with the newest. For each attempt, the first, at which its time begins, and the last are
+    returned.
     """
     if not submissions:
         return [], set()
@@ -47,14 +48,14 @@ def select_marked(assignment: Assignment, submissions: Sequence[Submission]) -> 
 
 
 def load_marks(numbers: Iterable[int], uses_new_marks: bool = False) -> dict[int, NotebookMarks]:
-    """Return the marks of submissions; if `uses_new_marks`, those of a second marking where there is one."""
+    """Return the marks of submissions; if `uses_new_marks`, those of a second marking if there is one."""
     rows = Submission.objects.filter(pk__in=list(numbers)).values_list("pk", "marks", "remarked")
     all_marks = {pk: new["marks"] if uses_new_marks and new else marks for pk, marks, new in rows}
     return {pk: parse_dataclass(NotebookMarks, json.dumps(marks)) for pk, marks in all_marks.items() if marks}
 
 
 def name_file(assignment: Assignment, submission: Submission) -> str:
-    """Return the name of the file as which a submission is exported."""
+    """Return the name of the file to which a submission is exported."""
     suffix = PurePath(submission.file_name).suffix if submission.file_name else ".ipynb"
     return f"{assignment.key}{suffix}"
 

@@ -33,7 +33,7 @@ from qdot.grader.serve.queue_process import work_off_queue
 from qdot.grader.serve.settings import ServiceOptions, find_options
 
 THREADS, MAX_CONNECTIONS, IDLE_SECONDS = 32, 800, 30
-"""Numbers of requests that are answered at once and of open connections, and for how long one may be idle.
+"""Numbers of requests answered at the same time and of open connections, and how long a connection may be idle.
 
 A browser keeps several connections open; at the maximum, nobody else gets in."""
 SECONDS_BETWEEN_CHECKS, MAX_REQUEST_BYTES = 2.0, 25_000_000

@@ -13,16 +13,16 @@ from qdot.grader.serve.rates import check_rate
 
 SIGN_IN_ADVICE = "You are not signed in. Open your personal link, or open the assignment on your learning platform."
 STAFF_PREFIX = "staff:"
-"""The beginning of the identifier of a member of staff who comes by a personal link; no student's contains a colon."""
+"""The beginning of the identifier of a member of staff who comes by a personal link; no student's has a colon."""
 
 WRONG_LINKS_PER_MINUTE, SIGN_INS_PER_MINUTE = 60, 30
-"""For each network address and for each person; a whole class may share an address."""
+"""Maximum number of wrong links for each network address, which a class may share, and of sign-ins for each person."""
 
 View = Callable[..., HttpResponse]
 
 
 def sign_in(request: HttpRequest, person: Person) -> None:
-    """Make a person the one who uses this browser."""
+    """Sign a person in, in this browser."""
     request.session.flush()
     request.session["person"], request.session["version"] = person.pk, person.session_version
     rotate_token(request)
@@ -31,7 +31,7 @@ def sign_in(request: HttpRequest, person: Person) -> None:
 def find_person(request: HttpRequest) -> Person:
     """Return the person who uses this browser. Raises Refused.
 
-    A page that was opened by another person, for example in another tab, says so by the header X-Person.
+    The header X-Person reveals that another person opened the page, for example in another tab.
     """
     people = Person.objects.select_related("classroom").filter(is_active=True, classroom__is_connected=True)
     number, version = request.session.get("person", 0), request.session.get("version", 0)

@@ -1,4 +1,4 @@
-"""The addresses that the page of the staff calls: the class, its mistakes, and what a person decides."""
+"""The addresses that the page of the staff calls: the class, its mistakes, and decisions by people."""
 
 import datetime
 from typing import Any
@@ -167,7 +167,7 @@ def find_student_of(person: Person, number: object) -> Person:
 @require_GET
 @for_staff
 def get_student(request: HttpRequest, person: Person, key: str, number: int) -> HttpResponse:
-    """Return a student's work, with the solutions and without limits of feedback."""
+    """Return a student's work, with the solutions and without limits on feedback."""
     student = find_student_of(person, number)
     work = find_work(student, key)
     content = describe_work(work, find_language(request))
@@ -260,7 +260,7 @@ def post_extension(request: HttpRequest, person: Person, key: str) -> HttpRespon
 
 
 def read_due_date(text: object) -> datetime.datetime:
-    """Return the due date that a text gives. Raises Refused, also for a year in which nobody studies."""
+    """Return the due date that a text gives. Raises Refused, also for an implausible year."""
     try:
         due_date = parse_time(str(text))
     except QdotError:
@@ -273,7 +273,7 @@ def read_due_date(text: object) -> datetime.datetime:
 @require_POST
 @for_staff
 def post_regrade(request: HttpRequest, person: Person, key: str) -> HttpResponse:
-    """Mark again what is outdated, and return what changes; with the token of these changes, let them count."""
+    """Mark outdated submissions again, and return the changes; with the token of these changes, make them count."""
     content, assignment = read_json(request), load_class_assignment(person.classroom, key)
     if error := find_file_error(key):
         raise Refused(409, error)

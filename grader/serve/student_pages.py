@@ -51,7 +51,7 @@ MAX_JSON_BYTES = 200_000
 
 
 class Work(NamedTuple):
-    """A student's work on an assignment, as a request needs it."""
+    """The person, the assignment and the student that a request is about."""
 
     person: Person
     assignment: Assignment
@@ -86,7 +86,7 @@ def read_json(request: HttpRequest) -> dict[str, Any]:
 
 @require_GET
 def show_home(request: HttpRequest) -> HttpResponse:
-    """Show the assignments of the person who is signed in, the only one at once; or how to get in."""
+    """Show the assignments of the person who is signed in; open a single one at once. Otherwise show how to get in."""
     try:
         person = find_person(request)
     except Refused:
@@ -264,7 +264,7 @@ def post_notebook(request: HttpRequest, person: Person, key: str) -> HttpRespons
 @require_GET
 @for_everybody
 def get_submission(request: HttpRequest, person: Person, key: str, number: int) -> HttpResponse:
-    """Return how far the grading of a submission is."""
+    """Return the progress of grading a submission."""
     work = find_work(person, key)
     submission = person.submissions.filter(assignment=key, pk=number).defer("content").first()
     if submission is None:

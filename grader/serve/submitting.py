@@ -24,9 +24,9 @@ from qdot.grader.submissions.submission import explain_useless
 
 MAX_ANSWER_CHARACTERS = 20_000
 UNSTORABLE = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff]")
-"""Characters that not every database can store, and no text needs."""
+"""Characters that not every database can store, and that no text needs."""
 MAX_NOTEBOOK_BYTES, MAX_STORED_BYTES = 20_000_000, 200_000_000
-"""The largest notebook, and what all notebooks of a student may have together."""
+"""The maximum size of a notebook, and of all notebooks of a student together."""
 MAX_WAITING, MAX_SUBMISSIONS = 5, 1_000
 """How many submissions of a student may wait to be marked, and how many a student may make of one assignment."""
 NOTEBOOK_ENDINGS = (".ipynb", ".zip", ".py", ".md", ".txt", ".json", ".tar", ".tgz", ".gz")
@@ -44,7 +44,7 @@ class AttemptsState(NamedTuple):
 
 
 def describe_attempts(assignment: Assignment, received: list[datetime]) -> AttemptsState:
-    """Return how many attempts a student has left who has submitted at these times."""
+    """Return how many attempts are left for a student who has submitted at these times."""
     policy, rules, left = assignment.attempt_policy, list[str](), None
     if policy.best_of is not None:
         left = policy.best_of - (len(policy.group_attempts(received)) if received else 0)
@@ -111,7 +111,7 @@ def parse_request_id(text: object) -> uuid.UUID:
 def submit_answer(
     assignment: Assignment, student: Student, person: Person, request_id: uuid.UUID, answers: dict[str, str]
 ) -> tuple[Submission, bool]:
-    """Store answers with all earlier ones, and return the row and whether it is new. Raises Refused.
+    """Store an answer together with all earlier ones, and return the row and whether it is new. Raises Refused.
 
     `answers` has one part, the one that is submitted.
     """
@@ -148,7 +148,7 @@ def _check_open(assignment: Assignment, student: Student, earlier: list[Submissi
 
 
 def find_answers(submissions: list[Submission]) -> dict[str, str]:
-    """Return a student's answers, which the next one changes; `submissions` begin with the newest.
+    """Return a student's current answers, to which the next is added; `submissions` begin with the newest.
 
     They are those of the latest submission, except for a notebook that is not graded yet or could not be.
     """

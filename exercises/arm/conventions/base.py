@@ -30,7 +30,7 @@ VELOCITY_NAMES = ("vx", "vy", "vz", "wx", "wy", "wz")
 """The components of a six-dimensional velocity, linear first (6.6)."""
 
 NO_SIMPLE_MEANING = "these configurations have no simple geometric meaning"
-"""The statement about singular configurations that says nothing about what they look like."""
+"""The statement about singular configurations if there is no simple description of what they look like."""
 
 Entry = TypeVar("Entry")
 _ORIGIN_IN_WORDS = re.compile(r"the origin O(\d+)")

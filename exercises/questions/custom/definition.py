@@ -78,7 +78,7 @@ class Definition:
     their units. `unit` and `rounding` belong to numbers, which need three significant digits by default; `unit` is one
     for all entries or one for each, separated by commas. If `is_up_to_factor`, every nonzero multiple of a vector is
     correct, too. `texts` has the texts in each language; languages other than the first may lack some.
-    `locations` has, for messages, the file, the line and the key of each key, with dots in keys of tables: given.m.
+    `locations` maps each key to its file, line and key, for messages; a key in a table has dots, as in given.m.
     """
 
     name: str
@@ -116,6 +116,6 @@ class Definition:
         return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
 
     def find_texts(self, language: str, has_text: Callable[[Texts], object]) -> Texts:
-        """Return the texts in a language if these have a certain text; else those in the first language."""
+        """Return the texts in a language if they include a certain text; else those in the first language."""
         matching_texts = (texts for texts in self.texts if texts.language == language and has_text(texts))
         return next(matching_texts, self.texts[0])

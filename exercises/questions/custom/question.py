@@ -76,11 +76,11 @@ SOURCES = {
     "p": ("position",), "v": ("position",), "J": ("jacobian",), "det(J)": ("determinant", "jacobian"),
     "inv(J)": ("inverse-jacobian", "jacobian"),
 }  # fmt: skip
-"""Maps names and calls in a formula to the built-in questions; the answer to any one of these gives the result."""
+"""Maps names and calls in a formula to built-in questions; the answer to any one of these gives the result."""
 
 
 def _find_sources(formula: ast.expr) -> Iterator[str]:
-    """Yield the names and calls of a formula that are in SOURCES; for det(J), not also its J."""
+    """Yield the names and calls of a formula that are in SOURCES; det(J) doesn't yield its J, too."""
     stack: list[ast.AST] = [formula]
     while stack:
         node = stack.pop()
@@ -91,7 +91,7 @@ def _find_sources(formula: ast.expr) -> Iterator[str]:
 
 
 _ABOUT_OTHER_OPTIONS = re.compile(r"\s*(none|all|any) of (these|them|the (others|above))", re.IGNORECASE)
-"""Matches an option that is about the others, such as "none of these". It stays the last one."""
+"""Matches an option that is about the others, such as "none of these"; such an option stays last."""
 
 ZEROS = "zeros"
 """The function whose result is a set of configurations; it must be the whole answer."""
@@ -178,7 +178,7 @@ class QuestionMaker:
 
     Every answer is the value of its formulas in the stages of a derivation (`_compute`), in one of four forms:
 
-    - `compute_answer`: as the stages have it, for mistakes and for a student's earlier answers
+    - `compute_answer`: as computed by the stages, for mistakes and for a student's earlier answers
     - `derive`: in textbook form, for formulas that people read
     - `_compute_symbolic_answer`: not simplified, which is faster, for numbers at given values
     - `derive_zeros`: as numerators, for the set in which they are zero
@@ -534,9 +534,9 @@ class QuestionMaker:
         return [symbol.name for symbol in random_symbols if changes_answer(symbol)]
 
     def find_objection_to_numbers(self, chain: Chain) -> str | None:
-        """Return why three samples of a numeric answer can't be asked for, or None.
+        """Return why a numeric answer can't be asked for, judging by three samples, or None.
 
-        They may all be equal although the values are random, or differ from 0 by less than the tolerance.
+        The samples may be equal although the values are random, or differ from 0 by less than the tolerance.
         """
         if not self.formulas or self.is_set or not self.definition.given:
             return None
@@ -557,7 +557,8 @@ class QuestionMaker:
         return None
 
     def list_warnings(self, chain: Chain) -> list[str]:
-        """Return what the instructor probably does not want, as clauses about the answer or the options."""
+        """Return warnings about what the instructor probably did not intend: clauses about the answer or the
+        options."""
         functions = (
             self._find_unit_warning, self._find_zero_component, self._find_zero_numbers,
             self._find_formula_shown_as_text, self._find_unused_symbol, self._find_angle_in_degrees,
@@ -638,7 +639,7 @@ class QuestionMaker:
         return objection if is_certain else None
 
     def _find_unit_warning(self, chain: Chain) -> str | None:
-        """Return why the answer probably has another unit, or none, or None."""
+        """Return why the answer probably has another unit or no unit; None if there is no reason."""
         objection = self._find_unit_objection(chain)
         if objection is None:
             return None
@@ -711,7 +712,7 @@ def _find_objection(definition: Definition, chain: Chain) -> str | None:
 
 
 def _simplify(entry: sp.Expr) -> sp.Expr:
-    """Return an entry in textbook form, or unchanged if that form can't be confirmed by numbers."""
+    """Return an entry in textbook form, or unchanged if numbers don't confirm that form."""
     if entry.has(sp.zoo, sp.nan, sp.oo):
         raise FormulaError("its answer has a denominator that is always zero")
     if sp.count_ops(entry) > MAX_OPERATIONS:
@@ -748,7 +749,7 @@ def _name_lengths(chain: Chain) -> frozenset[str]:
 
 
 def _evaluate_at_points(entries: Sequence[sp.Expr], fixed_names: AbstractSet[str] = frozenset()) -> Evaluation:
-    """Return the values and magnitudes of entries at three arbitrary values of their symbols, but for fixed ones."""
+    """Return the values and magnitudes of entries at three arbitrary values of those symbols that are not fixed."""
     names = sorted(str(symbol) for symbol in set().union(*(entry.free_symbols for entry in entries)))
     steps = {name: 0 if name in fixed_names else 7 for name in names}
     points = {name: (step * np.arange(3) + 3 * i + 4) / (11 + i) for i, (name, step) in enumerate(steps.items())}

@@ -301,7 +301,7 @@ NAMES_OF_ANSWERS = {
     "shown": "options", "rows": "a vector", "up_to_factor": "a vector of formulas", "given": "a formula as the answer",
     "unit": "numbers", "digits": "numbers", "tolerance": "numbers", "units": "formulas",
 }  # fmt: skip
-"""The keys that not all questions have, and what has them."""
+"""The keys that only some questions have, and which questions have them."""
 
 
 def _check_keys_of_answer(file: TomlFile, name: str, entry: QuestionEntry) -> None:

@@ -36,7 +36,7 @@ _NAMES_OF_DIMENSIONS: dict[Dimension, str] = {
 
 
 def check_si_unit(unit: str) -> None:
-    """Raise QdotError if a unit is no SI unit with the usual symbols, in which students see it."""
+    """Raise QdotError if a unit, which students see, is not an SI unit with the usual symbols."""
     if unit in ("", "1"):
         return
     si_unit = convert_to_si(unit)
@@ -48,7 +48,7 @@ def check_si_unit(unit: str) -> None:
 
 
 def has_unit_of_kind(unit: str, kind: str) -> bool:
-    """Return whether random values of a kind (SAMPLED_KINDS) can be those of a symbol with a unit.
+    """Return whether a symbol with a unit can have random values of a kind (SAMPLED_KINDS).
 
     >>> has_unit_of_kind("rad", "angle"), has_unit_of_kind("rad", "length"), has_unit_of_kind("m/s^2", "rate")
     (True, False, True)

@@ -1,4 +1,4 @@
-"""Call, with ctypes, the system calls of Linux for isolation that Python has no functions for; decide nothing.
+"""Call, with ctypes, Linux's system calls for isolation for which Python has no functions. No decisions are made here.
 
 The names of the constants are those of Linux. Every function raises OSError if the kernel refuses. Importing the module
 calls nothing, so it can be imported on any system.

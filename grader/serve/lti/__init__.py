@@ -2,10 +2,10 @@
 
 The library PyLTI1p3 makes and checks the messages, and django-lti stores platforms, courses and people as tables.
 
-    platforms          the kinds of platforms: what a person pastes where, and where each answers
-    registering        register a platform, by hand or by itself, and connect its courses
+    platforms          the kinds of platforms: their addresses, and how a person registers a tool
+    registering        register a platform, by hand or automatically, and connect its courses
     connection         requests to a platform, and the keys that sign them
-    launch             sign a person in who opens qdot in a course
+    launch             sign in a person who opens qdot in a course
     people             the role of a person in a course, and the class list of the course
     columns            the columns of a course's gradebook
     pages, urls        the pages for launches and keys; their addresses

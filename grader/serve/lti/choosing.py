@@ -25,7 +25,7 @@ _REVIEWABLE = ["InProgress", "Submitted", "Completed"]
 
 
 def begin_choosing(request: HttpRequest, launch: LtiLaunch, person: Person) -> HttpResponse:
-    """Store what the answer to the platform needs, and go to the page on which a teacher chooses. Raises Refused."""
+    """Store what the reply to the platform needs, and go to the page on which a teacher chooses. Raises Refused."""
     if person.role != Person.Role.STAFF:
         raise Refused(403, "Only a teacher of the course can add activities.")
     launch.get_message_launch().get_deep_link()  # raises an error if the settings are missing

@@ -40,8 +40,8 @@ def find_resource_id(address: str) -> str:
 def save_column(launch: LtiLaunch, context: LtiContext, resource_id: str, connector: ServiceConnector) -> bool:
     """Store the column of the activity that a launch opened, and return whether it is new.
 
-    If the platform lets us make columns and has made none, as after a teacher has typed the address of an activity, we
-    make one. Raises an error of the library or the connection.
+    If the platform has made no column but lets us make one, we make one; this happens if a teacher has typed the
+    address of an activity. Raises an error of the library or the connection.
     """
     endpoint, link = launch.ags_claim or {}, launch.resource_link
     url = endpoint.get("lineitem", "")
@@ -60,7 +60,7 @@ def save_column(launch: LtiLaunch, context: LtiContext, resource_id: str, connec
 
 
 def _make_column(endpoint: dict, link: LtiResourceLink, resource_id: str, connector: ServiceConnector) -> str:
-    """Return the address of the activity's column, which is made on the platform unless it is there."""
+    """Return the address of the activity's column; make the column on the platform if it is missing."""
     service = AssignmentsGradesService(connector, {**endpoint, "scope": [MANAGE_SCOPE]})
     column = LineItem({"label": link.title or resource_id, "scoreMaximum": 100, "resourceId": resource_id})
     column.set_resource_link_id(link.id_on_platform)

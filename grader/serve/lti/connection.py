@@ -19,14 +19,14 @@ from requests.utils import parse_header_links
 from qdot.exercises.common.errors import QdotError
 
 TIMEOUT = 10
-"""Seconds that a platform has for an answer."""
+"""Number of seconds within which a platform must answer."""
 KEY_PUBLICATION = datetime.timedelta(days=1)
 KEY_LIFETIME = datetime.timedelta(days=180)
 KEY_OVERLAP = datetime.timedelta(days=14)
 TOKEN_LIFETIME = datetime.timedelta(minutes=20)
-"""For how long a platform's access token is used again; platforms issue them for an hour."""
+"""For how long an access token of a platform is reused; platforms issue tokens for an hour."""
 PLATFORM_ERRORS = (LtiException, QdotError, requests.RequestException, LookupError, TypeError, ValueError)
-"""What may happen in a request: the platform refuses, answers something other than agreed, or can't be reached."""
+"""The errors of a request: the platform refuses it, sends an unexpected answer, or can't be reached."""
 
 
 class PlatformSession(requests.Session):
@@ -87,7 +87,7 @@ class Connections:
 
 
 def read_pages(connector: ServiceConnector, scope: str, url: str, media_type: str) -> Iterator[Any]:
-    """Yield the pages of a list, beginning at `url`. PyLTI1p3 writes the addresses of further pages in small letters.
+    """Yield the pages of a list, beginning at `url`. PyLTI1p3 would change their addresses to lower case.
 
     The access token is sent only to the server of the first page. Raises QdotError.
     """

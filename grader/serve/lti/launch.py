@@ -1,4 +1,4 @@
-"""Sign a person in who opens qdot in a course of a platform: login, launch and the public keys.
+"""Sign in a person who opens qdot in a course of a platform: login, launch and the public keys.
 
 The platform sends the browser to /lti/login, we send it back with a `state` and a `nonce`, and the platform posts a
 signed message to /lti/launch. The state is a signed time that only this browser has as a cookie; the nonce is
@@ -52,11 +52,11 @@ from qdot.grader.serve.sign_in import sign_in
 CLOCK_SKEW = 60
 """By how many seconds the clocks of the platform and of this machine may differ."""
 LOGIN_SECONDS = 300
-"""How long a person has from login to launch; so long the platform may ask for a password."""
+"""How long a person has from login to launch, during which the platform may ask for a password."""
 KEY_SECONDS = 3600
 """For how long the public keys of a platform are stored."""
 SECONDS_BETWEEN_KEYS = 10
-"""How long to wait before they are fetched again because of a message with an unknown key."""
+"""How long to wait before a message with an unknown key makes us fetch the keys again."""
 ALGORITHM = "RS256"
 _REQUIRED = ["exp", "iat", "iss", "aud", "sub", "nonce"]
 _CLAIM = "https://purl.imsglobal.org/spec/lti/claim/"
@@ -69,7 +69,7 @@ _MALFORMED = (LookupError, TypeError, ValueError, AttributeError)
 
 
 _fetches = threading.BoundedSemaphore(4)
-"""Held while a platform's keys are fetched, so that a platform that doesn't answer holds up few requests."""
+"""Held while a platform's keys are fetched, so that a platform that doesn't answer blocks only a few requests."""
 
 
 def _make_signer() -> signing.TimestampSigner:
@@ -82,7 +82,7 @@ def compute_nonce(state: str) -> str:
 
 
 def compute_proof(state: str) -> str:
-    """Return what only the browser of a login gets, to show that it has begun it; no address contains it."""
+    """Return the proof that a browser began a login. Only this browser gets it, and no address contains it."""
     return salted_hmac("qdot.lti.proof", state, algorithm="sha256").hexdigest()
 
 
@@ -120,7 +120,7 @@ class Login(DjangoOIDCLogin):
         return compute_nonce(self.state)
 
     def set_cookies(self, response: HttpResponse) -> None:
-        """Let the browser have the state as a cookie."""
+        """Store the state as a cookie of the browser."""
         self._cookie_service.update_response(response)
 
 
@@ -185,7 +185,7 @@ class Launch(DjangoMessageLaunch):
         return self
 
     def save_launch_data(self) -> Self:
-        """Store nothing: what we need of the message is in our tables."""
+        """Store nothing: what we need from the message is in our tables."""
         return self
 
 
@@ -197,7 +197,7 @@ def show_keys(_: HttpRequest) -> HttpResponse:
 
 @csrf_exempt
 def login(request: HttpRequest, uuid: UUID) -> HttpResponse:
-    """Answer a platform that begins a login: with a page that tries cookies, or in a new tab with the way back."""
+    """Answer a platform that begins a login: by a page that tries cookies or, in a new tab, by a redirection."""
     platform = get_object_or_404(LtiRegistration.objects.active(), uuid=uuid)
     defaults = {"client_id": platform.client_id}  # not every platform sends it
     answer = Login(DjangoRequest(request, default_params=defaults), DjangoToolConfig(platform.uuid), NoStorage(request))
@@ -217,7 +217,7 @@ def login(request: HttpRequest, uuid: UUID) -> HttpResponse:
 def _send_page(
     request: HttpRequest, state: str, *, url: str = "", tab: str = "", proof: str = "", id_token: str = ""
 ) -> HttpResponse:
-    """Return the page that puts a proof into the platform's storage if it has to, or the one that reads it there."""
+    """Return the page that puts a proof into the platform's storage if necessary, or the page that reads it there."""
     platform_id, *frames = read_state(state)
     platform = get_object_or_404(LtiRegistration.objects.active(), pk=platform_id).auth_url
     values = {"state": state, "url": url, "tab": tab, "proof": proof, "id_token": id_token, "frame": "".join(frames)}
@@ -245,7 +245,7 @@ def launch(request: HttpRequest) -> HttpResponse:
 
 
 def _open(request: HttpRequest, lti_launch: LtiLaunch) -> HttpResponse:
-    """Sign in the person of a verified launch, and return the way to what it opens. Raises Refused."""
+    """Sign in the person of a verified launch, and return a redirection to what it opens. Raises Refused."""
     if lti_launch.context_claim is None:
         raise Refused(400, "Open qdot in a course.")
     role = find_role(lti_launch.roles_claim)
@@ -277,7 +277,7 @@ def _open(request: HttpRequest, lti_launch: LtiLaunch) -> HttpResponse:
 
 
 def _find_classroom(context: LtiContext, role: Person.Role | None) -> Classroom:
-    """Return the class of a course. The first course of a platform in which a teacher opens qdot becomes connected."""
+    """Return the class of a course. The first course of a platform in which a teacher opens qdot is connected."""
     classroom, _ = Classroom.objects.get_or_create(lti_context=context)
     classroom.lti_context, classroom.title = context, context.title or context.label
     if role == Person.Role.STAFF:

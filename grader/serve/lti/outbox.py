@@ -30,7 +30,7 @@ SCORE_SCOPE = "https://purl.imsglobal.org/spec/lti-ags/scope/score"
 FIRST_WAIT = datetime.timedelta(seconds=10)
 LONGEST_WAIT = datetime.timedelta(hours=6)
 MAX_REFUSALS = 11
-"""After how many tries, in about three hours, a score that the platform refuses is left to the staff."""
+"""Number of tries, within about three hours, after which a score that the platform refuses is left to the staff."""
 CLAIM = datetime.timedelta(minutes=2)
 """For how long the process that is sending a score keeps others from sending it."""
 LIST_INTERVAL = datetime.timedelta(days=1)
@@ -50,7 +50,7 @@ def update_scores(person: Person, key: str) -> None:
     """Note which scores of an assignment the gradebook of the person's course should show.
 
     Call it in the transaction that changes marks or points. Nothing is noted for a person or a column that the platform
-    hasn't introduced to us, or for a person who has left the course; a launch brings the person's scores up to date.
+    hasn't named, or for a person who has left the course; a launch brings the person's scores up to date.
     """
     if person.lti_user_id is None or person.role != Person.Role.STUDENT or not person.is_active:
         return
@@ -96,7 +96,7 @@ def _make_newer(delivery: ScoreDelivery, now: datetime.datetime) -> None:
 
 
 def send_scores(connections: Connections, now: datetime.datetime) -> None:
-    """Send the scores whose time has come. A platform that can't be reached keeps no other platform waiting."""
+    """Send the scores whose time has come. A platform that can't be reached doesn't delay the others."""
     due = ScoreDelivery.objects.filter(
         next_try__lte=now, person__is_active=True, line_item__context__deployment__registration__is_active=True
     )

@@ -16,9 +16,9 @@ from django.utils.safestring import mark_safe
 from lti_tool.models import LtiRegistration
 
 SECONDS_OF_ORIGINS = 5
-"""For how long the origins are stored, because every response contains them."""
+"""For how long the origins are cached, because every response contains them."""
 _ORIGIN = re.compile(r"https?://[\w.:\[\]-]+", re.ASCII)
-"""Matches an origin that adds nothing else to a header; a platform names its own."""
+"""Matches an origin that adds nothing else to a header, because platforms state their own origins."""
 _SCRIPT = re.compile(r"<script[^>]*>(.*?)</script>", re.DOTALL)
 _HEAD = '<!DOCTYPE html><html lang="en"><meta charset="utf-8"><title>qdot</title>'
 _SUBMIT = mark_safe("<script>document.forms[0].submit()</script>")

@@ -19,14 +19,14 @@ from qdot.grader.serve.lti.connection import Connections, read_pages
 from qdot.grader.serve.models import Classroom, Person
 
 _COURSE_ROLE = re.compile(r"(?:http://purl\.imsglobal\.org/vocab/lis/v2/membership(?:/(\w+))?#)?(\w+)")
-"""Matches a role in the course. Its groups are the role to which it belongs, unless it is one itself, and its name."""
+"""Matches a role in the course. Its groups are the main role of a sub-role, if it is one, and its name."""
 _STAFF_ROLES = {"Instructor", "Administrator", "TeachingAssistant"}
 MEMBERS_SCOPE = "https://purl.imsglobal.org/spec/lti-nrps/scope/contextmembership.readonly"
 MEMBERS_TYPE = "application/vnd.ims.lti-nrps.v2.membershipcontainer+json"
 
 
 def find_role(roles: Iterable[object]) -> Person.Role | None:
-    """Return what a person is in the course; None for a person who is neither student nor staff, as an observer.
+    """Return what a person is in the course; None for a person who is neither student nor staff, such as an observer.
 
     >>> find_role(["http://purl.imsglobal.org/vocab/lis/v2/membership/Instructor#TeachingAssistant"])
     Person.Role.STAFF

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Platform:
-    """A kind of platform. `needed` are the options of `qdot serve register` beside --client-id that finish it by hand.
+    """A kind of platform. `needed` are the options of `qdot serve register`, besides --client-id, that finish it by
+    hand.
 
     `audience` is the audience of requests for access tokens if it isn't `token_url`. `steps` is what a person does.
     """
@@ -25,7 +26,7 @@ class Platform:
 
     @property
     def needs_site(self) -> bool:
-        """Whether the addresses depend on where the platform is."""
+        """Whether the addresses depend on the platform's own address."""
         return "{site}" in self.issuer + self.auth_url + self.token_url + self.keys_url
 
 

@@ -2,7 +2,7 @@
 
 A registration begins on this machine: `qdot serve register` stores the address of the platform, and prints ours. The
 platform finishes it at the address /lti/register/UUID, which works once, or a person enters the client ID. Until then
-it has no issuer, and nobody can sign in by it. So nobody can register a platform of their own.
+it has no issuer, and nobody can sign in through it. So nobody can register a platform of their own.
 """
 
 import datetime
@@ -31,7 +31,7 @@ from qdot.grader.serve.settings import find_options
 
 NAME = "qdot"
 LIFETIME = datetime.timedelta(days=7)
-"""For how long a registration that was begun can be finished by the platform."""
+"""For how long the platform can finish a registration that was begun."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,8 @@ def _check_address(name: str, address: str) -> str:
 def _check_server(name: str, address: str, row: LtiRegistration) -> str:
     """Return an address on the server that is registered, or on one that all schools of a platform share.
 
-    Raises QdotError, so that anyone who has the address of a registration can't make qdot ask hosts behind a firewall.
+    Raises QdotError for other servers; otherwise, anyone with the address of a registration could make qdot send
+    requests to hosts behind a firewall.
     """
     shared = (address for kind in PLATFORMS.values() for address in (kind.issuer, kind.auth_url, kind.token_url))
     servers = {urlsplit(url).netloc for url in (row.name, *shared) if "{" not in url}
