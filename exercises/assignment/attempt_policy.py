@@ -88,7 +88,7 @@ def read_attempt_policy(setting: str | Mapping[str, Any]) -> AttemptPolicy:
                 raise QdotError(f"{name}: {ATTEMPT_FORMS[name]}")
             if name in setting:
                 limits[name] = count
-    # A limit of tries alone leaves it at the last attempt.
+    # If only `tries` is set, the last attempt counts.
     default_best_of = None if setting.keys() == {"tries"} else DEFAULT_BEST_OF
     policy = AttemptPolicy(limits.get("best_of", default_best_of), tries=limits.get("tries"))
     with errors.collect():

@@ -28,7 +28,8 @@ class UncertifiedProblem(QdotError):
 
 
 FailureFinder = Callable[[Problem], Sequence[str]]
-"""A function that returns what is wrong with a problem. It is sent to other processes, so it must be a module's."""
+"""A function that returns what is wrong with a problem. It is sent to other processes, so it must belong to a
+module."""
 RecordMaker = Callable[[Problem], Record]
 """A function that certifies a problem and returns a record of it, or raises UncertifiedProblem."""
 

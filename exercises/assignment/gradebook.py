@@ -47,7 +47,7 @@ _ADDED_COLUMN = re.compile(r"due|login|[a-z][a-z ]* id|(student|candidate|matric
 """Matches the names, in lower case, of columns that an instructor adds to an export, such as "moodle id"."""
 
 LAST_NAME_KEY = "last name of the export"
-"""The key of the last name in an export's line of the roster; a column of an instructor's own table isn't called so."""
+"""The key of the last name in an export's line of the roster; no column of an instructor's own table has this name."""
 
 NumberedRows = Sequence[tuple[int, tuple[str, ...]]]
 """The rows of a table: the number of each line in the file, and the cells."""

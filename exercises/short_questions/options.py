@@ -170,7 +170,7 @@ def offer_choice(options: Sequence[OfferedOption], rng: Stream) -> tuple[Choice,
 def list_blames(part: Part, index: int) -> tuple[Blame, ...]:
     """Return the mistakes that surely lead to an option of a part, by its index; none if it is correct.
 
-    A formula or a set has been made by its mistakes. Of a configuration, only its rank is sure to have been mistaken.
+    A formula or a set was made by its mistakes. For a configuration, only a mistake about its rank is certain.
     """
     if isinstance(part.details, Options):
         return part.details.offered_options[index].blames

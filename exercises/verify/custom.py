@@ -251,7 +251,7 @@ def _check_number(
 
 
 def _check_options(model: NumericModel, part: Part, maker: QuestionMaker) -> Checks:
-    """Check that no two options show the same, at several configurations."""
+    """Check that no two options have the same value, at several configurations."""
     details, quantities = part.details_as(CustomDetails), _make_quantities(model)
     formulas = [(index, formula) for index in details.order if (formula := maker.option_formulas[index]) is not None]
     values = [(index, compute(formula, quantities)) for index, formula in formulas]

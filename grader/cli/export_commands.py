@@ -119,8 +119,8 @@ def report(
 
     The page shows the distribution of scores, difficulty and discrimination of each part, mistakes and who made them,
     equal wrong answers with their key for overrides.csv, whether some variants were harder, late and missing work, and
-    wrong answers that are nearly the same (docs/report.md). With --report, only the named formats are written
-    (docs/export-formats.md).
+    students whose wrong answers ignore their own arm (docs/report.md). With --report, only the named formats are
+    written (docs/export-formats.md).
 
     Examples:
       qdot report homework

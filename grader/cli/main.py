@@ -45,7 +45,7 @@ COMMANDS = {
 }
 """For each command, the module that defines the command as a function of the same name (`FUNCTION_NAMES`)."""
 FUNCTION_NAMES = {"return": "return_pages", "import": "import_folder"}
-"""The names of the functions of commands whose own names are words of Python."""
+"""The names of the functions of commands whose own names are Python keywords."""
 
 ENDING_SIGNALS = [signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])]
 """The signals that end the program like Ctrl-C: a request to terminate, and a closed terminal."""
@@ -117,7 +117,7 @@ def make_program(needed_part: str = "") -> "typer.Typer":
 def _make_group(default_command: str) -> "type[typer.core.TyperGroup]":
     """Return a class for a group of commands that runs a default command if the first argument names none.
 
-    A first argument that is like the name of a command, and not a folder, is reported as a wrong name of a command.
+    A first argument that resembles the name of a command, and is not a folder, is reported as a misspelt command.
     """
     import typer.core
 

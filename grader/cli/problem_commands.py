@@ -241,7 +241,7 @@ def show(
 
 
 SAMPLE_STUDENT = "preview"
-"""The identifier of the made-up student of a preview; no roster has it, because a preview is no student's secret."""
+"""The identifier of the made-up student of a preview; no roster has it, because its problems are not secret."""
 
 
 def _preview_assignment(
@@ -276,7 +276,8 @@ def _preview_assignment(
 
 
 def _describe_settings(assignment: "Assignment") -> Iterator[str]:
-    """Yield what p1 and p1.position mean, what an answer earns that follows from a wrong one, and the site's link."""
+    """Yield what p1 and p1.position mean, the points of an answer that follows from a wrong one, and the site's
+    link."""
     from qdot.exercises.notebook.notebook import make_check_page_address
 
     slots = assignment.slots

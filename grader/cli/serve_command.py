@@ -45,7 +45,7 @@ DEFAULT_PORT = 8000
 def _configure(
     folders: list[Path], database: str, url: str = "", jobs: int = CORE_COUNT, port: int = DEFAULT_PORT
 ) -> None:
-    """Connect with the database of the service, and update its tables. Raises QdotError."""
+    """Connect to the database of the service, and update its tables. Raises QdotError."""
     require_extra("serve", "qdot serve")
     from qdot.grader.serve.settings import ServiceOptions, configure
 
@@ -66,7 +66,7 @@ def _configure(
 
 
 def _write_command(name: str, folders: list[Path], database: str, url: str, port: int = DEFAULT_PORT) -> str:
-    """Return a command of `qdot serve` for the same service, without what is set in the environment."""
+    """Return a command of `qdot serve` for the same service, without options that the environment sets."""
     words = ["qdot", "serve", name, *map(str, folders)]
     if database and database != os.environ.get("QDOT_DATABASE"):
         words += ["--database", re.sub(r":[^:@/]+@", ":PASSWORD@", database)]
@@ -100,10 +100,10 @@ def start(
 ) -> None:
     """Serve assignments online, until Ctrl-C.
 
-    Students answer in the browser and see the verdict at once. They come by personal links (`qdot serve links`) or from
-    a learning platform (`qdot serve register`). The database is DIR/online/database.sqlite3, unless --database names
-    another one. Put a web server with a certificate in front of it (docs/serve.md), and say with --url which address
-    browsers open.
+    Students answer in the browser and see the verdict at once. They sign in with personal links (`qdot serve links`) or
+    come from a learning platform (`qdot serve register`). The database is DIR/online/database.sqlite3, unless
+    --database names another one. Put a web server with a certificate in front of it (docs/serve.md), and say with --url
+    which address browsers open.
 
     Examples:
       qdot serve homework
@@ -245,8 +245,8 @@ def import_folder(
 ) -> None:
     """Store submissions from a folder in the database.
 
-    Also stores overrides.csv. A running service grades the submissions. What is stored already is left out, so you can
-    run the command again.
+    Also stores overrides.csv. A running service grades the submissions. Anything that is stored already is skipped, so
+    you can run the command again.
 
     Examples:
       qdot serve import homework moodle.zip
@@ -263,8 +263,8 @@ def import_folder(
 def backup(folders: FoldersArgument, out: BackupOption = Path("backup.zip"), database: DatabaseOption = "") -> None:
     """Write the database and the assignments into a zip.
 
-    You need not stop the service. The zip contains the secret, and all that students have submitted: store it where
-    nobody else can read it.
+    You don't need to stop the service. The zip contains the secret and everything that students have submitted: store
+    it where nobody else can read it.
 
     Examples:
       qdot serve backup homework --out backup-1.zip
@@ -282,8 +282,8 @@ def backup(folders: FoldersArgument, out: BackupOption = Path("backup.zip"), dat
 def restore(file: FileArgument, folders: FoldersArgument, database: DatabaseOption = "") -> None:
     """Replace the database with a backup. Stop the service first.
 
-    Files of the assignments that are missing in their folders are written, too; others stay. A folder may be new, with
-    any name; it can't be one with another secret or other problems. Everybody has to sign in again. The database may
+    Files of the assignments that are missing in their folders are written, too; others stay. A folder may be new and
+    have any name, but it can't have another secret or other problems. Everybody has to sign in again. The database may
     differ from that of the backup, for example PostgreSQL instead of SQLite.
 
     Examples:

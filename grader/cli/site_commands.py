@@ -61,9 +61,9 @@ def build_site(
 
     You can serve the folder with any file server or with GitHub Pages. A stopped build continues where it stopped. With
     --convention, all arms are described in that convention. With --assignment, the problems are variants of the
-    assignment's; no student has one of them. The assignment's feedback level then applies to wrong answers, and the
-    bank has solutions only if the level is "solutions". The page grades in the browser, so its bank contains values
-    of the right answers.
+    assignment's, but never a student's own. The assignment's feedback level then applies to wrong answers, and the bank
+    has solutions only if the level is "solutions". The page grades in the browser, so its bank contains values of the
+    right answers.
 
     Examples:
       qdot site build

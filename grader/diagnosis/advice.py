@@ -47,7 +47,8 @@ FACTOR_WORDS = {
 """The words for a factor between an answer and the reference, or for its reciprocal."""
 REWORK_ADVICE = "Calculate your answer again step by step, and check each number that you took from the problem."
 MAX_MISSING_SYMBOLS = 4
-"""Maximum number of symbols of the reference that a remark names; an answer that lacks more of them is another one."""
+"""Maximum number of symbols of the reference that a remark names; an answer that lacks more of them is a different
+formula."""
 FACTORS_OF_LENGTHS = (100.0, 1000.0)
 """The factors between units of length, by which an angle can't be wrong."""
 SIMPLE_ANGLES = (0.0, np.pi / 2, np.pi / 6)

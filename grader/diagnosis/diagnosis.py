@@ -56,7 +56,7 @@ LIKELY_FREQUENCY = 2.0
 MAX_ENTRIES_OF_ONE_MISTAKE = 2
 """Maximum number of wrong entries that a single mistake in the finished formulas may cause."""
 SURPLUS_MISTAKES = set(SURPLUS_BY_MISSING.values())
-"""The formula mistakes that a term or a factor is surplus."""
+"""The formula mistakes in which a term or a factor is surplus."""
 SIGN_MISTAKES = {"term-sign-typed", "entry-sign"}
 """The formula mistakes that are likelier than a mistake that is usually made throughout an answer."""
 EXCHANGE_MISTAKES = {"trig-throughout"}
@@ -284,11 +284,11 @@ def _explain_values(answer: WrongAnswer, earlier_mistakes: Sequence[EarlierMista
 
 
 def _find_nearest_mistake(answer: WrongAnswer, predictions: Sequence[PredictedAnswer]) -> Diagnosis | None:
-    """Return the mistake in the formulas of an answer to an instructor's question that is nearer than a derivation's.
+    """Return the mistake in an answer to an instructor's question that is likelier than one in the arm's derivation.
 
     Most such questions ask for more than a quantity of the arm: a sign or a number of the calculation is likelier than
     a mistake in the arm's derivation that happens to give the same answer. Mistakes in the question's formula, such as
-    another component, are nearer still.
+    another component, are likelier still.
     """
     formula = find_formula(answer.part)
     if formula is None or not predictions or answer.part.type == "number":
@@ -336,7 +336,7 @@ def _has_values(prediction: PredictedAnswer, numeric_answer: NumericAnswer) -> b
 
 
 def _explains(prediction: PredictedAnswer, answer: WrongAnswer) -> bool:
-    """Return whether a predicted answer is a wrong answer. If all wrong entries are zero, its formula may be any."""
+    """Return whether a predicted answer equals a wrong answer; zeros alone don't identify a mistake in a formula."""
     if not _has_values(prediction, answer.numeric):
         return False
     if prediction.mistake.name not in FORMULA_VARIANTS or not answer.has_expected_shape:

@@ -174,7 +174,7 @@ def _find_mistake_everywhere(answer: WrongAnswer, rows: Rows) -> Diagnosis | Non
 
 
 def _find_number_for_symbol(answer: WrongAnswer, reference: Rows) -> Diagnosis | None:
-    """Return the diagnosis that an answer is right but for a number in the place of a symbol such as g, or None.
+    """Return the diagnosis that an answer is right except for a number in place of a symbol such as g, or None.
 
     A number in the place of a length may be a length of another student's arm.
     """

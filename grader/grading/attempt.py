@@ -140,7 +140,7 @@ def describe_error(error: Exception) -> str:
 
 
 def grade_attempt(grader: Grader, student: str, submission: Submission | None) -> NotebookMarks:
-    """Return the marks of a notebook, for which the student's problems are loaded and the cells are run.
+    """Return the marks of a notebook, after loading the student's problems and running the cells.
 
     `submission` is None if the student submitted nothing. Raises OverLimit if the notebook exceeds a limit.
     """

@@ -44,9 +44,9 @@ class Diagnosis:
     """The names of the mistakes that together explain a wrong answer, and the `feedback` for the student.
 
     If no mistake is named, the feedback says what the student should look at. If a single mistake explains the whole
-    answer, `cause` contains its name and the values in its message; of alternatives, the first counts. If this mistake
-    was already found in an earlier part, `inherited` is that part, and the mistake is not named again. `signature`
-    lists the mistakes and their locations, including an inherited mistake.
+    answer, `cause` contains its name and the values in its message; if several mistakes are equally likely, it
+    describes the first. If this mistake was already found in an earlier part, `inherited` is that part, and the mistake
+    is not named again. `signature` lists the mistakes and their locations, including an inherited mistake.
     """
 
     mistakes: tuple[str, ...]

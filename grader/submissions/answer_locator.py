@@ -351,7 +351,7 @@ def _use_second_run(answers: Answers, name: str, setters: Sequence[int], second_
 
 
 def _use_words_of_cell(answers: Answers, part: str, name: str, notebook: _Notebook) -> None:
-    """Use the text after `name =`, or of a whole answer cell without this, of the last cell that Python can't run."""
+    """Use the text after `name =` in the last cell that Python can't run, or a whole answer cell that lacks this."""
     marked_cells = notebook.find_marked_cells(part)
     for index in sorted({*notebook.find_setters(name), *marked_cells}, reverse=True):
         is_run = index in notebook.sources and index not in answers.run.cell_errors
@@ -545,7 +545,7 @@ _MODULE_IMPORTS = {
     "sympy": "import sympy", "sp": "import sympy as sp", "numpy": "import numpy", "math": "import math",
 }  # fmt: skip
 _GREEK_FUNCTIONS = {"beta", "gamma", "zeta"}
-"""Functions of SymPy with names that students rather use for angles."""
+"""Functions of SymPy whose names students use for angles instead."""
 _COMMON_FUNCTIONS = {"sin", "cos", "tan", "sqrt", "atan2", "simplify", "Matrix", "symbols", "solve", "diff", "zeros"}
 
 

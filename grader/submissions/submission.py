@@ -43,7 +43,7 @@ MAX_FILES, MAX_NOTEBOOKS = 20_000, 50
 NOT_FETCHED_FILE = ".not-fetched.csv"
 """A table (columns student, why) in the folder of submissions: the students whose submissions could not be downloaded.
 
-These students get no mark, rather than zero points for submitting nothing. The file's name begins with a point, so that
+These students get no mark, rather than zero points for submitting nothing. The file's name begins with a dot, so that
 the table is not taken for a submission.
 """
 
@@ -558,7 +558,7 @@ def explain_wrong_assignment(submission: Submission, assignment: "Assignment") -
 
 
 def explain_useless(submission: Submission, assignment: "Assignment", student: str) -> str:
-    """Return why a notebook would only take a student's earlier answers away; "" if it may have answers."""
+    """Return why a notebook would only remove a student's earlier answers; "" if it may have answers."""
     if reason := submission.unreadable_reason or explain_wrong_assignment(submission, assignment):
         return reason
     if submission.qdot_metadata.get("student") not in (None, student):
