@@ -35,7 +35,7 @@ QUIZ_CANDIDATES = (
     "singular-angles-choice", "column-choice", "determinant-choice", "vector-choice", "singular-configurations",
     "dependence", "match-columns", "speed", "determinant-value", "true-or-false",
 )  # fmt: skip
-"""Candidates for a quiz. Of each form of questions (choice, numbers, …), it has the first candidate that applies."""
+"""Candidates for a quiz, which has the first candidate of each form (choice, number, …) that applies to the arm."""
 
 MAX_QUIZ_ARMS, QUIZ_CHECKED_ARMS = 12, 2
 """Maximum number of arms that are sampled until all short questions of a quiz apply.

@@ -23,7 +23,7 @@ AnswerType = TypeVar("AnswerType", bound=Answer)
 DetailsType = TypeVar("DetailsType", bound="Details")
 
 ENGINE = 1
-"""Version of the problem generator. It increases whenever the same id would regenerate a different problem."""
+"""The version of the problem generator. It increases whenever the same id would regenerate a different problem."""
 
 MAX_SEED = (1 << 63) - 1
 
