@@ -1,4 +1,4 @@
-"""What every test shares: the choice of a suite (tests/support/suites.py), fixtures, and deterministic Hypothesis."""
+"""Settings of all tests: the choice of a suite (tests/support/suites.py), fixtures, and deterministic Hypothesis."""
 
 import gc
 import json
@@ -32,12 +32,12 @@ from tests.support.suites import (
 )
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
-"""The arms of the chapter, of which more are tried than of the others."""
+"""The chapter's arms, from which more problems are tested than from others."""
 SWEPT = [
     (family, seed) for family in FAMILIES for seed in range(select_for_suite(1, 2) if family in CHAPTER[:2] else 1)
 ]
 
-# Computer algebra takes the time it takes: a slow example is not a wrong one.
+# There is no deadline, because computer algebra may be slow without being wrong.
 settings.register_profile(
     "qdot", deadline=None, derandomize=True, print_blob=True, suppress_health_check=[HealthCheck.too_slow]
 )
@@ -46,14 +46,14 @@ settings.load_profile("qdot")
 
 @dataclass(frozen=True)
 class TextbookArm:
-    """A record of ground_truth.json and its chain, with the point and the rows that its task speaks of."""
+    """A record of ground_truth.json and its chain, with the point and the rows of its task."""
 
     record: dict[str, Any]
     chain: Chain
 
 
 def _angle(text: str) -> sp.Expr:
-    """Read degrees and joint variables, as in theta1+90."""
+    """Parse an angle in degrees and joint variables, such as theta1+90."""
     terms = text.split("+")
     return sp.Add(*(sp.pi * int(t) / 180 if t.lstrip("-").isdigit() else sp.Symbol(t) for t in terms))
 
@@ -85,28 +85,28 @@ def seeds() -> range:
 
 @pytest.fixture(scope="session")
 def sandbox() -> Iterator[Sandbox]:
-    """A sandbox with time for whatever a part needs, one for all tests of a process; each run in it is by itself."""
+    """A sandbox with generous time limits. All tests of a process share it, but its runs are independent."""
     with Sandbox(Limits(seconds=60, cell_seconds=20)) as shared:
         yield shared
 
 
 @pytest.fixture
 def problem(request: pytest.FixtureRequest) -> Problem:
-    """The first problem of the families of a sweep, and in `make whole` the second of two of the chapter."""
+    """The problems of a sweep, one of each family; in `make whole`, also a second one of some arms of the chapter."""
     return get_problem(*request.param)
 
 
 LEFT_OUT: Counter[str] = Counter()
-"""How many tests and how many families of sweeps this process left out; workers report theirs at their end."""
+"""The numbers of tests and of families of sweeps that this process left out. Workers report theirs when they end."""
 
 
 def pytest_xdist_auto_num_workers() -> int:
-    """Return one more than there are cores: many tests wait for processes that they started."""
+    """Return the number of cores plus one, because many tests wait for processes that they started."""
     return (os.cpu_count() or 1) + 1
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Register the suites' markers, and collect garbage rarely: a process of tests holds many objects that stay."""
+    """Register the suites' markers, and collect garbage rarely, because most objects of a test process stay alive."""
     gc.set_threshold(100_000, 50, 1000)
     for marker in (
         "families(names, every=False): a sweep over these families, or over those of them that the suite takes",
@@ -142,7 +142,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_finish() -> None:
-    """Leave what collecting made out of every later search for garbage, which took a third of the tests' time."""
+    """Exclude the objects made so far from garbage collection, which otherwise takes a third of the tests' time."""
     gc.freeze()
 
 
@@ -151,7 +151,7 @@ def _split_names(names: str | Sequence[str]) -> Sequence[str]:
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """Don't even import files of which `make check` runs nothing, unless they are named on the command line."""
+    """Ignore files in which `make check` runs no test, unless files are named on the command line."""
     is_named = config.invocation_params.args and any(str(name).endswith(".py") for name in config.args)
     if SUITE != "check" or is_named or collection_path.suffix != ".py" or collection_path.name == "conftest.py":
         return None
@@ -160,7 +160,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out what the suite leaves out, unless a test is named on the command line."""
+    """Deselect tests that don't belong to the suite, unless a test is named on the command line."""
     for item in items:
         _keep_together(item)
     if WHOLE or any("::" in name for name in config.args):
@@ -172,7 +172,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def _keep_together(item: pytest.Item) -> None:
-    """Run tests that share a fixture of their file in one process, which makes it once."""
+    """Run tests that share a fixture of their file in one process, where the fixture is made once."""
     fixtures = item._fixtureinfo.name2fixturedefs.values() if hasattr(item, "_fixtureinfo") else ()
     is_shared = any(definition.scope == "module" for definitions in fixtures for definition in definitions)
     if is_shared and not item.get_closest_marker("xdist_group"):
@@ -194,7 +194,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node: Any) -> None:
-    """Store what a worker left out: all workers leave out the same. A worker that died has no output."""
+    """Store what a worker left out, which is the same for all workers. A worker that died reports nothing."""
     left_out = getattr(node, "workeroutput", {}).get("left_out", {})
     LEFT_OUT.update({name: count - LEFT_OUT[name] for name, count in left_out.items()})
 

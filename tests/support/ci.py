@@ -56,8 +56,8 @@ def read_yaml(path: Path) -> Any:
 class Machine:
     """A CI machine: a fresh Python, and only the environment variables that are passed.
 
-    There is no package index: pip installs from files without dependencies, and this environment lends those
-    afterwards. It also lends pip, because installing it takes seconds.
+    There is no package index: pip installs from files without dependencies. Afterwards this environment lends its
+    packages. It also lends pip, because installing pip takes seconds.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -78,7 +78,7 @@ class Machine:
         )
 
     def run(self, command: str, cwd: Path, **variables: str) -> subprocess.CompletedProcess[str]:
-        """Run a command as GitHub and GitLab do: by bash, which stops at the first failure."""
+        """Run a command as GitHub and GitLab do: in bash, which stops at the first failure."""
         done = subprocess.run(
             ["bash", "-e", "-c", command], cwd=cwd, env={**self.variables, **variables}, capture_output=True, text=True
         )

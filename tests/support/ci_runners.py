@@ -1,6 +1,6 @@
-"""Runners of GitHub and GitLab, as far as our action, our components and their example workflows need them.
+"""The parts of GitHub's and GitLab's runners that our action, our components and their example workflows need.
 
-They refuse everything else in a workflow, so that nothing is skipped that a real runner would do.
+Anything else in a workflow is an error, so the tests skip nothing that a real runner would do.
 """
 
 import re
@@ -15,7 +15,7 @@ from ruamel.yaml import YAML
 from tests.support.ci import Machine, read_yaml
 
 PRE_DONE_ACTIONS = ("actions/checkout", "actions/setup-python", "actions/setup-node")
-"""Actions that have nothing to do here: the job's folder is a clone, and the machine has a Python."""
+"""Actions that have nothing left to do here: the job's folder is a clone, and the machine has Python."""
 
 
 def fill_expressions(text: object, known: Mapping[str, str]) -> str:
@@ -49,7 +49,7 @@ class Runner:
         return self._steps(job["steps"], self.known, None)
 
     def _steps(self, steps: list[dict[str, Any]], known: dict[str, str], action: Path | None) -> bool:
-        """Run steps; after a failure, only those whose condition allows it."""
+        """Run steps; after a failure, run only those whose condition allows it."""
         succeeded = True
         for step in steps:
             condition = re.sub(r"[${} ]", "", step.get("if", "success()"))

@@ -1,4 +1,4 @@
-"""Run qdot commands in this process: their output, and their one-line errors."""
+"""Run qdot commands in this process, and return their output and their one-line errors."""
 
 from contextlib import nullcontext
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Settings of Django for mypy, which reads the tables of grader/serve from them."""
+"""Django settings for mypy, through which it finds the tables of grader/serve."""
 
 SECRET_KEY = "of no service"
 DEFAULT_AUTO_FIELD = "django.db.models.BigAutoField"

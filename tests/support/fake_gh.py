@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A replacement for GitHub's command line on PATH: records calls in $GH_STATE, with real repositories to push to."""
+"""Replace GitHub's command line on PATH: record calls in $GH_STATE, and provide real repositories to push to."""
 
 import json
 import os

@@ -54,7 +54,7 @@ class GitHub:
         return self.folder / "repositories" / f"{name}.git"
 
     def answer(self, method: str, path: str, sent: Mapping[str, Any]) -> Answer:
-        """Answer a request as GitHub's documentation specifies, and record the changes that it makes."""
+        """Answer a request as GitHub's documentation specifies, and record the changes that the request makes."""
         if path == "/graphql":
             return 200, self._graphql(str(sent["query"]), sent["variables"] if sent.get("variables") else {})
         if method != "GET":

@@ -1,4 +1,4 @@
-"""A server that looks like GitHub or GitLab to a grading job: repositories, and an API that lists their pushes."""
+"""A server that looks like GitHub or GitLab to a grading job: it has repositories, and an API that lists pushes."""
 
 import json
 import threading
@@ -14,12 +14,12 @@ from tests.support.ci import git
 
 TOKEN = "token-of-the-staff"
 PAGE = 100
-"""Entries on a page of the API's lists."""
+"""The number of entries on a page of the API's lists."""
 
 
 @dataclass
 class Server:
-    """Repositories by name, as in course/hw-ada; the pushes to each, and the edits of issues."""
+    """Repositories by name (such as course/hw-ada), the pushes to each, and the edits of issues."""
 
     folder: Path
     pushes: dict[str, list[tuple[str, str, str]]] = field(default_factory=dict)
@@ -82,7 +82,7 @@ class Server:
 
 @contextmanager
 def serve_repositories(folder: Path) -> Iterator[Server]:
-    """Run a server while the block lasts."""
+    """Run a server until the `with` block ends."""
     server = Server(folder)
     web = ThreadingHTTPServer(("127.0.0.1", 0), lambda *arguments: _Api(server, *arguments))
     server.api = f"http://127.0.0.1:{web.server_port}"

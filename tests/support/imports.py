@@ -9,7 +9,7 @@ from tests.support import ROOT
 
 
 def get_module_name(path: Path) -> str:
-    """Return the dotted name of a module of the checkout, a package's without `__init__`."""
+    """Return the dotted name of a module of the checkout; for a package, without `__init__`."""
     parts = path.relative_to(ROOT).with_suffix("").parts
     return ".".join(("qdot", *parts) if parts[0] in ("exercises", "grader") else parts).removesuffix(".__init__")
 

@@ -1,4 +1,4 @@
-"""Make this machine look like others: kernels that refuse sandbox measures, Docker's root, an ordinary user.
+"""Make this machine look like another: a kernel that refuses sandbox measures, Docker's root, an ordinary user.
 
 A seccomp filter refuses system calls, as in Docker; the program and its child processes inherit it. Only root can
 become another user; a mount namespace makes Python readable for that user.
@@ -18,7 +18,7 @@ from qdot.grader.sandbox.notebook_process import kernel
 NOBODY = 65534
 DOCKERS_ROOT = 0
 DOCKER_CAPABILITIES = {0, 1, 3, 4, 5, 6, 7, 8, 10, 13, 18, 27, 29, 31}
-"""The default capabilities of root in Docker, without mounting and without looking into other processes."""
+"""The default capabilities of root in Docker: it can neither mount nor inspect other processes."""
 
 CALLS: dict[str, tuple[tuple[int, int], ...]] = {  # on x86_64, on aarch64
     "namespaces": ((272, 97), (308, 268), (165, 40), (166, 39), (155, 41), (442, 442)),

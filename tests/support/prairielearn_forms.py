@@ -24,7 +24,7 @@ def fill_form(part: Part, text: str, params: Data) -> Data:
 
 
 def leave_blank(part: Part) -> Data:
-    """Return the form data for an unanswered part: nothing for boxes that are not ticked."""
+    """Return the form data for an unanswered part; boxes that are not ticked send nothing."""
     if part.answer.offered_options and not part.answer.matched_items:
         return {}
     return dict.fromkeys(list_input_names(part), "-1" if part.answer.matched_items else "")

@@ -1,10 +1,11 @@
-"""Problems that are generated once for all runs, cached on disk under a digest of the code that generates them.
+"""Generate problems once for all runs, and cache them on disk under a digest of the code that generates them.
 
-The cache is `.kept` at the top of the checkout, and may be removed at any time. A change of any module that
-`qdot.exercises.generation` imports, of Python or of SymPy regenerates all problems. QDOT_KEPT=0 turns the cache off.
+The cache is the folder `.kept` at the top of the checkout; you may remove it at any time. All problems are regenerated
+after a change of Python, of SymPy, or of any module that `qdot.exercises.generation` imports. QDOT_KEPT=0 turns the
+cache off.
 
-`python -m tests.support.problem_cache` generates on all cores what every run needs, a problem of each family in which
-everything varies, so that no test has to wait for it.
+`python -m tests.support.problem_cache` uses all cores to generate what every run needs: for each family, a problem in
+which everything varies. Then no test has to wait for it.
 """
 
 import hashlib

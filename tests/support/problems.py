@@ -1,4 +1,4 @@
-"""Problems for tests: cached ones of each family, one question about any chain, another reference, samples of parts."""
+"""Problems for tests: cached problems of each family, a question about any chain, and samples of parts."""
 
 import os
 import signal
@@ -29,7 +29,7 @@ def get_problem(
 ) -> Problem:
     """Return the problem of a family and a seed with all its questions, from the cache on disk.
 
-    By default everything varies that can, because what holds for such arms also holds for simpler ones.
+    By default, everything varies that can vary, because whatever holds for such arms also holds for simpler ones.
     """
     return load_problem(ProblemId(family, seed, variation=variation, convention=convention, twist_order=twist_order))
 
@@ -83,9 +83,9 @@ def list_rare_questions() -> set[str]:
 
 
 def sample_parts(problem: Problem) -> list[Part]:
-    """Return a third of the parts, a different third for each family, and the rare questions.
+    """Return the rare questions and a third of the other parts, a different third for each family.
 
-    For arms with six and seven joints it is a sixth, in `make whole` a third.
+    For arms with six or seven joints, only `make whole` takes a third; otherwise it is a sixth.
     """
     step = select_for_suite(6, 3) if problem.id.family in LONG_ARMS else 3
     first = (list(FAMILIES).index(problem.id.family) + problem.id.seed) % step
@@ -109,9 +109,9 @@ def _assign_questions() -> dict[str, frozenset[str]]:
 
 
 def select_parts(problem: Problem) -> list[Part]:
-    """Return the parts that a slow sweep checks; in `make whole` all of them.
+    """Return the parts that a slow sweep checks: in `make whole`, all of them.
 
-    In `make test` every question is checked for two of the families in SHAPES.
+    `make test` checks every question for two of the families in SHAPES.
     """
     if WHOLE:
         return list(problem.parts)
@@ -121,7 +121,7 @@ def select_parts(problem: Problem) -> list[Part]:
 
 @dataclass(frozen=True)
 class CrashingAssignment(Assignment):
-    """An assignment that kills the process that generates the problems of `victim`, so many `times`."""
+    """An assignment whose process is killed while it generates the problems of `victim`, the first `times` times."""
 
     victim: str = ""
     times: int = 0

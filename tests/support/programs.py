@@ -1,4 +1,4 @@
-"""Programs that only some tests need: a test is skipped if one is missing, and says what to install."""
+"""Programs that only some tests need. If one is missing, the test is skipped and says what to install."""
 
 import os
 import shutil
@@ -23,14 +23,14 @@ ACTIONLINT = f"{READER}, go install github.com/rhysd/actionlint/cmd/actionlint@l
 def require_program(program: str, how: str, in_ci: bool = True) -> str:
     """Return the path of a program on PATH or in the readers' environment.
 
-    If it is missing, skip the test; in CI fail it if `in_ci`.
+    If it is missing, skip the test; in CI, fail the test if `in_ci`.
     """
     path = shutil.which(program) or shutil.which(program, path=str(READERS / "bin"))
     return path if path is not None else _missing(program, how, in_ci)
 
 
 def require_reader(program: str, library: str | None = None) -> str:
-    """Return the path of a program in the readers' environment, which must also have the library if one is named."""
+    """Return the path of a program in the readers' environment, which must also have `library` if it is not None."""
     path = READERS / "bin" / program
     if not path.exists() or (library and not list(READERS.glob(f"lib/python3*/site-packages/{library}"))):
         return _missing(library or Path(program).name, READER, True)

@@ -36,7 +36,7 @@ def make_result(
     answers: Sequence[str | None] = (),
     **others: Any,
 ) -> Result:
-    """Return a student's result with one outcome per part, in order; without outcomes, nothing was submitted."""
+    """Return a student's result with one outcome per part, in order. No outcomes mean that nothing was submitted."""
     outcome, answer = iter(outcomes or ["missing"] * 99), iter([*answers, *[None] * 99])
     problems = tuple(
         ProblemResult(

@@ -1,4 +1,4 @@
-"""`qdot serve` in processes of its own, with a free port."""
+"""Run `qdot serve` in separate processes, on a free port."""
 
 import csv
 import os
@@ -26,7 +26,7 @@ def find_free_port() -> int:
 
 
 class RunningService:
-    """`qdot serve` in processes of its own, which is started again after it was killed."""
+    """`qdot serve` in separate processes. It can be started again after it was killed."""
 
     def __init__(self, folder: Path, database: str = "", jobs: int = 1) -> None:
         self.folder, self.port, self.jobs = folder, find_free_port(), jobs

@@ -1,4 +1,4 @@
-"""A service in this process: a class whose students and staff open its addresses, without a web server."""
+"""A service in this process, without a web server: students and staff of a class open its addresses."""
 
 import datetime
 import json
@@ -35,12 +35,12 @@ family = "polar-rp"
 questions = ["determinant"]
 """
 ASSETS = SimpleNamespace(scripts={"serve": "serve.js"}, modules={"serve": []}, styles={"serve": []})
-"""Stands for the site's scripts, which may not be built."""
+"""Replaces the site's scripts, which may not have been built."""
 NOTEBOOK = json.dumps({
     "cells": [{"cell_type": "code", "id": "a", "metadata": {}, "outputs": [], "source": "p1_position = 1"}],
     "metadata": {}, "nbformat": 4, "nbformat_minor": 5,
 }).encode()  # fmt: skip
-"""A small notebook, in which an answer is wrong."""
+"""A small notebook with a wrong answer."""
 LIMITS = Limits(seconds=20, cell_seconds=4)
 
 
@@ -63,7 +63,7 @@ def write_settings(lines: str, problems: str = PROBLEMS) -> None:
 
 
 class OwnJudges:
-    """Judges in this process, because starting others takes longer than all that is tested."""
+    """Judges in this process, because starting processes takes longer than the tests themselves."""
 
     def __init__(self, folders: tuple[Path, ...], jobs: int) -> None:
         self._judge = Judge(folders)
@@ -116,7 +116,7 @@ class Service:
         return browser
 
     def work_off_queue(self) -> int:
-        """Do all tasks in the queue, and return how many there were."""
+        """Do all tasks in the queue, and return their number."""
         from django_tasks_db.models import DBTaskResult
 
         rows = list(DBTaskResult.objects.ready())
@@ -128,7 +128,7 @@ class Service:
 
 
 class Browser:
-    """A browser whose pages send the token against forged requests, as the service's scripts do."""
+    """A browser that sends the token against forged requests, as the service's scripts do."""
 
     def __init__(self) -> None:
         from django.test import Client
@@ -159,6 +159,6 @@ class Browser:
 
 @contextmanager
 def set_clock(moment: datetime.datetime) -> Iterator[None]:
-    """Let the service's clock stand at a moment."""
+    """Stop the service's clock at a moment."""
     with patch("django.utils.timezone.now", lambda: moment):
         yield

@@ -1,4 +1,4 @@
-"""Small files instead of the scripts and styles of `npm run build`, for tests that run no page."""
+"""Small files that replace the scripts and styles of `npm run build` in tests that run no page."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A class that submits: an assignment of three parts, correct notebooks written by hand, and grading."""
+"""A class to grade: an assignment of three parts, and correct notebooks written by hand."""
 
 import atexit
 import json
@@ -30,7 +30,7 @@ Cells = list[dict[str, Any]]
 
 
 def make_class(folder: Path, students: Sequence[Student]) -> Assignment:
-    """Make an assignment folder without releasing it, because a release takes longer than all that is tested here."""
+    """Make an assignment folder without releasing it, because a release takes longer than the tests themselves."""
     init_assignment(folder, "T", "hw", students, secret="0123456789abcdef")
     (folder / "assignment.toml").write_text(TOML)
     return load_assignment(folder)
@@ -45,12 +45,12 @@ def _write_certificate(assignment: Assignment, student: str, *_: object) -> str:
 
 
 UNCERTIFIED = Certifier(_certify_nothing, _write_certificate)
-"""Replaces certificates in tests that don't read them: proving problems takes ten times as long as everything else."""
+"""Replaces certificates in tests that don't read them, because certifying problems takes most of the time."""
 
 
 @contextmanager
 def work_in_one_process() -> Iterator[None]:
-    """Do all work in this process and in one open sandbox: starting either takes longer than grading a notebook."""
+    """Do all work in this process and in one open sandbox, because starting either takes longer than grading."""
     with (
         patch("qdot.exercises.common.parallel._run_pool", _run_in_process),
         patch("qdot.grader.grading.batch.Sandbox", _sandbox),

@@ -1,8 +1,8 @@
-"""The three suites, `make check`, `make test` and `make whole`: which tests, families and problems each runs.
+"""Choose the tests, families and problems of the three suites: `make check`, `make test` and `make whole`.
 
-QDOT_SUITE names the suite, and nothing else chooses tests: a suite runs the same ones every day and on every machine.
-`make whole` runs everything, and on every family what depends on the arm. `make test` leaves out tests marked `whole`
-or `integration`, and takes the ten families of SHAPES. `make check` runs the tests of EXAMPLES, on one family each.
+Only QDOT_SUITE, the name of the suite, chooses tests: a suite runs the same tests every day and on every machine. `make
+whole` runs all tests, and those that depend on the arm on every family. `make test` leaves out tests marked `whole` or
+`integration`, and takes the ten families of SHAPES. `make check` runs the tests of EXAMPLES, each on one family.
 """
 
 import os
@@ -52,7 +52,7 @@ def select_for_suite(few: Value, all_of_them: Value) -> Value:
 
 
 def select_families(among: Iterable[str] = tuple(FAMILIES)) -> list[str]:
-    """Return the families of `among` that the suite runs: all, those of SHAPES, or one; at least one."""
+    """Return the families of `among` that the suite runs: all, those in SHAPES, or one, but always at least one."""
     names = list(among)
     if WHOLE:
         return names
@@ -61,7 +61,7 @@ def select_families(among: Iterable[str] = tuple(FAMILIES)) -> list[str]:
 
 
 def on_families(names: Sequence[str]) -> pytest.MarkDecorator:
-    """Run a test with the argument `family` on those of these families that the suite runs."""
+    """Run a test with the argument `family` on each of these families that the suite runs."""
     return pytest.mark.families(tuple(names))
 
 
@@ -70,9 +70,9 @@ every_family = pytest.mark.families(tuple(FAMILIES), every=True)
 
 FEW = ("polar-rp", "pan-tilt", "wrist-zyz")
 few_families = pytest.mark.families(select_for_suite(FEW, tuple(SHAPES.values())), every=True)
-"""Run a test on the families FEW, in `make whole` on those of SHAPES: for slow tests that don't depend on the arm."""
+"""Run a test on the families FEW, in `make whole` on SHAPES. Use it for slow tests that don't depend on the arm."""
 few_or_all_families = pytest.mark.families(select_for_suite(FEW, tuple(FAMILIES)), every=True)
-"""Run a test on the families FEW, in `make whole` on all: for slow tests of what is said or asked of an arm."""
+"""Run a test on the families FEW, in `make whole` on all. Use it for slow tests of texts or questions about an arm."""
 
 
 def sample_for_suite(values: Iterable[Value], most: int) -> list[Value]:

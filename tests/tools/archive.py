@@ -1,10 +1,9 @@
-"""Archive a class that this version generates and grades, and all names that it promises to later versions.
+"""Archive a class that this version generates and grades, and all names that later versions must keep.
 
-    python -m tests.tools.archive               rewrites tests/data/archives/unreleased
-    python -m tests.tools.archive 1.0.0         writes the archive of a release, which never changes again
-    python -m tests.tools.archive --check v1.0.0
-                                                checks that a tag has an archive as this version writes it; without a
-                                                tag, that one can be written
+    python -m tests.tools.archive               rewrites tests/data/archives/unreleased python -m tests.tools.archive
+    1.0.0         writes the archive of a release, which never changes again python -m tests.tools.archive --check
+    v1.0.0 checks that the archive of a tag is what this version writes; without a tag, checks that an archive can be
+    written
 
 `tests/repository/test_compatibility.py` checks every later version against all archives. Instead of the released
 notebooks, an archive has certificates with a digest of every problem and cell; submissions contain code cells only.
@@ -48,7 +47,7 @@ from tests.tools.release import read_version
 ARCHIVES = DATA / "archives"
 SCHEMAS = ROOT / "docs" / "schemas"
 UNRELEASED = "unreleased"
-"""The archive that is rewritten whenever ENGINE or GRADER_VERSION goes up before a release."""
+"""The archive that is rewritten whenever ENGINE or GRADER_VERSION increases before a release."""
 STUDENTS = (Student("ada", "Ada Example"), Student("bo", "Bo Example"))
 KEY, RECEIVED = "archived", 1_700_000_000
 TOML = f"""title = "Archived"
@@ -114,7 +113,7 @@ WRONG = {
 
 
 def list_public_names() -> dict[str, Any]:
-    """Return every name that people or their programs use, by kind; none may be removed or change its meaning."""
+    """Return all names that people or their programs use, by kind; no name may be removed or change its meaning."""
     import typer
 
     from qdot.grader.cli.main import make_program
@@ -135,7 +134,7 @@ def list_public_names() -> dict[str, Any]:
 
 
 def _list_options(command: Any, name: str) -> list[tuple[str, list[str]]]:
-    """Return the full name of each command with its arguments and options."""
+    """Return the full name of each command, with its arguments and options."""
     if hasattr(command, "commands"):
         return [
             pair

@@ -1,14 +1,14 @@
-"""Random arms solved by `qdot solve`, with a numeric check of every statement that it prints.
+"""Solve random arms with `qdot solve`, and check numerically every statement that it prints.
 
 `python -m tests.tools.arms --count 300 --seed x` generates 300 arms of one to seven joints (special lengths, oblique
 twists, prismatic joints in any order, free lengths that occur twice, other tasks and points) and `--seeds` problems of
-each family random-2 to -4, and prints every false statement with its arm. It checks that:
+each family from random-2 to random-4. It prints every false statement with its arm. It checks that:
 
-- position and Jacobians agree with the numeric product of the table, and the determinant with that of J;
-- J loses rank where the conditions of a component hold, and the joint values given are such configurations;
+- position and Jacobians agree with the numeric product of the table, and det J with the determinant of the numeric J;
+- J loses rank where the conditions of a component hold, and the printed joint values satisfy these conditions;
 - searches for lost rank end only where some component holds;
-- descriptions and kinds of singular configurations are true, also for special lengths;
-- a derivation ends within `--seconds` with everything, or says what is missing.
+- descriptions and kinds of singular configurations are true, even for special lengths;
+- a derivation ends within `--seconds`, and is complete or says what is missing.
 """
 
 import argparse
@@ -168,7 +168,8 @@ def _parse(text: str) -> sp.Expr:
 
 
 def _find_false_conditions(chain: Chain, content: Mapping[str, Any], untested: bool) -> Iterator[str]:
-    """Yield false statements about a singular set; without its own test, it can't report what that would find."""
+    """Yield false statements about a singular set. If it is `untested`, it need not report conditions without
+    samples."""
     note = content.get("note", "")
     if content["singular"] is None:
         if "every configuration" in note and not _loses_rank_everywhere(chain):

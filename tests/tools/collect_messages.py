@@ -1,8 +1,8 @@
 """Collect the messages of all texts from the sources, and merge them into the file of every language.
 
-`make messages` does it after a text has changed, and once for a new line in `languages.LANGUAGES`. It writes
-`locale/CODE.po`, which translators work on, and from it the texts of the site, `site/src/text/CODE.json`. The same
-sources give the same bytes: no dates, no line numbers, one line a text.
+Run `make messages` after a text has changed, and once for a new line in `languages.LANGUAGES`. It writes
+`locale/CODE.po`, on which translators work, and from it the texts of the site, `site/src/text/CODE.json`. The same
+sources give the same bytes, because there are no dates and no line numbers; each text is on one line.
 """
 
 import io
@@ -49,7 +49,7 @@ Key = tuple[str | None, tuple[str, ...]]
 """The context of a message, and the message itself."""
 
 FoundMessage = tuple[str, str | tuple[str, ...], str | None]
-"""The file that a message is from, the message (or those for one and for many), its context."""
+"""The file of a message, the message (or its singular and plural), and its context."""
 
 _DATED = re.compile(r'^"(Project-Id|Report-Msgid|POT-|PO-|Last-|Language-Team|Generated-)[^"]*"\n', re.MULTILINE)
 
@@ -141,7 +141,8 @@ def site_text(code: str, words: Catalogue) -> str:
 
 
 def merge_messages(path: Path, messages: Catalog) -> Catalog:
-    """Return the catalogue of a language with the current messages: changed ones are fuzzy, removed ones dropped."""
+    """Return the catalogue of a language with the current messages. Changed ones are fuzzy; removed ones are
+    dropped."""
     if path.is_file():
         catalog = open_catalog(path)
     else:
@@ -167,7 +168,7 @@ def po_text(catalog: Catalog) -> str:
 
 
 def _flag(message: Message) -> None:
-    """Mark the style of a message's placeholders for translators' tools; braces of LaTeX are no placeholders."""
+    """Mark the style of a message's placeholders for translators' tools; LaTeX braces are not placeholders."""
     message.flags -= {"python-format", "python-brace-format"}
     text = " ".join(_texts(message.id))
     if FILLED.search(text):
@@ -228,7 +229,8 @@ def _placeholders(message: Message, text: str) -> set[str]:
 
 
 def _formulas(text: str) -> Counter[str]:
-    """Return the formulas of a text, with decimal points; a quotation from the book may be translated beside it."""
+    """Return the formulas of a text, with decimal points; a quotation from the book may have its translation beside
+    it."""
     text_with_points = text.replace("{,}", ".").replace(r";\ ", ", ")  # a vector with decimal commas has semicolons
     return Counter(re.findall(r"\$[^$]*\$", re.sub(r"“[^”]*”|„[^“]*“", "", text_with_points)))
 

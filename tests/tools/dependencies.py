@@ -2,8 +2,8 @@
 
     python -m tests.tools.dependencies uv.lock
 
-`uv lock` beside a copy of pyproject.toml writes uv.lock with the latest versions within our bounds. Sizes and licences
-are those of the installed libraries.
+`uv lock`, run beside a copy of pyproject.toml, writes uv.lock with the latest versions within our bounds. Sizes and
+licences are those of the installed libraries.
 """
 
 import datetime
@@ -27,11 +27,11 @@ LICENCES = {
     "BSD 3-Clause License": "BSD-3-Clause",
     "License agreement for matplotlib": "PSF-like",
 }
-"""SPDX names of licences that libraries describe at length."""
+"""SPDX names of licences for which libraries give a longer description."""
 
 
 def find_licence(name: str) -> str:
-    """Return the licence of an installed library, by its metadata."""
+    """Return the licence of an installed library from its metadata."""
     metadata = distribution(name).metadata
     expression = next(iter(metadata.get_all("License-Expression", [])), "")
     classified = [

@@ -1,8 +1,8 @@
 """`make diagnoses`: make every mistake of the catalogue on every family and question, and check its diagnosis.
 
-A wrong answer is written as a student would write it: formulas as text, numbers to five digits, sets as conditions,
-options by their letter. The diagnosis is right if it names the mistake, or another one that gives the same answer. It
-must name no mistake for random wrong answers.
+A wrong answer is written as a student would write it: formulas as text, numbers with five digits, sets as conditions,
+options as letters. The diagnosis is right if it names the mistake, or another one that gives the same answer. For
+random wrong answers, it must name no mistake.
 """
 
 import argparse
@@ -71,7 +71,10 @@ def list_parts(family: str, seed: int, questions: Collection[str] = tuple(QUESTI
 def make_wrong_answers(
     problem: Problem, part: Part, few: int | None = None, only: Collection[str] = tuple(CATALOGUE)
 ) -> list[WrongAnswer]:
-    """Return the answers that mistakes give (`only` some, a sample of `few`), unless right, zero or undefined."""
+    """Return the answers that mistakes (`only` these, if given) produce, or a sample of `few`.
+
+    Answers that are right, zero or undefined are left out.
+    """
     wrong_answers = [
         WrongAnswer(problem, part, mistake.name, _write_short_answer(replace(part, answer=mistaken.answer)))
         for mistake, mistaken in generate_mistaken_answers(problem.chain, part)
@@ -98,9 +101,9 @@ def make_wrong_answers(
 
 
 def _number_variants(answers: Iterable[PredictedAnswer]) -> Iterator[tuple[tuple[str, int], PredictedAnswer]]:
-    """Yield each wrong answer with its words and its number among those with the same words.
+    """Yield each wrong answer with its words and its number among the answers with the same words.
 
-    Numeric variants may be fewer than symbolic ones, because only numbers show that a mistake changes nothing.
+    There may be fewer numeric variants than symbolic ones, because only numbers show that a mistake changes nothing.
     """
     counts: Counter[str] = Counter()
     for answer in answers:

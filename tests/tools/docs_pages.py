@@ -42,7 +42,8 @@ from tests.support import ROOT
 
 
 def describe_fields(model: type[pydantic.BaseModel]) -> None:
-    """Make the docstring below each field its description, which pydantic could do, but for every command."""
+    """Make the docstring below each field its description. pydantic could do this, but would slow down every
+    command."""
     (definition,) = ast.parse(inspect.getsource(model)).body
     assert isinstance(definition, ast.ClassDef)
     for field, text in pairwise(definition.body):
@@ -160,7 +161,7 @@ def thumbnail_path(family: str, step: str = DEFAULT_VARIATION) -> str:
 
 @cache
 def list_families() -> dict[str, FamilyListing]:
-    """Return what is to be listed of each family, found out from its arms."""
+    """Return the listing of each family, as derived from its arms."""
     return {name: compute_listing(family) for name, family in FAMILIES.items()}
 
 
@@ -218,7 +219,7 @@ def _describe_default(field: FieldInfo) -> str:
 
 
 def _value_form(message: str) -> str:
-    """Return the form of a value as a cell of a table, from the message about a wrong value; examples are code."""
+    """Return the form of a value for a cell of a table, from the message about a wrong value; examples become code."""
     text = message.removeprefix("expected ").replace("|", "\\|")
     return re.sub(r"\w+ = (?:\{.*?\}|\[.*?\]|\"[^\"]*\"|[^;,) ]+)|\[\{.*?\}\]|\[\".*?\]", r"`\g<0>`", text)
 

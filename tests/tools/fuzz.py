@@ -1,9 +1,9 @@
-"""`make fuzz`: odd texts for the formula parser and the judge.
+"""`make fuzz`: try odd texts on the formula parser and the judge.
 
-Every text must soon give a tree or a ParseError, and a verdict. A tree must print as text that parses to the same tree;
-plain Python must mean what it means in Python; and a verdict is `correct` only if many digits agree at random points.
-`python -m tests.tools.fuzz --seconds 120 --seed x` runs every target (`TARGETS`) that long, prints the finds, and exits
-with code 1 if there are any.
+Every text must quickly give a tree or a ParseError, and a verdict. A tree must print as text that parses to the same
+tree, plain Python must mean what it means in Python, and a verdict may be `correct` only if many digits agree at random
+points. `python -m tests.tools.fuzz --seconds 120 --seed x` runs each of the `TARGETS` for 120 seconds, prints the
+faults that it finds, and exits with code 1 if there are any.
 """
 
 import argparse
@@ -38,7 +38,7 @@ from tests.support.judging import judge_angles, judge_expression, judge_matrix, 
 
 MAX_LENGTH = 10_000
 PARSE_SECONDS, JUDGE_SECONDS, MAX_MEGABYTES = 1.0, 5.0, 250
-"""Limits on a text: seconds for parsing it, seconds for judging it as four kinds of answer, and memory in MB."""
+"""Limits for a text: seconds to parse it, seconds to judge it as four kinds of answer, and memory in MB."""
 
 ANGLES = dict.fromkeys(("theta1", "theta2", "theta3"), "angle")
 DOMAIN = Domain({**ANGLES, "a1": "length", "a2": "length", "d3": "signed", "qd1": "signed", "qd2": "signed"})
@@ -48,7 +48,7 @@ SYMBOL_SETS: tuple[frozenset[str], ...] = (
     frozenset(("theta1", "theta12", "c1", "q1", "e", "m", "k", "vx", "wz", "alpha1")),
     frozenset(f"{letter}{index}" for letter in ("theta", "a", "d", "qd") for index in range(1, 8)),
 )
-"""Sets of symbols that a problem may have: none, an arm's, names that look like a shorthand or a unit, and many."""
+"""Sets of symbols that a problem may have: none, those of an arm, names like a shorthand or a unit, and many."""
 
 _WORDS = """
     theta1 theta2 theta3 theta12 θ1 θ₁ θ_2 θ̇1 q̇2 q1 th1 t1 a1 a_1 a_{1} a2 d3 qd1 dq2 qdot1 c1 s1 c12 s123 C_{12}
@@ -130,7 +130,7 @@ def check_printing(text: str) -> None:
 
 
 def _unwrap_single(tree: Node) -> Node:
-    """Return the entry of a one-entry list, which means the entry itself."""
+    """Return the entry of a list with one entry, because such a list means the entry itself."""
     return _unwrap_single(tree.args[0]) if tree.kind == "list" and len(tree.args) == 1 else tree
 
 
@@ -298,7 +298,7 @@ def _compare_with_python(text: str) -> None:
 
 
 def _evaluate_precisely(tree: Node, at: Mapping[str, Any]) -> Any:
-    """Return the value of a tree with many digits by an independent evaluation, or nan if it has none."""
+    """Evaluate a tree independently of qdot, to many digits; return nan if it has no value."""
     done: list[Any] = []
     stack = [(tree, False)]
     while stack:
@@ -351,7 +351,7 @@ def _configurations(count: int) -> Iterator[dict[str, Any]]:
 
 
 def _differ(answer: list[list[Node]], reference: list[list[Node]]) -> bool:
-    """Return whether two matrices differ at one of 30 configurations; undefined values are ignored."""
+    """Return whether two matrices differ at any of 30 configurations; undefined values are ignored."""
     if len(answer) == 1 and len(answer[0]) == len(reference) and len(reference[0]) == 1:
         answer = [[entry] for entry in answer[0]]
     if [len(row) for row in answer] != [len(row) for row in reference]:
@@ -368,7 +368,7 @@ def _differ(answer: list[list[Node]], reference: list[list[Node]]) -> bool:
 
 
 def _describes_singular_set(text: str) -> bool:
-    """Return whether the conditions hold if theta2 is 0 or pi, and at no random configuration."""
+    """Return whether the conditions hold if theta2 is 0 or pi, but at no random configuration."""
     tree = read_conditions(text, DOMAIN).tree
     assert tree is not None
     claimed = parse_pieces(assign_values_to_joint(tree, JOINTS), JOINTS)
@@ -444,7 +444,7 @@ def fuzz(target: str, seconds: float, seed: str) -> int:
 
 
 def _classify(error: Exception) -> str:
-    """Return a key for finds with one cause: the exception and where it was raised."""
+    """Return a key that is the same for finds with one cause: the exception and where it was raised."""
     trace = error.__traceback__
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next

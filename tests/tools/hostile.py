@@ -30,7 +30,7 @@ ATTACKER, NEIGHBOUR = "s02", "s01"
 
 @dataclass(frozen=True)
 class Workspace:
-    """Where a student submits: the folder of all submissions, the student's folder, and a right notebook."""
+    """The folder of all submissions, the student's own folder in it, and a correct notebook."""
 
     root: Path
     folder: Path
@@ -44,7 +44,7 @@ class Workspace:
 
 
 def write_safely(path: Path, content: bytes) -> None:
-    """Write a file, but not through a link, which may lead elsewhere, nor into a pipe that nobody reads."""
+    """Write a file, but neither through a link, which may lead elsewhere, nor into a pipe that nobody reads."""
     file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_NOFOLLOW | os.O_NONBLOCK, 0o644)
     with os.fdopen(file, "wb") as opened:
         opened.write(content)

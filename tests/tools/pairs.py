@@ -1,8 +1,8 @@
-"""`make pairs`: rewrite right answers and generate wrong ones from all families' formulas, and check every verdict.
+"""`make pairs`: from the formulas of all families, make right and wrong answers, and check every verdict.
 
-A rewriting applies identities at random places of a reference's tree, so it is the same function. A mutation changes a
-random place, and is kept only if the values differ by much more than rounding at some configuration. `python -m
-tests.tools.pairs --count 100000` prints the wrong verdicts and exits with code 1 if there are any.
+For a right answer, identities are applied at random places of a reference's tree. For a wrong one, a random place is
+changed; it counts only if its values differ by much more than rounding at some configuration. `python -m
+tests.tools.pairs --count 100000` prints the wrong verdicts, and exits with code 1 if there are any.
 """
 
 import argparse
@@ -82,7 +82,7 @@ def shift_angle(node: Node, rng: Stream) -> Node | None:
 
 
 def use_half_angles(node: Node, rng: Stream) -> Node | None:
-    """Rewrite sin and cos by the tangent, or by sine and cosine, of the half angle."""
+    """Rewrite sin and cos in terms of the half angle: its tangent, or its sine and cosine."""
     if node.kind != "call" or node.value not in ("sin", "cos"):
         return None
     half = over(node.args[0], TWO)
@@ -98,7 +98,7 @@ def use_half_angles(node: Node, rng: Stream) -> Node | None:
 
 
 def use_exponentials(node: Node, rng: Stream) -> Node | None:
-    """Rewrite sin and cos by complex exponentials."""
+    """Rewrite sin and cos as complex exponentials."""
     if node.kind != "call" or node.value not in ("sin", "cos"):
         return None
     ahead, back = (call("exp", times(IMAGINARY, sign)) for sign in (node.args[0], Node("neg", (node.args[0],))))
@@ -108,7 +108,7 @@ def use_exponentials(node: Node, rng: Stream) -> Node | None:
 
 
 def expand_angle_sum(node: Node, rng: Stream) -> Node | None:
-    """Expand the sine or cosine of a sum by the angle-sum identity."""
+    """Expand the sine or cosine of a sum."""
     if node.kind != "call" or node.value not in ("sin", "cos") or node.args[0].kind not in ("+", "-"):
         return None
     sum_ = node.args[0]
@@ -166,7 +166,7 @@ def write_as_decimal(node: Node, rng: Stream) -> Node | None:
 
 
 def insert_identity(node: Node, rng: Stream) -> Node | None:
-    """Insert an identity such as half of twice, or minus minus."""
+    """Replace a tree by an equal one, such as half of its double, or its double negative."""
     kind = rng.integer_below(3)
     if kind == 0:
         return over(times(TWO, node), TWO)
@@ -213,7 +213,7 @@ def change_number(node: Node, rng: Stream) -> Node | None:
 
 
 def lose_sign(node: Node, rng: Stream) -> Node | None:
-    """Remove the sign of a sine or cosine by an absolute value or a root."""
+    """Remove the sign of a sine or cosine with an absolute value or a root."""
     if node.kind != "call" or node.value not in ("sin", "cos"):
         return None
     return call("abs", node) if rng.integer_below(2) else call("sqrt", Node("^", (node, TWO)))
@@ -236,7 +236,7 @@ MUTATIONS: tuple[Rule, ...] = (
 
 
 def places(node: Node) -> list[tuple[int, ...]]:
-    """Return every place in a tree, as the indices of the operands on the way to it."""
+    """Return every place in a tree, as the indices of the operands on the path to it."""
     return [(), *((i, *place) for i, arg in enumerate(node.args) for place in places(arg))]
 
 
@@ -305,7 +305,7 @@ def references(seeds: Iterator[int]) -> Iterator[tuple[str, Node, Domain]]:
 
 @dataclass(frozen=True)
 class Pair:
-    """An answer made from a reference: the origin, how it was made, whether it is right, both texts, and the seed."""
+    """An answer made from a reference: its origin, how it was made, whether it is right, both texts, and the seed."""
 
     source: str
     kind: str
@@ -317,7 +317,7 @@ class Pair:
 
 
 def pairs(count: int) -> Iterator[Pair]:
-    """Yield pairs of a reference and an answer for which it is known whether they are the same function."""
+    """Yield references and answers, each with whether they are the same function."""
     count_so_far = 0
     for source, reference, domain in references(iter(range(10**9))):
         text = format_tree(reference)

@@ -1,8 +1,8 @@
 """Compare the two readers of answers, Python's and the site's: the tree of each text, and the verdict on each answer.
 
-`python -m tests.tools.readers --count 5000` generates texts and answers from what students write, reproducibly, gives
-them to both readers, and prints where they differ. Messages may differ; acceptance, trees and verdicts may not.
-Python's results for texts chosen by hand are stored for the site's own tests (`site_corpus`).
+`python -m tests.tools.readers --count 5000` generates texts and answers from what students write (the same ones in
+every run), gives them to both readers, and prints where the readers differ. Messages may differ; acceptance, trees and
+verdicts may not. Python's results for texts chosen by hand are stored for the site's own tests (`site_corpus`).
 """
 
 import argparse
@@ -46,7 +46,7 @@ SITE = ROOT / "site"
 _REVOLUTE_JOINTS = tuple(Joint("R", sp.Symbol(f"theta{i}"), 0, sp.Symbol(f"a{i}", positive=True), 0) for i in (1, 2))
 FAMILIES = ("planar-2r", "planar-3r", "elbow-3r", "polar-rp", "scara", "wrist-zyz")
 TEXTBOOK = ("position", "jacobian", "determinant", "singular-angles", "lost-direction", "rank")
-"""Questions on the planar 2R arm, whose formulas are short and whose singular angles are 0 and pi."""
+"""Questions about the planar 2R arm, whose formulas are short and whose singular angles are 0 and pi."""
 KINDS = (
     "position", "velocity-component", "jacobian", "determinant", "gram-determinant", "inverse-velocity", "joint-rates",
     "least-norm-rates", "rank", "manipulability", "lost-direction", "self-motion", "singular-angles", "joint-torques",
@@ -112,7 +112,7 @@ def tree_text(text: str, known: frozenset[str]) -> str | None:
 
 
 def canonical(tree: Node) -> str:
-    """Return a tree as a text: (kind inner inner), names as they are, numbers exactly.
+    """Return a tree as a text in the form (kind inner inner), with unchanged names and exact numbers.
 
     >>> canonical(parse_formula("2*a1 + sin(0.50)"))
     '(+ (* #2 a1) (call sin #5e-1))'
@@ -147,7 +147,7 @@ def _exact_number(node: Node) -> str:
 
 
 def judge_answer(problem: int, name: str, text: str) -> tuple[str, float]:
-    """Return the outcome of an answer, and its share of the points by default rules."""
+    """Return the outcome of an answer, and its share of the points under the default rules."""
     return judge_part(problems()[problem], part_of(problem, name), text, f"readers/{text!a}")
 
 
@@ -183,7 +183,7 @@ def ask_site(query: Query) -> dict[str, Any]:
 def find_differences(query: Query) -> Iterator[str]:
     """Yield a line for each text and each answer on which the readers differ.
 
-    If the browser says that it is not sure that an answer is right, the grader may find it wrong.
+    If the browser accepts an answer but says that it is not sure, the grader may find the answer wrong.
     """
     site_result = ask_site(query)
     for (text, k), site_tree in zip(query.readings, site_result["readings"], strict=True):
@@ -224,7 +224,7 @@ SETS = (
     "tan(theta2) = 0", "theta2 = k", "hello world", "theta2 = 355/113",
     "d2 = 0,2 m oder theta2 = 0", "theta2 = 0,180°", "d2 = -0.2 m or theta1 = 0", "theta2 = 0°\ntheta2 = 180°",
 )  # fmt: skip
-"""Answers for the singular configurations of an arm, right or wrong; for most arms wrong."""
+"""Answers for the singular configurations of an arm, which are wrong for most arms."""
 
 _NEAR_PI = (
     *(f"{turns * math.pi:.{digits}g}" for turns in (1, -1, 3) for digits in range(2, 18)),
@@ -266,7 +266,7 @@ MORE = (
     "\\[Theta]1[t]", "Subscript[a, 1] Sin[30 Degree]", "=a1\n=a2", "| a1 | a2 |\n|--|--|\n| 0 | |a1| |", "a1 (approx.)",
     "m*" * 300 + "m", "(" * 50 + "m m" + ")*m" * 50,
 )  # fmt: skip
-"""Texts at the limits, and texts on which the readers once differed."""
+"""Texts near a limit, and texts on which the readers once differed."""
 
 WORDS = (
     ("theta1", "theta2"), ("theta1", "θ₁"), ("sin", "cos"), ("+", "-"), ("*", " "), ("a1", "a2"), ("1", "１"),

@@ -1,4 +1,4 @@
-"""Write the pages of docs/ about export formats, reports, schemas and the library, which are made from the code.
+"""Write the pages of docs/ about export formats, reports, schemas and the library from the code.
 
 `python -m tests.tools.reference_pages` writes them; a test fails if they are out of date.
 """
@@ -75,7 +75,7 @@ def compatibility_page() -> str:
 
 
 CONSTRUCTED_CLASSES = ("Base", "Chain", "Joint", "MarkingRules", "Point", "ProblemId")
-"""Classes whose objects a caller makes. Objects of the others are results, so the page lists only their attributes."""
+"""Classes that callers construct. Objects of other classes are results, so the page lists only their attributes."""
 
 
 @dataclass(frozen=True)

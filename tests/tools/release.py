@@ -1,11 +1,11 @@
-"""Prepare and check a release: one command changes the version; tag, version and changelog must agree.
+"""Prepare and check a release: change the version, and check that tag, version and changelog agree.
 
     python -m tests.tools.release prepare 1.0.0     change the version, and turn "Unreleased" into a section
     python -m tests.tools.release check [v1.0.0]    check that a tag agrees with version and changelog
     python -m tests.tools.release notes             print the section of the version, or of "Unreleased"
 
-The version is in pyproject.toml and repeated in CITATION.cff. docs/releasing.md has the steps. This program needs only
-Python, because the workflow runs it with nothing installed.
+The version is in pyproject.toml and repeated in CITATION.cff. docs/releasing.md lists the steps. This program needs
+only Python, because the workflow runs it with nothing installed.
 """
 
 import argparse

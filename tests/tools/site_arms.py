@@ -1,8 +1,8 @@
 """Arms entered on the site, with Python's results for the site's tests: `python -m tests.tools.site_arms`.
 
-arms.json in site/tests has tables in the form of the site's page for arms, the ROBOT.toml that the page writes, the
-default task, and J at a pose with its determinant and singular values, computed directly from the table. The arm
-read from that file, as `qdot solve` reads it, has the same J except for rounding in the file.
+site/tests/arms.json has tables in the form of the site's page for arms, the ROBOT.toml that the page writes, the
+default task, and J at a pose with its determinant and singular values, computed directly from the table. If `qdot
+solve` reads this ROBOT.toml, the arm has the same J except for rounding in the file.
 """
 
 import json
@@ -28,7 +28,7 @@ Table = dict[str, Any]
 
 
 def arms_text() -> str:
-    """Return the file's text, an arm a line."""
+    """Return the file's text, with one arm on each line."""
     robots = json.loads(make_tables_json())
     tables = [*robots["plain"], *robots["robots"], *map(_make_random_table, range(RANDOM_ARM_COUNT))]
     cases = [json.dumps(_case(table, f"arm/{i}"), ensure_ascii=False) for i, table in enumerate(tables)]
@@ -62,7 +62,7 @@ def _case(table: Table, name: str) -> dict[str, Any]:
 
 
 def compute_jacobian(table: Table, q: list[float]) -> np.ndarray:
-    """Return the 6 x n Jacobian of a table as the product of its rows, without converting the table."""
+    """Return the 6 x n Jacobian of a table from the product of its rows, without converting the table."""
     in_degrees, is_modified = table["angles"] == "degrees", table["convention"] == "modified-dh"
 
     def number(text: str, is_angle: bool, q_i: float = 0.0, i: int = 0) -> float:

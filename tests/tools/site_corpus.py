@@ -1,8 +1,12 @@
 """Write Python's results for the site's own tests: `python -m tests.tools.site_corpus`.
 
-In site/tests, corpus.json has the checked answers of corpus.jsonl with keys, readings.json texts with trees and answers
-with outcomes (`readers`), forms.json the texts of tests/data/forms.jsonl in the same form, slips.json mistakes in right
-answers (`site_slips`), and notebook.json a student's notebook, and which of all these answers `qdot check` can read.
+The files in site/tests contain:
+
+- corpus.json: the checked answers of corpus.jsonl with keys
+- readings.json: texts with trees, and answers with outcomes (`readers`)
+- forms.json: the texts of tests/data/forms.jsonl in the same form
+- slips.json: mistakes in right answers (`site_slips`)
+- notebook.json: a student's notebook, and which of all these answers `qdot check` can read
 """
 
 import json
@@ -36,19 +40,20 @@ NOTEBOOK_PARTS = ("position", "jacobian", "determinant", "joint-effect", "joint-
 
 
 def corpus_text() -> str:
-    """Return the file's text, a case a line."""
+    """Return the file's text, with one case on each line."""
     cases = [json.dumps(corpus_case(record), ensure_ascii=False) for record in records()]
     return "[\n" + ",\n".join(cases) + "\n]\n"
 
 
 def records() -> list[dict[str, Any]]:
-    """Return the checked answers except sets of angles, of which readings.json has many."""
+    """Return the checked answers without sets of angles, because readings.json has many of these."""
     lines = (ROOT / "tests" / "data" / "corpus.jsonl").read_text(encoding="utf-8").splitlines()
     return [record for record in map(json.loads, lines) if record["type"] != "angles"]
 
 
 def readings_text() -> str:
-    """Return the file's text: the query in the form of site/tests/readings.ts with Python's results, a case a line."""
+    """Return the file's text: the query in the form of site/tests/readings.ts, with Python's results, a line per
+    case."""
     query = make_stored_query()
     content = query.as_json()
     content["readings"] = [[text, k, tree_text(text, SYMBOL_SETS[k])] for text, k in query.readings]
@@ -58,7 +63,7 @@ def readings_text() -> str:
 
 
 def forms_text() -> str:
-    """Return the file's text: the forms typed as text, except letters, which are clicked in a browser."""
+    """Return the file's text: the typed forms, without letters, because a browser has buttons for these."""
     chapter_problem = problem()
     parts: dict[str, Any] = {}
     answers: list[list[Any]] = []

@@ -1,7 +1,7 @@
-"""Classical mistakes in right answers for the site's own tests: site/tests/slips.json, written by `site_corpus`.
+"""Put classical mistakes into right answers for site/tests/slips.json, which `site_corpus` writes.
 
-A slip changes the answer of the worked solution in some entries, as students do, without the catalogue of mistakes. A
-pair combines two slips in different entries.
+A slip changes some entries of the solution's answer, as students do; it does not use the catalogue of mistakes. A pair
+combines two slips in different entries.
 """
 
 import json
@@ -29,7 +29,7 @@ from tests.tools.readers import part_json
 
 STORED_FAMILIES = ("planar-2r", "planar-3r-pose", "elbow-3r")
 FEW = 12
-"""How many slips of each answer, approximately, are stored for the site's own tests."""
+"""The approximate number of slips of each answer that are stored for the site's own tests."""
 QUESTION_NAMES = (
     "position", "velocity", "jacobian", "geometric-jacobian", "determinant", "inverse-jacobian", "inverse-velocity",
     "joint-rates", "singular-angles",
@@ -45,12 +45,12 @@ Change = Callable[[Node], Node]
 
 
 def change_everywhere(node: Node, change: Change) -> Node:
-    """Return a tree in which every node has been changed, the inner ones first."""
+    """Return a tree with every node changed, inner nodes first."""
     return change(Node(node.kind, tuple(change_everywhere(arg, change) for arg in node.args), node.value))
 
 
 def change_one_place(node: Node, change: Change) -> Iterator[Node]:
-    """Yield a tree in which one node is changed, for each one that changes."""
+    """Yield a tree with one changed node, for each node that the change affects."""
     new = change(node)
     if new != node:
         yield new
@@ -78,7 +78,7 @@ def make_relative(node: Node) -> Node:
 
 
 def drop_factor(node: Node, name: str) -> Node:
-    """Return the other factor of a product if a length is one of its factors."""
+    """If one factor of a product is the named length, return the other factor."""
     if node.kind == "*":
         left, right = node.args
         if (left.kind, left.value) == ("name", name):
@@ -329,7 +329,7 @@ def _combine_slips(problem: Problem, part: Part, text: str) -> list[tuple[str, s
 
 
 def find_kind(slip: str) -> str:
-    """Return a slip's kind: its name without a length's.
+    """Return a slip's kind, which is its name without the name of a length.
 
     >>> find_kind("length a2 missing, column")
     'length missing, column'
@@ -373,7 +373,7 @@ def problem_json(
 
 
 def slips_text() -> str:
-    """Return the file's text: some slips of some families, and some in pairs, a problem a line."""
+    """Return the file's text: some slips of some families, and some pairs, with one problem on each line."""
     pairs = (problem_json(name, max_count=FEW, in_pairs=True)["slips"] for name in STORED_FAMILIES)
     stored = (
         problem_json(name, max_count=FEW) | {"pairs": pair_slips}

@@ -2,18 +2,17 @@
 
     python -m tests.tools.structures      rewrites the table (half a minute)
 
-Two tables are the same arm, and have the same normal form, if they differ only in properties that change nothing in J
-except signs and names:
+Two tables describe the same arm, and have the same normal form, if they differ only in properties that change nothing
+in J except signs and names:
   - the directions of axes (signs of twists) and mirror images;
   - the placement of the base: d_1 of a revolute first joint, theta_1 and a_1 of a prismatic one;
   - offsets along one line: d_i after a parallel axis adds to d_(i-1), or to the zero of the prismatic joint there;
   - the last twist, because no axis follows it.
 
-Different normal forms with their tasks can still be the same problem; they then form one class. The revolute joints
-divide a chain into bodies: the first is the base, and the last contains the point of interest. A body has the axis of
-the revolute joint before it, that of the joint after it, prismatic axes, and a constant offset. All angles are right
-angles, so all of these lie along three perpendicular axes. J is the same except for signs and names if the bodies
-differ only in
+Different normal forms with their tasks can still give the same problem; they then form one class. The revolute joints
+divide a chain into bodies: the first is the base, and the last contains the point of interest. A body has the axes of
+the revolute joints before and after it, prismatic axes, and a constant offset. All angles are right angles, so all of
+these lie along three perpendicular axes. J is the same except for signs and names if the bodies differ only in
   - the directions of axes and the signs of lengths, which includes mirror images;
   - the zeros of the joints, which shift angles by multiples of 90 degrees;
   - the placement of the base, and the names x, y and z of the world's axes, with the rows of the task;
@@ -94,9 +93,9 @@ def _find_nonzero_rows(rows: tuple[StructureRow, ...]) -> tuple[np.ndarray, tupl
 def regular_tasks(rows: tuple[StructureRow, ...]) -> list[tuple[str, ...]]:
     """Return the tasks for questions about a structure: those in which J is square and generically regular.
 
-    Two joints: two of vx, vy, vz. Three joints: all three; two of them and the turn about the third axis, where the arm
-    stays in that plane; or wx, wy, wz for a wrist. Four joints: vx, vy, vz and one turn, where the arm turns about one
-    axis of the world only.
+    Two joints have two of vx, vy, vz. Three joints have vx, vy, vz; an arm that stays in a plane has two of these and
+    the rotation in its plane; a wrist has wx, wy, wz. Four joints have vx, vy, vz and one rotation, if the arm rotates
+    about only one axis of the world.
     """
     jacobians, moving = _find_nonzero_rows(rows)
     linear, turns = [row for row in moving if row[0] == "v"], [row for row in moving if row[0] == "w"]
@@ -124,7 +123,7 @@ def regular_forms(n: int) -> dict[tuple[StructureRow, ...], list[tuple[str, ...]
 
 
 def find_clean_structures(n: int) -> list[Structure]:
-    """Go through all structures of n joints for those that are clean in a task, and number their classes."""
+    """Return the structures of n joints that are clean in some task, with numbers of their classes."""
     chains = ((rows, task, build_arm(rows, task)) for rows, tasks in regular_forms(n).items() for task in tasks)
     numbers: dict[Key, int] = {}
     return [
@@ -193,7 +192,7 @@ def _axis_names(names: Sequence[int], axes: Iterable[int]) -> tuple[int, ...]:
 
 
 def _make_base_key(base: _Body, task: Sequence[str]) -> Key:
-    """Return the next axis, the prismatic axes and the task, under the names of the axes that give the least key."""
+    """Return the next axis, the prismatic axes and the task, with the axes named so that the key is least."""
     linear, angular = ([axis for axis, name in enumerate("xyz") if kind + name in task] for kind in "vw")
     next_axes = [] if base.next_axis is None else [base.next_axis]
     return min(
@@ -203,7 +202,7 @@ def _make_base_key(base: _Body, task: Sequence[str]) -> Key:
 
 
 def _make_body_key(body: _Body) -> Key:
-    """Return how the body's axes lie, its prismatic axes, and the offsets perpendicular to all of these axes.
+    """Return the directions of the body's axes, its prismatic axes, and the offsets perpendicular to all of them.
 
     If the axes are parallel or there is no next axis, the two directions perpendicular to them are interchangeable.
     """

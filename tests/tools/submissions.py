@@ -1,10 +1,11 @@
-"""Grade classes in which one student submits something hostile or broken, as a part of `make fuzz`.
+"""Grade classes in which one student submits something hostile or broken; `make fuzz` includes this.
 
 In each round, the attacker submits something generated from a seed (`hostile`), and the neighbour submits a correct
 notebook. Most rounds grade the class in this process, as `qdot grade` would; some call the command itself. No exception
-may be raised. The neighbour must get full marks, and the attacker a result in printable text. All files must be
-readable, and nothing outside graded/ may change. `python -m tests.tools.submissions --seconds 3600 --seed 1`
-prints the finds, stores their folders, and exits with code 1 if there are any; `--seed 1 --only 17` repeats one round.
+may be raised. The neighbour must get full marks, and the attacker's result must be printable text. All files must be
+readable, and nothing outside graded/ may change. `python -m tests.tools.submissions --seconds 3600 --seed 1` prints the
+faults that it finds, stores their folders, and exits with code 1 if there are any; `--seed 1 --only 17` repeats a
+round.
 """
 
 import argparse
@@ -48,7 +49,7 @@ COMMAND_INTERVAL, ZIP_INTERVAL, FLAT_INTERVAL = 40, 9, 4
 FULL = 4
 STATES = ("graded", "unusable", "missing", "ungraded", "over limit", "late")
 Submit = Callable[[Path, str], str]
-"""A function that writes something into the submissions folder and describes it; it also gets a right notebook."""
+"""A function that gets the submissions folder and a right notebook, writes something there and describes it."""
 
 
 class Find(AssertionError):
@@ -61,7 +62,7 @@ def _measure_processor_time() -> float:
 
 
 class Class:
-    """A class of three: an ordinary student, one who submits anything at all, and one who submits nothing."""
+    """A class of three students: the neighbour, the attacker, and one who submits nothing."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -194,7 +195,7 @@ def _zip_submissions(submitted: Path) -> Path:
 
 
 def grade_random_round(hostile_class: Class, seed: str, number: int) -> tuple[str, Result]:
-    """Grade one round, which depends only on the seed and the round's number."""
+    """Grade one round; its submission depends only on the seed and the round's number."""
     rng, by_command = Stream(f"submissions/{seed}/{number}"), number % COMMAND_INTERVAL == COMMAND_INTERVAL - 1
     zipped, flat = number % ZIP_INTERVAL == ZIP_INTERVAL - 1, number % FLAT_INTERVAL == FLAT_INTERVAL - 1
     return hostile_class.grade_round(lambda root, text: submit_random(root, text, rng), by_command, zipped, flat)

@@ -1,7 +1,7 @@
-"""Remove what Python lacks on Windows from every process that starts with this folder on PYTHONPATH.
+"""Imitate Python on Windows in every process that starts with this folder on PYTHONPATH.
 
-Modules and functions of POSIX are removed, and processes are spawned. Open files can't be renamed or removed, folders
-can't be opened, and new files need names that Windows allows. A stand-in replaces the system's `msvcrt`.
+POSIX modules and functions are removed, and processes are spawned. Open files can't be renamed or removed, folders
+can't be opened, and new files need names that Windows allows. A stand-in replaces Windows's module `msvcrt`.
 """
 
 import builtins
