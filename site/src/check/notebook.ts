@@ -274,7 +274,7 @@ function findAnswer(
   return { ...answer, typed: last.code ?? "", reading: { kind: "code" } };
 }
 
-/** A command of LaTeX whose first letter is another sign for Python, such as a tab for \\t. */
+/** A LaTeX command that begins with an escape sequence of Python: \\t of \\theta is a tab. */
 const MISREAD_COMMAND = /\\(?:theta|tau|tan|text|times|frac|beta|begin|right|alpha)/;
 
 /** Return notes if the notebook belongs to a different assignment or student from the link, or the file was renamed. */
