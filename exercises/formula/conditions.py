@@ -37,7 +37,7 @@ from qdot.exercises.formula.trees import Node, find_names
 SAMPLE_COUNT = 50
 """The number of random configurations that are tried on each piece."""
 ROUNDED_JOINT_VALUE = Rounding(absolute=5e-3)
-"""A joint value within this distance of an expected one counts as that value rounded."""
+"""A joint value within this distance of an expected one counts as the expected value, rounded."""
 TYPED_TOLERANCE = 1e-9
 """Tolerance for configurations that were typed as joint values."""
 SEARCH_TOLERANCE = 1e-7
@@ -92,7 +92,7 @@ class _CompiledPiece:
     free_joints: list[str]
 
     def assign_joints(self, values: dict[str, np.ndarray]) -> np.ndarray:
-        """Set the assigned joints in all configurations; return for each whether the assigned values are real."""
+        """Set the assigned joints; return for each configuration whether the assigned values are real."""
         is_valid = np.ones(_count_configurations(values), dtype=bool)
         for joint, program in self.assignments:
             joint_values = evaluate(program, values, len(is_valid)).values[0]
@@ -140,7 +140,7 @@ class _CompiledPiece:
     def _search_zeros(self, values: dict[str, np.ndarray], square_residuals: bool) -> np.ndarray:
         """Move the free joints until they converge; return for each configuration whether its search converged."""
         last_steps = np.full(_count_configurations(values), np.inf)
-        # Sizes at the random start, because terms may be small near a zero, as the only term of sin(theta) is.
+        # Use the sizes at the random start: near a zero, terms may be small, such as the only term of sin(theta).
         typical_sizes = _reduce_without_warning(np.nanmedian, self.compute_residuals(values).sizes)
         for _ in range(_MAX_STEPS):
             residual, _ = self.compute_residuals(values)
@@ -159,7 +159,7 @@ class _CompiledPiece:
         if not square_residuals:
             last_steps = np.minimum(last_steps, self._polish(values, typical_sizes[0]))
         residual, _ = self.compute_residuals(values)
-        # a zero of a square is a double zero, of which only half of the digits can be found
+        # a zero of a square is a double zero, and only half of its digits can be found
         largest_residual = 1e-7 if square_residuals else _CONVERGED_RESIDUAL
         with np.errstate(all="ignore"):
             is_near = np.all(np.abs(residual) <= largest_residual * typical_sizes, axis=0)

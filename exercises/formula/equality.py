@@ -38,7 +38,7 @@ POINT_COUNT, POINT_COUNT_BRANCHING = 50, 2000
 WRONG_SHARE, WRONG_SHARE_BRANCHING = 0.5, 0.02
 """The bound of a numeric comparison holds for answers that are wrong at this fraction of the points or more."""
 READABLE_POINTS = 8
-"""The first points, this many, have values with two decimals, so that a counterexample can be checked by hand."""
+"""Number of points, the first ones, whose values have two decimals, so that people can check a counterexample."""
 
 PRINTED_DOUBLE_DIGITS, ROOT_DIGITS = 13, 16
 """Minimum number of digits at which a typed decimal counts as a printed double, and a problem's number as a root."""

@@ -17,7 +17,7 @@ import numpy as np
 from qdot.exercises.formula.trees import Node, find_names, make_scalar_expected_error, split_signed_terms
 
 BRANCHING_FUNCTIONS = frozenset({"sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log", "power"})
-"""Functions with branches: two expressions may agree on a part of the circle only, so that they need more points."""
+"""Functions with branches. Expressions with them may agree on only a part of the circle, so they need more points."""
 
 Step = tuple[str, tuple[int, ...], Any]
 """An operation, the indices of the steps that are its operands, and a constant.

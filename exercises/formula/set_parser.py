@@ -340,7 +340,7 @@ def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:
 
 
 def parse_typed_set(node: Node, joints: Sequence[str]) -> list[Piece]:
-    """Return the pieces of an answer. Raises ParseError, also if to check all pieces would take too long."""
+    """Return the pieces of an answer. Raises ParseError, also if checking all pieces would take too long."""
     node = remove_noise(node)
     if _count_nodes_of_cases(node) > _MAX_NODES:
         raise ParseError(_TOO_LONG_MESSAGE)

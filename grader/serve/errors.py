@@ -24,10 +24,10 @@ class Refused(Exception):
 
 
 NO_PAGE = "There is no such page, or it isn't yours."
-"""The sentence for a page that doesn't exist and for one that belongs to another person: they look the same."""
+"""The sentence for pages that don't exist and for pages of another person, so that nobody can tell them apart."""
 TOO_LARGE = "This is larger than qdot accepts: an answer or a comment has some thousand characters at most."
 REPORT_SECONDS = 60
-"""For how long the log doesn't repeat that a database doesn't answer, or that there are requests for another host."""
+"""Minimum number of seconds between two lines in the log about a database that doesn't answer, or about wrong hosts."""
 RETRY_SECONDS = 30
 """Number of seconds after which a program that sent too many requests should try again."""
 FAILURE = "qdot itself failed. Nothing that you submitted is lost; try again in a minute, and tell your instructor."

@@ -118,7 +118,7 @@ def make_results_zip(classroom: Classroom, key: str) -> bytes:
 
 
 def _add_due_cell(student: Student) -> Student:
-    """Return a student with the student's own due date, also an extension given online, in the column `due`."""
+    """Return a student whose column `due` contains the student's own due date, or the extension given online."""
     cells = dict(student.other_cells) | {"due": student.due_date.isoformat() if student.due_date else ""}
     return replace(student, other_cells=tuple(cells.items()))
 

@@ -29,7 +29,7 @@ class HeadersMiddleware:
             response["Content-Security-Policy"] = POLICY.format(ancestors=" ".join(["'self'", *list_frame_origins()]))
         response.setdefault("Permissions-Policy", "camera=(), geolocation=(), microphone=()")
         if not request.path.startswith("/static/"):
-            response.setdefault("Cache-Control", "no-store")  # a shared computer's next user must not see it
+            response.setdefault("Cache-Control", "no-store")  # the next user of a shared computer must not see it
         return response
 
 

@@ -87,8 +87,8 @@ class Submission(models.Model):
     so that the row holds all of the student's work, as a notebook does; `changed_part` is the part that was submitted.
     `marks` is a NotebookMarks (grader/grading/result.py) as JSON, and `shown` what the student's page shows of them, by
     part (see `judge_process.ShownPart`); both are None until it is marked. `remarked` has both after a second marking
-    that the staff has yet to accept; it is {} until that is done. `points` is their sum before late penalties, and
-    `obstacle` why it couldn't be graded. `received` is in whole seconds, like the time of a file that
+    that the staff has yet to accept, and is {} while that marking is pending. `points` is their sum before late
+    penalties, and `obstacle` why it couldn't be graded. `received` is in whole seconds, like the time of a file that
     `qdot grade` reads.
     """
 
@@ -126,7 +126,8 @@ class Submission(models.Model):
 
 
 class Draft(models.Model):
-    """A text that a student typed but has not submitted, so that it is there on the student's next machine."""
+    """A text that a student typed but has not submitted; it is stored so that it appears on the student's other
+    machines."""
 
     person = models.ForeignKey(Person, on_delete=models.CASCADE, related_name="drafts")
     assignment = models.CharField(max_length=100)

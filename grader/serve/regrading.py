@@ -32,7 +32,8 @@ class Regrading(NamedTuple):
 
 
 def find_outdated(assignment: Assignment, classroom: Classroom) -> list[int]:
-    """Return the submissions that count but were marked with other settings, by another qdot, or incompletely."""
+    """Return the submissions that count, but were marked with other settings, another version of qdot, or
+    incompletely."""
     outdated = list[int]()
     for student, submissions in load_submissions(assignment, classroom).items():
         _, counting = select_marked(assignment, submissions)
@@ -46,7 +47,7 @@ def find_outdated(assignment: Assignment, classroom: Classroom) -> list[int]:
 
 
 def count_outdated(assignment: Assignment, results: Sequence[Result]) -> int:
-    """Return the number of students whose submission was marked with other settings or by another qdot."""
+    """Return the number of students whose submission was marked with other settings or another version of qdot."""
     return sum(
         result.submission is not None and result.made_from != make_marking_versions(assignment, result.student)
         for result in results

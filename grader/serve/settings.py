@@ -75,7 +75,7 @@ def configure(options: ServiceOptions) -> None:
         SESSION_ENGINE="django.contrib.sessions.backends.db",
         SESSION_COOKIE_NAME=f"{cookie_prefix}sessionid",
         SESSION_COOKIE_SECURE=is_secure,
-        SESSION_COOKIE_SAMESITE="None" if is_secure else "Lax",  # in a platform's frame only "None" is sent
+        SESSION_COOKIE_SAMESITE="None" if is_secure else "Lax",  # others are not sent in a frame
         CSRF_COOKIE_NAME=f"{cookie_prefix}csrftoken",
         CSRF_COOKIE_SECURE=is_secure,
         CSRF_COOKIE_SAMESITE="None" if is_secure else "Lax",
@@ -105,9 +105,9 @@ def configure(options: ServiceOptions) -> None:
             "handlers": {"stderr": {"class": "logging.StreamHandler"}},
             "loggers": {
                 "django": {"handlers": ["stderr"], "level": "ERROR", "propagate": False},
-                "django.security.DisallowedHost": {"level": "CRITICAL"},  # strangers send anything
+                "django.security.DisallowedHost": {"level": "CRITICAL"},  # anybody can cause these
                 "django.request": {"level": "CRITICAL"},  # `errors` logs failures; lines about addresses have tokens
-                "waitress.queue": {"level": "ERROR"},  # how many requests wait
+                "waitress.queue": {"level": "ERROR"},  # warnings about the number of waiting requests
                 "qdot": {"handlers": ["stderr"], "level": "INFO"},
             },
         },
