@@ -76,8 +76,7 @@ def _scale_lengths(factor: sp.Expr) -> VariantGenerator:
         scale = stages.arithmetic.convert_entry(factor)
 
         def scale_displacement(d: np.ndarray) -> np.ndarray:
-            """Return a displacement with an unchanged imaginary step: its derivative with respect to itself remains
-            1."""
+            """Return a scaled displacement, with an imaginary step that is unchanged, so its derivative stays 1."""
             return np.asarray(d + d.real * (scale - 1))
 
         return replace(

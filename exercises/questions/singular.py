@@ -157,8 +157,7 @@ def _sample_regular_configuration(chain: Chain, rng: Stream) -> ConfigurationsOf
 
 
 def _may_become_singular(chain: Chain, joints: JointValues) -> bool:
-    """Return whether det J may be zero at the joint values for some lengths, because a factor has terms of both
-    signs."""
+    """Return whether det J may be zero there for some lengths, because a factor has terms of both signs."""
     if not chain.has_square_jacobian or not chain.parameters:
         return False
     for factor in sp.Mul.make_args(derive(chain).determinant.xreplace(joints)):

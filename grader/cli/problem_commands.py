@@ -276,8 +276,7 @@ def _preview_assignment(
 
 
 def _describe_settings(assignment: "Assignment") -> Iterator[str]:
-    """Yield what p1 and p1.position mean, the points of an answer that follows from a wrong one, and the site's
-    link."""
+    """Yield what p1 and p1.position mean, the points of answers that follow from wrong ones, and the site's link."""
     from qdot.exercises.notebook.notebook import make_check_page_address
 
     slots = assignment.slots

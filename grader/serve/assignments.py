@@ -31,12 +31,20 @@ class Assignments:
             raise QdotError(f"two assignments have the key {duplicate!r}; the addresses of their pages contain the key")
 
     def load_all(self) -> dict[str, Assignment]:
-        """Return the assignments by key, in the order of the folders.""" for folder in self._folders: stamps =
-        _read_stamps(folder) if stamps != self._stamps[folder]: self._stamps[folder] = stamps self.changes += 1
-        self.errors.pop(folder, None) try: self._loaded[folder] = load_assignment(folder) except QdotError as error:
-        self.errors[folder] = "; ".join(str(error).splitlines()) place = re.match(r".*?\.(toml|csv)(: line \d+)?",
-        str(error))  # the rest may contain students' names logger.error("%s has an error; the last good version is in
-        use", place[0] if place else folder) return {assignment.key: assignment for assignment in self._loaded.values()}
+        """Return the assignments by key, in the order of the folders."""
+        for folder in self._folders:
+            stamps = _read_stamps(folder)
+            if stamps != self._stamps[folder]:
+                self._stamps[folder] = stamps
+                self.changes += 1
+                self.errors.pop(folder, None)
+                try:
+                    self._loaded[folder] = load_assignment(folder)
+                except QdotError as error:
+                    self.errors[folder] = "; ".join(str(error).splitlines())
+                    place = re.match(r".*?\.(toml|csv)(: line \d+)?", str(error))  # the rest may name students
+                    logger.error("%s has an error; the last good version is in use", place[0] if place else folder)
+        return {assignment.key: assignment for assignment in self._loaded.values()}
 
 
 def _read_stamps(folder: Path) -> list[int | None]:

@@ -63,8 +63,7 @@ def restore_files(path: Path, folders: list[Path]) -> None:
 
 
 def _find_source(folder: Path, folders: list[Path], contents: Mapping[str, object]) -> str:
-    """Return the assignment of a backup that belongs to a folder: the only one, or the one with the folder's name or
-    key."""
+    """Return a backup's assignment for a folder: the only one, or the one with the folder's name or key."""
     if len(folders) == len(contents) == 1:
         return next(iter(contents))
     names = [folder.resolve().name]

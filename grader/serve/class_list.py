@@ -23,8 +23,7 @@ def load_assignments() -> dict[str, Assignment]:
 
 
 def find_file_error(key: str) -> str:
-    """Return a sentence about an error in an assignment's files, of which an older version is in use; "" if none
-    has."""
+    """Return a sentence about an error in an assignment's files, so an older version is in use; "" if none has."""
     error = _find_assignments().errors.get(load_assignments()[key].folder, "")
     return error and f"{error}. The last version without this error is in use."
 

@@ -233,8 +233,7 @@ def _find_pose(problem: Problem, example: Counterexample) -> dict[str, float] | 
 
 
 def write_answers_notebook(assignment: Assignment, student: str, answers: Mapping[str, str]) -> str:
-    """Return the notebook with a student's typed answers, as the text of a file; the same answers give the same
-    text."""
+    """Return the text of a notebook with a student's typed answers; the same answers give the same text."""
     cells: list[dict[str, Any]] = [
         {
             "cell_type": "code", "execution_count": None, "id": part.replace(".", "-")[:64], "outputs": [],

@@ -83,8 +83,7 @@ class JudgePool:
         self._pool = self._open(jobs)
 
     def run(self, work: Callable[[Judge, Item], Result], item: Item) -> Result:
-        """Return `work(judge, item)`. Raises TimeoutError if it takes long, or BrokenProcessPool if it kills two
-        processes."""
+        """Return `work(judge, item)`. Raises TimeoutError, or BrokenProcessPool if it kills two processes."""
         pool = self._pool
         try:
             return _wait(submit_to_pool(pool, work, item))

@@ -126,8 +126,7 @@ class Submission(models.Model):
 
 
 class Draft(models.Model):
-    """A text that a student typed but has not submitted; it is stored so that it appears on the student's other
-    machines."""
+    """A text that a student typed but has not submitted; it also appears on the student's other machines."""
 
     person = models.ForeignKey(Person, on_delete=models.CASCADE, related_name="drafts")
     assignment = models.CharField(max_length=100)

@@ -32,8 +32,7 @@ class Regrading(NamedTuple):
 
 
 def find_outdated(assignment: Assignment, classroom: Classroom) -> list[int]:
-    """Return the submissions that count, but were marked with other settings, another version of qdot, or
-    incompletely."""
+    """Return the submissions that count but were marked incompletely, or with other settings or another version."""
     outdated = list[int]()
     for student, submissions in load_submissions(assignment, classroom).items():
         _, counting = select_marked(assignment, submissions)

@@ -557,8 +557,7 @@ class QuestionMaker:
         return None
 
     def list_warnings(self, chain: Chain) -> list[str]:
-        """Return warnings about what the instructor probably did not intend: clauses about the answer or the
-        options."""
+        """Return clauses about what the instructor probably did not intend in the answer or the options."""
         functions = (
             self._find_unit_warning, self._find_zero_component, self._find_zero_numbers,
             self._find_formula_shown_as_text, self._find_unused_symbol, self._find_angle_in_degrees,
