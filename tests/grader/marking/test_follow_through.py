@@ -77,8 +77,21 @@ def test_a_first_mistake_costs_a_fifth_of_later_parts() -> None:
 def test_the_assignment_sets_the_credit_for_following() -> None:
     three_fifths = mark_answers(make_problem(PLANAR), RELATIVE_ANGLES, Fraction(3, 5))
     assert three_fifths["jacobian"].points == 1.2
-    none = mark_answers(make_problem(PLANAR), RELATIVE_ANGLES, Fraction(0))  # known as a mistake, it earns half
-    assert none["jacobian"].points == 1.0 and none["jacobian"].followed_from is None
+    for as_much_or_less in (Fraction(1, 2), Fraction(0)):  # known as a mistake, it earns half
+        jacobian = mark_answers(make_problem(PLANAR), RELATIVE_ANGLES, as_much_or_less)["jacobian"]
+        assert jacobian.points == 1.0 and jacobian.followed_from is None
+
+
+def test_an_answer_that_follows_from_an_attempt_and_from_no_attempt_is_followed_from_the_attempt() -> None:
+    determinant = "a1*a2*sin(theta2 - theta1)*(2 + sin(3*theta1 + 5*theta2))"  # with the same zeros, but no attempt
+    verdict = mark_answers(make_problem(PLANAR), {**RELATIVE_ANGLES, "determinant": determinant})["singular-angles"]
+    assert verdict.followed_from == "jacobian" and verdict.points == compute_points(2, 1.0, Fraction(4, 5))
+
+
+def test_nothing_follows_from_a_very_long_answer() -> None:
+    position = RELATIVE_ANGLES["position"][:-1] + " + sin(theta1) - sin(theta1)" * 500 + "]"
+    verdict = mark_answers(make_problem(PLANAR), {**RELATIVE_ANGLES, "position": position})["jacobian"]
+    assert verdict.followed_from is None
 
 
 def test_following_never_exceeds_full_marks_nor_lowers_right_answers() -> None:

@@ -22,7 +22,7 @@ from qdot.grader.judging.verdict import Judgement, Outcome
 from qdot.grader.marking.marking import MarkingRules, mark
 from tests.support import ROOT
 from tests.support.judging import judge_with_credit
-from tests.support.problems import ask_question, get_problem
+from tests.support.problems import ask_question, get_problem, replace_answer
 from tests.support.suites import few_families
 
 PLANAR, SCORBOT = make_planar_2r(), make_scorbot_arm()
@@ -61,6 +61,12 @@ def test_a_determinant_is_marked_by_its_factors(answer: str, share: float) -> No
     judgement = judge_planar("determinant", answer)
     assert judgement.share == share
     assert judgement.outcome is (Outcome.CORRECT if share == 1 else Outcome.PARTIAL if share else Outcome.WRONG)
+
+
+@pytest.mark.parametrize("answer", ["-2", "1"])
+def test_a_wrong_number_earns_nothing(answer: str) -> None:
+    problem = replace_answer(ask_question("determinant", PLANAR), Expression(sp.Integer(2)))
+    assert judge_with_credit(problem, problem.parts[0], answer, "credit").share == 0
 
 
 def split_determinant(part: Part, problem: Problem) -> tuple[sp.Expr, list[sp.Expr]]:
