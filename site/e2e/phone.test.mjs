@@ -76,6 +76,35 @@ for (const path of ["", "learn.html?lesson=rates"])
     assert.equal(await dragged(page, link, [link[0], link[1] - 60]), 0, "a link");
   });
 
+for (const locale of ["en-GB", "de-DE"])
+  test(`no line of text is half under the arm after Next: ${locale}`, async () => {
+    const { page, context } = await openedAnew(there, "learn.html?lesson=singular", { ...PHONE, locale });
+    const cutLines = () =>
+      page.evaluate(() => {
+        const end = document.querySelector(".stage").getBoundingClientRect().bottom;
+        const texts = document.createTreeWalker(document.querySelector("main"), NodeFilter.SHOW_TEXT);
+        const cut = [];
+        while (texts.nextNode()) {
+          const range = document.createRange();
+          range.selectNodeContents(texts.currentNode);
+          const isCut = [...range.getClientRects()].some(({ top, bottom }) => top < end - 1 && bottom > end + 1);
+          if (isCut && !texts.currentNode.parentElement.closest(".stage")) cut.push(texts.currentNode.data);
+        }
+        return cut;
+      });
+    await page.locator(".actions button").first().tap();
+    let last = "";
+    for (let step = 0; step < 3; step += 1) {
+      await page.waitForFunction((last) => (document.querySelector(".task")?.dataset.item ?? last) !== last, last);
+      last = await page.locator(".task").getAttribute("data-item");
+      await page.locator(".stage .arm-point").waitFor();
+      await page.waitForTimeout(1000); // until nothing moves
+      assert.deepEqual(await cutLines(), [], `${last}, ${step}`);
+      await page.locator("form .actions button.quiet").tap();
+    }
+    await context.close();
+  });
+
 test("a finger that begins beside the arm scrolls the first page", async () => {
   const { page } = await opened(there, "", PHONE);
   await armOf(page);

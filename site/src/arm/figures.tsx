@@ -53,9 +53,11 @@ export const Figures = withPace(
         <Determinant arm={arm} state={state} measures={measures} sizes={sizes} />
         <p class="arm-nearness">
           {point} {orientation}{" "}
-          {say(mixesUnits(arm) ? "arm.figures.ratio-shares" : "arm.figures.ratio", {
-            percent: roundToDecimals(100 * measures.ratio, 1),
-          })}{" "}
+          {nearness === "singular" // and the smallest singular value is zero
+            ? null
+            : say(mixesUnits(arm) ? "arm.figures.ratio-shares" : "arm.figures.ratio", {
+                percent: roundToDecimals(100 * measures.ratio, 1),
+              })}{" "}
           <strong>{say(`arm.words.${nearness}`)}</strong> {kind && say(`arm.words.${kind}`)}
         </p>
       </div>
